@@ -1,0 +1,328 @@
+//! A polygon mesh with one UV layout: checked when it is made, immutable after.
+//!
+//! `uv` has its origin at the top left: `v` grows downwards, like the rows of an image. Readers of
+//! formats whose origin is at the bottom left flip once, at load.
+
+use std::ops::Range;
+
+/// A mesh whose every corner has a position and a UV coordinate.
+///
+/// Polygons are triangulated as fans around their first corner; [`Mesh::polygon`] gives back the
+/// triangles of one. Order and indices are those of the input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    positions: Vec<[f32; 3]>,
+    uv: Vec<[f32; 2]>,
+    faces: Vec<[u32; 3]>,
+    uv_faces: Vec<[u32; 3]>,
+    /// `n + 1` offsets into `faces`.
+    polygon_starts: Vec<u32>,
+    parts: Vec<Part>,
+}
+
+/// Consecutive polygons that share an object, a group and a material.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Name of the object, empty where the file names none.
+    pub object: String,
+    /// Name of the group, empty where the file names none.
+    pub group: String,
+    /// Name of the material, empty where the file names none.
+    pub material: String,
+    /// Which polygons.
+    pub polygons: Range<u32>,
+}
+
+/// Why a mesh was refused. Indices count from 0.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// There is nothing to carry a texture.
+    #[error("mesh has no faces")]
+    NoFaces,
+    /// A polygon with fewer than three corners.
+    #[error("polygon {polygon} has {corners} corners, needs at least 3")]
+    TooFewCorners {
+        /// Which polygon.
+        polygon: usize,
+        /// How many corners it has.
+        corners: usize,
+    },
+    /// A corner names a vertex or a UV coordinate that does not exist.
+    #[error("polygon {polygon} uses {what} {index}, but there are only {count}")]
+    Index {
+        /// Which polygon.
+        polygon: usize,
+        /// `"vertex"` or `"UV coordinate"`.
+        what: &'static str,
+        /// The index that was found.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("{what} {index} is not finite: {value}")]
+    NotFinite {
+        /// `"vertex"` or `"UV coordinate"`.
+        what: &'static str,
+        /// Which one.
+        index: usize,
+        /// What was found.
+        value: f32,
+    },
+    /// More elements than 32-bit indices can name.
+    #[error("mesh has {count} {what}, more than {max}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// The most that is accepted.
+        max: usize,
+    },
+}
+
+/// One corner of a polygon: which vertex and which UV coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Corner {
+    /// Index into the positions.
+    pub vertex: u32,
+    /// Index into the UV coordinates.
+    pub uv: u32,
+}
+
+/// More vertices or triangles than this are refused: indices and run tables are 32 bit wide.
+const MAX_ELEMENTS: usize = 1 << 28;
+
+impl Mesh {
+    /// Checks and triangulates polygons.
+    ///
+    /// - `positions`: `[vertices]`, in the mesh's own unit.
+    /// - `uv`: `[uv coordinates]`, origin at the top left, `0.0..=1.0` inside the texture.
+    /// - `corners`: the polygons' corners, one polygon after the other.
+    /// - `sizes`: `[polygons]`, the number of corners of each; they add up to `corners.len()`.
+    ///
+    /// # Errors
+    /// [`MeshError`] for no polygon, a polygon of fewer than three corners, an index out of range,
+    /// a coordinate that is not finite, or more than 2²⁸ of anything.
+    ///
+    /// # Panics
+    /// If `sizes` do not add up to `corners.len()`.
+    pub fn from_polygons(
+        positions: Vec<[f32; 3]>,
+        uv: Vec<[f32; 2]>,
+        corners: &[Corner],
+        sizes: &[u32],
+    ) -> Result<Self, MeshError> {
+        check_finite("vertex", &positions)?;
+        check_finite("UV coordinate", &uv)?;
+        for (what, count) in [
+            ("vertices", positions.len()),
+            ("UV coordinates", uv.len()),
+            ("corners", corners.len()),
+        ] {
+            if count > MAX_ELEMENTS {
+                return Err(MeshError::TooLarge { what, count, max: MAX_ELEMENTS });
+            }
+        }
+        if sizes.is_empty() {
+            return Err(MeshError::NoFaces);
+        }
+        let mut faces = Vec::with_capacity(corners.len());
+        let mut uv_faces = Vec::with_capacity(corners.len());
+        let mut polygon_starts = Vec::with_capacity(sizes.len() + 1);
+        let mut rest = corners;
+        for (polygon, &size) in sizes.iter().enumerate() {
+            if size < 3 {
+                return Err(MeshError::TooFewCorners { polygon, corners: size as usize });
+            }
+            let (ring, tail) = rest.split_at(size as usize);
+            rest = tail;
+            for corner in ring {
+                check_index(polygon, "vertex", corner.vertex, positions.len())?;
+                check_index(polygon, "UV coordinate", corner.uv, uv.len())?;
+            }
+            polygon_starts.push(faces.len() as u32);
+            for pair in ring[1..].windows(2) {
+                faces.push([ring[0].vertex, pair[0].vertex, pair[1].vertex]);
+                uv_faces.push([ring[0].uv, pair[0].uv, pair[1].uv]);
+            }
+        }
+        assert!(rest.is_empty(), "polygon sizes must add up to the number of corners");
+        polygon_starts.push(faces.len() as u32);
+        Ok(Self { positions, uv, faces, uv_faces, polygon_starts, parts: Vec::new() })
+    }
+
+    /// Checks a mesh of triangles; see [`Mesh::from_polygons`].
+    ///
+    /// # Errors
+    /// As [`Mesh::from_polygons`].
+    ///
+    /// # Panics
+    /// If `faces` and `uv_faces` differ in length.
+    pub fn from_triangles(
+        positions: Vec<[f32; 3]>,
+        uv: Vec<[f32; 2]>,
+        faces: &[[u32; 3]],
+        uv_faces: &[[u32; 3]],
+    ) -> Result<Self, MeshError> {
+        assert_eq!(faces.len(), uv_faces.len(), "as many UV faces as faces");
+        let corners: Vec<Corner> = faces
+            .iter()
+            .flatten()
+            .zip(uv_faces.iter().flatten())
+            .map(|(&vertex, &uv)| Corner { vertex, uv })
+            .collect();
+        Self::from_polygons(positions, uv, &corners, &vec![3; faces.len()])
+    }
+
+    /// Names the objects, groups and materials of polygons; purely informative.
+    #[must_use]
+    pub fn with_parts(mut self, parts: Vec<Part>) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// `[vertices]` positions in the mesh's own unit.
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// `[uv coordinates]`, origin at the top left.
+    pub fn uv(&self) -> &[[f32; 2]] {
+        &self.uv
+    }
+
+    /// `[triangles]` of indices into [`Mesh::positions`].
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// `[triangles]` of indices into [`Mesh::uv`], corner by corner beside [`Mesh::faces`].
+    pub fn uv_faces(&self) -> &[[u32; 3]] {
+        &self.uv_faces
+    }
+
+    /// How many polygons the triangles come from.
+    pub fn polygon_count(&self) -> usize {
+        self.polygon_starts.len() - 1
+    }
+
+    /// The triangles of one polygon, as a range of [`Mesh::faces`].
+    pub fn polygon(&self, polygon: usize) -> Range<usize> {
+        self.polygon_starts[polygon] as usize..self.polygon_starts[polygon + 1] as usize
+    }
+
+    /// Objects, groups and materials, in the order of the polygons.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The corners of one polygon in their order, read back from its fan.
+    pub fn polygon_corners(&self, polygon: usize) -> Vec<Corner> {
+        let fan = self.polygon(polygon);
+        let (first, first_uv) = (self.faces[fan.start], self.uv_faces[fan.start]);
+        let corner = |vertex, uv| Corner { vertex, uv };
+        let mut corners = vec![corner(first[0], first_uv[0]), corner(first[1], first_uv[1])];
+        corners.extend(fan.map(|face| corner(self.faces[face][2], self.uv_faces[face][2])));
+        corners
+    }
+
+    /// Triangulates one polygon as a fan around its corner number `apex` instead.
+    pub(crate) fn refan(&mut self, polygon: usize, apex: usize) {
+        let mut corners = self.polygon_corners(polygon);
+        corners.rotate_left(apex);
+        for (face, pair) in self.polygon(polygon).zip(corners[1..].windows(2)) {
+            self.faces[face] = [corners[0].vertex, pair[0].vertex, pair[1].vertex];
+            self.uv_faces[face] = [corners[0].uv, pair[0].uv, pair[1].uv];
+        }
+    }
+
+    /// The three UV coordinates of a triangle.
+    pub fn uv_triangle(&self, face: usize) -> [[f32; 2]; 3] {
+        self.uv_faces[face].map(|index| self.uv[index as usize])
+    }
+}
+
+/// Twice the signed area of a triangle, positive when its corners run clockwise on screen
+/// (`v` down). Exact in sign for 32-bit input up to the rounding of `f64`.
+pub(crate) fn doubled_area(corners: [[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn check_finite<const N: usize>(what: &'static str, values: &[[f32; N]]) -> Result<(), MeshError> {
+    for (index, value) in values.iter().enumerate() {
+        if let Some(&value) = value.iter().find(|value| !value.is_finite()) {
+            return Err(MeshError::NotFinite { what, index, value });
+        }
+    }
+    Ok(())
+}
+
+fn check_index(
+    polygon: usize,
+    what: &'static str,
+    index: u32,
+    count: usize,
+) -> Result<(), MeshError> {
+    if (index as usize) < count {
+        Ok(())
+    } else {
+        Err(MeshError::Index { polygon, what, index, count })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(indices: &[u32]) -> Vec<Corner> {
+        indices.iter().map(|&index| Corner { vertex: index, uv: index }).collect()
+    }
+
+    fn square() -> (Vec<[f32; 3]>, Vec<[f32; 2]>) {
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        (uv.iter().map(|&[x, y]| [x, y, 0.0]).collect(), uv)
+    }
+
+    #[test]
+    fn a_quad_is_a_fan_around_its_first_corner() {
+        let (positions, uv) = square();
+        let mut mesh =
+            Mesh::from_polygons(positions, uv, &corners(&[3, 0, 1, 2, 0, 1, 2]), &[4, 3]).unwrap();
+        assert_eq!(mesh.faces(), [[3, 0, 1], [3, 1, 2], [0, 1, 2]]);
+        assert_eq!(mesh.polygon(0), 0..2);
+        assert_eq!(mesh.polygon(1), 2..3);
+        assert_eq!(mesh.polygon_corners(0), corners(&[3, 0, 1, 2]));
+        mesh.refan(0, 1);
+        assert_eq!(mesh.faces()[..2], [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(mesh.uv_faces(), mesh.faces());
+    }
+
+    #[test]
+    fn refuses_what_cannot_be_a_mesh() {
+        let (positions, uv) = square();
+        let build = |indices: &[u32], sizes: &[u32]| {
+            Mesh::from_polygons(positions.clone(), uv.clone(), &corners(indices), sizes)
+        };
+        assert_eq!(build(&[], &[]), Err(MeshError::NoFaces));
+        assert_eq!(build(&[0, 1], &[2]), Err(MeshError::TooFewCorners { polygon: 0, corners: 2 }));
+        assert_eq!(
+            build(&[0, 1, 4], &[3]),
+            Err(MeshError::Index { polygon: 0, what: "vertex", index: 4, count: 4 })
+        );
+        let mut broken = positions.clone();
+        broken[2][1] = f32::NEG_INFINITY;
+        assert_eq!(
+            Mesh::from_triangles(broken, uv.clone(), &[[0, 1, 2]], &[[0, 1, 2]]),
+            Err(MeshError::NotFinite { what: "vertex", index: 2, value: f32::NEG_INFINITY })
+        );
+    }
+
+    #[test]
+    fn area_is_positive_clockwise_on_screen() {
+        assert_eq!(doubled_area([[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]), 0.5);
+        assert_eq!(doubled_area([[0.0, 0.0], [0.0, 0.5], [1.0, 0.0]]), -0.5);
+    }
+}

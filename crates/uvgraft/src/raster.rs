@@ -1,0 +1,132 @@
+//! Which texels a triangle owns: scanline coverage with the top-left rule.
+//!
+//! A texel belongs to a triangle when its centre does. On a shared edge the crossing with a row is
+//! computed from the same two points in the same order for both triangles, so it is the same number
+//! for both, and half-open spans give every centre to exactly one of them.
+
+use std::ops::Range;
+
+use crate::texture::Size;
+
+/// A triangle in texel coordinates, ready to tell which texels of a row it owns.
+#[derive(Debug, Clone)]
+pub struct ScanTriangle {
+    edges: [Edge; 3],
+    rows: Range<u32>,
+    width: u32,
+}
+
+/// An edge from its upper to its lower end; upper means smaller y, then smaller x.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    top: [f64; 2],
+    bottom_y: f64,
+    slope: f64,
+}
+
+impl Edge {
+    fn new(a: [f64; 2], b: [f64; 2]) -> Self {
+        let (top, bottom) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
+        let slope = (bottom[0] - top[0]) / (bottom[1] - top[1]);
+        Self { top, bottom_y: bottom[1], slope }
+    }
+
+    fn crosses(&self, y: f64) -> bool {
+        self.top[1] <= y && y < self.bottom_y
+    }
+
+    fn x_at(&self, y: f64) -> f64 {
+        self.top[0] + (y - self.top[1]) * self.slope
+    }
+}
+
+impl ScanTriangle {
+    /// Prepares a triangle, clipped to a texture of `size`; `None` if it owns no texel for having
+    /// no area or lying outside all row centres.
+    ///
+    /// - `corners_px`: finite, in texels, origin at the top left corner of texel `(0, 0)`.
+    pub fn new(corners_px: [[f64; 2]; 3], size: Size) -> Option<Self> {
+        let [a, b, c] = corners_px;
+        let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if doubled_area == 0.0 {
+            return None;
+        }
+        let rows = centres_between(a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]), size.height);
+        let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
+        (!rows.is_empty()).then_some(Self { edges, rows, width: size.width })
+    }
+
+    /// The rows in which the triangle may own texels.
+    pub fn rows(&self) -> Range<u32> {
+        self.rows.clone()
+    }
+
+    /// The texels of `row` that the triangle owns; empty outside [`ScanTriangle::rows`].
+    pub fn span(&self, row: u32) -> Range<u32> {
+        let y = f64::from(row) + 0.5;
+        let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+        for edge in &self.edges {
+            if edge.crosses(y) {
+                let x = edge.x_at(y);
+                left = left.min(x);
+                right = right.max(x);
+            }
+        }
+        if left < right { centres_between(left, right, self.width) } else { 0..0 }
+    }
+}
+
+/// The texels in `0..count` whose centre `c` has `from <= c < to`.
+fn centres_between(from: f64, to: f64, count: u32) -> Range<u32> {
+    // Float-to-integer casts saturate, which clips to the texture.
+    let index = |edge: f64| ((edge - 0.5).ceil() as u32).min(count);
+    index(from)..index(to)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn owned(corners_px: [[f64; 2]; 3], size: Size) -> Vec<(u32, u32)> {
+        ScanTriangle::new(corners_px, size)
+            .into_iter()
+            .flat_map(|scan| {
+                scan.rows()
+                    .flat_map(move |row| scan.span(row).map(move |x| (x, row)).collect::<Vec<_>>())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn centres_on_top_and_left_edges_are_in_and_on_the_others_out() {
+        // A right triangle through the centres (0.5, 0.5), (2.5, 0.5) and (0.5, 2.5).
+        let corners = [[0.5, 0.5], [2.5, 0.5], [0.5, 2.5]];
+        assert_eq!(owned(corners, Size::square(4)), [(0, 0), (1, 0), (0, 1)]);
+    }
+
+    #[test]
+    fn a_fan_owns_every_texel_once() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        let size = Size::new(61, 47);
+        let (w, h) = (f64::from(size.width), f64::from(size.height));
+        for _ in 0..50 {
+            let middle = [rng.f64() * w, rng.f64() * h];
+            let ring = [[0.0, 0.0], [rng.f64() * w, 0.0], [w, 0.0], [w, h], [0.0, h]];
+            let mut count = vec![0; size.texels()];
+            for k in 0..ring.len() {
+                for (x, y) in owned([middle, ring[(k + 1) % ring.len()], ring[k]], size) {
+                    count[(y * size.width + x) as usize] += 1;
+                }
+            }
+            assert!(count.iter().all(|&count| count == 1));
+        }
+    }
+
+    #[test]
+    fn clips_to_the_texture_and_skips_what_has_no_area() {
+        let all = owned([[-1e9, -1e9], [3e9, -1e9], [-1e9, 3e9]], Size::new(3, 2));
+        assert_eq!(all.len(), 6);
+        assert!(owned([[0.0, 0.0], [3.0, 3.0], [1.0, 1.0]], Size::square(4)).is_empty());
+        assert!(owned([[-9.0, 0.0], [-1.0, 3.0], [-9.0, 9.0]], Size::square(4)).is_empty());
+    }
+}

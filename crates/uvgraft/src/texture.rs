@@ -1,0 +1,324 @@
+//! Textures: their size, their channels, and their texels in one of three depths.
+
+use crate::color::Encoding;
+
+/// Width and height in texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Size {
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Size {
+    /// A size of `width` × `height` texels.
+    pub const fn new(width: u32, height: u32) -> Self {
+        Self { width, height }
+    }
+
+    /// A square of `side` × `side` texels.
+    pub const fn square(side: u32) -> Self {
+        Self::new(side, side)
+    }
+
+    /// How many texels there are.
+    pub const fn texels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}×{}", self.width, self.height)
+    }
+}
+
+/// Which channels a texel has, in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Channels {
+    /// One value.
+    Grey,
+    /// One value and its opacity, not premultiplied.
+    GreyAlpha,
+    /// Three values.
+    Rgb,
+    /// Three values and their opacity, not premultiplied.
+    Rgba,
+}
+
+impl Channels {
+    /// How many values a texel has.
+    pub const fn count(self) -> usize {
+        match self {
+            Self::Grey => 1,
+            Self::GreyAlpha => 2,
+            Self::Rgb => 3,
+            Self::Rgba => 4,
+        }
+    }
+
+    /// Whether the last value is opacity.
+    pub const fn has_alpha(self) -> bool {
+        matches!(self, Self::GreyAlpha | Self::Rgba)
+    }
+
+    /// Whether there are three colour values rather than one.
+    pub const fn has_color(self) -> bool {
+        matches!(self, Self::Rgb | Self::Rgba)
+    }
+
+    /// The channels with or without colour and opacity.
+    pub const fn new(color: bool, alpha: bool) -> Self {
+        match (color, alpha) {
+            (false, false) => Self::Grey,
+            (false, true) => Self::GreyAlpha,
+            (true, false) => Self::Rgb,
+            (true, true) => Self::Rgba,
+        }
+    }
+
+    /// The fewest channels that hold all of both.
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self::new(self.has_color() || other.has_color(), self.has_alpha() || other.has_alpha())
+    }
+}
+
+/// How a value is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Depth {
+    /// `0..=255` stands for `0.0..=1.0`.
+    U8,
+    /// `0..=65535` stands for `0.0..=1.0`.
+    U16,
+    /// Any float, 1.0 being white.
+    F32,
+}
+
+/// Row-major texels, channels interleaved, in one of three depths.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Texels {
+    /// 8 bits a value.
+    U8(Vec<u8>),
+    /// 16 bits a value.
+    U16(Vec<u16>),
+    /// 32-bit float values.
+    F32(Vec<f32>),
+}
+
+impl Texels {
+    /// How many values there are.
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::U8(values) => values.len(),
+            Self::U16(values) => values.len(),
+            Self::F32(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// One of the three depths as a type: values in `0.0..=1.0` and back.
+///
+/// Sealed by being implemented for `u8`, `u16` and `f32` alone.
+pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
+    /// The stored value that stands for 1.0.
+    const ONE: Self;
+    /// The number that is stored, as a float: `0.0..=255.0` for 8 bits.
+    fn to_level(self) -> f32;
+    /// Stores a number of levels, rounded to the nearest and clamped to the range.
+    fn from_level(level: f32) -> Self;
+    /// The same value at this depth: rounds where it must, clamps for integers.
+    fn from_unit(unit: f32) -> Self {
+        Self::from_level(unit * Self::ONE.to_level())
+    }
+    /// The value with 1.0 for white.
+    fn to_unit(self) -> f32 {
+        self.to_level() / Self::ONE.to_level()
+    }
+}
+
+impl Value for u8 {
+    const ONE: Self = 255;
+    fn to_level(self) -> f32 {
+        f32::from(self)
+    }
+    fn from_level(level: f32) -> Self {
+        // `as` saturates, so this is the clamp too; NaN becomes 0.
+        (level + 0.5) as Self
+    }
+}
+
+impl Value for u16 {
+    const ONE: Self = 65_535;
+    fn to_level(self) -> f32 {
+        f32::from(self)
+    }
+    fn from_level(level: f32) -> Self {
+        (level + 0.5) as Self
+    }
+}
+
+impl Value for f32 {
+    const ONE: Self = 1.0;
+    fn to_level(self) -> f32 {
+        self
+    }
+    fn from_level(level: f32) -> Self {
+        level
+    }
+}
+
+/// Why texels do not make a texture.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TextureError {
+    /// Width or height is 0.
+    #[error("texture of {0} has no texels")]
+    Empty(Size),
+    /// The buffer does not fit the size.
+    #[error(
+        "{found} values do not make a {size} texture with {channels} channels: {wanted} are needed"
+    )]
+    Length {
+        /// Values in the buffer.
+        found: usize,
+        /// Values that the size asks for.
+        wanted: usize,
+        /// The size that was given.
+        size: Size,
+        /// Values in a texel.
+        channels: usize,
+    },
+    /// A side is longer than positions in a texture may be.
+    #[error("texture of {0} is too large: at most {max} texels a side", max = Texture::MAX_SIDE)]
+    TooLarge(Size),
+}
+
+/// An image that a UV layout refers to. Row 0 is at the top; texel `(i, j)` covers
+/// `[i, i+1) × [j, j+1)` and has its centre at `(i + 0.5, j + 0.5)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    size: Size,
+    channels: Channels,
+    encoding: Encoding,
+    texels: Texels,
+}
+
+impl Texture {
+    /// The longest side that is accepted.
+    pub const MAX_SIDE: u32 = 32_768;
+
+    /// Checks that `texels` holds `size.texels() * channels.count()` values.
+    ///
+    /// # Errors
+    /// [`TextureError`] for an empty or too large size, or a buffer of another length.
+    pub fn new(
+        size: Size,
+        channels: Channels,
+        encoding: Encoding,
+        texels: Texels,
+    ) -> Result<Self, TextureError> {
+        if size.texels() == 0 {
+            return Err(TextureError::Empty(size));
+        }
+        if size.width.max(size.height) > Self::MAX_SIDE {
+            return Err(TextureError::TooLarge(size));
+        }
+        let wanted = size.texels() * channels.count();
+        if texels.len() != wanted {
+            let channels = channels.count();
+            return Err(TextureError::Length { found: texels.len(), wanted, size, channels });
+        }
+        Ok(Self { size, channels, encoding, texels })
+    }
+
+    /// A texture of one colour: `unit` holds as many values as `channels`, 1.0 for white.
+    ///
+    /// # Errors
+    /// [`TextureError`] as [`Texture::new`].
+    pub fn filled(
+        size: Size,
+        channels: Channels,
+        encoding: Encoding,
+        depth: Depth,
+        unit: &[f32],
+    ) -> Result<Self, TextureError> {
+        fn fill<T: Value>(size: Size, unit: &[f32]) -> Vec<T> {
+            let texel: Vec<T> = unit.iter().map(|&value| T::from_unit(value)).collect();
+            texel.repeat(size.texels())
+        }
+        if size.width.max(size.height) > Self::MAX_SIDE {
+            return Err(TextureError::TooLarge(size));
+        }
+        let texels = match depth {
+            Depth::U8 => Texels::U8(fill(size, unit)),
+            Depth::U16 => Texels::U16(fill(size, unit)),
+            Depth::F32 => Texels::F32(fill(size, unit)),
+        };
+        Self::new(size, channels, encoding, texels)
+    }
+
+    /// Width and height.
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Which channels a texel has.
+    pub const fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    /// What the values mean.
+    pub const fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// How a value is stored.
+    pub const fn depth(&self) -> Depth {
+        match self.texels {
+            Texels::U8(_) => Depth::U8,
+            Texels::U16(_) => Depth::U16,
+            Texels::F32(_) => Depth::F32,
+        }
+    }
+
+    /// The values.
+    pub const fn texels(&self) -> &Texels {
+        &self.texels
+    }
+
+    /// The values, to be changed in place.
+    pub const fn texels_mut(&mut self) -> &mut Texels {
+        &mut self.texels
+    }
+
+    /// The values by themselves.
+    pub fn into_texels(self) -> Texels {
+        self.texels
+    }
+
+    /// The same values, said to mean something else.
+    #[must_use]
+    pub const fn with_encoding(mut self, encoding: Encoding) -> Self {
+        self.encoding = encoding;
+        self
+    }
+
+    /// The value of one channel of one texel, 1.0 for white. For tests and small loops.
+    pub fn get(&self, x: u32, y: u32, channel: usize) -> f32 {
+        let index =
+            (y as usize * self.size.width as usize + x as usize) * self.channels.count() + channel;
+        match &self.texels {
+            Texels::U8(values) => values[index].to_unit(),
+            Texels::U16(values) => values[index].to_unit(),
+            Texels::F32(values) => values[index],
+        }
+    }
+}
