@@ -1,1 +1,10 @@
-//! io
+//! Files in, files out: OBJ meshes, vertex maps, images and pair files.
+//!
+//! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
+//! leaves the old file or the new one and never half of it.
+
+pub mod image;
+pub mod obj;
+pub mod output;
+pub mod pair_file;
+pub mod vertex_map;
