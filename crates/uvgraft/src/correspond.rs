@@ -1,0 +1,258 @@
+//! Which source triangle answers a target one, from a vertex map.
+//!
+//! A triangle is known by its three vertices alone, so its corners may start anywhere and wind
+//! either way. Where one mesh has polygons that the other triangulates along another diagonal, the
+//! polygon's fan is turned until most of its triangles are found on the other side.
+
+use crate::mesh::Mesh;
+
+/// A source triangle and the target triangle with the same vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Link {
+    /// Face of the target mesh.
+    pub target: u32,
+    /// Face of the source mesh.
+    pub source: u32,
+    /// Corner `k` of the target face is corner `corners[k]` of the source face: a permutation of
+    /// 0, 1, 2; an odd one where the windings differ.
+    pub corners: [u8; 3],
+}
+
+impl Link {
+    /// Whether the two faces wind opposite ways.
+    pub fn flips(&self) -> bool {
+        !matches!(self.corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1])
+    }
+}
+
+/// Why a vertex map does not join two meshes.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// One entry for each source vertex is wanted.
+    #[error("vertex map has {found} entries, the source mesh has {wanted} vertices{}",
+        if *.swapped { " (the target mesh has as many as the map has entries: are source and target swapped?)" } else { "" })]
+    Length {
+        /// Entries in the map.
+        found: usize,
+        /// Vertices of the source mesh.
+        wanted: usize,
+        /// Whether the target mesh has as many vertices as the map has entries.
+        swapped: bool,
+    },
+    /// An entry names a vertex that the target does not have.
+    #[error(
+        "vertex map entry {entry} is {found}, the target mesh has vertices 0 to {}; -1 means none",
+        .vertices - 1
+    )]
+    Range {
+        /// Which entry, from 0.
+        entry: usize,
+        /// What it says.
+        found: i64,
+        /// Vertices of the target mesh.
+        vertices: usize,
+    },
+    /// The map and both meshes are sound by themselves, yet nothing matches.
+    #[error(
+        "none of the {source_faces} source faces has its vertices in a target face: \
+         the vertex map does not belong to these meshes"
+    )]
+    Nothing {
+        /// Triangles of the source mesh.
+        source_faces: usize,
+    },
+}
+
+/// Links the triangles of two meshes whose vertices correspond.
+///
+/// - `vertex_map`: `[source vertices]`, for each the target vertex it is, or -1 for none.
+///
+/// Polygons of either mesh may be triangulated anew (see the module's text); triangles never change.
+/// Links come in the order of their target face. Faces that several faces share the vertices of
+/// (doubled surfaces) are linked to each of them.
+///
+/// # Errors
+/// [`LinkError`] for a map of the wrong length or with entries out of range, or if nothing matches.
+pub(crate) fn link_by_vertices(
+    source: &mut Mesh,
+    target: &mut Mesh,
+    vertex_map: &[i64],
+) -> Result<Vec<Link>, LinkError> {
+    let vertices = target.positions().len();
+    if vertex_map.len() != source.positions().len() {
+        return Err(LinkError::Length {
+            found: vertex_map.len(),
+            wanted: source.positions().len(),
+            swapped: vertex_map.len() == vertices,
+        });
+    }
+    for (entry, &found) in vertex_map.iter().enumerate() {
+        if !(-1..vertices as i64).contains(&found) {
+            return Err(LinkError::Range { entry, found, vertices });
+        }
+    }
+    // In target vertices; what has no counterpart gets a number that no target face uses.
+    let common = |vertex: u32| u32::try_from(vertex_map[vertex as usize]).unwrap_or(u32::MAX);
+    turn_fans(target, |vertex| vertex, &sorted_keys(source, common));
+    turn_fans(source, common, &sorted_keys(target, |vertex| vertex));
+
+    let source_keys = sorted_keys(source, common);
+    let mut links = Vec::with_capacity(source_keys.len());
+    for (target_face, corners) in target.faces().iter().enumerate() {
+        let key = face_key(*corners);
+        let first = source_keys.partition_point(|(other, _)| *other < key);
+        for &(_, source_face) in source_keys[first..].iter().take_while(|(other, _)| *other == key)
+        {
+            let source_corners = source.faces()[source_face as usize].map(common);
+            if let Some(corners) = permutation(*corners, source_corners) {
+                links.push(Link { target: target_face as u32, source: source_face, corners });
+            }
+        }
+    }
+    if links.is_empty() {
+        return Err(LinkError::Nothing { source_faces: source.faces().len() });
+    }
+    Ok(links)
+}
+
+type FaceKey = [u32; 3];
+
+fn face_key(mut corners: [u32; 3]) -> FaceKey {
+    corners.sort_unstable();
+    corners
+}
+
+/// Every face by its vertices, sorted; equal keys in the order of their faces.
+fn sorted_keys(mesh: &Mesh, common: impl Fn(u32) -> u32) -> Vec<(FaceKey, u32)> {
+    let mut keys: Vec<(FaceKey, u32)> = mesh
+        .faces()
+        .iter()
+        .zip(0..)
+        .map(|(corners, face)| (face_key(corners.map(&common)), face))
+        .filter(|(key, _)| key[2] != u32::MAX)
+        .collect();
+    keys.sort_unstable();
+    keys
+}
+
+/// Turns each polygon's fan to the corner from which most of its triangles are among `others`.
+fn turn_fans(mesh: &mut Mesh, common: impl Fn(u32) -> u32, others: &[(FaceKey, u32)]) {
+    let known = |corners: [u32; 3]| {
+        let key = face_key(corners.map(&common));
+        others.binary_search_by_key(&key, |(other, _)| *other).is_ok()
+    };
+    for polygon in 0..mesh.polygon_count() {
+        if mesh.polygon(polygon).len() == 1 {
+            continue;
+        }
+        let corners = mesh.polygon_corners(polygon);
+        let found_from = |apex: usize| {
+            let at = |k: usize| corners[(apex + k) % corners.len()].vertex;
+            (1..corners.len() - 1).filter(|&k| known([at(0), at(k), at(k + 1)])).count()
+        };
+        let best = (0..corners.len()).rev().max_by_key(|&apex| found_from(apex)).unwrap_or(0);
+        if best != 0 {
+            mesh.refan(polygon, best);
+        }
+    }
+}
+
+/// For each corner of `target`, the corner of `source` with the same vertex; `None` if a vertex
+/// repeats, so that corners cannot be told apart.
+fn permutation(target: [u32; 3], source: [u32; 3]) -> Option<[u8; 3]> {
+    let [a, b, c] = target;
+    if a == b || b == c || c == a {
+        return None;
+    }
+    let mut corners = [0; 3];
+    for (corner, vertex) in corners.iter_mut().zip(target) {
+        *corner = source.iter().position(|&other| other == vertex)? as u8;
+    }
+    Some(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Corner;
+
+    /// A pentagon and a quad beside it; vertex and UV indices are the same.
+    fn ring() -> Vec<[f32; 2]> {
+        vec![[0.5, 0.0], [0.9, 0.3], [0.7, 0.8], [0.3, 0.8], [0.1, 0.3], [1.0, 0.8], [1.0, 0.4]]
+    }
+
+    fn mesh(polygons: &[&[u32]], renumber: impl Fn(u32) -> u32) -> Mesh {
+        let mut uv = vec![[0.0; 2]; 7];
+        for (vertex, at) in ring().into_iter().enumerate() {
+            uv[renumber(vertex as u32) as usize] = at;
+        }
+        let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+        let corners: Vec<Corner> = polygons
+            .iter()
+            .flat_map(|polygon| polygon.iter().map(|&vertex| renumber(vertex)))
+            .map(|vertex| Corner { vertex, uv: vertex })
+            .collect();
+        let sizes: Vec<u32> = polygons.iter().map(|polygon| polygon.len() as u32).collect();
+        Mesh::from_polygons(positions, uv, &corners, &sizes).unwrap()
+    }
+
+    /// Links, and checks that every linked corner is the same vertex on both sides.
+    fn count(mut source: Mesh, mut target: Mesh, vertex_map: &[i64]) -> (usize, usize) {
+        let links = link_by_vertices(&mut source, &mut target, vertex_map).unwrap();
+        for link in &links {
+            for k in 0..3 {
+                let source_vertex =
+                    source.faces()[link.source as usize][link.corners[k] as usize] as usize;
+                let target_vertex = target.faces()[link.target as usize][k];
+                assert_eq!(vertex_map[source_vertex], i64::from(target_vertex));
+            }
+        }
+        (links.len(), links.iter().filter(|link| link.flips()).count())
+    }
+
+    #[test]
+    fn any_start_corner_either_winding_and_other_numbers() {
+        let vertex_map: Vec<i64> = (0..7).map(|vertex| (vertex * 3 + 2) % 7).collect();
+        let source = mesh(&[&[0, 1, 2, 3, 4], &[1, 6, 5, 2]], |vertex| vertex);
+        for polygons in [
+            [&[0, 1, 2, 3, 4][..], &[1, 6, 5, 2]],
+            [&[3, 4, 0, 1, 2], &[6, 5, 2, 1]],
+            [&[4, 3, 2, 1, 0], &[1, 2, 5, 6]],
+        ] {
+            let flipped = if polygons[0][0] == 4 { 5 } else { 0 };
+            let target = mesh(&polygons, |vertex| (vertex * 3 + 2) % 7);
+            assert_eq!(count(source.clone(), target, &vertex_map), (5, flipped));
+        }
+    }
+
+    #[test]
+    fn polygons_follow_the_other_sides_triangles() {
+        let identity: Vec<i64> = (0..7).collect();
+        let polygons = mesh(&[&[0, 1, 2, 3, 4], &[1, 6, 5, 2]], |vertex| vertex);
+        let triangles =
+            mesh(&[&[2, 3, 4], &[4, 0, 2], &[0, 1, 2], &[6, 5, 2], &[6, 2, 1]], |vertex| vertex);
+        assert_eq!(count(polygons.clone(), triangles.clone(), &identity), (5, 0));
+        assert_eq!(count(triangles, polygons, &identity), (5, 0));
+    }
+
+    #[test]
+    fn vertices_without_counterpart_leave_their_faces_unlinked() {
+        let mut vertex_map: Vec<i64> = (0..7).collect();
+        vertex_map[6] = -1;
+        let source = mesh(&[&[0, 1, 2, 3, 4], &[1, 6, 5, 2]], |vertex| vertex);
+        assert_eq!(count(source.clone(), source, &vertex_map).0, 4);
+    }
+
+    #[test]
+    fn says_what_is_wrong_with_a_map() {
+        let mut source = mesh(&[&[0, 1, 2]], |vertex| vertex);
+        let mut target = mesh(&[&[0, 1, 3]], |vertex| vertex);
+        let mut error =
+            |map: &[i64]| link_by_vertices(&mut source, &mut target, map).unwrap_err().to_string();
+        assert!(error(&[0, 1]).contains("2 entries, the source mesh has 7 vertices"));
+        assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("entry 6 is 7"));
+        assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("entry 3 is -2"));
+        assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("none of the 1 source faces"));
+    }
+}

@@ -1,0 +1,282 @@
+//! The sampling map: for every texel of one target size, where its value comes from.
+//!
+//! Inside a target triangle the source position is an affine function of the target position, so
+//! the map is a list of runs of texels, each naming the affine map ("patch") that holds for it.
+
+mod coverage;
+mod gutter;
+
+pub(crate) use coverage::{Coverage, Span, corners_px};
+
+use crate::color::Encoding;
+use crate::islands::Islands;
+use crate::pair::{Direction, Pair};
+use crate::texture::{Channels, Size, Texels, Texture};
+use gutter::Gutter;
+
+/// How a map is built.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapOptions {
+    /// How many texels beyond the islands are filled, so that filtering and mip levels never meet
+    /// the background.
+    pub gutter_px: u32,
+}
+
+impl Default for MapOptions {
+    /// 16 texels: down to the fourth mip level.
+    fn default() -> Self {
+        Self { gutter_px: 16 }
+    }
+}
+
+/// Where each texel of a target texture takes its value from, for one pair, direction and size.
+#[derive(Debug, Clone)]
+pub struct SamplingMap {
+    size: Size,
+    direction: Direction,
+    /// `height + 1` offsets into `runs`.
+    row_starts: Vec<u32>,
+    runs: Vec<Run>,
+    patches: Vec<Patch>,
+    /// Patches from here on belong to the gutter.
+    gutter_patches: u32,
+    stats: MapStats,
+}
+
+/// Consecutive texels of a row that share an affine map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// The first texel.
+    pub x: u32,
+    /// How many texels; at least 1.
+    pub len: u32,
+    /// Index into [`SamplingMap::patches`].
+    pub patch: u32,
+}
+
+/// The affine map that holds for the texels of one target triangle, or beside one of its edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Source UV of a target position in texels.
+    pub src_uv_from_tgt_px: Affine,
+    /// How the source UV changes with the target position inside the triangle: what a filter's
+    /// footprint follows. In the gutter it is that of the triangle too, where the position may
+    /// stand still.
+    pub jacobian: [[f64; 2]; 2],
+    /// The target face.
+    pub face: u32,
+}
+
+/// `uv = origin_uv + jacobian · (px − origin_px)`.
+///
+/// Kept relative to a corner of its triangle: a steep triangle far from the texture's corner would
+/// lose digits otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Affine {
+    /// A target position, in texels.
+    pub origin_px: [f64; 2],
+    /// The source UV there.
+    pub origin_uv: [f64; 2],
+    /// `jacobian[i][k]`: change of source coordinate `i` with target coordinate `k`.
+    pub jacobian: [[f64; 2]; 2],
+}
+
+/// How many texels of a map are what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct MapStats {
+    /// Texels owned by a linked triangle.
+    pub linked: usize,
+    /// Texels filled outside the islands.
+    pub gutter: usize,
+    /// Texels owned by any triangle of the target.
+    pub covered: usize,
+    /// Texels that more than one triangle covers.
+    pub overlapping: usize,
+}
+
+impl Affine {
+    /// The map that takes three target points to three source points; `None` for target points on
+    /// a line.
+    fn from_triangles(tgt_px: [[f64; 2]; 3], src_uv: [[f64; 2]; 3]) -> Option<Self> {
+        let [p, q] = [1, 2].map(|k| [tgt_px[k][0] - tgt_px[0][0], tgt_px[k][1] - tgt_px[0][1]]);
+        let [s, t] = [1, 2].map(|k| [src_uv[k][0] - src_uv[0][0], src_uv[k][1] - src_uv[0][1]]);
+        let determinant = p[0] * q[1] - p[1] * q[0];
+        if determinant == 0.0 {
+            return None;
+        }
+        let row = |i: usize| {
+            [(s[i] * q[1] - t[i] * p[1]) / determinant, (t[i] * p[0] - s[i] * q[0]) / determinant]
+        };
+        Some(Self { origin_px: tgt_px[0], origin_uv: src_uv[0], jacobian: [row(0), row(1)] })
+    }
+
+    /// The source UV at a target position.
+    pub fn at(&self, px: [f64; 2]) -> [f64; 2] {
+        let offset = [px[0] - self.origin_px[0], px[1] - self.origin_px[1]];
+        [0, 1].map(|i| {
+            self.origin_uv[i] + self.jacobian[i][0] * offset[0] + self.jacobian[i][1] * offset[1]
+        })
+    }
+
+    /// The value at one position, everywhere.
+    fn constant(&self, px: [f64; 2]) -> Self {
+        Self { origin_px: px, origin_uv: self.at(px), jacobian: [[0.0; 2]; 2] }
+    }
+
+    /// The value at the nearest point of the line through `from` in the direction `along`, moved by
+    /// `shift`.
+    fn projected(
+        &self,
+        from: [f64; 2],
+        along: [f64; 2],
+        inverse_squared_length: f64,
+        shift: [f64; 2],
+    ) -> Self {
+        let jacobian = self.jacobian.map(|row| {
+            let along_line = (row[0] * along[0] + row[1] * along[1]) * inverse_squared_length;
+            along.map(|component| along_line * component)
+        });
+        let origin_uv = self.at([from[0] + shift[0], from[1] + shift[1]]);
+        Self { origin_px: from, origin_uv, jacobian }
+    }
+}
+
+impl SamplingMap {
+    /// Builds the map of one direction for a target texture of `size`.
+    pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
+        let oriented = pair.oriented(direction);
+        let (to, from) = (oriented.to, oriented.from);
+        let islands = Islands::new(to);
+        let coverage = Coverage::new(to, &islands, size);
+
+        const UNLINKED: u32 = u32::MAX;
+        let mut patch_of_face = vec![UNLINKED; to.faces().len()];
+        let mut patches = Vec::with_capacity(pair.links().len());
+        for (face, counterpart) in oriented.from_face.iter().enumerate() {
+            let Some(counterpart) = counterpart else { continue };
+            let source = from.uv_triangle(counterpart.face as usize);
+            if crate::mesh::doubled_area(source) == 0.0 {
+                continue;
+            }
+            let src_uv = counterpart.corners.map(|corner| source[corner as usize].map(f64::from));
+            if let Some(affine) = Affine::from_triangles(corners_px(to, face, size), src_uv) {
+                patch_of_face[face] = patches.len() as u32;
+                let jacobian = affine.jacobian;
+                patches.push(Patch { src_uv_from_tgt_px: affine, jacobian, face: face as u32 });
+            }
+        }
+        let patch = |face: u32| {
+            let patch = patch_of_face[face as usize];
+            (patch != UNLINKED).then_some(patch)
+        };
+        let gutter =
+            Gutter::new(to, &islands, &coverage, f64::from(options.gutter_px), |face: u32| {
+                patch(face).map(|patch| &patches[patch as usize].src_uv_from_tgt_px)
+            });
+
+        let gutter_patches = patches.len() as u32;
+        for (face, affine) in gutter.patches {
+            let jacobian = patches[patch_of_face[face as usize] as usize].jacobian;
+            patches.push(Patch { src_uv_from_tgt_px: affine, jacobian, face });
+        }
+        let mut map = Self {
+            size,
+            direction,
+            row_starts: Vec::with_capacity(size.height as usize + 1),
+            runs: Vec::new(),
+            patches,
+            gutter_patches,
+            stats: MapStats {
+                linked: 0,
+                gutter: 0,
+                covered: coverage.texels(),
+                overlapping: coverage.overlapping,
+            },
+        };
+        for (row, around) in (0..size.height).zip(&gutter.rows) {
+            map.row_starts.push(map.runs.len() as u32);
+            let first = map.runs.len();
+            for span in coverage.row(row) {
+                if let Some(patch) = patch(span.face) {
+                    push_without(&mut map.runs, *span, patch, &around.stolen);
+                }
+            }
+            if !around.runs.is_empty() {
+                map.runs.extend(
+                    around.runs.iter().map(|run| Run { patch: run.patch + gutter_patches, ..*run }),
+                );
+                map.runs[first..].sort_unstable_by_key(|run| run.x);
+            }
+        }
+        map.row_starts.push(map.runs.len() as u32);
+        for run in &map.runs {
+            if run.patch < gutter_patches {
+                map.stats.linked += run.len as usize;
+            } else {
+                map.stats.gutter += run.len as usize;
+            }
+        }
+        map
+    }
+
+    /// The target size.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Which way the pair is used.
+    pub fn direction(&self) -> Direction {
+        self.direction
+    }
+
+    /// The runs of a row, from left to right, none overlapping another.
+    pub fn row(&self, row: u32) -> &[Run] {
+        let row = row as usize;
+        &self.runs[self.row_starts[row] as usize..self.row_starts[row + 1] as usize]
+    }
+
+    /// The affine maps that runs refer to.
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Whether a run lies outside the islands.
+    pub fn is_gutter(&self, run: Run) -> bool {
+        run.patch >= self.gutter_patches
+    }
+
+    /// How many texels are what.
+    pub fn stats(&self) -> MapStats {
+        self.stats
+    }
+
+    /// An 8-bit grey mask: white where a linked triangle owns the texel, black elsewhere, the
+    /// gutter included.
+    pub fn mask(&self) -> Texture {
+        let width = self.size.width as usize;
+        let mut values = vec![0; self.size.texels()];
+        for (row, values) in (0..).zip(values.chunks_mut(width)) {
+            for run in self.row(row).iter().filter(|run| !self.is_gutter(**run)) {
+                values[run.x as usize..(run.x + run.len) as usize].fill(255);
+            }
+        }
+        Texture::new(self.size, Channels::Grey, Encoding::Data, Texels::U8(values))
+            .expect("a map's size is that of a texture")
+    }
+}
+
+/// Adds a run for the texels of a span that are not in `holes` (sorted).
+fn push_without(runs: &mut Vec<Run>, span: Span, patch: u32, holes: &[u32]) {
+    let mut x = span.start;
+    let first = holes.partition_point(|&hole| hole < span.start);
+    for &hole in holes[first..].iter().take_while(|&&hole| hole < span.end) {
+        if x < hole {
+            runs.push(Run { x, len: hole - x, patch });
+        }
+        x = hole + 1;
+    }
+    if x < span.end {
+        runs.push(Run { x, len: span.end - x, patch });
+    }
+}

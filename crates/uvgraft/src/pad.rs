@@ -1,0 +1,166 @@
+//! Padding of a source texture: what filters read beside its islands.
+//!
+//! A filter near an island's edge reads texels outside the island, where a texture may hold
+//! anything. They are given the value of the nearest texel inside first.
+
+use std::ops::Range;
+
+use crate::map::Coverage;
+use crate::texture::{Size, Texels, Texture};
+use crate::threads::map_indices;
+
+/// Which texels outside the islands take whose value, for one layout and size.
+#[derive(Debug, Clone)]
+pub struct Padding {
+    size: Size,
+    /// Texel number outside, and the texel number inside whose value it takes.
+    copies: Vec<[u32; 2]>,
+}
+
+impl Padding {
+    /// For texels within `radius` of a covered one.
+    pub(crate) fn new(coverage: &Coverage, radius: u32) -> Self {
+        let size = coverage.size();
+        let intervals: Vec<Vec<Range<u32>>> =
+            (0..size.height).map(|row| joined(coverage, row)).collect();
+        const ROWS: usize = 64;
+        let blocks = map_indices((size.height as usize).div_ceil(ROWS), |block| {
+            let mut copies = Vec::new();
+            let mut nearest = vec![(u32::MAX, 0); size.width as usize];
+            for row in block * ROWS..((block + 1) * ROWS).min(size.height as usize) {
+                pad_row(row, &intervals, radius, size.width, &mut nearest, &mut copies);
+            }
+            copies
+        });
+        Self { size, copies: blocks.into_iter().flatten().collect() }
+    }
+
+    /// The texture size that this is for.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Gives the texels beside the islands their padding.
+    ///
+    /// # Panics
+    /// If the texture has another size.
+    pub fn apply(&self, texture: &mut Texture) {
+        assert_eq!(texture.size(), self.size, "padding is for one size");
+        let channels = texture.channels().count();
+        match texture.texels_mut() {
+            Texels::U8(values) => self.copy(values, channels),
+            Texels::U16(values) => self.copy(values, channels),
+            Texels::F32(values) => self.copy(values, channels),
+        }
+    }
+
+    fn copy<T: Copy>(&self, values: &mut [T], channels: usize) {
+        for [outside, inside] in self.copies.iter().map(|copy| copy.map(|texel| texel as usize)) {
+            values.copy_within(inside * channels..(inside + 1) * channels, outside * channels);
+        }
+    }
+}
+
+/// The covered texels of a row, with neighbouring spans joined.
+fn joined(coverage: &Coverage, row: u32) -> Vec<Range<u32>> {
+    let mut intervals: Vec<Range<u32>> = Vec::new();
+    for span in coverage.row(row) {
+        match intervals.last_mut() {
+            Some(last) if last.end == span.start => last.end = span.end,
+            _ => intervals.push(span.start..span.end),
+        }
+    }
+    intervals
+}
+
+/// Finds the nearest covered texel for each uncovered one of `row`; the upper, then the left of two
+/// that are equally near. `nearest` holds squared distance and texel, and is left as it was found.
+fn pad_row(
+    row: usize,
+    intervals: &[Vec<Range<u32>>],
+    radius: u32,
+    width: u32,
+    nearest: &mut [(u32, u32)],
+    copies: &mut Vec<[u32; 2]>,
+) {
+    let gaps = gaps(&intervals[row], width);
+    let reach = radius as usize;
+    for other in row.saturating_sub(reach)..(row + reach + 1).min(intervals.len()) {
+        let down = (other.abs_diff(row) as u32).pow(2);
+        let mut first_gap = 0;
+        for interval in &intervals[other] {
+            let near = interval.start.saturating_sub(radius)..(interval.end + radius).min(width);
+            while first_gap < gaps.len() && gaps[first_gap].end <= near.start {
+                first_gap += 1;
+            }
+            for gap in gaps[first_gap..].iter().take_while(|gap| gap.start < near.end) {
+                for x in gap.start.max(near.start)..gap.end.min(near.end) {
+                    let inside = x.clamp(interval.start, interval.end - 1);
+                    let squared = down + inside.abs_diff(x).pow(2);
+                    let best = &mut nearest[x as usize];
+                    if squared <= radius * radius && squared < best.0 {
+                        *best = (squared, other as u32 * width + inside);
+                    }
+                }
+            }
+        }
+    }
+    for x in gaps.into_iter().flatten() {
+        let (squared, inside) = std::mem::replace(&mut nearest[x as usize], (u32::MAX, 0));
+        if squared != u32::MAX {
+            copies.push([row as u32 * width + x, inside]);
+        }
+    }
+}
+
+fn gaps(intervals: &[Range<u32>], width: u32) -> Vec<Range<u32>> {
+    let starts = std::iter::once(0).chain(intervals.iter().map(|interval| interval.end));
+    let ends = intervals.iter().map(|interval| interval.start).chain(std::iter::once(width));
+    starts.zip(ends).map(|(start, end)| start..end).filter(|gap| !gap.is_empty()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Encoding;
+    use crate::islands::Islands;
+    use crate::mesh::Mesh;
+    use crate::texture::Channels;
+
+    #[test]
+    fn takes_the_nearest_texel_within_the_radius() {
+        let uv = vec![[0.3, 0.2], [0.72, 0.33], [0.4, 0.81], [0.9, 0.9], [0.95, 0.95], [0.9, 0.98]];
+        let faces = [[0, 1, 2], [3, 4, 5]];
+        let mesh = Mesh::from_triangles(vec![[0.0; 3]; 6], uv, &faces, &faces).unwrap();
+        let size = Size::new(40, 31);
+        let coverage = Coverage::new(&mesh, &Islands::new(&mesh), size);
+        let radius = 4;
+        let mut covered = vec![false; size.texels()];
+        for row in 0..size.height {
+            for span in coverage.row(row) {
+                covered[row as usize * 40..][span.texels()].fill(true);
+            }
+        }
+        // Each texel holds its own number; uncovered ones are far off.
+        let values: Vec<f32> = (0..size.texels())
+            .map(|texel| if covered[texel] { texel as f32 } else { -1.0 })
+            .collect();
+        let mut texture =
+            Texture::new(size, Channels::Grey, Encoding::Data, Texels::F32(values)).unwrap();
+        Padding::new(&coverage, radius).apply(&mut texture);
+
+        let squared = |a: usize, b: usize| {
+            (a % 40).abs_diff(b % 40).pow(2) + (a / 40).abs_diff(b / 40).pow(2)
+        };
+        for texel in 0..size.texels() {
+            let found = texture.get((texel % 40) as u32, (texel / 40) as u32, 0);
+            let wanted = (0..size.texels())
+                .filter(|&other| covered[other])
+                .map(|other| squared(texel, other))
+                .min()
+                .filter(|&squared| squared <= 16);
+            let found = (found >= 0.0).then(|| squared(texel, found as usize));
+            assert_eq!(found, wanted, "texel {texel}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The specification of resampling: every faster path is tested against it. Written to be read;
+//! never tuned.
+
+use super::{Walk, load, split, store};
+use crate::filter::Filter;
+use crate::map::SamplingMap;
+use crate::texture::{Size, Value};
+
+/// Fills what a map reaches of a target from a source.
+///
+/// - `source`: `[height * width * C]` values of a texture of `source_size`.
+/// - `target`: `[height * width * C]` values of a texture of the map's size.
+///
+/// With 2 or 4 channels the last one is opacity: values are filtered multiplied by it, and laid over
+/// what the target holds. Taps beyond the source's edge read its edge.
+///
+/// # Panics
+/// If a buffer is too short.
+pub fn resample<T: Value, const C: usize>(
+    map: &SamplingMap,
+    source: &[T],
+    source_size: Size,
+    target: &mut [T],
+    filter: Filter,
+) {
+    let width = map.size().width as usize;
+    for row in 0..map.size().height {
+        for &run in map.row(row) {
+            let walk = Walk::new(map, row, run, source_size, filter);
+            for k in 0..run.len {
+                let levels = average::<T, C>(&walk, k, source, source_size, filter);
+                let texel = row as usize * width + (run.x + k) as usize;
+                store(levels, &mut target[texel * C..][..C]);
+            }
+        }
+    }
+}
+
+/// The mean of a texel's samples.
+fn average<T: Value, const C: usize>(
+    walk: &Walk,
+    k: u32,
+    source: &[T],
+    size: Size,
+    filter: Filter,
+) -> [f32; C] {
+    let centre = walk.at(k);
+    let [columns, rows] = walk.samples;
+    let mut sum = [0.0; C];
+    for b in 0..rows {
+        for a in 0..columns {
+            let value = sample::<T, C>(source, size, walk.sample(centre, a, b), filter);
+            for channel in 0..C {
+                sum[channel] += value[channel];
+            }
+        }
+    }
+    let share = 1.0 / (columns * rows) as f32;
+    sum.map(|total| total * share)
+}
+
+/// The value at one position: columns of texels are filtered first, then their results.
+fn sample<T: Value, const C: usize>(
+    source: &[T],
+    size: Size,
+    position: [f64; 2],
+    filter: Filter,
+) -> [f32; C] {
+    let texel = |x: i64, y: i64| -> [f32; C] {
+        let x = x.clamp(0, i64::from(size.width) - 1) as usize;
+        let y = y.clamp(0, i64::from(size.height) - 1) as usize;
+        load(&source[(y * size.width as usize + x) * C..])
+    };
+    if filter == Filter::Nearest {
+        return texel(position[0].floor() as i64, position[1].floor() as i64);
+    }
+    let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
+    let (weights_x, weights_y) = (filter.weights(fraction_x), filter.weights(fraction_y));
+    let before = filter.taps() as i64 / 2 - 1;
+    let mut value = [0.0; C];
+    for a in 0..filter.taps() {
+        let mut column = [0.0; C];
+        for b in 0..filter.taps() {
+            let texel = texel(x + a as i64 - before, y + b as i64 - before);
+            for channel in 0..C {
+                column[channel] += texel[channel] * weights_y[b];
+            }
+        }
+        for channel in 0..C {
+            value[channel] += column[channel] * weights_x[a];
+        }
+    }
+    value
+}
