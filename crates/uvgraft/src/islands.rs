@@ -64,46 +64,85 @@ impl Islands {
 
 /// One number for each distinct pair of vertex and UV coordinate, per corner.
 fn weld(mesh: &Mesh) -> Vec<[u32; 3]> {
-    let key = |corner: usize| {
-        let (vertex, uv) = (
-            mesh.faces()[corner / 3][corner % 3],
-            mesh.uv()[mesh.uv_faces()[corner / 3][corner % 3] as usize],
-        );
+    let vertices = mesh.faces().as_flattened();
+    let uv_indices = mesh.uv_faces().as_flattened();
+    let coordinate = |corner: u32| {
         // Adding 0.0 makes one zero of the two.
-        (vertex, uv.map(|coordinate| (coordinate + 0.0).to_bits()))
+        mesh.uv()[uv_indices[corner as usize] as usize].map(|value| (value + 0.0).to_bits())
     };
-    let mut order: Vec<u32> = (0..mesh.faces().len() as u32 * 3).collect();
-    order.sort_unstable_by_key(|&corner| (key(corner as usize), corner));
     let mut welded = vec![[0; 3]; mesh.faces().len()];
-    let mut previous = None;
     let mut id = 0;
-    for &corner in &order {
-        let current = key(corner as usize);
-        if previous.is_some_and(|previous| previous != current) {
-            id += 1;
+    let by_vertex = Buckets::new(vertices, mesh.positions().len());
+    for_each_alike(by_vertex, coordinate, |corners| {
+        for &corner in corners {
+            welded.as_flattened_mut()[corner as usize] = id;
         }
-        previous = Some(current);
-        welded[corner as usize / 3][corner as usize % 3] = id;
-    }
+        id += 1;
+    });
     welded
 }
 
 fn border(corners: &[[u32; 3]]) -> Vec<BorderEdge> {
-    let mut edges: Vec<([u32; 2], BorderEdge)> = Vec::with_capacity(corners.len() * 3);
-    for (face, corner_ids) in corners.iter().enumerate() {
-        for corner in 0..3u8 {
-            let (a, b) = (corner_ids[corner as usize], corner_ids[(corner as usize + 1) % 3]);
-            edges.push(([a.min(b), a.max(b)], BorderEdge { face: face as u32, corner }));
+    // Edge number `e` runs from corner number `e` to the next of its face.
+    let ends = |edge: u32| {
+        let (face, corner) = (edge as usize / 3, edge as usize % 3);
+        (corners[face][corner], corners[face][(corner + 1) % 3])
+    };
+    let edges = 0..corners.len() as u32 * 3;
+    let lower_ends: Vec<u32> = edges.map(|edge| ends(edge).0.min(ends(edge).1)).collect();
+    let mut alone = vec![false; lower_ends.len()];
+    let by_lower_end = Buckets::new(&lower_ends, lower_ends.len());
+    for_each_alike(
+        by_lower_end,
+        |edge| ends(edge).0.max(ends(edge).1),
+        |sharers| {
+            if let [edge] = *sharers {
+                alone[edge as usize] = true;
+            }
+        },
+    );
+    let alone = alone.into_iter().zip(0u32..).filter(|(alone, _)| *alone);
+    alone.map(|(_, edge)| BorderEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
+}
+
+/// Items sorted by a small number, by counting.
+struct Buckets {
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Buckets {
+    /// Sorts the items `0..keys.len()`; every key is below `count`.
+    fn new(keys: &[u32], count: usize) -> Self {
+        let mut starts = vec![0; count + 1];
+        for &key in keys {
+            starts[key as usize + 1] += 1;
         }
+        for key in 0..count {
+            starts[key + 1] += starts[key];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![0; keys.len()];
+        for (&key, item) in keys.iter().zip(0..) {
+            let place = &mut next[key as usize];
+            items[*place as usize] = item;
+            *place += 1;
+        }
+        Self { starts, items }
     }
-    edges.sort_unstable_by_key(|(ends, edge)| (*ends, edge.face, edge.corner));
-    let mut border: Vec<BorderEdge> = edges
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|sharers| sharers.len() == 1)
-        .map(|sharers| sharers[0].1)
-        .collect();
-    border.sort_unstable_by_key(|edge| (edge.face, edge.corner));
-    border
+}
+
+/// Calls `visit` with the items of each bucket that have the same key, in the order of the items.
+fn for_each_alike<K: Ord>(
+    mut buckets: Buckets,
+    key: impl Fn(u32) -> K,
+    mut visit: impl FnMut(&[u32]),
+) {
+    for bounds in buckets.starts.windows(2) {
+        let bucket = &mut buckets.items[bounds[0] as usize..bounds[1] as usize];
+        bucket.sort_unstable_by_key(|&item| (key(item), item));
+        bucket.chunk_by(|&a, &b| key(a) == key(b)).for_each(&mut visit);
+    }
 }
 
 fn find(parent: &mut [u32], mut node: u32) -> u32 {

@@ -1,4 +1,37 @@
 //! Carries textures between meshes with different UV layouts.
+//!
+//! Two meshes whose vertices correspond make a [`Pair`]. For a target size the pair makes a
+//! [`SamplingMap`]: runs of texels whose source position is affine along a row. A [`Transfer`] fills
+//! a base texture through the map:
+//!
+//! ```
+//! use uvgraft::{Channels, Depth, Direction, Encoding, Mesh, Pair, Size, Texture};
+//! use uvgraft::{Transfer, TransferOptions};
+//!
+//! // One square, laid out upright in one mesh and on its side in the other.
+//! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+//! let upright = vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]];
+//! let aside = vec![[0.9, 0.1], [0.9, 0.9], [0.1, 0.9], [0.1, 0.1]];
+//! let faces = [[0, 1, 2], [0, 2, 3]];
+//! let source = Mesh::from_triangles(positions.clone(), upright, &faces, &faces)?;
+//! let target = Mesh::from_triangles(positions, aside, &faces, &faces)?;
+//!
+//! let pair = Pair::by_vertex_map(source, target, &[0, 1, 2, 3])?;
+//! let filled = |side, color: [f32; 3]| {
+//!     Texture::filled(Size::square(side), Channels::Rgb, Encoding::Srgb, Depth::U8, &color)
+//! };
+//! let (face, base) = (filled(256, [0.8, 0.6, 0.5])?, filled(512, [0.2, 0.2, 0.2])?);
+//! let options = TransferOptions::default();
+//! let transfer =
+//!     Transfer::new(&pair, Direction::Forward, face.size(), base.size(), &options);
+//! let result = transfer.apply(face, base)?;
+//! assert_eq!(result.get(256, 256, 0), 0.8);
+//! assert_eq!(result.get(0, 0, 0), 0.2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
+//! are worked on by the caller's rayon pool; results do not depend on it.
 
 pub mod color;
 mod convert;
@@ -10,6 +43,7 @@ pub mod mesh;
 pub mod pad;
 pub mod pair;
 pub mod raster;
+pub mod report;
 pub mod resample;
 pub mod texture;
 mod threads;
@@ -21,5 +55,6 @@ pub use filter::Filter;
 pub use map::{MapOptions, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, Part};
 pub use pair::{Direction, Pair, PairError};
+pub use report::PairReport;
 pub use texture::{Channels, Depth, Size, Texels, Texture, TextureError, Value};
 pub use transfer::{Transfer, TransferError, TransferOptions};

@@ -27,8 +27,11 @@ impl Padding {
         let blocks = map_indices((size.height as usize).div_ceil(ROWS), |block| {
             let mut copies = Vec::new();
             let mut nearest = vec![(u32::MAX, 0); size.width as usize];
+            let mut gaps = Vec::new();
             for row in block * ROWS..((block + 1) * ROWS).min(size.height as usize) {
-                pad_row(row, &intervals, radius, size.width, &mut nearest, &mut copies);
+                gaps.clear();
+                coverage.gaps(row as u32, &mut gaps);
+                pad_row(row, &gaps, &intervals, radius, size.width, &mut nearest, &mut copies);
             }
             copies
         });
@@ -77,13 +80,13 @@ fn joined(coverage: &Coverage, row: u32) -> Vec<Range<u32>> {
 /// that are equally near. `nearest` holds squared distance and texel, and is left as it was found.
 fn pad_row(
     row: usize,
+    gaps: &[Range<u32>],
     intervals: &[Vec<Range<u32>>],
     radius: u32,
     width: u32,
     nearest: &mut [(u32, u32)],
     copies: &mut Vec<[u32; 2]>,
 ) {
-    let gaps = gaps(&intervals[row], width);
     let reach = radius as usize;
     for other in row.saturating_sub(reach)..(row + reach + 1).min(intervals.len()) {
         let down = (other.abs_diff(row) as u32).pow(2);
@@ -105,18 +108,12 @@ fn pad_row(
             }
         }
     }
-    for x in gaps.into_iter().flatten() {
+    for x in gaps.iter().cloned().flatten() {
         let (squared, inside) = std::mem::replace(&mut nearest[x as usize], (u32::MAX, 0));
         if squared != u32::MAX {
             copies.push([row as u32 * width + x, inside]);
         }
     }
-}
-
-fn gaps(intervals: &[Range<u32>], width: u32) -> Vec<Range<u32>> {
-    let starts = std::iter::once(0).chain(intervals.iter().map(|interval| interval.end));
-    let ends = intervals.iter().map(|interval| interval.start).chain(std::iter::once(width));
-    starts.zip(ends).map(|(start, end)| start..end).filter(|gap| !gap.is_empty()).collect()
 }
 
 #[cfg(test)]

@@ -78,8 +78,13 @@ impl ScanTriangle {
 
 /// The texels in `0..count` whose centre `c` has `from <= c < to`.
 fn centres_between(from: f64, to: f64, count: u32) -> Range<u32> {
-    // Float-to-integer casts saturate, which clips to the texture.
-    let index = |edge: f64| ((edge - 0.5).ceil() as u32).min(count);
+    // Casts truncate and saturate: what is below 0 becomes 0, and the rest is rounded up by hand,
+    // several times faster than `ceil` where the processor's baseline has no instruction for it.
+    let index = |edge: f64| {
+        let shifted = edge - 0.5;
+        let whole = shifted as u32;
+        whole.saturating_add(u32::from(f64::from(whole) < shifted)).min(count)
+    };
     index(from)..index(to)
 }
 

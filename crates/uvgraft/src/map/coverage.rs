@@ -138,6 +138,20 @@ impl Coverage {
         &self.spans[self.row_starts[row] as usize..self.row_starts[row + 1] as usize]
     }
 
+    /// The texels of a row that nothing covers, from left to right, added to `gaps`.
+    pub fn gaps(&self, row: u32, gaps: &mut Vec<Range<u32>>) {
+        let mut end = 0;
+        for span in self.row(row) {
+            if end < span.start {
+                gaps.push(end..span.start);
+            }
+            end = span.end;
+        }
+        if end < self.size.width {
+            gaps.push(end..self.size.width);
+        }
+    }
+
     /// How many texels are covered.
     pub fn texels(&self) -> usize {
         self.spans.iter().map(|span| span.texels().len()).sum()

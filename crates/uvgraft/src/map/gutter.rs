@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use super::coverage::{Coverage, RowBlocks, Span, corners_px};
+use super::coverage::{Coverage, RowBlocks, corners_px};
 use super::{Affine, Run};
-use crate::islands::Islands;
+use crate::islands::{BorderEdge, Islands};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
@@ -35,20 +35,24 @@ enum Zone {
 }
 
 /// A border edge in texels.
-pub(crate) struct Edge {
-    pub face: u32,
+struct Edge {
+    face: u32,
     island: u32,
     from: [f64; 2],
     along: [f64; 2],
     inverse_squared_length: f64,
     /// Unit normal that points away from the triangle.
     outward: [f64; 2],
+    /// The first of its four maps, if its face is linked.
+    first_patch: Option<u32>,
+    /// Whether its island took texels from another.
+    wins: bool,
 }
 
 impl Edge {
-    fn new(mesh: &Mesh, face: u32, corner: u8, island: u32, size: Size) -> Option<Self> {
-        let corners = corners_px(mesh, face as usize, size);
-        let [from, to, opposite] = [0, 1, 2].map(|k| corners[(usize::from(corner) + k) % 3]);
+    fn new(mesh: &Mesh, edge: BorderEdge, island: u32, size: Size) -> Option<Self> {
+        let corners = corners_px(mesh, edge.face as usize, size);
+        let [from, to, opposite] = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]);
         if length == 0.0 {
@@ -59,8 +63,16 @@ impl Edge {
         if outward[0] * inside[0] + outward[1] * inside[1] > 0.0 {
             outward = outward.map(|component| -component);
         }
-        let inverse_squared_length = 1.0 / (length * length);
-        Some(Self { face, island, from, along, inverse_squared_length, outward })
+        Some(Self {
+            face: edge.face,
+            island,
+            from,
+            along,
+            inverse_squared_length: 1.0 / (length * length),
+            outward,
+            first_patch: None,
+            wins: false,
+        })
     }
 
     /// Squared distance of a point, and how far along the edge its nearest point lies (0 to 1).
@@ -71,6 +83,26 @@ impl Edge {
         let t = t.clamp(0.0, 1.0);
         let away = [offset[0] - t * self.along[0], offset[1] - t * self.along[1]];
         (away[0] * away[0] + away[1] * away[1], t)
+    }
+
+    /// Lowers what `nearest` holds for the texels `range` of a row to this edge's distance.
+    fn offer(&self, index: u32, row: u32, range: Range<u32>, nearest: &mut Nearest) {
+        // Relative to the edge's end, 32-bit floats are exact to a millionth of a texel.
+        let [along_x, along_y] = self.along.map(|component| component as f32);
+        let start = centre(range.start, row);
+        let [start_x, y] = [0, 1].map(|axis| (start[axis] - self.from[axis]) as f32);
+        let scale = self.inverse_squared_length as f32;
+        let range = range.start as usize..range.end as usize;
+        let squared_distances = nearest.squared[range.clone()].iter_mut();
+        for (k, (best, edge)) in squared_distances.zip(&mut nearest.edge[range]).enumerate() {
+            let x = start_x + k as f32;
+            let t = ((x * along_x + y * along_y) * scale).clamp(0.0, 1.0);
+            let (away_x, away_y) = (x - t * along_x, y - t * along_y);
+            let squared = away_x * away_x + away_y * away_y;
+            let closer = squared < *best;
+            *best = if closer { squared } else { *best };
+            *edge = if closer { index } else { *edge };
+        }
     }
 
     /// The range of texels, on one axis, whose centre may be within `radius`.
@@ -117,43 +149,43 @@ impl Gutter {
         mesh: &Mesh,
         islands: &Islands,
         coverage: &Coverage,
-        radius_px: f64,
-        map_of_face: impl Fn(u32) -> Option<&'a Affine> + Sync,
+        radius_px: u32,
+        map_of_face: impl Fn(u32) -> Option<&'a Affine>,
     ) -> Self {
         let size = coverage.size();
-        let edges: Vec<Edge> = islands
-            .border()
-            .iter()
-            .filter_map(|edge| {
-                let island = islands.of_faces()[edge.face as usize];
-                Edge::new(mesh, edge.face, edge.corner, island, size)
-            })
-            .collect();
-        let mut first_patch = vec![None; edges.len()];
+        let mut edges = Vec::with_capacity(islands.border().len());
         let mut patches = Vec::new();
-        for (edge, first) in edges.iter().zip(&mut first_patch) {
+        for border in islands.border() {
+            let island = islands.of_faces()[border.face as usize];
+            let Some(mut edge) = Edge::new(mesh, *border, island, size) else { continue };
+            edge.wins = coverage.clashes.iter().any(|&(winner, _)| winner == island);
             if let Some(triangle) = map_of_face(edge.face) {
-                *first = Some(patches.len() as u32);
+                edge.first_patch = Some(patches.len() as u32);
                 patches.extend(edge.zone_maps(triangle).map(|map| (edge.face, map)));
             }
+            edges.push(edge);
         }
-        let radius = radius_px.max(if coverage.clashes.is_empty() { 0.0 } else { FRINGE_PX });
+        // Linked edges first: where none of them is near, the others need no asking.
+        edges.sort_by_key(|edge| edge.first_patch.is_none());
+        let radius = f64::from(radius_px);
+        let reach = |edge: &Edge| if edge.wins { radius.max(FRINGE_PX) } else { radius };
         let rows: Vec<Range<u32>> =
-            edges.iter().map(|edge| edge.reach(1, radius, size.height)).collect();
+            edges.iter().map(|edge| edge.reach(1, reach(edge), size.height)).collect();
         let blocks = RowBlocks::new(size.height, &rows);
         let rows = map_indices(blocks.count(), |block| {
-            let mut scratch = Scratch::new(size.width);
-            blocks
-                .rows(block)
-                .map(|row| {
-                    let near = blocks
-                        .items(block)
-                        .iter()
-                        .filter(|&&edge| rows[edge as usize].contains(&row))
-                        .copied();
-                    scratch.row(row, coverage, islands, &edges, near, radius_px, &first_patch)
-                })
-                .collect::<Vec<_>>()
+            let mut around = Surroundings {
+                coverage,
+                islands,
+                edges: &edges,
+                radius,
+                gaps: Vec::new(),
+                nearest: Nearest::new(size.width),
+            };
+            let near = |row: u32| {
+                let items = blocks.items(block).iter().copied();
+                items.filter(|&edge| rows[edge as usize].contains(&row)).collect::<Vec<_>>()
+            };
+            blocks.rows(block).map(|row| around.row(row, &near(row))).collect::<Vec<_>>()
         });
         Self { rows: rows.into_iter().flatten().collect(), patches }
     }
@@ -161,99 +193,97 @@ impl Gutter {
 
 const NOBODY: u32 = u32::MAX;
 
-/// Buffers of one row, kept from row to row.
-struct Scratch {
-    /// Owner of each texel, or [`NOBODY`].
-    owner: Vec<u32>,
-    /// Nearest edge of each texel and its squared distance.
-    nearest: Vec<(f64, u32)>,
+/// For each texel of a row, its nearest edge so far and the squared distance of it.
+struct Nearest {
+    squared: Vec<f32>,
+    edge: Vec<u32>,
 }
 
-impl Scratch {
+impl Nearest {
     fn new(width: u32) -> Self {
         let width = width as usize;
-        Self { owner: vec![NOBODY; width], nearest: vec![(f64::INFINITY, NOBODY); width] }
+        Self { squared: vec![f32::INFINITY; width], edge: vec![NOBODY; width] }
     }
+}
 
-    #[expect(clippy::too_many_arguments, reason = "the row's whole surroundings, used once")]
-    fn row(
-        &mut self,
-        row: u32,
-        coverage: &Coverage,
-        islands: &Islands,
-        edges: &[Edge],
-        near: impl Iterator<Item = u32>,
-        radius_px: f64,
-        first_patch: &[Option<u32>],
-    ) -> GutterRow {
-        let spans = coverage.row(row);
-        let mut touched: Option<Range<u32>> = None;
-        for index in near {
-            if touched.is_none() {
-                self.claim(spans);
-            }
-            let edge = &edges[index as usize];
-            let reach = edge.reach(0, radius_px.max(FRINGE_PX), self.owner.len() as u32);
-            let wins = coverage.clashes.iter().any(|&(winner, _)| winner == edge.island);
-            for x in reach.clone() {
-                let owner = self.owner[x as usize];
-                let limit = if owner == NOBODY {
-                    radius_px
-                } else if wins
-                    && coverage
-                        .clashes
-                        .binary_search(&(edge.island, islands.of_faces()[owner as usize]))
-                        .is_ok()
-                {
-                    FRINGE_PX
-                } else {
-                    continue;
-                };
-                let (squared, _) = edge.distance(centre(x, row));
-                let nearest = &mut self.nearest[x as usize];
-                if squared < limit * limit && squared < nearest.0 {
-                    *nearest = (squared, index);
+/// What a row's gutter depends on, and buffers kept from row to row.
+struct Surroundings<'a> {
+    coverage: &'a Coverage,
+    islands: &'a Islands,
+    edges: &'a [Edge],
+    radius: f64,
+    gaps: Vec<Range<u32>>,
+    nearest: Nearest,
+}
+
+impl Surroundings<'_> {
+    /// - `near`: the edges that may reach this row, linked ones first.
+    fn row(&mut self, row: u32, near: &[u32]) -> GutterRow {
+        let mut result = GutterRow::default();
+        let linked = near.partition_point(|&edge| self.edges[edge as usize].first_patch.is_some());
+        let reach = |edge: u32| {
+            self.edges[edge as usize].reach(0, self.radius, self.nearest.edge.len() as u32)
+        };
+        let touched = near[..linked].iter().map(|&edge| reach(edge)).reduce(hull);
+        if let Some(touched) = touched {
+            self.gaps.clear();
+            self.coverage.gaps(row, &mut self.gaps);
+            for &index in near {
+                let edge = &self.edges[index as usize];
+                let reach = edge.reach(0, self.radius, self.nearest.edge.len() as u32);
+                let reach = intersection(&reach, &touched);
+                let first = self.gaps.partition_point(|gap| gap.end <= reach.start);
+                for gap in self.gaps[first..].iter().take_while(|gap| gap.start < reach.end) {
+                    edge.offer(index, row, intersection(gap, &reach), &mut self.nearest);
                 }
             }
-            let so_far = touched.unwrap_or(reach.clone());
-            touched = Some(so_far.start.min(reach.start)..so_far.end.max(reach.end));
+            let limit = self.radius;
+            self.gather(row, touched, limit, &mut result);
         }
-        let Some(touched) = touched else { return GutterRow::default() };
-        let result = self.gather(row, touched.clone(), edges, first_patch);
-        for x in touched {
-            self.nearest[x as usize] = (f64::INFINITY, NOBODY);
-        }
-        for span in spans {
-            self.owner[span.texels()].fill(NOBODY);
+        if near.iter().any(|&edge| self.edges[edge as usize].wins) {
+            self.steal(row, near, &mut result);
         }
         result
     }
 
-    fn claim(&mut self, spans: &[Span]) {
-        for span in spans {
-            self.owner[span.texels()].fill(span.face);
+    /// Takes from the losers of overlaps what lies in the fringe of the winners.
+    fn steal(&mut self, row: u32, near: &[u32], result: &mut GutterRow) {
+        let width = self.nearest.edge.len() as u32;
+        for &index in near {
+            let edge = &self.edges[index as usize];
+            if !edge.wins {
+                continue;
+            }
+            let reach = edge.reach(0, FRINGE_PX, width);
+            for span in self.coverage.row(row) {
+                let clash = (edge.island, self.islands.of_faces()[span.face as usize]);
+                let texels = intersection(&(span.start..span.end), &reach);
+                if !texels.is_empty() && self.coverage.clashes.binary_search(&clash).is_ok() {
+                    edge.offer(index, row, texels.clone(), &mut self.nearest);
+                    let within = |&x: &u32| {
+                        f64::from(self.nearest.squared[x as usize]) < FRINGE_PX * FRINGE_PX
+                    };
+                    result.stolen.extend(texels.filter(within));
+                }
+            }
         }
+        result.stolen.sort_unstable();
+        result.stolen.dedup();
+        self.gather(row, 0..width, FRINGE_PX, result);
+        result.runs.sort_unstable_by_key(|run| run.x);
     }
 
-    /// Joins neighbouring texels of one zone of one edge to runs.
-    fn gather(
-        &self,
-        row: u32,
-        touched: Range<u32>,
-        edges: &[Edge],
-        first_patch: &[Option<u32>],
-    ) -> GutterRow {
-        let mut result = GutterRow::default();
-        for x in touched {
-            let (squared, index) = self.nearest[x as usize];
+    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them.
+    fn gather(&mut self, row: u32, texels: Range<u32>, limit: f64, result: &mut GutterRow) {
+        for x in texels {
+            let index = std::mem::replace(&mut self.nearest.edge[x as usize], NOBODY);
+            self.nearest.squared[x as usize] = f32::INFINITY;
             if index == NOBODY {
                 continue;
             }
-            if self.owner[x as usize] != NOBODY {
-                result.stolen.push(x);
-            }
-            let Some(first) = first_patch[index as usize] else { continue };
-            let (_, t) = edges[index as usize].distance(centre(x, row));
+            let edge = &self.edges[index as usize];
+            let (squared, t) = edge.distance(centre(x, row));
+            let (Some(first), true) = (edge.first_patch, squared < limit * limit) else { continue };
             let zone = if squared <= REACH_PX * REACH_PX {
                 Zone::Near
             } else if t <= 0.0 {
@@ -269,8 +299,16 @@ impl Scratch {
                 _ => result.runs.push(Run { x, len: 1, patch }),
             }
         }
-        result
     }
+}
+
+fn intersection(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+    let start = a.start.max(b.start);
+    start..a.end.min(b.end).max(start)
+}
+
+fn hull(a: Range<u32>, b: Range<u32>) -> Range<u32> {
+    a.start.min(b.start)..a.end.max(b.end)
 }
 
 fn centre(x: u32, y: u32) -> [f64; 2] {

@@ -170,10 +170,9 @@ impl SamplingMap {
             let patch = patch_of_face[face as usize];
             (patch != UNLINKED).then_some(patch)
         };
-        let gutter =
-            Gutter::new(to, &islands, &coverage, f64::from(options.gutter_px), |face: u32| {
-                patch(face).map(|patch| &patches[patch as usize].src_uv_from_tgt_px)
-            });
+        let gutter = Gutter::new(to, &islands, &coverage, options.gutter_px, |face| {
+            patch(face).map(|patch| &patches[patch as usize].src_uv_from_tgt_px)
+        });
 
         let gutter_patches = patches.len() as u32;
         for (face, affine) in gutter.patches {

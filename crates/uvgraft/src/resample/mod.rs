@@ -72,8 +72,10 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
 /// The texel before a position on one axis, and how far the position lies beyond its centre.
 pub(crate) fn split(position: f64) -> (i64, f32) {
     let shifted = position - 0.5;
-    let floor = shifted.floor();
-    (floor as i64, (shifted - floor) as f32)
+    // `floor` is a function call where the processor's baseline has no instruction for it.
+    let whole = shifted as i64;
+    let floor = whole - i64::from(shifted < whole as f64);
+    (floor, (shifted - floor as f64) as f32)
 }
 
 /// Reads a texel as levels, colour multiplied by opacity where there is one.

@@ -1,0 +1,189 @@
+//! What a pairing is like, in numbers: enough to tell a good one from a wrong one.
+
+use crate::islands::Islands;
+use crate::map::{MapOptions, MapStats, SamplingMap};
+use crate::mesh::{Mesh, doubled_area};
+use crate::pair::{Direction, Pair};
+use crate::texture::Size;
+
+/// A pair in numbers, at nominal texture sizes.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct PairReport {
+    /// The layout that textures come from.
+    pub source: LayoutReport,
+    /// The layout that textures go to.
+    pub target: LayoutReport,
+    /// Links between triangles.
+    pub links: usize,
+    /// Links between triangles whose corners wind opposite ways in their meshes.
+    pub opposite_windings: usize,
+    /// Links under which the picture is mirrored: UV areas of opposite sign, corner by corner.
+    pub mirrored: usize,
+    /// Target texels per source texel along a line, over the links. Above 1 the target is the
+    /// finer; `None` if every link is degenerate.
+    pub forward_density: Option<Percentiles>,
+    /// Source texels per target texel along a line, over the links.
+    pub reverse_density: Option<Percentiles>,
+}
+
+/// One of a pair's layouts in numbers.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct LayoutReport {
+    /// Positions.
+    pub vertices: usize,
+    /// UV coordinates.
+    pub uv_coordinates: usize,
+    /// Triangles.
+    pub faces: usize,
+    /// Polygons that the triangles come from.
+    pub polygons: usize,
+    /// UV islands.
+    pub islands: usize,
+    /// Triangles with a counterpart.
+    pub linked: usize,
+    /// Linked triangles without UV area: no texture can be on them.
+    pub degenerate: usize,
+    /// Linked triangles that lie in UV the other way round than the larger part of the mesh.
+    pub mirrored: usize,
+    /// Triangles that leave the unit square; nothing outside it is read or written.
+    pub outside: usize,
+    /// The texture size that the following numbers are for.
+    pub size: Size,
+    /// Texels of a texture that receives a transfer.
+    pub texels: MapStats,
+}
+
+/// Order statistics of a set of numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Percentiles {
+    /// The smallest.
+    pub min: f64,
+    /// 5 % are below.
+    pub p5: f64,
+    /// Half are below.
+    pub median: f64,
+    /// 95 % are below.
+    pub p95: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+impl Percentiles {
+    /// Of the finite numbers in `values`, by the nearest rank; `None` if there are none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let last = values.len().checked_sub(1)?;
+        let at = |share: f64| values[(share * last as f64).round() as usize];
+        Some(Self { min: at(0.0), p5: at(0.05), median: at(0.5), p95: at(0.95), max: at(1.0) })
+    }
+}
+
+impl PairReport {
+    /// Looks a pair over, for textures of these sizes.
+    pub fn new(pair: &Pair, source_size: Size, target_size: Size) -> Self {
+        let areas: Vec<[f64; 2]> = pair
+            .links()
+            .iter()
+            .map(|link| {
+                let source = pair.source().uv_triangle(link.source as usize);
+                [
+                    doubled_area(link.corners.map(|corner| source[corner as usize])),
+                    doubled_area(pair.target().uv_triangle(link.target as usize)),
+                ]
+            })
+            .collect();
+        let texels = (target_size.texels() as f64 / source_size.texels() as f64).sqrt();
+        let forward = areas.iter().map(|[source, target]| (target / source).abs().sqrt() * texels);
+        let reverse = areas.iter().map(|[source, target]| (source / target).abs().sqrt() / texels);
+        Self {
+            source: LayoutReport::new(pair, Direction::Reverse, source_size),
+            target: LayoutReport::new(pair, Direction::Forward, target_size),
+            links: pair.links().len(),
+            opposite_windings: pair.links().iter().filter(|link| link.flips()).count(),
+            mirrored: areas.iter().filter(|[source, target]| source * target < 0.0).count(),
+            forward_density: Percentiles::of(forward),
+            reverse_density: Percentiles::of(reverse),
+        }
+    }
+}
+
+impl LayoutReport {
+    /// Of the layout that `direction` leads to.
+    fn new(pair: &Pair, direction: Direction, size: Size) -> Self {
+        let mesh = pair.to(direction);
+        let areas: Vec<f64> =
+            (0..mesh.faces().len()).map(|face| doubled_area(mesh.uv_triangle(face))).collect();
+        let usual: f64 = areas.iter().sum();
+        let counterparts = pair.oriented(direction).from_face;
+        let linked_areas = || {
+            areas
+                .iter()
+                .zip(&counterparts)
+                .filter(|(_, other)| other.is_some())
+                .map(|(area, _)| *area)
+        };
+        Self {
+            vertices: mesh.positions().len(),
+            uv_coordinates: mesh.uv().len(),
+            faces: mesh.faces().len(),
+            polygons: mesh.polygon_count(),
+            islands: Islands::new(mesh).count(),
+            linked: linked_areas().count(),
+            degenerate: linked_areas().filter(|&area| area == 0.0).count(),
+            mirrored: linked_areas().filter(|&area| area * usual < 0.0).count(),
+            outside: (0..mesh.faces().len()).filter(|&face| leaves_unit_square(mesh, face)).count(),
+            size,
+            texels: SamplingMap::new(pair, direction, size, &MapOptions::default()).stats(),
+        }
+    }
+}
+
+fn leaves_unit_square(mesh: &Mesh, face: usize) -> bool {
+    mesh.uv_triangle(face).as_flattened().iter().any(|coordinate| !(0.0..=1.0).contains(coordinate))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_what_there_is() {
+        // Target: a face twice as dense and mirrored, one without area, one without counterpart.
+        let positions: Vec<[f32; 3]> = (0..9).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
+        let faces = [[0, 1, 2], [3, 4, 5], [6, 7, 8]];
+        let at = |x: f32, y: f32, side: f32| [[x, y], [x + side, y], [x, y + side]];
+        let source_uv = [at(0.0, 0.0, 0.25), at(0.5, 0.0, 0.25), at(0.0, 0.5, 0.25)].concat();
+        let target_uv = [
+            vec![[0.5, 0.0], [0.5, 0.5], [1.0, 0.0]],
+            vec![[0.1, 0.1], [0.2, 0.2], [0.3, 0.3]],
+            at(0.0, 0.6, 0.5).to_vec(),
+        ]
+        .concat();
+        let mesh = |uv| Mesh::from_triangles(positions.clone(), uv, &faces, &faces).unwrap();
+        let vertex_map = [0, 1, 2, 3, 4, 5, -1, -1, -1];
+        let pair = Pair::by_vertex_map(mesh(source_uv), mesh(target_uv), &vertex_map).unwrap();
+        let report = PairReport::new(&pair, Size::square(64), Size::square(64));
+        assert_eq!((report.links, report.mirrored, report.opposite_windings), (2, 1, 0));
+        assert_eq!(
+            (report.source.faces, report.source.linked, report.source.degenerate),
+            (3, 2, 0)
+        );
+        assert_eq!((report.target.degenerate, report.target.islands), (1, 3));
+        assert_eq!(report.target.outside, 1);
+        assert_eq!(report.forward_density.unwrap().max, 2.0);
+        assert_eq!(report.reverse_density.unwrap().min, 0.5);
+        // Half of a 32-texel square, the diagonal's centres going to one side.
+        assert!((480..=544).contains(&report.target.texels.linked));
+    }
+
+    #[test]
+    fn percentiles_by_nearest_rank() {
+        let of = Percentiles::of((0..=100).map(f64::from).chain([f64::NAN])).unwrap();
+        assert_eq!([of.min, of.p5, of.median, of.p95, of.max], [0.0, 5.0, 50.0, 95.0, 100.0]);
+        assert_eq!(Percentiles::of([f64::INFINITY]), None);
+    }
+}
