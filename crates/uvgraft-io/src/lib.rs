@@ -4,6 +4,7 @@
 //! leaves the old file or the new one and never half of it.
 
 pub mod image;
+pub mod input;
 pub mod obj;
 pub mod output;
 pub mod pair_file;

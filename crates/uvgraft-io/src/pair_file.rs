@@ -1,1 +1,525 @@
-//! To be written.
+//! Pair files (`*.uvpair`): a safetensors container with both meshes and their links.
+//!
+//! - The header's `__metadata__` MUST hold the key `uvgraft` with a JSON object as its text: `version`,
+//!   `checksum`, `generator`, `note`, and `source` and `target` with `name`, `fingerprint`, `parts`.
+//! - For each side there MUST be the tensors `SIDE.positions` (f32, `[vertices, 3]`), `SIDE.uv` (f32,
+//!   `[coordinates, 2]`, origin at the top left), `SIDE.corners` (u32, `[corners, 2]`: vertex and UV
+//!   index, polygon after polygon) and `SIDE.sizes` (u32, `[polygons]`: corners of each).
+//! - `links` (u32, `[links, 2]`: target face, source face, ascending) and `links.corners` (u8,
+//!   `[links, 3]`) MUST be there; faces count the triangles of the polygons' fans.
+//! - `checksum` MUST be the SHA-256 of the whole file with the checksum's 64 digits set to `0`.
+//! - Other tensors and keys MAY be there; readers of this version ignore them.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use uvgraft::{Corner, Link, Mesh, MeshError, Pair, PairError, Part};
+
+use crate::input::{ReadError, read_file};
+use crate::output::write_atomically;
+
+/// The newest version of the format, which is the one that is written.
+pub const VERSION: u32 = 1;
+
+/// Files larger than this are refused: the largest meshes that are accepted fit several times.
+pub const MAX_BYTES: u64 = 4 << 30;
+
+const METADATA_KEY: &str = "uvgraft";
+const CHECKSUM_DIGITS: usize = 64;
+
+/// A pair and what is known about where it came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairFile {
+    /// The meshes and their links.
+    pub pair: Pair,
+    /// What to call the source mesh: usually its file's name.
+    pub source_name: String,
+    /// What to call the target mesh.
+    pub target_name: String,
+    /// What the owners of the meshes want known to whoever gets the file.
+    pub note: String,
+}
+
+/// Why a pair file was refused. Each message carries what was found and what was wanted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PairFileError {
+    /// The content is something else.
+    #[error("not a pair file: starts with {found:02x?}")]
+    Magic {
+        /// The first bytes.
+        found: Vec<u8>,
+    },
+    /// A safetensors file of another program.
+    #[error("not a pair file: a safetensors file without `{METADATA_KEY}` in its metadata")]
+    Foreign,
+    /// Made by a later version of this program.
+    #[error("pair file version {found} is newer than {VERSION}: a newer uvgraft is needed")]
+    Version {
+        /// The version that the file states.
+        found: u32,
+    },
+    /// Checked before anything is allocated, so a bad header cannot ask for gigabytes.
+    #[error("pair file cut short: its header needs {needed} bytes, the file has {actual}")]
+    Truncated {
+        /// What the header asks for.
+        needed: u64,
+        /// What there is.
+        actual: u64,
+    },
+    /// Bytes changed after the file was written.
+    #[error("pair file damaged: its SHA-256 is {found}, the file says {stated}")]
+    Checksum {
+        /// Of the bytes as they are.
+        found: String,
+        /// As written.
+        stated: String,
+    },
+    /// The header cannot be understood.
+    #[error("pair file damaged: {0}")]
+    Header(String),
+    /// A tensor is missing or has another type or shape.
+    #[error("pair file damaged: tensor `{name}` {problem}")]
+    Tensor {
+        /// Which one.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The tensors are no mesh.
+    #[error("pair file damaged: {side}: {reason}")]
+    Mesh {
+        /// `"source"` or `"target"`.
+        side: &'static str,
+        /// Why.
+        reason: MeshError,
+    },
+    /// The links do not fit the meshes.
+    #[error("pair file damaged: {0}")]
+    Links(#[from] PairError),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    version: u32,
+    checksum: String,
+    generator: String,
+    note: String,
+    source: Side,
+    target: Side,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Side {
+    name: String,
+    fingerprint: String,
+    parts: Vec<SavedPart>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SavedPart {
+    object: String,
+    group: String,
+    material: String,
+    first: u32,
+    end: u32,
+}
+
+/// Only what tells the version, so that a later format can change everything else.
+#[derive(Deserialize)]
+struct VersionOnly {
+    version: u32,
+}
+
+/// A number that tells UV layouts apart: the first 16 bytes of the SHA-256 of their coordinates and
+/// corners, in hexadecimal. Positions do not count.
+pub fn layout_fingerprint(mesh: &Mesh) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update((mesh.uv().len() as u64).to_le_bytes());
+    for coordinate in mesh.uv().as_flattened() {
+        hasher.update(coordinate.to_le_bytes());
+    }
+    for polygon in 0..mesh.polygon_count() {
+        let corners = mesh.polygon_corners(polygon);
+        hasher.update((corners.len() as u32).to_le_bytes());
+        for corner in corners {
+            hasher.update(corner.uv.to_le_bytes());
+        }
+    }
+    hex(&hasher.finalize()[..16])
+}
+
+/// The bytes of a pair file; the same for the same pair.
+///
+/// # Errors
+/// [`PairFileError::Header`] if names or the note are too long for a header.
+pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
+    let side = |mesh: &Mesh, name: &str| Side {
+        name: name.to_owned(),
+        fingerprint: layout_fingerprint(mesh),
+        parts: mesh.parts().iter().map(SavedPart::from).collect(),
+    };
+    let header = Header {
+        version: VERSION,
+        checksum: "0".repeat(CHECKSUM_DIGITS),
+        generator: concat!("uvgraft ", env!("CARGO_PKG_VERSION")).to_owned(),
+        note: file.note.clone(),
+        source: side(file.pair.source(), &file.source_name),
+        target: side(file.pair.target(), &file.target_name),
+    };
+    let header = serde_json::to_string(&header).map_err(|error| bad_header(&error))?;
+    let mut tensors = Vec::new();
+    for (side, mesh) in [("source", file.pair.source()), ("target", file.pair.target())] {
+        let polygons: Vec<Vec<Corner>> =
+            (0..mesh.polygon_count()).map(|polygon| mesh.polygon_corners(polygon)).collect();
+        let corners = polygons.iter().flatten().flat_map(|corner| [corner.vertex, corner.uv]);
+        let sizes = polygons.iter().map(|polygon| polygon.len() as u32);
+        tensors.extend([
+            Saved::f32(format!("{side}.positions"), 3, mesh.positions().as_flattened()),
+            Saved::f32(format!("{side}.uv"), 2, mesh.uv().as_flattened()),
+            Saved::u32(format!("{side}.corners"), Some(2), corners),
+            Saved::u32(format!("{side}.sizes"), None, sizes),
+        ]);
+    }
+    let links = file.pair.links();
+    let faces = links.iter().flat_map(|link| [link.target, link.source]);
+    tensors.push(Saved::u32("links".to_owned(), Some(2), faces));
+    tensors.push(Saved {
+        name: "links.corners".to_owned(),
+        dtype: Dtype::U8,
+        shape: vec![links.len(), 3],
+        bytes: links.iter().flat_map(|link| link.corners).collect(),
+    });
+    let views = tensors
+        .iter()
+        .map(|saved| {
+            let view = TensorView::new(saved.dtype, saved.shape.clone(), &saved.bytes)?;
+            Ok((saved.name.as_str(), view))
+        })
+        .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
+        .map_err(|error| bad_header(&error))?;
+    let metadata = HashMap::from([(METADATA_KEY.to_owned(), header)]);
+    let mut bytes =
+        safetensors::serialize(views, Some(metadata)).map_err(|error| bad_header(&error))?;
+    let place = checksum_place(&bytes, &"0".repeat(CHECKSUM_DIGITS))
+        .ok_or_else(|| PairFileError::Header("no place for the checksum".to_owned()))?;
+    let checksum = hex(&Sha256::digest(&bytes));
+    bytes[place..place + CHECKSUM_DIGITS].copy_from_slice(checksum.as_bytes());
+    Ok(bytes)
+}
+
+/// Makes a pair of the bytes of a pair file.
+///
+/// # Errors
+/// [`PairFileError`], for any byte that is not as it was written.
+pub fn decode(bytes: &[u8]) -> Result<PairFile, PairFileError> {
+    check_length(bytes)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|error| bad_header(&error))?;
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(|error| bad_header(&error))?;
+    let header = metadata.metadata().as_ref().and_then(|metadata| metadata.get(METADATA_KEY));
+    let header = header.ok_or(PairFileError::Foreign)?;
+    let VersionOnly { version } =
+        serde_json::from_str(header).map_err(|error| bad_header(&error))?;
+    if version > VERSION {
+        return Err(PairFileError::Version { found: version });
+    }
+    let header: Header = serde_json::from_str(header).map_err(|error| bad_header(&error))?;
+    verify_checksum(bytes, &header.checksum)?;
+
+    let source = read_mesh(&tensors, "source", &header.source)?;
+    let target = read_mesh(&tensors, "target", &header.target)?;
+    let faces = u32s(&tensors, "links", Some(2))?;
+    let corners = tensor(&tensors, "links.corners", Dtype::U8, Some(3))?;
+    if corners.len() / 3 != faces.len() / 2 {
+        let problem = format!("has {} links, `links` has {}", corners.len() / 3, faces.len() / 2);
+        return Err(PairFileError::Tensor { name: "links.corners".to_owned(), problem });
+    }
+    let links = faces
+        .chunks_exact(2)
+        .zip(corners.chunks_exact(3))
+        .map(|(faces, corners)| Link {
+            target: faces[0],
+            source: faces[1],
+            corners: [corners[0], corners[1], corners[2]],
+        })
+        .collect();
+    Ok(PairFile {
+        pair: Pair::from_links(source, target, links)?,
+        source_name: header.source.name,
+        target_name: header.target.name,
+        note: header.note,
+    })
+}
+
+/// Reads a pair file.
+///
+/// # Errors
+/// [`ReadError`] with the path and what is wrong.
+pub fn read(path: &Path) -> Result<PairFile, ReadError<PairFileError>> {
+    read_file(path, MAX_BYTES, decode)
+}
+
+/// Writes a pair file; a crash leaves whatever was at `path` before.
+///
+/// # Errors
+/// What encoding or writing gives.
+pub fn write(file: &PairFile, path: &Path) -> io::Result<()> {
+    let bytes = encode(file).map_err(io::Error::other)?;
+    write_atomically(path, |out| out.write_all(&bytes))
+}
+
+struct Saved {
+    name: String,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+impl Saved {
+    fn f32(name: String, columns: usize, values: &[f32]) -> Self {
+        Self {
+            name,
+            dtype: Dtype::F32,
+            shape: vec![values.len() / columns, columns],
+            bytes: values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        }
+    }
+
+    fn u32(name: String, columns: Option<usize>, values: impl Iterator<Item = u32>) -> Self {
+        let bytes: Vec<u8> = values.flat_map(u32::to_le_bytes).collect();
+        let count = bytes.len() / 4;
+        let shape = columns.map_or(vec![count], |columns| vec![count / columns, columns]);
+        Self { name, dtype: Dtype::U32, shape, bytes }
+    }
+}
+
+impl From<&Part> for SavedPart {
+    fn from(part: &Part) -> Self {
+        Self {
+            object: part.object.clone(),
+            group: part.group.clone(),
+            material: part.material.clone(),
+            first: part.polygons.start,
+            end: part.polygons.end,
+        }
+    }
+}
+
+/// Tells a foreign file and a cut one apart, which the container's reader does not.
+fn check_length(bytes: &[u8]) -> Result<(), PairFileError> {
+    let actual = bytes.len() as u64;
+    if bytes.len() < 9 || bytes[8] != b'{' {
+        let found = bytes[..bytes.len().min(9)].to_vec();
+        return Err(PairFileError::Magic { found });
+    }
+    let header = bytes[..8].iter().rev().fold(0u64, |value, &byte| value << 8 | u64::from(byte));
+    let start = header.saturating_add(8);
+    if start > actual {
+        return Err(PairFileError::Truncated { needed: start, actual });
+    }
+    #[derive(Deserialize)]
+    struct Offsets {
+        data_offsets: Option<(u64, u64)>,
+    }
+    let header: HashMap<String, Offsets> =
+        serde_json::from_slice(&bytes[8..start as usize]).map_err(|error| bad_header(&error))?;
+    let data = header.values().filter_map(|entry| entry.data_offsets).map(|(_, end)| end).max();
+    let needed = start.saturating_add(data.unwrap_or(0));
+    if needed > actual { Err(PairFileError::Truncated { needed, actual }) } else { Ok(()) }
+}
+
+fn verify_checksum(bytes: &[u8], stated: &str) -> Result<(), PairFileError> {
+    let place = checksum_place(bytes, stated)
+        .ok_or_else(|| PairFileError::Header(format!("checksum is {stated:?}")))?;
+    let mut hasher = Sha256::new();
+    hasher.update(&bytes[..place]);
+    hasher.update([b'0'; CHECKSUM_DIGITS]);
+    hasher.update(&bytes[place + CHECKSUM_DIGITS..]);
+    let found = hex(&hasher.finalize());
+    if found == stated {
+        Ok(())
+    } else {
+        Err(PairFileError::Checksum { found, stated: stated.to_owned() })
+    }
+}
+
+/// Where the digits of the checksum stand: after the first mention of the key. The header's fields
+/// are in a fixed order, so nothing that a user names can come before it.
+fn checksum_place(bytes: &[u8], digits: &str) -> Option<usize> {
+    if digits.len() != CHECKSUM_DIGITS {
+        return None;
+    }
+    // Inside the container's JSON text, the object's own quotes are escaped.
+    let wanted = format!(r#"\"checksum\":\"{digits}\""#);
+    bytes
+        .windows(wanted.len())
+        .position(|window| window == wanted.as_bytes())
+        .map(|place| place + wanted.len() - CHECKSUM_DIGITS - r#"\""#.len())
+}
+
+fn read_mesh(
+    tensors: &SafeTensors<'_>,
+    side: &'static str,
+    header: &Side,
+) -> Result<Mesh, PairFileError> {
+    let positions = f32s(tensors, &format!("{side}.positions"), 3)?;
+    let uv = f32s(tensors, &format!("{side}.uv"), 2)?;
+    let corners = u32s(tensors, &format!("{side}.corners"), Some(2))?;
+    let sizes = u32s(tensors, &format!("{side}.sizes"), None)?;
+    let corners: Vec<Corner> =
+        corners.chunks_exact(2).map(|corner| Corner { vertex: corner[0], uv: corner[1] }).collect();
+    if sizes.iter().map(|&size| u64::from(size)).sum::<u64>() != corners.len() as u64 {
+        let problem = format!("does not add up to {} corners", corners.len());
+        return Err(PairFileError::Tensor { name: format!("{side}.sizes"), problem });
+    }
+    let parts = header.parts.iter().map(|part| Part {
+        object: part.object.clone(),
+        group: part.group.clone(),
+        material: part.material.clone(),
+        polygons: part.first..part.end,
+    });
+    let mesh = Mesh::from_polygons(
+        positions.chunks_exact(3).map(|row| [row[0], row[1], row[2]]).collect(),
+        uv.chunks_exact(2).map(|row| [row[0], row[1]]).collect(),
+        &corners,
+        &sizes,
+    );
+    mesh.map(|mesh| mesh.with_parts(parts.collect()))
+        .map_err(|reason| PairFileError::Mesh { side, reason })
+}
+
+/// The bytes of a tensor after its type and shape were checked: `[n, columns]`, or `[n]`.
+fn tensor<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    columns: Option<usize>,
+) -> Result<&'a [u8], PairFileError> {
+    let bad = |problem: String| PairFileError::Tensor { name: name.to_owned(), problem };
+    let view = tensors.tensor(name).map_err(|_| bad("is missing".to_owned()))?;
+    let fits = match (view.shape(), columns) {
+        ([_], None) => true,
+        ([_, found], Some(wanted)) => *found == wanted,
+        _ => false,
+    };
+    if view.dtype() != dtype || !fits {
+        let wanted = columns.map_or("[n]".to_owned(), |columns| format!("[n, {columns}]"));
+        let (found, shape) = (view.dtype(), view.shape());
+        return Err(bad(format!("is {found:?} {shape:?}, wanted {dtype:?} {wanted}")));
+    }
+    Ok(view.data())
+}
+
+fn f32s(tensors: &SafeTensors<'_>, name: &str, columns: usize) -> Result<Vec<f32>, PairFileError> {
+    Ok(words(tensor(tensors, name, Dtype::F32, Some(columns))?).map(f32::from_le_bytes).collect())
+}
+
+fn u32s(
+    tensors: &SafeTensors<'_>,
+    name: &str,
+    columns: Option<usize>,
+) -> Result<Vec<u32>, PairFileError> {
+    Ok(words(tensor(tensors, name, Dtype::U32, columns)?).map(u32::from_le_bytes).collect())
+}
+
+fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 4]> {
+    bytes.as_chunks::<4>().0.iter().copied()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn bad_header(error: &dyn std::error::Error) -> PairFileError {
+    PairFileError::Header(error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> PairFile {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.25, 0.75]];
+        let corners = [[0, 0], [1, 1], [2, 2], [3, 3], [0, 4], [1, 1], [2, 2]]
+            .map(|[vertex, uv]| Corner { vertex, uv });
+        let part = Part {
+            object: "Körper".to_owned(),
+            group: "\"checksum\":\"".to_owned(),
+            material: String::new(),
+            polygons: 0..2,
+        };
+        let mesh =
+            Mesh::from_polygons(positions, uv, &corners, &[4, 3]).unwrap().with_parts(vec![part]);
+        PairFile {
+            pair: Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2, 3]).unwrap(),
+            source_name: "head.obj".to_owned(),
+            target_name: "body.obj".to_owned(),
+            note: "research only".to_owned(),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_always_the_same() {
+        let bytes = encode(&file()).unwrap();
+        assert_eq!(decode(&bytes).unwrap(), file());
+        assert_eq!(bytes, encode(&file()).unwrap());
+    }
+
+    #[test]
+    fn every_flipped_byte_and_every_cut_is_found() {
+        let bytes = encode(&file()).unwrap();
+        for place in 0..bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[place] ^= 0x10;
+            assert!(decode(&flipped).is_err(), "byte {place} flipped");
+            assert!(decode(&bytes[..place]).is_err(), "cut at {place}");
+        }
+        let cut = decode(&bytes[..bytes.len() - 1]).unwrap_err();
+        assert!(matches!(cut, PairFileError::Truncated { .. }), "{cut}");
+        let more = [&bytes[..], b"x"].concat();
+        assert!(decode(&more).is_err());
+    }
+
+    #[test]
+    fn tells_foreign_and_newer_files() {
+        let error = |bytes: &[u8]| decode(bytes).unwrap_err().to_string();
+        assert!(error(b"\x89PNG\r\n\x1a\n....").contains("not a pair file: starts with [89, 50"));
+        assert!(error(b"").contains("not a pair file"));
+        let huge = [&u64::MAX.to_le_bytes()[..], b"{}"].concat();
+        assert!(error(&huge).contains("cut short"));
+        let foreign = safetensors::serialize(Vec::<(&str, TensorView<'_>)>::new(), None).unwrap();
+        assert!(error(&foreign).contains("without `uvgraft`"));
+        let bytes = encode(&file()).unwrap();
+        let old: &[u8] = br#"\"version\":1"#;
+        let place = bytes.windows(old.len()).position(|window| window == old).unwrap();
+        let mut newer = bytes;
+        newer[place + old.len() - 1] = b'7';
+        assert_eq!(error(&newer), "pair file version 7 is newer than 1: a newer uvgraft is needed");
+    }
+
+    #[test]
+    fn fingerprints_follow_the_layout_alone() {
+        let pair = file().pair;
+        let mesh = pair.source();
+        let corners: Vec<Corner> =
+            (0..mesh.polygon_count()).flat_map(|polygon| mesh.polygon_corners(polygon)).collect();
+        let moved = |positions: Vec<[f32; 3]>, uv: Vec<[f32; 2]>| {
+            layout_fingerprint(&Mesh::from_polygons(positions, uv, &corners, &[4, 3]).unwrap())
+        };
+        let own = layout_fingerprint(mesh);
+        assert_eq!(own.len(), 32);
+        assert_eq!(own, moved(vec![[9.0; 3]; 4], mesh.uv().to_vec()));
+        let mut uv = mesh.uv().to_vec();
+        uv[4][0] += 0.01;
+        assert_ne!(own, moved(mesh.positions().to_vec(), uv));
+    }
+}

@@ -1,0 +1,83 @@
+//! Reading a whole file within a bound, with errors that name it.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Why a file was not read. `E` is what its content can be refused for.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError<E: std::error::Error + 'static> {
+    /// The file could not be opened or read.
+    #[error("cannot read {}: {reason}", path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// The file's content was refused.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        reason: E,
+    },
+}
+
+/// Reads a file of at most `max` bytes and makes something of it.
+///
+/// # Errors
+/// [`ReadError`], also for a file that is larger: it is not read then.
+pub fn read_file<T, E: std::error::Error>(
+    path: &Path,
+    max: u64,
+    parse: impl FnOnce(&[u8]) -> Result<T, E>,
+) -> Result<T, ReadError<E>> {
+    let bytes = read_at_most(path, max)
+        .map_err(|reason| ReadError::Io { path: path.to_path_buf(), reason })?;
+    parse(&bytes).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
+}
+
+/// The bytes of a file, or an error if there are more than `max`. A size that the system tells is
+/// only a hint: a pipe has none, and a file may grow.
+fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let told = file.metadata()?;
+    if told.is_dir() {
+        return Err(io::Error::other("it is a folder"));
+    }
+    let too_large = |size: u64| {
+        io::Error::other(format!("it has {size} bytes or more, at most {max} are read"))
+    };
+    if told.len() > max {
+        return Err(too_large(told.len()));
+    }
+    let mut bytes = Vec::with_capacity(told.len() as usize + 1);
+    file.take(max + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_file_and_keeps_the_bound() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("five");
+        std::fs::write(&path, b"12345").unwrap();
+        let length = |max| {
+            read_file::<_, io::Error>(&path, max, |bytes| Ok(bytes.len()))
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(length(5), Ok(5));
+        let refused = length(4).unwrap_err();
+        assert!(refused.contains("five") && refused.contains("5 bytes"), "{refused}");
+        let missing = read_file::<(), io::Error>(&folder.path().join("none"), 9, |_| Ok(()));
+        assert!(missing.unwrap_err().to_string().contains("none"));
+        let folder = read_file::<(), io::Error>(folder.path(), 9, |_| Ok(()));
+        assert!(folder.unwrap_err().to_string().contains("folder"));
+    }
+}
