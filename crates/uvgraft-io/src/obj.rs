@@ -1,1 +1,257 @@
-//! To be written.
+//! Wavefront OBJ: polygons with texture coordinates, read and written.
+//!
+//! What a texture transfer needs is `v`, `vt` and `f`, with `o`, `g` and `usemtl` as the names of
+//! [`Part`](uvgraft::mesh::Part)s. Everything else in a file, normals included, is skipped. Text is
+//! read as the files in the wild have it: any line ending, any run of blanks, lines continued by a
+//! backslash, a byte order mark, names in UTF-8 or Latin-1, relative indices, faces before their
+//! vertices.
+//!
+//! Source: Wavefront's "Object Files" specification, version 3.0.
+
+mod build;
+mod cursor;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use uvgraft::mesh::{Mesh, MeshError};
+
+pub use self::write::{save, write};
+
+/// A larger file is refused by [`read`] before it is loaded.
+pub const MAX_FILE_BYTES: u64 = 1 << 31;
+
+/// Why the bytes of an OBJ file were refused. Lines and corners count from 1; a line that a
+/// backslash continues has the number of its first.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObjError {
+    /// There is nothing to read.
+    #[error("the file is empty")]
+    Empty,
+    /// A line begins with bytes that no text has.
+    #[error("line {line}: found byte 0x{byte:02x} in a keyword; not an OBJ text file")]
+    Binary {
+        /// Which line.
+        line: usize,
+        /// The first control byte in it.
+        byte: u8,
+    },
+    /// Text, but of something else.
+    #[error("not an OBJ file: no line starts with `v`, `vt` or `f`")]
+    NotObj,
+    /// A point cloud, or curves and surfaces only.
+    #[error("no faces: found {vertices} vertices but no `f` line")]
+    NoFaces {
+        /// How many `v` lines there are.
+        vertices: usize,
+    },
+    /// Something stands where a number is wanted.
+    #[error("line {line}: found `{found}` in a {what}, wanted a number")]
+    Number {
+        /// Which line.
+        line: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+        /// What was found, shortened.
+        found: String,
+    },
+    /// NaN, infinity, or a number beyond 32-bit floating point.
+    #[error("line {line}: found `{found}` in a {what}, wanted a finite 32-bit number")]
+    NotFinite {
+        /// Which line.
+        line: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+        /// What was found, shortened.
+        found: String,
+    },
+    /// A vertex of fewer than three numbers, or a texture coordinate of fewer than two.
+    #[error("line {line}: found {found} of the {wanted} numbers that a {what} needs")]
+    TooFewNumbers {
+        /// Which line.
+        line: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+        /// How many numbers there are.
+        found: usize,
+        /// How many there must be.
+        wanted: usize,
+    },
+    /// A corner that is not written as `v/vt` or `v/vt/vn`.
+    #[error("line {line}: corner {corner} is `{found}`, wanted `v/vt` or `v/vt/vn`")]
+    Corner {
+        /// Which line.
+        line: usize,
+        /// Which corner of the face.
+        corner: usize,
+        /// What was found, shortened.
+        found: String,
+    },
+    /// A corner without a place in the texture.
+    #[error("line {line}: corner {corner} has no texture coordinate; uvgraft needs `v/vt`")]
+    NoTextureCoordinate {
+        /// Which line.
+        line: usize,
+        /// Which corner of the face.
+        corner: usize,
+    },
+    /// Indices count from 1 upwards or from -1 downwards.
+    #[error("line {line}: corner {corner} uses {what} 0, but indices start at 1")]
+    ZeroIndex {
+        /// Which line.
+        line: usize,
+        /// Which corner of the face.
+        corner: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+    },
+    /// An index beyond the last element of the whole file.
+    #[error("line {line}: corner {corner} uses {what} {found}, but the file has {count}")]
+    Index {
+        /// Which line.
+        line: usize,
+        /// Which corner of the face.
+        corner: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+        /// The index that was found.
+        found: i64,
+        /// How many there are.
+        count: usize,
+    },
+    /// A relative index that reaches back beyond the first element.
+    #[error("line {line}: corner {corner} uses {what} {found}, but {count} come before it")]
+    RelativeIndex {
+        /// Which line.
+        line: usize,
+        /// Which corner of the face.
+        corner: usize,
+        /// `"vertex"` or `"texture coordinate"`.
+        what: &'static str,
+        /// The index that was found.
+        found: i64,
+        /// How many there are so far.
+        count: usize,
+    },
+    /// A point or a line written as a face.
+    #[error("line {line}: face has {found} corners, needs at least 3")]
+    TooFewCorners {
+        /// Which line.
+        line: usize,
+        /// How many corners it has.
+        found: usize,
+    },
+    /// Each part keeps its names, so long ones that alternate would fill any memory.
+    #[error("line {line}: names of objects, groups and materials take more than {max} bytes")]
+    Names {
+        /// Which line.
+        line: usize,
+        /// The most that is accepted, over all parts.
+        max: usize,
+    },
+    /// The mesh as a whole was refused.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// Why [`read`] failed, with the file it concerns.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened or read, or is larger than [`MAX_FILE_BYTES`].
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What went wrong.
+        error: io::Error,
+    },
+    /// The file was read, but is not an OBJ mesh with texture coordinates.
+    #[error("{}: {error}", path.display())]
+    Obj {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: ObjError,
+    },
+}
+
+/// Reads a mesh from the bytes of an OBJ file.
+///
+/// - Vertices and texture coordinates keep their order and count, used or not. `v` is flipped, to
+///   `1 - v` in 64 bits before it is rounded to 32.
+/// - Polygons keep their order and corners; [`Mesh`] fans them out into triangles.
+/// - [`Mesh::parts`] names consecutive polygons of one object, group and material, and covers all
+///   polygons; it is empty if the file names none.
+/// - Weights, colours, a third texture coordinate, normals and unknown keywords are skipped. Normal
+///   indices must be written as integers; they are not looked up.
+///
+/// # Errors
+/// [`ObjError`] at the first line that is wrong, whatever follows. Indices beyond what has been
+/// defined so far are judged at the end of the file, as a face may come before its vertices.
+pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
+    if bytes.is_empty() {
+        return Err(ObjError::Empty);
+    }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut cursor = cursor::Cursor::new(text);
+    let mut builder = build::Builder::default();
+    loop {
+        builder.statement(&mut cursor)?;
+        if !cursor.next_line() {
+            return builder.finish();
+        }
+    }
+}
+
+/// Reads a mesh from an OBJ file; see [`parse`].
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`parse`]. Each names the file.
+pub fn read(path: &Path) -> Result<Mesh, ReadError> {
+    let bytes = read_at_most(path, MAX_FILE_BYTES)
+        .map_err(|error| ReadError::Io { path: path.to_path_buf(), error })?;
+    parse(&bytes).map_err(|error| ReadError::Obj { path: path.to_path_buf(), error })
+}
+
+/// The bytes of a file, unless there are more than `max` of them.
+pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+    let too_large = |found: String| {
+        let message = format!("file has {found} bytes, at most {max} are accepted");
+        io::Error::new(io::ErrorKind::FileTooLarge, message)
+    };
+    let mut file = File::open(path)?;
+    let claimed = file.metadata()?.len();
+    if claimed > max {
+        return Err(too_large(claimed.to_string()));
+    }
+    // Pipes and devices claim no length, and a file may grow while it is read.
+    let mut bytes = Vec::new();
+    file.by_ref().take(max).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == max && file.read(&mut [0])? > 0 {
+        return Err(too_large(format!("more than {max}")));
+    }
+    Ok(bytes)
+}
+
+/// What was found, fit for a message: printable, and no longer than a line.
+pub(crate) fn shown(found: &[u8]) -> String {
+    const LONGEST: usize = 32;
+    let mut text = String::new();
+    for &byte in &found[..found.len().min(LONGEST)] {
+        match byte {
+            b' '..=b'~' => text.push(char::from(byte)),
+            _ => text.extend(byte.escape_ascii().map(char::from)),
+        }
+    }
+    if found.len() > LONGEST {
+        text.push('…');
+    }
+    text
+}

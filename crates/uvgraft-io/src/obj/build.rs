@@ -1,0 +1,252 @@
+//! Statements of an OBJ file, gathered into a mesh.
+
+use uvgraft::mesh::{Corner, Mesh, Part};
+
+use super::cursor::Cursor;
+use super::{ObjError, shown};
+
+const VERTEX: &str = "vertex";
+const TEXTURE_COORDINATE: &str = "texture coordinate";
+
+/// Bytes of names over all parts. Large scenes need a few megabytes.
+const MAX_NAME_BYTES: usize = 1 << 26;
+
+#[derive(Default)]
+pub(super) struct Builder {
+    positions: Vec<[f32; 3]>,
+    uv: Vec<[f32; 2]>,
+    corners: Vec<Corner>,
+    sizes: Vec<u32>,
+    parts: Parts,
+    forward_vertices: Forward,
+    forward_uv: Forward,
+}
+
+impl Builder {
+    /// Reads one statement, up to the end of its line or whatever there is skipped.
+    pub(super) fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ObjError> {
+        let Some(keyword) = cursor.word() else { return Ok(()) };
+        let line = cursor.line();
+        match keyword {
+            b"v" => {
+                let position = numbers(cursor, line, VERTEX)?;
+                self.positions.push(position.map(|value| value as f32));
+            }
+            b"vt" => {
+                let [u, v] = numbers(cursor, line, TEXTURE_COORDINATE)?;
+                self.uv.push([u as f32, (1.0 - v) as f32]);
+            }
+            // `fo`, face outline, is what early versions of the format called a face.
+            b"f" | b"fo" => self.face(cursor, line)?,
+            b"o" => self.parts.rename(|parts| &mut parts.object, cursor.rest_of_line()),
+            b"g" => self.parts.rename(|parts| &mut parts.group, cursor.rest_of_line()),
+            b"usemtl" => self.parts.rename(|parts| &mut parts.material, cursor.rest_of_line()),
+            [b'#', ..] => cursor.skip_comment(),
+            _ => {
+                if let Some(&byte) = keyword.iter().find(|byte| byte.is_ascii_control()) {
+                    return Err(ObjError::Binary { line, byte });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, cursor: &mut Cursor<'_>, line: usize) -> Result<(), ObjError> {
+        let start = self.corners.len();
+        while let Some(word) = cursor.value() {
+            let at = Place { line, corner: self.corners.len() - start + 1 };
+            let corner = self.corner(word, at)?;
+            self.corners.push(corner);
+        }
+        let found = self.corners.len() - start;
+        if found < 3 {
+            return Err(ObjError::TooFewCorners { line, found });
+        }
+        self.parts.add_polygon(line, saturated(self.sizes.len()))?;
+        self.sizes.push(saturated(found));
+        Ok(())
+    }
+
+    fn corner(&mut self, word: &[u8], at: Place) -> Result<Corner, ObjError> {
+        let Place { line, corner } = at;
+        let wrong = || ObjError::Corner { line, corner, found: shown(word) };
+        let mut fields = word.split(|&byte| byte == b'/');
+        let vertex = fields.next().and_then(integer).ok_or_else(wrong)?;
+        let uv = match fields.next() {
+            None | Some(b"") => None,
+            Some(field) => Some(integer(field).ok_or_else(wrong)?),
+        };
+        // An empty normal, as in `1/1/`, is what some exporters write for none.
+        if let Some(field) = fields.next().filter(|field| !field.is_empty()) {
+            integer(field).ok_or_else(wrong)?;
+        }
+        if fields.next().is_some() {
+            return Err(wrong());
+        }
+        let uv = uv.ok_or(ObjError::NoTextureCoordinate { line, corner })?;
+        Ok(Corner {
+            vertex: self.forward_vertices.resolve(VERTEX, vertex, self.positions.len(), at)?,
+            uv: self.forward_uv.resolve(TEXTURE_COORDINATE, uv, self.uv.len(), at)?,
+        })
+    }
+
+    pub(super) fn finish(self) -> Result<Mesh, ObjError> {
+        let vertices = self.positions.len();
+        if self.sizes.is_empty() {
+            let recognised = vertices > 0 || !self.uv.is_empty();
+            return Err(if recognised { ObjError::NoFaces { vertices } } else { ObjError::NotObj });
+        }
+        let missing = [
+            self.forward_vertices.missing(VERTEX, vertices),
+            self.forward_uv.missing(TEXTURE_COORDINATE, self.uv.len()),
+        ];
+        if let Some((_, error)) = missing.into_iter().flatten().min_by_key(|&(at, _)| at) {
+            return Err(error);
+        }
+        let mesh = Mesh::from_polygons(self.positions, self.uv, &self.corners, &self.sizes)?;
+        Ok(mesh.with_parts(self.parts.finish()))
+    }
+}
+
+/// The first `N` numbers on the rest of the line.
+fn numbers<const N: usize>(
+    cursor: &mut Cursor<'_>,
+    line: usize,
+    what: &'static str,
+) -> Result<[f64; N], ObjError> {
+    let mut values = [0.0; N];
+    for (index, value) in values.iter_mut().enumerate() {
+        let Some(word) = cursor.value() else {
+            return Err(ObjError::TooFewNumbers { line, what, found: index, wanted: N });
+        };
+        *value = std::str::from_utf8(word)
+            .ok()
+            .and_then(|text| text.parse().ok())
+            .ok_or_else(|| ObjError::Number { line, what, found: shown(word) })?;
+        if !(*value as f32).is_finite() {
+            return Err(ObjError::NotFinite { line, what, found: shown(word) });
+        }
+    }
+    Ok(values)
+}
+
+/// An integer with an optional sign. What does not fit is far out of range in any case, and is
+/// reported as the largest that fits.
+fn integer(field: &[u8]) -> Option<i64> {
+    let (digits, sign) = match field {
+        [b'-', digits @ ..] => (digits, -1),
+        [b'+', digits @ ..] | digits => (digits, 1),
+    };
+    if digits.is_empty() {
+        return None;
+    }
+    let mut value = 0_i64;
+    for digit in digits {
+        let digit = digit.is_ascii_digit().then(|| i64::from(digit - b'0'))?;
+        value = value.saturating_mul(10).saturating_add(digit);
+    }
+    Some(sign * value)
+}
+
+/// For 32-bit counts and indices: [`Mesh`] refuses what is cut off here as too large.
+fn saturated(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    line: usize,
+    corner: usize,
+}
+
+/// Indices that name what the file had not defined yet, to be judged when it ends.
+///
+/// Only those that exceed every one before are kept. The first that turns out to be missing is
+/// always among them: all before it exist, so it exceeds them.
+#[derive(Default)]
+struct Forward {
+    records: Vec<(i64, Place)>,
+}
+
+impl Forward {
+    /// The index from 0 for an index from 1, or from -1 backwards, with `count` elements so far.
+    fn resolve(
+        &mut self,
+        what: &'static str,
+        found: i64,
+        count: usize,
+        at: Place,
+    ) -> Result<u32, ObjError> {
+        let Place { line, corner } = at;
+        let known = count as i64;
+        let index = match found {
+            0 => return Err(ObjError::ZeroIndex { line, corner, what }),
+            1.. => found - 1,
+            _ if found < -known => {
+                return Err(ObjError::RelativeIndex { line, corner, what, found, count });
+            }
+            _ => known + found,
+        };
+        if found > known && self.records.last().is_none_or(|&(highest, _)| found > highest) {
+            self.records.push((found, at));
+        }
+        Ok(u32::try_from(index).unwrap_or(u32::MAX))
+    }
+
+    /// The first index beyond the `count` elements that there are in the end.
+    fn missing(&self, what: &'static str, count: usize) -> Option<(Place, ObjError)> {
+        let &(found, at) = self.records.iter().find(|&&(found, _)| found > count as i64)?;
+        let Place { line, corner } = at;
+        Some((at, ObjError::Index { line, corner, what, found, count }))
+    }
+}
+
+/// The names in force, and the parts they have made so far.
+#[derive(Default)]
+struct Parts {
+    object: String,
+    group: String,
+    material: String,
+    renamed: bool,
+    parts: Vec<Part>,
+    name_bytes: usize,
+}
+
+impl Parts {
+    fn rename(&mut self, which: impl FnOnce(&mut Self) -> &mut String, name: String) {
+        *which(self) = name;
+        self.renamed = true;
+    }
+
+    fn add_polygon(&mut self, line: usize, polygon: u32) -> Result<(), ObjError> {
+        let renamed = std::mem::take(&mut self.renamed);
+        if let Some(last) = self.parts.last_mut() {
+            let same = |last: &Part| {
+                (&last.object, &last.group, &last.material)
+                    == (&self.object, &self.group, &self.material)
+            };
+            if !renamed || same(last) {
+                last.polygons.end = polygon.saturating_add(1);
+                return Ok(());
+            }
+        }
+        self.name_bytes += self.object.len() + self.group.len() + self.material.len();
+        if self.name_bytes > MAX_NAME_BYTES {
+            return Err(ObjError::Names { line, max: MAX_NAME_BYTES });
+        }
+        self.parts.push(Part {
+            object: self.object.clone(),
+            group: self.group.clone(),
+            material: self.material.clone(),
+            polygons: polygon..polygon.saturating_add(1),
+        });
+        Ok(())
+    }
+
+    fn finish(self) -> Vec<Part> {
+        let named = |part: &Part| {
+            !(part.object.is_empty() && part.group.is_empty() && part.material.is_empty())
+        };
+        if self.parts.iter().any(named) { self.parts } else { Vec::new() }
+    }
+}

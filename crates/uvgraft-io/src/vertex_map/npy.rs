@@ -1,0 +1,351 @@
+//! NumPy's NPY arrays, as far as a list of integers needs them.
+//!
+//! The header is a Python dictionary with a shape that may claim anything. It is read here, without
+//! recursion or allocation, and compared with the bytes that follow before any value is read. A
+//! general NPY reader was tried and left out: it multiplied the dimensions unchecked, so that a
+//! hostile shape overflowed, and reserved what a header claims for its own length.
+//!
+//! Source: `numpy.lib.format`, versions 1.0 to 3.0.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::VertexMapError;
+use crate::obj::shown;
+use crate::output::write_atomically;
+
+/// What every NPY file begins with.
+pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Header and values together start at a multiple of this.
+const ALIGNMENT: usize = 64;
+
+/// Reads what follows the magic.
+pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
+    let cut_short = |wanted: u64| {
+        let before = MAGIC.len();
+        VertexMapError::NpyCutShort { wanted: wanted + before as u64, found: bytes.len() + before }
+    };
+    let (start, length) = match *bytes {
+        [1, 0, a, b, ..] => (4, u64::from(u16::from_le_bytes([a, b]))),
+        [2 | 3, 0, a, b, c, d, ..] => (6, u64::from(u32::from_le_bytes([a, b, c, d]))),
+        [1, 0, ..] | [] | [_] => return Err(cut_short(4)),
+        [2 | 3, 0, ..] => return Err(cut_short(6)),
+        [major, minor, ..] => return Err(VertexMapError::NpyVersion { major, minor }),
+    };
+    let end = start + length;
+    let Some((head, values)) =
+        usize::try_from(end).ok().and_then(|end| bytes.split_at_checked(end))
+    else {
+        return Err(cut_short(end));
+    };
+    let header = Header::parse(&head[start as usize..])?;
+    let integer = Integer::from_descr(header.descr)?;
+    let count = list_length(header.shape)?;
+    if !matches!(header.fortran_order, b"True" | b"False") {
+        return Err(wrong(header.fortran_order, "True or False as 'fortran_order'"));
+    }
+    // With one axis longer than 1 at most, C and Fortran order are the same.
+    let wanted = u128::from(count) * integer.width as u128;
+    if wanted != values.len() as u128 {
+        return Err(VertexMapError::NpyLength { wanted, found: values.len() });
+    }
+    let ids = values.chunks_exact(integer.width).enumerate();
+    ids.map(|(index, bytes)| integer.read(bytes, index + 1)).collect()
+}
+
+/// Writes a vertex map as an NPY array, version 1.0: `[source vertices]` of `<i8`.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
+    let mut header =
+        format!("{{'descr': '<i8', 'fortran_order': False, 'shape': ({},), }}", ids.len());
+    let fixed = MAGIC.len() + 4;
+    let end = (fixed + header.len() + 1).next_multiple_of(ALIGNMENT);
+    let padded = end - fixed - 1;
+    header = format!("{header:padded$}\n");
+    out.write_all(MAGIC)?;
+    out.write_all(&[1, 0])?;
+    // One list's header takes 118 bytes whatever its length, far from the 65,535 that fit.
+    out.write_all(&(header.len() as u16).to_le_bytes())?;
+    out.write_all(header.as_bytes())?;
+    for &id in ids {
+        out.write_all(&i64::from(id).to_le_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes a vertex map to an NPY file, whole or not at all; see [`write_npy`].
+///
+/// # Errors
+/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+pub fn save_npy(ids: &[u32], path: &Path) -> io::Result<()> {
+    write_atomically(path, |out| write_npy(ids, out))
+}
+
+fn wrong(found: &[u8], wanted: &'static str) -> VertexMapError {
+    VertexMapError::NpyHeader { found: shown(found), wanted }
+}
+
+/// The three entries of the dictionary, as they are written.
+struct Header<'a> {
+    descr: &'a [u8],
+    fortran_order: &'a [u8],
+    shape: &'a [u8],
+}
+
+impl<'a> Header<'a> {
+    fn parse(text: &'a [u8]) -> Result<Self, VertexMapError> {
+        let text = text.trim_ascii();
+        let body = text.strip_prefix(b"{").and_then(|text| text.strip_suffix(b"}"));
+        let mut rest = body.ok_or_else(|| wrong(text, "a dictionary in braces"))?.trim_ascii();
+        let [mut descr, mut fortran_order, mut shape] = [None; 3];
+        while !rest.is_empty() {
+            let entry;
+            (entry, rest) = split_at_comma(rest);
+            let colon = entry.iter().position(|&byte| byte == b':').unwrap_or(entry.len());
+            let (key, value) = entry.split_at(colon);
+            let slot = match unquoted(key.trim_ascii()) {
+                Some(b"descr") => &mut descr,
+                Some(b"fortran_order") => &mut fortran_order,
+                Some(b"shape") => &mut shape,
+                _ => return Err(wrong(entry, "'descr', 'fortran_order' or 'shape'")),
+            };
+            *slot = Some(value.get(1..).unwrap_or_default().trim_ascii());
+        }
+        let entry = |slot: Option<&'a [u8]>, wanted| slot.ok_or_else(|| wrong(text, wanted));
+        Ok(Self {
+            descr: entry(descr, "an entry 'descr'")?,
+            fortran_order: entry(fortran_order, "an entry 'fortran_order'")?,
+            shape: entry(shape, "an entry 'shape'")?,
+        })
+    }
+}
+
+/// What stands before the first comma outside quotes and brackets, and what after it.
+fn split_at_comma(text: &[u8]) -> (&[u8], &[u8]) {
+    let mut depth = 0_usize;
+    let mut quote = None;
+    for (at, &byte) in text.iter().enumerate() {
+        match (quote, byte) {
+            (Some(open), _) if byte == open => quote = None,
+            (Some(_), _) => {}
+            (None, b'\'' | b'"') => quote = Some(byte),
+            (None, b'(' | b'[' | b'{') => depth += 1,
+            (None, b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+            (None, b',') if depth == 0 => {
+                return (text[..at].trim_ascii(), text[at + 1..].trim_ascii());
+            }
+            _ => {}
+        }
+    }
+    (text, b"")
+}
+
+fn unquoted(text: &[u8]) -> Option<&[u8]> {
+    match text {
+        [b'\'', inner @ .., b'\''] | [b'"', inner @ .., b'"'] => Some(inner),
+        _ => None,
+    }
+}
+
+/// How an array's values are written.
+struct Integer {
+    big_endian: bool,
+    signed: bool,
+    width: usize,
+}
+
+impl Integer {
+    fn from_descr(descr: &[u8]) -> Result<Self, VertexMapError> {
+        let refused = || VertexMapError::NpyDtype { found: shown(descr) };
+        let Some(&[order, kind, width]) = unquoted(descr) else { return Err(refused()) };
+        let width = usize::from(width.wrapping_sub(b'0'));
+        if !matches!(kind, b'i' | b'u') || !matches!(width, 1 | 2 | 4 | 8) {
+            return Err(refused());
+        }
+        // `|` stands for "does not matter".
+        if !(matches!(order, b'<' | b'>') || order == b'|' && width == 1) {
+            return Err(refused());
+        }
+        Ok(Self { big_endian: order == b'>', signed: kind == b'i', width })
+    }
+
+    /// One value from its `width` bytes; `entry` is for the error only.
+    fn read(&self, bytes: &[u8], entry: usize) -> Result<i64, VertexMapError> {
+        let mut word = [0; 8];
+        word[..self.width].copy_from_slice(bytes);
+        if self.big_endian {
+            word[..self.width].reverse();
+        }
+        let value = u64::from_le_bytes(word);
+        let unused_bits = 64 - 8 * self.width as u32;
+        if self.signed {
+            // Moves the sign to the top and back again.
+            Ok((value << unused_bits).cast_signed() >> unused_bits)
+        } else {
+            i64::try_from(value)
+                .map_err(|_| VertexMapError::OutOfRange { entry, found: value.to_string() })
+        }
+    }
+}
+
+/// The number of values in a shape with one axis that is not 1 long at most.
+fn list_length(shape: &[u8]) -> Result<u64, VertexMapError> {
+    let refused = || VertexMapError::NpyShape { found: shown(shape) };
+    let inner = shape.strip_prefix(b"(").and_then(|shape| shape.strip_suffix(b")"));
+    let mut rest = inner.ok_or_else(refused)?.trim_ascii();
+    if rest.is_empty() {
+        return Err(refused());
+    }
+    let mut length = 1;
+    while !rest.is_empty() {
+        let axis;
+        (axis, rest) = split_at_comma(rest);
+        // Python 2 wrote long integers as `5023L`.
+        let digits = axis.strip_suffix(b"L").unwrap_or(axis);
+        let axis: u64 = std::str::from_utf8(digits)
+            .ok()
+            .and_then(|digits| digits.parse().ok())
+            .ok_or_else(refused)?;
+        if axis != 1 && std::mem::replace(&mut length, axis) != 1 {
+            return Err(refused());
+        }
+    }
+    Ok(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse;
+    use super::*;
+
+    fn file(version: u8, header: &str, values: &[u8]) -> Vec<u8> {
+        let mut bytes = [MAGIC, &[version, 0]].concat();
+        match version {
+            1 => bytes.extend((header.len() as u16).to_le_bytes()),
+            _ => bytes.extend((header.len() as u32).to_le_bytes()),
+        }
+        bytes.extend(header.as_bytes());
+        bytes.extend(values);
+        bytes
+    }
+
+    fn array(descr: &str, order: &str, shape: &str, values: &[u8]) -> Vec<u8> {
+        let header =
+            format!("{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}    \n");
+        file(1, &header, values)
+    }
+
+    fn error(descr: &str, shape: &str, values: &[u8]) -> String {
+        parse(&array(descr, "False", shape, values)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn reads_every_width_sign_byte_order_and_version() {
+        let cases: [(&str, &[u8], [i64; 2]); 14] = [
+            ("'|i1'", &[5, 0xff], [5, -1]),
+            ("'|u1'", &[5, 0xff], [5, 255]),
+            ("'<i2'", &[5, 1, 0xff, 0xff], [261, -1]),
+            ("'>i2'", &[1, 5, 0xff, 0xfe], [261, -2]),
+            ("'<u2'", &[5, 1, 0xff, 0xff], [261, 65_535]),
+            ("'>u2'", &[1, 5, 0xff, 0xfe], [261, 65_534]),
+            ("'<i4'", &[5, 1, 0, 0, 0xff, 0xff, 0xff, 0xff], [261, -1]),
+            ("'>i4'", &[0, 0, 1, 5, 0xff, 0xff, 0xff, 0xfe], [261, -2]),
+            ("'<u4'", &[5, 1, 0, 0, 0xff, 0xff, 0xff, 0xff], [261, 4_294_967_295]),
+            ("\">u4\"", &[0, 0, 1, 5, 0xff, 0xff, 0xff, 0xfe], [261, 4_294_967_294]),
+            ("'<i8'", b"\x05\x01\0\0\0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff", [261, -1]),
+            ("'>i8'", b"\0\0\0\0\0\0\x01\x05\xff\xff\xff\xff\xff\xff\xff\xfe", [261, -2]),
+            ("'<u8'", b"\x05\x01\0\0\0\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7f", [261, i64::MAX]),
+            ("'>u8'", b"\0\0\0\0\0\0\x01\x05\x7f\xff\xff\xff\xff\xff\xff\xff", [261, i64::MAX]),
+        ];
+        for (descr, values, wanted) in cases {
+            for (order, shape) in [("False", "(2,)"), ("True", "(2, 1)"), ("False", "(1, 2L)")] {
+                let bytes = array(descr, order, shape, values);
+                assert_eq!(parse(&bytes).unwrap(), wanted, "{descr} {order} {shape}");
+            }
+        }
+        let header = "{\"shape\":(1,),'fortran_order':True,'descr':'|u1'}";
+        for version in 1..=3 {
+            assert_eq!(parse(&file(version, header, &[9])).unwrap(), [9]);
+        }
+    }
+
+    #[test]
+    fn writes_what_numpy_writes() {
+        let mut bytes = Vec::new();
+        write_npy(&[10_000, 0, u32::MAX], &mut bytes).unwrap();
+        let header =
+            b"\x93NUMPY\x01\0\x76\0{'descr': '<i8', 'fortran_order': False, 'shape': (3,), }";
+        assert_eq!(bytes[..header.len()], header[..]);
+        assert_eq!(bytes[header.len()..127], vec![b' '; 127 - header.len()]);
+        assert_eq!(bytes[127..144], *b"\n\x10\x27\0\0\0\0\0\0\0\0\0\0\0\0\0\0");
+        assert_eq!(bytes[144..], *b"\xff\xff\xff\xff\0\0\0\0");
+        assert_eq!(parse(&bytes).unwrap(), [10_000, 0, 4_294_967_295]);
+    }
+
+    #[test]
+    fn refuses_what_is_no_list_of_integers() {
+        for descr in ["'<f4'", "'>f8'", "'|b1'", "'|O'", "'<U5'", "'<i3'", "'|i4'", "'i4'", "12"] {
+            let wanted = format!("NPY array has dtype {descr}, wanted integers (i1 to i8 or u1 to");
+            let found = error(descr, "(1,)", &[0; 8]);
+            assert!(found.starts_with(&wanted), "{found}");
+        }
+        let structured = error("[('a', '<i4'), ('b', '<i4', (2,))]", "(1,)", &[0; 12]);
+        assert!(structured.contains("dtype [('a', '<i4'), ('b', '<i4', (2,)…"), "{structured}");
+        for shape in
+            ["()", "(2, 2)", "(0, 2)", "(-1,)", "(1.5,)", "7", "(,)", "(36893488147419103232,)"]
+        {
+            let wanted = format!("NPY array has shape {shape}, wanted (N,), (N, 1) or (1, N)");
+            assert_eq!(error("'<i4'", shape, &[0; 16]), wanted);
+        }
+        assert_eq!(error("'<i4'", "(0,)", &[]), VertexMapError::Empty.to_string());
+        let beyond = error("'<u8'", "(2,)", b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80");
+        assert_eq!(beyond, "entry 2: found 9223372036854775808, wanted a signed 64-bit integer");
+    }
+
+    #[test]
+    fn claims_are_checked_against_the_bytes() {
+        let needs = |wanted: &str, found: usize| {
+            format!("NPY array needs {wanted} bytes after the header, found {found}")
+        };
+        assert_eq!(error("'<i4'", "(2,)", &[0; 7]), needs("8", 7));
+        assert_eq!(error("'<i4'", "(2,)", &[0; 9]), needs("8", 9));
+        let huge = error("'<i8'", "(18446744073709551615,)", &[0; 8]);
+        assert_eq!(huge, needs("147573952589676412920", 8));
+
+        let mut long_header = file(2, "{}", b"");
+        long_header[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+        let cut_short = parse(&long_header).unwrap_err();
+        assert_eq!(cut_short, VertexMapError::NpyCutShort { wanted: 4_294_967_307, found: 14 });
+        assert_eq!(
+            parse(b"\x93NUMPY\x01\0v").unwrap_err().to_string(),
+            "NPY file cut short: header needs 10 bytes, file has 9"
+        );
+        assert_eq!(
+            parse(b"\x93NUMPY\x04\0\0\0"),
+            Err(VertexMapError::NpyVersion { major: 4, minor: 0 })
+        );
+    }
+
+    #[test]
+    fn refuses_headers_that_are_no_description() {
+        for (header, found, wanted) in [
+            ("rubbish", "rubbish", "a dictionary in braces"),
+            ("{'descr': '<i8'", "{'descr': '<i8'", "a dictionary in braces"),
+            ("{}", "{}", "an entry 'descr'"),
+            ("{'name': 1}", "'name': 1", "'descr', 'fortran_order' or 'shape'"),
+            (
+                "{'descr': '<i8', 'shape': (1,), 'fortran_order': 0}",
+                "0",
+                "True or False as 'fortran_order'",
+            ),
+        ] {
+            let error = parse(&file(1, header, &[0; 8])).unwrap_err();
+            assert_eq!(error, VertexMapError::NpyHeader { found: found.into(), wanted });
+        }
+        let nested = format!("{{'descr': {}", "[".repeat(60_000));
+        assert!(parse(&file(1, &nested, &[])).is_err());
+    }
+}
