@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum ReadError<E: std::error::Error + 'static> {
     /// The file could not be opened or read.
-    #[error("cannot read {}: {reason}", path.display())]
+    #[error("{}: {reason}", path.display())]
     Io {
         /// Which file.
         path: PathBuf,

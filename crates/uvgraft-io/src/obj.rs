@@ -14,11 +14,11 @@ mod cursor;
 mod tests;
 mod write;
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use uvgraft::mesh::{Mesh, MeshError};
+
+use crate::input::{ReadError, read_file};
 
 pub use self::write::{save, write};
 
@@ -159,28 +159,6 @@ pub enum ObjError {
     Mesh(#[from] MeshError),
 }
 
-/// Why [`read`] failed, with the file it concerns.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The file cannot be opened or read, or is larger than [`MAX_FILE_BYTES`].
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What went wrong.
-        error: io::Error,
-    },
-    /// The file was read, but is not an OBJ mesh with texture coordinates.
-    #[error("{}: {error}", path.display())]
-    Obj {
-        /// Which file.
-        path: PathBuf,
-        /// What is wrong with it.
-        error: ObjError,
-    },
-}
-
 /// Reads a mesh from the bytes of an OBJ file.
 ///
 /// - Vertices and texture coordinates keep their order and count, used or not. `v` is flipped, to
@@ -214,30 +192,8 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<Mesh, ReadError> {
-    let bytes = read_at_most(path, MAX_FILE_BYTES)
-        .map_err(|error| ReadError::Io { path: path.to_path_buf(), error })?;
-    parse(&bytes).map_err(|error| ReadError::Obj { path: path.to_path_buf(), error })
-}
-
-/// The bytes of a file, unless there are more than `max` of them.
-pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
-    let too_large = |found: String| {
-        let message = format!("file has {found} bytes, at most {max} are accepted");
-        io::Error::new(io::ErrorKind::FileTooLarge, message)
-    };
-    let mut file = File::open(path)?;
-    let claimed = file.metadata()?.len();
-    if claimed > max {
-        return Err(too_large(claimed.to_string()));
-    }
-    // Pipes and devices claim no length, and a file may grow while it is read.
-    let mut bytes = Vec::new();
-    file.by_ref().take(max).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 == max && file.read(&mut [0])? > 0 {
-        return Err(too_large(format!("more than {max}")));
-    }
-    Ok(bytes)
+pub fn read(path: &Path) -> Result<Mesh, ReadError<ObjError>> {
+    read_file(path, MAX_FILE_BYTES, parse)
 }
 
 /// What was found, fit for a message: printable, and no longer than a line.

@@ -5,10 +5,9 @@
 mod npy;
 mod text;
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::obj::read_at_most;
+use crate::input::{ReadError, read_file};
 
 pub use self::npy::{save_npy, write_npy};
 
@@ -107,28 +106,6 @@ pub enum VertexMapError {
     },
 }
 
-/// Why [`read`] failed, with the file it concerns.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The file cannot be opened or read, or is larger than [`MAX_FILE_BYTES`].
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What went wrong.
-        error: io::Error,
-    },
-    /// The file was read, but is not a vertex map.
-    #[error("{}: {error}", path.display())]
-    VertexMap {
-        /// Which file.
-        path: PathBuf,
-        /// What is wrong with it.
-        error: VertexMapError,
-    },
-}
-
 /// Reads a vertex map: `[source vertices]` of target vertex ids from 0, -1 for "has none".
 ///
 /// The bytes tell the format:
@@ -157,10 +134,8 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<Vec<i64>, ReadError> {
-    let bytes = read_at_most(path, MAX_FILE_BYTES)
-        .map_err(|error| ReadError::Io { path: path.to_path_buf(), error })?;
-    parse(&bytes).map_err(|error| ReadError::VertexMap { path: path.to_path_buf(), error })
+pub fn read(path: &Path) -> Result<Vec<i64>, ReadError<VertexMapError>> {
+    read_file(path, MAX_FILE_BYTES, parse)
 }
 
 #[cfg(test)]

