@@ -1,1 +1,11 @@
-//! tests
+//! What the tests and benches share: synthetic pairs and textures, real data where there is some,
+//! and an independent implementation to compare with.
+
+pub mod independent;
+pub mod real;
+pub mod synthetic;
+
+/// Runs the README's example as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+pub struct Readme;

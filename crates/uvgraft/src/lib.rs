@@ -45,6 +45,7 @@ pub mod pair;
 pub mod raster;
 pub mod report;
 pub mod resample;
+mod resize;
 pub mod texture;
 mod threads;
 pub mod transfer;

@@ -155,10 +155,9 @@ impl SamplingMap {
         let mut patches = Vec::with_capacity(pair.links().len());
         for (face, counterpart) in oriented.from_face.iter().enumerate() {
             let Some(counterpart) = counterpart else { continue };
+            // A source triangle without area is a line or a point, and still has a colour: its
+            // texels take that rather than stay a hole. Only the target's area is divided by.
             let source = from.uv_triangle(counterpart.face as usize);
-            if crate::mesh::doubled_area(source) == 0.0 {
-                continue;
-            }
             let src_uv = counterpart.corners.map(|corner| source[corner as usize].map(f64::from));
             if let Some(affine) = Affine::from_triangles(corners_px(to, face, size), src_uv) {
                 patch_of_face[face] = patches.len() as u32;

@@ -1,0 +1,208 @@
+//! Meshes and textures from seeded generators.
+
+use uvgraft::{Channels, Encoding, Mesh, Pair, Size, Texels, Texture};
+
+/// Squares of the sheet along one side.
+const SHEET: u32 = 20;
+/// Triangles of an eye.
+const EYE: u32 = 24;
+
+/// A pair with everything that makes pairs hard, in the way of a head and a body.
+///
+/// - A warped sheet: one island in the target, two in the source.
+/// - Two eyes: discs of their own in the source, one on top of the other in the target, the second
+///   with a slightly bumpier outline.
+/// - Faces of the target that nothing is linked to: a strip beside the sheet and one joined to it.
+/// - Vertices in another order, faces that start at other corners, every fifth wound the other way.
+pub fn pair() -> Pair {
+    let mut source = Builder::default();
+    let mut target = Builder::default();
+    let mut rng = fastrand::Rng::with_seed(7);
+    let across = SHEET + 1;
+    let jitter: Vec<[f64; 2]> = (0..across * across)
+        .map(|_| [rng.f64() - 0.5, rng.f64() - 0.5].map(|value| value * 0.4 / f64::from(SHEET)))
+        .collect();
+    let jittered = |column: u32, row: u32| {
+        let [x, y] = [column, row].map(|k| f64::from(k) / f64::from(SHEET));
+        let inside = (1..SHEET).contains(&column) && (1..SHEET).contains(&row);
+        let shift = if inside { jitter[(row * across + column) as usize] } else { [0.0; 2] };
+        [x + shift[0], y + shift[1]]
+    };
+    let half = SHEET / 2;
+    for (row, column) in (0..SHEET).flat_map(|row| (0..SHEET).map(move |column| (row, column))) {
+        let ring = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| [column + dx, row + dy]);
+        let vertices = ring.map(|[x, y]| y * across + x);
+        // The source is cut down the middle; the right half lies on its side.
+        let source_uv = ring.map(|[x, y]| {
+            let [s, t] = jittered(x, y);
+            if column < half {
+                [0.04 + 0.8 * s, 0.05 + 0.5 * t]
+            } else {
+                [0.95 - 0.45 * t, 0.97 - 0.4 * (s - 0.5) - 0.3 * s * (1.0 - t) * 0.1]
+            }
+        });
+        let target_uv = ring.map(|[x, y]| {
+            let (s, t) = (f64::from(x) / f64::from(SHEET), f64::from(y) / f64::from(SHEET));
+            let (s, t) = (s * s * 0.6 + s * 0.4, t + 0.04 * (s * 9.0).sin());
+            [0.06 + 0.5 * s + 0.03 * (t * 7.0).cos(), 0.1 + 0.5 * t]
+        });
+        source.quad(vertices, source_uv);
+        target.quad(vertices, target_uv);
+    }
+    let mut next = across * across;
+    for eye in 0..2 {
+        let rim = |k: u32, bumps: f64| {
+            let angle = f64::from(k % EYE) / f64::from(EYE) * std::f64::consts::TAU;
+            let radius = 0.5 + bumps * if k % 2 == 0 { 1.0 } else { -1.0 };
+            [angle.cos() * radius, angle.sin() * radius]
+        };
+        let place = |at: [f64; 2], centre: [f64; 2], size: f64| {
+            [centre[0] + at[0] * size, centre[1] + at[1] * size]
+        };
+        let source_centre = [0.62, 0.15 + 0.22 * f64::from(eye)];
+        for k in 0..EYE {
+            let vertices = [next + EYE, next + k, next + (k + 1) % EYE];
+            let bumps = 0.004 * f64::from(eye);
+            let source_uv = [[0.0; 2], rim(k, 0.0), rim(k + 1, 0.0)];
+            let target_uv = [[0.0; 2], rim(k, bumps), rim(k + 1, bumps)];
+            source.triangle(vertices, source_uv.map(|at| place(at, source_centre, 0.18)));
+            target.triangle(vertices, target_uv.map(|at| place(at, [0.8, 0.2], 0.2)));
+        }
+        next += EYE + 1;
+    }
+    let linked_vertices = next;
+    // A strip apart, and one that continues the sheet at its lower edge.
+    for k in 0..SHEET {
+        let x = 0.05 + 0.9 * f64::from(k) / f64::from(SHEET);
+        let width = 0.9 / f64::from(SHEET);
+        let vertices = [next, next + 1, next + 2, next + 3];
+        target.quad(vertices, [[x, 0.8], [x + width, 0.8], [x + width, 0.95], [x, 0.95]]);
+        next += 4;
+    }
+    let bottom = |column: u32| target.uv_of(SHEET * across + column);
+    let joined: Vec<_> = (0..SHEET)
+        .map(|column| {
+            let (left, right) = (bottom(column), bottom(column + 1));
+            [left, right, [right[0], right[1] + 0.05], [left[0], left[1] + 0.05]]
+        })
+        .collect();
+    for (column, uv) in (0..SHEET).zip(joined) {
+        let first = SHEET * across + column;
+        target.quad([first, first + 1, next + 1, next], uv);
+        next += 2;
+    }
+
+    // Other numbers for the target's vertices, other starts and windings for its faces.
+    let renumber = |vertex: u32| (vertex * 7 + 3) % next;
+    assert!(!next.is_multiple_of(7), "multiplying by 7 must be a permutation");
+    let vertex_map: Vec<i64> =
+        (0..linked_vertices).map(|vertex| i64::from(renumber(vertex))).collect();
+    target.disguise(renumber, next);
+    Pair::by_vertex_map(source.build(linked_vertices), target.build(next), &vertex_map)
+        .expect("a sound pair")
+}
+
+/// A mesh of one square that fills the texture but for a margin of `inset`.
+pub fn square(inset: f32) -> Mesh {
+    let (low, high) = (inset, 1.0 - inset);
+    let uv = vec![[low, low], [high, low], [high, high], [low, high]];
+    let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+    let faces = [[0, 1, 2], [0, 2, 3]];
+    Mesh::from_triangles(positions, uv, &faces, &faces).expect("a sound mesh")
+}
+
+/// An opaque 8-bit RGB picture with detail of all sizes down to the single texel, as photographs
+/// have it: noise whose contrast shrinks with its size, over shapes with hard edges.
+pub fn detailed(size: Size, seed: u64) -> Texture {
+    let mut values = vec![128.0f32; size.texels() * 3];
+    let width = size.width as usize;
+    for (octave, cell) in [256, 128, 64, 32, 16, 8, 4, 2, 1].into_iter().enumerate() {
+        let mut rng = fastrand::Rng::with_seed(seed * 1000 + octave as u64);
+        let columns = width / cell + 2;
+        let knots: Vec<[f32; 3]> = (0..columns * (size.height as usize / cell + 2))
+            .map(|_| std::array::from_fn(|_| rng.f32() - 0.5))
+            .collect();
+        let contrast = 9.0 * (cell as f32).powf(0.62);
+        for (y, row) in values.chunks_exact_mut(width * 3).enumerate() {
+            let (knot_y, t) = (y / cell, (y % cell) as f32 / cell as f32);
+            for (x, texel) in row.chunks_exact_mut(3).enumerate() {
+                let (knot_x, s) = (x / cell, (x % cell) as f32 / cell as f32);
+                let knot = |dx, dy| knots[(knot_y + dy) * columns + knot_x + dx];
+                let corners = [knot(0, 0), knot(1, 0), knot(0, 1), knot(1, 1)];
+                for (channel, value) in texel.iter_mut().enumerate() {
+                    let [a, b, c, d] = corners.map(|corner| corner[channel]);
+                    let (top, bottom) = (a + (b - a) * s, c + (d - c) * s);
+                    *value += (top + (bottom - top) * t) * contrast;
+                }
+            }
+        }
+    }
+    // Discs brighter or darker than their surroundings, with edges one texel wide.
+    let mut rng = fastrand::Rng::with_seed(seed);
+    for _ in 0..size.texels() / 40_000 {
+        let centre = [rng.f32() * size.width as f32, rng.f32() * size.height as f32];
+        let radius = 4.0 + 60.0 * rng.f32() * rng.f32();
+        let shift = (rng.f32() - 0.5) * 90.0;
+        let range = |at: f32, end: u32| {
+            (at - radius - 1.0).max(0.0) as usize..((at + radius + 1.0) as usize).min(end as usize)
+        };
+        for y in range(centre[1], size.height) {
+            for x in range(centre[0], size.width) {
+                let distance = (x as f32 + 0.5 - centre[0]).hypot(y as f32 + 0.5 - centre[1]);
+                let inside = (radius - distance + 0.5).clamp(0.0, 1.0);
+                for value in &mut values[(y * width + x) * 3..][..3] {
+                    *value += shift * inside;
+                }
+            }
+        }
+    }
+    let texels = Texels::U8(values.into_iter().map(|value| value.round() as u8).collect());
+    Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).expect("a sound texture")
+}
+
+/// Corners that find their vertex and UV coordinate by value.
+#[derive(Default)]
+struct Builder {
+    uv: Vec<[f32; 2]>,
+    faces: Vec<[u32; 3]>,
+    uv_faces: Vec<[u32; 3]>,
+}
+
+impl Builder {
+    fn quad(&mut self, vertices: [u32; 4], uv: [[f64; 2]; 4]) {
+        self.triangle([0, 1, 2].map(|k| vertices[k]), [0, 1, 2].map(|k| uv[k]));
+        self.triangle([0, 2, 3].map(|k| vertices[k]), [0, 2, 3].map(|k| uv[k]));
+    }
+
+    fn triangle(&mut self, vertices: [u32; 3], uv: [[f64; 2]; 3]) {
+        let first = self.uv.len() as u32;
+        self.uv.extend(uv.map(|coordinate| coordinate.map(|value| value as f32)));
+        self.faces.push(vertices);
+        self.uv_faces.push([first, first + 1, first + 2]);
+    }
+
+    /// A UV coordinate of a vertex.
+    fn uv_of(&self, vertex: u32) -> [f64; 2] {
+        let corner = self.faces.as_flattened().iter().position(|&other| other == vertex);
+        let corner = corner.expect("a vertex that a face uses");
+        self.uv[self.uv_faces.as_flattened()[corner] as usize].map(f64::from)
+    }
+
+    fn disguise(&mut self, renumber: impl Fn(u32) -> u32, vertices: u32) {
+        assert!(self.faces.as_flattened().iter().all(|&vertex| vertex < vertices));
+        for (index, (face, uv)) in self.faces.iter_mut().zip(&mut self.uv_faces).enumerate() {
+            *face = face.map(&renumber);
+            face.rotate_left(index % 3);
+            uv.rotate_left(index % 3);
+            if index % 5 == 0 {
+                face.swap(1, 2);
+                uv.swap(1, 2);
+            }
+        }
+    }
+
+    fn build(self, vertices: u32) -> Mesh {
+        let positions = (0..vertices).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
+        Mesh::from_triangles(positions, self.uv, &self.faces, &self.uv_faces).expect("a sound mesh")
+    }
+}
