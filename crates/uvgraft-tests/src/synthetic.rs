@@ -112,7 +112,7 @@ pub fn square(inset: f32) -> Mesh {
 }
 
 /// An opaque 8-bit RGB picture with detail of all sizes down to the single texel, as photographs
-/// have it: noise whose contrast shrinks with its size, over shapes with hard edges.
+/// have it: noise in octaves, and shapes with hard edges.
 pub fn detailed(size: Size, seed: u64) -> Texture {
     let mut values = vec![128.0f32; size.texels() * 3];
     let width = size.width as usize;
@@ -122,7 +122,8 @@ pub fn detailed(size: Size, seed: u64) -> Texture {
         let knots: Vec<[f32; 3]> = (0..columns * (size.height as usize / cell + 2))
             .map(|_| std::array::from_fn(|_| rng.f32() - 0.5))
             .collect();
-        let contrast = 9.0 * (cell as f32).powf(0.62);
+        // Photographs have about equal contrast at every size, less where the lens ends.
+        let contrast = if cell == 1 { 8.0 } else { 40.0 };
         for (y, row) in values.chunks_exact_mut(width * 3).enumerate() {
             let (knot_y, t) = (y / cell, (y % cell) as f32 / cell as f32);
             for (x, texel) in row.chunks_exact_mut(3).enumerate() {

@@ -76,8 +76,9 @@ fn joined(coverage: &Coverage, row: u32) -> Vec<Range<u32>> {
     intervals
 }
 
-/// Finds the nearest covered texel for each uncovered one of `row`; the upper, then the left of two
-/// that are equally near. `nearest` holds squared distance and texel, and is left as it was found.
+/// Finds the nearest covered texel for each uncovered one of `row`; of several that are equally
+/// near, the one whose row is nearest, then the upper, then the left. `nearest` holds squared
+/// distance and texel, and is left as it was found.
 fn pad_row(
     row: usize,
     gaps: &[Range<u32>],
@@ -87,22 +88,26 @@ fn pad_row(
     nearest: &mut [(u32, u32)],
     copies: &mut Vec<[u32; 2]>,
 ) {
-    let reach = radius as usize;
-    for other in row.saturating_sub(reach)..(row + reach + 1).min(intervals.len()) {
-        let down = (other.abs_diff(row) as u32).pow(2);
-        let mut first_gap = 0;
-        for interval in &intervals[other] {
-            let near = interval.start.saturating_sub(radius)..(interval.end + radius).min(width);
-            while first_gap < gaps.len() && gaps[first_gap].end <= near.start {
-                first_gap += 1;
-            }
-            for gap in gaps[first_gap..].iter().take_while(|gap| gap.start < near.end) {
-                for x in gap.start.max(near.start)..gap.end.min(near.end) {
-                    let inside = x.clamp(interval.start, interval.end - 1);
-                    let squared = down + inside.abs_diff(x).pow(2);
-                    let best = &mut nearest[x as usize];
-                    if squared <= radius * radius && squared < best.0 {
-                        *best = (squared, other as u32 * width + inside);
+    for down in 0..=radius {
+        // How far to the side a row at this distance can still be near enough.
+        let aside = (radius * radius - down * down).isqrt();
+        let above = row.checked_sub(down as usize);
+        let below = Some(row + down as usize).filter(|&row| down > 0 && row < intervals.len());
+        for other in [above, below].into_iter().flatten() {
+            let mut first_gap = 0;
+            for interval in &intervals[other] {
+                let near = interval.start.saturating_sub(aside)..(interval.end + aside).min(width);
+                while first_gap < gaps.len() && gaps[first_gap].end <= near.start {
+                    first_gap += 1;
+                }
+                for gap in gaps[first_gap..].iter().take_while(|gap| gap.start < near.end) {
+                    for x in gap.start.max(near.start)..gap.end.min(near.end) {
+                        let inside = x.clamp(interval.start, interval.end - 1);
+                        let squared = down * down + inside.abs_diff(x).pow(2);
+                        let best = &mut nearest[x as usize];
+                        if squared < best.0 {
+                            *best = (squared, other as u32 * width + inside);
+                        }
                     }
                 }
             }

@@ -9,10 +9,6 @@ use crate::pair::{Direction, Pair};
 use crate::resample;
 use crate::texture::{Depth, Size, Texels, Texture, Value};
 
-/// How far a source is padded, in texels: the most that the widest filter reads beyond a position
-/// on an island's edge, and one more for the diagonal.
-const PADDING_PX: u32 = 4;
-
 /// How a texture is carried across.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransferOptions {
@@ -66,11 +62,9 @@ impl Transfer {
     ) -> Self {
         let from = pair.from(direction);
         let coverage = Coverage::new(from, &Islands::new(from), source_size);
-        Self {
-            map: SamplingMap::new(pair, direction, target_size, &options.map),
-            padding: Padding::new(&coverage, PADDING_PX),
-            options: *options,
-        }
+        let map = SamplingMap::new(pair, direction, target_size, &options.map);
+        let reach = resample::reach_beyond_islands(&map, source_size, options.filter);
+        Self { map, padding: Padding::new(&coverage, reach), options: *options }
     }
 
     /// The map that says where each texel comes from.

@@ -13,9 +13,10 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-/// How far beyond an edge the source position still moves, in target texels. Bilinear filtering of
-/// the result reads up to one texel beyond the edge.
-const REACH_PX: f64 = 1.0;
+/// How far beyond an edge the source position still moves, in target texels, and never farther than
+/// the triangle is high. Bilinear filtering of the result at the edge weighs what lies up to half a
+/// texel beyond most.
+pub(crate) const REACH_PX: f64 = 0.5;
 
 /// How far an island that won an overlap keeps the loser away, in target texels: what bilinear
 /// filtering at the winner's edge can read, with its diagonal.
@@ -43,6 +44,8 @@ struct Edge {
     inverse_squared_length: f64,
     /// Unit normal that points away from the triangle.
     outward: [f64; 2],
+    /// How far the triangle's map is carried on.
+    reach_px: f64,
     /// The first of its four maps, if its face is linked.
     first_patch: Option<u32>,
     /// Whether its island took texels from another.
@@ -60,7 +63,8 @@ impl Edge {
         }
         let mut outward = [-along[1] / length, along[0] / length];
         let inside = [opposite[0] - from[0], opposite[1] - from[1]];
-        if outward[0] * inside[0] + outward[1] * inside[1] > 0.0 {
+        let height = outward[0] * inside[0] + outward[1] * inside[1];
+        if height > 0.0 {
             outward = outward.map(|component| -component);
         }
         Some(Self {
@@ -70,6 +74,7 @@ impl Edge {
             along,
             inverse_squared_length: 1.0 / (length * length),
             outward,
+            reach_px: REACH_PX.min(height.abs()),
             first_patch: None,
             wins: false,
         })
@@ -114,7 +119,7 @@ impl Edge {
 
     /// The edge's four maps, in the order of [`Zone`], from that of its triangle.
     fn zone_maps(&self, triangle: &Affine) -> [Affine; 4] {
-        let shift = self.outward.map(|component| component * REACH_PX);
+        let shift = self.outward.map(|component| component * self.reach_px);
         let second = [self.from[0] + self.along[0], self.from[1] + self.along[1]];
         [
             triangle.clone(),
@@ -284,7 +289,7 @@ impl Surroundings<'_> {
             let edge = &self.edges[index as usize];
             let (squared, t) = edge.distance(centre(x, row));
             let (Some(first), true) = (edge.first_patch, squared < limit * limit) else { continue };
-            let zone = if squared <= REACH_PX * REACH_PX {
+            let zone = if squared <= edge.reach_px * edge.reach_px {
                 Zone::Near
             } else if t <= 0.0 {
                 Zone::First

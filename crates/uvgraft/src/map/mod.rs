@@ -13,6 +13,7 @@ use crate::islands::Islands;
 use crate::pair::{Direction, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::Gutter;
+pub(crate) use gutter::REACH_PX as GUTTER_REACH_PX;
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -237,6 +238,11 @@ impl SamplingMap {
     /// The affine maps that runs refer to.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
+    }
+
+    /// The affine maps beside island edges; their Jacobians are those of all triangles there.
+    pub(crate) fn border_patches(&self) -> &[Patch] {
+        &self.patches[self.gutter_patches as usize..]
     }
 
     /// Whether a run lies outside the islands.

@@ -7,11 +7,11 @@ pub(crate) mod fast;
 pub mod reference;
 
 use crate::filter::Filter;
-use crate::map::{Patch, Run, SamplingMap};
+use crate::map::{GUTTER_REACH_PX, Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
 
-/// The most samples per texel and axis under minification. A texel that spans more source texels
-/// belongs to a sliver or to a thumbnail.
+/// The most samples per texel and axis under minification, and the most source texels that they
+/// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
 const MAX_SAMPLES: f64 = 16.0;
 
 /// Where the samples of one run lie in the source, in texels. Shared by all kernels: they may
@@ -59,14 +59,43 @@ impl Walk {
 /// source texel that the target texel spans along that axis, rounded, so that what is about as
 /// dense stays sharp and what is denser is averaged.
 fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64; 2]; 2]) {
-    let column = |k: usize| [patch.jacobian[0][k] * scale[0], patch.jacobian[1][k] * scale[1]];
-    let columns = [column(0), column(1)];
     if filter == Filter::Nearest {
         return ([1, 1], [[0.0; 2]; 2]);
     }
-    let samples = columns.map(|[x, y]| x.hypot(y).round().clamp(1.0, MAX_SAMPLES) as u32);
-    let step = |k: usize| columns[k].map(|component| component / f64::from(samples[k]));
-    (samples, [step(0), step(1)])
+    let (mut samples, mut steps) = ([1, 1], [[0.0; 2]; 2]);
+    for axis in 0..2 {
+        let span = [0, 1].map(|k| patch.jacobian[k][axis] * scale[k]);
+        let length = span[0].hypot(span[1]);
+        samples[axis] = length.round().clamp(1.0, MAX_SAMPLES) as u32;
+        steps[axis] =
+            span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
+    }
+    (samples, steps)
+}
+
+/// How many texels beyond the source's islands a transfer may read.
+pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filter) -> u32 {
+    /// Reached by slivers alone, which see a texel or two of background then.
+    const MOST: f64 = 32.0;
+    let scale = [f64::from(source.width), f64::from(source.height)];
+    let beside_taps = map
+        .border_patches()
+        .iter()
+        .map(|patch| {
+            let (samples, steps) = footprint(patch, scale, filter);
+            let spread = |axis: usize| {
+                let [x, y] = steps[axis];
+                0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
+            };
+            // What the gutter carries on beyond an edge, by the longer of the two axes.
+            let carried = [0, 1].map(|k| {
+                (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
+            });
+            spread(0) + spread(1) + GUTTER_REACH_PX * carried[0].max(carried[1]).sqrt()
+        })
+        .fold(0.0, f64::max);
+    // Half the taps, and one more for the diagonal.
+    (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
 }
 
 /// The texel before a position on one axis, and how far the position lies beyond its centre.
@@ -110,5 +139,110 @@ pub(crate) fn store<T: Value, const C: usize>(levels: [f32; C], texel: &mut [T])
         for (channel, level) in levels.into_iter().enumerate() {
             texel[channel] = T::from_level(level);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::MapOptions;
+    use crate::mesh::Mesh;
+    use crate::pair::{Direction, Pair};
+
+    /// Triangles strewn over both layouts: some steep, some shrunk, many beyond the border.
+    fn map(seed: u64, size: Size) -> SamplingMap {
+        let mut rng = fastrand::Rng::with_seed(seed);
+        let mut mesh = || {
+            let uv: Vec<[f32; 2]> = (0..20)
+                .flat_map(|_| {
+                    let at = [rng.f32(), rng.f32()];
+                    let side = rng.f32() * rng.f32() * 0.7;
+                    [(); 3].map(|()| at.map(|value| value + (rng.f32() - 0.5) * side))
+                })
+                .collect();
+            let faces: Vec<[u32; 3]> =
+                (0..20).map(|face| [0, 1, 2].map(|k| face * 3 + k)).collect();
+            Mesh::from_triangles(vec![[0.0; 3]; 60], uv, &faces, &faces).unwrap()
+        };
+        let vertex_map: Vec<i64> = (0..60).collect();
+        let pair = Pair::by_vertex_map(mesh(), mesh(), &vertex_map).unwrap();
+        SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 })
+    }
+
+    fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
+        let mut rng = fastrand::Rng::with_seed(C as u64);
+        for (seed, source_size, size) in [
+            (1, Size::new(37, 61), Size::new(90, 53)),
+            (2, Size::new(200, 150), Size::new(64, 40)),
+            (3, Size::new(3, 2), Size::new(33, 70)),
+        ] {
+            let map = map(seed, size);
+            let source: Vec<T> = (0..source_size.texels() * C).map(|_| value(&mut rng)).collect();
+            let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
+            for filter in Filter::ALL {
+                let (mut fast, mut wanted) = (base.clone(), base.clone());
+                fast::resample::<T, C>(&map, &source, source_size, &mut fast, filter);
+                reference::resample::<T, C>(&map, &source, source_size, &mut wanted, filter);
+                assert!(fast == wanted, "{filter}, {C} channels, seed {seed}");
+                assert!(fast != base);
+            }
+        }
+    }
+
+    #[test]
+    fn the_fast_path_equals_the_reference_to_the_bit() {
+        compare::<u8, 1>(|rng| rng.u8(..));
+        compare::<u8, 2>(|rng| rng.u8(..));
+        compare::<u8, 3>(|rng| rng.u8(..));
+        compare::<u8, 4>(|rng| rng.u8(..));
+        compare::<u16, 3>(|rng| rng.u16(..));
+        compare::<u16, 4>(|rng| rng.u16(..));
+        compare::<f32, 1>(fastrand::Rng::f32);
+        compare::<f32, 3>(fastrand::Rng::f32);
+        compare::<f32, 4>(fastrand::Rng::f32);
+    }
+
+    /// What both paths share they cannot check in each other, so it is pinned by hand.
+    #[test]
+    fn positions_and_samples_by_hand() {
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let mesh = |scale: f32| {
+            let uv: Vec<[f32; 2]> = uv.iter().map(|&[u, v]| [u * scale, v]).collect();
+            Mesh::from_triangles(vec![[0.0; 3]; 3], uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap()
+        };
+        let pair = Pair::by_vertex_map(mesh(1.0), mesh(0.5), &[0, 1, 2]).unwrap();
+        let map = SamplingMap::new(
+            &pair,
+            Direction::Forward,
+            Size::square(8),
+            &MapOptions { gutter_px: 0 },
+        );
+        // A target texel is an eighth; in u the source spans twice as much, so 4 source texels of 16.
+        let run = map.row(1)[0];
+        let walk = Walk::new(&map, 1, run, Size::square(16), Filter::Bilinear);
+        assert_eq!(walk.samples, [4, 2]);
+        assert_eq!(walk.at(0), [2.0, 3.0]);
+        assert_eq!(walk.at(1), [6.0, 3.0]);
+        assert_eq!(walk.sample([2.0, 3.0], 0, 0), [0.5, 2.5]);
+        assert_eq!(walk.sample([2.0, 3.0], 3, 1), [3.5, 3.5]);
+        assert_eq!(split(0.25), (-1, 0.75));
+        assert_eq!(split(2.5), (2, 0.0));
+    }
+
+    #[test]
+    fn laying_over_by_hand() {
+        let mut opaque = [10u8, 20, 30, 255];
+        // Half of level 200, premultiplied, over the base.
+        store::<u8, 4>([100.0, 100.0, 100.0, 127.5], &mut opaque);
+        assert_eq!(opaque, [105, 110, 115, 255]);
+        let mut clear = [9u8, 9, 9, 0];
+        store::<u8, 4>([100.0, 50.0, 0.0, 127.5], &mut clear);
+        assert_eq!(clear, [200, 100, 0, 128]);
+        store::<u8, 4>([0.0, 0.0, 0.0, 0.0], &mut clear);
+        assert_eq!(clear, [200, 100, 0, 128]);
+        let mut grey = [0u8];
+        store::<u8, 1>([99.5], &mut grey);
+        assert_eq!(grey, [100]);
+        assert_eq!(load::<u8, 2>(&[200, 51]), [40.0, 51.0]);
     }
 }

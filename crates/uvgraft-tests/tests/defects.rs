@@ -1,0 +1,300 @@
+//! Visible defects of earlier implementations, each shown to be gone.
+
+use uvgraft::raster::ScanTriangle;
+use uvgraft::{
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, Mesh, Pair, SamplingMap, Size,
+    Texels, Texture, Transfer, TransferOptions,
+};
+use uvgraft_tests::{reference, synthetic};
+
+fn options(filter: Filter, gutter_px: u32) -> TransferOptions {
+    TransferOptions { filter, map: MapOptions { gutter_px }, linear_light: false }
+}
+
+fn filled(size: Size, color: [f32; 3]) -> Texture {
+    Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &color).unwrap()
+}
+
+fn bytes(texture: &Texture) -> &[u8] {
+    let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
+    values
+}
+
+/// A texture of seeded noise in any format.
+fn noise(size: Size, channels: Channels, depth: Depth) -> Texture {
+    let mut rng = fastrand::Rng::with_seed(11);
+    let count = size.texels() * channels.count();
+    let texels = match depth {
+        Depth::U8 => Texels::U8((0..count).map(|_| rng.u8(1..)).collect()),
+        Depth::U16 => Texels::U16((0..count).map(|_| rng.u16(1..)).collect()),
+        Depth::F32 => Texels::F32((0..count).map(|_| rng.f32() * 4.0 + 0.01).collect()),
+    };
+    Texture::new(size, channels, Encoding::Srgb, texels).unwrap()
+}
+
+/// An identical mesh gives the identical image: no half-texel shift, no dropped alpha, no dropped
+/// bits, at any size.
+#[test]
+fn identity_is_exact_in_every_format() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    for size in [Size::square(64), Size::new(100, 57), Size::new(1, 9)] {
+        for channels in [Channels::Grey, Channels::GreyAlpha, Channels::Rgb, Channels::Rgba] {
+            for depth in [Depth::U8, Depth::U16, Depth::F32] {
+                let texture = noise(size, channels, depth);
+                for filter in Filter::ALL {
+                    let transfer =
+                        Transfer::new(&pair, Direction::Forward, size, size, &options(filter, 0));
+                    let nothing = &[0.0; 4][..channels.count()];
+                    let base =
+                        Texture::filled(size, channels, Encoding::Srgb, depth, nothing).unwrap();
+                    let result = transfer.apply(texture.clone(), base).unwrap();
+                    if depth == Depth::F32 {
+                        // Positions are exact to 1e-12 texels, and premultiplication rounds.
+                        let (Texels::F32(a), Texels::F32(b)) = (result.texels(), texture.texels())
+                        else {
+                            panic!("float")
+                        };
+                        // Opacity is at most 1.
+                        let alpha = channels.has_alpha();
+                        for (k, (a, b)) in a.iter().zip(b).enumerate() {
+                            let last = k % channels.count() == channels.count() - 1;
+                            let wanted = if alpha && last { b.min(1.0) } else { *b };
+                            if !alpha {
+                                assert!((a - wanted).abs() <= 2e-6 * wanted, "{filter}: {a} {b}");
+                            }
+                        }
+                    } else {
+                        assert_eq!(result, texture, "{filter} {channels:?} {depth:?} {size}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn identity_of_a_real_layout_changes_nothing_inside_islands() {
+    let pair = synthetic::pair();
+    let mesh = pair.target().clone();
+    let vertex_map: Vec<i64> = (0..mesh.positions().len() as i64).collect();
+    let same = Pair::by_vertex_map(mesh.clone(), mesh, &vertex_map).unwrap();
+    let size = Size::new(700, 512);
+    let texture = synthetic::detailed(size, 5);
+    let transfer =
+        Transfer::new(&same, Direction::Forward, size, size, &options(Filter::Lanczos3, 0));
+    let result = transfer.apply(texture.clone(), texture.clone()).unwrap();
+    assert!(bytes(&result) == bytes(&texture));
+}
+
+/// Two eyes share a disc. It belongs to one of them, with a fringe, so that filtering never mixes
+/// in the other.
+#[test]
+fn overlapping_eyes_never_speckle() {
+    let pair = synthetic::pair();
+    let source_size = Size::square(512);
+    // The source is blue around the second eye, red elsewhere.
+    let texels = (0..source_size.texels()).flat_map(|texel| {
+        let (x, y) = (texel % 512, texel / 512);
+        let second = (250..400).contains(&x) && (130..260).contains(&y);
+        if second { [0, 0, 255] } else { [255, 0, 0] }
+    });
+    let source =
+        Texture::new(source_size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect()))
+            .unwrap();
+    for side in [256, 512, 1000] {
+        let size = Size::square(side);
+        let transfer = Transfer::new(
+            &pair,
+            Direction::Forward,
+            source_size,
+            size,
+            &options(Filter::Bilinear, 0),
+        );
+        assert!(transfer.map().stats().overlapping > 0);
+        let result = transfer.apply(source.clone(), filled(size, [0.0, 1.0, 0.0])).unwrap();
+        let blue = bytes(&result).chunks_exact(3).filter(|texel| texel[2] > 0).count();
+        assert_eq!(blue, 0, "texels of the second eye at {side}");
+    }
+}
+
+/// A constant colour stays constant up to the last texel of the gutter, though the source's
+/// background and the base are of other colours.
+#[test]
+fn nothing_bleeds_in_and_no_gap_opens_at_borders() {
+    let pair = synthetic::pair();
+    for (direction, source_side, target_side) in [
+        (Direction::Forward, 300, 640),
+        (Direction::Reverse, 640, 300),
+        (Direction::Forward, 512, 128),
+    ] {
+        let (source_size, size) = (Size::square(source_side), Size::square(target_side));
+        // Skin on the islands, magenta beside them.
+        let islands = islands_mask(pair.from(direction), source_size);
+        let texels =
+            islands.iter().flat_map(|&inside| if inside { [200, 150, 120] } else { [255, 0, 255] });
+        let source =
+            Texture::new(source_size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect()))
+                .unwrap();
+        for filter in Filter::ALL {
+            let gutter = 8;
+            let transfer =
+                Transfer::new(&pair, direction, source_size, size, &options(filter, gutter));
+            let base = filled(size, [0.0, 1.0, 0.0]);
+            let result = transfer.apply(source.clone(), base).unwrap();
+            let covered = islands_mask(pair.to(direction), size);
+            let linked = transfer.map().mask();
+            for (texel, value) in bytes(&result).chunks_exact(3).enumerate() {
+                let skin = value == [200, 150, 120];
+                let untouched = value == [0, 255, 0];
+                assert!(skin || untouched, "{filter} {direction:?}: {value:?} at {texel}");
+                if bytes(&linked)[texel] == 255 {
+                    assert!(skin, "{filter}: a hole at {texel}");
+                }
+            }
+            // Within two texels of the linked region there is no gap either.
+            let width = size.width as usize;
+            for texel in 2 * width + 2..size.texels() - 2 * width - 2 {
+                let near = |radius: usize, what: &dyn Fn(usize) -> bool| {
+                    let span = 2 * radius + 1;
+                    (0..span * span).any(|k| {
+                        what(texel - radius * width - radius + k / span * width + k % span)
+                    })
+                };
+                let beside = near(1, &|other| bytes(&linked)[other] == 255);
+                let foreign = near(2, &|other| covered[other] && bytes(&linked)[other] == 0);
+                if beside && !foreign && !covered[texel] {
+                    assert_eq!(bytes(&result)[texel * 3], 200, "{filter}: a gap at {texel}");
+                }
+            }
+        }
+    }
+}
+
+/// Which texels a layout covers.
+fn islands_mask(mesh: &Mesh, size: Size) -> Vec<bool> {
+    let mut covered = vec![false; size.texels()];
+    let scale = [f64::from(size.width), f64::from(size.height)];
+    for face in 0..mesh.faces().len() {
+        let corners = mesh.uv_triangle(face);
+        let corners_px = corners.map(|uv| [0, 1].map(|axis| f64::from(uv[axis]) * scale[axis]));
+        let Some(triangle) = ScanTriangle::new(corners_px, size) else { continue };
+        for row in triangle.rows() {
+            for x in triangle.span(row) {
+                covered[row as usize * size.width as usize + x as usize] = true;
+            }
+        }
+    }
+    covered
+}
+
+/// The gutter carries on what the island shows, no farther than asked, and never over texels that
+/// another triangle owns.
+#[test]
+fn the_gutter_has_the_width_that_was_asked_for() {
+    let square = synthetic::square(0.25);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let size = Size::square(64);
+    for gutter in [0, 1, 5, 12] {
+        let map =
+            SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: gutter });
+        for row in 0..64u32 {
+            let mut reached = vec![false; 64];
+            for run in map.row(row) {
+                reached[run.x as usize..(run.x + run.len) as usize].fill(true);
+            }
+            for x in 0..64u32 {
+                let beyond =
+                    |at: u32| (16.0 - (f64::from(at) + 0.5)).max(f64::from(at) + 0.5 - 48.0);
+                let (dx, dy) = (beyond(x).max(0.0), beyond(row).max(0.0));
+                assert_eq!(reached[x as usize], dx.hypot(dy) < f64::from(gutter) || dx + dy == 0.0);
+            }
+        }
+    }
+}
+
+/// One-texel stripes shrunk eightfold are grey, not stripes of another width.
+#[test]
+fn small_targets_do_not_alias() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let (large, small) = (Size::square(2048), Size::square(250));
+    let texels = (0..large.texels())
+        .flat_map(|texel| [if (texel % 2048 + texel / 2048) % 2 == 0 { 255 } else { 0 }; 3]);
+    let checker =
+        Texture::new(large, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
+    let contrast = |texture: &Texture| {
+        let inner = bytes(texture).iter().map(|&value| i32::from(value));
+        inner.clone().max().unwrap() - inner.min().unwrap()
+    };
+    for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
+        let transfer = Transfer::new(&pair, Direction::Forward, large, small, &options(filter, 0));
+        let result = transfer.apply(checker.clone(), filled(small, [0.0; 3])).unwrap();
+        assert!(contrast(&result) <= 16, "{filter}: {}", contrast(&result));
+    }
+    let aliased = reference::transfer(&pair, Direction::Forward, &checker, filled(small, [0.0; 3]));
+    assert!(contrast(&aliased) > 200, "the test must see aliasing: {}", contrast(&aliased));
+}
+
+/// Source opacity decides how much of the base shows; colour under no opacity never leaks.
+#[test]
+fn opacity_is_filtered_premultiplied() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let (size, target) = (Size::square(8), Size::square(64));
+    // Opaque white on the left, transparent black on the right.
+    let texels = (0..64).flat_map(|texel| if texel % 8 < 4 { [255; 4] } else { [0, 0, 0, 0] });
+    let source =
+        Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
+    let transfer =
+        Transfer::new(&pair, Direction::Forward, size, target, &options(Filter::Bilinear, 0));
+    let clear = Texture::filled(target, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]);
+    let result = transfer.apply(source.clone(), clear.unwrap()).unwrap();
+    assert!(bytes(&result).chunks_exact(4).all(|texel| texel[3] == 0 || texel[0] == 255));
+    let over_red = transfer.apply(source, filled(target, [1.0, 0.0, 0.0])).unwrap();
+    assert_eq!(over_red.channels(), Channels::Rgba);
+    let row: Vec<&[u8]> = bytes(&over_red)[..64 * 4].chunks_exact(4).collect();
+    assert_eq!((row[0], row[63]), (&[255, 255, 255, 255][..], &[255, 0, 0, 255][..]));
+    // Across the edge red stays full while white fades.
+    assert!(row.iter().all(|texel| texel[0] == 255 && texel[3] == 255 && texel[1] == texel[2]));
+    assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
+}
+
+/// 16-bit and float sources keep their depth over an 8-bit base, and the reverse.
+#[test]
+fn the_greater_depth_wins() {
+    let square = synthetic::square(0.25);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let size = Size::square(32);
+    let transfer =
+        Transfer::new(&pair, Direction::Forward, size, size, &options(Filter::CatmullRom, 4));
+    let (deep, shallow) =
+        (noise(size, Channels::Rgb, Depth::U16), noise(size, Channels::Rgb, Depth::U8));
+    let result = transfer.apply(deep.clone(), shallow.clone()).unwrap();
+    assert_eq!(result.depth(), Depth::U16);
+    assert_eq!(result.get(16, 16, 1), deep.get(16, 16, 1));
+    assert_eq!(result.get(1, 1, 1), shallow.get(1, 1, 1));
+    let result = transfer.apply(shallow.clone(), deep.clone()).unwrap();
+    assert_eq!(result.get(1, 1, 1), deep.get(1, 1, 1));
+    let float = transfer.apply(noise(size, Channels::Rgb, Depth::F32), shallow).unwrap();
+    assert_eq!(float.depth(), Depth::F32);
+}
+
+/// Under linear light the mean of black and white is the grey of half the light.
+#[test]
+fn linear_light_averages_light() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let (size, target) = (Size::new(64, 64), Size::square(8));
+    let texels = (0..size.texels()).flat_map(|texel| [if texel % 2 == 0 { 0 } else { 255 }; 3]);
+    let stripes =
+        Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
+    let middle = |linear_light: bool| {
+        let options = TransferOptions { linear_light, ..options(Filter::Bilinear, 0) };
+        let transfer = Transfer::new(&pair, Direction::Forward, size, target, &options);
+        let result = transfer.apply(stripes.clone(), filled(target, [0.0; 3])).unwrap();
+        bytes(&result)[(4 * 8 + 4) * 3]
+    };
+    assert!((127..=128).contains(&middle(false)), "{}", middle(false));
+    assert_eq!(middle(true), 188);
+}

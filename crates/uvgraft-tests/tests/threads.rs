@@ -1,0 +1,27 @@
+//! The number of threads must not show in a result.
+
+use uvgraft::{
+    Channels, Depth, Direction, Encoding, Filter, Size, Texture, Transfer, TransferOptions,
+};
+use uvgraft_tests::synthetic;
+
+#[test]
+fn one_two_and_five_threads_give_the_same_bytes() {
+    let pair = synthetic::pair();
+    let (source_size, size) = (Size::new(311, 200), Size::new(517, 640));
+    let source = synthetic::detailed(source_size, 4);
+    let with_threads = |threads: usize, filter: Filter| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let options = TransferOptions { filter, ..TransferOptions::default() };
+            let transfer = Transfer::new(&pair, Direction::Forward, source_size, size, &options);
+            let base =
+                Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]).unwrap();
+            transfer.apply(source.clone(), base).unwrap()
+        })
+    };
+    for filter in Filter::ALL {
+        let one = with_threads(1, filter);
+        assert!(one == with_threads(2, filter) && one == with_threads(5, filter), "{filter}");
+    }
+}
