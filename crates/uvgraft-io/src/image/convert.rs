@@ -1,0 +1,269 @@
+//! From the values of a texture to the values that a format stores: depth, transfer function, alpha.
+
+use std::borrow::Cow;
+
+use uvgraft::color::{Encoding, linear_from_srgb, srgb_from_linear};
+use uvgraft::texture::{Channels, Depth, Texels, Texture, Value};
+
+use super::{Format, Loss};
+
+/// What a format stores at a depth: files say little about it, so the formats' customs decide.
+///
+/// Float TIFF is linear like EXR, because that is what painting programs take it for.
+pub(super) const fn encoding_of(format: Format, depth: Depth) -> Encoding {
+    match (format, depth) {
+        (Format::Exr, _) | (Format::Tiff, Depth::F32) => Encoding::Linear,
+        _ => Encoding::Srgb,
+    }
+}
+
+/// An image on its way into a file, and what it lost so far.
+pub(super) struct Source<'a> {
+    pub(super) texture: &'a Texture,
+    pub(super) icc: Option<&'a [u8]>,
+    pub(super) format: Format,
+    pub(super) losses: Vec<Loss>,
+}
+
+impl<'a> Source<'a> {
+    /// The values as the format stores them at depth `T`, borrowed where the texture already holds
+    /// them. An ICC profile that no longer describes them is dropped.
+    pub(super) fn values<T: AtDepth>(&mut self) -> Cow<'a, [T]> {
+        let (from, to) = (self.texture.depth(), T::DEPTH);
+        if to < from {
+            self.losses.push(Loss::Precision { from, to });
+        }
+        let transfer = match (self.texture.encoding(), encoding_of(self.format, to)) {
+            (Encoding::Linear, Encoding::Srgb) => Some(srgb_from_linear as Transfer),
+            (Encoding::Srgb, Encoding::Linear) => Some(linear_from_srgb as Transfer),
+            _ => None,
+        };
+        if transfer.is_some() && self.icc.take().is_some() {
+            self.losses.push(Loss::IccOutdated);
+        }
+        if let (Texels::F32(values), Depth::U8 | Depth::U16) = (self.texture.texels(), to)
+            && values.iter().any(|value| !(0.0..=1.0).contains(value))
+        {
+            self.losses.push(Loss::Range);
+        }
+        convert(self.texture, transfer)
+    }
+}
+
+type Transfer = fn(f32) -> f32;
+
+/// A type of value that says which depth it is, and finds itself among texels of any depth.
+pub(super) trait AtDepth: Value {
+    const DEPTH: Depth;
+    fn borrowed(texels: &Texels) -> Option<&[Self]>;
+}
+
+impl AtDepth for u8 {
+    const DEPTH: Depth = Depth::U8;
+    fn borrowed(texels: &Texels) -> Option<&[Self]> {
+        if let Texels::U8(values) = texels { Some(values) } else { None }
+    }
+}
+
+impl AtDepth for u16 {
+    const DEPTH: Depth = Depth::U16;
+    fn borrowed(texels: &Texels) -> Option<&[Self]> {
+        if let Texels::U16(values) = texels { Some(values) } else { None }
+    }
+}
+
+impl AtDepth for f32 {
+    const DEPTH: Depth = Depth::F32;
+    fn borrowed(texels: &Texels) -> Option<&[Self]> {
+        if let Texels::F32(values) = texels { Some(values) } else { None }
+    }
+}
+
+fn convert<T: AtDepth>(texture: &Texture, transfer: Option<Transfer>) -> Cow<'_, [T]> {
+    if let (None, Some(values)) = (transfer, T::borrowed(texture.texels())) {
+        return Cow::Borrowed(values);
+    }
+    let channels = texture.channels();
+    let color = transfer.unwrap_or(|value| value);
+    let alpha: Transfer = |value| value;
+    // Tables, because transfer functions take a power: 256 or 65,536 of them rather than millions.
+    Cow::Owned(match texture.texels() {
+        Texels::U8(values) => {
+            let table = |map: Transfer| -> Vec<T> {
+                (0..=u8::MAX).map(|value| T::from_unit(map(value.to_unit()))).collect()
+            };
+            let (color, alpha) = (table(color), table(alpha));
+            map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
+        }
+        Texels::U16(values) => {
+            let table = |map: Transfer| -> Vec<T> {
+                (0..=u16::MAX).map(|value| T::from_unit(map(value.to_unit()))).collect()
+            };
+            let (color, alpha) = (table(color), table(alpha));
+            map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
+        }
+        // Only sRGB is stored as integers, so that is what a transfer leads to.
+        Texels::F32(values) if transfer.is_some() && T::DEPTH != Depth::F32 => {
+            let curve = SrgbCurve::new();
+            map(values, channels, |v| T::from_unit(curve.at(v)), T::from_unit)
+        }
+        Texels::F32(values) => map(values, channels, |v| T::from_unit(color(v)), T::from_unit),
+    })
+}
+
+/// [`srgb_from_linear`] in `0.0..=1.0` by 256 straight pieces an octave, clamped outside. Off by
+/// less than 1e-6, a fifteenth of a 16-bit level, and several times as fast.
+struct SrgbCurve {
+    /// Value at 0 and slope of each piece, from [`SrgbCurve::START`] on.
+    pieces: Vec<(f32, f32)>,
+}
+
+impl SrgbCurve {
+    /// 2⁻⁹. Below, the curve is a straight line through 0.
+    const START: f32 = 1.0 / 512.0;
+    /// Bits of a float that differ within a piece.
+    const FREE_BITS: u32 = 15;
+
+    fn new() -> Self {
+        let first = Self::START.to_bits() >> Self::FREE_BITS;
+        let end = 1f32.to_bits() >> Self::FREE_BITS;
+        let piece = |index: u32| {
+            let [x0, x1] = [index, index + 1].map(|index| f32::from_bits(index << Self::FREE_BITS));
+            let slope = (srgb_from_linear(x1) - srgb_from_linear(x0)) / (x1 - x0);
+            (srgb_from_linear(x0) - x0 * slope, slope)
+        };
+        Self { pieces: (first..end).map(piece).collect() }
+    }
+
+    fn at(&self, linear: f32) -> f32 {
+        let first = (Self::START.to_bits() >> Self::FREE_BITS) as usize;
+        if linear >= 1.0 {
+            1.0
+        } else if linear >= Self::START {
+            let (offset, slope) =
+                self.pieces[(linear.to_bits() >> Self::FREE_BITS) as usize - first];
+            offset + linear * slope
+        } else {
+            // Not a number comes here too, and stays that.
+            linear * 12.92
+        }
+    }
+}
+
+fn map<S: Copy, T>(
+    values: &[S],
+    channels: Channels,
+    color: impl Fn(S) -> T,
+    alpha: impl Fn(S) -> T,
+) -> Vec<T> {
+    if !channels.has_alpha() {
+        return values.iter().map(|&value| color(value)).collect();
+    }
+    let mut mapped = Vec::with_capacity(values.len());
+    for texel in values.chunks_exact(channels.count()) {
+        if let Some((&opacity, colors)) = texel.split_last() {
+            mapped.extend(colors.iter().map(|&value| color(value)));
+            mapped.push(alpha(opacity));
+        }
+    }
+    mapped
+}
+
+/// Multiplies colours by their opacity. Returns whether a colour was lost to an opacity of 0.
+pub(super) fn premultiply(values: &mut [f32], channels: Channels) -> bool {
+    let mut lost = false;
+    for texel in values.chunks_exact_mut(channels.count()) {
+        if let Some((&mut alpha, colors)) = texel.split_last_mut() {
+            lost |= alpha == 0.0 && colors.iter().any(|&color| color != 0.0);
+            colors.iter_mut().for_each(|color| *color *= alpha);
+        }
+    }
+    lost
+}
+
+/// Divides colours by their opacity. Where that is 0 they stay: such texels add light and cover
+/// nothing, and no division tells what they were.
+pub(super) fn unpremultiply<T: Value>(values: &mut [T], channels: Channels) {
+    for texel in values.chunks_exact_mut(channels.count()) {
+        if let Some((&mut alpha, colors)) = texel.split_last_mut()
+            && alpha != T::default()
+            && alpha != T::ONE
+        {
+            let opacity = alpha.to_unit();
+            colors.iter_mut().for_each(|color| *color = T::from_unit(color.to_unit() / opacity));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::texture::Size;
+
+    use super::*;
+
+    fn texture(channels: Channels, encoding: Encoding, texels: Texels) -> Texture {
+        let size = Size::new((texels.len() / channels.count()) as u32, 1);
+        Texture::new(size, channels, encoding, texels).unwrap()
+    }
+
+    fn stored<T: AtDepth>(texture: &Texture, format: Format) -> (Vec<T>, Vec<Loss>) {
+        let mut source = Source { texture, icc: Some(b"profile"), format, losses: Vec::new() };
+        (source.values().into_owned(), source.losses)
+    }
+
+    #[test]
+    fn every_16_bit_value_rounds_to_the_nearest_of_8_bits() {
+        let texture = texture(
+            Channels::Grey,
+            Encoding::Srgb,
+            Texels::U16((0..32_768).map(|value| value * 2).collect()),
+        );
+        let (even, losses) = stored::<u8>(&texture, Format::WebP);
+        for (value, found) in (0..65_536).step_by(2).zip(even) {
+            assert_eq!(u32::from(found), (value * 255 + 32_767) / 65_535);
+        }
+        assert_eq!(losses, [Loss::Precision { from: Depth::U16, to: Depth::U8 }]);
+    }
+
+    #[test]
+    fn linear_light_is_encoded_clamped_and_alpha_left_alone() {
+        let texels = Texels::F32(vec![0.215, 0.5, 2.0, 0.25, -1.0, f32::NAN]);
+        let texture = texture(Channels::GreyAlpha, Encoding::Linear, texels);
+        let (values, losses) = stored::<u8>(&texture, Format::WebP);
+        assert_eq!(values, [128, 128, 255, 64, 0, 0]);
+        let rounded = Loss::Precision { from: Depth::F32, to: Depth::U8 };
+        assert_eq!(losses, [rounded, Loss::IccOutdated, Loss::Range]);
+    }
+
+    #[test]
+    fn the_curve_in_pieces_is_the_curve() {
+        let curve = SrgbCurve::new();
+        for step in 0..=1_000_000u32 {
+            let linear = step as f32 / 1e6;
+            assert!((curve.at(linear) - srgb_from_linear(linear)).abs() < 1e-6, "{linear}");
+        }
+        for level in 0..=u16::MAX {
+            assert_eq!(u16::from_unit(curve.at(linear_from_srgb(level.to_unit()))), level);
+        }
+        assert_eq!(u8::from_unit(curve.at(f32::NEG_INFINITY)), 0);
+        assert_eq!(u8::from_unit(curve.at(f32::INFINITY)), 255);
+    }
+
+    #[test]
+    fn data_is_never_converted() {
+        let texture = texture(Channels::Rgb, Encoding::Data, Texels::U8(vec![0, 51, 255]));
+        assert_eq!(stored::<f32>(&texture, Format::Exr), (vec![0.0, 0.2, 1.0], vec![]));
+    }
+
+    #[test]
+    fn premultiplying_is_undone_except_under_full_transparency() {
+        let mut values = [0.5, 0.25, 1.0, 0.0, 3.0, 1.0];
+        assert!(premultiply(&mut values, Channels::GreyAlpha));
+        assert_eq!(values, [0.125, 0.25, 0.0, 0.0, 3.0, 1.0]);
+        unpremultiply(&mut values, Channels::GreyAlpha);
+        assert_eq!(values, [0.5, 0.25, 0.0, 0.0, 3.0, 1.0]);
+        let mut bytes = [100u8, 200, 30, 0];
+        unpremultiply(&mut bytes, Channels::GreyAlpha);
+        assert_eq!(bytes, [128, 200, 30, 0]);
+    }
+}

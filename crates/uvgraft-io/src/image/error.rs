@@ -1,0 +1,225 @@
+//! What can go wrong with an image, whose fault it is, and what does not survive being written.
+
+use std::io;
+use std::path::PathBuf;
+
+use uvgraft::texture::{Depth, Size, Texture, TextureError};
+
+use super::Format;
+
+/// Why bytes were refused as an image.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The bytes begin like none of the formats.
+    #[error(
+        "not an image uvgraft can read ({names}): {}",
+        if start.is_empty() { "the file is empty".to_owned() }
+        else { format!("starts with \"{}\"", start.escape_ascii()) },
+        names = Format::names()
+    )]
+    NotAnImage {
+        /// The first bytes, at most 8.
+        start: Vec<u8>,
+    },
+    /// A side is longer than a texture may be. Checked before anything is allocated.
+    #[error(
+        "{format} of {width}×{height} texels is too large: at most {max} a side",
+        max = Texture::MAX_SIDE
+    )]
+    TooLarge {
+        /// The format of the file.
+        format: Format,
+        /// The width that the header states.
+        width: u64,
+        /// The height that the header states.
+        height: u64,
+    },
+    /// Decoding would need more memory than allowed. Checked before anything is allocated.
+    #[error("{format} of {size} texels needs {found} bytes: at most {max} are allowed")]
+    TooManyBytes {
+        /// The format of the file.
+        format: Format,
+        /// The size that the header states.
+        size: Size,
+        /// Bytes of the decoded image.
+        found: u64,
+        /// Bytes that are allowed.
+        max: u64,
+    },
+    /// The file ends before the image does.
+    #[error("{format} is cut short: the file ends before the image does")]
+    CutShort {
+        /// The format of the file.
+        format: Format,
+    },
+    /// A valid file of a kind that makes no texture.
+    #[error("{format} {found}; {wanted}")]
+    Unsupported {
+        /// The format of the file.
+        format: Format,
+        /// What the file holds.
+        found: String,
+        /// What can be read instead.
+        wanted: &'static str,
+    },
+    /// The file contradicts its format.
+    #[error("{format} is damaged: {reason}")]
+    Damaged {
+        /// The format of the file.
+        format: Format,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// The ICC profile is absurdly long.
+    #[error("ICC profile of {found} bytes is too large: at most {max} are allowed")]
+    IccTooLarge {
+        /// Bytes of the profile.
+        found: usize,
+        /// Bytes that are allowed.
+        max: usize,
+    },
+    /// The decoded texels do not make a texture.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+}
+
+impl ImageError {
+    pub(super) fn damaged(format: Format, reason: impl std::fmt::Display) -> Self {
+        Self::Damaged { format, reason: reason.to_string() }
+    }
+
+    /// A read of bytes in memory fails only where they end, so every such failure is a cut.
+    pub(super) fn from_io(format: Format, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::CutShort { format },
+            _ => Self::damaged(format, error),
+        }
+    }
+}
+
+/// Why a file gave no image.
+pub type ReadError = crate::input::ReadError<ImageError>;
+
+/// Why a texture was not encoded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// The texture has an alpha channel and the format has none.
+    #[error("{format} cannot hold an alpha channel; use PNG, WebP, TIFF or EXR, or drop the alpha")]
+    Alpha {
+        /// The format that was asked for.
+        format: Format,
+    },
+    /// The texture is larger than the format allows.
+    #[error("{found} texels are too many for {format}: at most {max} a side")]
+    TooLarge {
+        /// The format that was asked for.
+        format: Format,
+        /// The size of the texture.
+        found: Size,
+        /// The longest side that the format allows.
+        max: u32,
+    },
+    /// The ICC profile is absurdly long.
+    #[error("ICC profile of {found} bytes is too large: at most {max} are allowed")]
+    IccTooLarge {
+        /// Bytes of the profile.
+        found: usize,
+        /// Bytes that are allowed.
+        max: usize,
+    },
+    /// The encoder refused.
+    #[error("{format} encoder: {reason}")]
+    Encoder {
+        /// The format that was asked for.
+        format: Format,
+        /// What the encoder said.
+        reason: String,
+    },
+    /// The output could not be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+impl EncodeError {
+    pub(super) fn encoder(format: Format, reason: impl std::fmt::Display) -> Self {
+        Self::Encoder { format, reason: reason.to_string() }
+    }
+}
+
+/// Why an image file was not written. Whatever was at the path before is still there.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The path does not say which format to write.
+    #[error(
+        "{}: {}, so the image format is unknown; use one of {}",
+        path.display(),
+        path.extension().map_or("no extension".to_owned(), |found| {
+            format!("unknown extension .{}", found.display())
+        }),
+        Format::extension_list()
+    )]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Encoding or writing failed.
+    #[error("cannot write {}: {source}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: EncodeError,
+    },
+}
+
+/// Something of an image that the written file does not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Loss {
+    /// The format has no place for the ICC profile.
+    IccProfile {
+        /// The format that was written.
+        format: Format,
+    },
+    /// The values were converted between sRGB and linear light, so the profile is no longer theirs.
+    IccOutdated,
+    /// Values were rounded to a smaller depth.
+    Precision {
+        /// The depth of the texture.
+        from: Depth,
+        /// The depth of the file.
+        to: Depth,
+    },
+    /// Values below 0.0, above 1.0 or not a number were clamped.
+    Range,
+    /// Texels with alpha 0 lost their colour, because the file holds premultiplied colours.
+    HiddenColor,
+}
+
+impl std::fmt::Display for Loss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let depth = |depth| match depth {
+            Depth::U8 => "8 bits",
+            Depth::U16 => "16 bits",
+            Depth::F32 => "float",
+        };
+        match *self {
+            Self::IccProfile { format } => {
+                write!(f, "the ICC profile was dropped: {format} cannot hold one")
+            }
+            Self::IccOutdated => f.write_str(
+                "the ICC profile was dropped: the values were converted between sRGB and linear light",
+            ),
+            Self::Precision { from, to } => {
+                write!(f, "values were rounded from {} to {}", depth(from), depth(to))
+            }
+            Self::Range => f.write_str("values outside 0.0 to 1.0 were clamped"),
+            Self::HiddenColor => f.write_str(
+                "colours of fully transparent texels were dropped: EXR holds premultiplied colours",
+            ),
+        }
+    }
+}

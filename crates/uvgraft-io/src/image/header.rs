@@ -1,0 +1,124 @@
+//! What a file says about its image before any texel is decoded, and whether that may be decoded.
+
+use std::io::{BufRead, Seek, SeekFrom};
+
+use uvgraft::texture::{Channels, Depth, Size, Texture};
+
+use super::orientation::Orientation;
+use super::{Format, ImageError, exr, jpeg, png, tiff, webp};
+
+/// Bytes that a decoded image may take: 32,768 × 32,768 RGBA texels of 8 bits, or 16,384 × 16,384
+/// of float.
+pub const MAX_BYTES: u64 = 4 << 30;
+
+/// Bytes that an ICC profile may have. Just below what fits a JPEG's 255 segments; profiles of
+/// displays have a few kilobytes, those of printers a few megabytes.
+pub const MAX_ICC_BYTES: usize = 16_000_000;
+
+/// What an image will be once decoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Header {
+    /// What the file is, whatever its name says.
+    pub format: Format,
+    /// The size after turning the image the right way up.
+    pub size: Size,
+    /// The channels of the texture.
+    pub channels: Channels,
+    /// The depth of the texture.
+    pub depth: Depth,
+}
+
+/// A header with what only decoding needs. The size is the stored one, from before any turning.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StoredHeader {
+    pub(super) size: Size,
+    pub(super) channels: Channels,
+    pub(super) depth: Depth,
+    pub(super) orientation: Orientation,
+}
+
+impl StoredHeader {
+    /// How many values the decoded image has.
+    pub(super) fn values(&self) -> usize {
+        self.size.texels() * self.channels.count()
+    }
+}
+
+/// Reads the header of whatever `reader` holds, and refuses images that are too large.
+pub(super) fn read(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
+    let mut start = Vec::with_capacity(12);
+    let io = |error: &_| ImageError::damaged(Format::Png, error);
+    while start.len() < 12 {
+        let available = reader.fill_buf().map_err(|error| io(&error))?;
+        let taken = available.len().min(12 - start.len());
+        if taken == 0 {
+            break;
+        }
+        start.extend_from_slice(&available[..taken]);
+        reader.consume(taken);
+    }
+    reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
+    let format = detect(&start)?;
+    let stored = match format {
+        Format::Png => png::header(reader),
+        Format::Jpeg => jpeg::header(reader),
+        Format::WebP => webp::header(reader),
+        Format::Tiff => tiff::header(reader),
+        Format::Exr => exr::header(reader),
+    }?;
+    let size = stored.orientation.size(stored.size);
+    Ok(Header { format, size, channels: stored.channels, depth: stored.depth })
+}
+
+/// The format of the content, or an error that shows how it starts.
+pub(super) fn detect(bytes: &[u8]) -> Result<Format, ImageError> {
+    Format::detect(bytes)
+        .ok_or_else(|| ImageError::NotAnImage { start: bytes[..bytes.len().min(8)].to_vec() })
+}
+
+/// A size that a texture may have, of texels whose `depth` and `channels` fit into [`MAX_BYTES`].
+pub(super) fn check_size(
+    format: Format,
+    (width, height): (u64, u64),
+    channels: Channels,
+    depth: Depth,
+) -> Result<Size, ImageError> {
+    let bytes = match depth {
+        Depth::U8 => 1,
+        Depth::U16 => 2,
+        Depth::F32 => 4,
+    };
+    check_bytes(format, (width, height), channels.count() as u64 * bytes)
+}
+
+/// As [`check_size`], for texels that take `texel_bytes` while decoding.
+pub(super) fn check_bytes(
+    format: Format,
+    (width, height): (u64, u64),
+    texel_bytes: u64,
+) -> Result<Size, ImageError> {
+    let max = u64::from(Texture::MAX_SIDE);
+    if width > max || height > max {
+        return Err(ImageError::TooLarge { format, width, height });
+    }
+    if width == 0 || height == 0 {
+        return Err(ImageError::damaged(format, format_args!("it has {width}×{height} texels")));
+    }
+    // Both are at most MAX_SIDE by now.
+    let size = Size::new(width as u32, height as u32);
+    let found = width * height * texel_bytes;
+    if found > MAX_BYTES {
+        return Err(ImageError::TooManyBytes { format, size, found, max: MAX_BYTES });
+    }
+    Ok(size)
+}
+
+/// Refuses a profile that nothing needs.
+pub(super) fn check_icc(icc: Option<Vec<u8>>) -> Result<Option<Vec<u8>>, ImageError> {
+    match icc {
+        Some(icc) if icc.len() > MAX_ICC_BYTES => {
+            Err(ImageError::IccTooLarge { found: icc.len(), max: MAX_ICC_BYTES })
+        }
+        icc => Ok(icc.filter(|icc| !icc.is_empty())),
+    }
+}

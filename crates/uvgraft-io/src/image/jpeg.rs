@@ -1,0 +1,153 @@
+//! JPEG: read through `zune-jpeg`, written through `image`.
+
+use std::io::{self, BufRead, Cursor, Read, Seek, Write};
+
+use ::image::codecs::jpeg::JpegEncoder;
+use ::image::{ExtendedColorType, ImageEncoder};
+use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::convert::Source;
+use super::header::{StoredHeader, check_size};
+use super::orientation::Orientation;
+use super::{Decoded, EncodeError, Format, ImageError};
+
+const FORMAT: Format = Format::Jpeg;
+
+/// The markers that are not followed by a length: restarts, and what means nothing in a file.
+const ALONE: [u8; 11] = [0x01, 0xd0, 0xd1, 0xd2, 0xd3, 0xd4, 0xd5, 0xd6, 0xd7, 0xd8, 0x00];
+const END_OF_IMAGE: u8 = 0xd9;
+const START_OF_SCAN: u8 = 0xda;
+const APP1: u8 = 0xe1;
+
+/// Reads the segments up to the first scan.
+pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+    let io = |error| ImageError::from_io(FORMAT, &error);
+    let mut frame = None;
+    let mut orientation = Orientation::default();
+    loop {
+        let marker = next_marker(reader).map_err(io)?;
+        match marker {
+            END_OF_IMAGE | START_OF_SCAN => break,
+            alone if ALONE.contains(&alone) => continue,
+            _ => {}
+        }
+        let mut segment = Vec::new();
+        let length = read_u16(reader).map_err(io)?.saturating_sub(2);
+        reader.take(length.into()).read_to_end(&mut segment).map_err(io)?;
+        match (marker, &segment[..]) {
+            (APP1, [b'E', b'x', b'i', b'f', 0, 0, ..]) => {
+                orientation = Orientation::from_exif(&segment);
+            }
+            // Every start of a frame, except for what has a number among them: DHT, JPG and DAC.
+            (0xc0..=0xcf, &[bits, h0, h1, w0, w1, components, ..])
+                if ![0xc4, 0xc8, 0xcc].contains(&marker) =>
+            {
+                let side = |high, low| u64::from(u16::from_be_bytes([high, low]));
+                frame = Some((side(w0, w1), side(h0, h1), bits, components));
+            }
+            _ => {}
+        }
+    }
+    let (width, height, bits, components) =
+        frame.ok_or_else(|| ImageError::damaged(FORMAT, "there is no frame before the scan"))?;
+    let wanted = "grey and RGB JPEGs of 8 bits are read; convert it first";
+    let unsupported = |found| Err(ImageError::Unsupported { format: FORMAT, found, wanted });
+    let channels = match (bits, components) {
+        (8, 1) => Channels::Grey,
+        (8, 3) => Channels::Rgb,
+        (8, 4) => return unsupported("has CMYK colours".to_owned()),
+        _ => return unsupported(format!("has {components} channels of {bits} bits")),
+    };
+    let size = check_size(FORMAT, (width, height), channels, Depth::U8)?;
+    Ok(StoredHeader { size, channels, depth: Depth::U8, orientation })
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
+    let header = header(&mut Cursor::new(bytes))?;
+    // A code has at least one bit, and a block of 8×8 texels at least one code. So a short file
+    // cannot make the decoder allocate and fill gigabytes.
+    let Size { width, height } = header.size;
+    let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+    if !is_whole(bytes) || bytes.len() as u64 * 8 < blocks {
+        return Err(ImageError::CutShort { format: FORMAT });
+    }
+    let color = if header.channels == Channels::Grey { ColorSpace::Luma } else { ColorSpace::RGB };
+    // Strict, because otherwise a scan that stops early is filled up with grey.
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(Texture::MAX_SIDE as usize)
+        .set_max_height(Texture::MAX_SIDE as usize)
+        .jpeg_set_out_colorspace(color);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    let values = decoder.decode().map_err(|error| match error {
+        DecodeErrors::ExhaustedData => ImageError::CutShort { format: FORMAT },
+        error => ImageError::damaged(FORMAT, format_args!("{error:?}")),
+    })?;
+    Ok(Decoded { header, texels: Texels::U8(values), icc: decoder.icc_profile() })
+}
+
+/// Whether the image ends before the file does. Decoders guess at what is missing, some of them
+/// even when asked to be strict, so the file has to show its end-of-image marker. (A file that was
+/// cut and then got such a marker passes: only decoding its codes twice would tell.)
+fn is_whole(bytes: &[u8]) -> bool {
+    let mut reader = Cursor::new(bytes);
+    loop {
+        match next_marker(&mut reader) {
+            Ok(END_OF_IMAGE) => return true,
+            Ok(alone) if ALONE.contains(&alone) => {}
+            Ok(_) => {
+                let Ok(length) = read_u16(&mut reader) else { return false };
+                reader.set_position(reader.position() + u64::from(length.saturating_sub(2)));
+            }
+            Err(_) => return false,
+        }
+    }
+}
+
+/// Skips to the next marker, over texels too: those write a byte of 0xff as 0xff 0x00.
+fn next_marker(reader: &mut impl BufRead) -> io::Result<u8> {
+    reader.skip_until(0xff)?;
+    loop {
+        let mut marker = [0];
+        reader.read_exact(&mut marker)?;
+        // Any number of 0xff may stand before a marker.
+        if marker != [0xff] {
+            return Ok(marker[0]);
+        }
+    }
+}
+
+fn read_u16(reader: &mut impl Read) -> io::Result<u16> {
+    let mut bytes = [0; 2];
+    reader.read_exact(&mut bytes)?;
+    Ok(u16::from_be_bytes(bytes))
+}
+
+pub(super) fn encode(
+    source: &mut Source<'_>,
+    quality: u8,
+    out: &mut impl Write,
+) -> Result<(), EncodeError> {
+    let values = source.values::<u8>();
+    let color = match source.texture.channels() {
+        Channels::Grey => ExtendedColorType::L8,
+        Channels::Rgb => ExtendedColorType::Rgb8,
+        Channels::GreyAlpha | Channels::Rgba => return Err(EncodeError::Alpha { format: FORMAT }),
+    };
+    let mut encoder = JpegEncoder::new_with_quality(out, quality.clamp(1, 100));
+    if let Some(icc) = source.icc {
+        encoder
+            .set_icc_profile(icc.to_vec())
+            .map_err(|error| EncodeError::encoder(FORMAT, error))?;
+    }
+    let size = source.texture.size();
+    encoder.write_image(&values, size.width, size.height, color).map_err(|error| match error {
+        ::image::ImageError::IoError(error) => EncodeError::Io(error),
+        error => EncodeError::encoder(FORMAT, error),
+    })
+}

@@ -1,0 +1,198 @@
+//! Images in and out as textures: PNG, JPEG, WebP, TIFF and OpenEXR.
+//!
+//! The content of a file decides what it is, never its name. Images are turned the right way up as
+//! their EXIF or TIFF orientation asks, so written files carry none. ICC profiles travel along
+//! unchanged where the format has a place for them; [`Written`] names what a file does not hold.
+//!
+//! | | depths | channels | texture encoding | ICC | written as |
+//! |---|---|---|---|---|---|
+//! | PNG | 8, 16 | all | sRGB | yes | float becomes 16 bits |
+//! | JPEG | 8 | grey, RGB | sRGB | yes | lossy, 4:4:4 |
+//! | WebP | 8 | RGB, RGBA | sRGB | yes | lossless; grey becomes RGB |
+//! | TIFF | 8, 16, float | all | sRGB, float: linear | yes | |
+//! | EXR | half, float | all | linear | no | float, alpha premultiplied |
+//!
+//! Textures of another encoding are converted on writing, except for [`Encoding::Data`]. Files do
+//! not say that they hold data: whoever knows calls [`Texture::with_encoding`] after reading.
+//!
+//! [`Encoding::Data`]: uvgraft::color::Encoding::Data
+
+mod convert;
+mod error;
+mod exr;
+mod format;
+mod header;
+mod jpeg;
+mod orientation;
+mod png;
+mod tiff;
+mod webp;
+
+use std::fs::File;
+use std::io::{BufReader, Cursor, Seek, Write};
+use std::path::Path;
+
+use uvgraft::texture::{Texels, Texture};
+
+use self::convert::Source;
+pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
+pub use self::format::Format;
+use self::header::StoredHeader;
+pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES};
+use crate::input::read_file;
+use crate::output::write_atomically;
+
+/// A texture and the colour profile that came with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// The texels, the right way up.
+    pub texture: Texture,
+    /// The ICC profile, carried along unread.
+    pub icc: Option<Vec<u8>>,
+}
+
+impl From<Texture> for Image {
+    fn from(texture: Texture) -> Self {
+        Self { texture, icc: None }
+    }
+}
+
+/// How to write an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Spend seconds on smaller files instead of fractions of one: PNG, TIFF and EXR.
+    pub compress: bool,
+    /// Quality of a JPEG in `1..=100`; values outside are clamped.
+    pub jpeg_quality: u8,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self { compress: false, jpeg_quality: 95 }
+    }
+}
+
+/// What became of an image in a file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[must_use = "losses are worth a warning"]
+pub struct Written {
+    /// What the file does not hold. Lossy compression by JPEG itself is not listed.
+    pub losses: Vec<Loss>,
+}
+
+/// What the decoders give: texels as they are stored, and how to turn them.
+struct Decoded {
+    header: StoredHeader,
+    texels: Texels,
+    icc: Option<Vec<u8>>,
+}
+
+/// Decodes an image in any of the formats.
+///
+/// The first frame of an animation and the first page of a TIFF count. CMYK is refused: without
+/// its profile it has no colour.
+///
+/// # Errors
+/// [`ImageError`] for anything but a whole image of an acceptable size; a file that is cut short is
+/// never taken for a whole one.
+pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
+    let format = header::detect(bytes)?;
+    let Decoded { header, texels, icc } = match format {
+        Format::Png => png::decode(bytes),
+        Format::Jpeg => jpeg::decode(bytes),
+        Format::WebP => webp::decode(bytes),
+        Format::Tiff => tiff::decode(bytes),
+        Format::Exr => exr::decode(bytes),
+    }?;
+    let icc = header::check_icc(icc)?;
+    if texels.len() != header.values() {
+        let (found, wanted) = (texels.len(), header.values());
+        let reason = format_args!("it decodes to {found} values instead of {wanted}");
+        return Err(ImageError::damaged(format, reason));
+    }
+    let StoredHeader { size, channels, depth, orientation } = header;
+    let texels = orientation.apply(texels, size, channels);
+    let encoding = convert::encoding_of(format, depth);
+    let texture = Texture::new(orientation.size(size), channels, encoding, texels)?;
+    Ok(Image { texture, icc })
+}
+
+/// Reads and decodes a file.
+///
+/// # Errors
+/// [`ReadError`], with the path, if the file cannot be read or [`decode`] refuses it.
+pub fn read(path: &Path) -> Result<Image, ReadError> {
+    // Room for an uncompressed image of the largest size, its profile and its tags.
+    read_file(path, MAX_BYTES + (1 << 26), decode)
+}
+
+/// Finds out what a file will decode to, from its header alone.
+///
+/// # Errors
+/// [`ReadError`], with the path, if the file cannot be read or its header is one that [`decode`]
+/// refuses.
+pub fn read_header(path: &Path) -> Result<Header, ReadError> {
+    let file = File::open(path).map_err(|reason| ReadError::Io { path: path.into(), reason })?;
+    header::read(&mut BufReader::new(file))
+        .map_err(|reason| ReadError::Content { path: path.into(), reason })
+}
+
+/// Finds out what bytes will decode to, from their header alone.
+///
+/// # Errors
+/// [`ImageError`] if the header is one that [`decode`] refuses.
+pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
+    header::read(&mut Cursor::new(bytes))
+}
+
+/// Encodes an image.
+///
+/// # Errors
+/// [`EncodeError`] if the format cannot hold the texture, or `out` cannot be written.
+pub fn encode(
+    image: &Image,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut (impl Write + Seek),
+) -> Result<Written, EncodeError> {
+    let Image { texture, icc } = image;
+    let (size, channels) = (texture.size(), texture.channels());
+    if format == Format::Jpeg && channels.has_alpha() {
+        return Err(EncodeError::Alpha { format });
+    }
+    if format == Format::WebP && size.width.max(size.height) > webp::MAX_SIDE {
+        return Err(EncodeError::TooLarge { format, found: size, max: webp::MAX_SIDE });
+    }
+    let icc = icc.as_deref().filter(|icc| !icc.is_empty());
+    if let Some(icc) = icc
+        && icc.len() > MAX_ICC_BYTES
+    {
+        return Err(EncodeError::IccTooLarge { found: icc.len(), max: MAX_ICC_BYTES });
+    }
+    let mut source = Source { texture, icc, format, losses: Vec::new() };
+    match format {
+        Format::Png => png::encode(&mut source, options.compress, out),
+        Format::Jpeg => jpeg::encode(&mut source, options.jpeg_quality, out),
+        Format::WebP => webp::encode(&mut source, out),
+        Format::Tiff => tiff::encode(&mut source, options.compress, out),
+        Format::Exr => exr::encode(&mut source, options.compress, out),
+    }?;
+    Ok(Written { losses: source.losses })
+}
+
+/// Encodes an image in the format of the path's extension and writes it there.
+///
+/// # Errors
+/// [`WriteError`], with the path, if the extension is missing or unknown, or encoding or writing
+/// fails; whatever was at `path` is then still there.
+pub fn write(image: &Image, path: &Path, options: &WriteOptions) -> Result<Written, WriteError> {
+    let format =
+        Format::from_path(path).ok_or_else(|| WriteError::Extension { path: path.into() })?;
+    let mut written = Written::default();
+    write_atomically(path, |out| {
+        written = encode(image, format, options, out)?;
+        Ok(())
+    })
+    .map_err(|source| WriteError::Encode { path: path.into(), source })?;
+    Ok(written)
+}

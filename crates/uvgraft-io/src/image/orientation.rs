@@ -1,0 +1,223 @@
+//! Which way up an image was stored, and turning it the right way.
+
+use uvgraft::texture::{Channels, Size, Texels};
+
+/// A turn or a mirroring: a transposition first, then flips of its result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Orientation {
+    transposed: bool,
+    flipped_x: bool,
+    flipped_y: bool,
+}
+
+impl Orientation {
+    /// The meaning of the TIFF and EXIF tag 274. Values outside `1..=8` mean nothing.
+    ///
+    /// # Source
+    /// TIFF 6.0, section 8, "Orientation".
+    pub(super) fn from_tag(value: u64) -> Self {
+        let (transposed, flipped_x, flipped_y) = match value {
+            2 => (false, true, false),
+            3 => (false, true, true),
+            4 => (false, false, true),
+            5 => (true, false, false),
+            6 => (true, true, false),
+            7 => (true, true, true),
+            8 => (true, false, true),
+            _ => (false, false, false),
+        };
+        Self { transposed, flipped_x, flipped_y }
+    }
+
+    /// Finds the tag in an EXIF block, with or without the `Exif\0\0` in front. A block that makes
+    /// no sense turns nothing: the image beside it may still be fine.
+    pub(super) fn from_exif(exif: &[u8]) -> Self {
+        Self::from_tag(tag_from_exif(exif.strip_prefix(b"Exif\0\0").unwrap_or(exif)).unwrap_or(1))
+    }
+
+    /// The size of the turned image.
+    pub(super) fn size(self, stored: Size) -> Size {
+        if self.transposed { Size::new(stored.height, stored.width) } else { stored }
+    }
+
+    /// The values of the turned image; `stored` is the size before.
+    pub(super) fn apply(self, texels: Texels, stored: Size, channels: Channels) -> Texels {
+        if self == Self::default() {
+            return texels;
+        }
+        match texels {
+            Texels::U8(values) => Texels::U8(self.turn_channels(values, stored, channels)),
+            Texels::U16(values) => Texels::U16(self.turn_channels(values, stored, channels)),
+            Texels::F32(values) => Texels::F32(self.turn_channels(values, stored, channels)),
+        }
+    }
+
+    fn turn_channels<T: Copy + Default>(
+        self,
+        values: Vec<T>,
+        stored: Size,
+        channels: Channels,
+    ) -> Vec<T> {
+        match channels {
+            Channels::Grey => self.turn::<T, 1>(values, stored),
+            Channels::GreyAlpha => self.turn::<T, 2>(values, stored),
+            Channels::Rgb => self.turn::<T, 3>(values, stored),
+            Channels::Rgba => self.turn::<T, 4>(values, stored),
+        }
+    }
+
+    fn turn<T: Copy + Default, const N: usize>(self, mut values: Vec<T>, stored: Size) -> Vec<T> {
+        if self.transposed {
+            return self.transpose::<T, N>(&values, stored);
+        }
+        let width = stored.width as usize;
+        let (texels, _) = values.as_chunks_mut::<N>();
+        match (self.flipped_x, self.flipped_y) {
+            (true, true) => texels.reverse(),
+            (true, false) => texels.chunks_exact_mut(width).for_each(<[_]>::reverse),
+            (false, true) => {
+                let mut rows = texels.chunks_exact_mut(width);
+                while let (Some(above), Some(below)) = (rows.next(), rows.next_back()) {
+                    above.swap_with_slice(below);
+                }
+            }
+            (false, false) => {}
+        }
+        values
+    }
+
+    /// Moves blocks by way of a buffer: where rows are a power of two apart, as those of most
+    /// textures, walking down a column of the source would find all of it in the same few cache
+    /// lines.
+    fn transpose<T: Copy + Default, const N: usize>(self, values: &[T], stored: Size) -> Vec<T> {
+        const BLOCK: usize = 32;
+        let (width, height) = (stored.height as usize, stored.width as usize);
+        let (source, _) = values.as_chunks::<N>();
+        let mut turned = vec![T::default(); values.len()];
+        let (target, _) = turned.as_chunks_mut::<N>();
+        let mut block = [[[T::default(); N]; BLOCK]; BLOCK];
+        for top in (0..width).step_by(BLOCK) {
+            let lines = top..width.min(top + BLOCK);
+            for left in (0..height).step_by(BLOCK) {
+                let columns = left..height.min(left + BLOCK);
+                for (line, row) in lines.clone().zip(&mut block) {
+                    let row = &mut row[..columns.len()];
+                    let start = line * height;
+                    row.copy_from_slice(&source[start + columns.start..start + columns.end]);
+                }
+                for (column, x) in columns.enumerate() {
+                    let y = if self.flipped_y { height - 1 - x } else { x };
+                    let row = &mut target[y * width..(y + 1) * width];
+                    let texels = block.iter().map(|line| line[column]);
+                    if self.flipped_x {
+                        let row = row[width - lines.end..width - lines.start].iter_mut().rev();
+                        row.zip(texels).for_each(|(texel, moved)| *texel = moved);
+                    } else {
+                        let row = row[lines.clone()].iter_mut();
+                        row.zip(texels).for_each(|(texel, moved)| *texel = moved);
+                    }
+                }
+            }
+        }
+        turned
+    }
+}
+
+/// The orientation tag of the first directory of an EXIF block, which is a small TIFF file.
+fn tag_from_exif(exif: &[u8]) -> Option<u64> {
+    const ORIENTATION: u16 = 274;
+    const SHORT: u16 = 3;
+    let big_endian = match exif.first_chunk::<4>()? {
+        b"II*\0" => false,
+        b"MM\0*" => true,
+        _ => return None,
+    };
+    let short = |at: usize| {
+        let bytes = *exif.get(at..)?.first_chunk()?;
+        Some(if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
+    };
+    let long = |at: usize| {
+        let bytes = *exif.get(at..)?.first_chunk()?;
+        Some(if big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    };
+    let directory = long(4)? as usize;
+    let entries = usize::from(short(directory)?);
+    let entry = (0..entries)
+        .map_while(|index| directory.checked_add(2 + index * 12))
+        .find(|&entry| short(entry) == Some(ORIENTATION))?;
+    (short(entry + 2)? == SHORT && long(entry + 4)? == 1).then_some(u64::from(short(entry + 8)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The eight ways to store the 3×2 image `123/456`, row by row.
+    ///
+    /// Worked out by hand from TIFF 6.0: what the stored row 0 and column 0 are in the real image.
+    const STORED: [(u64, u32, [u8; 6]); 8] = [
+        (1, 3, [1, 2, 3, 4, 5, 6]),
+        (2, 3, [3, 2, 1, 6, 5, 4]),
+        (3, 3, [6, 5, 4, 3, 2, 1]),
+        (4, 3, [4, 5, 6, 1, 2, 3]),
+        (5, 2, [1, 4, 2, 5, 3, 6]),
+        (6, 2, [3, 6, 2, 5, 1, 4]),
+        (7, 2, [6, 3, 5, 2, 4, 1]),
+        (8, 2, [4, 1, 5, 2, 6, 3]),
+    ];
+
+    #[test]
+    fn all_eight_turn_the_right_way_at_every_depth_and_channel_count() {
+        for (tag, width, stored) in STORED {
+            let orientation = Orientation::from_tag(tag);
+            let size = Size::new(width, 6 / width);
+            assert_eq!(orientation.size(size), Size::new(3, 2));
+            for channels in [Channels::Grey, Channels::GreyAlpha, Channels::Rgb, Channels::Rgba] {
+                let spread = |values: &[u8]| -> Vec<u16> {
+                    let texel =
+                        |&value| (0..channels.count()).map(move |c| value as u16 * 300 + c as u16);
+                    values.iter().flat_map(texel).collect()
+                };
+                let wanted = spread(&[1, 2, 3, 4, 5, 6]);
+                let turned = orientation.apply(Texels::U16(spread(&stored)), size, channels);
+                assert_eq!(turned, Texels::U16(wanted.clone()), "orientation {tag}");
+                let float =
+                    |values: Vec<u16>| Texels::F32(values.into_iter().map(f32::from).collect());
+                let turned = orientation.apply(float(spread(&stored)), size, channels);
+                assert_eq!(turned, float(wanted), "orientation {tag}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_meet_without_a_seam() {
+        let size = Size::new(70, 45);
+        let values: Vec<u16> = (0..size.texels() as u16).collect();
+        for tag in 5..=8 {
+            let orientation = Orientation::from_tag(tag);
+            let Texels::U16(turned) =
+                orientation.apply(Texels::U16(values.clone()), size, Channels::Grey)
+            else {
+                unreachable!()
+            };
+            for y in 0..70 {
+                for x in 0..45 {
+                    let row = if tag == 6 || tag == 7 { 44 - x } else { x };
+                    let column = if tag == 7 || tag == 8 { 69 - y } else { y };
+                    assert_eq!(turned[y * 45 + x], values[row * 70 + column]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nonsense_in_exif_turns_nothing() {
+        let good = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+        assert_eq!(Orientation::from_exif(good), Orientation::from_tag(6));
+        for cut in 0..26 {
+            assert_eq!(Orientation::from_exif(&good[..cut]), Orientation::default());
+        }
+        assert_eq!(Orientation::from_exif(b"II*\0\xff\xff\xff\xff"), Orientation::default());
+        assert_eq!(Orientation::from_tag(9), Orientation::default());
+    }
+}

@@ -1,0 +1,297 @@
+//! TIFF, through the `tiff` crate.
+
+use std::borrow::Cow;
+use std::io::{BufRead, Cursor, Seek, Write};
+use std::marker::PhantomData;
+
+use ::tiff::decoder::{Decoder, DecodingResult, Limits};
+use ::tiff::encoder::colortype::ColorType as EncodedColor;
+use ::tiff::encoder::{Compression, DeflateLevel, Predictor, TiffEncoder, TiffKind, TiffValue};
+use ::tiff::tags::{ExtraSamples, PhotometricInterpretation, SampleFormat, Tag, Type};
+use ::tiff::{ColorType, TiffError};
+use uvgraft::texture::{Channels, Depth, Texels};
+
+use super::convert::{AtDepth, Source, unpremultiply};
+use super::header::{MAX_BYTES, MAX_ICC_BYTES, StoredHeader, check_size};
+use super::orientation::Orientation;
+use super::{Decoded, EncodeError, Format, ImageError};
+
+const FORMAT: Format = Format::Tiff;
+
+/// What only TIFF needs to know beside the header.
+struct Layout {
+    header: StoredHeader,
+    /// Bits of a stored value; below 8 they are packed, rows beginning at a byte.
+    bits: u8,
+    is_premultiplied: bool,
+}
+
+pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+    Ok(open(reader)?.1.header)
+}
+
+fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, Layout), ImageError> {
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = usize::try_from(MAX_BYTES).unwrap_or(usize::MAX);
+    limits.intermediate_buffer_size = limits.decoding_buffer_size;
+    limits.ifd_value_size = 2 * MAX_ICC_BYTES;
+    let mut decoder = Decoder::new(reader).map_err(from_tiff)?.with_limits(limits);
+    let (width, height) = decoder.dimensions().map_err(from_tiff)?;
+    let color = decoder.colortype().map_err(from_tiff)?;
+    let numbers = |decoder: &mut Decoder<R>, tag| {
+        decoder.find_tag_unsigned_vec::<u16>(tag).map(Option::unwrap_or_default).map_err(from_tiff)
+    };
+    let formats = numbers(&mut decoder, Tag::SampleFormat)?;
+    let extra = numbers(&mut decoder, Tag::ExtraSamples)?.first().copied();
+    let is_alpha = |extra: Option<u16>| {
+        [ExtraSamples::AssociatedAlpha, ExtraSamples::UnassociatedAlpha]
+            .map(|kind| Some(kind.to_u16()))
+            .contains(&extra)
+    };
+    let (channels, bits) = match color {
+        ColorType::Gray(bits) => (Some(Channels::Grey), bits),
+        ColorType::GrayA(bits) => (Some(Channels::GreyAlpha), bits),
+        ColorType::Multiband { bit_depth, num_samples: 2 } if is_alpha(extra) => {
+            (Some(Channels::GreyAlpha), bit_depth)
+        }
+        ColorType::RGB(bits) => (Some(Channels::Rgb), bits),
+        ColorType::RGBA(bits) => (Some(Channels::Rgba), bits),
+        _ => (None, 0),
+    };
+    let float = SampleFormat::IEEEFP.to_u16();
+    let unsigned = SampleFormat::Uint.to_u16();
+    let format = formats.first().copied().unwrap_or(unsigned);
+    let depth = match bits {
+        _ if formats.iter().any(|&other| other != format) => None,
+        8 if format == unsigned => Some(Depth::U8),
+        1 | 2 | 4 if format == unsigned && channels == Some(Channels::Grey) => Some(Depth::U8),
+        16 if format == unsigned => Some(Depth::U16),
+        16 | 32 if format == float => Some(Depth::F32),
+        _ => None,
+    };
+    let (Some(channels), Some(depth)) = (channels, depth) else {
+        return Err(ImageError::Unsupported {
+            format: FORMAT,
+            found: format!("has {color:?} values of sample format {formats:?}"),
+            wanted: "grey and RGB with or without alpha are read, \
+                     of 8 or 16 bits or 16- or 32-bit float; convert it first",
+        });
+    };
+    let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
+    let tag = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(from_tiff)?;
+    let orientation = Orientation::from_tag(tag.unwrap_or(1).into());
+    let header = StoredHeader { size, channels, depth, orientation };
+    let is_premultiplied =
+        channels.has_alpha() && extra == Some(ExtraSamples::AssociatedAlpha.to_u16());
+    Ok((decoder, Layout { header, bits, is_premultiplied }))
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
+    let (mut decoder, layout) = open(Cursor::new(bytes))?;
+    let Layout { header, bits, is_premultiplied } = layout;
+    let icc = decoder.find_tag(Tag::IccProfile).map_err(from_tiff)?;
+    let icc = icc.map(|icc| icc.into_u8_vec().map_err(from_tiff)).transpose()?;
+    let mut result = DecodingResult::U8(Vec::new());
+    let planes = decoder.read_image_to_buffer(&mut result).map_err(from_tiff)?.planes;
+    let channels = header.channels;
+    let mut texels = match result {
+        DecodingResult::U8(values) if bits < 8 => {
+            Texels::U8(unpack(&values, bits, header.size.width as usize))
+        }
+        DecodingResult::U8(values) => Texels::U8(interleave(values, planes, channels)),
+        DecodingResult::U16(values) => Texels::U16(interleave(values, planes, channels)),
+        DecodingResult::F32(values) => Texels::F32(interleave(values, planes, channels)),
+        DecodingResult::F16(values) => {
+            let values = values.iter().copied().map(f32::from).collect();
+            Texels::F32(interleave(values, planes, channels))
+        }
+        _ => return Err(ImageError::damaged(FORMAT, "its values are not what its header says")),
+    };
+    if is_premultiplied {
+        match &mut texels {
+            Texels::U8(values) => unpremultiply(values, channels),
+            Texels::U16(values) => unpremultiply(values, channels),
+            Texels::F32(values) => unpremultiply(values, channels),
+        }
+    }
+    Ok(Decoded { header, texels, icc })
+}
+
+/// Texels from one plane for each channel. Planes beyond the channels are left out.
+fn interleave<T: Copy>(values: Vec<T>, planes: usize, channels: Channels) -> Vec<T> {
+    if planes <= 1 {
+        return values;
+    }
+    let texels = values.len() / planes;
+    let plane = |channel: usize| &values[channel * texels..(channel + 1) * texels];
+    let used: Vec<_> = (0..planes.min(channels.count())).map(plane).collect();
+    (0..texels).flat_map(|texel| used.iter().map(move |plane| plane[texel])).collect()
+}
+
+/// Bytes from values of 1, 2 or 4 bits, the first in the highest bits of a byte.
+fn unpack(packed: &[u8], bits: u8, width: usize) -> Vec<u8> {
+    let largest = (1u8 << bits) - 1;
+    let unpack_row = |row: &[u8]| {
+        let value = |x: usize| {
+            let bit = x * usize::from(bits);
+            let shifted = row[bit / 8] >> (8 - usize::from(bits) - bit % 8);
+            (shifted & largest) * (255 / largest)
+        };
+        (0..width).map(value).collect::<Vec<_>>()
+    };
+    packed.chunks_exact((width * usize::from(bits)).div_ceil(8)).flat_map(unpack_row).collect()
+}
+
+fn from_tiff(error: TiffError) -> ImageError {
+    match error {
+        TiffError::IoError(error) => ImageError::from_io(FORMAT, &error),
+        TiffError::UnsupportedError(error) => ImageError::Unsupported {
+            format: FORMAT,
+            found: format!("is of a rare kind ({error})"),
+            wanted: "convert it to uncompressed RGB first",
+        },
+        error => ImageError::damaged(FORMAT, error),
+    }
+}
+
+pub(super) fn encode<W: Write + Seek>(
+    source: &mut Source<'_>,
+    compress: bool,
+    out: &mut W,
+) -> Result<(), EncodeError> {
+    match source.texture.depth() {
+        Depth::U8 => encode_depth::<u8, _>(source, compress, out),
+        Depth::U16 => encode_depth::<u16, _>(source, compress, out),
+        Depth::F32 => encode_depth::<f32, _>(source, compress, out),
+    }
+}
+
+fn encode_depth<T: Sample, W: Write + Seek>(
+    source: &mut Source<'_>,
+    compress: bool,
+    out: &mut W,
+) -> Result<(), EncodeError>
+where
+    [T]: TiffValue,
+{
+    let values = source.values::<T>();
+    // Offsets of the classic kind have 32 bits; half a gigabyte is left for everything else.
+    let result = if size_of_val(&*values) < 7 << 29 {
+        let encoder = TiffEncoder::new(out);
+        encoder.and_then(|encoder| encode_channels(source, &values, compress, encoder))
+    } else {
+        let encoder = TiffEncoder::new_big(out);
+        encoder.and_then(|encoder| encode_channels(source, &values, compress, encoder))
+    };
+    result.map_err(|error| match error {
+        TiffError::IoError(error) => EncodeError::Io(error),
+        error => EncodeError::encoder(FORMAT, error),
+    })
+}
+
+fn encode_channels<T: Sample, W: Write + Seek, K: TiffKind>(
+    source: &Source<'_>,
+    values: &[T],
+    compress: bool,
+    mut encoder: TiffEncoder<W, K>,
+) -> Result<(), TiffError>
+where
+    [T]: TiffValue,
+{
+    if compress {
+        encoder = encoder.with_compression(Compression::Deflate(DeflateLevel::Balanced));
+        if T::DEPTH != Depth::F32 {
+            encoder = encoder.with_predictor(Predictor::Horizontal);
+        }
+    }
+    match source.texture.channels() {
+        Channels::Grey => encode_image::<T, 1, _, _>(source, values, encoder),
+        Channels::GreyAlpha => encode_image::<T, 2, _, _>(source, values, encoder),
+        Channels::Rgb => encode_image::<T, 3, _, _>(source, values, encoder),
+        Channels::Rgba => encode_image::<T, 4, _, _>(source, values, encoder),
+    }
+}
+
+fn encode_image<T: Sample, const N: usize, W: Write + Seek, K: TiffKind>(
+    source: &Source<'_>,
+    values: &[T],
+    mut encoder: TiffEncoder<W, K>,
+) -> Result<(), TiffError>
+where
+    [T]: TiffValue,
+{
+    let size = source.texture.size();
+    let mut image = encoder.new_image::<Interleaved<T, N>>(size.width, size.height)?;
+    if source.texture.channels().has_alpha() {
+        let alpha = [ExtraSamples::UnassociatedAlpha.to_u16()];
+        image.encoder().write_tag(Tag::ExtraSamples, &alpha[..])?;
+    }
+    if let Some(icc) = source.icc {
+        image.encoder().write_tag(Tag::IccProfile, Undefined(icc))?;
+    }
+    image.write_data(values)
+}
+
+/// Bytes of the type that the ICC specification asks for.
+struct Undefined<'a>(&'a [u8]);
+
+impl TiffValue for Undefined<'_> {
+    const BYTE_LEN: u8 = 1;
+    const FIELD_TYPE: Type = Type::UNDEFINED;
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+    fn data(&self) -> Cow<'_, [u8]> {
+        Cow::Borrowed(self.0)
+    }
+}
+
+/// A depth as TIFF describes it.
+trait Sample: AtDepth + TiffValue {
+    const BITS: u16;
+    const FORMAT: SampleFormat;
+    /// This value less the one before it in the row, modulo the range.
+    fn difference(self, before: Self) -> Self;
+}
+
+impl Sample for u8 {
+    const BITS: u16 = 8;
+    const FORMAT: SampleFormat = SampleFormat::Uint;
+    fn difference(self, before: Self) -> Self {
+        self.wrapping_sub(before)
+    }
+}
+
+impl Sample for u16 {
+    const BITS: u16 = 16;
+    const FORMAT: SampleFormat = SampleFormat::Uint;
+    fn difference(self, before: Self) -> Self {
+        self.wrapping_sub(before)
+    }
+}
+
+impl Sample for f32 {
+    const BITS: u16 = 32;
+    const FORMAT: SampleFormat = SampleFormat::IEEEFP;
+    /// Never called: the predictor is for integers.
+    fn difference(self, _: Self) -> Self {
+        self
+    }
+}
+
+/// `N` channels of `T`: the crate's own types lack grey with alpha.
+struct Interleaved<T, const N: usize>(PhantomData<T>);
+
+impl<T: Sample, const N: usize> EncodedColor for Interleaved<T, N> {
+    type Inner = T;
+    const TIFF_VALUE: PhotometricInterpretation =
+        if N < 3 { PhotometricInterpretation::BlackIsZero } else { PhotometricInterpretation::RGB };
+    const BITS_PER_SAMPLE: &'static [u16] = &[T::BITS; N];
+    const SAMPLE_FORMAT: &'static [SampleFormat] = &[T::FORMAT; N];
+
+    fn horizontal_predict(row: &[T], result: &mut Vec<T>) {
+        result.extend(row.iter().take(N));
+        let differences = row.iter().zip(row.iter().skip(N));
+        result.extend(differences.map(|(&before, &value)| value.difference(before)));
+    }
+}
