@@ -1,0 +1,121 @@
+//! The left arm with its hand and fingers; the right one is its mirror image.
+
+use std::f32::consts::TAU;
+
+use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
+use crate::clothes::tube;
+use crate::surface::{Kind, Part, Side, Surface};
+use crate::vector::{Vec3, curve, mix, vec3};
+
+/// Distance of the wrist from the shoulder.
+pub(crate) const WRIST: f32 = 52.0;
+
+/// A point given along the arm, towards the thumb and towards the back of the hand.
+fn on_arm(along: f32, front: f32, back: f32) -> Vec3 {
+    SHOULDER + ARM * along + ARM_FRONT * front + ARM_BACK * back
+}
+
+/// `(distance from the shoulder, half-width, half-thickness)`.
+const SECTIONS: [(f32, f32, f32); 14] = [
+    (8.0, 4.9, 5.2),
+    (14.0, 4.6, 4.9),
+    (21.0, 4.2, 4.3),
+    (27.5, 3.85, 3.8),
+    (33.0, 4.15, 3.75),
+    (40.0, 3.65, 3.2),
+    (47.0, 2.95, 2.45),
+    (WRIST, 2.7, 1.95),
+    (55.0, 3.2, 1.85),
+    (58.5, 3.85, 1.75),
+    (61.5, 4.1, 1.55),
+    (63.5, 4.05, 1.3),
+    (64.8, 3.8, 1.0),
+    (65.6, 3.2, 0.55),
+];
+
+fn left_arm(surface: &mut Surface) {
+    const RINGS: usize = 30;
+    let part = Part { kind: Kind::Arm, side: Side::Left };
+    let widths: Vec<(f32, f32)> = SECTIONS.iter().map(|section| (section.0, section.1)).collect();
+    let heights: Vec<(f32, f32)> = SECTIONS.iter().map(|section| (section.0, section.2)).collect();
+    let (from, to) = (SECTIONS[0].0, SECTIONS[SECTIONS.len() - 1].0);
+    let [_, knuckles] = tube(surface, part, 24, RINGS, |turn, ring| {
+        let t = ring as f32 / (RINGS - 1) as f32;
+        // More rings on the hand.
+        let along = mix(from, to, t * (1.25 - 0.25 * t));
+        let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
+        let palm = curve(&[(WRIST - 2.0, 1.0), (58.0, 0.72), (64.0, 0.7)], along);
+        let squared = |value: f32| value.signum() * value.abs().powf(palm);
+        // The palm is hollow, the back of the hand arched.
+        let hollow = curve(&[(WRIST, 0.0), (59.0, 0.35), (64.0, 0.15)], along) * (1.0 - cos * cos);
+        on_arm(
+            along,
+            curve(&widths, along) * squared(cos),
+            curve(&heights, along) * squared(sin) + hollow,
+        )
+    });
+    let tip = surface.knot(on_arm(to + 0.2, 0.0, 0.0), [0.5, 1.0]);
+    surface.cap_below(part, &knuckles, tip);
+}
+
+struct Finger {
+    /// Along the arm, towards the thumb, towards the back.
+    base: Vec3,
+    /// In the same coordinates.
+    direction: Vec3,
+    length: f32,
+    radius: f32,
+    curl: f32,
+}
+
+/// From the thumb to the little finger. The first centimetres are inside the hand.
+const FINGERS: [Finger; 5] = [
+    finger(vec3(55.5, 2.1, -0.5), vec3(0.80, 0.56, -0.18), 9.3, 1.12, 0.25),
+    finger(vec3(62.0, 2.95, 0.15), vec3(0.99, 0.10, -0.04), 9.8, 0.90, 0.42),
+    finger(vec3(62.4, 1.0, 0.25), vec3(1.0, 0.02, -0.04), 10.6, 0.93, 0.45),
+    finger(vec3(62.2, -0.95, 0.2), vec3(1.0, -0.05, -0.05), 9.9, 0.88, 0.50),
+    finger(vec3(61.6, -2.75, 0.05), vec3(0.99, -0.13, -0.06), 8.1, 0.78, 0.52),
+];
+
+const fn finger(base: Vec3, direction: Vec3, length: f32, radius: f32, curl: f32) -> Finger {
+    Finger { base, direction, length, radius, curl }
+}
+
+fn left_finger(surface: &mut Surface, number: u8, finger: &Finger) {
+    const RINGS: usize = 11;
+    let part = Part { kind: Kind::Finger(number), side: Side::Left };
+    let along = finger.direction.normalized();
+    // In arm coordinates x is along, y towards the thumb and z the back; a right-handed frame.
+    let side = vec3(0.0, 0.0, 1.0).cross(along).normalized();
+    let back = along.cross(side);
+    // Bending towards the palm, most at the middle joint.
+    let spine = |t: f32| {
+        let bend = finger.curl * t * t;
+        (along * (t - 0.16 * bend) - back * (0.55 * bend)) * finger.length
+    };
+    let [_, end] = tube(surface, part, 10, RINGS, |turn, ring| {
+        let t = ring as f32 / (RINGS - 1) as f32;
+        let t = 0.985 * t * (1.35 - 0.35 * t);
+        let middle = spine(t);
+        let forward = (spine(t + 0.01) - spine(t - 0.01)).normalized();
+        let up = forward.cross(side);
+        let knuckles = 0.05 * (TAU * (t * 2.1 + 0.1)).cos();
+        let taper = mix(1.0, 0.74, t) * (1.0 + knuckles);
+        let rounded = (1.0 - ((t - 0.88).max(0.0) / 0.12).powi(2)).max(0.0).sqrt();
+        let radius = finger.radius * taper * rounded.max(0.16);
+        let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
+        let p = finger.base + middle + side * (cos * radius) + up * (sin * radius * 0.92);
+        on_arm(p.x, p.y, p.z)
+    });
+    let tip = finger.base + spine(1.0);
+    let tip = surface.knot(on_arm(tip.x, tip.y, tip.z), [0.5, 1.0]);
+    surface.cap_below(part, &end, tip);
+}
+
+/// Arm, hand and fingers of the figure's left.
+pub(crate) fn left(surface: &mut Surface) {
+    left_arm(surface);
+    for (number, finger) in FINGERS.iter().enumerate() {
+        left_finger(surface, number as u8, finger);
+    }
+}

@@ -1,0 +1,315 @@
+//! The head's skin as a grid around the head, with loops set into it around eyes and mouth.
+//!
+//! Columns go around the neck and rows from the crown to the base of the neck, both dense where the
+//! face is. Around each eye and the mouth a block of cells is replaced by rings that end on the lids
+//! and lips, so that these are clean edges and can be opened later.
+//!
+//! A corner's chart parameters are `[s, t]`: `s` in `-1.0..=1.0` around the head with 0 in front and
+//! the seam at the back, `t` in `0.0..=1.0` from crown to neck.
+
+use std::f32::consts::PI;
+
+use crate::head_shape::{
+    EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, LIP_WIDTH, lip_bottom, lip_line, lip_top, lower_lid,
+    neck_axis, skin, upper_lid,
+};
+use crate::sdf::{leave, meet};
+use crate::surface::{Kind, Knot, Part, Side, Surface};
+use crate::vector::{Vec3, mix, smoothstep, vec3};
+
+pub(crate) const COLUMNS: usize = 72;
+const CROWN_ROWS: usize = 10;
+const FACE_ROWS: usize = 48;
+const JAW_ROWS: usize = 53;
+const ROWS: usize = 61;
+const CENTRE: Vec3 = vec3(0.0, -1.0, 0.0);
+const REACH: f32 = 16.0;
+const FACE: Part = Part { kind: Kind::Face, side: Side::Both };
+
+/// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, replaced by rings.
+#[derive(Clone, Copy)]
+struct Block {
+    columns: (usize, usize),
+    rows: (usize, usize),
+}
+
+const LEFT_EYE: Block = Block { columns: (39, 50), rows: (14, 26) };
+const RIGHT_EYE: Block = Block { columns: (22, 33), rows: (14, 26) };
+const MOUTH: Block = Block { columns: (26, 46), rows: (33, 42) };
+
+impl Block {
+    fn has_cell(&self, column: usize, row: usize) -> bool {
+        (self.columns.0..self.columns.1).contains(&column)
+            && (self.rows.0..self.rows.1).contains(&row)
+    }
+
+    /// Grid points on the rim, counterclockwise seen from outside.
+    fn rim(&self) -> Vec<(usize, usize)> {
+        let ((left, right), (top, bottom)) = (self.columns, self.rows);
+        (top..bottom)
+            .map(|row| (left, row))
+            .chain((left..right).map(|column| (column, bottom)))
+            .chain((top + 1..=bottom).rev().map(|row| (right, row)))
+            .chain((left + 1..=right).rev().map(|column| (column, top)))
+            .collect()
+    }
+}
+
+/// The skin in head space, and the vertices of the rim at the base of the neck by column.
+pub(crate) fn skin_surface() -> (Surface, Vec<u32>) {
+    let grid = Grid::new();
+    let mut surface = Surface::default();
+    let mut vertices = vec![[u32::MAX; COLUMNS]; ROWS + 1];
+    let mut knot = |surface: &mut Surface, column: usize, row: usize| {
+        let slot = &mut vertices[row][if row == 0 { 0 } else { column % COLUMNS }];
+        if *slot == u32::MAX {
+            *slot = surface.vertex(grid.positions[row][column % COLUMNS]);
+        }
+        Knot { vertex: *slot, at: Grid::at(column, row) }
+    };
+    let blocks = [LEFT_EYE, RIGHT_EYE, MOUTH];
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            if blocks.iter().any(|block| block.has_cell(column, row)) {
+                continue;
+            }
+            let (left, right) = (column, column + 1);
+            let bottom = [knot(&mut surface, left, row + 1), knot(&mut surface, right, row + 1)];
+            if row == 0 {
+                let crown = knot(&mut surface, column, 0);
+                surface.cap_above(FACE, crown, &bottom);
+            } else {
+                let top = [knot(&mut surface, left, row), knot(&mut surface, right, row)];
+                surface.strip(FACE, &top, &bottom);
+            }
+        }
+    }
+    for (block, rings) in
+        [(LEFT_EYE, eye_rings as Rings), (RIGHT_EYE, eye_rings), (MOUTH, mouth_rings)]
+    {
+        let rim: Vec<Knot> =
+            block.rim().into_iter().map(|(column, row)| knot(&mut surface, column, row)).collect();
+        set_rings(&mut surface, &rim, rings);
+    }
+    let rim = (0..COLUMNS).map(|column| knot(&mut surface, column, ROWS).vertex).collect();
+    (surface, rim)
+}
+
+struct Grid {
+    positions: Vec<Vec<Vec3>>,
+}
+
+impl Grid {
+    fn new() -> Self {
+        let positions = (0..=ROWS)
+            .map(|row| (0..COLUMNS).map(|column| grid_position(column, row)).collect())
+            .collect();
+        Self { positions }
+    }
+
+    fn at(column: usize, row: usize) -> [f32; 2] {
+        [column as f32 / COLUMNS as f32 * 2.0 - 1.0, row as f32 / ROWS as f32]
+    }
+}
+
+/// Direction around the head, 0 in front, of a column; dense in front.
+pub(crate) fn azimuth(column: usize) -> f32 {
+    let s = Grid::at(column, 0)[0];
+    PI * (0.38 * s + 0.62 * s * s * s)
+}
+
+/// Height of a row's rays above the horizon, in degrees, in front of the head.
+fn elevation(row: usize) -> f32 {
+    match row {
+        0..=CROWN_ROWS => mix(90.0, 28.0, row as f32 / CROWN_ROWS as f32),
+        ..=FACE_ROWS => 28.0 - 2.3 * (row - CROWN_ROWS) as f32,
+        _ => elevation(FACE_ROWS) - 3.3 * (row - FACE_ROWS) as f32,
+    }
+}
+
+fn grid_position(column: usize, row: usize) -> Vec3 {
+    let around = azimuth(column);
+    let towards = vec3(around.sin(), 0.0, around.cos());
+    if row <= JAW_ROWS {
+        let mut degrees = elevation(row);
+        if degrees < 0.0 {
+            // Behind the ears the same rows end on the nape, which is higher than the chin.
+            degrees *= mix(1.0, 0.66, smoothstep(0.38 * PI, 0.85 * PI, around.abs()));
+        }
+        let (up, out) = degrees.to_radians().sin_cos();
+        return leave(skin, CENTRE, towards * out + vec3(0.0, up, 0.0), REACH);
+    }
+    let jaw = grid_position(column, JAW_ROWS);
+    let rim_axis = neck_axis(mix(-13.8, -16.3, 0.5 + 0.5 * around.cos()));
+    let rim = leave(skin, rim_axis, towards, REACH);
+    let guide = jaw.lerp(rim, (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32);
+    let axis = neck_axis(guide.y);
+    leave(skin, axis, (guide - axis).normalized(), REACH)
+}
+
+/// A ring's point: where it is, and where on the front plane its chart parameters are taken.
+struct RingPoint {
+    position: Vec3,
+    chart_xy: [f32; 2],
+}
+
+/// Rings from the rim inwards; gets the rim points and their angles around the block.
+type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
+
+fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) {
+    let points: Vec<Vec3> = rim.iter().map(|k| surface.positions[k.vertex as usize]).collect();
+    let extent = |values: &mut dyn Iterator<Item = f32>| {
+        values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    let x = extent(&mut points.iter().map(|p| p.x));
+    let y = extent(&mut points.iter().map(|p| p.y));
+    let s = extent(&mut rim.iter().map(|k| k.at[0]));
+    let t = extent(&mut rim.iter().map(|k| k.at[1]));
+    let centre = [0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)];
+    let angles: Vec<f32> = rim
+        .iter()
+        .map(|knot| {
+            let right = (knot.at[0] - s.0) / (s.1 - s.0) * 2.0 - 1.0;
+            let down = (knot.at[1] - t.0) / (t.1 - t.0) * 2.0 - 1.0;
+            (-down).atan2(right)
+        })
+        .collect();
+    let rings = rings(&points, &angles);
+    let count = rings.len() as f32;
+    let mut outer: Vec<Knot> = rim.to_vec();
+    for (step, ring) in rings.into_iter().enumerate() {
+        // Near the rim the chart is the grid's own, further in it is the flat front view.
+        let flat = smoothstep(0.0, 0.6, (step as f32 + 1.0) / count);
+        let mut inner: Vec<Knot> = ring
+            .iter()
+            .zip(rim.iter().zip(&points))
+            .map(|(point, (from, at_rim))| {
+                let plane = |[px, py]: [f32; 2]| {
+                    [
+                        mix(s.0, s.1, (px - x.0) / (x.1 - x.0)),
+                        mix(t.0, t.1, (y.1 - py) / (y.1 - y.0)),
+                    ]
+                };
+                let here = plane(point.chart_xy);
+                let rim_plane = plane([at_rim.x, at_rim.y]);
+                // How far the rim's own parameters are off the front view, fading inwards.
+                let inwards = {
+                    let (dx, dy) = (at_rim.x - centre[0], at_rim.y - centre[1]);
+                    let (px, py) = (point.chart_xy[0] - centre[0], point.chart_xy[1] - centre[1]);
+                    ((px * px + py * py) / (dx * dx + dy * dy)).sqrt().min(1.0)
+                };
+                let keep = (1.0 - flat) * inwards;
+                let at = [
+                    here[0] + (from.at[0] - rim_plane[0]) * keep,
+                    here[1] + (from.at[1] - rim_plane[1]) * keep,
+                ];
+                surface.knot(point.position, at)
+            })
+            .collect();
+        outer.push(outer[0]);
+        inner.push(inner[0]);
+        for m in 0..outer.len() - 1 {
+            surface.polygon(FACE, &[outer[m], outer[m + 1], inner[m + 1], inner[m]]);
+        }
+        inner.pop();
+        outer = inner;
+    }
+}
+
+/// Where the front view's line of sight meets the skin.
+fn seen(x: f32, y: f32) -> Vec3 {
+    meet(skin, vec3(x, y, 13.0), vec3(0.0, 0.0, -1.0), 12.0)
+}
+
+fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
+    let side = rim[0].x.signum();
+    let centre = vec3(side * EYE.x, EYE.y, EYE.z);
+    let opening: Vec<[f32; 2]> = angles
+        .iter()
+        .map(|angle| {
+            let x = angle.cos() * LID_WIDTH;
+            let outwards = x * side;
+            let lid = if angle.sin() > 0.0 { upper_lid } else { lower_lid };
+            [centre.x + x, lid(outwards)]
+        })
+        .collect();
+    let on_lid = |[x, y]: [f32; 2], radius: f32| {
+        let (dx, dy) = (x - centre.x, y - centre.y);
+        let depth = (LID_RADIUS * LID_RADIUS - dx * dx - dy * dy).max(0.0).sqrt();
+        centre + vec3(dx, dy, depth) * (radius / LID_RADIUS)
+    };
+    let mut rings: Vec<Vec<RingPoint>> = [0.3, 0.55, 0.74, 0.87, 0.95]
+        .into_iter()
+        .map(|t| {
+            rim.iter()
+                .zip(&opening)
+                .zip(angles)
+                .map(|((at_rim, goal), angle)| {
+                    let (x, y) = (mix(at_rim.x, goal[0], t), mix(at_rim.y, goal[1], t));
+                    // The fold of the upper lid.
+                    let fold = if t == 0.74 { 0.14 * angle.sin().max(0.0) } else { 0.0 };
+                    let position = seen(x, y) - vec3(0.0, 0.0, fold);
+                    RingPoint { position, chart_xy: [x, y] }
+                })
+                .collect()
+        })
+        .collect();
+    for (radius, scale) in [(LID_RADIUS, 1.0), (EYE_RADIUS + 0.02, 0.86), (1.2, 0.6)] {
+        rings.push(
+            opening
+                .iter()
+                .map(|&goal| RingPoint {
+                    position: on_lid(goal, radius),
+                    chart_xy: [
+                        mix(centre.x, goal[0], scale),
+                        mix(centre.y + 0.1, goal[1], scale),
+                    ],
+                })
+                .collect(),
+        );
+    }
+    rings
+}
+
+fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
+    let columns: Vec<(f32, bool)> =
+        angles.iter().map(|angle| (angle.cos() * LIP_WIDTH, angle.sin() > 0.0)).collect();
+    let border = |&(x, upper): &(f32, bool)| if upper { lip_top(x) } else { lip_bottom(x) };
+    let mut rings: Vec<Vec<RingPoint>> = [0.3, 0.55, 0.76, 0.91, 1.0]
+        .into_iter()
+        .map(|t| {
+            rim.iter()
+                .zip(&columns)
+                .map(|(at_rim, column)| {
+                    let (x, y) = (mix(at_rim.x, column.0, t), mix(at_rim.y, border(column), t));
+                    RingPoint { position: seen(x, y), chart_xy: [x, y] }
+                })
+                .collect()
+        })
+        .collect();
+    // Over the lips to where they touch, then into the mouth. On the chart the slit stays open.
+    for (t, narrow, depth, open) in [
+        (0.4, 0.99, 0.0, 0.7),
+        (0.75, 0.975, 0.0, 0.45),
+        (0.97, 0.96, 0.1, 0.25),
+        (1.0, 0.93, 0.7, 0.14),
+        (1.0, 0.85, 1.6, 0.05),
+    ] {
+        rings.push(
+            columns
+                .iter()
+                .map(|column| {
+                    let x = column.0 * narrow;
+                    let line = lip_line(x);
+                    let y = mix(border(column), line, t);
+                    let chart_y = mix(lip_line(column.0), border(column), open);
+                    let position = seen(x, y) - vec3(0.0, 0.0, depth);
+                    RingPoint { position, chart_xy: [x, chart_y] }
+                })
+                .collect(),
+        );
+    }
+    rings
+}

@@ -1,0 +1,143 @@
+//! The body's texture: clothes, skin, and a head without a face.
+
+use std::f32::consts::TAU;
+
+use uvgraft::{Size, Texture};
+
+use crate::bake::{Color, Spot, bake, blend, scaled};
+use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
+use crate::clothes::{COLLAR, HEM, SHIRT_CENTRE};
+use crate::complexion::{flushed, skin};
+use crate::figure::Figure;
+use crate::head_shape::EYE_LEVEL;
+use crate::noise::{noise, noise2};
+use crate::surface::Kind;
+use crate::vector::{Vec3, bell, smoothstep, vec3};
+
+const BACKGROUND: Color = [0.36, 0.37, 0.40];
+const CREAM: Color = [0.93, 0.905, 0.85];
+const NAVY: Color = [0.115, 0.165, 0.29];
+const DENIM: Color = [0.20, 0.245, 0.335];
+const CANVAS: Color = [0.70, 0.20, 0.16];
+const RUBBER: Color = [0.92, 0.91, 0.88];
+
+/// Paints the figure's clothes and skin in the body's layout: 8-bit sRGB. Its head is a mannequin's,
+/// waiting for a face; the neck has the face's skin tone.
+pub fn paint_body(figure: &Figure, size: Size) -> Texture {
+    bake(&figure.body, &figure.body_parts, size, BACKGROUND, color)
+}
+
+fn color(spot: &Spot) -> Color {
+    let p = spot.position;
+    match spot.part.kind {
+        Kind::Face => mannequin(p),
+        Kind::Eye | Kind::Ear | Kind::Hair => MANNEQUIN,
+        Kind::Chest => skin(p),
+        Kind::Shirt => shirt(p),
+        Kind::Sleeve => sleeve(p.folded()),
+        Kind::Arm => arm(p, spot.normal),
+        Kind::Finger(number) => finger(p, number),
+        Kind::Leg => trousers(p, spot.normal),
+        Kind::Shoe => shoe(p.folded(), spot.normal),
+    }
+}
+
+const MANNEQUIN: Color = [0.80, 0.755, 0.72];
+
+fn mannequin(p: Vec3) -> Color {
+    let neck = smoothstep(-12.5, -15.5, p.y - EYE_LEVEL);
+    if neck > 0.0 { blend(MANNEQUIN, skin(p), neck) } else { MANNEQUIN }
+}
+
+/// Threads of a knit, about 1 ± 0.05.
+fn knit(p: Vec3) -> f32 {
+    let around = p.x.atan2(p.z + 1.0) * 14.0;
+    let wale = (around * TAU * 2.2).sin() * (p.y * TAU * 3.0).sin();
+    1.0 + 0.035 * wale + 0.03 * noise(p * 9.0, 91)
+}
+
+fn striped(height: f32, threads: f32) -> Color {
+    const PERIOD: f32 = 4.4;
+    const EDGE: f32 = 0.03;
+    let t = height.rem_euclid(PERIOD);
+    let stripe = smoothstep(0.0, EDGE, t) * smoothstep(1.75 + EDGE, 1.75, t);
+    scaled(blend(CREAM, NAVY, stripe), threads)
+}
+
+fn shirt(p: Vec3) -> Color {
+    let q = p - SHIRT_CENTRE;
+    let degrees = q.y.atan2((q.x * q.x + q.z * q.z).sqrt()).to_degrees();
+    let threads = knit(p);
+    // Plain over the shoulders, striped below.
+    let yoke = smoothstep(137.6, 137.65, p.y);
+    let mut color = blend(striped(p.y, threads), scaled(CREAM, threads), yoke);
+    let rib = 1.0 + 0.08 * (p.x.atan2(p.z + 1.6) * 150.0).sin();
+    let collar = smoothstep(COLLAR - 4.75, COLLAR - 4.65, degrees);
+    color = blend(color, scaled(NAVY, rib), collar);
+    let seam = bell(p.y - HEM - 2.0, 0.05);
+    scaled(color, 1.0 - 0.25 * seam)
+}
+
+fn sleeve(p: Vec3) -> Color {
+    let along = (p - SHOULDER).dot(ARM);
+    let threads = knit(p);
+    let mut color = scaled(CREAM, threads);
+    let band = smoothstep(5.0, 5.04, along);
+    color = blend(color, striped(along - 0.6, threads), band);
+    let cuff = smoothstep(18.5, 18.55, along);
+    color = blend(color, scaled(NAVY, threads), cuff);
+    scaled(color, 1.0 - 0.25 * bell(along - 18.4, 0.06))
+}
+
+fn arm(p: Vec3, normal: Vec3) -> Color {
+    let q = p.folded() - SHOULDER;
+    let (along, front) = (q.dot(ARM), q.dot(ARM_FRONT));
+    let back = vec3(normal.x.abs(), normal.y, normal.z).dot(ARM_BACK);
+    let elbow = bell(along - 27.0, 2.5) * smoothstep(0.2, 0.9, -normal.z);
+    let knuckles = bell(along - 63.6, 0.8) * smoothstep(0.3, 0.8, back)
+        * (0.5 + 0.5 * (front * TAU / 1.95).cos());
+    let palm = smoothstep(54.0, 57.0, along) * smoothstep(0.0, -0.7, back);
+    flushed(skin(p), 0.3 * elbow + 0.35 * knuckles + 0.3 * palm)
+}
+
+fn finger(p: Vec3, _number: u8) -> Color {
+    flushed(skin(p), 0.18)
+}
+
+fn trousers(p: Vec3, normal: Vec3) -> Color {
+    let around = (p.x.abs() - 9.3).atan2(p.z) * 6.0;
+    let twill = ((around + p.y * 0.9) * TAU * 3.4).sin();
+    let slub = noise2(around * 2.0, p.y * 14.0, 92);
+    let worn = bell(p.y - 50.0, 9.0) + bell(p.y - 72.0, 12.0);
+    let worn = worn * smoothstep(0.3, 0.95, normal.z);
+    let mut color = blend(DENIM, [0.40, 0.46, 0.56], 0.32 * worn + 0.06 * noise(p * 0.5, 93));
+    color = scaled(color, 1.0 + 0.07 * twill + 0.07 * slub);
+    // The outer seam with its stitches.
+    let outer = p.z + 0.6;
+    if p.x.abs() > 11.0 {
+        let stitch = smoothstep(0.05, 0.025, (outer.abs() - 0.32).abs())
+            * smoothstep(-0.2, 0.1, (p.y * TAU * 2.6).sin());
+        color = scaled(color, 1.0 - 0.3 * bell(outer, 0.08));
+        color = blend(color, [0.78, 0.52, 0.25], 0.85 * stitch);
+    }
+    let hem = bell(p.y - 5.6, 0.06);
+    scaled(color, 1.0 - 0.25 * hem)
+}
+
+fn shoe(p: Vec3, normal: Vec3) -> Color {
+    let weave = 1.0 + 0.05 * noise(p * 9.0, 94);
+    let mut color = scaled(CANVAS, weave);
+    let toe_cap = smoothstep(11.6, 11.65, p.z);
+    color = blend(color, RUBBER, toe_cap);
+    let tongue = smoothstep(1.75, 1.7, (p.x - 10.4 - 0.1 * p.z).abs()) * smoothstep(0.2, 0.4, normal.y);
+    if (1.0..9.8).contains(&p.z) {
+        let lace = smoothstep(0.30, 0.26, ((p.z - 1.0).rem_euclid(1.7) - 0.85).abs());
+        color = blend(color, scaled(CREAM, weave), tongue * lace);
+    }
+    let sole = smoothstep(3.0, 2.95, p.y);
+    color = blend(color, RUBBER, sole);
+    let stripe = smoothstep(0.16, 0.12, (p.y - 2.1).abs());
+    color = blend(color, CANVAS, 0.9 * stripe * sole);
+    let bottom = smoothstep(0.35, 0.3, p.y);
+    blend(color, [0.55, 0.42, 0.30], bottom)
+}
