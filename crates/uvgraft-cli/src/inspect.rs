@@ -1,0 +1,37 @@
+//! `uvgraft inspect`: what is in a pair file.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use uvgraft_io::pair_file;
+
+use crate::failure::OrBadInput;
+use crate::{outputs, preview, report};
+
+/// Prints a pair's report again, and draws it.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The pair file
+    pair: PathBuf,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw both layouts into a PNG
+    #[arg(long, value_name = "out.png")]
+    preview: Option<PathBuf>,
+    #[command(flatten)]
+    sizes: report::Sizes,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if let Some(preview) = &args.preview {
+        preview::check_name(preview)?;
+        outputs::check(preview, &[&args.pair])?;
+    }
+    let file = pair_file::read(&args.pair).or_bad_input()?;
+    report::print(&file, &args.sizes, args.json)?;
+    if let Some(path) = &args.preview {
+        preview::write(&file, path)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

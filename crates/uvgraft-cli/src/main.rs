@@ -1,0 +1,55 @@
+//! The command `uvgraft`.
+//!
+//! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work. Results and
+//! reports go to standard output, errors, warnings and progress to standard error.
+
+mod demo;
+mod failure;
+mod inspect;
+mod outputs;
+mod pair;
+mod picture;
+mod preview;
+mod report;
+mod transfer;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Carries textures between meshes with different UV layouts.
+#[derive(Parser)]
+#[command(name = "uvgraft", version, propagate_version = true, max_term_width = 100)]
+struct Cli {
+    /// Threads to use; 0 for one on each processor
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    threads: usize,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Pair(pair::Args),
+    Inspect(inspect::Args),
+    Transfer(transfer::Args),
+    Demo(demo::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(&cli) {
+        Ok(code) => code,
+        Err(error) => failure::report(&error),
+    }
+}
+
+fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
+    rayon::ThreadPoolBuilder::new().num_threads(cli.threads).build_global()?;
+    match &cli.command {
+        Command::Pair(args) => pair::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Transfer(args) => transfer::run(args),
+        Command::Demo(args) => demo::run(args),
+    }
+}

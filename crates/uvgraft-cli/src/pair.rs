@@ -1,0 +1,69 @@
+//! `uvgraft pair`: links two meshes.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use uvgraft::Pair;
+use uvgraft_io::{obj, pair_file, vertex_map};
+
+use crate::failure::OrBadInput;
+use crate::{outputs, preview, report};
+
+/// Links the triangles of two meshes and saves them as a pair file.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Mesh whose layout textures come from (OBJ)
+    source: PathBuf,
+    /// Mesh whose layout textures go to (OBJ)
+    target: PathBuf,
+    /// For each source vertex the index of the target vertex it is, -1 for none (NPY or text)
+    #[arg(long, value_name = "IDS")]
+    vertex_map: PathBuf,
+    /// Where to write the pair
+    #[arg(short, long, value_name = "x.uvpair")]
+    output: PathBuf,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw both layouts into a PNG
+    #[arg(long, value_name = "out.png")]
+    preview: Option<PathBuf>,
+    /// What whoever gets the pair must know, such as the licence of the meshes
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+    #[command(flatten)]
+    sizes: report::Sizes,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let inputs = [&*args.source, &*args.target, &*args.vertex_map];
+    outputs::check(&args.output, &inputs)?;
+    if let Some(preview) = &args.preview {
+        preview::check_name(preview)?;
+        outputs::check(preview, &[&inputs[..], &[&args.output]].concat())?;
+    }
+    let source = obj::read(&args.source).or_bad_input()?;
+    let target = obj::read(&args.target).or_bad_input()?;
+    let ids = vertex_map::read(&args.vertex_map).or_bad_input()?;
+    let (source_name, target_name) = (file_name(&args.source), file_name(&args.target));
+    let note = args.note.clone().unwrap_or_else(|| {
+        format!("made from {source_name} and {target_name}, whose licences hold for this file too")
+    });
+    let pair = Pair::by_vertex_map(source, target, &ids)
+        .with_context(|| args.vertex_map.display().to_string())
+        .or_bad_input()?;
+    let file = pair_file::PairFile { pair, source_name, target_name, note };
+    pair_file::write(&file, &args.output)
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    report::print(&file, &args.sizes, args.json)?;
+    if let Some(path) = &args.preview {
+        preview::write(&file, path)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}

@@ -1,0 +1,154 @@
+//! A picture of a pair: both layouts, so that one look tells whether the pairing is right.
+//!
+//! The linked region has the same colours on both sides: hue and squares follow the position in the
+//! source layout, so an eye that is orange on the left must be orange on the right.
+
+use std::path::Path;
+
+use tiny_skia::{Color, Paint, PathBuilder, PixmapMut, Stroke, Transform};
+use uvgraft::islands::Islands;
+use uvgraft::{Channels, Direction, Encoding, MapOptions, Mesh, SamplingMap, Size, Texels, Texture};
+use uvgraft_io::image::Format;
+use uvgraft_io::pair_file::PairFile;
+
+use crate::failure::bad_input;
+use crate::picture::Picture;
+use crate::report::grouped;
+
+/// Side of a layout's panel, in pixels.
+const PANEL: u32 = 1024;
+const MARGIN: u32 = 24;
+const CAPTION: u32 = 56;
+
+const BACKGROUND: [u8; 3] = [24, 26, 30];
+const UNLINKED: [u8; 3] = [74, 78, 86];
+
+/// Refuses a preview's name that does not say an image format.
+pub(crate) fn check_name(path: &Path) -> anyhow::Result<()> {
+    match Format::from_path(path) {
+        Some(_) => Ok(()),
+        None => Err(bad_input(format!("{}: a preview is an image: name it .png", path.display()))),
+    }
+}
+
+/// Draws a pair and writes the picture.
+pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
+    let size = Size::new(2 * PANEL + 3 * MARGIN, PANEL + CAPTION + 2 * MARGIN);
+    let mut picture = Picture::new(size, BACKGROUND);
+    for (index, (title, direction)) in (0u32..).zip([
+        (format!("source: {}", file.source_name), Direction::Reverse),
+        (format!("target: {}", file.target_name), Direction::Forward),
+    ]) {
+        let left = MARGIN + index * (PANEL + MARGIN);
+        picture.paste(&panel(file, direction)?, left, CAPTION + MARGIN);
+        picture.text(&title, left, MARGIN, 2, [236, 238, 242]);
+        let mesh = file.pair.to(direction);
+        let linked = match direction {
+            Direction::Forward => file.pair.links().iter().map(|link| link.target).collect(),
+            Direction::Reverse => file.pair.links().iter().map(|link| link.source).collect(),
+        };
+        let counts = format!(
+            "{} of {} triangles linked, {} UV islands",
+            grouped(distinct(linked)),
+            grouped(mesh.faces().len()),
+            grouped(Islands::new(mesh).count()),
+        );
+        picture.text(&counts, left, MARGIN + 28, 1, [160, 166, 176]);
+    }
+    picture.write(path)
+}
+
+fn distinct(mut faces: Vec<u32>) -> usize {
+    faces.sort_unstable();
+    faces.dedup();
+    faces.len()
+}
+
+/// The layout that `direction` leads to: what is linked in colour, the rest grey, under its lines.
+fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
+    let mesh = file.pair.to(direction);
+    let size = Size::square(PANEL);
+    let mut canvas = BACKGROUND.map(|value| value / 2).repeat(size.texels());
+    let mut color = |x: u32, y: u32, color: [u8; 3]| {
+        let at = (y as usize * PANEL as usize + x as usize) * 3;
+        canvas[at..at + 3].copy_from_slice(&color);
+    };
+    let everything = uvgraft::Pair::by_vertex_map(
+        mesh.clone(),
+        mesh.clone(),
+        &(0..mesh.positions().len() as i64).collect::<Vec<_>>(),
+    )?;
+    let options = MapOptions { gutter_px: 0 };
+    let all = SamplingMap::new(&everything, Direction::Forward, size, &options);
+    let linked = SamplingMap::new(&file.pair, direction, size, &options);
+    for y in 0..PANEL {
+        for run in all.row(y) {
+            (run.x..run.x + run.len).for_each(|x| color(x, y, UNLINKED));
+        }
+        for run in linked.row(y) {
+            let patch = &linked.patches()[run.patch as usize];
+            for x in run.x..run.x + run.len {
+                let here = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+                let source_uv = match direction {
+                    Direction::Forward => patch.src_uv_from_tgt_px.at(here),
+                    Direction::Reverse => here.map(|coordinate| coordinate / f64::from(PANEL)),
+                };
+                color(x, y, place_color(source_uv));
+            }
+        }
+    }
+    draw_lines(mesh, canvas, size)
+}
+
+/// A colour that tells a place in the unit square: four corner colours blended, in squares.
+fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
+    const CORNERS: [[f64; 3]; 4] =
+        [[240.0, 110.0, 90.0], [245.0, 200.0, 80.0], [90.0, 120.0, 230.0], [70.0, 200.0, 160.0]];
+    let (s, t) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let square = ((u * 16.0).floor() + (v * 16.0).floor()).rem_euclid(2.0);
+    let shade = if square == 0.0 { 1.0 } else { 0.82 };
+    std::array::from_fn(|channel| {
+        let [a, b, c, d] = CORNERS.map(|corner| corner[channel]);
+        let top = a + (b - a) * s;
+        let bottom = c + (d - c) * s;
+        ((top + (bottom - top) * t) * shade) as u8
+    })
+}
+
+/// Draws a layout's wireframe faintly and the borders of its islands clearly.
+fn draw_lines(mesh: &Mesh, canvas: Vec<u8>, size: Size) -> anyhow::Result<Texture> {
+    let mut rgba: Vec<u8> =
+        canvas.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);
+    let mut wires = PathBuilder::new();
+    for corners in mesh.uv_faces() {
+        let [a, b, c] = corners.map(at);
+        wires.move_to(a[0], a[1]);
+        wires.line_to(b[0], b[1]);
+        wires.line_to(c[0], c[1]);
+        wires.close();
+    }
+    let mut borders = PathBuilder::new();
+    for edge in Islands::new(mesh).border() {
+        let corners = mesh.uv_faces()[edge.face as usize];
+        let [a, b] = [0, 1].map(|k| at(corners[(usize::from(edge.corner) + k) % 3]));
+        borders.move_to(a[0], a[1]);
+        borders.line_to(b[0], b[1]);
+    }
+    let mut pixmap = PixmapMut::from_bytes(&mut rgba, size.width, size.height)
+        .ok_or_else(|| anyhow::anyhow!("no canvas of {size}"))?;
+    for (path, color, width) in [
+        (wires, Color::from_rgba8(0, 0, 0, 70), 0.6),
+        (borders, Color::from_rgba8(255, 255, 255, 220), 1.4),
+    ] {
+        let mut paint = Paint::default();
+        paint.set_color(color);
+        paint.anti_alias = true;
+        let stroke = Stroke { width, ..Stroke::default() };
+        if let Some(path) = path.finish() {
+            pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+        }
+    }
+    let rgb = rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect();
+    Ok(Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(rgb))?)
+}

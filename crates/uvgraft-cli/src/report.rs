@@ -1,0 +1,171 @@
+//! Printing what a pair is like.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use uvgraft::report::{LayoutReport, Percentiles};
+use uvgraft::{PairReport, Size};
+use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
+
+/// Texture sizes that a report's texel counts and densities are for.
+#[derive(clap::Args)]
+pub(crate) struct Sizes {
+    /// Texture size of the source layout that texels are counted for
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    source_size: Size,
+    /// Texture size of the target layout that texels are counted for
+    #[arg(long, default_value = "4096", value_name = "N|WxH", value_parser = parse_size)]
+    target_size: Size,
+}
+
+/// `N` or `WxH`, within what a texture may be.
+pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
+    let side = |text: &str| match text.parse::<u32>() {
+        Ok(side) if (1..=uvgraft::Texture::MAX_SIDE).contains(&side) => Ok(side),
+        _ => Err(format!(
+            "wanted N or WxH with sides from 1 to {}",
+            uvgraft::Texture::MAX_SIDE
+        )),
+    };
+    match text.split_once(['x', 'X', '×']) {
+        Some((width, height)) => Ok(Size::new(side(width)?, side(height)?)),
+        None => side(text).map(Size::square),
+    }
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    source_name: &'a str,
+    target_name: &'a str,
+    source_fingerprint: String,
+    target_fingerprint: String,
+    note: &'a str,
+    #[serde(flatten)]
+    report: &'a PairReport,
+}
+
+/// Prints a pair's report to standard output: for people, or as JSON for programs.
+#[expect(clippy::print_stdout, reason = "the report is the command's result")]
+pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
+    let report = PairReport::new(&file.pair, sizes.source_size, sizes.target_size);
+    if json {
+        let document = Document {
+            source_name: &file.source_name,
+            target_name: &file.target_name,
+            source_fingerprint: layout_fingerprint(file.pair.source()),
+            target_fingerprint: layout_fingerprint(file.pair.target()),
+            note: &file.note,
+            report: &report,
+        };
+        println!("{}", serde_json::to_string_pretty(&document)?);
+    } else {
+        print!("{}", text(file, &report));
+    }
+    Ok(())
+}
+
+fn text(file: &PairFile, report: &PairReport) -> String {
+    let (source, target) = (&report.source, &report.target);
+    let mut text = String::new();
+    let mut row = |name: &str, source: String, target: String| {
+        let _ = writeln!(text, "{name:<22} {source:>24} {target:>24}");
+    };
+    row("", format!("source {}", short(&file.source_name)), format!("target {}", short(&file.target_name)));
+    let mut both = |name: &str, value: &dyn Fn(&LayoutReport) -> String| {
+        row(name, value(source), value(target));
+    };
+    both("vertices", &|side| grouped(side.vertices));
+    both("UV coordinates", &|side| grouped(side.uv_coordinates));
+    both("triangles", &|side| grouped(side.faces));
+    if source.polygons != source.faces || target.polygons != target.faces {
+        both("polygons", &|side| grouped(side.polygons));
+    }
+    both("UV islands", &|side| grouped(side.islands));
+    both("linked", &|side| {
+        format!("{} ({})", grouped(side.linked), percent(side.linked, side.faces))
+    });
+    both("not linked", &|side| grouped(side.faces - side.linked));
+    both("linked, no UV area", &|side| grouped(side.degenerate));
+    both("linked, mirrored", &|side| grouped(side.mirrored));
+    if source.outside + target.outside > 0 {
+        both("outside unit square", &|side| grouped(side.outside));
+    }
+    both("at texture size", &|side| side.size.to_string());
+    both("texels covered", &|side| share(side.texels.covered, side.size));
+    both("texels linked", &|side| share(side.texels.linked, side.size));
+    both("texels overlapping", &|side| grouped(side.texels.overlapping));
+    let _ = writeln!(
+        text,
+        "\n{} links; {} with opposite winding, {} mirror the picture",
+        grouped(report.links),
+        grouped(report.opposite_windings),
+        grouped(report.mirrored),
+    );
+    let _ = writeln!(text, "\ntexels per texel            min     5 %  median    95 %     max");
+    for (name, density) in [
+        ("target per source", report.forward_density),
+        ("source per target", report.reverse_density),
+    ] {
+        if let Some(Percentiles { min, p5, median, p95, max }) = density {
+            let _ = writeln!(
+                text,
+                "{name:<22} {min:>8.3} {p5:>7.3} {median:>7.3} {p95:>7.3} {max:>7.3}"
+            );
+        }
+    }
+    if !file.note.is_empty() {
+        let _ = writeln!(text, "\nnote: {}", file.note);
+    }
+    text
+}
+
+fn share(texels: usize, size: Size) -> String {
+    format!("{} ({})", grouped(texels), percent(texels, size.texels()))
+}
+
+fn percent(part: usize, whole: usize) -> String {
+    format!("{:.1} %", 100.0 * part as f64 / whole.max(1) as f64)
+}
+
+/// A name that fits a column.
+fn short(name: &str) -> String {
+    const LENGTH: usize = 17;
+    if name.chars().count() <= LENGTH {
+        return name.to_owned();
+    }
+    name.chars().take(LENGTH - 1).chain(['…']).collect()
+}
+
+/// A count with its digits in groups of three.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_one_number_or_two() {
+        assert_eq!(parse_size("512"), Ok(Size::square(512)));
+        assert_eq!(parse_size("1000x1537"), Ok(Size::new(1000, 1537)));
+        for bad in ["", "0", "x", "12x", "1x0", "-3", "40000", "3.5"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn digits_in_threes() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1_234_567), "1,234,567");
+    }
+}
