@@ -1,11 +1,236 @@
 //! `uvgraft demo`: the whole road on an embedded example.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
-/// Runs the whole road on an embedded example.
+use anyhow::Context;
+use uvgraft::{Direction, Mesh, Pair, Size, Texture, Transfer, TransferOptions};
+use uvgraft_avatar::render::{View, render};
+use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::{obj, vertex_map};
+
+use crate::failure::OrBadInput;
+use crate::picture::Picture;
+use crate::preview;
+use crate::report::{grouped, parse_size};
+
+/// Shows the main job on an embedded example that needs no file.
+///
+/// Makes a synthetic head and a synthetic body that contains it in another layout, carries the
+/// painted face onto the body and back, and writes meshes, textures and pictures.
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+pub(crate) struct Args {
+    /// Folder to write to; made if it is missing
+    #[arg(short, long, default_value = "uvgraft-demo", value_name = "FOLDER")]
+    output: PathBuf,
+    /// Size of both textures
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    size: Size,
+}
 
-pub(crate) fn run(_args: &Args) -> anyhow::Result<ExitCode> {
-    anyhow::bail!("in the making")
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let folder = &args.output;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))
+        .or_bad_input()?;
+    let mut steps = Steps::new();
+
+    let figure = Figure::new();
+    steps.done(
+        "meshes",
+        format!(
+            "head of {} triangles, body of {}",
+            grouped(figure.head.faces().len()),
+            grouped(figure.body.faces().len()),
+        ),
+    );
+    let face = paint_head(&figure, args.size);
+    let base = paint_body(&figure, args.size);
+    steps.done("painting", format!("two textures of {}", args.size));
+
+    let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
+    let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &ids)?;
+    steps.done("pair", format!("{} triangles linked", grouped(pair.links().len())));
+
+    let options = TransferOptions::default();
+    let forward = Transfer::new(&pair, Direction::Forward, args.size, args.size, &options);
+    let backward = Transfer::new(&pair, Direction::Reverse, args.size, args.size, &options);
+    let texels = forward.map().stats().linked;
+    steps.done("maps", format!("both ways, {} body texels linked", grouped(texels)));
+    let (source, target) = (face.clone(), base.clone());
+    steps.skip();
+    let body = forward.apply(source, target)?;
+    steps.done("transfer", format!("face onto body, {}", options.filter));
+    let (source, target) = (body.clone(), face.clone());
+    steps.skip();
+    let back = backward.apply(source, target)?;
+    steps.done("reverse", "body back onto head".to_owned());
+
+    let shots = Shots::new(&figure, &face, &base, &body);
+    steps.done("rendering", "before and after".to_owned());
+
+    let file = PairFile {
+        pair,
+        source_name: "head.obj".to_owned(),
+        target_name: "body.obj".to_owned(),
+        note: "made by uvgraft's demo; free to use like uvgraft itself".to_owned(),
+    };
+    let (head, whole) = (&figure.head, &figure.body);
+    let outputs = Outputs { folder, written: Vec::new() }
+        .file("head.obj", "the head and its layout", |path| Ok(obj::save(head, path)?))?
+        .file("body.obj", "the body and its layout", |path| Ok(obj::save(whole, path)?))?
+        .file("head_to_body.npy", "for each head vertex, the body vertex it is", |path| {
+            Ok(vertex_map::save_npy(&figure.vertex_map, path)?)
+        })?
+        .file("head_to_body.uvpair", "the pair", |path| Ok(pair_file::write(&file, path)?))?
+        .file("preview.png", "both layouts, the linked region in colour", |path| {
+            preview::write(&file, path)
+        })?
+        .texture("face.png", "the painted face", face)?
+        .texture("body_base.png", "the painted body before", base)?
+        .texture("body_with_face.png", "the painted body after", body)?
+        .texture("face_back.png", "the face carried back from the body", back)?
+        .file("before_after.png", "the head before, the body after", |path| {
+            shots.picture().write(path)
+        })?;
+    steps.done("writing", format!("{} files", outputs.written.len()));
+    print(&steps, &outputs);
+    Ok(ExitCode::SUCCESS)
+}
+
+#[expect(clippy::print_stdout, reason = "what was made and where is the command's result")]
+fn print(steps: &Steps, outputs: &Outputs<'_>) {
+    for (name, what, took) in &steps.steps {
+        println!("{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
+    }
+    println!("\nin {}:", outputs.folder.display());
+    for (name, what) in &outputs.written {
+        println!("  {name:<20} {what}");
+    }
+    let path = |name: &str| outputs.folder.join(name).display().to_string();
+    println!(
+        "\nthe same with the commands for your own files:\n  \
+         uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
+         uvgraft transfer my.uvpair {} --onto {} -o my_body.png",
+        path("head.obj"),
+        path("body.obj"),
+        path("head_to_body.npy"),
+        path("face.png"),
+        path("body_base.png"),
+    );
+}
+
+/// How long each step took.
+struct Steps {
+    steps: Vec<(&'static str, String, Duration)>,
+    since: Instant,
+}
+
+impl Steps {
+    fn new() -> Self {
+        Self { steps: Vec::new(), since: Instant::now() }
+    }
+
+    fn done(&mut self, name: &'static str, what: String) {
+        self.steps.push((name, what, self.since.elapsed()));
+        self.skip();
+    }
+
+    /// Leaves out what happened since the last step.
+    fn skip(&mut self) {
+        self.since = Instant::now();
+    }
+}
+
+/// The files that were written, with what each is.
+struct Outputs<'a> {
+    folder: &'a Path,
+    written: Vec<(&'static str, &'static str)>,
+}
+
+impl Outputs<'_> {
+    fn file(
+        mut self,
+        name: &'static str,
+        what: &'static str,
+        write: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
+        let path = self.folder.join(name);
+        write(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        self.written.push((name, what));
+        Ok(self)
+    }
+
+    fn texture(
+        self,
+        name: &'static str,
+        what: &'static str,
+        texture: Texture,
+    ) -> anyhow::Result<Self> {
+        self.file(name, what, |path| {
+            // Nothing is lost: an 8-bit RGB texture without a profile fits a PNG.
+            let _ = image::write(&Image::from(texture), path, &WriteOptions::default())?;
+            Ok(())
+        })
+    }
+}
+
+/// Pictures of the figure: the head with its texture, the body before, and the body after.
+struct Shots {
+    panels: [(&'static str, [Texture; 2]); 3],
+}
+
+impl Shots {
+    const TALL: Size = Size::new(420, 840);
+    const CLOSE: Size = Size::new(420, 420);
+
+    fn new(figure: &Figure, face: &Texture, base: &Texture, body: &Texture) -> Self {
+        let shot =
+            |mesh: &Mesh, texture: &Texture, view: View, size| render(mesh, texture, &view, size);
+        let both = |texture: &Texture| {
+            [
+                shot(&figure.body, texture, View::full(), Self::TALL),
+                shot(&figure.body, texture, View::face(), Self::CLOSE),
+            ]
+        };
+        let turned = View { azimuth: -48.0, ..View::face() };
+        let head = [
+            shot(&figure.head, face, View::face(), Self::CLOSE),
+            shot(&figure.head, face, turned, Self::CLOSE),
+        ];
+        Self {
+            panels: [
+                ("the head and its texture", head),
+                ("the body before", both(base)),
+                ("the body after", both(body)),
+            ],
+        }
+    }
+
+    fn picture(&self) -> Picture {
+        const CAPTION: u32 = 44;
+        const GAP: u32 = 8;
+        let (tall, close) = (Self::TALL, Self::CLOSE);
+        let pair_width = tall.width + close.width;
+        let width = close.width + 2 * pair_width + 2 * GAP;
+        let mut picture = Picture::new(Size::new(width, tall.height + CAPTION), [24, 26, 30]);
+        let mut left = 0;
+        for (caption, [first, second]) in &self.panels {
+            let first_size = first.size();
+            picture.paste(first, left, CAPTION);
+            // The close-up stands beside a tall picture, or below another close-up.
+            let beside = first_size == tall;
+            let (x, y) = if beside { (first_size.width, 0) } else { (0, first_size.height) };
+            picture.paste(second, left + x, CAPTION + y);
+            let panel_width = if beside { pair_width } else { first_size.width };
+            let text_width = Picture::text_width(caption, 2);
+            let indent = panel_width.saturating_sub(text_width) / 2;
+            picture.text(caption, left + indent, 14, 2, [236, 238, 242]);
+            left += panel_width + GAP;
+        }
+        picture
+    }
 }
