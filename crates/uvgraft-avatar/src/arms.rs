@@ -70,11 +70,11 @@ struct Finger {
 
 /// From the thumb to the little finger. The first centimetres are inside the hand.
 const FINGERS: [Finger; 5] = [
-    finger(vec3(55.5, 2.1, -0.5), vec3(0.80, 0.56, -0.18), 9.3, 1.12, 0.25),
-    finger(vec3(62.0, 2.95, 0.15), vec3(0.99, 0.10, -0.04), 9.8, 0.90, 0.42),
-    finger(vec3(62.4, 1.0, 0.25), vec3(1.0, 0.02, -0.04), 10.6, 0.93, 0.45),
-    finger(vec3(62.2, -0.95, 0.2), vec3(1.0, -0.05, -0.05), 9.9, 0.88, 0.50),
-    finger(vec3(61.6, -2.75, 0.05), vec3(0.99, -0.13, -0.06), 8.1, 0.78, 0.52),
+    finger(vec3(55.5, 2.1, -0.5), vec3(0.80, 0.56, -0.18), 9.0, 1.22, 0.3),
+    finger(vec3(62.0, 2.95, 0.15), vec3(0.99, 0.10, -0.04), 10.2, 1.0, 0.42),
+    finger(vec3(62.4, 1.0, 0.25), vec3(1.0, 0.02, -0.04), 11.0, 1.03, 0.45),
+    finger(vec3(62.2, -0.95, 0.2), vec3(1.0, -0.05, -0.05), 10.3, 0.98, 0.50),
+    finger(vec3(61.6, -2.75, 0.05), vec3(0.99, -0.13, -0.06), 8.5, 0.87, 0.52),
 ];
 
 const fn finger(base: Vec3, direction: Vec3, length: f32, radius: f32, curl: f32) -> Finger {

@@ -2,7 +2,7 @@
 
 use crate::head_shape::{EYE_LEVEL, neck};
 use crate::noise::noise;
-use crate::sdf::{capsule, ellipsoid, join};
+use crate::sdf::{capsule, carve, ellipsoid, join};
 use crate::vector::{Vec3, smoothstep, vec3};
 
 /// The left shoulder joint.
@@ -32,25 +32,31 @@ pub(crate) fn shirt(p: Vec3) -> f32 {
     let loose = ellipsoid(
         vec3(p.x, p.y.clamp(95.0, 122.0), p.z),
         vec3(0.0, 108.0, -0.9),
-        vec3(16.3, 60.0, 10.9),
+        vec3(15.9, 60.0, 10.9),
     );
+    let loose = carve(loose, 130.0 - p.y, 8.0);
+    let hips = ellipsoid(p, vec3(0.0, 92.0, -1.2), vec3(16.3, 14.0, 11.7));
     let folds = smoothstep(135.0, 100.0, p.y)
         * noise(vec3(p.x * 0.16, p.y * 0.07 + 0.03 * p.x, p.z * 0.16), 11);
-    join(trunk(p) - 0.75, loose, 4.0) - 0.35 * folds
+    // Where the sleeves begin.
+    let joint =
+        capsule(p.folded(), SHOULDER - ARM * 3.0, SHOULDER + ARM * 2.0, 5.2, 5.5);
+    let d = join(join(trunk(p) - 0.75, loose, 4.0), hips, 5.0);
+    join(d, joint, 4.0) - 0.35 * folds
 }
 
 /// The left sleeve's outside together with the shirt.
 pub(crate) fn sleeve(p: Vec3) -> f32 {
-    let tube = capsule(p, SHOULDER, SHOULDER + ARM * 24.0, 6.7, 6.5);
+    let tube = capsule(p, SHOULDER, SHOULDER + ARM * 24.0, 5.7, 6.4);
     join(shirt(p), tube, 4.0) - 0.2 * noise(p * 0.3, 12)
 }
 
 /// Both trouser legs and the hips.
 pub(crate) fn trousers(p: Vec3) -> f32 {
     let q = p.folded();
-    let mut d = capsule(q, vec3(8.9, 89.0, -0.8), vec3(9.3, 50.0, 0.2), 9.0, 6.6);
-    d = join(d, capsule(q, vec3(9.3, 50.0, 0.2), vec3(9.9, 5.0, -1.9), 6.4, 5.7), 2.0);
-    d = join(d, ellipsoid(p, vec3(0.0, 95.0, -1.2), vec3(15.9, 12.0, 10.6)), 4.0);
+    let mut d = capsule(q, vec3(8.1, 89.0, -0.8), vec3(9.0, 50.0, 0.2), 7.9, 6.0);
+    d = join(d, capsule(q, vec3(9.0, 50.0, 0.2), vec3(9.8, 5.0, -1.9), 5.9, 5.1), 2.0);
+    d = join(d, ellipsoid(p, vec3(0.0, 95.0, -1.2), vec3(15.2, 12.0, 10.4)), 4.0);
     d = join(d, ellipsoid(q, vec3(6.8, 90.0, -5.2), vec3(7.0, 7.0, 6.0)), 3.0);
     let knee = smoothstep(30.0, 8.0, (p.y - 48.0).abs()) + 1.2 * smoothstep(25.0, 4.0, p.y);
     let hang = noise(vec3(p.x * 0.25, p.y * 0.16, p.z * 0.25), 13);

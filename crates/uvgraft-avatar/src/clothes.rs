@@ -69,8 +69,12 @@ pub(crate) fn chest(surface: &mut Surface, rim: &[u32]) {
     }
 }
 
-/// Height of the shirt's rays at the collar above the horizon, in degrees.
-pub(crate) const COLLAR: f32 = 67.0;
+/// Height of the shirt's rays at the collar above the horizon, in degrees, by direction around the
+/// neck: 0 in front.
+pub(crate) fn collar(around: f32) -> f32 {
+    71.2 - 1.4 * around.cos() - 0.6 * (2.0 * around).cos()
+}
+
 /// Height of the shirt's hem.
 pub(crate) const HEM: f32 = 86.5;
 /// From where the shirt's upper part is seen.
@@ -93,12 +97,12 @@ pub(crate) fn torso(surface: &mut Surface) {
             leave(shirt, SHIRT_CENTRE, direction, 50.0) + direction * lift
         };
         if let Some(&(degrees, lift)) = COLLAR_ROWS.get(ring) {
-            return fan(COLLAR + degrees, lift);
+            return fan(collar(around) + degrees, lift);
         }
         let ring = ring - COLLAR_ROWS.len();
         if ring < SHOULDER_ROWS {
             let t = (ring + 1) as f32 / SHOULDER_ROWS as f32;
-            return fan(mix(COLLAR - 5.2, 0.0, t), 0.0);
+            return fan(mix(collar(around) - 5.2, 0.0, t), 0.0);
         }
         let down = (ring + 1 - SHOULDER_ROWS) as f32 / CHEST_ROWS as f32;
         let y = mix(SHIRT_CENTRE.y, HEM, down.min(1.0));
@@ -118,7 +122,9 @@ pub(crate) fn left_sleeve(surface: &mut Surface) {
         let hem = ring >= ALONG.len() - 1;
         let along = ALONG[ring.min(ALONG.len() - 1)] - if ring == ALONG.len() { 1.5 } else { 0.0 };
         let p = leave(sleeve, SHOULDER + ARM * along, towards, 8.4);
-        if hem { p - towards * 0.55 } else { p }
+        // Sunk into the shirt at the root, where its own surface takes over.
+        let sunk = if hem { 0.55 } else { curve(&[(-3.5, 1.6), (-1.0, 0.8), (3.0, 0.0)], along) };
+        p - towards * sunk
     });
 }
 

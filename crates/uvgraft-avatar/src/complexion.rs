@@ -31,7 +31,7 @@ pub(crate) fn flushed(color: Color, amount: f32) -> Color {
 /// Scattered freckles, from how many of all possible ones there are.
 pub(crate) fn freckles(p: Vec3, density: f32) -> f32 {
     const CELL: f32 = 0.26;
-    if density < 0.02 {
+    if density < 0.03 {
         return 0.0;
     }
     let (x, y) = (p.x / CELL, p.y / CELL);

@@ -51,6 +51,15 @@ impl Camera {
     }
 }
 
+impl Camera {
+    /// The point of the plane through the target that is seen at a sample.
+    pub fn unproject(&self, x: f32, y: f32) -> Vec3 {
+        self.target
+            + self.right * ((x - self.middle[0]) * self.unit_per_px)
+            + self.up * ((self.middle[1] - y) * self.unit_per_px)
+    }
+}
+
 pub(crate) struct DepthBuffer {
     size: Size,
     depths: Vec<f32>,
@@ -150,7 +159,32 @@ impl DepthBuffer {
                 *open = 1.0 - hidden / TAPS as f32;
             }
         });
-        open
+        self.smoothed(&open, scale, size)
+    }
+
+    /// Evens out the pattern that the turned taps leave, which repeats every 4 × 4 pixels.
+    fn smoothed(&self, open: &[f32], scale: i32, size: Size) -> Vec<f32> {
+        const NEAR: f32 = 0.008;
+        let mut result = vec![1.0; size.texels()];
+        result.par_chunks_mut(size.width as usize).enumerate().for_each(|(y, row)| {
+            for (x, result) in row.iter_mut().enumerate() {
+                let here = self.depth(x as i32 * scale, y as i32 * scale);
+                if here == f32::NEG_INFINITY {
+                    continue;
+                }
+                let (mut sum, mut count) = (0.0, 0.0);
+                for py in (y as i32 - 2).max(0)..(y as i32 + 2).min(size.height as i32) {
+                    for px in (x as i32 - 2).max(0)..(x as i32 + 2).min(size.width as i32) {
+                        if (self.depth(px * scale, py * scale) - here).abs() < NEAR {
+                            sum += open[py as usize * size.width as usize + px as usize];
+                            count += 1.0;
+                        }
+                    }
+                }
+                *result = sum / f32::max(count, 1.0);
+            }
+        });
+        result
     }
 }
 

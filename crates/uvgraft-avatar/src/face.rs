@@ -62,6 +62,8 @@ fn complexion(mut color: Color, p: Vec3) -> Color {
     color = blend(color, [0.92, 0.74, 0.62], 0.25 * forehead);
     let density =
         0.62 * bell(x - 2.9, 2.4) * bell(p.y + 2.6, 1.3) + 0.45 * bell(x, 1.0) * bell(p.y + 2.2, 1.5);
+    // Seen from the front they would be drawn out where the face turns away.
+    let density = density * smoothstep(4.2, 6.0, p.z);
     blend(color, [0.62, 0.38, 0.26], 0.55 * freckles(p, density))
 }
 
@@ -69,12 +71,12 @@ fn complexion(mut color: Color, p: Vec3) -> Color {
 fn hollows(mut color: Color, p: Vec3, normal: Vec3) -> Color {
     let q = p.folded();
     if (-6.0..-3.0).contains(&p.y) && p.z > 6.5 {
-        let nostril = q - vec3(0.56, -4.72, 9.45);
+        let nostril = q - vec3(0.55, -4.72, 9.1);
         let nostril = vec3(nostril.x / 0.36, nostril.y / 0.34, nostril.z / 0.5).length();
         let below = smoothstep(0.25, -0.2, normal.y);
         color = blend(color, [0.20, 0.07, 0.06], smoothstep(1.15, 0.7, nostril) * below);
         let wing = ((q.x - 1.12).powi(2) / 0.6 + (p.y + 4.15).powi(2) / 0.52).sqrt();
-        let crease = bell(wing - 0.98, 0.16) * smoothstep(1.25, 1.6, q.x) * smoothstep(9.4, 8.8, p.z);
+        let crease = bell(wing - 0.98, 0.16) * smoothstep(1.25, 1.6, q.x) * smoothstep(9.3, 8.6, p.z);
         color = blend(color, [0.56, 0.27, 0.22], 0.5 * crease);
     }
     let smile_line = bell(q.x - mix(1.9, 3.0, (-4.4 - p.y) / 2.6), 0.22)
@@ -101,14 +103,14 @@ fn eye_region(mut color: Color, p: Vec3) -> Color {
     let x = dx.clamp(-LID_WIDTH, LID_WIDTH);
     let above = p.y - upper_lid(x);
     let below = lower_lid(x) - p.y;
-    let span = 1.0 - (dx.abs() - LID_WIDTH).max(0.0) / 0.3;
+    let span = 1.0 - (dx.abs() - LID_WIDTH).max(0.0) / 0.2;
     let span = span.clamp(0.0, 1.0);
     let fold = above - 0.30 * (1.0 - 0.5 * (x / LID_WIDTH).powi(2));
-    color = blend(color, [0.40, 0.20, 0.17], 0.5 * bell(fold, 0.05) * inside);
-    color = blend(color, [0.58, 0.34, 0.30], 0.35 * bell(fold - 0.08, 0.14) * inside);
+    color = blend(color, [0.40, 0.20, 0.17], 0.5 * bell(fold, 0.05) * inside * span);
+    color = blend(color, [0.58, 0.34, 0.30], 0.35 * bell(fold - 0.08, 0.14) * inside * span);
     // The wet edge and the corner of the eye.
     let rim = smoothstep(0.03, -0.02, above.max(below));
-    color = blend(color, [0.82, 0.50, 0.45], 0.85 * rim);
+    color = blend(color, [0.82, 0.50, 0.45], 0.85 * rim * span);
     // Lashes grow out of a dark line, thicker outwards.
     let outwards = (x / LID_WIDTH + 1.0) * 0.5;
     let width = mix(0.05, 0.13, outwards);

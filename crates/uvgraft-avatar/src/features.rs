@@ -49,8 +49,8 @@ pub(crate) const EYE_OPENING: f32 = 1.9;
 pub(crate) fn eye() -> Surface {
     let mut surface = Surface::default();
     let part = Part { kind: Kind::Eye, side: Side::Left };
-    let radii: Vec<f32> = (1..=10).map(|k| k as f32 / 10.0).collect();
-    disc(&mut surface, part, 24, &radii, |radius, angle| {
+    let radii: Vec<f32> = (1..=9).map(|k| k as f32 / 9.0).collect();
+    disc(&mut surface, part, 20, &radii, |radius, angle| {
         let polar = radius * EYE_OPENING;
         let across = EYE_RADIUS * polar.sin();
         let cornea = 0.05 * (1.0 - smoothstep(0.3 * IRIS_RADIUS, 1.25 * IRIS_RADIUS, across));
@@ -63,9 +63,12 @@ pub(crate) fn eye() -> Surface {
 }
 
 /// Where the ear is attached, and the directions of its plane: forward, up and out of the plane.
-pub(crate) const EAR: Vec3 = vec3(7.15, -1.6, -1.0);
-const EAR_FORWARD: Vec3 = vec3(-0.36, 0.05, 0.93);
+pub(crate) const EAR: Vec3 = vec3(6.85, -1.3, -1.0);
+const EAR_FORWARD: Vec3 = vec3(-0.27, 0.05, 0.96);
 const EAR_UP: Vec3 = vec3(0.13, 0.98, -0.14);
+
+/// How far the ear's plane is from where it is attached.
+const EAR_STAND: f32 = 0.8;
 
 /// The part of an ear's disc that is its front; the rest is its back.
 pub(crate) const EAR_FRONT: f32 = 0.72;
@@ -99,18 +102,18 @@ pub(crate) fn ear() -> Surface {
         let turn = angle.rem_euclid(TAU) / TAU;
         curve(
             &[
-                (0.0, 1.25), (0.1, 1.75), (0.2, 2.7), (0.27, 3.0), (0.36, 2.75), (0.48, 2.15),
-                (0.6, 1.9), (0.7, 2.35), (0.76, 2.7), (0.82, 2.25), (0.9, 1.45), (1.0, 1.25),
+                (0.0, 1.2), (0.1, 1.6), (0.2, 2.35), (0.27, 2.65), (0.36, 2.45), (0.48, 1.95),
+                (0.6, 1.75), (0.68, 2.05), (0.75, 2.3), (0.81, 2.1), (0.88, 1.55), (1.0, 1.2),
             ],
             turn,
         )
     };
-    let fronts = 10;
+    let fronts = 9;
     let radii: Vec<f32> = (1..=fronts)
         .map(|k| EAR_FRONT * k as f32 / fronts as f32)
-        .chain([0.79, 0.86, 0.93, 1.0])
+        .chain([0.79, 0.9, 1.0])
         .collect();
-    disc(&mut surface, part, 26, &radii, |radius, angle| {
+    disc(&mut surface, part, 24, &radii, |radius, angle| {
         let front = (radius / EAR_FRONT).min(1.0);
         let back = ((radius - EAR_FRONT) / (1.0 - EAR_FRONT)).max(0.0);
         let reach = outline(angle) * mix(front, 0.5, smoothstep(0.2, 1.0, back));
@@ -119,7 +122,7 @@ pub(crate) fn ear() -> Surface {
             - 1.6 * smoothstep(0.25, 1.0, back);
         EAR + EAR_FORWARD * (reach * angle.cos())
             + EAR_UP * (reach * angle.sin())
-            + out * (0.85 + relief)
+            + out * (EAR_STAND + relief)
     });
     // Seen from outside on the left, forward is to the left: the disc runs the other way round.
     for polygon in &mut surface.polygons {
@@ -131,5 +134,5 @@ pub(crate) fn ear() -> Surface {
 /// How far a point is in front of the left or right ear's plane, in head space.
 pub(crate) fn ear_depth(p: Vec3) -> f32 {
     let out = EAR_UP.cross(EAR_FORWARD).normalized();
-    (p.folded() - EAR).dot(out) - 0.85
+    (p.folded() - EAR).dot(out) - EAR_STAND
 }

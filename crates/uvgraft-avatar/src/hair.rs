@@ -10,8 +10,10 @@ use crate::surface::{Kind, Part, Side, Surface};
 use crate::vector::{Vec3, bell, curve, mix, smoothstep, vec3};
 
 const CENTRE: Vec3 = vec3(0.0, 2.0, -1.0);
-const AROUND: usize = 80;
-const RINGS: usize = 18;
+/// Each lock has four columns, so that its edges are edges of the mesh.
+const AROUND: usize = 4 * LOCKS;
+const LOCKS: usize = 20;
+const RINGS: usize = 14;
 
 /// Where a point is as seen from inside the skull.
 #[derive(Clone, Copy)]
@@ -41,7 +43,7 @@ impl Bearing {
     /// Counts strands across their direction; neighbouring locks differ by 1.
     pub fn lock(self) -> f32 {
         let sweep = 1.5 * bell(self.around, 1.1) * smoothstep(0.25, 1.0, self.polar);
-        22.0 * (self.around / TAU) + 2.6 * sweep + 0.5 * self.polar
+        LOCKS as f32 * (self.around / TAU) + 1.8 * sweep + 0.4 * self.polar
     }
 }
 
@@ -49,9 +51,9 @@ impl Bearing {
 fn hairline(around: f32) -> f32 {
     let degrees = curve(
         &[
-            (0.0, 55.0),
-            (25.0, 57.0),
-            (42.0, 64.0),
+            (0.0, 59.0),
+            (25.0, 60.0),
+            (42.0, 66.0),
             (55.0, 82.0),
             (66.0, 108.0),
             (74.0, 112.0),
@@ -62,7 +64,8 @@ fn hairline(around: f32) -> f32 {
             (150.0, 138.0),
             (180.0, 141.0),
         ],
-        around.abs().to_degrees(),
+        // Bearings a little beyond the back come from the other side.
+        (PI - (around.abs() - PI).abs()).to_degrees(),
     );
     degrees.to_radians()
 }
@@ -71,6 +74,21 @@ fn hairline(around: f32) -> f32 {
 pub(crate) fn lock_middle(lock: f32) -> f32 {
     let t = (lock - lock.floor()) * 2.0 - 1.0;
     1.0 - t * t
+}
+
+/// The bearing in a lock, by its count, at a radius of the disc.
+fn on_lock(lock: f32, radius: f32) -> Bearing {
+    let at = |around: f32| Bearing { around, polar: radius * hairline(around) };
+    let (mut low, mut high) = (-1.5 * PI, 1.5 * PI);
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if at(middle).lock() < lock {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    at(low)
 }
 
 pub(crate) fn shell() -> Surface {
@@ -83,14 +101,16 @@ pub(crate) fn shell() -> Surface {
         if around > PI {
             around -= TAU;
         }
-        let mut bearing = Bearing { around, polar: radius * hairline(around) };
-        let middle = lock_middle(bearing.lock());
-        bearing.polar *= 1.0 + 0.035 * (middle - 0.5) * radius.powi(4);
+        let mut bearing = on_lock(LOCKS as f32 * around / TAU, radius);
+        let around = bearing.around;
+        let middle = lock_middle(bearing.lock() + 1e-3);
+        let fringe = 0.03 + 0.07 * bell(around, 0.8);
+        bearing.polar *= 1.0 + fringe * (middle - 0.5) * radius.powi(4);
         let surface = leave(skin, CENTRE, bearing.direction(), 16.0);
         let towards = bearing.direction();
         let degrees = bearing.polar.to_degrees();
         let full = mix(0.85, 1.9, smoothstep(100.0, 30.0, degrees))
-            + 0.9 * bell(around - 0.25, 0.75) * smoothstep(15.0, 42.0, degrees)
+            + 1.6 * bell(around - 0.25, 0.8) * smoothstep(12.0, 42.0, degrees)
             + 0.35 * smoothstep(2.0, 3.0, around.abs()) * smoothstep(140.0, 90.0, degrees);
         let edge = (1.0 - radius.powi(6)).max(0.0).sqrt();
         let groove = 0.28 * (1.0 - middle) * smoothstep(0.15, 0.6, radius);

@@ -18,12 +18,12 @@ use crate::surface::{Kind, Knot, Part, Side, Surface};
 use crate::vector::{Vec3, mix, smoothstep, vec3};
 
 pub(crate) const COLUMNS: usize = 72;
-const CROWN_ROWS: usize = 10;
-const FACE_ROWS: usize = 48;
-const JAW_ROWS: usize = 53;
-const ROWS: usize = 61;
-const CENTRE: Vec3 = vec3(0.0, -1.0, 0.0);
-const REACH: f32 = 16.0;
+/// Rows down to below the chin; the others are the neck's.
+const JAW_ROWS: usize = 50;
+const ROWS: usize = 56;
+/// High enough for rays to leave through the underside of the nose.
+const CENTRE: Vec3 = vec3(0.0, 3.5, -1.0);
+const REACH: f32 = 24.0;
 const FACE: Part = Part { kind: Kind::Face, side: Side::Both };
 
 /// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, replaced by rings.
@@ -33,9 +33,9 @@ struct Block {
     rows: (usize, usize),
 }
 
-const LEFT_EYE: Block = Block { columns: (39, 50), rows: (14, 26) };
-const RIGHT_EYE: Block = Block { columns: (22, 33), rows: (14, 26) };
-const MOUTH: Block = Block { columns: (26, 46), rows: (33, 42) };
+const LEFT_EYE: Block = Block { columns: (39, 51), rows: (16, 27) };
+const RIGHT_EYE: Block = Block { columns: (21, 33), rows: (16, 27) };
+const MOUTH: Block = Block { columns: (26, 46), rows: (32, 39) };
 
 impl Block {
     fn has_cell(&self, column: usize, row: usize) -> bool {
@@ -120,11 +120,12 @@ pub(crate) fn azimuth(column: usize) -> f32 {
 
 /// Height of a row's rays above the horizon, in degrees, in front of the head.
 fn elevation(row: usize) -> f32 {
-    match row {
-        0..=CROWN_ROWS => mix(90.0, 28.0, row as f32 / CROWN_ROWS as f32),
-        ..=FACE_ROWS => 28.0 - 2.3 * (row - CROWN_ROWS) as f32,
-        _ => elevation(FACE_ROWS) - 3.3 * (row - FACE_ROWS) as f32,
-    }
+    // Crown, forehead, brow to nose, nose to chin, below the chin.
+    const TURNS: [(usize, f32); 6] =
+        [(0, 90.0), (6, 25.0), (14, -5.0), (30, -38.0), (46, -66.0), (JAW_ROWS, -78.0)];
+    let after = TURNS.iter().position(|turn| row <= turn.0).unwrap_or(TURNS.len() - 1).max(1);
+    let (from, to) = (TURNS[after - 1], TURNS[after]);
+    mix(from.1, to.1, (row - from.0) as f32 / (to.0 - from.0) as f32)
 }
 
 fn grid_position(column: usize, row: usize) -> Vec3 {
@@ -134,7 +135,7 @@ fn grid_position(column: usize, row: usize) -> Vec3 {
         let mut degrees = elevation(row);
         if degrees < 0.0 {
             // Behind the ears the same rows end on the nape, which is higher than the chin.
-            degrees *= mix(1.0, 0.66, smoothstep(0.38 * PI, 0.85 * PI, around.abs()));
+            degrees *= mix(1.0, 0.72, smoothstep(0.38 * PI, 0.85 * PI, around.abs()));
         }
         let (up, out) = degrees.to_radians().sin_cos();
         return leave(skin, CENTRE, towards * out + vec3(0.0, up, 0.0), REACH);

@@ -9,25 +9,25 @@ use crate::vector::{Vec3, bell, mix, vec3};
 /// Height of the head space's origin above the ground, in centimetres.
 pub(crate) const EYE_LEVEL: f32 = 163.0;
 
-pub(crate) const EYE: Vec3 = vec3(3.2, 0.0, 6.7);
-pub(crate) const EYE_RADIUS: f32 = 1.55;
+pub(crate) const EYE: Vec3 = vec3(3.25, 0.0, 6.5);
+pub(crate) const EYE_RADIUS: f32 = 1.7;
 /// The lids' outer surface around the eye's centre.
-pub(crate) const LID_RADIUS: f32 = 1.71;
-pub(crate) const IRIS_RADIUS: f32 = 0.67;
+pub(crate) const LID_RADIUS: f32 = 1.87;
+pub(crate) const IRIS_RADIUS: f32 = 0.75;
 /// Half the opening's width.
-pub(crate) const LID_WIDTH: f32 = 1.46;
+pub(crate) const LID_WIDTH: f32 = 1.62;
 
 pub(crate) const MOUTH_Y: f32 = -7.2;
 pub(crate) const LIP_WIDTH: f32 = 2.45;
 
 /// Edge of the upper lid over the eye's centre; `dx` counts outwards.
 pub(crate) fn upper_lid(dx: f32) -> f32 {
-    lid_tilt(dx) + 0.68 * arch(dx / LID_WIDTH).powf(0.62)
+    lid_tilt(dx) + 0.72 * arch(dx / LID_WIDTH).powf(0.62)
 }
 
 /// Edge of the lower lid.
 pub(crate) fn lower_lid(dx: f32) -> f32 {
-    lid_tilt(dx) - 0.53 * arch(dx / LID_WIDTH).powf(0.62)
+    lid_tilt(dx) - 0.58 * arch(dx / LID_WIDTH).powf(0.62)
 }
 
 fn lid_tilt(dx: f32) -> f32 {
@@ -37,7 +37,7 @@ fn lid_tilt(dx: f32) -> f32 {
 /// Where the lips meet.
 pub(crate) fn lip_line(x: f32) -> f32 {
     let t = x / LIP_WIDTH;
-    MOUTH_Y + 0.2 * t * t - 0.05 * bell(x, 0.5)
+    MOUTH_Y + 0.32 * t * t - 0.05 * bell(x, 0.5)
 }
 
 /// Upper border of the upper lip.
@@ -61,7 +61,7 @@ pub(crate) fn neck_axis(y: f32) -> Vec3 {
 
 /// The neck without its muscles, reaching far into the trunk.
 pub(crate) fn neck(p: Vec3) -> f32 {
-    capsule(p, neck_axis(-6.0), neck_axis(-19.0), 5.1, 5.5)
+    capsule(p, neck_axis(-6.0), neck_axis(-19.0), 4.75, 5.1)
 }
 
 /// The skull with hair volume left out, without face.
@@ -73,16 +73,16 @@ pub(crate) fn cranium(p: Vec3) -> f32 {
 pub(crate) fn skin(p: Vec3) -> f32 {
     let q = p.folded();
     let mut d = cranium(p);
-    d = join(d, ellipsoid(p, vec3(0.0, -2.9, 2.2), vec3(6.1, 7.8, 6.5)), 2.5);
-    d = join(d, capsule(q, vec3(4.3, -6.4, 1.0), vec3(1.2, -9.7, 6.2), 1.5, 1.5), 2.4);
+    d = join(d, ellipsoid(p, vec3(0.0, -2.9, 2.2), vec3(5.75, 7.8, 6.5)), 2.5);
+    d = join(d, capsule(q, vec3(4.0, -6.2, 0.6), vec3(1.1, -9.7, 6.2), 1.35, 1.4), 2.4);
     d = join(d, ellipsoid(p, vec3(0.0, -9.7, 6.8), vec3(1.9, 1.6, 1.75)), 1.6);
     d = join(d, ellipsoid(q, vec3(4.3, -2.5, 4.9), vec3(1.9, 1.4, 2.1)), 2.0);
     d = join(d, ellipsoid(q, vec3(2.9, -4.9, 5.9), vec3(2.0, 2.0, 1.9)), 2.0);
     d = join(d, capsule(q, vec3(1.2, 2.0, 7.4), vec3(4.3, 2.1, 6.2), 0.85, 0.6), 1.4);
     d = join(d, ellipsoid(p, vec3(0.0, -7.0, 6.3), vec3(3.0, 2.5, 2.65)), 1.6);
     d = join(d, neck(p), 2.0);
-    d = join(d, capsule(q, vec3(5.0, -6.0, -2.6), vec3(1.4, -17.5, 1.2), 0.9, 0.9), 1.4);
-    d = carve(d, ellipsoid(q, vec3(3.25, -0.1, 9.1), vec3(1.95, 1.5, 1.5)), 1.2);
+    d = join(d, capsule(q, vec3(4.4, -6.0, -2.6), vec3(1.2, -19.0, 0.6), 0.8, 0.8), 1.4);
+    d = carve(d, ellipsoid(q, vec3(3.3, -0.1, 9.15), vec3(2.1, 1.6, 1.5)), 1.2);
     d = join(d, sphere(q, EYE, LID_RADIUS), 0.4);
     lips(nose(d, p, q), p, q)
 }
@@ -90,13 +90,13 @@ pub(crate) fn skin(p: Vec3) -> f32 {
 fn nose(skin: f32, p: Vec3, q: Vec3) -> f32 {
     let mut d = join(
         skin,
-        capsule(p, vec3(0.0, 1.2, 7.9), vec3(0.0, -3.3, 9.9), 0.5, 0.72),
+        capsule(p, vec3(0.0, 1.2, 7.9), vec3(0.0, -3.1, 9.5), 0.55, 0.8),
         1.0,
     );
-    d = join(d, ellipsoid(p, vec3(0.0, -3.7, 10.1), vec3(0.95, 0.82, 0.9)), 0.7);
-    d = join(d, ellipsoid(q, vec3(1.12, -4.15, 9.1), vec3(0.6, 0.58, 0.85)), 0.45);
-    d = join(d, capsule(p, vec3(0.0, -4.2, 9.9), vec3(0.0, -4.75, 8.9), 0.38, 0.4), 0.45);
-    carve(d, ellipsoid(q, vec3(0.55, -4.75, 9.5), vec3(0.28, 0.3, 0.45)), 0.25)
+    d = join(d, ellipsoid(p, vec3(0.0, -3.7, 9.75), vec3(1.0, 0.85, 0.95)), 0.9);
+    d = join(d, ellipsoid(q, vec3(1.05, -4.1, 8.85), vec3(0.62, 0.6, 0.9)), 0.55);
+    d = join(d, ellipsoid(p, vec3(0.0, -4.35, 9.1), vec3(0.85, 0.45, 1.1)), 0.5);
+    d
 }
 
 fn lips(skin: f32, p: Vec3, q: Vec3) -> f32 {

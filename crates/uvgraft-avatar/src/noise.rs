@@ -10,8 +10,6 @@ pub(crate) fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
         ^ seed.wrapping_mul(0x9e37_79b9);
     h ^= h >> 15;
     h = h.wrapping_mul(0x2c1b_3c6d);
-    h ^= h >> 12;
-    h = h.wrapping_mul(0x297a_2d39);
     h ^ (h >> 15)
 }
 

@@ -112,11 +112,21 @@ impl Scene<'_> {
             (y as f32 + 0.5) / size.height as f32,
         )
         .map(linear_from_srgb);
+        let on_sight = self.camera.unproject(
+            (x as f32 + 0.5) * SAMPLES as f32,
+            (y as f32 + 0.5) * SAMPLES as f32,
+        );
+        let mut floor = None;
         let mut sum = [0.0; 3];
         for sample in 0..SAMPLES * SAMPLES {
             let (sx, sy) = (x * SAMPLES + sample % SAMPLES, y * SAMPLES + sample / SAMPLES);
             let face = self.depth.face(sx, sy);
-            let color = if face == EMPTY { behind } else { self.sample(face, sx, sy, open) };
+            let color = if face == EMPTY {
+                let floor = *floor.get_or_insert_with(|| self.lights.floor(on_sight));
+                behind.map(|value| value * floor)
+            } else {
+                self.sample(face, sx, sy, open)
+            };
             for (sum, value) in sum.iter_mut().zip(color) {
                 *sum += value / (SAMPLES * SAMPLES) as f32;
             }

@@ -25,14 +25,6 @@ pub(crate) fn capsule(p: Vec3, from: Vec3, to: Vec3, radius_from: f32, radius_to
     (offset - along * t).length() - (radius_from + (radius_to - radius_from) * t)
 }
 
-/// A box with rounded edges, about the origin.
-pub(crate) fn rounded_box(p: Vec3, half: Vec3, round: f32) -> f32 {
-    let q = vec3(p.x.abs() - half.x, p.y.abs() - half.y, p.z.abs() - half.z)
-        + vec3(round, round, round);
-    let outside = vec3(q.x.max(0.0), q.y.max(0.0), q.z.max(0.0)).length();
-    outside + q.x.max(q.y).max(q.z).min(0.0) - round
-}
-
 /// Union with a seam rounded over about `blend`.
 pub(crate) fn join(a: f32, b: f32, blend: f32) -> f32 {
     let overlap = (blend - (a - b).abs()).max(0.0) / blend;

@@ -54,9 +54,13 @@ pub(crate) struct Lights {
     towards: Vec3,
     shadow_camera: Camera,
     shadow: DepthBuffer,
+    /// Height of what the mesh stands on, and the middle and radius of its surroundings.
+    floor: f32,
+    middle: Vec3,
+    radius: f32,
 }
 
-const SHADOW_SIDE: u32 = 1400;
+const SHADOW_SIDE: u32 = 1024;
 
 impl Lights {
     /// Lights that stand beside the camera, the key's shadows cast by the mesh.
@@ -81,7 +85,37 @@ impl Lights {
             towards: camera.towards,
             shadow_camera,
             shadow,
+            floor: low.y,
+            middle: low.lerp(high, 0.5),
+            radius: 0.5 * (high - low).length(),
         }
+    }
+
+    /// How bright the floor is where a line of sight meets it: 1 out of the mesh's shadow and
+    /// where no floor is seen.
+    pub fn floor(&self, on_sight: Vec3) -> f32 {
+        let fall = self.towards.y;
+        if fall < 0.02 {
+            return 1.0;
+        }
+        let p = on_sight - self.towards * ((on_sight.y - self.floor) / fall);
+        let (dx, dz) = (p.x - self.middle.x, p.z - self.middle.z);
+        let near = smoothstep(1.0, 0.3, (dx * dx + dz * dz).sqrt() / self.radius);
+        if near == 0.0 {
+            return 1.0;
+        }
+        // A wide, coarse blur: the sum of shifted narrow ones.
+        const SHIFTS: i32 = 3;
+        let step = 0.009 * self.radius;
+        let mut lit = 0.0;
+        for i in -SHIFTS..=SHIFTS {
+            for j in -SHIFTS..=SHIFTS {
+                let shift = vec3(i as f32 * step, 0.0, j as f32 * step);
+                lit += self.lit(p + shift, vec3(0.0, 1.0, 0.0));
+            }
+        }
+        let count = (2 * SHIFTS + 1) * (2 * SHIFTS + 1);
+        1.0 - 0.5 * near * (1.0 - lit / count as f32)
     }
 
     /// Light that leaves a point towards the camera; linear in and out.
@@ -129,7 +163,7 @@ impl Lights {
         let (left, top) = ((p.x - 0.5).floor(), (p.y - 0.5).floor());
         let (fx, fy) = (p.x - 0.5 - left, p.y - 0.5 - top);
         let mut sum = 0.0;
-        const REACH: i32 = 2;
+        const REACH: i32 = 1;
         for dy in -REACH..=REACH + 1 {
             for dx in -REACH..=REACH + 1 {
                 // A box one texel wider than an even number, sliding with the point.

@@ -6,7 +6,7 @@ use uvgraft::{Size, Texture};
 
 use crate::bake::{Color, Spot, bake, blend, scaled};
 use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
-use crate::clothes::{COLLAR, HEM, SHIRT_CENTRE};
+use crate::clothes::{HEM, SHIRT_CENTRE, collar};
 use crate::complexion::{flushed, skin};
 use crate::figure::Figure;
 use crate::head_shape::EYE_LEVEL;
@@ -72,8 +72,8 @@ fn shirt(p: Vec3) -> Color {
     let yoke = smoothstep(137.6, 137.65, p.y);
     let mut color = blend(striped(p.y, threads), scaled(CREAM, threads), yoke);
     let rib = 1.0 + 0.08 * (p.x.atan2(p.z + 1.6) * 150.0).sin();
-    let collar = smoothstep(COLLAR - 4.75, COLLAR - 4.65, degrees);
-    color = blend(color, scaled(NAVY, rib), collar);
+    let below = degrees - collar(q.x.atan2(q.z));
+    color = blend(color, scaled(NAVY, rib), smoothstep(-4.75, -4.65, below));
     let seam = bell(p.y - HEM - 2.0, 0.05);
     scaled(color, 1.0 - 0.25 * seam)
 }
