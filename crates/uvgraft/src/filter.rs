@@ -43,20 +43,59 @@ impl Filter {
     /// Catmull and Rom 1974 as the cubic with B = 0, C = 1/2 of Mitchell and Netravali 1988;
     /// Lanczos as in Turkowski 1990, divided by its sum, which is not quite 1.
     pub fn weights(self, fraction: f32) -> [f32; MAX_TAPS] {
-        let t = fraction;
-        match self {
-            Self::Nearest => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            Self::Bilinear => [1.0 - t, t, 0.0, 0.0, 0.0, 0.0],
-            Self::CatmullRom => [
-                ((-0.5 * t + 1.0) * t - 0.5) * t,
-                (1.5 * t - 2.5) * t * t + 1.0,
-                ((-1.5 * t + 2.0) * t + 0.5) * t,
-                (0.5 * t - 0.5) * t * t,
-                0.0,
-                0.0,
-            ],
-            Self::Lanczos3 => lanczos3_weights(t),
+        fn first<const N: usize>(weights: [f32; N]) -> [f32; MAX_TAPS] {
+            std::array::from_fn(|k| weights.get(k).copied().unwrap_or(0.0))
         }
+        match self {
+            Self::Nearest => first([1.0]),
+            Self::Bilinear => first(Bilinear::weights(fraction)),
+            Self::CatmullRom => first(CatmullRom::weights(fraction)),
+            Self::Lanczos3 => first(Lanczos3::weights(fraction)),
+        }
+    }
+}
+
+/// A filter as a type, for kernels that are compiled for its number of taps.
+pub(crate) trait Taps<const N: usize>: Copy + Send + Sync {
+    /// See [`Filter::weights`].
+    fn weights(fraction: f32) -> [f32; N];
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Bilinear;
+#[derive(Clone, Copy)]
+pub(crate) struct CatmullRom;
+#[derive(Clone, Copy)]
+pub(crate) struct Lanczos3;
+
+impl Taps<2> for Bilinear {
+    #[inline(always)]
+    fn weights(t: f32) -> [f32; 2] {
+        [1.0 - t, t]
+    }
+}
+
+impl Taps<4> for CatmullRom {
+    #[inline(always)]
+    fn weights(t: f32) -> [f32; 4] {
+        [
+            ((-0.5 * t + 1.0) * t - 0.5) * t,
+            (1.5 * t - 2.5) * t * t + 1.0,
+            ((-1.5 * t + 2.0) * t + 0.5) * t,
+            (0.5 * t - 0.5) * t * t,
+        ]
+    }
+}
+
+impl Taps<6> for Lanczos3 {
+    #[inline(always)]
+    fn weights(t: f32) -> [f32; 6] {
+        let table = &*LANCZOS;
+        let phase = t * LANCZOS_PHASES as f32;
+        let index = (phase as usize).min(LANCZOS_PHASES - 1);
+        let t = phase - index as f32;
+        let (low, high) = (&table[index], &table[index + 1]);
+        std::array::from_fn(|k| low[k] + (high[k] - low[k]) * t)
     }
 }
 
@@ -64,18 +103,13 @@ impl Filter {
 /// formula, which costs twelve sines.
 const LANCZOS_PHASES: usize = 1024;
 
-fn lanczos3_weights(fraction: f32) -> [f32; MAX_TAPS] {
-    static TABLE: LazyLock<Vec<[f32; MAX_TAPS]>> = LazyLock::new(|| {
-        (0..=LANCZOS_PHASES)
-            .map(|phase| lanczos3_exact(phase as f64 / LANCZOS_PHASES as f64))
-            .collect()
-    });
-    let phase = fraction * LANCZOS_PHASES as f32;
-    let index = (phase as usize).min(LANCZOS_PHASES - 1);
-    let t = phase - index as f32;
-    let (low, high) = (&TABLE[index], &TABLE[index + 1]);
-    std::array::from_fn(|k| low[k] + (high[k] - low[k]) * t)
-}
+static LANCZOS: LazyLock<Box<[[f32; MAX_TAPS]; LANCZOS_PHASES + 1]>> = LazyLock::new(|| {
+    let mut table = Box::new([[0.0; MAX_TAPS]; LANCZOS_PHASES + 1]);
+    for (phase, weights) in table.iter_mut().enumerate() {
+        *weights = lanczos3_exact(phase as f64 / LANCZOS_PHASES as f64);
+    }
+    table
+});
 
 fn lanczos3_exact(fraction: f64) -> [f32; MAX_TAPS] {
     use std::f64::consts::PI;
@@ -138,7 +172,7 @@ mod tests {
     fn the_lanczos_table_is_fine_enough() {
         for k in 0..=10_000 {
             let fraction = f64::from(k) / 10_000.0;
-            let (table, exact) = (lanczos3_weights(fraction as f32), lanczos3_exact(fraction));
+            let (table, exact) = (Lanczos3::weights(fraction as f32), lanczos3_exact(fraction));
             for (table, exact) in table.iter().zip(exact) {
                 assert!((table - exact).abs() < 2e-6, "{fraction}: {table} {exact}");
             }

@@ -1,8 +1,9 @@
-//! The fast path: rows in parallel, texels read as whole windows, no bounds to check inside.
+//! The fast path: rows in parallel, kernels compiled for their taps and channels, windows of texels
+//! read whole, and no edges to mind in runs that stay clear of them.
 
 use super::{Walk, load, split, store};
-use crate::filter::Filter;
-use crate::map::SamplingMap;
+use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, Taps};
+use crate::map::{Run, SamplingMap};
 use crate::texture::{Size, Value};
 use crate::threads::for_each_chunk;
 
@@ -25,169 +26,179 @@ pub(crate) fn resample<T: Value, const C: usize>(
     filter: Filter,
 ) {
     let source = Source { values: source, size: source_size };
+    // The last number is the values in a row of the filter's window: taps times channels.
+    match (filter, C) {
+        (Filter::Nearest, _) => {
+            fill::<T, C>(map, source, target, filter, nearest_run::<T, C>);
+        }
+        (Filter::Bilinear, 1) => smooth::<T, C, Bilinear, 2, 2>(map, source, target, filter),
+        (Filter::Bilinear, 2) => smooth::<T, C, Bilinear, 2, 4>(map, source, target, filter),
+        (Filter::Bilinear, 3) => smooth::<T, C, Bilinear, 2, 6>(map, source, target, filter),
+        (Filter::Bilinear, _) => smooth::<T, C, Bilinear, 2, 8>(map, source, target, filter),
+        (Filter::CatmullRom, 1) => smooth::<T, C, CatmullRom, 4, 4>(map, source, target, filter),
+        (Filter::CatmullRom, 2) => smooth::<T, C, CatmullRom, 4, 8>(map, source, target, filter),
+        (Filter::CatmullRom, 3) => smooth::<T, C, CatmullRom, 4, 12>(map, source, target, filter),
+        (Filter::CatmullRom, _) => smooth::<T, C, CatmullRom, 4, 16>(map, source, target, filter),
+        (Filter::Lanczos3, 1) => smooth::<T, C, Lanczos3, 6, 6>(map, source, target, filter),
+        (Filter::Lanczos3, 2) => smooth::<T, C, Lanczos3, 6, 12>(map, source, target, filter),
+        (Filter::Lanczos3, 3) => smooth::<T, C, Lanczos3, 6, 18>(map, source, target, filter),
+        (Filter::Lanczos3, _) => smooth::<T, C, Lanczos3, 6, 24>(map, source, target, filter),
+    }
+}
+
+/// Calls `fill_run` with every run and its texels.
+fn fill<T: Value, const C: usize>(
+    map: &SamplingMap,
+    source: Source<'_, T>,
+    target: &mut [T],
+    filter: Filter,
+    fill_run: impl Fn(Source<'_, T>, &Walk, &mut [T]) + Send + Sync,
+) {
     let width = map.size().width as usize;
     for_each_chunk(target, width * C * ROWS, |chunk, rows| {
         for (offset, target_row) in rows.chunks_mut(width * C).enumerate() {
             let row = (chunk * ROWS + offset) as u32;
-            // One instance for each number of taps, with window sizes known to the compiler.
-            match (filter, C) {
-                (Filter::Nearest, _) => nearest_row::<T, C>(map, row, source, target_row),
-                (Filter::Bilinear, 1) => {
-                    fill_row::<T, C, 2, 2>(map, row, source, target_row, filter)
-                }
-                (Filter::Bilinear, 2) => {
-                    fill_row::<T, C, 2, 4>(map, row, source, target_row, filter)
-                }
-                (Filter::Bilinear, 3) => {
-                    fill_row::<T, C, 2, 6>(map, row, source, target_row, filter)
-                }
-                (Filter::Bilinear, _) => {
-                    fill_row::<T, C, 2, 8>(map, row, source, target_row, filter)
-                }
-                (Filter::CatmullRom, 1) => {
-                    fill_row::<T, C, 4, 4>(map, row, source, target_row, filter)
-                }
-                (Filter::CatmullRom, 2) => {
-                    fill_row::<T, C, 4, 8>(map, row, source, target_row, filter)
-                }
-                (Filter::CatmullRom, 3) => {
-                    fill_row::<T, C, 4, 12>(map, row, source, target_row, filter)
-                }
-                (Filter::CatmullRom, _) => {
-                    fill_row::<T, C, 4, 16>(map, row, source, target_row, filter)
-                }
-                (Filter::Lanczos3, 1) => {
-                    fill_row::<T, C, 6, 6>(map, row, source, target_row, filter)
-                }
-                (Filter::Lanczos3, 2) => {
-                    fill_row::<T, C, 6, 12>(map, row, source, target_row, filter)
-                }
-                (Filter::Lanczos3, 3) => {
-                    fill_row::<T, C, 6, 18>(map, row, source, target_row, filter)
-                }
-                (Filter::Lanczos3, _) => {
-                    fill_row::<T, C, 6, 24>(map, row, source, target_row, filter)
-                }
+            for &run in map.row(row) {
+                let walk = Walk::new(map, row, run, source.size, filter);
+                let Run { x, len, .. } = run;
+                fill_run(source, &walk, &mut target_row[x as usize * C..][..len as usize * C]);
             }
         }
     });
 }
 
-fn nearest_row<T: Value, const C: usize>(
-    map: &SamplingMap,
-    row: u32,
-    source: Source<'_, T>,
-    target: &mut [T],
-) {
+fn nearest_run<T: Value, const C: usize>(source: Source<'_, T>, walk: &Walk, texels: &mut [T]) {
     let (last_x, last_y) = (source.size.width - 1, source.size.height - 1);
-    for &run in map.row(row) {
-        let walk = Walk::new(map, row, run, source.size, Filter::Nearest);
-        for k in 0..run.len {
-            // Casts saturate, which clamps below; they truncate, which is the floor above.
-            let [x, y] = walk.at(k).map(|position| position as u32);
-            let texel =
-                y.min(last_y) as usize * source.size.width as usize + x.min(last_x) as usize;
-            let levels = load::<T, C>(&source.values[texel * C..][..C]);
-            store(levels, &mut target[(run.x + k) as usize * C..][..C]);
-        }
+    for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
+        // Casts saturate, which clamps below; they truncate, which is the floor above.
+        let [x, y] = walk.at(k).map(|position| position as u32);
+        let index = y.min(last_y) as usize * source.size.width as usize + x.min(last_x) as usize;
+        store(load::<T, C>(&source.values[index * C..][..C]), texel);
     }
 }
 
-/// Fills a row with a filter of `N` taps; `W` is `N * C`, the values in a window's row.
-fn fill_row<T: Value, const C: usize, const N: usize, const W: usize>(
+/// Fills with a filter of `N` taps whose windows have `W` values in a row.
+fn smooth<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
     map: &SamplingMap,
-    row: u32,
     source: Source<'_, T>,
     target: &mut [T],
     filter: Filter,
 ) {
-    for &run in map.row(row) {
-        let walk = Walk::new(map, row, run, source.size, filter);
-        let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
-        if walk.samples == [1, 1] {
-            for (k, texel) in (0..run.len).zip(texels.chunks_exact_mut(C)) {
-                // One sample lies on the centre, and the mean of one is itself.
-                store(sample::<T, C, N, W>(source, walk.at(k), filter), texel);
-            }
-            continue;
-        }
-        let [columns, rows] = walk.samples;
-        let share = 1.0 / (columns * rows) as f32;
-        for (k, texel) in (0..run.len).zip(texels.chunks_exact_mut(C)) {
-            let centre = walk.at(k);
-            let mut sum = [0.0; C];
-            for b in 0..rows {
-                for a in 0..columns {
-                    let value = sample::<T, C, N, W>(source, walk.sample(centre, a, b), filter);
-                    for channel in 0..C {
-                        sum[channel] += value[channel];
-                    }
+    fill::<T, C>(map, source, target, filter, |source, walk, texels| {
+        let count = (texels.len() / C) as u32;
+        let clear = walk.stays_inside(count, source.size, N as u32);
+        match (walk.samples == [1, 1], clear) {
+            // One sample lies on the centre, and the mean of one is itself.
+            (true, true) => {
+                for (k, texel) in (0..count).zip(texels.chunks_exact_mut(C)) {
+                    store(inside::<T, C, F, N, W>(source, walk.at(k)), texel);
                 }
             }
-            store(sum.map(|total| total * share), texel);
+            (true, false) => {
+                for (k, texel) in (0..count).zip(texels.chunks_exact_mut(C)) {
+                    store(anywhere::<T, C, F, N, W>(source, walk.at(k)), texel);
+                }
+            }
+            (false, true) => average(walk, texels, |at| inside::<T, C, F, N, W>(source, at)),
+            (false, false) => average(walk, texels, |at| anywhere::<T, C, F, N, W>(source, at)),
         }
+    });
+}
+
+/// Fills texels with the mean of their samples.
+fn average<T: Value, const C: usize>(
+    walk: &Walk,
+    texels: &mut [T],
+    sample: impl Fn([f64; 2]) -> [f32; C],
+) {
+    let [columns, rows] = walk.samples;
+    let share = 1.0 / (columns * rows) as f32;
+    for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
+        let centre = walk.at(k);
+        let mut sum = [0.0; C];
+        for b in 0..rows {
+            for a in 0..columns {
+                let value = sample(walk.sample(centre, a, b));
+                for channel in 0..C {
+                    sum[channel] += value[channel];
+                }
+            }
+        }
+        store(sum.map(|total| total * share), texel);
     }
 }
 
+/// The value at a position whose whole window lies in the texture.
 #[inline(always)]
-fn sample<T: Value, const C: usize, const N: usize, const W: usize>(
+fn inside<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
     source: Source<'_, T>,
     position: [f64; 2],
-    filter: Filter,
 ) -> [f32; C] {
-    let (width, height) = (source.size.width as i64, source.size.height as i64);
     let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
-    let (weights_x, weights_y) = (filter.weights(fraction_x), filter.weights(fraction_y));
-    let before = N as i64 / 2 - 1;
-    let (left, top) = (x - before, y - before);
-    let inside_x = left >= 0 && left + N as i64 <= width;
-    let inside_y = top >= 0 && top + N as i64 <= height;
+    let before = N as i32 / 2 - 1;
+    let stride = source.size.width as usize * C;
+    let start = (y - before) as usize * stride + (x - before) as usize * C;
+    filtered::<T, C, F, N, W>(fraction_x, fraction_y, |row| {
+        let values = source.values[start + row * stride..].first_chunk();
+        *values.expect("the window lies in the texture")
+    })
+}
 
-    // A window of N columns: each is filtered downwards, then the N results across.
-    let mut columns = [0.0f32; W];
-    if inside_x && inside_y {
-        let mut start = (top as usize * width as usize + left as usize) * C;
-        for weight in &weights_y[..N] {
-            let window = &source.values[start..start + W];
-            add_window::<T, C, W>(window, *weight, &mut columns);
-            start += width as usize * C;
-        }
-    } else {
+/// The value at any position; beyond the texture's edge its edge is read.
+fn anywhere<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+    source: Source<'_, T>,
+    position: [f64; 2],
+) -> [f32; C] {
+    let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
+    let before = N as i32 / 2 - 1;
+    let clamped = |at: i32, count: u32| at.clamp(0, count as i32 - 1) as usize;
+    filtered::<T, C, F, N, W>(fraction_x, fraction_y, |row| {
+        let row = clamped(y - before + row as i32, source.size.height);
         let mut window = [T::default(); W];
-        for (b, weight) in weights_y[..N].iter().enumerate() {
-            let row = (top + b as i64).clamp(0, height - 1) * width;
-            for (a, texel) in window.chunks_exact_mut(C).enumerate() {
-                let start = (row + (left + a as i64).clamp(0, width - 1)) as usize * C;
-                texel.copy_from_slice(&source.values[start..start + C]);
-            }
-            add_window::<T, C, W>(&window, *weight, &mut columns);
+        for (column, texel) in (0..).zip(window.chunks_exact_mut(C)) {
+            let column = clamped(x - before + column, source.size.width);
+            let start = (row * source.size.width as usize + column) * C;
+            texel.copy_from_slice(&source.values[start..start + C]);
+        }
+        window
+    })
+}
+
+/// Filters a window given row by row: each column downwards, then the results across.
+#[inline(always)]
+fn filtered<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+    fraction_x: f32,
+    fraction_y: f32,
+    row: impl Fn(usize) -> [T; W],
+) -> [f32; C] {
+    let (weights_x, weights_y) = (F::weights(fraction_x), F::weights(fraction_y));
+    let mut columns = [0.0f32; W];
+    for (b, weight) in weights_y.into_iter().enumerate() {
+        let levels = levels::<T, C, W>(&row(b));
+        for k in 0..W {
+            columns[k] += levels[k] * weight;
         }
     }
     let mut value = [0.0; C];
-    for (column, weight) in columns.chunks_exact(C).zip(&weights_x[..N]) {
+    for (a, weight) in weights_x.into_iter().enumerate() {
         for channel in 0..C {
-            value[channel] += column[channel] * weight;
+            value[channel] += columns[a * C + channel] * weight;
         }
     }
     value
 }
 
+/// A row of a window as levels, premultiplied; as [`load`] for each texel.
 #[inline(always)]
-fn add_window<T: Value, const C: usize, const W: usize>(
-    window: &[T],
-    weight: f32,
-    columns: &mut [f32; W],
-) {
+fn levels<T: Value, const C: usize, const W: usize>(window: &[T; W]) -> [f32; W] {
+    let mut levels: [f32; W] = std::array::from_fn(|k| window[k].to_level());
     if C == 2 || C == 4 {
-        for (texel, column) in window.chunks_exact(C).zip(columns.chunks_exact_mut(C)) {
-            let levels = load::<T, C>(texel);
-            for channel in 0..C {
-                column[channel] += levels[channel] * weight;
+        for texel in levels.chunks_exact_mut(C) {
+            let opacity = texel[C - 1] / T::ONE.to_level();
+            for level in &mut texel[..C - 1] {
+                *level *= opacity;
             }
         }
-    } else {
-        for (value, column) in window.iter().zip(columns) {
-            *column += value.to_level() * weight;
-        }
     }
+    levels
 }

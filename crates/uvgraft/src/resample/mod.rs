@@ -42,12 +42,27 @@ impl Walk {
     }
 
     /// Source position of the centre of the run's texel `k`, in texels from the top left corner.
+    #[inline(always)]
     pub fn at(&self, k: u32) -> [f64; 2] {
         let k = f64::from(k);
         [self.start[0] + k * self.step[0], self.start[1] + k * self.step[1]]
     }
 
+    /// Whether the windows of all samples of the run's first `count` texels lie in the source: a run
+    /// is straight, so it is enough to look at its ends.
+    pub fn stays_inside(&self, count: u32, source: Size, taps: u32) -> bool {
+        let ends = [self.at(0), self.at(count - 1)];
+        [source.width, source.height].into_iter().enumerate().all(|(axis, size)| {
+            let spread = (0..2)
+                .map(|k| 0.5 * f64::from(self.samples[k] - 1) * self.sample_steps[k][axis].abs());
+            // Half a window, and one texel more than rounding can be off.
+            let margin = spread.sum::<f64>() + f64::from(taps) * 0.5 + 1.0;
+            ends.iter().all(|end| (margin..f64::from(size) - margin).contains(&end[axis]))
+        })
+    }
+
     /// Source position of sample `(a, b)` of the texel whose centre is at `centre`.
+    #[inline(always)]
     pub fn sample(&self, centre: [f64; 2], a: u32, b: u32) -> [f64; 2] {
         let a = f64::from(a) - f64::from(self.samples[0] - 1) * 0.5;
         let b = f64::from(b) - f64::from(self.samples[1] - 1) * 0.5;
@@ -98,16 +113,21 @@ pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filt
     (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
 }
 
-/// The texel before a position on one axis, and how far the position lies beyond its centre.
-pub(crate) fn split(position: f64) -> (i64, f32) {
-    let shifted = position - 0.5;
-    // `floor` is a function call where the processor's baseline has no instruction for it.
-    let whole = shifted as i64;
-    let floor = whole - i64::from(shifted < whole as f64);
-    (floor, (shifted - floor as f64) as f32)
+/// The texel before a position on one axis, and how far the position lies beyond its centre: 0 to 1,
+/// both included. Positions are within a few thousand texture sides of the texture.
+#[inline(always)]
+pub(crate) fn split(position: f64) -> (i32, f32) {
+    // Adding 1.5 · 2⁵² leaves no bits for a fraction, so the sum is rounded to a whole number, whose
+    // two's complement is in its low bits. Half a texel down for the centre, and half for rounding
+    // instead of flooring. `floor` would be a call where the baseline has no instruction for it.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    let sum = position - 1.0 + WHOLE;
+    let whole = sum - WHOLE;
+    (sum.to_bits() as i32, (position - 0.5 - whole) as f32)
 }
 
 /// Reads a texel as levels, colour multiplied by opacity where there is one.
+#[inline(always)]
 pub(crate) fn load<T: Value, const C: usize>(texel: &[T]) -> [f32; C] {
     let mut levels: [f32; C] = std::array::from_fn(|channel| texel[channel].to_level());
     if C == 2 || C == 4 {
@@ -120,6 +140,7 @@ pub(crate) fn load<T: Value, const C: usize>(texel: &[T]) -> [f32; C] {
 }
 
 /// Lays filtered levels over what is there.
+#[inline(always)]
 pub(crate) fn store<T: Value, const C: usize>(levels: [f32; C], texel: &mut [T]) {
     if C == 2 || C == 4 {
         let one = T::ONE.to_level();

@@ -66,22 +66,22 @@ fn sample<T: Value, const C: usize>(
     position: [f64; 2],
     filter: Filter,
 ) -> [f32; C] {
-    let texel = |x: i64, y: i64| -> [f32; C] {
-        let x = x.clamp(0, i64::from(size.width) - 1) as usize;
-        let y = y.clamp(0, i64::from(size.height) - 1) as usize;
+    let texel = |x: i32, y: i32| -> [f32; C] {
+        let x = x.clamp(0, size.width as i32 - 1) as usize;
+        let y = y.clamp(0, size.height as i32 - 1) as usize;
         load(&source[(y * size.width as usize + x) * C..])
     };
     if filter == Filter::Nearest {
-        return texel(position[0].floor() as i64, position[1].floor() as i64);
+        return texel(position[0].floor() as i32, position[1].floor() as i32);
     }
     let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
     let (weights_x, weights_y) = (filter.weights(fraction_x), filter.weights(fraction_y));
-    let before = filter.taps() as i64 / 2 - 1;
+    let before = filter.taps() as i32 / 2 - 1;
     let mut value = [0.0; C];
     for a in 0..filter.taps() {
         let mut column = [0.0; C];
         for b in 0..filter.taps() {
-            let texel = texel(x + a as i64 - before, y + b as i64 - before);
+            let texel = texel(x + a as i32 - before, y + b as i32 - before);
             for channel in 0..C {
                 column[channel] += texel[channel] * weights_y[b];
             }
