@@ -11,7 +11,14 @@ use crate::texture::Size;
 /// A triangle in texel coordinates, ready to tell which texels of a row it owns.
 #[derive(Debug, Clone)]
 pub struct ScanTriangle {
-    edges: [Edge; 3],
+    /// From the top corner to the bottom one.
+    long: Edge,
+    /// From the top corner to the middle one.
+    upper: Edge,
+    /// From the middle corner to the bottom one.
+    lower: Edge,
+    /// Rows above are crossed by the upper edge, rows from here on by the lower.
+    middle_y: f64,
     rows: Range<u32>,
     width: u32,
 }
@@ -20,19 +27,12 @@ pub struct ScanTriangle {
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     top: [f64; 2],
-    bottom_y: f64,
     slope: f64,
 }
 
 impl Edge {
-    fn new(a: [f64; 2], b: [f64; 2]) -> Self {
-        let (top, bottom) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
-        let slope = (bottom[0] - top[0]) / (bottom[1] - top[1]);
-        Self { top, bottom_y: bottom[1], slope }
-    }
-
-    fn crosses(&self, y: f64) -> bool {
-        self.top[1] <= y && y < self.bottom_y
+    fn new(top: [f64; 2], bottom: [f64; 2]) -> Self {
+        Self { top, slope: (bottom[0] - top[0]) / (bottom[1] - top[1]) }
     }
 
     fn x_at(&self, y: f64) -> f64 {
@@ -45,15 +45,23 @@ impl ScanTriangle {
     /// no area or lying outside all row centres.
     ///
     /// - `corners_px`: finite, in texels, origin at the top left corner of texel `(0, 0)`.
-    pub fn new(corners_px: [[f64; 2]; 3], size: Size) -> Option<Self> {
+    pub fn new(mut corners_px: [[f64; 2]; 3], size: Size) -> Option<Self> {
         let [a, b, c] = corners_px;
         let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if doubled_area == 0.0 {
             return None;
         }
-        let rows = centres_between(a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]), size.height);
-        let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-        (!rows.is_empty()).then_some(Self { edges, rows, width: size.width })
+        corners_px.sort_unstable_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
+        let [top, middle, bottom] = corners_px;
+        let rows = centres_between(top[1], bottom[1], size.height);
+        (!rows.is_empty()).then(|| Self {
+            long: Edge::new(top, bottom),
+            upper: Edge::new(top, middle),
+            lower: Edge::new(middle, bottom),
+            middle_y: middle[1],
+            rows,
+            width: size.width,
+        })
     }
 
     /// The rows in which the triangle may own texels.
@@ -63,16 +71,13 @@ impl ScanTriangle {
 
     /// The texels of `row` that the triangle owns; empty outside [`ScanTriangle::rows`].
     pub fn span(&self, row: u32) -> Range<u32> {
-        let y = f64::from(row) + 0.5;
-        let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-        for edge in &self.edges {
-            if edge.crosses(y) {
-                let x = edge.x_at(y);
-                left = left.min(x);
-                right = right.max(x);
-            }
+        if !self.rows.contains(&row) {
+            return 0..0;
         }
-        if left < right { centres_between(left, right, self.width) } else { 0..0 }
+        let y = f64::from(row) + 0.5;
+        let short = if y < self.middle_y { &self.upper } else { &self.lower };
+        let (a, b) = (self.long.x_at(y), short.x_at(y));
+        centres_between(a.min(b), a.max(b), self.width)
     }
 }
 

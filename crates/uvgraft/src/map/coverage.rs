@@ -173,31 +173,43 @@ fn cover_block(
     islands: &Islands,
     width: u32,
 ) -> BlockCoverage {
-    let mut by_row: Vec<Vec<Span>> = vec![Vec::new(); rows.len()];
+    // Spans come triangle by triangle and are bucketed by row, by counting.
+    let mut found = Vec::with_capacity(faces.len() * 16);
+    let mut starts = vec![0; rows.len() + 1];
     for &face in faces {
         let Some(triangle) = &triangles[face as usize] else { continue };
         let touched = triangle.rows();
         for row in touched.start.max(rows.start)..touched.end.min(rows.end) {
-            let span = triangle.span(row);
-            if !span.is_empty() {
-                let span = Span { start: span.start, end: span.end, face };
-                by_row[(row - rows.start) as usize].push(span);
+            let Range { start, end } = triangle.span(row);
+            if start < end {
+                starts[(row - rows.start) as usize + 1] += 1;
+                found.push((row - rows.start, Span { start, end, face }));
             }
         }
     }
+    for row in 0..rows.len() {
+        starts[row + 1] += starts[row];
+    }
+    let mut next = starts.clone();
+    let mut by_row = vec![Span { start: 0, end: 0, face: 0 }; found.len()];
+    for (row, span) in found {
+        by_row[next[row as usize]] = span;
+        next[row as usize] += 1;
+    }
     let mut part = BlockCoverage {
         row_starts: Vec::with_capacity(rows.len()),
-        spans: Vec::with_capacity(by_row.iter().map(Vec::len).sum()),
+        spans: Vec::with_capacity(by_row.len()),
         overlapping: 0,
         clashes: Vec::new(),
     };
-    for mut spans in by_row {
+    for bounds in starts.windows(2) {
         part.row_starts.push(part.spans.len() as u32);
+        let spans = &mut by_row[bounds[0]..bounds[1]];
         spans.sort_unstable_by_key(|span| span.start);
         if spans.windows(2).any(|pair| pair[0].end > pair[1].start) {
-            resolve_overlaps(&mut spans, islands, width, &mut part);
+            resolve_overlaps(spans, islands, width, &mut part);
         } else {
-            part.spans.extend(spans);
+            part.spans.extend_from_slice(spans);
         }
     }
     part

@@ -225,25 +225,29 @@ impl Surroundings<'_> {
     /// - `near`: the edges that may reach this row, linked ones first.
     fn row(&mut self, row: u32, near: &[u32]) -> GutterRow {
         let mut result = GutterRow::default();
+        let width = self.nearest.edge.len() as u32;
         let linked = near.partition_point(|&edge| self.edges[edge as usize].first_patch.is_some());
-        let reach = |edge: u32| {
-            self.edges[edge as usize].reach(0, self.radius, self.nearest.edge.len() as u32)
-        };
-        let touched = near[..linked].iter().map(|&edge| reach(edge)).reduce(hull);
-        if let Some(touched) = touched {
+        // Where linked edges reach; the others matter only there.
+        let mut reached: Vec<Range<u32>> = near[..linked]
+            .iter()
+            .map(|&edge| self.edges[edge as usize].reach(0, self.radius, width))
+            .collect();
+        join(&mut reached);
+        if !reached.is_empty() {
             self.gaps.clear();
             self.coverage.gaps(row, &mut self.gaps);
+            let reached = common(&reached, &self.gaps);
             for &index in near {
                 let edge = &self.edges[index as usize];
-                let reach = edge.reach(0, self.radius, self.nearest.edge.len() as u32);
-                let reach = intersection(&reach, &touched);
-                let first = self.gaps.partition_point(|gap| gap.end <= reach.start);
-                for gap in self.gaps[first..].iter().take_while(|gap| gap.start < reach.end) {
-                    edge.offer(index, row, intersection(gap, &reach), &mut self.nearest);
+                let reach = edge.reach(0, self.radius, width);
+                let first = reached.partition_point(|range| range.end <= reach.start);
+                for range in reached[first..].iter().take_while(|range| range.start < reach.end) {
+                    edge.offer(index, row, intersection(range, &reach), &mut self.nearest);
                 }
             }
-            let limit = self.radius;
-            self.gather(row, touched, limit, &mut result);
+            for range in reached {
+                self.gather(row, range, self.radius, &mut result);
+            }
         }
         if near.iter().any(|&edge| self.edges[edge as usize].wins) {
             self.steal(row, near, &mut result);
@@ -312,8 +316,30 @@ fn intersection(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
     start..a.end.min(b.end).max(start)
 }
 
-fn hull(a: Range<u32>, b: Range<u32>) -> Range<u32> {
-    a.start.min(b.start)..a.end.max(b.end)
+/// Sorts ranges and joins those that touch.
+fn join(ranges: &mut Vec<Range<u32>>) {
+    ranges.sort_unstable_by_key(|range| range.start);
+    ranges.dedup_by(|next, last| {
+        let touches = next.start <= last.end;
+        if touches {
+            last.end = last.end.max(next.end);
+        }
+        touches
+    });
+}
+
+/// The parts that two lists of ranges share; both sorted and each without overlaps.
+fn common(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
+    let mut shared = Vec::new();
+    let mut first = 0;
+    for range in a {
+        while first < b.len() && b[first].end <= range.start {
+            first += 1;
+        }
+        let touching = b[first..].iter().take_while(|other| other.start < range.end);
+        shared.extend(touching.map(|other| intersection(range, other)));
+    }
+    shared
 }
 
 fn centre(x: u32, y: u32) -> [f64; 2] {
