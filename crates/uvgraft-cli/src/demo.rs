@@ -180,56 +180,58 @@ impl Outputs<'_> {
 
 /// Pictures of the figure: the head with its texture, the body before, and the body after.
 struct Shots {
-    panels: [(&'static str, [Texture; 2]); 3],
+    panels: [Panel; 3],
+}
+
+/// Two close-ups, one below the other, beside a picture of the whole figure if there is one.
+struct Panel {
+    caption: &'static str,
+    whole: Option<Texture>,
+    close: [Texture; 2],
 }
 
 impl Shots {
-    const TALL: Size = Size::new(420, 840);
-    const CLOSE: Size = Size::new(420, 420);
+    const WHOLE: Size = Size::new(400, 800);
+    const CLOSE: Size = Size::new(400, 400);
 
     fn new(figure: &Figure, face: &Texture, base: &Texture, body: &Texture) -> Self {
-        let shot =
-            |mesh: &Mesh, texture: &Texture, view: View, size| render(mesh, texture, &view, size);
-        let both = |texture: &Texture| {
-            [
-                shot(&figure.body, texture, View::full(), Self::TALL),
-                shot(&figure.body, texture, View::face(), Self::CLOSE),
-            ]
+        let close_ups = |mesh: &Mesh, texture: &Texture| {
+            let turned = View { azimuth: -48.0, ..View::face() };
+            [View::face(), turned].map(|view| render(mesh, texture, &view, Self::CLOSE))
         };
-        let turned = View { azimuth: -48.0, ..View::face() };
-        let head = [
-            shot(&figure.head, face, View::face(), Self::CLOSE),
-            shot(&figure.head, face, turned, Self::CLOSE),
-        ];
-        Self {
-            panels: [
-                ("the head and its texture", head),
-                ("the body before", both(base)),
-                ("the body after", both(body)),
-            ],
-        }
+        let of_body = |caption, texture: &Texture| Panel {
+            caption,
+            whole: Some(render(&figure.body, texture, &View::full(), Self::WHOLE)),
+            close: close_ups(&figure.body, texture),
+        };
+        let head = Panel {
+            caption: "the head's texture",
+            whole: None,
+            close: close_ups(&figure.head, face),
+        };
+        Self { panels: [head, of_body("the body before", base), of_body("the body after", body)] }
     }
 
     fn picture(&self) -> Picture {
         const CAPTION: u32 = 44;
         const GAP: u32 = 8;
-        let (tall, close) = (Self::TALL, Self::CLOSE);
-        let pair_width = tall.width + close.width;
-        let width = close.width + 2 * pair_width + 2 * GAP;
-        let mut picture = Picture::new(Size::new(width, tall.height + CAPTION), [24, 26, 30]);
+        let (whole, close) = (Self::WHOLE, Self::CLOSE);
+        let width = 2 * whole.width + 3 * close.width + 2 * GAP;
+        let size = Size::new(width, CAPTION + whole.height);
+        let mut picture = Picture::new(size, [24, 26, 30]);
         let mut left = 0;
-        for (caption, [first, second]) in &self.panels {
-            let first_size = first.size();
-            picture.paste(first, left, CAPTION);
-            // The close-up stands beside a tall picture, or below another close-up.
-            let beside = first_size == tall;
-            let (x, y) = if beside { (first_size.width, 0) } else { (0, first_size.height) };
-            picture.paste(second, left + x, CAPTION + y);
-            let panel_width = if beside { pair_width } else { first_size.width };
-            let text_width = Picture::text_width(caption, 2);
-            let indent = panel_width.saturating_sub(text_width) / 2;
-            picture.text(caption, left + indent, 14, 2, [236, 238, 242]);
-            left += panel_width + GAP;
+        for panel in &self.panels {
+            let first = left;
+            if let Some(texture) = &panel.whole {
+                picture.paste(texture, left, CAPTION);
+                left += whole.width;
+            }
+            picture.paste(&panel.close[0], left, CAPTION);
+            picture.paste(&panel.close[1], left, CAPTION + close.height);
+            left += close.width;
+            let space = (left - first).saturating_sub(Picture::text_width(panel.caption, 2));
+            picture.text(panel.caption, first + space / 2, 14, 2, [236, 238, 242]);
+            left += GAP;
         }
         picture
     }

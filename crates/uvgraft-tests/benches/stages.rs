@@ -1,1 +1,117 @@
-fn main() {}
+//! Times of each stage at 2048² and 4096²: on the real pair if `UVGRAFT_DATA` names its folder, else
+//! on a synthetic one.
+
+use std::io::Cursor;
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use uvgraft::{
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, SamplingMap, Size, Texels,
+    Texture, Transfer, TransferOptions, resample,
+};
+use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_tests::{real, synthetic};
+
+const SOURCE: Size = Size::square(2048);
+const TARGET: Size = Size::square(4096);
+
+fn sizes(direction: Direction) -> (Size, Size) {
+    match direction {
+        Direction::Forward => (SOURCE, TARGET),
+        Direction::Reverse => (TARGET, SOURCE),
+    }
+}
+
+fn maps(criterion: &mut Criterion, pair: &Pair) {
+    let mut group = criterion.benchmark_group("map");
+    for direction in [Direction::Forward, Direction::Reverse] {
+        let (_, target) = sizes(direction);
+        for gutter_px in [0, 16] {
+            let options = MapOptions { gutter_px };
+            group.bench_function(format!("{direction:?} {target} gutter {gutter_px}"), |bencher| {
+                bencher.iter(|| SamplingMap::new(pair, direction, target, &options));
+            });
+        }
+    }
+    group.finish();
+}
+
+fn transfers(criterion: &mut Criterion, pair: &Pair) {
+    let mut group = criterion.benchmark_group("transfer");
+    for direction in [Direction::Forward, Direction::Reverse] {
+        let (source_size, target_size) = sizes(direction);
+        let source = synthetic::detailed(source_size, 1);
+        let base =
+            Texture::filled(target_size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3])
+                .expect("a sound size");
+        for filter in Filter::ALL {
+            let options = TransferOptions { filter, ..TransferOptions::default() };
+            let transfer = Transfer::new(pair, direction, source_size, target_size, &options);
+            // Copies of the textures are made outside the measured part.
+            group.bench_function(format!("{direction:?} {filter}"), |bencher| {
+                bencher.iter_batched(
+                    || (source.clone(), base.clone()),
+                    |(source, base)| transfer.apply(source, base),
+                    BatchSize::LargeInput,
+                );
+            });
+        }
+        // The scalar specification, to compare with.
+        let (Texels::U8(values), Texels::U8(base)) = (source.texels(), base.texels()) else {
+            unreachable!("8-bit textures")
+        };
+        let map = SamplingMap::new(pair, direction, target_size, &MapOptions::default());
+        group.bench_function(format!("{direction:?} bilinear reference"), |bencher| {
+            bencher.iter_batched(
+                || base.clone(),
+                |mut base| {
+                    let filter = Filter::Bilinear;
+                    resample::reference::resample::<u8, 3>(
+                        &map,
+                        values,
+                        source_size,
+                        &mut base,
+                        filter,
+                    );
+                    base
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.finish();
+}
+
+fn files(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("file");
+    for size in [SOURCE, TARGET] {
+        let image = Image::from(synthetic::detailed(size, 1));
+        let encode = |options: &WriteOptions| {
+            let mut out = Cursor::new(Vec::new());
+            let _ =
+                image::encode(&image, Format::Png, options, &mut out).expect("a writable image");
+            out.into_inner()
+        };
+        let bytes = encode(&WriteOptions::default());
+        group.bench_function(format!("decode PNG {size}"), |bencher| {
+            bencher.iter(|| image::decode(&bytes));
+        });
+        group.bench_function(format!("encode PNG {size}"), |bencher| {
+            bencher.iter(|| encode(&WriteOptions::default()));
+        });
+    }
+    group.finish();
+}
+
+fn stages(criterion: &mut Criterion) {
+    let pair = real::flame_to_smplx().unwrap_or_else(synthetic::pair);
+    maps(criterion, &pair);
+    transfers(criterion, &pair);
+    files(criterion);
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(10);
+    targets = stages
+}
+criterion_main!(benches);
