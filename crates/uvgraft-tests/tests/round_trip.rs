@@ -1,8 +1,8 @@
 //! There and back: how much of a texture survives.
 
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, MapOptions, Pair, Size, Texels, Texture, Transfer,
-    TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texels, Texture,
+    Transfer, TransferOptions,
 };
 use uvgraft_tests::{real, reference, synthetic};
 
@@ -30,8 +30,8 @@ struct RoundTrip {
 }
 
 impl RoundTrip {
-    fn new(pair: &Pair, size: Size, via: Size) -> Self {
-        let options = TransferOptions::default();
+    fn new(pair: &Pair, size: Size, via: Size, filter: Filter) -> Self {
+        let options = TransferOptions { filter, ..TransferOptions::default() };
         // On the way back the gutter would replace what the original has beside its islands.
         let bare = TransferOptions { map: MapOptions { gutter_px: 0 }, ..options };
         Self {
@@ -58,9 +58,17 @@ fn keeps_seven_decibels_more_than_the_reference() {
     let texture = synthetic::detailed(Size::square(4096), 1);
     let via = Size::square(2048);
     let reference = psnr(&reference_round_trip(&pair, &texture, via), &texture);
-    let own = psnr(&RoundTrip::new(&pair, texture.size(), via).run(&texture), &texture);
-    println!("whole image: {own:.2} dB, the reference's convention {reference:.2} dB");
-    assert!(own >= reference + 7.0, "{own:.2} dB against {reference:.2} dB");
+    println!("SMPL-X 4096² → FLAME 2048² → SMPL-X 4096², whole image:");
+    println!("  the reference's convention  {reference:.2} dB");
+    let results = Filter::ALL.map(|filter| {
+        let trip = RoundTrip::new(&pair, texture.size(), via, filter);
+        let own = psnr(&trip.run(&texture), &texture);
+        println!("  {:<26}  {own:.2} dB", filter.to_string());
+        (filter, own)
+    });
+    let (best, most) = results.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    assert_eq!(best, TransferOptions::default().filter, "the default filter must keep most");
+    assert!(most >= reference + 7.0, "{most:.2} dB against {reference:.2} dB");
 }
 
 #[test]
@@ -68,7 +76,7 @@ fn five_round_trips_do_not_change_the_brightness() {
     let pair = synthetic::pair();
     let (size, via) = (Size::square(1024), Size::square(512));
     let texture = synthetic::detailed(size, 2);
-    let trip = RoundTrip::new(&pair, size, via);
+    let trip = RoundTrip::new(&pair, size, via, TransferOptions::default().filter);
     let linked = values(&trip.back.map().mask()).to_vec();
     let mean = |texture: &Texture| {
         let texels = values(texture).chunks_exact(3).zip(&linked).filter(|(_, mask)| **mask == 255);
