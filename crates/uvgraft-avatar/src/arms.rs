@@ -81,18 +81,45 @@ const fn finger(base: Vec3, direction: Vec3, length: f32, radius: f32, curl: f32
     Finger { base, direction, length, radius, curl }
 }
 
+impl Finger {
+    /// The directions along the finger, towards the thumb and towards the back: a right-handed
+    /// frame in arm coordinates, where x is along, y towards the thumb and z the back.
+    fn frame(&self) -> [Vec3; 3] {
+        let along = self.direction.normalized();
+        let side = vec3(0.0, 0.0, 1.0).cross(along).normalized();
+        [along, side, along.cross(side)]
+    }
+
+    /// The middle of the finger from its base, bending towards the palm; `t` runs from 0 to 1.
+    fn spine(&self, t: f32) -> Vec3 {
+        let [along, _, back] = self.frame();
+        let bend = self.curl * t * t;
+        (along * (t - 0.16 * bend) - back * (0.55 * bend)) * self.length
+    }
+}
+
+/// A point near a finger of the left hand by its place: along it from 0 to 1, and towards the thumb
+/// and the back in radii.
+pub(crate) fn on_finger(number: u8, p: Vec3) -> (f32, f32, f32) {
+    let finger = &FINGERS[usize::from(number)];
+    let q = p - SHOULDER;
+    let local = vec3(q.dot(ARM), q.dot(ARM_FRONT), q.dot(ARM_BACK)) - finger.base;
+    let [along, side, _] = finger.frame();
+    let mut t = (local.dot(along) / finger.length).clamp(0.0, 1.0);
+    for _ in 0..3 {
+        let forward = (finger.spine(t + 0.01) - finger.spine(t - 0.01)).normalized();
+        t += (local - finger.spine(t)).dot(forward) / finger.length;
+    }
+    let forward = (finger.spine(t + 0.01) - finger.spine(t - 0.01)).normalized();
+    let off = (local - finger.spine(t)) * (1.0 / finger.radius);
+    (t, off.dot(side), off.dot(forward.cross(side)))
+}
+
 fn left_finger(surface: &mut Surface, number: u8, finger: &Finger) {
     const RINGS: usize = 11;
     let part = Part { kind: Kind::Finger(number), side: Side::Left };
-    let along = finger.direction.normalized();
-    // In arm coordinates x is along, y towards the thumb and z the back; a right-handed frame.
-    let side = vec3(0.0, 0.0, 1.0).cross(along).normalized();
-    let back = along.cross(side);
-    // Bending towards the palm, most at the middle joint.
-    let spine = |t: f32| {
-        let bend = finger.curl * t * t;
-        (along * (t - 0.16 * bend) - back * (0.55 * bend)) * finger.length
-    };
+    let [_, side, _] = finger.frame();
+    let spine = |t: f32| finger.spine(t);
     let [_, end] = tube(surface, part, 10, RINGS, |turn, ring| {
         let t = ring as f32 / (RINGS - 1) as f32;
         let t = 0.985 * t * (1.35 - 0.35 * t);

@@ -40,8 +40,9 @@ pub(crate) fn bake(
     let mut bands = vec![Vec::new(); (size.height as usize).div_ceil(BAND)];
     for (index, triangle) in triangles.iter().enumerate() {
         let rows = triangle.scan.rows();
-        for band in rows.start as usize / BAND..=(rows.end as usize - 1) / BAND {
-            bands[band].push(index);
+        let touched = rows.start as usize / BAND..=(rows.end as usize - 1) / BAND;
+        for band in &mut bands[touched] {
+            band.push(index);
         }
     }
     let ground = background.map(u8::from_unit);
@@ -124,7 +125,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
         |(texels, painted)| {
             let source = painted.to_vec();
             for step in [1_isize, -1] {
-                let mut distance = usize::MAX;
+                let mut distance = reach;
                 let mut value = [0; 3];
                 for k in 0..width {
                     let x = if step > 0 { k } else { width - 1 - k };
@@ -133,7 +134,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
                         value.copy_from_slice(&texels[x * 3..x * 3 + 3]);
                         continue;
                     }
-                    distance = distance.saturating_add(1);
+                    distance += 1;
                     // Painted texels are marked 1 and copies by their distance plus 1.
                     let mark = (distance + 1).min(255) as u8;
                     if distance <= reach && (painted[x] == 0 || mark < painted[x]) {
@@ -147,7 +148,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
     let height = painted.len() / width;
     let source: Vec<bool> = painted.iter().map(|&mark| mark > 0).collect();
     for down in [true, false] {
-        let mut distance = vec![usize::MAX; width];
+        let mut distance = vec![reach; width];
         for k in 0..height {
             let y = if down { k } else { height - 1 - k };
             for (x, distance) in distance.iter_mut().enumerate() {
@@ -156,7 +157,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
                     *distance = 0;
                     continue;
                 }
-                *distance = distance.saturating_add(1);
+                *distance += 1;
                 let mark = (*distance + 1).min(255) as u8;
                 if *distance <= reach && (painted[texel] == 0 || mark < painted[texel]) {
                     let from = if down { texel - width } else { texel + width } * 3;
@@ -176,4 +177,45 @@ pub(crate) fn blend(a: Color, b: Color, t: f32) -> Color {
 /// Brighter or darker.
 pub(crate) fn scaled(color: Color, factor: f32) -> Color {
     color.map(|value| value * factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::Figure;
+
+    #[test]
+    fn every_texel_of_a_chart_is_painted() {
+        const SIDE: u32 = 256;
+        let figure = Figure::new();
+        let size = Size::square(SIDE);
+        for (mesh, parts) in
+            [(&figure.head, &figure.head_parts), (&figure.body, &figure.body_parts)]
+        {
+            let texture = bake(mesh, parts, size, [0.0; 3], |spot| {
+                assert!(spot.position.length().is_finite() && spot.normal.length().is_finite());
+                [1.0; 3]
+            });
+            for face in 0..mesh.faces().len() {
+                let corners =
+                    mesh.uv_triangle(face).map(|uv| uv.map(|value| f64::from(value) * 256.0));
+                let Some(scan) = ScanTriangle::new(corners, size) else { continue };
+                for row in scan.rows() {
+                    for column in scan.span(row) {
+                        assert_eq!(texture.get(column, row, 0), 1.0, "{column}, {row}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_gutter_takes_the_nearest_colour() {
+        let mut texels = vec![0; 15];
+        texels[6] = 9;
+        let mut painted = vec![0, 0, 1, 0, 0];
+        spread(&mut texels, &mut painted, 5, 1);
+        assert_eq!(painted, [0, 2, 1, 2, 0]);
+        assert_eq!((texels[3], texels[9], texels[12]), (9, 9, 0));
+    }
 }

@@ -39,10 +39,9 @@ pub(crate) fn shirt(p: Vec3) -> f32 {
     let folds = smoothstep(135.0, 100.0, p.y)
         * noise(vec3(p.x * 0.16, p.y * 0.07 + 0.03 * p.x, p.z * 0.16), 11);
     // Where the sleeves begin.
-    let joint =
-        capsule(p.folded(), SHOULDER - ARM * 3.0, SHOULDER + ARM * 2.0, 5.2, 5.5);
+    let joint = capsule(p.folded(), SHOULDER - ARM * 5.0, SHOULDER - ARM * 0.5, 5.0, 4.9);
     let d = join(join(trunk(p) - 0.75, loose, 4.0), hips, 5.0);
-    join(d, joint, 4.0) - 0.35 * folds
+    join(d, joint, 7.0) - 0.35 * folds
 }
 
 /// The left sleeve's outside together with the shirt.
@@ -71,10 +70,10 @@ pub(crate) fn shoe(p: Vec3) -> f32 {
     d = join(d, ellipsoid(foot, vec3(0.0, 3.6, -3.4), vec3(3.7, 6.2, 4.9)), 2.5);
     d = join(d, capsule(foot, vec3(0.0, 3.0, -3.0), vec3(0.2, 3.0, 9.0), 3.6, 3.6), 2.5);
     let sole = {
-        let heel = capsule(flat(foot), vec3(0.0, 0.0, -3.6), vec3(0.1, 0.0, 2.0), 4.2, 3.9);
-        let ball = capsule(flat(ball), vec3(-0.1, 0.0, 2.0), vec3(0.2, 0.0, 12.4), 3.9, 4.7);
-        let slab = (p.y - 1.5).abs() - 1.2;
-        join(heel, ball, 1.0).max(slab) - 0.3
+        let heel = capsule(flat(foot), vec3(0.0, 0.0, -3.6), vec3(0.1, 0.0, 2.0), 4.5, 4.2);
+        let ball = capsule(flat(ball), vec3(-0.1, 0.0, 2.0), vec3(0.2, 0.0, 12.4), 4.2, 5.0);
+        let slab = (p.y - 1.4).abs() - 1.3;
+        -join(-join(heel, ball, 1.0), -slab, 1.2)
     };
     join(d, sole, 0.35).max(-p.y)
 }

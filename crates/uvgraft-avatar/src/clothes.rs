@@ -2,9 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use crate::body_shape::{
-    ARM, ARM_BACK, ARM_FRONT, SHOULDER, shirt, shoe, sleeve, trousers, trunk,
-};
+use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER, shirt, shoe, sleeve, trousers, trunk};
 use crate::head::{COLUMNS, azimuth};
 use crate::sdf::leave;
 use crate::surface::{Kind, Knot, Part, Side, Surface};
@@ -82,7 +80,7 @@ pub(crate) const SHIRT_CENTRE: Vec3 = vec3(0.0, 128.0, -1.6);
 
 pub(crate) fn torso(surface: &mut Surface) {
     const COLLAR_ROWS: [(f32, f32); 5] =
-        [(-1.5, -0.6), (0.0, 0.35), (-2.2, 0.5), (-4.4, 0.4), (-5.2, 0.0)];
+        [(-3.5, -1.8), (0.0, 0.35), (-2.2, 0.5), (-4.4, 0.4), (-5.2, 0.0)];
     const SHOULDER_ROWS: usize = 17;
     const CHEST_ROWS: usize = 14;
     let part = Part { kind: Kind::Shirt, side: Side::Both };
@@ -121,7 +119,9 @@ pub(crate) fn left_sleeve(surface: &mut Surface) {
         let towards = ARM_FRONT * cos + ARM_BACK * sin;
         let hem = ring >= ALONG.len() - 1;
         let along = ALONG[ring.min(ALONG.len() - 1)] - if ring == ALONG.len() { 1.5 } else { 0.0 };
-        let p = leave(sleeve, SHOULDER + ARM * along, towards, 8.4);
+        // No farther than the tube itself: towards the chest its surface is inside the shirt.
+        let reach = curve(&[(0.0, 6.6), (20.0, 7.2)], along);
+        let p = leave(sleeve, SHOULDER + ARM * along, towards, reach);
         // Sunk into the shirt at the root, where its own surface takes over.
         let sunk = if hem { 0.55 } else { curve(&[(-3.5, 1.6), (-1.0, 0.8), (3.0, 0.0)], along) };
         p - towards * sunk
@@ -158,7 +158,7 @@ pub(crate) fn left_shoe(surface: &mut Surface) {
         let q = p - vec3(10.2, 0.0, -3.0);
         vec3(10.2 + q.x * cos + q.z * sin, q.y, -3.0 - q.x * sin + q.z * cos)
     };
-    let [heel, toe] = tube(surface, part, 22, ALONG.len(), |turn, ring| {
+    let [heel, toe] = tube(surface, part, 26, ALONG.len(), |turn, ring| {
         let (sin, cos) = (TAU * (turn + 0.5)).sin_cos();
         let centre = vec3(10.2, 1.6, ALONG[ring]);
         turned(leave(shoe, centre, vec3(sin, cos, 0.0), 12.0))

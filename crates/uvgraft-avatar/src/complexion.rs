@@ -45,7 +45,7 @@ pub(crate) fn freckles(p: Vec3, density: f32) -> f32 {
         let centre = [i as f32 + random(i, j, 1, 51), j as f32 + random(i, j, 2, 51)];
         let size = 0.12 + 0.17 * random(i, j, 3, 51);
         let distance = ((x - centre[0]).powi(2) + (y - centre[1]).powi(2)).sqrt();
-        let strength = 0.4 + 0.6 * random(i, j, 4, 51);
+        let strength = 0.25 + 0.75 * random(i, j, 4, 51);
         shade = shade.max(strength * smoothstep(size, size * 0.45, distance));
     }
     shade
@@ -64,7 +64,8 @@ pub(crate) fn hair(p: Vec3) -> Color {
     let bearing = Bearing::of(p);
     let lock = bearing.lock();
     let along = bearing.polar * 7.0;
-    let strands = noise2(lock * 26.0, along * 0.5, 61) * 0.55 + noise2(lock * 61.0, along, 62) * 0.45;
+    let strands =
+        noise2(lock * 26.0, along * 0.5, 61) * 0.55 + noise2(lock * 61.0, along, 62) * 0.45;
     let tuft = noise2(lock * 5.0, along * 0.35, 63);
     let gloss = bell(bearing.polar - 0.55 - 0.06 * tuft, 0.2)
         + 0.5 * bell(bearing.polar - 1.35 - 0.05 * tuft, 0.22);
@@ -107,7 +108,8 @@ pub(crate) fn eye(p: Vec3, side: f32) -> Color {
     iris = blend(iris, [0.66, 0.50, 0.24], 0.85 * bell(r - 0.42 - 0.06 * fibres, 0.15));
     iris = scaled(iris, 0.95 + 0.42 * fibres);
     // Light that enters from above gathers at the bottom.
-    iris = scaled(iris, 1.0 - 0.35 * smoothstep(-0.25, 0.6, q.y) + 0.25 * smoothstep(0.0, -0.5, q.y));
+    iris =
+        scaled(iris, 1.0 - 0.35 * smoothstep(-0.25, 0.6, q.y) + 0.25 * smoothstep(0.0, -0.5, q.y));
     iris = scaled(iris, 1.0 - 0.72 * smoothstep(0.80, 0.98, r));
     iris = blend(iris, [0.02, 0.018, 0.02], smoothstep(0.425, 0.385, r));
     color = blend(color, iris, smoothstep(1.04, 0.96, r));

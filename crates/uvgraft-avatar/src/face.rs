@@ -60,11 +60,11 @@ fn complexion(mut color: Color, p: Vec3) -> Color {
     color = flushed(color, 0.34 * cheek + 0.30 * nose + 0.14 * chin);
     let forehead = smoothstep(2.5, 5.0, p.y);
     color = blend(color, [0.92, 0.74, 0.62], 0.25 * forehead);
-    let density =
-        0.62 * bell(x - 2.9, 2.4) * bell(p.y + 2.6, 1.3) + 0.45 * bell(x, 1.0) * bell(p.y + 2.2, 1.5);
+    let density = 0.62 * bell(x - 2.9, 2.4) * bell(p.y + 2.6, 1.3)
+        + 0.45 * bell(x, 1.0) * bell(p.y + 2.2, 1.5);
     // Seen from the front they would be drawn out where the face turns away.
     let density = density * smoothstep(4.2, 6.0, p.z);
-    blend(color, [0.62, 0.38, 0.26], 0.55 * freckles(p, density))
+    blend(color, [0.64, 0.40, 0.28], 0.45 * freckles(p, density))
 }
 
 /// Shade where little light gets to: nostrils, beside the nose, under the lip.
@@ -76,7 +76,8 @@ fn hollows(mut color: Color, p: Vec3, normal: Vec3) -> Color {
         let below = smoothstep(0.25, -0.2, normal.y);
         color = blend(color, [0.20, 0.07, 0.06], smoothstep(1.15, 0.7, nostril) * below);
         let wing = ((q.x - 1.12).powi(2) / 0.6 + (p.y + 4.15).powi(2) / 0.52).sqrt();
-        let crease = bell(wing - 0.98, 0.16) * smoothstep(1.25, 1.6, q.x) * smoothstep(9.3, 8.6, p.z);
+        let crease =
+            bell(wing - 0.98, 0.16) * smoothstep(1.25, 1.6, q.x) * smoothstep(9.3, 8.6, p.z);
         color = blend(color, [0.56, 0.27, 0.22], 0.5 * crease);
     }
     let smile_line = bell(q.x - mix(1.9, 3.0, (-4.4 - p.y) / 2.6), 0.22)
@@ -141,7 +142,8 @@ fn lash_at(root: f32, spacing: f32, t: f32, seed: u32) -> f32 {
     let length = 0.65 + 0.35 * random(number as i32, 0, 0, seed);
     let t = t / length;
     let offset = (root / spacing - number - 0.5).abs() * 2.0;
-    smoothstep(0.9 * (1.0 - t).max(0.0), 0.35 * (1.0 - t).max(0.0), offset) * smoothstep(1.0, 0.85, t)
+    smoothstep(0.9 * (1.0 - t).max(0.0), 0.35 * (1.0 - t).max(0.0), offset)
+        * smoothstep(1.0, 0.85, t)
 }
 
 fn brow(color: Color, p: Vec3) -> Color {
@@ -150,7 +152,7 @@ fn brow(color: Color, p: Vec3) -> Color {
         return color;
     }
     let middle = curve(&[(1.3, 1.72), (2.4, 2.05), (3.9, 2.42), (4.8, 2.22), (5.6, 1.62)], x);
-    let half = curve(&[(1.2, 0.20), (1.7, 0.34), (3.2, 0.32), (4.4, 0.22), (5.7, 0.03)], x);
+    let half = curve(&[(1.2, 0.24), (1.7, 0.40), (3.2, 0.38), (4.4, 0.26), (5.7, 0.04)], x);
     let off = p.y - middle;
     // Hairs lean outwards, upwards at the inner end and downwards at the tail.
     let lean = mix(0.4, 2.2, smoothstep(1.2, 3.4, x)) * if off > 0.0 { 1.0 } else { 0.75 };
@@ -174,7 +176,11 @@ fn mouth(mut color: Color, p: Vec3) -> Color {
         + noise2(p.x * 27.0, p.y * 3.0, 86) * 0.4;
     let upper = p.y > line;
     let mut lip: Color = if upper { [0.70, 0.375, 0.355] } else { [0.79, 0.45, 0.42] };
-    let t = if upper { (p.y - line) / (top - line).max(0.05) } else { (line - p.y) / (line - bottom).max(0.05) };
+    let t = if upper {
+        (p.y - line) / (top - line).max(0.05)
+    } else {
+        (line - p.y) / (line - bottom).max(0.05)
+    };
     lip = scaled(lip, 1.0 + 0.06 * creases - 0.14 * smoothstep(0.4, 0.0, t));
     if !upper {
         let gloss = bell(t - 0.42, 0.2) * bell(p.x, 1.0);
@@ -189,5 +195,9 @@ fn mouth(mut color: Color, p: Vec3) -> Color {
     let dimple = bell(p.x.abs() - LIP_WIDTH - 0.06, 0.16) * bell(p.y - lip_line(LIP_WIDTH), 0.14);
     color = blend(color, [0.50, 0.25, 0.21], 0.5 * dimple);
     // Deep in the mouth.
-    blend(color, [0.22, 0.06, 0.06], smoothstep(7.6, 6.9, p.z) * smoothstep(2.3, 2.0, p.x.abs()) * corner)
+    blend(
+        color,
+        [0.22, 0.06, 0.06],
+        smoothstep(7.6, 6.9, p.z) * smoothstep(2.3, 2.0, p.x.abs()) * corner,
+    )
 }

@@ -55,8 +55,7 @@ pub(crate) fn eye() -> Surface {
         let across = EYE_RADIUS * polar.sin();
         let cornea = 0.05 * (1.0 - smoothstep(0.3 * IRIS_RADIUS, 1.25 * IRIS_RADIUS, across));
         let cornea = if polar < 1.0 { cornea } else { 0.0 };
-        let towards =
-            vec3(polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos());
+        let towards = vec3(polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos());
         EYE + towards * (EYE_RADIUS + cornea)
     });
     surface
@@ -84,7 +83,8 @@ pub(crate) fn ear_relief(radius: f32, angle: f32) -> f32 {
         let (dx, dy) = ((x - 0.08) / 0.42, (y + 0.1) / 0.36);
         (-(dx * dx + dy * dy).powi(2)).exp()
     };
-    let antihelix = bell(radius - 0.58, 0.13) * smoothstep(0.1, 0.25, turn) * smoothstep(0.72, 0.6, turn);
+    let antihelix =
+        bell(radius - 0.58, 0.13) * smoothstep(0.1, 0.25, turn) * smoothstep(0.72, 0.6, turn);
     let tragus = bell(x - 0.52, 0.2) * bell(y + 0.1, 0.22);
     let lobe = smoothstep(-0.45, -0.75, y);
     0.42 * helix * bell(radius - 0.9, 0.12) + 0.3 * antihelix - 0.75 * bowl
@@ -102,8 +102,18 @@ pub(crate) fn ear() -> Surface {
         let turn = angle.rem_euclid(TAU) / TAU;
         curve(
             &[
-                (0.0, 1.2), (0.1, 1.6), (0.2, 2.35), (0.27, 2.65), (0.36, 2.45), (0.48, 1.95),
-                (0.6, 1.75), (0.68, 2.05), (0.75, 2.3), (0.81, 2.1), (0.88, 1.55), (1.0, 1.2),
+                (0.0, 1.2),
+                (0.1, 1.6),
+                (0.2, 2.35),
+                (0.27, 2.65),
+                (0.36, 2.45),
+                (0.48, 1.95),
+                (0.6, 1.75),
+                (0.68, 2.05),
+                (0.75, 2.3),
+                (0.81, 2.1),
+                (0.88, 1.55),
+                (1.0, 1.2),
             ],
             turn,
         )
@@ -118,7 +128,8 @@ pub(crate) fn ear() -> Surface {
         let back = ((radius - EAR_FRONT) / (1.0 - EAR_FRONT)).max(0.0);
         let reach = outline(angle) * mix(front, 0.5, smoothstep(0.2, 1.0, back));
         let reach = reach * (1.0 + 0.06 * bell(back - 0.2, 0.15));
-        let relief = ear_relief(front, angle) - 0.45 * smoothstep(0.0, 0.3, back)
+        let relief = ear_relief(front, angle)
+            - 0.45 * smoothstep(0.0, 0.3, back)
             - 1.6 * smoothstep(0.25, 1.0, back);
         EAR + EAR_FORWARD * (reach * angle.cos())
             + EAR_UP * (reach * angle.sin())

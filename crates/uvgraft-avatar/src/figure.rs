@@ -179,3 +179,139 @@ fn described(part: Part, polygons: Range<u32>) -> uvgraft::Part {
     let (object, material) = (object.to_owned(), material.to_owned());
     uvgraft::Part { object, group: group + side, material, polygons }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use uvgraft::Size;
+    use uvgraft::raster::ScanTriangle;
+
+    use super::*;
+
+    /// Vertices from the smallest on, in their cyclic order.
+    fn canonical(mut vertices: Vec<u32>) -> Vec<u32> {
+        let first = (0..vertices.len()).min_by_key(|&k| vertices[k]).unwrap();
+        vertices.rotate_left(first);
+        vertices
+    }
+
+    fn polygon(mesh: &Mesh, polygon: usize) -> Vec<u32> {
+        mesh.polygon_corners(polygon).iter().map(|corner| corner.vertex).collect()
+    }
+
+    #[test]
+    fn is_the_same_every_time() {
+        assert_eq!(Figure::new(), Figure::new());
+    }
+
+    #[test]
+    fn the_body_contains_every_polygon_of_the_head() {
+        let figure = Figure::new();
+        let mut seen = vec![false; figure.body.positions().len()];
+        for (vertex, &in_body) in figure.vertex_map.iter().enumerate() {
+            assert!(!std::mem::replace(&mut seen[in_body as usize], true), "vertex {vertex}");
+            assert_eq!(figure.head.positions()[vertex], figure.body.positions()[in_body as usize]);
+        }
+        let bodies: HashMap<Vec<u32>, usize> = (0..figure.body.polygon_count())
+            .map(|index| (canonical(polygon(&figure.body, index)), index))
+            .collect();
+        let mut rotated = 0;
+        for index in 0..figure.head.polygon_count() {
+            let mapped: Vec<u32> = polygon(&figure.head, index)
+                .iter()
+                .map(|&vertex| figure.vertex_map[vertex as usize])
+                .collect();
+            let found = bodies[&canonical(mapped.clone())];
+            rotated += usize::from(polygon(&figure.body, found) != mapped);
+        }
+        assert!(rotated > figure.head.polygon_count() / 3);
+        let moved = figure.vertex_map.iter().enumerate().filter(|(a, b)| *a != **b as usize);
+        assert!(moved.count() > figure.vertex_map.len() / 2);
+    }
+
+    #[test]
+    fn winding_is_consistent() {
+        let figure = Figure::new();
+        for mesh in [&figure.head, &figure.body] {
+            let mut edges = HashMap::new();
+            for face in mesh.faces() {
+                for k in 0..3 {
+                    *edges.entry((face[k], face[(k + 1) % 3])).or_insert(0) += 1;
+                }
+            }
+            assert!(
+                edges.values().all(|&count| count == 1),
+                "an edge is used twice in one direction"
+            );
+        }
+    }
+
+    #[test]
+    fn charts_have_area_and_lie_inside() {
+        let figure = Figure::new();
+        for (name, mesh) in [("head", &figure.head), ("body", &figure.body)] {
+            assert!(mesh.uv().iter().flatten().all(|value| (0.0..=1.0).contains(value)));
+            for face in 0..mesh.faces().len() {
+                let [a, b, c] = mesh.uv_triangle(face);
+                let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+                assert!(area.abs() > 1e-9, "{name} face {face} has area {area}");
+            }
+        }
+    }
+
+    /// For every texel how many triangles own it, and the chart gap around it.
+    #[test]
+    fn charts_overlap_at_the_eyes_only_and_keep_apart() {
+        const SIDE: u32 = 1024;
+        const GAP: i32 = 8;
+        let figure = Figure::new();
+        for (name, mesh, parts) in
+            [("head", &figure.head, &figure.head_parts), ("body", &figure.body, &figure.body_parts)]
+        {
+            let size = Size::square(SIDE);
+            let mut owner: Vec<Option<Part>> = vec![None; size.texels()];
+            let mut shared = 0;
+            for part in parts {
+                for face in part.faces.clone() {
+                    let corners = mesh
+                        .uv_triangle(face)
+                        .map(|uv| uv.map(|value| f64::from(value) * f64::from(SIDE)));
+                    let Some(scan) = ScanTriangle::new(corners, size) else { continue };
+                    for row in scan.rows() {
+                        for column in scan.span(row) {
+                            let texel = &mut owner[(row * SIDE + column) as usize];
+                            match *texel {
+                                Some(other) if other.kind == Kind::Eye => shared += 1,
+                                Some(other) => {
+                                    panic!(
+                                        "{name}: {:?} over {other:?} at {column}, {row}",
+                                        part.part
+                                    )
+                                }
+                                None => *texel = Some(part.part),
+                            }
+                        }
+                    }
+                }
+            }
+            let side = SIDE as i32;
+            for y in 0..side {
+                for x in 0..side {
+                    let Some(part) = owner[(y * side + x) as usize] else { continue };
+                    for (dx, dy) in [(GAP - 1, 0), (0, GAP - 1)] {
+                        let (x, y) = (x + dx, y + dy);
+                        if x < side && y < side {
+                            let other = owner[(y * side + x) as usize];
+                            assert!(
+                                other.is_none_or(|other| other == part),
+                                "{name}: {part:?} and {other:?} are close at {x}, {y}"
+                            );
+                        }
+                    }
+                }
+            }
+            assert_eq!(shared > 0, name == "body", "{name}: {shared} shared texels");
+        }
+    }
+}

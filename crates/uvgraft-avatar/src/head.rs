@@ -33,9 +33,9 @@ struct Block {
     rows: (usize, usize),
 }
 
-const LEFT_EYE: Block = Block { columns: (39, 51), rows: (16, 27) };
-const RIGHT_EYE: Block = Block { columns: (21, 33), rows: (16, 27) };
-const MOUTH: Block = Block { columns: (26, 46), rows: (32, 39) };
+const LEFT_EYE: Block = Block { columns: (39, 50), rows: (15, 27) };
+const RIGHT_EYE: Block = Block { columns: (22, 33), rows: (15, 27) };
+const MOUTH: Block = Block { columns: (26, 46), rows: (32, 40) };
 
 impl Block {
     fn has_cell(&self, column: usize, row: usize) -> bool {
@@ -143,9 +143,11 @@ fn grid_position(column: usize, row: usize) -> Vec3 {
     let jaw = grid_position(column, JAW_ROWS);
     let rim_axis = neck_axis(mix(-13.8, -16.3, 0.5 + 0.5 * around.cos()));
     let rim = leave(skin, rim_axis, towards, REACH);
-    let guide = jaw.lerp(rim, (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32);
-    let axis = neck_axis(guide.y);
-    leave(skin, axis, (guide - axis).normalized(), REACH)
+    let down = (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32;
+    let guide = jaw.lerp(rim, down);
+    // Rays come from above as long as the jaw is beside them.
+    let origin = CENTRE.lerp(neck_axis(guide.y), down);
+    leave(skin, origin, (guide - origin).normalized(), REACH)
 }
 
 /// A ring's point: where it is, and where on the front plane its chart parameters are taken.
@@ -263,10 +265,7 @@ fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                 .iter()
                 .map(|&goal| RingPoint {
                     position: on_lid(goal, radius),
-                    chart_xy: [
-                        mix(centre.x, goal[0], scale),
-                        mix(centre.y + 0.1, goal[1], scale),
-                    ],
+                    chart_xy: [mix(centre.x, goal[0], scale), mix(centre.y + 0.1, goal[1], scale)],
                 })
                 .collect(),
         );
@@ -305,7 +304,7 @@ fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                     let x = column.0 * narrow;
                     let line = lip_line(x);
                     let y = mix(border(column), line, t);
-                    let chart_y = mix(lip_line(column.0), border(column), open);
+                    let chart_y = line + (border(column) - lip_line(column.0)) * open;
                     let position = seen(x, y) - vec3(0.0, 0.0, depth);
                     RingPoint { position, chart_xy: [x, chart_y] }
                 })

@@ -61,7 +61,7 @@ pub(crate) fn neck_axis(y: f32) -> Vec3 {
 
 /// The neck without its muscles, reaching far into the trunk.
 pub(crate) fn neck(p: Vec3) -> f32 {
-    capsule(p, neck_axis(-6.0), neck_axis(-19.0), 4.75, 5.1)
+    capsule(p, neck_axis(-6.0), neck_axis(-19.0), 4.55, 4.95)
 }
 
 /// The skull with hair volume left out, without face.
@@ -81,18 +81,14 @@ pub(crate) fn skin(p: Vec3) -> f32 {
     d = join(d, capsule(q, vec3(1.2, 2.0, 7.4), vec3(4.3, 2.1, 6.2), 0.85, 0.6), 1.4);
     d = join(d, ellipsoid(p, vec3(0.0, -7.0, 6.3), vec3(3.0, 2.5, 2.65)), 1.6);
     d = join(d, neck(p), 2.0);
-    d = join(d, capsule(q, vec3(4.4, -6.0, -2.6), vec3(1.2, -19.0, 0.6), 0.8, 0.8), 1.4);
+    d = join(d, capsule(q, vec3(4.2, -6.0, -2.6), vec3(1.2, -19.0, 0.5), 0.8, 0.8), 1.4);
     d = carve(d, ellipsoid(q, vec3(3.3, -0.1, 9.15), vec3(2.1, 1.6, 1.5)), 1.2);
     d = join(d, sphere(q, EYE, LID_RADIUS), 0.4);
     lips(nose(d, p, q), p, q)
 }
 
 fn nose(skin: f32, p: Vec3, q: Vec3) -> f32 {
-    let mut d = join(
-        skin,
-        capsule(p, vec3(0.0, 1.2, 7.9), vec3(0.0, -3.1, 9.5), 0.55, 0.8),
-        1.0,
-    );
+    let mut d = join(skin, capsule(p, vec3(0.0, 1.2, 7.9), vec3(0.0, -3.1, 9.5), 0.55, 0.8), 1.0);
     d = join(d, ellipsoid(p, vec3(0.0, -3.7, 9.75), vec3(1.0, 0.85, 0.95)), 0.9);
     d = join(d, ellipsoid(q, vec3(1.05, -4.1, 8.85), vec3(0.62, 0.6, 0.9)), 0.55);
     d = join(d, ellipsoid(p, vec3(0.0, -4.35, 9.1), vec3(0.85, 0.45, 1.1)), 0.5);
@@ -100,11 +96,8 @@ fn nose(skin: f32, p: Vec3, q: Vec3) -> f32 {
 }
 
 fn lips(skin: f32, p: Vec3, q: Vec3) -> f32 {
-    let mut d = carve(
-        skin,
-        capsule(p, vec3(0.0, -5.3, 9.55), vec3(0.0, -6.2, 9.4), 0.25, 0.3),
-        0.4,
-    );
+    let mut d =
+        carve(skin, capsule(p, vec3(0.0, -5.3, 9.55), vec3(0.0, -6.2, 9.4), 0.25, 0.3), 0.4);
     d = join(d, capsule(q, vec3(0.3, -6.88, 8.95), vec3(2.1, -7.0, 7.9), 0.4, 0.15), 0.35);
     d = join(d, capsule(q, vec3(0.0, -7.72, 8.75), vec3(1.6, -7.4, 8.05), 0.52, 0.2), 0.35);
     carve(d, ellipsoid(p, vec3(0.0, -8.75, 9.4), vec3(1.3, 0.4, 0.6)), 0.7)

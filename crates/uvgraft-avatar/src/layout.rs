@@ -49,9 +49,7 @@ pub(crate) fn corners(layout: Layout, polygon: &Polygon) -> (u32, Vec<[f32; 2]>)
     }
     let front = polygon.knots.iter().all(|knot| knot.at[0].abs() < FACE_EDGE + 1e-4);
     let mean: f32 = polygon.knots.iter().map(|knot| knot.at[0]).sum();
-    let local = |at: [f32; 2], unrolled: f32| {
-        [0.5 + 0.5 * unrolled * narrowing(at[1]), at[1]]
-    };
+    let local = |at: [f32; 2], unrolled: f32| [0.5 + 0.5 * unrolled * narrowing(at[1]), at[1]];
     let whole = place(0.02, 0.02, 0.98, 0.635);
     let face = place(0.012, 0.012, 0.30, 0.325);
     let back = place(0.315, 0.012, 0.49, 0.325).turned();

@@ -107,15 +107,12 @@ impl Scene<'_> {
     /// The mean of a pixel's samples, in linear light.
     fn pixel(&self, x: u32, y: u32, size: Size) -> [f32; 3] {
         let open = self.occlusion[(y * size.width + x) as usize];
-        let behind = background(
-            (x as f32 + 0.5) / size.width as f32,
-            (y as f32 + 0.5) / size.height as f32,
-        )
-        .map(linear_from_srgb);
-        let on_sight = self.camera.unproject(
-            (x as f32 + 0.5) * SAMPLES as f32,
-            (y as f32 + 0.5) * SAMPLES as f32,
-        );
+        let behind =
+            background((x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32)
+                .map(linear_from_srgb);
+        let on_sight = self
+            .camera
+            .unproject((x as f32 + 0.5) * SAMPLES as f32, (y as f32 + 0.5) * SAMPLES as f32);
         let mut floor = None;
         let mut sum = [0.0; 3];
         for sample in 0..SAMPLES * SAMPLES {
@@ -166,5 +163,35 @@ impl Scene<'_> {
         };
         let albedo = self.mipmap.sample(uv, uv_area / area.abs());
         self.lights.shade(self.materials[face], albedo, position, normal, open)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Figure, paint_body, paint_head};
+
+    #[test]
+    fn shows_a_face_where_the_mannequin_has_none() {
+        let figure = Figure::new();
+        let (width, height) = (60_u32, 80_u32);
+        let size = Size::new(width, height);
+        let head = paint_head(&figure, Size::square(512));
+        let body = paint_body(&figure, Size::square(512));
+        let painted = render(&figure.head, &head, &View::face(), size);
+        let plain = render(&figure.body, &body, &View::face(), size);
+        assert_eq!(painted, render(&figure.head, &head, &View::face(), size));
+        let differing = |a: &Texture, b: &Texture| {
+            (0..size.texels() as u32)
+                .filter(|k| {
+                    let (x, y) = (k % width, k / width);
+                    (0..3).any(|c| (a.get(x, y, c) - b.get(x, y, c)).abs() > 0.05)
+                })
+                .count()
+        };
+        assert!(differing(&painted, &plain) > size.texels() / 8);
+        let away = View { target: [9.0, 9.0, 9.0], ..View::face() };
+        let empty = render(&figure.head, &head, &away, size);
+        assert!(differing(&plain, &empty) > size.texels() / 3);
     }
 }

@@ -80,3 +80,26 @@ fn march(clearance: impl Fn(Vec3) -> f32, origin: Vec3, direction: Vec3, reach: 
     }
     origin + direction * reach
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_end_on_the_surface_from_either_side() {
+        let ball = |p: Vec3| sphere(p, vec3(1.0, 0.0, 0.0), 2.0);
+        let out = leave(ball, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 10.0);
+        assert!((out - vec3(1.0, 0.0, 2.0)).length() < 1e-3);
+        let into = meet(ball, vec3(1.0, 0.0, 9.0), vec3(0.0, 0.0, -1.0), 20.0);
+        assert!((into - vec3(1.0, 0.0, 2.0)).length() < 1e-3);
+        let miss = meet(ball, vec3(1.0, 9.0, 9.0), vec3(0.0, 0.0, -1.0), 20.0);
+        assert_eq!(miss, vec3(1.0, 9.0, -11.0));
+    }
+
+    #[test]
+    fn blends_leave_alone_what_is_far_apart() {
+        assert_eq!(join(1.0, 5.0, 2.0), 1.0);
+        assert_eq!(carve(1.0, 5.0, 2.0), 1.0);
+        assert!(join(1.0, 1.0, 2.0) < 1.0);
+    }
+}

@@ -132,7 +132,10 @@ impl Lights {
         const RIM: [f32; 3] = [0.55, 0.58, 0.66];
         const SKY: [f32; 3] = [0.36, 0.38, 0.42];
         const GROUND: [f32; 3] = [0.23, 0.19, 0.17];
+        // Where the light only grazes, a cast shadow would draw a hard edge into the soft one.
+        let grazing = smoothstep(0.35, -0.1, normal.dot(self.key));
         let lit = self.lit(position, normal);
+        let lit = lit + (1.0 - lit) * 0.8 * grazing;
         let (strength, sharpness) = material.gloss();
         let half = (self.key + self.towards).normalized();
         let mut glint = strength * normal.dot(half).max(0.0).powf(sharpness) * lit;
@@ -143,9 +146,7 @@ impl Lights {
         let wrap = material.wrap();
         let shade = 0.35 + 0.65 * open;
         [0, 1, 2].map(|k| {
-            let around = |light: Vec3| {
-                ((normal.dot(light) + wrap[k]) / (1.0 + wrap[k])).max(0.0)
-            };
+            let around = |light: Vec3| ((normal.dot(light) + wrap[k]) / (1.0 + wrap[k])).max(0.0);
             // Shadows on skin keep a little of the light that has crept through it.
             let reached = lit + (1.0 - lit) * 0.25 * wrap[k];
             let light = KEY[k] * around(self.key) * reached * (0.6 + 0.4 * open)
@@ -159,7 +160,7 @@ impl Lights {
     /// The part of the key light that reaches a point, with soft edges.
     fn lit(&self, position: Vec3, normal: Vec3) -> f32 {
         const BIAS: f32 = 0.004;
-        let p = self.shadow_camera.project(position + normal * 0.003);
+        let p = self.shadow_camera.project(position + normal * 0.004);
         let (left, top) = ((p.x - 0.5).floor(), (p.y - 0.5).floor());
         let (fx, fy) = (p.x - 0.5 - left, p.y - 0.5 - top);
         let mut sum = 0.0;
@@ -190,7 +191,11 @@ impl Lights {
 /// Keeps what is brighter than white from clipping hard.
 fn soft(value: f32) -> f32 {
     const KNEE: f32 = 0.75;
-    if value < KNEE { value } else { KNEE + (1.0 - KNEE) * (1.0 - (-(value - KNEE) / (1.0 - KNEE)).exp()) }
+    if value < KNEE {
+        value
+    } else {
+        KNEE + (1.0 - KNEE) * (1.0 - (-(value - KNEE) / (1.0 - KNEE)).exp())
+    }
 }
 
 /// A neutral studio backdrop, sRGB; `x` and `y` run from 0 to 1, `y` downwards.

@@ -4,6 +4,7 @@ use std::f32::consts::TAU;
 
 use uvgraft::{Size, Texture};
 
+use crate::arms::on_finger;
 use crate::bake::{Color, Spot, bake, blend, scaled};
 use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
 use crate::clothes::{HEM, SHIRT_CENTRE, collar};
@@ -34,7 +35,7 @@ fn color(spot: &Spot) -> Color {
         Kind::Eye | Kind::Ear | Kind::Hair => MANNEQUIN,
         Kind::Chest => skin(p),
         Kind::Shirt => shirt(p),
-        Kind::Sleeve => sleeve(p.folded()),
+        Kind::Sleeve => jersey(p),
         Kind::Arm => arm(p, spot.normal),
         Kind::Finger(number) => finger(p, number),
         Kind::Leg => trousers(p, spot.normal),
@@ -64,29 +65,35 @@ fn striped(height: f32, threads: f32) -> Color {
     scaled(blend(CREAM, NAVY, stripe), threads)
 }
 
+/// The cloth of shirt and sleeves. Which of the two a point has is decided in space, so both agree
+/// where their surfaces run into each other.
+fn jersey(p: Vec3) -> Color {
+    let q = p.folded() - SHOULDER;
+    let threads = knit(p);
+    let along = q.dot(ARM);
+    // Positive on the sleeve: beyond the shoulder and not below the armpit.
+    let armhole = (q.x + 1.5).min(q.dot(ARM_BACK) + 8.6);
+    let color = if armhole > 0.0 {
+        let plain = scaled(CREAM, threads);
+        let color = blend(plain, striped(along - 0.6, threads), smoothstep(5.0, 5.04, along));
+        let color = blend(color, scaled(NAVY, threads), smoothstep(18.5, 18.55, along));
+        scaled(color, 1.0 - 0.25 * bell(along - 18.4, 0.06))
+    } else {
+        // Plain over the shoulders, striped below.
+        let yoke = smoothstep(137.6, 137.65, p.y);
+        blend(striped(p.y, threads), scaled(CREAM, threads), yoke)
+    };
+    scaled(color, 1.0 - 0.28 * bell(armhole, 0.07))
+}
+
 fn shirt(p: Vec3) -> Color {
     let q = p - SHIRT_CENTRE;
     let degrees = q.y.atan2((q.x * q.x + q.z * q.z).sqrt()).to_degrees();
-    let threads = knit(p);
-    // Plain over the shoulders, striped below.
-    let yoke = smoothstep(137.6, 137.65, p.y);
-    let mut color = blend(striped(p.y, threads), scaled(CREAM, threads), yoke);
-    let rib = 1.0 + 0.08 * (p.x.atan2(p.z + 1.6) * 150.0).sin();
+    let rib = 1.0 + 0.08 * (q.x.atan2(q.z) * 150.0).sin();
     let below = degrees - collar(q.x.atan2(q.z));
-    color = blend(color, scaled(NAVY, rib), smoothstep(-4.75, -4.65, below));
-    let seam = bell(p.y - HEM - 2.0, 0.05);
-    scaled(color, 1.0 - 0.25 * seam)
-}
-
-fn sleeve(p: Vec3) -> Color {
-    let along = (p - SHOULDER).dot(ARM);
-    let threads = knit(p);
-    let mut color = scaled(CREAM, threads);
-    let band = smoothstep(5.0, 5.04, along);
-    color = blend(color, striped(along - 0.6, threads), band);
-    let cuff = smoothstep(18.5, 18.55, along);
-    color = blend(color, scaled(NAVY, threads), cuff);
-    scaled(color, 1.0 - 0.25 * bell(along - 18.4, 0.06))
+    let color = blend(jersey(p), scaled(NAVY, rib), smoothstep(-4.75, -4.65, below));
+    let hem = bell(p.y - HEM - 2.0, 0.05);
+    scaled(color, 1.0 - 0.25 * hem)
 }
 
 fn arm(p: Vec3, normal: Vec3) -> Color {
@@ -94,14 +101,26 @@ fn arm(p: Vec3, normal: Vec3) -> Color {
     let (along, front) = (q.dot(ARM), q.dot(ARM_FRONT));
     let back = vec3(normal.x.abs(), normal.y, normal.z).dot(ARM_BACK);
     let elbow = bell(along - 27.0, 2.5) * smoothstep(0.2, 0.9, -normal.z);
-    let knuckles = bell(along - 63.6, 0.8) * smoothstep(0.3, 0.8, back)
+    let knuckles = bell(along - 63.6, 0.8)
+        * smoothstep(0.3, 0.8, back)
         * (0.5 + 0.5 * (front * TAU / 1.95).cos());
     let palm = smoothstep(54.0, 57.0, along) * smoothstep(0.0, -0.7, back);
     flushed(skin(p), 0.3 * elbow + 0.35 * knuckles + 0.3 * palm)
 }
 
-fn finger(p: Vec3, _number: u8) -> Color {
-    flushed(skin(p), 0.18)
+fn finger(p: Vec3, number: u8) -> Color {
+    let (along, front, back) = on_finger(number, p.folded());
+    let color = flushed(skin(p), 0.16 + 0.3 * smoothstep(0.7, 1.0, along));
+    // Creases over the joints, and the nail.
+    let joint = bell(along - 0.42, 0.012) + bell(along - 0.45, 0.01) + bell(along - 0.70, 0.012);
+    let color = blend(color, [0.66, 0.42, 0.35], 0.35 * joint * smoothstep(-0.2, 0.4, back));
+    let (x, y) = (front / 0.66, (along - 0.895) / 0.085);
+    let nail = (x.powi(4) + y.powi(4)).sqrt().sqrt();
+    let inside = smoothstep(1.0, 0.93, nail) * smoothstep(0.2, 0.3, back);
+    let rim = bell(nail - 1.02, 0.08) * smoothstep(0.2, 0.3, back);
+    let white = smoothstep(0.62, 0.72, y);
+    let plate = blend([0.90, 0.66, 0.60], [0.95, 0.88, 0.82], white);
+    blend(blend(color, [0.62, 0.38, 0.32], 0.4 * rim), plate, 0.85 * inside)
 }
 
 fn trousers(p: Vec3, normal: Vec3) -> Color {
@@ -129,7 +148,8 @@ fn shoe(p: Vec3, normal: Vec3) -> Color {
     let mut color = scaled(CANVAS, weave);
     let toe_cap = smoothstep(11.6, 11.65, p.z);
     color = blend(color, RUBBER, toe_cap);
-    let tongue = smoothstep(1.75, 1.7, (p.x - 10.4 - 0.1 * p.z).abs()) * smoothstep(0.2, 0.4, normal.y);
+    let tongue =
+        smoothstep(1.75, 1.7, (p.x - 10.4 - 0.1 * p.z).abs()) * smoothstep(0.2, 0.4, normal.y);
     if (1.0..9.8).contains(&p.z) {
         let lace = smoothstep(0.30, 0.26, ((p.z - 1.0).rem_euclid(1.7) - 0.85).abs());
         color = blend(color, scaled(CREAM, weave), tongue * lace);
