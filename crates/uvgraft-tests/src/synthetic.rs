@@ -53,7 +53,7 @@ pub fn pair() -> Pair {
     for eye in 0..2 {
         let rim = |k: u32, bumps: f64| {
             let angle = f64::from(k % EYE) / f64::from(EYE) * std::f64::consts::TAU;
-            let radius = 0.5 + bumps * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let radius = 0.5 + bumps * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             [angle.cos() * radius, angle.sin() * radius]
         };
         let place = |at: [f64; 2], centre: [f64; 2], size: f64| {

@@ -1,5 +1,7 @@
 //! The library against an independent implementation.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texels, Texture,
     Transfer, TransferOptions,

@@ -1,5 +1,7 @@
 //! Visible defects of earlier implementations, each shown to be gone.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, MapOptions, Mesh, Pair, SamplingMap, Size,
@@ -240,8 +242,9 @@ fn small_targets_do_not_alias() {
     let square = synthetic::square(0.0);
     let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
     let (large, small) = (Size::square(2048), Size::square(250));
-    let texels = (0..large.texels())
-        .flat_map(|texel| [if (texel % 2048 + texel / 2048) % 2 == 0 { 255 } else { 0 }; 3]);
+    let texels = (0..large.texels()).flat_map(|texel| {
+        [if (texel % 2048 + texel / 2048).is_multiple_of(2) { 255 } else { 0 }; 3]
+    });
     let checker =
         Texture::new(large, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
     let contrast = |texture: &Texture| {
@@ -307,7 +310,8 @@ fn linear_light_averages_light() {
     let square = synthetic::square(0.0);
     let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
     let (size, target) = (Size::new(64, 64), Size::square(8));
-    let texels = (0..size.texels()).flat_map(|texel| [if texel % 2 == 0 { 0 } else { 255 }; 3]);
+    let texels =
+        (0..size.texels()).flat_map(|texel| [if texel.is_multiple_of(2) { 0 } else { 255 }; 3]);
     let stripes =
         Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
     let middle = |linear_light: bool| {

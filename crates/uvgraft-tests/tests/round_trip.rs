@@ -1,5 +1,7 @@
 //! There and back: how much of a texture survives.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texels, Texture,
     Transfer, TransferOptions,

@@ -1,5 +1,7 @@
 //! The number of threads must not show in a result.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Size, Texture, Transfer, TransferOptions,
 };

@@ -110,7 +110,7 @@ impl Transfer {
         let channels = source.channels().count();
         match (source.texels(), target.texels_mut()) {
             (Texels::U8(source), Texels::U8(target)) => {
-                self.resample(channels, source, size, target)
+                self.resample(channels, source, size, target);
             }
             (Texels::U16(source), Texels::U16(target)) => {
                 self.resample(channels, source, size, target);
