@@ -222,7 +222,7 @@ fn the_gutter_has_the_width_that_was_asked_for() {
         let map =
             SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: gutter });
         for row in 0..64u32 {
-            let mut reached = vec![false; 64];
+            let mut reached = [false; 64];
             for run in map.row(row) {
                 reached[run.x as usize..(run.x + run.len) as usize].fill(true);
             }
