@@ -1,11 +1,9 @@
 //! What a file says about its image before any texel is decoded, and whether that may be decoded.
 
-use std::io::{BufRead, Seek, SeekFrom};
-
 use uvgraft::texture::{Channels, Depth, Size, Texture};
 
 use super::orientation::Orientation;
-use super::{Format, ImageError, exr, jpeg, png, tiff, webp};
+use super::{Format, ImageError};
 
 /// Bytes that a decoded image may take: 32,768 × 32,768 RGBA texels of 8 bits, or 16,384 × 16,384
 /// of float.
@@ -42,32 +40,6 @@ impl StoredHeader {
     pub(super) fn values(&self) -> usize {
         self.size.texels() * self.channels.count()
     }
-}
-
-/// Reads the header of whatever `reader` holds, and refuses images that are too large.
-pub(super) fn read(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
-    let mut start = Vec::with_capacity(12);
-    let io = |error: &_| ImageError::damaged(Format::Png, error);
-    while start.len() < 12 {
-        let available = reader.fill_buf().map_err(|error| io(&error))?;
-        let taken = available.len().min(12 - start.len());
-        if taken == 0 {
-            break;
-        }
-        start.extend_from_slice(&available[..taken]);
-        reader.consume(taken);
-    }
-    reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
-    let format = detect(&start)?;
-    let stored = match format {
-        Format::Png => png::header(reader),
-        Format::Jpeg => jpeg::header(reader),
-        Format::WebP => webp::header(reader),
-        Format::Tiff => tiff::header(reader),
-        Format::Exr => exr::header(reader),
-    }?;
-    let size = stored.orientation.size(stored.size);
-    Ok(Header { format, size, channels: stored.channels, depth: stored.depth })
 }
 
 /// The format of the content, or an error that shows how it starts.

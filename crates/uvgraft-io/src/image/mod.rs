@@ -29,7 +29,7 @@ mod tiff;
 mod webp;
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Seek, Write};
+use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use uvgraft::texture::{Texels, Texture};
@@ -133,7 +133,7 @@ pub fn read(path: &Path) -> Result<Image, ReadError> {
 /// refuses.
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
     let file = File::open(path).map_err(|reason| ReadError::Io { path: path.into(), reason })?;
-    header::read(&mut BufReader::new(file))
+    header_of(&mut BufReader::new(file))
         .map_err(|reason| ReadError::Content { path: path.into(), reason })
 }
 
@@ -142,7 +142,33 @@ pub fn read_header(path: &Path) -> Result<Header, ReadError> {
 /// # Errors
 /// [`ImageError`] if the header is one that [`decode`] refuses.
 pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
-    header::read(&mut Cursor::new(bytes))
+    header_of(&mut Cursor::new(bytes))
+}
+
+/// Reads the header of whatever `reader` holds, and refuses images that are too large.
+fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
+    let mut start = Vec::with_capacity(12);
+    let io = |error: &_| ImageError::damaged(Format::Png, error);
+    while start.len() < 12 {
+        let available = reader.fill_buf().map_err(|error| io(&error))?;
+        let taken = available.len().min(12 - start.len());
+        if taken == 0 {
+            break;
+        }
+        start.extend_from_slice(&available[..taken]);
+        reader.consume(taken);
+    }
+    reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
+    let format = header::detect(&start)?;
+    let stored = match format {
+        Format::Png => png::header(reader),
+        Format::Jpeg => jpeg::header(reader),
+        Format::WebP => webp::header(reader),
+        Format::Tiff => tiff::header(reader),
+        Format::Exr => exr::header(reader),
+    }?;
+    let size = stored.orientation.size(stored.size);
+    Ok(Header { format, size, channels: stored.channels, depth: stored.depth })
 }
 
 /// Encodes an image.

@@ -226,7 +226,7 @@ mod tests {
     /// What both paths share they cannot check in each other, so it is pinned by hand.
     #[test]
     fn positions_and_samples_by_hand() {
-        let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let mesh = |scale: f32| {
             let uv: Vec<[f32; 2]> = uv.iter().map(|&[u, v]| [u * scale, v]).collect();
             Mesh::from_triangles(vec![[0.0; 3]; 3], uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap()
