@@ -32,14 +32,14 @@ pub(crate) fn shirt(p: Vec3) -> f32 {
     let loose = ellipsoid(
         vec3(p.x, p.y.clamp(95.0, 122.0), p.z),
         vec3(0.0, 108.0, -0.9),
-        vec3(15.9, 60.0, 10.9),
+        vec3(15.3, 60.0, 10.5),
     );
     let loose = carve(loose, 130.0 - p.y, 8.0);
     let hips = ellipsoid(p, vec3(0.0, 92.0, -1.2), vec3(16.3, 14.0, 11.7));
     let folds = smoothstep(135.0, 100.0, p.y)
         * noise(vec3(p.x * 0.16, p.y * 0.07 + 0.03 * p.x, p.z * 0.16), 11);
     // Where the sleeves begin.
-    let joint = capsule(p.folded(), SHOULDER - ARM * 5.0, SHOULDER - ARM * 0.5, 5.0, 4.9);
+    let joint = capsule(p.folded(), SHOULDER - ARM * 5.0, SHOULDER - ARM * 0.5, 4.6, 4.2);
     let d = join(join(trunk(p) - 0.75, loose, 4.0), hips, 5.0);
     join(d, joint, 7.0) - 0.35 * folds
 }

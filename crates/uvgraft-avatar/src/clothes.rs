@@ -70,7 +70,7 @@ pub(crate) fn chest(surface: &mut Surface, rim: &[u32]) {
 /// Height of the shirt's rays at the collar above the horizon, in degrees, by direction around the
 /// neck: 0 in front.
 pub(crate) fn collar(around: f32) -> f32 {
-    71.2 - 1.4 * around.cos() - 0.6 * (2.0 * around).cos()
+    72.2 - 2.8 * around.cos() - 0.4 * (2.0 * around).cos()
 }
 
 /// Height of the shirt's hem.

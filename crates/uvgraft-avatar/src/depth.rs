@@ -28,7 +28,7 @@ pub(crate) struct Camera {
 impl Camera {
     pub fn new(view: &View, size: Size) -> Self {
         let (sin, cos) = view.azimuth.to_radians().sin_cos();
-        let (rise, flat) = view.elevation.to_radians().sin_cos();
+        let (rise, flat) = view.elevation.clamp(-89.0, 89.0).to_radians().sin_cos();
         let towards = vec3(sin * flat, rise, cos * flat);
         Self::looking(towards, view.target.into(), view.height / size.height as f32, size)
     }

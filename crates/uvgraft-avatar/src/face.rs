@@ -19,6 +19,9 @@ const BACKGROUND: Color = [0.42, 0.31, 0.26];
 ///
 /// Details go down to a few tenths of a millimetre, which a texture of 4096² resolves. The same
 /// size gives the same texels every time.
+///
+/// # Panics
+/// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
 pub fn paint_head(figure: &Figure, size: Size) -> Texture {
     bake(&figure.head, &figure.head_parts, size, BACKGROUND, color)
 }
@@ -120,9 +123,13 @@ fn eye_region(mut color: Color, p: Vec3) -> Color {
     color = blend(color, [0.07, 0.045, 0.04], 0.95 * line);
     if above > 0.0 && above < 0.6 {
         let length = mix(0.16, 0.46, outwards);
-        let root = dx - above * mix(-0.3, 1.1, outwards);
+        let root = dx - above * mix(-0.3, 0.75, outwards);
         let lash = lash_at(root, 0.085, above / length, 81);
-        color = blend(color, [0.07, 0.045, 0.04], 0.9 * lash * smoothstep(-1.4, -1.0, root));
+        color = blend(
+            color,
+            [0.07, 0.045, 0.04],
+            0.9 * lash * smoothstep(-1.4, -1.0, root) * smoothstep(2.0, 1.75, dx),
+        );
     }
     if below > -0.05 && below < 0.3 {
         let root = dx - below * mix(-0.5, 0.9, outwards);

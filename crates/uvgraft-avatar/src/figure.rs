@@ -188,6 +188,7 @@ mod tests {
     use uvgraft::raster::ScanTriangle;
 
     use super::*;
+    use crate::vector::Vec3;
 
     /// Vertices from the smallest on, in their cyclic order.
     fn canonical(mut vertices: Vec<u32>) -> Vec<u32> {
@@ -239,6 +240,21 @@ mod tests {
                 for k in 0..3 {
                     *edges.entry((face[k], face[(k + 1) % 3])).or_insert(0) += 1;
                 }
+            }
+            let parts = if mesh == &figure.head { &figure.head_parts } else { &figure.body_parts };
+            for part in parts {
+                let faces: Vec<[Vec3; 3]> = mesh.faces()[part.faces.clone()]
+                    .iter()
+                    .map(|face| face.map(|vertex| mesh.positions()[vertex as usize].into()))
+                    .collect();
+                let count = 3.0 * faces.len() as f32;
+                let middle = faces.iter().flatten().fold(Vec3::default(), |sum, &p| sum + p);
+                let middle = middle * (1.0 / count);
+                let volume: f32 = faces
+                    .iter()
+                    .map(|[a, b, c]| (*a - middle).dot((*b - middle).cross(*c - middle)))
+                    .sum();
+                assert!(volume > 0.0, "{:?} is inside out", part.part);
             }
             assert!(
                 edges.values().all(|&count| count == 1),

@@ -184,7 +184,7 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) {
     let mut outer: Vec<Knot> = rim.to_vec();
     for (step, ring) in rings.into_iter().enumerate() {
         // Near the rim the chart is the grid's own, further in it is the flat front view.
-        let flat = smoothstep(0.0, 0.6, (step as f32 + 1.0) / count);
+        let flat = smoothstep(0.0, 0.45, (step as f32 + 1.0) / count);
         let mut inner: Vec<Knot> = ring
             .iter()
             .zip(rim.iter().zip(&points))

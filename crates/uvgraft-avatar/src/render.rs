@@ -18,28 +18,36 @@ use crate::vector::{Vec3, vec3};
 pub struct View {
     /// How far the camera has gone around the mesh: 0 in front (on +Z), 90 on +X.
     pub azimuth: f32,
-    /// How far the camera is above the horizon.
+    /// How far the camera is above the horizon, from -89 to 89; more is clamped.
     pub elevation: f32,
     /// The point in the middle of the picture.
     pub target: [f32; 3],
     /// Height of the region that fills the picture.
     pub height: f32,
+    /// Whether the mesh stands on a floor that takes its shadow; seen from above only.
+    pub floor: bool,
 }
 
 impl View {
     /// The figure's face, from slightly beside.
     pub const fn face() -> Self {
-        Self { azimuth: 18.0, elevation: 4.0, target: [0.0, 1.615, 0.01], height: 0.36 }
+        Self {
+            azimuth: 18.0,
+            elevation: 4.0,
+            target: [0.0, 1.615, 0.01],
+            height: 0.36,
+            floor: false,
+        }
     }
 
     /// The figure's head and shoulders.
     pub const fn bust() -> Self {
-        Self { azimuth: 20.0, elevation: 3.0, target: [0.0, 1.51, 0.0], height: 0.66 }
+        Self { azimuth: 20.0, elevation: 3.0, target: [0.0, 1.51, 0.0], height: 0.66, floor: false }
     }
 
     /// All of the figure.
     pub const fn full() -> Self {
-        Self { azimuth: 18.0, elevation: 5.0, target: [0.0, 0.885, 0.0], height: 1.95 }
+        Self { azimuth: 18.0, elevation: 5.0, target: [0.0, 0.885, 0.0], height: 1.95, floor: true }
     }
 }
 
@@ -47,6 +55,9 @@ const SAMPLES: u32 = 2;
 
 /// Renders a mesh with its texture: 8-bit sRGB. A mesh that names its parts' materials (`skin`,
 /// `eye`, `hair`, `leather`) has them shaded accordingly; everything else is matt.
+///
+/// # Panics
+/// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
 pub fn render(mesh: &Mesh, texture: &Texture, view: &View, size: Size) -> Texture {
     let fine = Size::new(size.width * SAMPLES, size.height * SAMPLES);
     let camera = Camera::new(view, fine);
@@ -63,6 +74,7 @@ pub fn render(mesh: &Mesh, texture: &Texture, view: &View, size: Size) -> Textur
         camera,
         depth,
         lights,
+        floor: view.floor,
     };
     let width = size.width as usize;
     let mut texels = vec![0_u8; size.texels() * 3];
@@ -101,6 +113,7 @@ struct Scene<'a> {
     /// A pixel's share of the sky.
     occlusion: Vec<f32>,
     lights: Lights,
+    floor: bool,
 }
 
 impl Scene<'_> {
@@ -119,7 +132,9 @@ impl Scene<'_> {
             let (sx, sy) = (x * SAMPLES + sample % SAMPLES, y * SAMPLES + sample / SAMPLES);
             let face = self.depth.face(sx, sy);
             let color = if face == EMPTY {
-                let floor = *floor.get_or_insert_with(|| self.lights.floor(on_sight));
+                let floor = *floor.get_or_insert_with(|| {
+                    if self.floor { self.lights.floor(on_sight) } else { 1.0 }
+                });
                 behind.map(|value| value * floor)
             } else {
                 self.sample(face, sx, sy, open)

@@ -24,6 +24,9 @@ const RUBBER: Color = [0.92, 0.91, 0.88];
 
 /// Paints the figure's clothes and skin in the body's layout: 8-bit sRGB. Its head is a mannequin's,
 /// waiting for a face; the neck has the face's skin tone.
+///
+/// # Panics
+/// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
 pub fn paint_body(figure: &Figure, size: Size) -> Texture {
     bake(&figure.body, &figure.body_parts, size, BACKGROUND, color)
 }
@@ -54,7 +57,7 @@ fn mannequin(p: Vec3) -> Color {
 fn knit(p: Vec3) -> f32 {
     let around = p.x.atan2(p.z + 1.0) * 14.0;
     let wale = (around * TAU * 2.2).sin() * (p.y * TAU * 3.0).sin();
-    1.0 + 0.035 * wale + 0.03 * noise(p * 9.0, 91)
+    1.0 + 0.02 * wale + 0.03 * noise(p * 9.0, 91)
 }
 
 fn striped(height: f32, threads: f32) -> Color {
@@ -139,8 +142,10 @@ fn trousers(p: Vec3, normal: Vec3) -> Color {
         color = scaled(color, 1.0 - 0.3 * bell(outer, 0.08));
         color = blend(color, [0.78, 0.52, 0.25], 0.85 * stitch);
     }
-    let hem = bell(p.y - 5.6, 0.06);
-    scaled(color, 1.0 - 0.25 * hem)
+    let dash = smoothstep(-0.2, 0.1, (around * TAU * 1.3).sin());
+    let stitch = smoothstep(0.06, 0.035, (p.y - 6.3).abs()) * dash;
+    color = blend(color, [0.78, 0.52, 0.25], 0.85 * stitch);
+    scaled(color, 1.0 - 0.25 * bell(p.y - 6.0, 0.07))
 }
 
 fn shoe(p: Vec3, normal: Vec3) -> Color {
