@@ -85,19 +85,21 @@ fn files(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("file");
     for size in [SOURCE, TARGET] {
         let image = Image::from(synthetic::detailed(size, 1));
-        let encode = |options: &WriteOptions| {
-            let mut out = Cursor::new(Vec::new());
-            let _ =
-                image::encode(&image, Format::Png, options, &mut out).expect("a writable image");
-            out.into_inner()
-        };
-        let bytes = encode(&WriteOptions::default());
-        group.bench_function(format!("decode PNG {size}"), |bencher| {
-            bencher.iter(|| image::decode(&bytes));
-        });
-        group.bench_function(format!("encode PNG {size}"), |bencher| {
-            bencher.iter(|| encode(&WriteOptions::default()));
-        });
+        for format in Format::ALL {
+            let encode = || {
+                let mut out = Cursor::new(Vec::new());
+                let options = WriteOptions::default();
+                let _ = image::encode(&image, format, &options, &mut out).expect("an image");
+                out.into_inner()
+            };
+            let bytes = encode();
+            group.bench_function(format!("decode {format} {size}"), |bencher| {
+                bencher.iter(|| image::decode(&bytes));
+            });
+            group.bench_function(format!("encode {format} {size}"), |bencher| {
+                bencher.iter(encode);
+            });
+        }
     }
     group.finish();
 }
