@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use uvgraft_io::pair_file;
 
 use crate::failure::OrBadInput;
-use crate::{outputs, preview, report};
+use crate::outputs::Outputs;
+use crate::{preview, report};
 
 /// Prints a pair's report again, and draws it.
 #[derive(clap::Args)]
@@ -26,7 +27,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(preview) = &args.preview {
         preview::check_name(preview)?;
-        outputs::check(preview, &[&args.pair])?;
+        Outputs::new([&*args.pair]).check(preview)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
     report::print(&file, &args.sizes, args.json)?;

@@ -6,29 +6,62 @@ use anyhow::Context;
 
 use crate::failure::{OrBadInput, bad_input};
 
-/// Refuses an output that cannot be written, or that is one of the inputs.
-pub(crate) fn check(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
-    if output.is_dir() {
-        return Err(bad_input(format!("{} is a folder, a file is wanted", output.display())));
+/// Outputs that were found to be writable, each a file of its own that is none of the inputs.
+pub(crate) struct Outputs {
+    inputs: Vec<PathBuf>,
+    accepted: Vec<PathBuf>,
+}
+
+impl Outputs {
+    /// Outputs of a command that reads `inputs`.
+    pub(crate) fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
+        Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: Vec::new() }
     }
-    let resolved = resolve(output);
-    for input in inputs {
-        if resolve(input) == resolved {
-            return Err(bad_input(format!(
-                "output {} is also an input; choose another name",
-                output.display()
-            )));
+
+    /// Refuses an output that cannot be written, or that is an input or another output.
+    pub(crate) fn check(&mut self, output: &Path) -> anyhow::Result<()> {
+        let name = output.display();
+        if output.is_dir() {
+            return Err(bad_input(format!("cannot write {name}: it is a folder, wanted a file")));
         }
+        // A device or a pipe would be replaced by a file, because outputs are renamed into place.
+        if output.metadata().is_ok_and(|found| !found.is_file()) {
+            return Err(bad_input(format!("cannot write {name}: it is no regular file")));
+        }
+        let resolved = resolve(output);
+        if self.inputs.contains(&resolved) {
+            return Err(bad_input(format!("output {name} is also an input; choose another name")));
+        }
+        if self.accepted.contains(&resolved) {
+            return Err(bad_input(format!("{name} is named for two outputs; choose another name")));
+        }
+        can_write_into(folder_of(output))
+            .with_context(|| format!("cannot write {name}"))
+            .or_bad_input()?;
+        self.accepted.push(resolved);
+        Ok(())
     }
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // Creating a file is the only sure way to learn whether one can be created.
+}
+
+fn can_write_into(folder: &Path) -> anyhow::Result<()> {
+    if !folder.exists() {
+        anyhow::bail!("there is no folder {}", folder.display());
+    }
+    if !folder.is_dir() {
+        anyhow::bail!("{} is no folder", folder.display());
+    }
+    // Creating a file is the only sure way to learn whether one can be created. The error's kind
+    // tells why not; its text would name a file that the user never heard of.
     tempfile::Builder::new()
         .prefix(".uvgraft-")
         .suffix(".tmp")
-        .tempfile_in(folder.unwrap_or(Path::new(".")))
+        .tempfile_in(folder)
         .map(drop)
-        .with_context(|| format!("cannot write {}", output.display()))
-        .or_bad_input()
+        .map_err(|error| anyhow::anyhow!("folder {}: {}", folder.display(), error.kind()))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Where a path leads to, whether or not there is a file yet.
@@ -36,9 +69,7 @@ fn resolve(path: &Path) -> PathBuf {
     if let Ok(resolved) = path.canonicalize() {
         return resolved;
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    match (folder.canonicalize(), path.file_name()) {
+    match (folder_of(path).canonicalize(), path.file_name()) {
         (Ok(folder), Some(name)) => folder.join(name),
         _ => path.to_path_buf(),
     }

@@ -8,7 +8,8 @@ use uvgraft::Pair;
 use uvgraft_io::{obj, pair_file, vertex_map};
 
 use crate::failure::OrBadInput;
-use crate::{outputs, preview, report};
+use crate::outputs::Outputs;
+use crate::{preview, report};
 
 /// Links the triangles of two meshes and saves them as a pair file.
 #[derive(clap::Args)]
@@ -37,11 +38,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let inputs = [&*args.source, &*args.target, &*args.vertex_map];
-    outputs::check(&args.output, &inputs)?;
+    let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
+    outputs.check(&args.output)?;
     if let Some(preview) = &args.preview {
         preview::check_name(preview)?;
-        outputs::check(preview, &[&inputs[..], &[&args.output]].concat())?;
+        outputs.check(preview)?;
     }
     let source = obj::read(&args.source).or_bad_input()?;
     let target = obj::read(&args.target).or_bad_input()?;
@@ -62,7 +63,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     Ok(ExitCode::SUCCESS)
 }
-
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()

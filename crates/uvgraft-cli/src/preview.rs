@@ -7,7 +7,9 @@ use std::path::Path;
 
 use tiny_skia::{Color, Paint, PathBuilder, PixmapMut, Stroke, Transform};
 use uvgraft::islands::Islands;
-use uvgraft::{Channels, Direction, Encoding, MapOptions, Mesh, SamplingMap, Size, Texels, Texture};
+use uvgraft::{
+    Channels, Direction, Encoding, MapOptions, Mesh, SamplingMap, Size, Texels, Texture,
+};
 use uvgraft_io::image::Format;
 use uvgraft_io::pair_file::PairFile;
 
@@ -27,7 +29,11 @@ const UNLINKED: [u8; 3] = [74, 78, 86];
 pub(crate) fn check_name(path: &Path) -> anyhow::Result<()> {
     match Format::from_path(path) {
         Some(_) => Ok(()),
-        None => Err(bad_input(format!("{}: a preview is an image: name it .png", path.display()))),
+        None => Err(bad_input(format!(
+            "{}: a preview is an image, wanted a name that ends in {}",
+            path.display(),
+            Format::extension_list()
+        ))),
     }
 }
 
@@ -97,7 +103,7 @@ fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
             }
         }
     }
-    draw_lines(mesh, canvas, size)
+    draw_lines(mesh, &canvas, size)
 }
 
 /// A colour that tells a place in the unit square: four corner colours blended, in squares.
@@ -116,7 +122,7 @@ fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
 }
 
 /// Draws a layout's wireframe faintly and the borders of its islands clearly.
-fn draw_lines(mesh: &Mesh, canvas: Vec<u8>, size: Size) -> anyhow::Result<Texture> {
+fn draw_lines(mesh: &Mesh, canvas: &[u8], size: Size) -> anyhow::Result<Texture> {
     let mut rgba: Vec<u8> =
         canvas.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
     let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);

@@ -1,7 +1,9 @@
 //! Printing what a pair is like.
 
 use std::fmt::Write as _;
+use std::io::{self, Write as _};
 
+use anyhow::Context;
 use serde::Serialize;
 use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Size};
@@ -22,10 +24,7 @@ pub(crate) struct Sizes {
 pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
     let side = |text: &str| match text.parse::<u32>() {
         Ok(side) if (1..=uvgraft::Texture::MAX_SIDE).contains(&side) => Ok(side),
-        _ => Err(format!(
-            "wanted N or WxH with sides from 1 to {}",
-            uvgraft::Texture::MAX_SIDE
-        )),
+        _ => Err(format!("wanted N or WxH with sides from 1 to {}", uvgraft::Texture::MAX_SIDE)),
     };
     match text.split_once(['x', 'X', '×']) {
         Some((width, height)) => Ok(Size::new(side(width)?, side(height)?)),
@@ -45,10 +44,9 @@ struct Document<'a> {
 }
 
 /// Prints a pair's report to standard output: for people, or as JSON for programs.
-#[expect(clippy::print_stdout, reason = "the report is the command's result")]
 pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
     let report = PairReport::new(&file.pair, sizes.source_size, sizes.target_size);
-    if json {
+    let text = if json {
         let document = Document {
             source_name: &file.source_name,
             target_name: &file.target_name,
@@ -57,11 +55,16 @@ pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Resul
             note: &file.note,
             report: &report,
         };
-        println!("{}", serde_json::to_string_pretty(&document)?);
+        serde_json::to_string_pretty(&document)? + "\n"
     } else {
-        print!("{}", text(file, &report));
+        text(file, &report)
+    };
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        // Whoever reads has seen enough, as in `uvgraft inspect x.uvpair | head`.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("cannot print the report"),
     }
-    Ok(())
 }
 
 fn text(file: &PairFile, report: &PairReport) -> String {
@@ -70,7 +73,11 @@ fn text(file: &PairFile, report: &PairReport) -> String {
     let mut row = |name: &str, source: String, target: String| {
         let _ = writeln!(text, "{name:<22} {source:>24} {target:>24}");
     };
-    row("", format!("source {}", short(&file.source_name)), format!("target {}", short(&file.target_name)));
+    row(
+        "",
+        format!("source {}", short(&file.source_name)),
+        format!("target {}", short(&file.target_name)),
+    );
     let mut both = |name: &str, value: &dyn Fn(&LayoutReport) -> String| {
         row(name, value(source), value(target));
     };

@@ -15,7 +15,7 @@ use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::pair_file;
 
 use crate::failure::{self, OrBadInput, bad_input, warn};
-use crate::outputs;
+use crate::outputs::Outputs;
 use crate::report::parse_size;
 
 /// Carries textures from one layout onto a base in the other.
@@ -49,7 +49,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=1024))]
     gutter: u32,
-    /// Write which texels are covered, white on black, as an image
+    /// Write which texels the textures are carried to, white on black; the gutter is black
     #[arg(long, value_name = "OUT_MASK.png")]
     mask: Option<PathBuf>,
     /// Average colours as light, not as they are encoded
@@ -94,33 +94,44 @@ impl From<FilterName> for Filter {
 
 fn parse_format(text: &str) -> Result<String, String> {
     let name = Path::new("x").with_extension(text);
-    Format::from_path(&name).map(|_| text.to_owned()).ok_or_else(|| format!("wanted {}", Format::extension_list()))
+    Format::from_path(&name)
+        .map(|_| text.to_owned())
+        .ok_or_else(|| format!("wanted {}", Format::extension_list()))
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let jobs = jobs(args)?;
+    let Plan { jobs, new_folder } = Plan::new(args)?;
     let base_path = args.onto.as_deref().filter(|onto| !onto.starts_with('#')).map(Path::new);
-    let mut inputs = vec![&*args.pair];
-    inputs.extend(base_path);
-    inputs.extend(jobs.iter().map(|job| &*job.source));
-    for job in &jobs {
-        outputs::check(&job.output, &inputs)?;
+    let inputs = [&*args.pair].into_iter().chain(base_path);
+    let mut outputs = Outputs::new(inputs.chain(jobs.iter().map(|job| &*job.source)));
+    if new_folder.is_none() {
+        jobs.iter().try_for_each(|job| outputs.check(&job.output))?;
     }
     if let Some(mask) = &args.mask {
         format_of(mask)?;
-        inputs.extend(jobs.iter().map(|job| &*job.output));
-        outputs::check(mask, &inputs)?;
+        outputs.check(mask)?;
     }
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     let base = Base::new(args, base_path)?;
+    if let Some(folder) = new_folder {
+        std::fs::create_dir(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))
+            .or_bad_input()?;
+    }
     let mut carrier = Carrier::new(args, &pair, &base);
 
     let progress = if jobs.len() > 1 { bar(jobs.len()) } else { ProgressBar::hidden() };
     let mut worst = None;
     for job in &jobs {
         progress.set_message(job.source.display().to_string());
-        if let Err(error) = carrier.carry(job) {
-            progress.suspend(|| failure::report(&error));
+        let result = carrier.carry(job);
+        progress.suspend(|| {
+            carrier.warnings.drain(..).for_each(warn);
+            if let Err(error) = &result {
+                failure::report(error);
+            }
+        });
+        if let Err(error) = result {
             // A failure at work weighs more than a bad file.
             let code = failure::exit_code(&error);
             worst = Some(worst.map_or(code, |worst: u8| worst.min(code)));
@@ -128,9 +139,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    if let Some(mask) = &args.mask {
-        let map = carrier.any_map();
-        write(&Image { texture: map, icc: None }, mask, &carrier.options)?;
+    if let (Some(path), Some(mask)) = (&args.mask, carrier.mask()) {
+        carrier.write(&Image::from(mask), path)?;
+        carrier.warnings.drain(..).for_each(warn);
     }
     Ok(worst.map_or(ExitCode::SUCCESS, ExitCode::from))
 }
@@ -141,47 +152,74 @@ struct Job {
     output: PathBuf,
 }
 
-/// One job, or one for each of several sources or each image of a folder.
-fn jobs(args: &Args) -> anyhow::Result<Vec<Job>> {
-    let single = args.sources.len() == 1 && !args.sources[0].is_dir();
-    if single && !args.output.is_dir() {
-        format_of(&args.output)?;
-        let (source, output) = (args.sources[0].clone(), args.output.clone());
-        return Ok(vec![Job { source, output }]);
-    }
-    let mut sources = Vec::new();
-    for source in &args.sources {
-        if source.is_dir() {
-            sources.extend(images_in(source)?);
-        } else {
-            sources.push(source.clone());
-        }
-    }
-    if !args.output.is_dir() {
-        std::fs::create_dir(&args.output)
-            .with_context(|| format!("cannot make the folder {}", args.output.display()))
-            .or_bad_input()?;
-    }
-    let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
-    let mut jobs = Vec::with_capacity(sources.len());
-    for source in sources {
-        let name = source.file_name().map(PathBuf::from).unwrap_or_default();
-        let name = match &args.format {
-            Some(format) => name.with_extension(format),
-            None => name,
-        };
-        format_of(&name)?;
-        let output = args.output.join(&name);
-        if let Some(other) = taken.insert(output.clone(), source.clone()) {
-            let (other, source) = (other.display(), source.display());
-            return Err(bad_input(format!("{other} and {source} would both become {}", output.display())));
-        }
-        jobs.push(Job { source, output });
-    }
-    Ok(jobs)
+/// What is to be done, and the folder that has to be made for it.
+struct Plan<'a> {
+    jobs: Vec<Job>,
+    new_folder: Option<&'a Path>,
 }
 
-/// The files of a folder whose names say that they are images, sorted.
+impl<'a> Plan<'a> {
+    /// One job, or one for each of several sources or each image of a folder.
+    fn new(args: &'a Args) -> anyhow::Result<Self> {
+        let (sources, output) = (&args.sources, &*args.output);
+        let single = sources.len() == 1 && !sources[0].is_dir();
+        if single && !output.is_dir() {
+            let format = format_of(output)?;
+            if let Some(name) = args.format.as_deref()
+                && Format::from_extension(name) != Some(format)
+            {
+                let output = output.display();
+                return Err(bad_input(format!("--format {name} contradicts the output {output}")));
+            }
+            let job = Job { source: sources[0].clone(), output: output.to_path_buf() };
+            return Ok(Self { jobs: vec![job], new_folder: None });
+        }
+        let is_new = !output.is_dir();
+        if is_new && (output.exists() || Format::from_path(output).is_some()) {
+            return Err(bad_input(format!(
+                "output {} is no folder; several sources are written into one",
+                output.display()
+            )));
+        }
+        let mut paths = Vec::new();
+        for source in sources {
+            if source.is_dir() {
+                paths.extend(images_in(source)?);
+            } else {
+                paths.push(source.clone());
+            }
+        }
+        let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
+        let mut jobs = Vec::with_capacity(paths.len());
+        for source in paths {
+            let name = source.file_name().map(PathBuf::from).unwrap_or_default();
+            let name = match &args.format {
+                Some(format) => name.with_extension(format),
+                None => name,
+            };
+            let output = output.join(&name);
+            if Format::from_path(&name).is_none() {
+                return Err(bad_input(format!(
+                    "{}: its name says no format to write {} in; say --format png, for instance",
+                    source.display(),
+                    output.display()
+                )));
+            }
+            if let Some(other) = taken.insert(output.clone(), source.clone()) {
+                let (other, source) = (other.display(), source.display());
+                return Err(bad_input(format!(
+                    "{other} and {source} would both become {}",
+                    output.display()
+                )));
+            }
+            jobs.push(Job { source, output });
+        }
+        Ok(Self { jobs, new_folder: is_new.then_some(output) })
+    }
+}
+
+/// The files of a folder whose names say that they are images, sorted. Hidden ones are left out:
+/// some systems put a `._face.png`, which is no image, beside each `face.png`.
 fn images_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let entries = folder.read_dir().and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let entries = entries
@@ -190,7 +228,7 @@ fn images_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut images: Vec<PathBuf> = entries
         .into_iter()
         .map(|entry| entry.path())
-        .filter(|path| path.is_file() && Format::from_path(path).is_some())
+        .filter(|path| path.is_file() && Format::from_path(path).is_some() && !is_hidden(path))
         .collect();
     if images.is_empty() {
         let wanted = Format::extension_list();
@@ -200,9 +238,17 @@ fn images_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(images)
 }
 
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
 fn format_of(path: &Path) -> anyhow::Result<Format> {
     Format::from_path(path).ok_or_else(|| {
-        bad_input(format!("{}: wanted a name that ends in {}", path.display(), Format::extension_list()))
+        bad_input(format!(
+            "{}: wanted a name that ends in {}",
+            path.display(),
+            Format::extension_list()
+        ))
     })
 }
 
@@ -215,7 +261,12 @@ enum Base {
 impl Base {
     fn new(args: &Args, path: Option<&Path>) -> anyhow::Result<Self> {
         if let Some(path) = path {
-            let mut image = image::read(path).or_bad_input()?;
+            let mut image = image::read(path)
+                .with_context(|| match path.exists() {
+                    true => "--onto".to_owned(),
+                    false => "--onto, which wants an image or a colour such as #808080".to_owned(),
+                })
+                .or_bad_input()?;
             if let Some(size) = args.size {
                 image.texture = image.texture.resized(size, args.filter.into()).or_bad_input()?;
             }
@@ -236,19 +287,33 @@ impl Base {
         }
     }
 
-    /// The base to lay `source` over, and the ICC profile of the result.
-    fn under(&self, source: &Image, name: &Path) -> anyhow::Result<(Texture, Option<Vec<u8>>)> {
-        match self {
-            Self::Image(base, base_name) => {
-                if base.icc != source.icc {
-                    warn(format!(
-                        "{} and {base_name} have different ICC profiles; values are carried as \
-                         they are and the result keeps that of {base_name}",
-                        name.display(),
-                    ));
-                }
-                Ok((base.texture.clone(), base.icc.clone()))
+    /// What is worth knowing about the ICC profiles of the base and of a source.
+    fn mismatch(&self, source: &Image, name: &Path) -> Option<String> {
+        let Self::Image(base, base_name) = self else { return None };
+        let name = name.display();
+        let found = match (&source.icc, &base.icc) {
+            (source, base) if source == base => return None,
+            (Some(_), Some(_)) => {
+                format!(
+                    "{name} and {base_name} have different ICC profiles; the result has that of {base_name}"
+                )
             }
+            (Some(_), None) => {
+                format!("{name} has an ICC profile, {base_name} has none; nor has the result")
+            }
+            (None, _) => {
+                format!(
+                    "{base_name} has an ICC profile, {name} has none; the result has that of {base_name}"
+                )
+            }
+        };
+        Some(format!("{found}, and values are carried as they are"))
+    }
+
+    /// The base to lay `source` over, and the ICC profile that goes with it.
+    fn under(&self, source: &Image) -> anyhow::Result<(Texture, Option<Vec<u8>>)> {
+        match self {
+            Self::Image(base, _) => Ok((base.texture.clone(), base.icc.clone())),
             Self::Color { unit, size } => {
                 let [r, g, b, alpha] = *unit;
                 let texture = &source.texture;
@@ -265,14 +330,16 @@ impl Base {
 
 /// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
 fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
-    let digits = text.trim_start_matches('#');
+    let digits = text.strip_prefix('#').unwrap_or_default();
     let wanted = || bad_input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
     if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err(wanted());
     }
     let value = |text: &str| u8::from_str_radix(text, 16).map_err(|_| wanted());
     let values = match digits.len() {
-        3 => (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<anyhow::Result<Vec<u8>>>()?,
+        3 => {
+            (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<anyhow::Result<Vec<u8>>>()?
+        }
         6 | 8 => (0..digits.len() / 2)
             .map(|k| value(&digits[2 * k..2 * k + 2]))
             .collect::<anyhow::Result<Vec<u8>>>()?,
@@ -293,25 +360,51 @@ struct Carrier<'a> {
     pair: &'a Pair,
     base: &'a Base,
     options: WriteOptions,
+    /// What the user should know about the textures carried since this was last emptied.
+    warnings: Vec<String>,
     transfers: HashMap<Size, Transfer>,
 }
 
 impl<'a> Carrier<'a> {
     fn new(args: &'a Args, pair: &'a Pair, base: &'a Base) -> Self {
-        let options = WriteOptions {
-            compress: args.compress,
-            jpeg_quality: args.quality,
-            ..Default::default()
-        };
-        Self { args, pair, base, options, transfers: HashMap::new() }
+        let options = WriteOptions { compress: args.compress, jpeg_quality: args.quality };
+        Self { args, pair, base, options, warnings: Vec::new(), transfers: HashMap::new() }
     }
 
     fn carry(&mut self, job: &Job) -> anyhow::Result<()> {
         let mut source = image::read(&job.source).or_bad_input()?;
         source.texture = meant(source.texture, self.args);
-        let (base, icc) = self.base.under(&source, &job.source)?;
+        self.warnings.extend(self.base.mismatch(&source, &job.source));
+        let (base, mut icc) = self.base.under(&source)?;
+        let owner = if let Base::Image(..) = self.base { &base } else { &source.texture };
+        let owner_has_color = owner.channels().has_color();
         let texture = self.transfer(source.texture.size()).apply(source.texture, base)?;
-        write(&Image { texture, icc }, &job.output, &self.options)
+        let output = job.output.display();
+        // A profile is for grey or for RGB; readers refuse images that have the other one.
+        if texture.channels().has_color() != owner_has_color && icc.take().is_some() {
+            let warning = "the ICC profile was dropped: it is for grey and the result has colours";
+            self.warnings.push(format!("{output}: {warning}"));
+        }
+        if texture.channels().has_alpha() && Format::from_path(&job.output) == Some(Format::Jpeg) {
+            let hint = match self.base {
+                Base::Color { unit: [.., alpha], .. } if *alpha < 1.0 => {
+                    "lay it over a colour, such as --onto '#808080', or choose"
+                }
+                _ => "choose",
+            };
+            return Err(bad_input(format!(
+                "cannot write {output}: the result has an alpha channel, which JPEG cannot hold; \
+                 {hint} PNG, WebP, TIFF or EXR"
+            )));
+        }
+        self.write(&Image { texture, icc }, &job.output)
+    }
+
+    fn write(&mut self, image: &Image, path: &Path) -> anyhow::Result<()> {
+        let written = image::write(image, path, &self.options).or_bad_input()?;
+        let losses = written.losses.into_iter();
+        self.warnings.extend(losses.map(|loss| format!("{}: {loss}", path.display())));
+        Ok(())
     }
 
     /// The transfer for sources of `size`, made at the first of them.
@@ -328,19 +421,10 @@ impl<'a> Carrier<'a> {
         })
     }
 
-    /// The mask of what is covered, which is the same for every source.
-    fn any_map(&mut self) -> Texture {
-        let size = self.transfers.keys().next().copied().unwrap_or(Size::square(1));
-        self.transfer(size).map().mask()
+    /// Which texels are covered, the same for sources of every size; `None` if none was readable.
+    fn mask(&self) -> Option<Texture> {
+        Some(self.transfers.values().next()?.map().mask())
     }
-}
-
-fn write(image: &Image, path: &Path, options: &WriteOptions) -> anyhow::Result<()> {
-    let written = image::write(image, path, options).or_bad_input()?;
-    for loss in written.losses {
-        warn(format!("{}: {loss}", path.display()));
-    }
-    Ok(())
 }
 
 fn bar(count: usize) -> ProgressBar {
@@ -362,7 +446,7 @@ mod tests {
         assert_eq!(parse_color("#808080").unwrap(), [grey, grey, grey, 1.0]);
         assert_eq!(parse_color("#f00").unwrap(), [1.0, 0.0, 0.0, 1.0]);
         assert_eq!(parse_color("#00ff0000").unwrap(), [0.0, 1.0, 0.0, 0.0]);
-        for bad in ["#", "#12", "#12345", "#gggggg", "#ééé"] {
+        for bad in ["#", "#12", "##123", "#12345", "#gggggg", "#ééé"] {
             assert!(parse_color(bad).unwrap_err().to_string().contains(bad), "{bad}");
         }
     }

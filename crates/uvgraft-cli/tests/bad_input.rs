@@ -1,0 +1,379 @@
+//! What the program refuses: always with exit code 2 and a message that tells the file, what was
+//! found and what was wanted; never with a panic, a half-written file or a lost one.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use bench::Bench;
+use uvgraft::Channels;
+
+/// Command lines of `uvgraft pair` with their meshes and map, and what the message must hold.
+#[test]
+fn meshes_and_vertex_maps() {
+    let bench = Bench::new();
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n";
+    for (name, text) in [
+        ("no_vt.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n".to_owned()),
+        ("index.obj", format!("{square}f 1/1 2/2 7/3\n")),
+        ("uv_index.obj", format!("{square}f 1/1 2/2 3/9\n")),
+        ("nan.obj", format!("{square}v 0 NaN 0\nf 1/1 2/2 3/3\n")),
+        ("nan_uv.obj", format!("{square}vt inf 0\nf 1/1 2/2 3/3\n")),
+        ("word.obj", format!("{square}v 0 zero 0\nf 1/1 2/2 3/3\n")),
+        ("two_corners.obj", format!("{square}f 1/1 2/2\n")),
+        ("points.obj", square.to_owned()),
+        ("empty.obj", String::new()),
+        ("prose.obj", "This is not a mesh.\n".to_owned()),
+        ("short.txt", "1 2 3\n".to_owned()),
+        ("float.txt", "1.0 2.0\n".to_owned()),
+        ("words.txt", "one two\n".to_owned()),
+        ("empty.txt", String::new()),
+        ("beyond.txt", ids_with(3, 29)),
+        ("below.txt", ids_with(4, -2)),
+        ("elsewhere.txt", "-1 ".repeat(25)),
+    ] {
+        bench.write(name, text);
+    }
+    bench.paint("image.png", (4, 4), Channels::Rgb, &[1, 2, 3]);
+    bench.write("binary.obj", [0x89, b'P', 0, 0xff, b'\n']);
+    bench.write("ids.npz", b"PK\x03\x04 and so on");
+    bench.derive("cut.npy", "ids.npy", |bytes| bytes.truncate(300));
+    bench.derive("header_only.npy", "ids.npy", |bytes| bytes.truncate(40));
+    let replaced = |name: &str, from: &str, to: &str| {
+        assert_eq!(from.len(), to.len());
+        bench.derive(name, "ids.npy", |bytes| replace(bytes, from, to));
+    };
+    replaced("float.npy", "'<i8'", "'<f8'");
+    replaced("huge.npy", "(25,), }               ", "(9999999999999999999,)}");
+    replaced("table.npy", "(25,), ", "(5, 5),");
+    bench.make_folder("folder.obj");
+
+    let cases: &[(&str, &[&str])] = &[
+        ("none.obj target.obj --vertex-map ids.npy", &["none.obj: ", "No such file"]),
+        ("source.obj none.obj --vertex-map ids.npy", &["none.obj: ", "No such file"]),
+        ("source.obj target.obj --vertex-map none.npy", &["none.npy: ", "No such file"]),
+        ("folder.obj target.obj --vertex-map ids.npy", &["folder.obj: it is a folder"]),
+        (
+            "no_vt.obj target.obj --vertex-map ids.npy",
+            &["no_vt.obj: line 4: corner 1 has no texture coordinate", "v/vt"],
+        ),
+        (
+            "index.obj target.obj --vertex-map ids.npy",
+            &["index.obj: line 7: corner 3 uses vertex 7, but the file has 3"],
+        ),
+        (
+            "source.obj uv_index.obj --vertex-map ids.npy",
+            &["uv_index.obj: line 7: corner 3 uses", " 9, but the file has 3"],
+        ),
+        (
+            "nan.obj target.obj --vertex-map ids.npy",
+            &["nan.obj: line 7: found `NaN`", "wanted a finite"],
+        ),
+        (
+            "source.obj nan_uv.obj --vertex-map ids.npy",
+            &["nan_uv.obj: line 7: found `inf`", "wanted a finite"],
+        ),
+        (
+            "word.obj target.obj --vertex-map ids.npy",
+            &["word.obj: line 7: found `zero`", "wanted a number"],
+        ),
+        (
+            "two_corners.obj target.obj --vertex-map ids.npy",
+            &["two_corners.obj: line 7: face has 2 corners, needs at least 3"],
+        ),
+        ("points.obj target.obj --vertex-map ids.npy", &["points.obj: no faces", "3 vertices"]),
+        ("empty.obj target.obj --vertex-map ids.npy", &["empty.obj: the file is empty"]),
+        ("prose.obj target.obj --vertex-map ids.npy", &["prose.obj: not an OBJ file"]),
+        (
+            "image.png target.obj --vertex-map ids.npy",
+            &["image.png: line 2: found byte 0x1a", "not an OBJ"],
+        ),
+        ("binary.obj target.obj --vertex-map ids.npy", &["binary.obj: line 1", "not an OBJ"]),
+        (
+            "source.obj target.obj --vertex-map short.txt",
+            &["short.txt: ", "has 3 entries, the source mesh has 25 vertices"],
+        ),
+        (
+            "target.obj source.obj --vertex-map ids.npy",
+            &["ids.npy: ", "has 25 entries, the source mesh has 29", "source and target swapped?"],
+        ),
+        ("source.obj target.obj --vertex-map float.npy", &["float.npy: ", "'<f8'", "integers"]),
+        ("source.obj target.obj --vertex-map float.txt", &["float.txt: line 1: ", "`1.0`"]),
+        ("source.obj target.obj --vertex-map words.txt", &["words.txt: line 1: found `one`"]),
+        ("source.obj target.obj --vertex-map empty.txt", &["empty.txt: ", "empty, wanted"]),
+        ("source.obj target.obj --vertex-map source.obj", &["source.obj: line 1: ", "integer"]),
+        (
+            "source.obj target.obj --vertex-map beyond.txt",
+            &["beyond.txt: ", "entry 3 is 29, the target mesh has vertices 0 to 28"],
+        ),
+        ("source.obj target.obj --vertex-map below.txt", &["entry 4 is -2", "-1 means none"]),
+        (
+            "source.obj target.obj --vertex-map elsewhere.txt",
+            &["elsewhere.txt: ", "none of the 32 source faces", "does not belong"],
+        ),
+        (
+            "source.obj target.obj --vertex-map huge.npy",
+            &["huge.npy: ", "needs 79999999999999999992 bytes", "found 200"],
+        ),
+        (
+            "source.obj target.obj --vertex-map table.npy",
+            &["table.npy: ", "shape (5, 5), wanted (N,)"],
+        ),
+        ("source.obj target.obj --vertex-map cut.npy", &["cut.npy: ", "200 bytes", "found 172"]),
+        ("source.obj target.obj --vertex-map header_only.npy", &["header_only.npy: ", "cut short"]),
+        ("source.obj target.obj --vertex-map ids.npz", &["ids.npz: ", ".npz archive"]),
+    ];
+    for (files, wanted) in cases {
+        bench.refuse(&format!("pair {files} -o out.uvpair --preview out.png"), wanted);
+    }
+}
+
+#[test]
+fn outputs_of_a_pairing() {
+    let bench = Bench::new();
+    bench.make_folder("folder");
+    link(&bench, "source.obj", "link_to_source");
+    let files = "pair source.obj target.obj --vertex-map ids.npy";
+    let cases: &[(&str, &[&str])] = &[
+        ("-o none/out.uvpair", &["cannot write none/out.uvpair: ", "there is no folder none"]),
+        ("-o ids.npy/out.uvpair", &["cannot write ids.npy/out.uvpair: ids.npy is no folder"]),
+        ("-o folder", &["folder: it is a folder, wanted a file"]),
+        ("-o source.obj", &["output source.obj is also an input"]),
+        ("-o ./target.obj", &["output ./target.obj is also an input"]),
+        ("-o folder/../ids.npy", &["output folder/../ids.npy is also an input"]),
+        ("-o out.uvpair --preview out.uvpair", &["out.uvpair", ".png"]),
+        ("-o out.png --preview ./out.png", &["./out.png is named for two outputs"]),
+        ("-o out.uvpair --preview out.gif", &["out.gif: ", ".png"]),
+        ("-o out.uvpair --preview none/out.png", &["none/out.png", "there is no folder none"]),
+        ("-o out.uvpair --source-size 0", &["'0'", "--source-size", "sides from 1 to 32768"]),
+        ("-o out.uvpair --target-size big", &["'big'", "--target-size", "N or WxH"]),
+        ("", &["required", "--output"]),
+    ];
+    for (output, wanted) in cases {
+        bench.refuse(&format!("{files} {output}"), wanted);
+    }
+    if cfg!(unix) {
+        bench.refuse(&format!("{files} -o link_to_source"), &["link_to_source is also an input"]);
+        bench.refuse(&format!("{files} -o /dev/null"), &["/dev/null: it is no regular file"]);
+    }
+    bench.refuse("pair source.obj target.obj -o out.uvpair", &["required", "--vertex-map"]);
+}
+
+#[test]
+fn pair_files() {
+    let bench = Bench::new();
+    bench.paint("source.png", (8, 8), Channels::Rgb, &[1, 2, 3]);
+    let length = bench.bytes("my.uvpair").len();
+    bench.derive("cut.uvpair", "my.uvpair", |bytes| bytes.truncate(length - 1));
+    bench.derive("cut_early.uvpair", "my.uvpair", |bytes| bytes.truncate(100));
+    bench.derive("flipped.uvpair", "my.uvpair", |bytes| bytes[length - 20] ^= 1);
+    let newer = r#"\"version\":7"#;
+    bench.derive("newer.uvpair", "my.uvpair", |bytes| replace(bytes, r#"\"version\":1"#, newer));
+    bench.write("empty.uvpair", "");
+    let cases: &[(&str, &[&str])] = &[
+        ("none.uvpair", &["none.uvpair: ", "No such file"]),
+        ("cut.uvpair", &["cut.uvpair: ", "cut short", &length.to_string()]),
+        ("cut_early.uvpair", &["cut_early.uvpair: ", "cut short", "the file has 100"]),
+        ("flipped.uvpair", &["flipped.uvpair: ", "damaged", "SHA-256"]),
+        ("newer.uvpair", &["newer.uvpair: ", "version 7 is newer than 1", "newer uvgraft"]),
+        ("empty.uvpair", &["empty.uvpair: not a pair file"]),
+        ("source.png", &["source.png: not a pair file"]),
+        ("source.obj", &["source.obj: not a pair file"]),
+    ];
+    bench.paint("face.png", (8, 8), Channels::Rgb, &[1, 2, 3]);
+    for (pair, wanted) in cases {
+        bench.refuse(&format!("transfer {pair} face.png --size 8 -o out.png"), wanted);
+        bench.refuse(&format!("inspect {pair} --preview out.png"), wanted);
+        bench.refuse(&format!("inspect {pair} --json"), wanted);
+    }
+    bench.refuse("inspect my.uvpair --preview my.uvpair", &["my.uvpair", ".png"]);
+    bench.refuse("inspect my.uvpair --preview none/x.png", &["none/x.png", "no folder none"]);
+}
+
+#[test]
+fn textures() {
+    let bench = Bench::new();
+    bench.paint("good.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    bench.paint_noise("whole.png", (16, 16), Channels::Rgb, uvgraft::Depth::U8);
+    bench.succeed("transfer my.uvpair whole.png --size 16 --onto #102030 -o whole.jpg");
+    bench.derive("cut.png", "whole.png", |bytes| bytes.truncate(bytes.len() / 2));
+    bench.derive("no_end.png", "whole.png", |bytes| bytes.truncate(bytes.len() - 12));
+    bench.derive("cut.jpg", "whole.jpg", |bytes| bytes.truncate(bytes.len() / 2));
+    bench.derive("flipped.png", "whole.png", |bytes| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 0x55;
+    });
+    bench.write("huge.png", huge_png());
+    bench.write("text.png", "no image at all");
+    bench.write("empty.png", "");
+    bench.make_folder("folder.png");
+    let cases: &[(&str, &[&str])] = &[
+        ("none.png", &["none.png", "No such file"]),
+        ("text.png", &["text.png: not an image", "PNG, JPEG, WebP, TIFF, EXR", "no image"]),
+        ("empty.png", &["empty.png: not an image", "the file is empty"]),
+        ("my.uvpair", &["my.uvpair: not an image"]),
+        ("cut.png", &["cut.png: PNG is cut short"]),
+        ("no_end.png", &["no_end.png: PNG is cut short"]),
+        ("cut.jpg", &["cut.jpg: JPEG is cut short"]),
+        ("flipped.png", &["flipped.png: PNG is damaged"]),
+        ("huge.png", &["huge.png: PNG of 100000×100000 texels is too large", "32768 a side"]),
+    ];
+    for (texture, wanted) in cases {
+        let source = format!("transfer my.uvpair {texture} --size 16 --mask m.png -o out.png");
+        bench.refuse(&source, wanted);
+        bench.refuse(&format!("{source} --reverse"), wanted);
+        let base = format!("transfer my.uvpair good.png --onto {texture} --mask m.png -o out.png");
+        bench.refuse(&base, wanted);
+        bench.refuse(&format!("{base} --size 8"), wanted);
+    }
+    bench.refuse("transfer my.uvpair good.png --onto folder.png -o out.png", &["is a folder"]);
+    bench.refuse("transfer my.uvpair folder.png --size 8 -o out", &["folder.png holds no image"]);
+}
+
+#[test]
+fn options_of_a_transfer() {
+    let bench = Bench::new();
+    bench.paint("face.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    bench.paint("clear.png", (16, 16), Channels::Rgba, &[1, 2, 3, 4]);
+    let cases: &[(&str, &[&str])] = &[
+        ("face.png -o out.png", &["--size", "--onto"]),
+        ("face.png --onto #808080 -o out.png", &["--size"]),
+        ("face.png --size 8", &["required", "--output"]),
+        ("face.png --size 8 -o out.png --onto #12345", &["\"#12345\"", "#RRGGBB"]),
+        ("face.png --size 8 -o out.png --onto #gg0000", &["\"#gg0000\"", "#RRGGBB"]),
+        ("face.png --size 8 -o out.png --onto #", &["\"#\"", "#RRGGBB"]),
+        ("face.png --size 8 -o out.png --onto ##123", &["\"##123\"", "#RRGGBB"]),
+        ("face.png --size 8 -o out.png --onto grey", &["grey: ", "such as #808080"]),
+        ("face.png --size 0 -o out.png", &["'0'", "--size", "N or WxH"]),
+        ("face.png --size 8x -o out.png", &["'8x'", "--size", "N or WxH"]),
+        ("face.png --size 8x8x8 -o out.png", &["'8x8x8'", "--size", "N or WxH"]),
+        ("face.png --size 40000 -o out.png", &["'40000'", "from 1 to 32768"]),
+        ("face.png --size=-8 -o out.png", &["'-8'", "N or WxH"]),
+        ("face.png --size 8 -o out.gif", &["out.gif: ", ".png", ".exr"]),
+        ("face.png --size 8 -o out", &["out: ", ".png", ".exr"]),
+        ("face.png --size 8 -o out.png --mask mask", &["mask: ", ".png"]),
+        ("face.png --size 8 -o out.png --filter cubic", &["'cubic'", "catmull-rom", "lanczos3"]),
+        ("face.png --size 8 -o out.png --gutter 1025", &["1025", "--gutter", "0..=1024"]),
+        ("face.png --size 8 -o out.png --gutter=-1", &["-1", "--gutter"]),
+        ("face.png --size 8 -o out.jpg --quality 0", &["'0'", "--quality", "1..=100"]),
+        ("face.png --size 8 -o out.jpg --quality 101", &["101", "--quality", "1..=100"]),
+        ("face.png --size 8 -o out.jpg", &["out.jpg", "alpha", "JPEG", "--onto '#808080'"]),
+        (
+            "clear.png --size 8 --onto #fff -o out.jpg",
+            &["out.jpg", "alpha", "JPEG", "PNG, WebP, TIFF or EXR"],
+        ),
+        ("face.png --size 8 -o out.png --data --linear-light", &["--data", "--linear-light"]),
+        ("face.png --size 8 -o out.png --format jpg", &["--format jpg", "out.png"]),
+        ("face.png --size 8 -o out.png --format bmp", &["'bmp'", ".png"]),
+        ("face.png --size 8 -o out.png --threads many", &["'many'", "--threads"]),
+        ("--size 8 -o out.png", &["required", "<SRC>"]),
+    ];
+    for (options, wanted) in cases {
+        bench.refuse(&format!("transfer my.uvpair {options}"), wanted);
+    }
+    bench.refuse("transform my.uvpair", &["'transform'", "transfer"]);
+}
+
+#[test]
+fn outputs_of_a_transfer() {
+    let bench = Bench::new();
+    bench.make_folder("folder/face.png");
+    bench.paint("face.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    bench.paint("base.png", (16, 16), Channels::Rgb, &[4, 5, 6]);
+    bench.derive("pair.png", "my.uvpair", |_| {});
+    link(&bench, "base.png", "link.png");
+    let cases: &[(&str, &[&str])] = &[
+        ("-o none/out.png", &["cannot write none/out.png: there is no folder none"]),
+        ("-o face.png/out.png", &["cannot write face.png/out.png: face.png is no folder"]),
+        ("-o folder", &["folder/face.png: it is a folder, wanted a file"]),
+        ("-o face.png", &["output face.png is also an input"]),
+        ("-o ./face.png", &["output ./face.png is also an input"]),
+        ("-o base.png", &["output base.png is also an input"]),
+        ("-o folder/../base.png", &["output folder/../base.png is also an input"]),
+        ("-o pair.png", &["output pair.png is also an input"]),
+        ("-o out.png --mask ./out.png", &["./out.png is named for two outputs"]),
+        ("-o out.png --mask face.png", &["output face.png is also an input"]),
+        ("-o out.png --mask base.png", &["output base.png is also an input"]),
+        ("-o out.png --mask none/mask.png", &["none/mask.png: there is no folder none"]),
+    ];
+    for (output, wanted) in cases {
+        bench.refuse(&format!("transfer pair.png face.png --onto base.png {output}"), wanted);
+    }
+    if cfg!(unix) {
+        let args = "transfer my.uvpair face.png --onto base.png -o link.png";
+        bench.refuse(args, &["output link.png is also an input"]);
+    }
+}
+
+#[test]
+fn several_textures() {
+    let bench = Bench::new();
+    for folder in ["in", "in/more", "empty", "same"] {
+        bench.make_folder(folder);
+    }
+    for name in ["in/a.png", "in/b.png", "in/more/a.png", "same/c.png", "same/c.webp"] {
+        bench.paint(name, (16, 16), Channels::Rgb, &[1, 2, 3]);
+    }
+    bench.derive("texture", "in/a.png", |_| {});
+    bench.write("file", "old");
+    let cases: &[(&str, &[&str])] = &[
+        ("in -o in", &["output in/a.png is also an input"]),
+        ("in/a.png in/b.png -o ./in/more/..", &["in/more/../a.png is also an input"]),
+        ("in/a.png -o in", &["output in/a.png is also an input"]),
+        (
+            "in/a.png in/more/a.png -o out",
+            &["in/a.png and in/more/a.png would both become out/a.png"],
+        ),
+        ("in in/more -o out", &["in/a.png and in/more/a.png would both become out/a.png"]),
+        ("in/a.png in/a.png -o out", &["would both become"]),
+        ("same --format tif -o out", &["same/c.png and same/c.webp would both become out/c.tif"]),
+        ("in/a.png in/b.png -o out.png", &["out.png is no folder"]),
+        ("in -o file", &["file is no folder"]),
+        ("in -o none/out", &["cannot make the folder none/out"]),
+        ("empty -o out", &["empty holds no image", ".png"]),
+        ("texture in/a.png -o out", &["texture: ", "--format"]),
+        ("in -o out --mask in/b.png", &["output in/b.png is also an input"]),
+    ];
+    for (files, wanted) in cases {
+        bench.refuse(&format!("transfer my.uvpair {files} --size 8"), wanted);
+    }
+    // What is wrong besides the textures is found before a folder is made for them.
+    bench.refuse("transfer my.uvpair in -o out", &["--size"]);
+    bench.refuse("transfer none.uvpair in -o out --size 8", &["none.uvpair: "]);
+    bench.refuse("transfer my.uvpair in -o out --onto none.png", &["none.png: "]);
+}
+
+/// A text map of the sheet's vertices with one id replaced.
+fn ids_with(entry: u32, id: i64) -> String {
+    let ids = (0..bench::SHEET_VERTICES).map(|vertex| match vertex == entry {
+        true => id,
+        false => bench::target_of(vertex).into(),
+    });
+    ids.map(|id| format!("{id}\n")).collect()
+}
+
+/// A whole PNG whose header claims more texels than any image is allowed.
+fn huge_png() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 100_000, 100_000);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_chunk(png::chunk::IDAT, &[0x78, 0x9c, 0x03, 0, 0, 0, 0, 1]).unwrap();
+    writer.write_chunk(png::chunk::IEND, &[]).unwrap();
+    drop(writer);
+    bytes
+}
+
+fn replace(bytes: &mut [u8], from: &str, to: &str) {
+    assert_eq!(from.len(), to.len());
+    let place = bytes.windows(from.len()).position(|window| window == from.as_bytes());
+    let place = place.unwrap_or_else(|| panic!("no `{from}`"));
+    bytes[place..place + to.len()].copy_from_slice(to.as_bytes());
+}
+
+fn link(bench: &Bench, to: &str, name: &str) {
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(bench.path(to), bench.path(name)).unwrap();
+    #[cfg(not(unix))]
+    let _ = (bench, to, name);
+}

@@ -1,0 +1,545 @@
+//! Carrying textures across, through the program.
+
+mod bench;
+
+use std::io::Cursor;
+
+use bench::{Bench, texel, texel_u8};
+use uvgraft::{Channels, Depth, Encoding, Size};
+
+const FACE: [u8; 3] = [200, 100, 50];
+const BASE: [u8; 3] = [10, 20, 30];
+
+/// A bench with a face and a base of one colour each.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.paint("face.png", (64, 64), Channels::Rgb, &FACE);
+    bench.paint("base.png", (80, 60), Channels::Rgb, &BASE);
+    bench
+}
+
+#[test]
+fn forward_onto_a_base() {
+    let bench = bench();
+    let printed =
+        bench.succeed("transfer my.uvpair face.png --onto base.png --gutter 0 -o out.png");
+    assert_eq!(printed, "");
+    let out = bench.texture("out.png");
+    assert_eq!(
+        (out.size(), out.channels(), out.depth()),
+        (Size::new(80, 60), Channels::Rgb, Depth::U8)
+    );
+    for y in 0..60 {
+        for x in 0..80 {
+            // The sheet covers 0.1 to 0.5 of the target.
+            let inside = (8..40).contains(&x) && (6..30).contains(&y);
+            let wanted = if inside { FACE } else { BASE };
+            assert_eq!(texel_u8(&out, x, y), wanted, "{x}, {y}");
+        }
+    }
+}
+
+#[test]
+fn reverse_onto_a_base() {
+    let bench = bench();
+    bench.succeed("transfer my.uvpair face.png --reverse --onto base.png --gutter 0 -o out.png");
+    let out = bench.texture("out.png");
+    for (x, y, wanted) in
+        [(8, 6, FACE), (71, 53, FACE), (7, 6, BASE), (72, 53, BASE), (40, 54, BASE)]
+    {
+        assert_eq!(texel_u8(&out, x, y), wanted, "{x}, {y}");
+    }
+}
+
+/// Each corner of the sheet must arrive at its own corner, not mirrored or turned.
+#[test]
+fn the_picture_keeps_its_orientation() {
+    let bench = Bench::new();
+    bench.paint_noise("noise.png", (40, 40), Channels::Rgb, Depth::U8);
+    // Twice the size over half the extent: texels fall on texels.
+    bench.succeed("transfer my.uvpair noise.png --size 80 --onto #000 --filter nearest -o out.png");
+    let (noise, out) = (bench.texture("noise.png"), bench.texture("out.png"));
+    for y in 0..32 {
+        for x in 0..32 {
+            let wanted = texel_u8(&noise, 4 + x, 4 + y);
+            assert_eq!(texel_u8(&out, 8 + x, 8 + y), wanted, "{x}, {y}");
+        }
+    }
+    bench.succeed(
+        "transfer my.uvpair out.png --reverse --onto noise.png --filter nearest --gutter 0 -o back.png",
+    );
+    assert!(bench.texture("back.png") == noise, "there and back");
+}
+
+#[test]
+fn sizes_are_the_bases_or_as_asked() {
+    let bench = bench();
+    for (options, wanted) in [
+        ("--size 40x30", Size::new(40, 30)),
+        ("--size 33", Size::square(33)),
+        ("--onto base.png", Size::new(80, 60)),
+        ("--onto base.png --size 40x30", Size::new(40, 30)),
+        ("--onto base.png --size 201x7", Size::new(201, 7)),
+        ("--onto base.png --size 1", Size::square(1)),
+    ] {
+        bench.succeed(&format!("transfer my.uvpair face.png {options} -o out.png"));
+        let out = bench.texture("out.png");
+        assert_eq!(out.size(), wanted, "{options}");
+        let Size { width, height } = wanted;
+        if width > 30 && height > 6 && options.contains("base") {
+            assert_eq!(texel_u8(&out, width * 3 / 10, height * 3 / 10), FACE, "{options}");
+            assert_eq!(texel_u8(&out, width - 1, height - 1), BASE, "{options}");
+        }
+    }
+}
+
+#[test]
+fn colours_as_base() {
+    let bench = bench();
+    for (onto, channels, outside) in [
+        ("", Channels::Rgba, &[0, 0, 0, 0][..]),
+        ("--onto #123", Channels::Rgb, &[0x11, 0x22, 0x33]),
+        ("--onto #8090A0", Channels::Rgb, &[0x80, 0x90, 0xa0]),
+        ("--onto #8090a040", Channels::Rgba, &[0x80, 0x90, 0xa0, 0x40]),
+        ("--onto #808080ff", Channels::Rgb, &[0x80, 0x80, 0x80]),
+    ] {
+        bench.succeed(&format!(
+            "transfer my.uvpair face.png --size 40 --gutter 0 {onto} -o out.png"
+        ));
+        let out = bench.texture("out.png");
+        assert_eq!(out.channels(), channels, "{onto}");
+        assert_eq!(texel_u8(&out, 39, 0), outside, "{onto}");
+        let inside = texel_u8(&out, 10, 10);
+        assert_eq!(inside[..3], FACE, "{onto}");
+        assert!(inside.get(3).is_none_or(|&alpha| alpha == 255), "{onto}");
+    }
+}
+
+#[test]
+fn channels_and_depths_of_the_result() {
+    let bench = bench();
+    let all = [Channels::Grey, Channels::GreyAlpha, Channels::Rgb, Channels::Rgba];
+    for channels in all {
+        for depth in [Depth::U8, Depth::U16] {
+            bench.paint_noise("noise.png", (40, 40), channels, depth);
+            bench.succeed(
+                "transfer my.uvpair noise.png --onto #777 --size 80 --filter nearest -o out.png",
+            );
+            let (noise, out) = (bench.texture("noise.png"), bench.texture("out.png"));
+            assert_eq!((out.channels(), out.depth()), (channels, depth));
+            // What is see-through shows the base.
+            let (found, mut wanted) = (texel(&out, 20, 30), texel(&noise, 16, 26));
+            if channels.has_alpha()
+                && let Some((alpha, values)) = wanted.split_last_mut()
+            {
+                for value in values {
+                    *value = *value * *alpha + f32::from(0x77u8) / 255.0 * (1.0 - *alpha);
+                }
+                *alpha = 1.0;
+            }
+            let close = found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 0.003);
+            assert!(close, "{channels:?} {depth:?}: {found:?}, wanted {wanted:?}");
+            // Over nothing at all, it arrives as it is.
+            bench.succeed(
+                "transfer my.uvpair noise.png --size 80 --filter nearest --gutter 0 -o out.png",
+            );
+            let found = texel(&bench.texture("out.png"), 20, 30);
+            let mut wanted = texel(&noise, 16, 26);
+            wanted.resize(found.len(), 1.0);
+            assert_eq!(found, wanted, "{channels:?} {depth:?}");
+
+            bench.succeed("transfer my.uvpair noise.png --onto base.png -o out.png");
+            let out = bench.texture("out.png");
+            assert_eq!((out.channels(), out.depth()), (channels.union(Channels::Rgb), depth));
+            let outside: Vec<u8> =
+                texel(&out, 79, 59).iter().map(|value| (value * 255.0).round() as u8).collect();
+            assert_eq!(outside[..3], BASE, "{channels:?} {depth:?}");
+        }
+    }
+    // A coloured base makes a grey texture's result coloured; the greater depth counts.
+    bench.paint_noise("grey.png", (40, 40), Channels::Grey, Depth::U8);
+    bench.paint_noise("deep.png", (40, 40), Channels::Rgb, Depth::U16);
+    bench.succeed("transfer my.uvpair grey.png --onto #f00 --size 40 -o out.png");
+    assert_eq!(bench.texture("out.png").channels(), Channels::Rgb);
+    bench.succeed("transfer my.uvpair grey.png --onto deep.png -o out.png");
+    assert_eq!(bench.texture("out.png").depth(), Depth::U16);
+}
+
+#[test]
+fn formats_follow_the_extension() {
+    let bench = bench();
+    for (name, start, tolerance) in [
+        ("out.png", &b"\x89PNG"[..], 0),
+        ("out.PNG", b"\x89PNG", 0),
+        ("out.jpg", b"\xff\xd8\xff", 3),
+        ("out.jpeg", b"\xff\xd8\xff", 3),
+        ("out.webp", b"RIFF", 0),
+        ("out.tif", b"II*\0", 0),
+        ("out.tiff", b"II*\0", 0),
+    ] {
+        bench.succeed(&format!("transfer my.uvpair face.png --onto base.png -o {name}"));
+        assert!(bench.bytes(name).starts_with(start), "{name}");
+        let out = bench.texture(name);
+        let inside = texel_u8(&out, 20, 15);
+        let close = inside.iter().zip(FACE).all(|(a, b)| a.abs_diff(b) <= tolerance);
+        assert!(close && out.size() == Size::new(80, 60), "{name}: {inside:?}");
+    }
+    bench.succeed("transfer my.uvpair face.png --onto base.png -o out.exr");
+    let out = bench.texture("out.exr");
+    assert_eq!((out.depth(), out.encoding()), (Depth::F32, Encoding::Linear));
+    let red = texel(&out, 20, 15)[0];
+    assert!((red - linear(200.0 / 255.0)).abs() < 1e-4, "{red}");
+
+    // And back: every format is also read.
+    for name in ["out.jpg", "out.webp", "out.tif", "out.exr"] {
+        let run = bench
+            .run(&format!("transfer my.uvpair {name} --reverse --onto #000 --size 20 -o back.tif"));
+        assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{name}");
+        assert_eq!(bench.texture("back.tif").size(), Size::square(20));
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_said() {
+    let bench = bench();
+    bench.paint_noise("deep.png", (16, 16), Channels::Rgb, Depth::U16);
+    let run = bench.run("transfer my.uvpair deep.png --onto base.png -o out.jpg");
+    assert_eq!(run.code, Some(0));
+    assert_eq!(run.stderr, "warning: out.jpg: values were rounded from 16 bits to 8 bits\n");
+}
+
+#[test]
+fn jpeg_quality_counts() {
+    let bench = bench();
+    bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
+    let size = |quality: u8| {
+        let options = format!("--onto #000 --size 128 --quality {quality} -o out.jpg");
+        bench.succeed(&format!("transfer my.uvpair noise.png {options}"));
+        bench.bytes("out.jpg").len()
+    };
+    let [low, middle, high] = [1, 50, 100].map(size);
+    assert!(low < middle && middle < high, "{low} {middle} {high}");
+}
+
+#[test]
+fn masks() {
+    let bench = bench();
+    // White is what a triangle covers, never the gutter.
+    for gutter in [0, 2] {
+        let options = format!("--gutter {gutter} --mask mask.png");
+        bench.succeed(&format!("transfer my.uvpair face.png --onto base.png {options} -o out.png"));
+        let mask = bench.texture("mask.png");
+        assert_eq!((mask.size(), mask.channels()), (Size::new(80, 60), Channels::Grey));
+        let values: Vec<u8> = (0..4800).map(|k| texel_u8(&mask, k % 80, k / 80)[0]).collect();
+        assert!(values.iter().all(|value| [0, 255].contains(value)));
+        let white = values.iter().filter(|&&value| value == 255).count();
+        assert_eq!(white, 32 * 24, "{gutter}");
+        assert_eq!(texel_u8(&mask, 20, 15), [255]);
+        assert_eq!(texel_u8(&mask, 60, 45), [0], "the quad that nothing is linked to");
+    }
+}
+
+#[test]
+fn gutters() {
+    let bench = bench();
+    let reach = |gutter: &str| {
+        bench.succeed(&format!("transfer my.uvpair face.png --onto base.png {gutter} -o out.png"));
+        let out = bench.texture("out.png");
+        // To the left of the sheet, which begins at texel 8.
+        (0..8).rev().take_while(|&x| texel_u8(&out, x, 15) == FACE).count()
+    };
+    assert_eq!(reach("--gutter 0"), 0);
+    assert_eq!(reach("--gutter 1"), 1);
+    assert_eq!(reach("--gutter 5"), 5);
+    assert_eq!(reach(""), 8);
+    assert_eq!(reach("--gutter 1024"), 8);
+}
+
+#[test]
+fn filters_differ_and_keep_flat_colours() {
+    let bench = bench();
+    bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
+    let filters = ["nearest", "bilinear", "catmull-rom", "lanczos3"];
+    let mut results = Vec::new();
+    for filter in filters {
+        let options = format!("--onto base.png --filter {filter} -o out.png");
+        bench.succeed(&format!("transfer my.uvpair face.png {options}"));
+        assert_eq!(texel_u8(&bench.texture("out.png"), 20, 15), FACE, "{filter}");
+        bench.succeed(&format!("transfer my.uvpair noise.png {options}"));
+        results.push(bench.bytes("out.png"));
+    }
+    for (a, b) in [(0, 1), (1, 2), (2, 3)] {
+        assert_ne!(results[a], results[b], "{} and {}", filters[a], filters[b]);
+    }
+    bench.succeed("transfer my.uvpair noise.png --onto base.png -o out.png");
+    assert_eq!(bench.bytes("out.png"), results[3], "lanczos3 is the default");
+}
+
+/// Black and white stripes of one texel, shrunk to a quarter: their average as encoded, or as light.
+#[test]
+fn averages_as_encoded_or_as_light() {
+    let bench = Bench::new();
+    let stripes: Vec<u8> =
+        (0..256 * 256).flat_map(|k| [if k % 2 == 0 { 0 } else { 255 }; 3]).collect();
+    let mut encoded = Vec::new();
+    let mut encoder = png::Encoder::new(&mut encoded, 256, 256);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&stripes).unwrap();
+    bench.write("stripes.png", encoded);
+    let average = |option: &str| {
+        let args =
+            format!("transfer my.uvpair stripes.png --onto #000 --size 128 {option} -o out.png");
+        bench.succeed(&args);
+        texel_u8(&bench.texture("out.png"), 40, 40)[0]
+    };
+    assert!(average("").abs_diff(128) <= 2);
+    assert!(average("--linear-light").abs_diff(188) <= 2);
+}
+
+/// A float image holds light and is encoded for an 8-bit file, unless it is data.
+#[test]
+fn data_is_never_converted() {
+    let bench = bench();
+    let value = |x: f32| {
+        let texels = uvgraft::Texels::F32(vec![x; 32 * 32]);
+        uvgraft::Texture::new(Size::square(32), Channels::Grey, Encoding::Linear, texels).unwrap()
+    };
+    let write = |name: &str, texture: uvgraft::Texture| {
+        let options = uvgraft_io::image::WriteOptions::default();
+        let written = uvgraft_io::image::write(&texture.into(), &bench.path(name), &options);
+        assert_eq!(written.unwrap().losses, []);
+    };
+    write("rough.exr", value(0.25));
+    let result = |options: &str, at: u32| {
+        let run = bench.run(&format!("transfer my.uvpair rough.exr --gutter 0 {options}"));
+        assert_eq!(run.code, Some(0), "{options}: {}", run.stderr);
+        let name = options.split(' ').next_back().unwrap();
+        texel(&bench.texture(name), at, at)[0]
+    };
+    let close =
+        |found: f32, wanted: f32| assert!((found - wanted).abs() < 2e-3, "{found} {wanted}");
+    close(result("--size 40 --onto #808080 --data -o out.exr", 10), 0.25);
+    close(result("--size 40 --onto #808080 --data -o out.exr", 39), 128.0 / 255.0);
+    close(result("--size 40 --onto #808080 --data -o out.png", 10), 0.25);
+    close(result("--size 40 --onto #808080 -o out.exr", 10), 0.25);
+    close(result("--size 40 --onto #808080 -o out.exr", 39), linear(128.0 / 255.0));
+    close(result("--size 40 --onto #808080 -o out.png", 10), 0.5371);
+    bench.paint("grey.png", (40, 40), Channels::Grey, &[100]);
+    close(result("--onto grey.png --data -o out.png", 10), 0.25);
+    close(result("--onto grey.png --data -o out.png", 39), 100.0 / 255.0);
+    close(result("--onto grey.png --data --size 20 -o out.tif", 19), 100.0 / 255.0);
+}
+
+#[test]
+fn compressing_changes_the_size_alone() {
+    let bench = bench();
+    bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
+    for name in ["out.png", "out.tif", "out.exr", "out.webp"] {
+        let args = format!("transfer my.uvpair noise.png --onto #345 --size 256 -o {name}");
+        bench.succeed(&args);
+        let (fast, texture) = (bench.bytes(name).len(), bench.texture(name));
+        bench.succeed(&format!("{args} --compress"));
+        let small = bench.bytes(name).len();
+        assert!(small <= fast, "{name}: {small} bytes after {fast}");
+        assert_eq!(bench.texture(name), texture, "{name}");
+    }
+}
+
+#[test]
+fn icc_profiles_travel() {
+    let bench = bench();
+    let profile = |seed: u8| (0..500).map(|k: u32| (k % 251) as u8 ^ seed).collect::<Vec<u8>>();
+    for (name, color, icc) in [
+        ("one.png", png::ColorType::Rgb, 1),
+        ("two.png", png::ColorType::Rgb, 2),
+        ("grey.png", png::ColorType::Grayscale, 3),
+    ] {
+        let mut info = png::Info::with_size(16, 16);
+        info.color_type = color;
+        info.bit_depth = png::BitDepth::Eight;
+        info.icc_profile = Some(profile(icc).into());
+        let mut encoded = Vec::new();
+        let encoder = png::Encoder::with_info(&mut encoded, info).unwrap();
+        let values = vec![90; 16 * 16 * color.samples()];
+        encoder.write_header().unwrap().write_image_data(&values).unwrap();
+        bench.write(name, encoded);
+    }
+    let run = |args: &str| {
+        let run = bench.run(&format!("transfer my.uvpair {args} -o out.png"));
+        assert_eq!(run.code, Some(0), "{args}: {}", run.stderr);
+        let file = Cursor::new(bench.bytes("out.png"));
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        (reader.info().icc_profile.as_deref().map(<[u8]>::to_vec), run.stderr)
+    };
+    // The base's, without a word if the source has the same.
+    assert_eq!(run("one.png --onto one.png"), (Some(profile(1)), String::new()));
+    for (args, wanted, words) in [
+        (
+            "one.png --onto two.png",
+            Some(2),
+            &["one.png and two.png have different ICC profiles"][..],
+        ),
+        ("face.png --onto two.png", Some(2), &["two.png has an ICC profile, face.png has none"]),
+        ("one.png --onto base.png", None, &["one.png has an ICC profile, base.png has none"]),
+        ("one.png --onto grey.png", None, &["out.png: the ICC profile was dropped", "grey"]),
+    ] {
+        let (found, said) = run(args);
+        assert_eq!(found, wanted.map(profile), "{args}");
+        for words in words {
+            assert!(said.contains(words) && said.starts_with("warning: "), "{args}: {said}");
+        }
+    }
+    // Over a colour, the source's.
+    assert_eq!(run("one.png --onto #abc --size 8"), (Some(profile(1)), String::new()));
+    assert_eq!(run("one.png --size 8"), (Some(profile(1)), String::new()));
+    assert_eq!(run("grey.png --onto #555 --size 8"), (Some(profile(3)), String::new()));
+    let (found, said) = run("grey.png --onto #f00 --size 8");
+    assert!(found.is_none() && said.contains("dropped"), "{said}");
+}
+
+#[test]
+fn a_bad_texture_in_the_middle_stops_no_other() {
+    let bench = bench();
+    bench.make_folder("in");
+    for (name, value) in [("in/1.png", 10), ("in/2.png", 20), ("in/4.png", 40)] {
+        bench.paint(name, (16, 16), Channels::Rgb, &[value; 3]);
+    }
+    bench.write("in/3.png", "no image");
+    bench.write("in/notes.txt", "left out");
+    bench.write("in/._1.png", "hidden, left out");
+    bench.make_folder("in/folder.png");
+    let more = "--size 40 --onto #fff --mask mask.png --gutter 0";
+    for sources in ["in", "in/1.png in/2.png in/3.png in/4.png"] {
+        let run = bench.run(&format!("transfer my.uvpair {sources} {more} -o out"));
+        assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""), "{}", run.stderr);
+        // One line and nothing of a progress bar, since standard error is no terminal.
+        let wanted = "error: in/3.png: not an image uvgraft can read (PNG, JPEG, WebP, TIFF, EXR): \
+                      starts with \"no image\"\n";
+        assert_eq!(run.stderr, wanted);
+        for (name, value) in [("out/1.png", 10), ("out/2.png", 20), ("out/4.png", 40)] {
+            assert_eq!(texel_u8(&bench.texture(name), 10, 10), [value; 3]);
+        }
+        assert_eq!(bench.path("out").read_dir().unwrap().count(), 3);
+        assert_eq!(bench.texture("mask.png").size(), Size::square(40));
+        bench.assert_no_litter();
+        std::fs::remove_dir_all(bench.path("out")).unwrap();
+        std::fs::remove_file(bench.path("mask.png")).unwrap();
+    }
+}
+
+#[test]
+fn several_textures_into_a_folder() {
+    let bench = bench();
+    for folder in ["in", "out"] {
+        bench.make_folder(folder);
+    }
+    bench.paint("in/a.png", (16, 16), Channels::Rgb, &FACE);
+    bench.paint("in/b.webp", (32, 8), Channels::Rgb, &FACE);
+    bench.paint("in/c.d.tif", (8, 32), Channels::Rgb, &FACE);
+    bench.write("out/kept.txt", "kept");
+    assert_eq!(bench.succeed("transfer my.uvpair in --size 40 --onto #fff -o out"), "");
+    for name in ["out/a.png", "out/b.webp", "out/c.d.tif"] {
+        assert_eq!(texel_u8(&bench.texture(name), 10, 10), FACE, "{name}");
+    }
+    // All in one format; into the folder itself, where no file is replaced.
+    bench.succeed("transfer my.uvpair in --size 40 --onto #fff --format jpg -o in");
+    for name in ["in/a.jpg", "in/b.jpg", "in/c.d.jpg"] {
+        assert!(bench.bytes(name).starts_with(b"\xff\xd8"), "{name}");
+    }
+    // One texture into a folder keeps its name.
+    bench.succeed("transfer my.uvpair face.png --size 40 -o out/");
+    assert_eq!(bench.texture("out/face.png").size(), Size::square(40));
+    assert_eq!(bench.bytes("out/kept.txt"), b"kept");
+}
+
+#[test]
+fn threads_do_not_show_in_the_result() {
+    let bench = Bench::new();
+    bench.paint_noise("noise.png", (150, 130), Channels::Rgba, Depth::U16);
+    bench.paint_noise("base.png", (333, 257), Channels::Rgb, Depth::U8);
+    let result = |threads: &str| {
+        let args =
+            "transfer my.uvpair noise.png --onto base.png --mask mask.png --compress -o out.png";
+        bench.succeed(&format!("{threads} {args}"));
+        (bench.bytes("out.png"), bench.bytes("mask.png"))
+    };
+    let one = result("--threads 1");
+    for threads in ["--threads 2", "--threads 7", ""] {
+        assert!(result(threads) == one, "{threads}");
+    }
+    bench.succeed("transfer --threads 2 my.uvpair noise.png --size 8 -o out.png");
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_odd_names() {
+    let bench = bench();
+    bench.write("kept.png", "old");
+    std::os::unix::fs::symlink("kept.png", bench.path("link.png")).unwrap();
+    std::os::unix::fs::symlink("face.png", bench.path("to_face.png")).unwrap();
+    bench.succeed("transfer my.uvpair to_face.png --onto base.png -o link.png");
+    assert!(bench.path("link.png").is_symlink());
+    assert_eq!(texel_u8(&bench.texture("kept.png"), 20, 15), FACE);
+
+    // The content decides what is read, the name what is written.
+    bench.derive("face.jpg", "face.png", |_| {});
+    let odd = "ein Gesicht – 顔.png";
+    let run = bench.run_args(&["transfer", "my.uvpair", "face.jpg", "--size", "40", "-o", odd]);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+    assert_eq!(bench.texture(odd).size(), Size::square(40));
+}
+
+/// The real meshes, which their licences keep out of the repository.
+#[test]
+fn a_real_head_and_body() {
+    let Some(folder) = std::env::var_os("UVGRAFT_DATA").map(std::path::PathBuf::from) else {
+        eprintln!("skipped: UVGRAFT_DATA is not set");
+        return;
+    };
+    let bench = Bench::new();
+    let path = |name: &str| folder.join(name).into_os_string().into_string().unwrap();
+    let [head, body, ids] =
+        ["flame_head_template.obj", "smplx_addon.obj", "smplx_flame_vertex_ids.npy"].map(path);
+    let run = bench.run_args(&[
+        "pair",
+        &head,
+        &body,
+        "--vertex-map",
+        &ids,
+        "-o",
+        "real.uvpair",
+        "--json",
+        "--source-size",
+        "256",
+        "--target-size",
+        "256",
+    ]);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(
+        (&report["source"]["faces"], &report["source"]["linked"]),
+        (&9976.into(), &9976.into())
+    );
+
+    bench.paint("face.png", (256, 256), Channels::Rgb, &FACE);
+    bench.succeed(
+        "transfer real.uvpair face.png --size 512 --onto #0a141e --gutter 0 --mask mask.png -o body.png",
+    );
+    bench.succeed("transfer real.uvpair body.png --reverse --size 256 --onto #000 -o back.png");
+    let (body, mask) = (bench.texture("body.png"), bench.texture("mask.png"));
+    let mut counts = [0; 2];
+    for (x, y) in (0..512).flat_map(|y| (0..512).map(move |x| (x, y))) {
+        let covered = texel_u8(&mask, x, y) == [255];
+        counts[usize::from(covered)] += 1;
+        assert_eq!(texel_u8(&body, x, y), if covered { FACE } else { BASE }, "{x}, {y}");
+    }
+    assert!(counts.iter().all(|&count| count > 10_000), "{counts:?}");
+    let back = bench.texture("back.png");
+    let kept = (0..256 * 256).filter(|k| texel_u8(&back, k % 256, k / 256) == FACE).count();
+    assert!(kept > 256 * 256 / 2, "{kept}");
+}
+
+/// The light of an sRGB value.
+fn linear(value: f32) -> f32 {
+    ((value + 0.055) / 1.055).powf(2.4)
+}
