@@ -77,6 +77,10 @@ pub(crate) fn hair(p: Vec3) -> Color {
 
 /// How much hair covers the scalp at a point in head space, 0 to 1; single strands past the line.
 pub(crate) fn hair_cover(p: Vec3) -> f32 {
+    // No hair grows on the face and the front of the neck.
+    if (p.z > 2.5 && p.y < 1.0) || p.y < -12.0 {
+        return 0.0;
+    }
     let bearing = Bearing::of(p);
     let reach = bearing.reach();
     if !(0.8..1.12).contains(&reach) {

@@ -113,7 +113,7 @@ pub(crate) fn shell() -> Surface {
             + 1.6 * bell(around - 0.25, 0.8) * smoothstep(12.0, 42.0, degrees)
             + 0.35 * smoothstep(2.0, 3.0, around.abs()) * smoothstep(140.0, 90.0, degrees);
         let edge = (1.0 - radius.powi(6)).max(0.0).sqrt();
-        let groove = 0.28 * (1.0 - middle) * smoothstep(0.15, 0.6, radius);
+        let groove = 0.3 * (1.0 - middle * smoothstep(0.05, 0.5, radius));
         surface + towards * ((full - groove) * edge - 0.3 * smoothstep(0.85, 1.0, radius))
     });
     surface

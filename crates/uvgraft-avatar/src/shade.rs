@@ -32,7 +32,7 @@ impl Material {
             Self::Matt => (0.015, 8.0),
             Self::Skin => (0.085, 22.0),
             Self::Eye => (0.9, 220.0),
-            Self::Hair => (0.12, 18.0),
+            Self::Hair => (0.15, 20.0),
             Self::Leather => (0.08, 30.0),
         }
     }
@@ -153,7 +153,8 @@ impl Lights {
                 + FILL[k] * around(self.fill) * shade
                 + (GROUND[k] + (SKY[k] - GROUND[k]) * up) * shade * open
                 + RIM[k] * rim * open;
-            soft(albedo[k] * light * 1.08 + glint * KEY[k])
+            let tint = if material == Material::Hair { 0.35 + 3.5 * albedo[k] } else { 1.0 };
+            soft(albedo[k] * light * 1.08 + glint * KEY[k] * tint)
         })
     }
 

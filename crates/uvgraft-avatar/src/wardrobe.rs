@@ -86,7 +86,17 @@ fn jersey(p: Vec3) -> Color {
         let yoke = smoothstep(137.6, 137.65, p.y);
         blend(striped(p.y, threads), scaled(CREAM, threads), yoke)
     };
-    scaled(color, 1.0 - 0.28 * bell(armhole, 0.07))
+    scaled(color, 1.0 - 0.24 * bell(armhole, 0.11))
+}
+
+/// Coverage by the heart that is stitched on the left of the chest.
+fn heart(p: Vec3) -> f32 {
+    if p.z < 0.0 {
+        return 0.0;
+    }
+    let (x, y) = ((p.x - 8.0) / 1.35, (p.y - 140.0) / 1.25);
+    let bend = y - 0.62 * x.abs().sqrt();
+    smoothstep(1.02, 0.98, (x * x + bend * bend).sqrt())
 }
 
 fn shirt(p: Vec3) -> Color {
@@ -95,6 +105,7 @@ fn shirt(p: Vec3) -> Color {
     let rib = 1.0 + 0.08 * (q.x.atan2(q.z) * 150.0).sin();
     let below = degrees - collar(q.x.atan2(q.z));
     let color = blend(jersey(p), scaled(NAVY, rib), smoothstep(-4.75, -4.65, below));
+    let color = blend(color, scaled(CANVAS, 1.0 + 0.16 * noise(p * 11.0, 95)), heart(p));
     let hem = bell(p.y - HEM - 2.0, 0.05);
     scaled(color, 1.0 - 0.25 * hem)
 }
