@@ -232,6 +232,14 @@ mod tests {
     }
 
     #[test]
+    fn every_triangle_of_the_head_finds_its_counterpart() {
+        let figure = Figure::new();
+        let map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
+        let pair = uvgraft::Pair::by_vertex_map(figure.head, figure.body, &map).unwrap();
+        assert_eq!(pair.links().len(), pair.source().faces().len());
+    }
+
+    #[test]
     fn winding_is_consistent() {
         let figure = Figure::new();
         for mesh in [&figure.head, &figure.body] {

@@ -78,7 +78,7 @@ fn jersey(p: Vec3) -> Color {
     let armhole = (q.x + 1.5).min(q.dot(ARM_BACK) + 8.6);
     let color = if armhole > 0.0 {
         let plain = scaled(CREAM, threads);
-        let color = blend(plain, striped(along - 0.6, threads), smoothstep(5.0, 5.04, along));
+        let color = blend(plain, striped(along - 2.0, threads), smoothstep(6.2, 6.24, along));
         let color = blend(color, scaled(NAVY, threads), smoothstep(18.5, 18.55, along));
         scaled(color, 1.0 - 0.25 * bell(along - 18.4, 0.06))
     } else {
