@@ -11,7 +11,7 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texture, Transfer,
     TransferOptions,
 };
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_io::image::{self, EncodeError, Format, Image, WriteError, WriteOptions};
 use uvgraft_io::pair_file;
 
 use crate::failure::{self, OrBadInput, bad_input, warn};
@@ -93,9 +93,9 @@ impl From<FilterName> for Filter {
 }
 
 fn parse_format(text: &str) -> Result<String, String> {
-    let name = Path::new("x").with_extension(text);
-    Format::from_path(&name)
-        .map(|_| text.to_owned())
+    let extension = text.strip_prefix('.').unwrap_or(text);
+    Format::from_extension(extension)
+        .map(|_| extension.to_owned())
         .ok_or_else(|| format!("wanted {}", Format::extension_list()))
 }
 
@@ -163,7 +163,8 @@ impl<'a> Plan<'a> {
     fn new(args: &'a Args) -> anyhow::Result<Self> {
         let (sources, output) = (&args.sources, &*args.output);
         let single = sources.len() == 1 && !sources[0].is_dir();
-        if single && !output.is_dir() {
+        let says_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
+        if single && !output.is_dir() && !says_folder {
             let format = format_of(output)?;
             if let Some(name) = args.format.as_deref()
                 && Format::from_extension(name) != Some(format)
@@ -175,7 +176,8 @@ impl<'a> Plan<'a> {
             return Ok(Self { jobs: vec![job], new_folder: None });
         }
         let is_new = !output.is_dir();
-        if is_new && (output.exists() || Format::from_path(output).is_some()) {
+        let says_file = Format::from_path(output).is_some() && !says_folder;
+        if is_new && (output.exists() || says_file) {
             return Err(bad_input(format!(
                 "output {} is no folder; several sources are written into one",
                 output.display()
@@ -261,12 +263,12 @@ enum Base {
 impl Base {
     fn new(args: &Args, path: Option<&Path>) -> anyhow::Result<Self> {
         if let Some(path) = path {
-            let mut image = image::read(path)
-                .with_context(|| match path.exists() {
-                    true => "--onto".to_owned(),
-                    false => "--onto, which wants an image or a colour such as #808080".to_owned(),
-                })
-                .or_bad_input()?;
+            let mut image = image::read(path).map_err(|error| match path.exists() {
+                true => bad_input(error),
+                false => {
+                    bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
+                }
+            })?;
             if let Some(size) = args.size {
                 image.texture = image.texture.resized(size, args.filter.into()).or_bad_input()?;
             }
@@ -401,7 +403,11 @@ impl<'a> Carrier<'a> {
     }
 
     fn write(&mut self, image: &Image, path: &Path) -> anyhow::Result<()> {
-        let written = image::write(image, path, &self.options).or_bad_input()?;
+        let written = image::write(image, path, &self.options).map_err(|error| match error {
+            // The place was found to be writable before: now the disk is full, or gone.
+            WriteError::Encode { source: EncodeError::Io(_), .. } => anyhow::anyhow!("{error}"),
+            error => bad_input(error),
+        })?;
         let losses = written.losses.into_iter();
         self.warnings.extend(losses.map(|loss| format!("{}: {loss}", path.display())));
         Ok(())

@@ -267,6 +267,10 @@ fn options_of_a_transfer() {
         ("face.png --size 8 -o out.png --format bmp", &["'bmp'", ".png"]),
         ("face.png --size 8 -o out.png --threads many", &["'many'", "--threads"]),
         ("--size 8 -o out.png", &["required", "<SRC>"]),
+        (
+            "face.png --size 16384x1 -o out.webp",
+            &["out.webp: 16384×1 texels are too many for WebP: at most 16383 a side"],
+        ),
     ];
     for (options, wanted) in cases {
         bench.refuse(&format!("transfer my.uvpair {options}"), wanted);

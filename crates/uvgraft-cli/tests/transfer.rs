@@ -450,6 +450,9 @@ fn several_textures_into_a_folder() {
     bench.succeed("transfer my.uvpair face.png --size 40 -o out/");
     assert_eq!(bench.texture("out/face.png").size(), Size::square(40));
     assert_eq!(bench.bytes("out/kept.txt"), b"kept");
+    // A slash asks for a folder, a dot before the extension is not doubled.
+    bench.succeed("transfer my.uvpair face.png --size 40 --format .webp -o new.png/");
+    assert_eq!(bench.texture("new.png/face.webp").size(), Size::square(40));
 }
 
 #[test]

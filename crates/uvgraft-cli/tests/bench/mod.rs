@@ -197,6 +197,9 @@ impl Bench {
             let found = run.stderr.contains(wanted);
             assert!(found, "uvgraft {case}\nwanted: {wanted}\nfound:  {}", run.stderr);
         }
+        let clauses: Vec<&str> = run.stderr.trim().split(": ").collect();
+        let said_twice = clauses.windows(2).any(|pair| pair[0] == pair[1]);
+        assert!(!said_twice, "uvgraft {case}\n{}", run.stderr);
         for never in ["panicked", "RUST_BACKTRACE", ".uvgraft-", "warning"] {
             assert!(!run.stderr.contains(never), "uvgraft {case}\n{}", run.stderr);
         }
