@@ -191,7 +191,7 @@ struct Panel {
 }
 
 impl Shots {
-    const WHOLE: Size = Size::new(400, 800);
+    const WHOLE: Size = Size::new(580, 800);
     const CLOSE: Size = Size::new(400, 400);
 
     fn new(figure: &Figure, face: &Texture, base: &Texture, body: &Texture) -> Self {

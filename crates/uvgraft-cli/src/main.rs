@@ -23,7 +23,8 @@ use clap::{Parser, Subcommand};
 struct Cli {
     /// Threads to use; 0 for one on each processor
     #[arg(long, global = true, default_value_t = 0, value_name = "N")]
-    threads: usize,
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
+    threads: u16,
     #[command(subcommand)]
     command: Command,
 }
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
-    rayon::ThreadPoolBuilder::new().num_threads(cli.threads).build_global()?;
+    rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
     match &cli.command {
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),

@@ -1,5 +1,6 @@
 //! Outputs that are checked before any work is done.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -8,14 +9,14 @@ use crate::failure::{OrBadInput, bad_input};
 
 /// Outputs that were found to be writable, each a file of its own that is none of the inputs.
 pub(crate) struct Outputs {
-    inputs: Vec<PathBuf>,
-    accepted: Vec<PathBuf>,
+    inputs: HashSet<PathBuf>,
+    accepted: HashSet<PathBuf>,
 }
 
 impl Outputs {
     /// Outputs of a command that reads `inputs`.
     pub(crate) fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
-        Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: Vec::new() }
+        Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: HashSet::new() }
     }
 
     /// Refuses an output that cannot be written, or that is an input or another output.
@@ -28,6 +29,9 @@ impl Outputs {
         if output.metadata().is_ok_and(|found| !found.is_file()) {
             return Err(bad_input(format!("cannot write {name}: it is no regular file")));
         }
+        if output.metadata().is_ok_and(|found| found.permissions().readonly()) {
+            return Err(bad_input(format!("cannot write {name}: it is read-only")));
+        }
         let resolved = resolve(output);
         if self.inputs.contains(&resolved) {
             return Err(bad_input(format!("output {name} is also an input; choose another name")));
@@ -38,7 +42,7 @@ impl Outputs {
         can_write_into(folder_of(output))
             .with_context(|| format!("cannot write {name}"))
             .or_bad_input()?;
-        self.accepted.push(resolved);
+        self.accepted.insert(resolved);
         Ok(())
     }
 }

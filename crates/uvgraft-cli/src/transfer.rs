@@ -269,10 +269,13 @@ impl Base {
                     bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
                 }
             })?;
-            if let Some(size) = args.size {
-                image.texture = image.texture.resized(size, args.filter.into()).or_bad_input()?;
-            }
             image.texture = meant(image.texture, args);
+            if let Some(size) = args.size {
+                image.texture = image
+                    .texture
+                    .resized(size, args.filter.into(), args.linear_light)
+                    .or_bad_input()?;
+            }
             return Ok(Self::Image(image, path.display().to_string()));
         }
         let unit = args.onto.as_deref().map_or(Ok([0.0; 4]), parse_color)?;
@@ -405,7 +408,7 @@ impl<'a> Carrier<'a> {
     fn write(&mut self, image: &Image, path: &Path) -> anyhow::Result<()> {
         let written = image::write(image, path, &self.options).map_err(|error| match error {
             // The place was found to be writable before: now the disk is full, or gone.
-            WriteError::Encode { source: EncodeError::Io(_), .. } => anyhow::anyhow!("{error}"),
+            WriteError::Encode { reason: EncodeError::Io(_), .. } => anyhow::anyhow!("{error}"),
             error => bad_input(error),
         })?;
         let losses = written.losses.into_iter();

@@ -1,21 +1,21 @@
 //! Outputs that are never half written: a temporary file beside the target, then a rename.
 
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
-
-use tempfile::NamedTempFile;
+use std::path::{Path, PathBuf};
 
 /// Writes a file through `fill`. A crash, an error or a kill leaves whatever was at `path` before.
 ///
-/// A symbolic link is followed, so that the file it names is replaced and the link stays.
+/// A symbolic link is followed, so that the file it names is replaced and the link stays; a file
+/// that is replaced hands its permissions on.
 ///
 /// # Errors
 /// What creating, filling or renaming the temporary file gives; `path` is unchanged then.
 pub fn write_atomically<E: From<io::Error>>(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> Result<(), E>,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let target = followed(path);
     let mut builder = tempfile::Builder::new();
     let builder = builder.prefix(".uvgraft-").suffix(".tmp");
     // Temporary files are private by default; an output is as public as the umask allows.
@@ -23,12 +23,28 @@ pub fn write_atomically<E: From<io::Error>>(
     let builder = builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
-    let mut writer = BufWriter::with_capacity(1 << 20, &mut file);
+    if let Ok(replaced) = target.metadata() {
+        file.as_file().set_permissions(replaced.permissions())?;
+    }
+    // Writing to the file itself keeps the temporary name out of error messages.
+    let mut writer = BufWriter::with_capacity(1 << 20, file.as_file_mut());
     fill(&mut writer)?;
     writer.flush()?;
     drop(writer);
     file.persist(&target).map_err(|error| error.error)?;
     Ok(())
+}
+
+/// Where links lead, whether or not there is a file at the end.
+fn followed(path: &Path) -> PathBuf {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = path.read_link() else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(next);
+    }
+    path
 }
 
 #[cfg(test)]
@@ -51,13 +67,19 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link() {
+    fn links_stay_links_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
-        std::fs::write(&file, b"old").unwrap();
-        std::os::unix::fs::symlink(&file, &link).unwrap();
-        write_atomically::<io::Error>(&link, |out| out.write_all(b"new")).unwrap();
-        assert!(link.symlink_metadata().unwrap().is_symlink());
-        assert_eq!(std::fs::read(&file).unwrap(), b"new");
+        symlink("file", &link).unwrap();
+        // At first the link leads to nothing.
+        for content in [b"old", b"new"] {
+            write_atomically::<io::Error>(&link, |out| out.write_all(content)).unwrap();
+            assert!(link.symlink_metadata().unwrap().is_symlink());
+            assert_eq!(std::fs::read(&file).unwrap(), content);
+            std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).unwrap();
+        }
+        write_atomically::<io::Error>(&file, |out| out.write_all(b"last")).unwrap();
+        assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o640);
     }
 }

@@ -65,7 +65,7 @@ fn transfers(criterion: &mut Criterion, pair: &Pair) {
                 || base.clone(),
                 |mut base| {
                     let filter = Filter::Bilinear;
-                    resample::reference::resample::<u8, 3>(
+                    resample::reference::resample::<u8, 3, false>(
                         &map,
                         values,
                         source_size,

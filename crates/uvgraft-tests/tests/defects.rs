@@ -284,6 +284,22 @@ fn opacity_is_filtered_premultiplied() {
     assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
 }
 
+/// In data the fourth channel is a value like the others, and the base never shows through.
+#[test]
+fn packed_data_is_replaced_channel_by_channel() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let size = Size::square(16);
+    let packed = noise(size, Channels::Rgba, Depth::U8);
+    let base = noise(size, Channels::Rgba, Depth::U8);
+    let data = |texture: &Texture| texture.clone().with_encoding(Encoding::Data);
+    for filter in Filter::ALL {
+        let transfer = Transfer::new(&pair, Direction::Forward, size, size, &options(filter, 0));
+        assert_eq!(transfer.apply(data(&packed), data(&base)).unwrap(), data(&packed));
+        assert_ne!(transfer.apply(packed.clone(), base.clone()).unwrap(), packed);
+    }
+}
+
 /// 16-bit and float sources keep their depth over an 8-bit base, and the reverse.
 #[test]
 fn the_greater_depth_wins() {

@@ -8,11 +8,17 @@ use crate::texture::{Size, Texture, TextureError};
 use crate::transfer::{Transfer, TransferOptions};
 
 impl Texture {
-    /// The same picture with another number of texels, filtered like a transfer.
+    /// The same picture with another number of texels, filtered like a transfer, whose options
+    /// `filter` and `linear_light` are.
     ///
     /// # Errors
     /// [`TextureError`] for a size of 0 or beyond [`Texture::MAX_SIDE`].
-    pub fn resized(self, size: Size, filter: Filter) -> Result<Self, TextureError> {
+    pub fn resized(
+        self,
+        size: Size,
+        filter: Filter,
+        linear_light: bool,
+    ) -> Result<Self, TextureError> {
         if self.size() == size {
             return Ok(self);
         }
@@ -23,7 +29,7 @@ impl Texture {
         let pair =
             Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).expect("a square is itself");
         let map = MapOptions { gutter_px: 0 };
-        let options = TransferOptions { filter, map, linear_light: false };
+        let options = TransferOptions { filter, map, linear_light };
         let transfer = Transfer::new(&pair, Direction::Forward, self.size(), size, &options);
         let nothing = [0.0; 4];
         let channels = self.channels();
@@ -49,7 +55,7 @@ mod tests {
         let values = (0..64 * 3).map(|texel| ((texel % 64) * 4 + 2) as u8).collect();
         let ramp =
             Texture::new(Size::new(64, 3), Channels::Grey, Encoding::Srgb, Texels::U8(values));
-        let small = ramp.unwrap().resized(Size::new(16, 5), Filter::Bilinear).unwrap();
+        let small = ramp.unwrap().resized(Size::new(16, 5), Filter::Bilinear, false).unwrap();
         for x in 1..15 {
             // The mean of levels 16x + 2, + 6, + 10 and + 14.
             assert_eq!(small.get(x, 2, 0) * 255.0, (16 * x + 8) as f32);
@@ -60,7 +66,7 @@ mod tests {
     fn refuses_what_is_no_size() {
         let texel = Texels::U8(vec![1]);
         let one = Texture::new(Size::square(1), Channels::Grey, Encoding::Data, texel).unwrap();
-        assert!(one.clone().resized(Size::new(0, 5), Filter::Nearest).is_err());
-        assert!(one.resized(Size::new(5, 40_000), Filter::Nearest).is_err());
+        assert!(one.clone().resized(Size::new(0, 5), Filter::Nearest, false).is_err());
+        assert!(one.resized(Size::new(5, 40_000), Filter::Nearest, false).is_err());
     }
 }

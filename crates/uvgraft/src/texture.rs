@@ -199,6 +199,9 @@ pub enum TextureError {
     /// A side is longer than positions in a texture may be.
     #[error("texture of {0} is too large: at most {max} texels a side", max = Texture::MAX_SIDE)]
     TooLarge(Size),
+    /// The system does not give the memory.
+    #[error("texture of {0} does not fit into memory")]
+    Memory(Size),
 }
 
 /// An image that a UV layout refers to. Row 0 is at the top; texel `(i, j)` covers
@@ -250,17 +253,25 @@ impl Texture {
         depth: Depth,
         unit: &[f32],
     ) -> Result<Self, TextureError> {
-        fn fill<T: Value>(size: Size, unit: &[f32]) -> Vec<T> {
+        fn fill<T: Value>(size: Size, unit: &[f32]) -> Result<Vec<T>, TextureError> {
             let texel: Vec<T> = unit.iter().map(|&value| T::from_unit(value)).collect();
-            texel.repeat(size.texels())
+            let mut values = Vec::new();
+            let count = size.texels() * texel.len();
+            values.try_reserve_exact(count).map_err(|_| TextureError::Memory(size))?;
+            values.extend_from_slice(&texel[..texel.len().min(count)]);
+            while values.len() < count {
+                // Doubling copies whole blocks; a repeating iterator goes value by value.
+                values.extend_from_within(..values.len().min(count - values.len()));
+            }
+            Ok(values)
         }
         if size.width.max(size.height) > Self::MAX_SIDE {
             return Err(TextureError::TooLarge(size));
         }
         let texels = match depth {
-            Depth::U8 => Texels::U8(fill(size, unit)),
-            Depth::U16 => Texels::U16(fill(size, unit)),
-            Depth::F32 => Texels::F32(fill(size, unit)),
+            Depth::U8 => Texels::U8(fill(size, unit)?),
+            Depth::U16 => Texels::U16(fill(size, unit)?),
+            Depth::F32 => Texels::F32(fill(size, unit)?),
         };
         Self::new(size, channels, encoding, texels)
     }

@@ -75,7 +75,9 @@ impl Transfer {
     /// Lays a texture over a base.
     ///
     /// The result has all channels of both and the greater depth of both, and the base's encoding.
-    /// Texels that the map does not reach are the base's, unchanged.
+    /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
+    /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
+    /// unchanged.
     ///
     /// # Errors
     /// [`TransferError::Size`] if a texture has another size than this was made for.
@@ -107,7 +109,9 @@ impl Transfer {
     fn fill(&self, mut source: Texture, mut target: Texture) -> Texture {
         self.padding.apply(&mut source);
         let size = source.size();
-        let channels = source.channels().count();
+        // The fourth channel of data is data.
+        let opacity = source.channels().has_alpha() && target.encoding() != Encoding::Data;
+        let channels = (source.channels().count(), opacity);
         match (source.texels(), target.texels_mut()) {
             (Texels::U8(source), Texels::U8(target)) => {
                 self.resample(channels, source, size, target);
@@ -123,12 +127,20 @@ impl Transfer {
         target
     }
 
-    fn resample<T: Value>(&self, channels: usize, source: &[T], size: Size, target: &mut [T]) {
-        let resample = match channels {
-            1 => resample::fast::resample::<T, 1>,
-            2 => resample::fast::resample::<T, 2>,
-            3 => resample::fast::resample::<T, 3>,
-            _ => resample::fast::resample::<T, 4>,
+    fn resample<T: Value>(
+        &self,
+        (channels, opacity): (usize, bool),
+        source: &[T],
+        size: Size,
+        target: &mut [T],
+    ) {
+        let resample = match (channels, opacity) {
+            (1, _) => resample::fast::resample::<T, 1, false>,
+            (2, false) => resample::fast::resample::<T, 2, false>,
+            (2, true) => resample::fast::resample::<T, 2, true>,
+            (3, _) => resample::fast::resample::<T, 3, false>,
+            (_, false) => resample::fast::resample::<T, 4, false>,
+            (_, true) => resample::fast::resample::<T, 4, true>,
         };
         resample(&self.map, source, size, target, self.options.filter);
     }

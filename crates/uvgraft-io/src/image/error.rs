@@ -166,12 +166,12 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// Encoding or writing failed.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {reason}", path.display())]
     Encode {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: EncodeError,
+        reason: EncodeError,
     },
 }
 

@@ -219,6 +219,6 @@ pub fn write(image: &Image, path: &Path, options: &WriteOptions) -> Result<Writt
         written = encode(image, format, options, out)?;
         Ok(())
     })
-    .map_err(|source| WriteError::Encode { path: path.into(), source })?;
+    .map_err(|reason| WriteError::Encode { path: path.into(), reason })?;
     Ok(written)
 }

@@ -18,7 +18,7 @@ struct Source<'a, T> {
 }
 
 /// As [`super::reference::resample`], to the bit.
-pub(crate) fn resample<T: Value, const C: usize>(
+pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
     map: &SamplingMap,
     source: &[T],
     source_size: Size,
@@ -29,20 +29,44 @@ pub(crate) fn resample<T: Value, const C: usize>(
     // The last number is the values in a row of the filter's window: taps times channels.
     match (filter, C) {
         (Filter::Nearest, _) => {
-            fill::<T, C>(map, source, target, filter, nearest_run::<T, C>);
+            fill::<T, C>(map, source, target, filter, nearest_run::<T, C, OPACITY>);
         }
-        (Filter::Bilinear, 1) => smooth::<T, C, Bilinear, 2, 2>(map, source, target, filter),
-        (Filter::Bilinear, 2) => smooth::<T, C, Bilinear, 2, 4>(map, source, target, filter),
-        (Filter::Bilinear, 3) => smooth::<T, C, Bilinear, 2, 6>(map, source, target, filter),
-        (Filter::Bilinear, _) => smooth::<T, C, Bilinear, 2, 8>(map, source, target, filter),
-        (Filter::CatmullRom, 1) => smooth::<T, C, CatmullRom, 4, 4>(map, source, target, filter),
-        (Filter::CatmullRom, 2) => smooth::<T, C, CatmullRom, 4, 8>(map, source, target, filter),
-        (Filter::CatmullRom, 3) => smooth::<T, C, CatmullRom, 4, 12>(map, source, target, filter),
-        (Filter::CatmullRom, _) => smooth::<T, C, CatmullRom, 4, 16>(map, source, target, filter),
-        (Filter::Lanczos3, 1) => smooth::<T, C, Lanczos3, 6, 6>(map, source, target, filter),
-        (Filter::Lanczos3, 2) => smooth::<T, C, Lanczos3, 6, 12>(map, source, target, filter),
-        (Filter::Lanczos3, 3) => smooth::<T, C, Lanczos3, 6, 18>(map, source, target, filter),
-        (Filter::Lanczos3, _) => smooth::<T, C, Lanczos3, 6, 24>(map, source, target, filter),
+        (Filter::Bilinear, 1) => {
+            smooth::<T, C, OPACITY, Bilinear, 2, 2>(map, source, target, filter)
+        }
+        (Filter::Bilinear, 2) => {
+            smooth::<T, C, OPACITY, Bilinear, 2, 4>(map, source, target, filter)
+        }
+        (Filter::Bilinear, 3) => {
+            smooth::<T, C, OPACITY, Bilinear, 2, 6>(map, source, target, filter)
+        }
+        (Filter::Bilinear, _) => {
+            smooth::<T, C, OPACITY, Bilinear, 2, 8>(map, source, target, filter)
+        }
+        (Filter::CatmullRom, 1) => {
+            smooth::<T, C, OPACITY, CatmullRom, 4, 4>(map, source, target, filter)
+        }
+        (Filter::CatmullRom, 2) => {
+            smooth::<T, C, OPACITY, CatmullRom, 4, 8>(map, source, target, filter)
+        }
+        (Filter::CatmullRom, 3) => {
+            smooth::<T, C, OPACITY, CatmullRom, 4, 12>(map, source, target, filter)
+        }
+        (Filter::CatmullRom, _) => {
+            smooth::<T, C, OPACITY, CatmullRom, 4, 16>(map, source, target, filter)
+        }
+        (Filter::Lanczos3, 1) => {
+            smooth::<T, C, OPACITY, Lanczos3, 6, 6>(map, source, target, filter)
+        }
+        (Filter::Lanczos3, 2) => {
+            smooth::<T, C, OPACITY, Lanczos3, 6, 12>(map, source, target, filter)
+        }
+        (Filter::Lanczos3, 3) => {
+            smooth::<T, C, OPACITY, Lanczos3, 6, 18>(map, source, target, filter)
+        }
+        (Filter::Lanczos3, _) => {
+            smooth::<T, C, OPACITY, Lanczos3, 6, 24>(map, source, target, filter)
+        }
     }
 }
 
@@ -67,18 +91,29 @@ fn fill<T: Value, const C: usize>(
     });
 }
 
-fn nearest_run<T: Value, const C: usize>(source: Source<'_, T>, walk: &Walk, texels: &mut [T]) {
+fn nearest_run<T: Value, const C: usize, const OPACITY: bool>(
+    source: Source<'_, T>,
+    walk: &Walk,
+    texels: &mut [T],
+) {
     let (last_x, last_y) = (source.size.width - 1, source.size.height - 1);
     for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
         // Casts saturate, which clamps below; they truncate, which is the floor above.
         let [x, y] = walk.at(k).map(|position| position as u32);
         let index = y.min(last_y) as usize * source.size.width as usize + x.min(last_x) as usize;
-        store(load::<T, C>(&source.values[index * C..][..C]), texel);
+        store::<T, C, OPACITY>(load::<T, C, OPACITY>(&source.values[index * C..][..C]), texel);
     }
 }
 
 /// Fills with a filter of `N` taps whose windows have `W` values in a row.
-fn smooth<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+fn smooth<
+    T: Value,
+    const C: usize,
+    const OPACITY: bool,
+    F: Taps<N>,
+    const N: usize,
+    const W: usize,
+>(
     map: &SamplingMap,
     source: Source<'_, T>,
     target: &mut [T],
@@ -91,22 +126,32 @@ fn smooth<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
             // One sample lies on the centre, and the mean of one is itself.
             (true, true) => {
                 for (k, texel) in (0..count).zip(texels.chunks_exact_mut(C)) {
-                    store(inside::<T, C, F, N, W>(source, walk.at(k)), texel);
+                    store::<T, C, OPACITY>(
+                        inside::<T, C, OPACITY, F, N, W>(source, walk.at(k)),
+                        texel,
+                    );
                 }
             }
             (true, false) => {
                 for (k, texel) in (0..count).zip(texels.chunks_exact_mut(C)) {
-                    store(anywhere::<T, C, F, N, W>(source, walk.at(k)), texel);
+                    store::<T, C, OPACITY>(
+                        anywhere::<T, C, OPACITY, F, N, W>(source, walk.at(k)),
+                        texel,
+                    );
                 }
             }
-            (false, true) => average(walk, texels, |at| inside::<T, C, F, N, W>(source, at)),
-            (false, false) => average(walk, texels, |at| anywhere::<T, C, F, N, W>(source, at)),
+            (false, true) => average::<T, C, OPACITY>(walk, texels, |at| {
+                inside::<T, C, OPACITY, F, N, W>(source, at)
+            }),
+            (false, false) => average::<T, C, OPACITY>(walk, texels, |at| {
+                anywhere::<T, C, OPACITY, F, N, W>(source, at)
+            }),
         }
     });
 }
 
 /// Fills texels with the mean of their samples.
-fn average<T: Value, const C: usize>(
+fn average<T: Value, const C: usize, const OPACITY: bool>(
     walk: &Walk,
     texels: &mut [T],
     sample: impl Fn([f64; 2]) -> [f32; C],
@@ -124,13 +169,20 @@ fn average<T: Value, const C: usize>(
                 }
             }
         }
-        store(sum.map(|total| total * share), texel);
+        store::<T, C, OPACITY>(sum.map(|total| total * share), texel);
     }
 }
 
 /// The value at a position whose whole window lies in the texture.
 #[inline(always)]
-fn inside<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+fn inside<
+    T: Value,
+    const C: usize,
+    const OPACITY: bool,
+    F: Taps<N>,
+    const N: usize,
+    const W: usize,
+>(
     source: Source<'_, T>,
     position: [f64; 2],
 ) -> [f32; C] {
@@ -138,21 +190,28 @@ fn inside<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
     let before = N as i32 / 2 - 1;
     let stride = source.size.width as usize * C;
     let start = (y - before) as usize * stride + (x - before) as usize * C;
-    filtered::<T, C, F, N, W>(fraction_x, fraction_y, |row| {
+    filtered::<T, C, OPACITY, F, N, W>(fraction_x, fraction_y, |row| {
         let values = source.values[start + row * stride..].first_chunk();
         *values.expect("the window lies in the texture")
     })
 }
 
 /// The value at any position; beyond the texture's edge its edge is read.
-fn anywhere<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+fn anywhere<
+    T: Value,
+    const C: usize,
+    const OPACITY: bool,
+    F: Taps<N>,
+    const N: usize,
+    const W: usize,
+>(
     source: Source<'_, T>,
     position: [f64; 2],
 ) -> [f32; C] {
     let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
     let before = N as i32 / 2 - 1;
     let clamped = |at: i32, count: u32| at.clamp(0, count as i32 - 1) as usize;
-    filtered::<T, C, F, N, W>(fraction_x, fraction_y, |row| {
+    filtered::<T, C, OPACITY, F, N, W>(fraction_x, fraction_y, |row| {
         let row = clamped(y - before + row as i32, source.size.height);
         let mut window = [T::default(); W];
         for (column, texel) in (0..).zip(window.chunks_exact_mut(C)) {
@@ -166,7 +225,14 @@ fn anywhere<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize
 
 /// Filters a window given row by row: each column downwards, then the results across.
 #[inline(always)]
-fn filtered<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+fn filtered<
+    T: Value,
+    const C: usize,
+    const OPACITY: bool,
+    F: Taps<N>,
+    const N: usize,
+    const W: usize,
+>(
     fraction_x: f32,
     fraction_y: f32,
     row: impl Fn(usize) -> [T; W],
@@ -174,7 +240,7 @@ fn filtered<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize
     let (weights_x, weights_y) = (F::weights(fraction_x), F::weights(fraction_y));
     let mut columns = [0.0f32; W];
     for (b, weight) in weights_y.into_iter().enumerate() {
-        let levels = levels::<T, C, W>(&row(b));
+        let levels = levels::<T, C, OPACITY, W>(&row(b));
         for k in 0..W {
             columns[k] += levels[k] * weight;
         }
@@ -190,9 +256,11 @@ fn filtered<T: Value, const C: usize, F: Taps<N>, const N: usize, const W: usize
 
 /// A row of a window as levels, premultiplied; as [`load`] for each texel.
 #[inline(always)]
-fn levels<T: Value, const C: usize, const W: usize>(window: &[T; W]) -> [f32; W] {
+fn levels<T: Value, const C: usize, const OPACITY: bool, const W: usize>(
+    window: &[T; W],
+) -> [f32; W] {
     let mut levels: [f32; W] = std::array::from_fn(|k| window[k].to_level());
-    if C == 2 || C == 4 {
+    if OPACITY {
         for texel in levels.chunks_exact_mut(C) {
             let opacity = texel[C - 1] / T::ONE.to_level();
             for level in &mut texel[..C - 1] {

@@ -12,7 +12,7 @@ use crate::texture::{Size, Value};
 
 /// The most samples per texel and axis under minification, and the most source texels that they
 /// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
-const MAX_SAMPLES: f64 = 16.0;
+const MAX_SAMPLES: f64 = 32.0;
 
 /// Where the samples of one run lie in the source, in texels. Shared by all kernels: they may
 /// differ in how they read, never in where.
@@ -91,7 +91,7 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
 /// How many texels beyond the source's islands a transfer may read.
 pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filter) -> u32 {
     /// Reached by slivers alone, which see a texel or two of background then.
-    const MOST: f64 = 32.0;
+    const MOST: f64 = 64.0;
     let scale = [f64::from(source.width), f64::from(source.height)];
     let beside_taps = map
         .border_patches()
@@ -126,11 +126,11 @@ pub(crate) fn split(position: f64) -> (i32, f32) {
     (sum.to_bits() as i32, (position - 0.5 - whole) as f32)
 }
 
-/// Reads a texel as levels, colour multiplied by opacity where there is one.
+/// Reads a texel as levels, colour multiplied by opacity if the last channel is that.
 #[inline(always)]
-pub(crate) fn load<T: Value, const C: usize>(texel: &[T]) -> [f32; C] {
+pub(crate) fn load<T: Value, const C: usize, const OPACITY: bool>(texel: &[T]) -> [f32; C] {
     let mut levels: [f32; C] = std::array::from_fn(|channel| texel[channel].to_level());
-    if C == 2 || C == 4 {
+    if OPACITY {
         let opacity = levels[C - 1] / T::ONE.to_level();
         for level in &mut levels[..C - 1] {
             *level *= opacity;
@@ -139,10 +139,13 @@ pub(crate) fn load<T: Value, const C: usize>(texel: &[T]) -> [f32; C] {
     levels
 }
 
-/// Lays filtered levels over what is there.
+/// Lays filtered levels over what is there; replaces it if no channel is opacity.
 #[inline(always)]
-pub(crate) fn store<T: Value, const C: usize>(levels: [f32; C], texel: &mut [T]) {
-    if C == 2 || C == 4 {
+pub(crate) fn store<T: Value, const C: usize, const OPACITY: bool>(
+    levels: [f32; C],
+    texel: &mut [T],
+) {
+    if OPACITY {
         let one = T::ONE.to_level();
         // Cubic filters overshoot; more than full opacity is none of the base, not less than none.
         let alpha = levels[C - 1].clamp(0.0, one);
@@ -190,7 +193,7 @@ mod tests {
         SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 })
     }
 
-    fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
+    fn compare<T: Value, const C: usize, const OPACITY: bool>(value: fn(&mut fastrand::Rng) -> T) {
         let mut rng = fastrand::Rng::with_seed(C as u64);
         for (seed, source_size, size) in [
             (1, Size::new(37, 61), Size::new(90, 53)),
@@ -202,8 +205,14 @@ mod tests {
             let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
             for filter in Filter::ALL {
                 let (mut fast, mut wanted) = (base.clone(), base.clone());
-                fast::resample::<T, C>(&map, &source, source_size, &mut fast, filter);
-                reference::resample::<T, C>(&map, &source, source_size, &mut wanted, filter);
+                fast::resample::<T, C, OPACITY>(&map, &source, source_size, &mut fast, filter);
+                reference::resample::<T, C, OPACITY>(
+                    &map,
+                    &source,
+                    source_size,
+                    &mut wanted,
+                    filter,
+                );
                 assert!(fast == wanted, "{filter}, {C} channels, seed {seed}");
                 assert!(fast != base);
             }
@@ -212,15 +221,17 @@ mod tests {
 
     #[test]
     fn the_fast_path_equals_the_reference_to_the_bit() {
-        compare::<u8, 1>(|rng| rng.u8(..));
-        compare::<u8, 2>(|rng| rng.u8(..));
-        compare::<u8, 3>(|rng| rng.u8(..));
-        compare::<u8, 4>(|rng| rng.u8(..));
-        compare::<u16, 3>(|rng| rng.u16(..));
-        compare::<u16, 4>(|rng| rng.u16(..));
-        compare::<f32, 1>(fastrand::Rng::f32);
-        compare::<f32, 3>(fastrand::Rng::f32);
-        compare::<f32, 4>(fastrand::Rng::f32);
+        compare::<u8, 1, false>(|rng| rng.u8(..));
+        compare::<u8, 2, true>(|rng| rng.u8(..));
+        compare::<u8, 3, false>(|rng| rng.u8(..));
+        compare::<u8, 4, true>(|rng| rng.u8(..));
+        compare::<u8, 4, false>(|rng| rng.u8(..));
+        compare::<u16, 2, false>(|rng| rng.u16(..));
+        compare::<u16, 3, false>(|rng| rng.u16(..));
+        compare::<u16, 4, true>(|rng| rng.u16(..));
+        compare::<f32, 1, false>(fastrand::Rng::f32);
+        compare::<f32, 3, false>(fastrand::Rng::f32);
+        compare::<f32, 4, true>(fastrand::Rng::f32);
     }
 
     /// What both paths share they cannot check in each other, so it is pinned by hand.
@@ -254,16 +265,17 @@ mod tests {
     fn laying_over_by_hand() {
         let mut opaque = [10u8, 20, 30, 255];
         // Half of level 200, premultiplied, over the base.
-        store::<u8, 4>([100.0, 100.0, 100.0, 127.5], &mut opaque);
+        store::<u8, 4, true>([100.0, 100.0, 100.0, 127.5], &mut opaque);
         assert_eq!(opaque, [105, 110, 115, 255]);
         let mut clear = [9u8, 9, 9, 0];
-        store::<u8, 4>([100.0, 50.0, 0.0, 127.5], &mut clear);
+        store::<u8, 4, true>([100.0, 50.0, 0.0, 127.5], &mut clear);
         assert_eq!(clear, [200, 100, 0, 128]);
-        store::<u8, 4>([0.0, 0.0, 0.0, 0.0], &mut clear);
+        store::<u8, 4, true>([0.0, 0.0, 0.0, 0.0], &mut clear);
         assert_eq!(clear, [200, 100, 0, 128]);
         let mut grey = [0u8];
-        store::<u8, 1>([99.5], &mut grey);
+        store::<u8, 1, false>([99.5], &mut grey);
         assert_eq!(grey, [100]);
-        assert_eq!(load::<u8, 2>(&[200, 51]), [40.0, 51.0]);
+        assert_eq!(load::<u8, 2, true>(&[200, 51]), [40.0, 51.0]);
+        assert_eq!(load::<u8, 2, false>(&[200, 51]), [200.0, 51.0]);
     }
 }

@@ -11,12 +11,13 @@ use crate::texture::{Size, Value};
 /// - `source`: `[height * width * C]` values of a texture of `source_size`.
 /// - `target`: `[height * width * C]` values of a texture of the map's size.
 ///
-/// With 2 or 4 channels the last one is opacity: values are filtered multiplied by it, and laid over
-/// what the target holds. Taps beyond the source's edge read its edge.
+/// With `OPACITY` the last channel is that: values are filtered multiplied by it, and laid over what
+/// the target holds. Without, values replace what the target holds. Taps beyond the source's edge
+/// read its edge.
 ///
 /// # Panics
 /// If a buffer is too short.
-pub fn resample<T: Value, const C: usize>(
+pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
     map: &SamplingMap,
     source: &[T],
     source_size: Size,
@@ -28,16 +29,16 @@ pub fn resample<T: Value, const C: usize>(
         for &run in map.row(row) {
             let walk = Walk::new(map, row, run, source_size, filter);
             for k in 0..run.len {
-                let levels = average::<T, C>(&walk, k, source, source_size, filter);
+                let levels = average::<T, C, OPACITY>(&walk, k, source, source_size, filter);
                 let texel = row as usize * width + (run.x + k) as usize;
-                store(levels, &mut target[texel * C..][..C]);
+                store::<T, C, OPACITY>(levels, &mut target[texel * C..][..C]);
             }
         }
     }
 }
 
 /// The mean of a texel's samples.
-fn average<T: Value, const C: usize>(
+fn average<T: Value, const C: usize, const OPACITY: bool>(
     walk: &Walk,
     k: u32,
     source: &[T],
@@ -49,7 +50,7 @@ fn average<T: Value, const C: usize>(
     let mut sum = [0.0; C];
     for b in 0..rows {
         for a in 0..columns {
-            let value = sample::<T, C>(source, size, walk.sample(centre, a, b), filter);
+            let value = sample::<T, C, OPACITY>(source, size, walk.sample(centre, a, b), filter);
             for channel in 0..C {
                 sum[channel] += value[channel];
             }
@@ -60,7 +61,7 @@ fn average<T: Value, const C: usize>(
 }
 
 /// The value at one position: columns of texels are filtered first, then their results.
-fn sample<T: Value, const C: usize>(
+fn sample<T: Value, const C: usize, const OPACITY: bool>(
     source: &[T],
     size: Size,
     position: [f64; 2],
@@ -69,7 +70,7 @@ fn sample<T: Value, const C: usize>(
     let texel = |x: i32, y: i32| -> [f32; C] {
         let x = x.clamp(0, size.width as i32 - 1) as usize;
         let y = y.clamp(0, size.height as i32 - 1) as usize;
-        load(&source[(y * size.width as usize + x) * C..])
+        load::<T, C, OPACITY>(&source[(y * size.width as usize + x) * C..])
     };
     if filter == Filter::Nearest {
         return texel(position[0].floor() as i32, position[1].floor() as i32);
