@@ -26,7 +26,7 @@ impl Padding {
         const ROWS: usize = 64;
         let blocks = map_indices((size.height as usize).div_ceil(ROWS), |block| {
             let mut copies = Vec::new();
-            let mut nearest = vec![(u32::MAX, 0); size.width as usize];
+            let mut nearest = vec![Nearest::NONE; size.width as usize];
             let mut gaps = Vec::new();
             for row in block * ROWS..((block + 1) * ROWS).min(size.height as usize) {
                 gaps.clear();
@@ -76,16 +76,28 @@ fn joined(coverage: &Coverage, row: u32) -> Vec<Range<u32>> {
     intervals
 }
 
+/// The nearest covered texel so far of an uncovered one.
+#[derive(Clone, Copy)]
+struct Nearest {
+    squared: u32,
+    x: u32,
+    row: u32,
+}
+
+impl Nearest {
+    const NONE: Self = Self { squared: u32::MAX, x: 0, row: 0 };
+}
+
 /// Finds the nearest covered texel for each uncovered one of `row`; of several that are equally
-/// near, the one whose row is nearest, then the upper, then the left. `nearest` holds squared
-/// distance and texel, and is left as it was found.
+/// near, the one whose row is nearest, then the upper, then the left. `nearest` has an entry for
+/// each texel of the row, and is left as it was found.
 fn pad_row(
     row: usize,
     gaps: &[Range<u32>],
     intervals: &[Vec<Range<u32>>],
     radius: u32,
     width: u32,
-    nearest: &mut [(u32, u32)],
+    nearest: &mut [Nearest],
     copies: &mut Vec<[u32; 2]>,
 ) {
     for down in 0..=radius {
@@ -101,22 +113,51 @@ fn pad_row(
                     first_gap += 1;
                 }
                 for gap in gaps[first_gap..].iter().take_while(|gap| gap.start < near.end) {
-                    for x in gap.start.max(near.start)..gap.end.min(near.end) {
-                        let inside = x.clamp(interval.start, interval.end - 1);
-                        let squared = down * down + inside.abs_diff(x).pow(2);
-                        let best = &mut nearest[x as usize];
-                        if squared < best.0 {
-                            *best = (squared, other as u32 * width + inside);
-                        }
-                    }
+                    let within = gap.start.max(near.start)..gap.end.min(near.end);
+                    offer(interval, other as u32, down * down, within, nearest);
                 }
             }
         }
     }
     for x in gaps.iter().cloned().flatten() {
-        let (squared, inside) = std::mem::replace(&mut nearest[x as usize], (u32::MAX, 0));
-        if squared != u32::MAX {
-            copies.push([row as u32 * width + x, inside]);
+        let found = std::mem::replace(&mut nearest[x as usize], Nearest::NONE);
+        if found.squared != u32::MAX {
+            copies.push([row as u32 * width + x, found.row * width + found.x]);
+        }
+    }
+}
+
+/// Offers the texels of an interval of another row to the uncovered texels `within` of a row.
+fn offer(
+    interval: &Range<u32>,
+    row: u32,
+    squared_down: u32,
+    within: Range<u32>,
+    nearest: &mut [Nearest],
+) {
+    let mut offer = |x: u32, inside: u32| {
+        let squared = squared_down + inside.abs_diff(x).pow(2);
+        let best = &mut nearest[x as usize];
+        if squared < best.squared {
+            *best = Nearest { squared, x: inside, row };
+            return None;
+        }
+        Some(best.x)
+    };
+    for x in within.start.max(interval.start)..within.end.min(interval.end) {
+        offer(x, x);
+    }
+    // Squared distances to two texels differ by a linear function of x. Going away from the
+    // interval, once a texel that is no farther back is nearer, it stays nearer.
+    let (first, last) = (interval.start, interval.end - 1);
+    for x in (within.start..within.end.min(interval.start)).rev() {
+        if offer(x, first).is_some_and(|other| other <= first) {
+            break;
+        }
+    }
+    for x in within.start.max(interval.end)..within.end {
+        if offer(x, last).is_some_and(|other| other >= last) {
+            break;
         }
     }
 }

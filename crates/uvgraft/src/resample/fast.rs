@@ -1,7 +1,7 @@
 //! The fast path: rows in parallel, kernels compiled for their taps and channels, windows of texels
 //! read whole, and no edges to mind in runs that stay clear of them.
 
-use super::{Walk, load, split, store};
+use super::{Paths, Walk, load, split, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, Taps};
 use crate::map::{Run, SamplingMap};
 use crate::texture::{Size, Value};
@@ -79,11 +79,12 @@ fn fill<T: Value, const C: usize>(
     fill_run: impl Fn(Source<'_, T>, &Walk, &mut [T]) + Send + Sync,
 ) {
     let width = map.size().width as usize;
+    let paths = Paths::new(map, source.size, filter);
     for_each_chunk(target, width * C * ROWS, |chunk, rows| {
         for (offset, target_row) in rows.chunks_mut(width * C).enumerate() {
             let row = (chunk * ROWS + offset) as u32;
             for &run in map.row(row) {
-                let walk = Walk::new(map, row, run, source.size, filter);
+                let walk = paths.walk(row, run);
                 let Run { x, len, .. } = run;
                 fill_run(source, &walk, &mut target_row[x as usize * C..][..len as usize * C]);
             }

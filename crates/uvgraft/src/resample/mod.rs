@@ -14,8 +14,66 @@ use crate::texture::{Size, Value};
 /// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
 const MAX_SAMPLES: f64 = 32.0;
 
-/// Where the samples of one run lie in the source, in texels. Shared by all kernels: they may
+/// Where a source of one size is read for each patch of a map. Shared by all kernels: they may
 /// differ in how they read, never in where.
+pub(crate) struct Paths {
+    patches: Vec<Path>,
+}
+
+/// A patch's map and footprint in source texels.
+#[derive(Debug, Clone, Copy)]
+struct Path {
+    origin_px: [f64; 2],
+    origin: [f64; 2],
+    slope: [[f64; 2]; 2],
+    samples: [u32; 2],
+    sample_steps: [[f64; 2]; 2],
+    /// How far from a texel's centre its samples lie at most, along the source's x and y.
+    spread: [f64; 2],
+}
+
+impl Paths {
+    pub fn new(map: &SamplingMap, source: Size, filter: Filter) -> Self {
+        let scale = [f64::from(source.width), f64::from(source.height)];
+        let path = |patch: &Patch| {
+            let affine = &patch.src_uv_from_tgt_px;
+            let (samples, sample_steps) = footprint(patch, scale, filter);
+            let spread = [0, 1].map(|axis| {
+                let reach =
+                    |k: usize| 0.5 * f64::from(samples[k] - 1) * sample_steps[k][axis].abs();
+                reach(0) + reach(1)
+            });
+            Path {
+                origin_px: affine.origin_px,
+                origin: [0, 1].map(|axis| affine.origin_uv[axis] * scale[axis]),
+                slope: [0, 1].map(|axis| affine.jacobian[axis].map(|value| value * scale[axis])),
+                samples,
+                sample_steps,
+                spread,
+            }
+        };
+        Self { patches: map.patches().iter().map(path).collect() }
+    }
+
+    /// The samples of one run.
+    #[inline(always)]
+    pub fn walk(&self, row: u32, run: Run) -> Walk {
+        let path = &self.patches[run.patch as usize];
+        let x = f64::from(run.x) + 0.5 - path.origin_px[0];
+        let y = f64::from(row) + 0.5 - path.origin_px[1];
+        let start =
+            |axis: usize| path.origin[axis] + path.slope[axis][0] * x + path.slope[axis][1] * y;
+        Walk {
+            start: [start(0), start(1)],
+            step: [path.slope[0][0], path.slope[1][0]],
+            samples: path.samples,
+            sample_steps: path.sample_steps,
+            spread: path.spread,
+        }
+    }
+}
+
+/// Where the samples of one run lie in the source, in texels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Walk {
     start: [f64; 2],
@@ -24,23 +82,10 @@ pub(crate) struct Walk {
     pub samples: [u32; 2],
     /// Source offset from one sample to the next along the target's x and y.
     sample_steps: [[f64; 2]; 2],
+    spread: [f64; 2],
 }
 
 impl Walk {
-    pub fn new(map: &SamplingMap, row: u32, run: Run, source: Size, filter: Filter) -> Self {
-        let patch = &map.patches()[run.patch as usize];
-        let scale = [f64::from(source.width), f64::from(source.height)];
-        let uv = patch.src_uv_from_tgt_px.at([f64::from(run.x) + 0.5, f64::from(row) + 0.5]);
-        let slope = patch.src_uv_from_tgt_px.jacobian;
-        let (samples, sample_steps) = footprint(patch, scale, filter);
-        Self {
-            start: [uv[0] * scale[0], uv[1] * scale[1]],
-            step: [slope[0][0] * scale[0], slope[1][0] * scale[1]],
-            samples,
-            sample_steps,
-        }
-    }
-
     /// Source position of the centre of the run's texel `k`, in texels from the top left corner.
     #[inline(always)]
     pub fn at(&self, k: u32) -> [f64; 2] {
@@ -53,10 +98,8 @@ impl Walk {
     pub fn stays_inside(&self, count: u32, source: Size, taps: u32) -> bool {
         let ends = [self.at(0), self.at(count - 1)];
         [source.width, source.height].into_iter().enumerate().all(|(axis, size)| {
-            let spread = (0..2)
-                .map(|k| 0.5 * f64::from(self.samples[k] - 1) * self.sample_steps[k][axis].abs());
             // Half a window, and one texel more than rounding can be off.
-            let margin = spread.sum::<f64>() + f64::from(taps) * 0.5 + 1.0;
+            let margin = self.spread[axis] + f64::from(taps) * 0.5 + 1.0;
             ends.iter().all(|end| (margin..f64::from(size) - margin).contains(&end[axis]))
         })
     }
@@ -251,7 +294,7 @@ mod tests {
         );
         // A target texel is an eighth; in u the source spans twice as much, so 4 source texels of 16.
         let run = map.row(1)[0];
-        let walk = Walk::new(&map, 1, run, Size::square(16), Filter::Bilinear);
+        let walk = Paths::new(&map, Size::square(16), Filter::Bilinear).walk(1, run);
         assert_eq!(walk.samples, [4, 2]);
         assert_eq!(walk.at(0), [2.0, 3.0]);
         assert_eq!(walk.at(1), [6.0, 3.0]);

@@ -1,7 +1,7 @@
 //! The specification of resampling: every faster path is tested against it. Written to be read;
 //! never tuned.
 
-use super::{Walk, load, split, store};
+use super::{Paths, Walk, load, split, store};
 use crate::filter::Filter;
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
@@ -25,9 +25,10 @@ pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
     filter: Filter,
 ) {
     let width = map.size().width as usize;
+    let paths = Paths::new(map, source_size, filter);
     for row in 0..map.size().height {
         for &run in map.row(row) {
-            let walk = Walk::new(map, row, run, source_size, filter);
+            let walk = paths.walk(row, run);
             for k in 0..run.len {
                 let levels = average::<T, C, OPACITY>(&walk, k, source, source_size, filter);
                 let texel = row as usize * width + (run.x + k) as usize;
