@@ -32,40 +32,40 @@ pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
             fill::<T, C>(map, source, target, filter, nearest_run::<T, C, OPACITY>);
         }
         (Filter::Bilinear, 1) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 2>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Bilinear, 2, 2>(map, source, target, filter);
         }
         (Filter::Bilinear, 2) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 4>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Bilinear, 2, 4>(map, source, target, filter);
         }
         (Filter::Bilinear, 3) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 6>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Bilinear, 2, 6>(map, source, target, filter);
         }
         (Filter::Bilinear, _) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 8>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Bilinear, 2, 8>(map, source, target, filter);
         }
         (Filter::CatmullRom, 1) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 4>(map, source, target, filter)
+            smooth::<T, C, OPACITY, CatmullRom, 4, 4>(map, source, target, filter);
         }
         (Filter::CatmullRom, 2) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 8>(map, source, target, filter)
+            smooth::<T, C, OPACITY, CatmullRom, 4, 8>(map, source, target, filter);
         }
         (Filter::CatmullRom, 3) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 12>(map, source, target, filter)
+            smooth::<T, C, OPACITY, CatmullRom, 4, 12>(map, source, target, filter);
         }
         (Filter::CatmullRom, _) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 16>(map, source, target, filter)
+            smooth::<T, C, OPACITY, CatmullRom, 4, 16>(map, source, target, filter);
         }
         (Filter::Lanczos3, 1) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 6>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Lanczos3, 6, 6>(map, source, target, filter);
         }
         (Filter::Lanczos3, 2) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 12>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Lanczos3, 6, 12>(map, source, target, filter);
         }
         (Filter::Lanczos3, 3) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 18>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Lanczos3, 6, 18>(map, source, target, filter);
         }
         (Filter::Lanczos3, _) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 24>(map, source, target, filter)
+            smooth::<T, C, OPACITY, Lanczos3, 6, 24>(map, source, target, filter);
         }
     }
 }
