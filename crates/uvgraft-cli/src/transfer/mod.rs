@@ -1,5 +1,8 @@
 //! `uvgraft transfer`: carries textures across.
 
+mod base;
+mod plan;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,16 +10,15 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texture, Transfer,
-    TransferOptions,
-};
+use uvgraft::{Direction, Filter, MapOptions, Pair, Size, Texture, Transfer, TransferOptions};
 use uvgraft_io::image::{self, EncodeError, Format, Image, WriteError, WriteOptions};
 use uvgraft_io::pair_file;
 
 use crate::failure::{self, OrBadInput, bad_input, warn};
 use crate::outputs::Outputs;
 use crate::report::parse_size;
+use base::{Base, meant};
+use plan::{Job, Plan, format_of};
 
 /// Carries textures from one layout onto a base in the other.
 ///
@@ -146,219 +148,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(worst.map_or(ExitCode::SUCCESS, ExitCode::from))
 }
 
-/// A texture to carry and where its result goes.
-struct Job {
-    source: PathBuf,
-    output: PathBuf,
-}
-
-/// What is to be done, and the folder that has to be made for it.
-struct Plan<'a> {
-    jobs: Vec<Job>,
-    new_folder: Option<&'a Path>,
-}
-
-impl<'a> Plan<'a> {
-    /// One job, or one for each of several sources or each image of a folder.
-    fn new(args: &'a Args) -> anyhow::Result<Self> {
-        let (sources, output) = (&args.sources, &*args.output);
-        let single = sources.len() == 1 && !sources[0].is_dir();
-        let says_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
-        if single && !output.is_dir() && !says_folder {
-            let format = format_of(output)?;
-            if let Some(name) = args.format.as_deref()
-                && Format::from_extension(name) != Some(format)
-            {
-                let output = output.display();
-                return Err(bad_input(format!("--format {name} contradicts the output {output}")));
-            }
-            let job = Job { source: sources[0].clone(), output: output.to_path_buf() };
-            return Ok(Self { jobs: vec![job], new_folder: None });
-        }
-        let is_new = !output.is_dir();
-        let says_file = Format::from_path(output).is_some() && !says_folder;
-        if is_new && (output.exists() || says_file) {
-            return Err(bad_input(format!(
-                "output {} is no folder; several sources are written into one",
-                output.display()
-            )));
-        }
-        let mut paths = Vec::new();
-        for source in sources {
-            if source.is_dir() {
-                paths.extend(images_in(source)?);
-            } else {
-                paths.push(source.clone());
-            }
-        }
-        let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
-        let mut jobs = Vec::with_capacity(paths.len());
-        for source in paths {
-            let name = source.file_name().map(PathBuf::from).unwrap_or_default();
-            let name = match &args.format {
-                Some(format) => name.with_extension(format),
-                None => name,
-            };
-            let output = output.join(&name);
-            if Format::from_path(&name).is_none() {
-                return Err(bad_input(format!(
-                    "{}: its name says no format to write {} in; say --format png, for instance",
-                    source.display(),
-                    output.display()
-                )));
-            }
-            if let Some(other) = taken.insert(output.clone(), source.clone()) {
-                let (other, source) = (other.display(), source.display());
-                return Err(bad_input(format!(
-                    "{other} and {source} would both become {}",
-                    output.display()
-                )));
-            }
-            jobs.push(Job { source, output });
-        }
-        Ok(Self { jobs, new_folder: is_new.then_some(output) })
-    }
-}
-
-/// The files of a folder whose names say that they are images, sorted. Hidden ones are left out:
-/// some systems put a `._face.png`, which is no image, beside each `face.png`.
-fn images_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let entries = folder.read_dir().and_then(Iterator::collect::<Result<Vec<_>, _>>);
-    let entries = entries
-        .with_context(|| format!("cannot read the folder {}", folder.display()))
-        .or_bad_input()?;
-    let mut images: Vec<PathBuf> = entries
-        .into_iter()
-        .map(|entry| entry.path())
-        .filter(|path| path.is_file() && Format::from_path(path).is_some() && !is_hidden(path))
-        .collect();
-    if images.is_empty() {
-        let wanted = Format::extension_list();
-        return Err(bad_input(format!("{} holds no image ({wanted})", folder.display())));
-    }
-    images.sort();
-    Ok(images)
-}
-
-fn is_hidden(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
-}
-
-fn format_of(path: &Path) -> anyhow::Result<Format> {
-    Format::from_path(path).ok_or_else(|| {
-        bad_input(format!(
-            "{}: wanted a name that ends in {}",
-            path.display(),
-            Format::extension_list()
-        ))
-    })
-}
-
-/// What textures are laid over.
-enum Base {
-    Image(Image, String),
-    Color { unit: [f32; 4], size: Size },
-}
-
-impl Base {
-    fn new(args: &Args, path: Option<&Path>) -> anyhow::Result<Self> {
-        if let Some(path) = path {
-            let mut image = image::read(path).map_err(|error| match path.exists() {
-                true => bad_input(error),
-                false => {
-                    bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
-                }
-            })?;
-            image.texture = meant(image.texture, args);
-            if let Some(size) = args.size {
-                image.texture = image
-                    .texture
-                    .resized(size, args.filter.into(), args.linear_light)
-                    .or_bad_input()?;
-            }
-            return Ok(Self::Image(image, path.display().to_string()));
-        }
-        let unit = args.onto.as_deref().map_or(Ok([0.0; 4]), parse_color)?;
-        let size = args.size.ok_or_else(|| {
-            bad_input("without a base image the result needs a size: give --size N or --onto IMAGE")
-        })?;
-        Ok(Self::Color { unit, size })
-    }
-
-    fn size(&self) -> Size {
-        match self {
-            Self::Image(image, _) => image.texture.size(),
-            Self::Color { size, .. } => *size,
-        }
-    }
-
-    /// What is worth knowing about the ICC profiles of the base and of a source.
-    fn mismatch(&self, source: &Image, name: &Path) -> Option<String> {
-        let Self::Image(base, base_name) = self else { return None };
-        let name = name.display();
-        let found = match (&source.icc, &base.icc) {
-            (source, base) if source == base => return None,
-            (Some(_), Some(_)) => {
-                format!(
-                    "{name} and {base_name} have different ICC profiles; the result has that of {base_name}"
-                )
-            }
-            (Some(_), None) => {
-                format!("{name} has an ICC profile, {base_name} has none; nor has the result")
-            }
-            (None, _) => {
-                format!(
-                    "{base_name} has an ICC profile, {name} has none; the result has that of {base_name}"
-                )
-            }
-        };
-        Some(format!("{found}, and values are carried as they are"))
-    }
-
-    /// The base to lay `source` over, and the ICC profile that goes with it.
-    fn under(&self, source: &Image) -> anyhow::Result<(Texture, Option<Vec<u8>>)> {
-        match self {
-            Self::Image(base, _) => Ok((base.texture.clone(), base.icc.clone())),
-            Self::Color { unit, size } => {
-                let [r, g, b, alpha] = *unit;
-                let texture = &source.texture;
-                let colored = texture.channels().has_color() || r != g || g != b;
-                let clear = texture.channels().has_alpha() || alpha < 1.0;
-                let channels = Channels::new(colored, clear);
-                let full = Texture::filled(*size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit)?;
-                let full = full.encoded_as(texture.encoding());
-                Ok((full.converted(channels, texture.depth()), source.icc.clone()))
-            }
-        }
-    }
-}
-
-/// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
-fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
-    let digits = text.strip_prefix('#').unwrap_or_default();
-    let wanted = || bad_input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
-    if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return Err(wanted());
-    }
-    let value = |text: &str| u8::from_str_radix(text, 16).map_err(|_| wanted());
-    let values = match digits.len() {
-        3 => {
-            (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<anyhow::Result<Vec<u8>>>()?
-        }
-        6 | 8 => (0..digits.len() / 2)
-            .map(|k| value(&digits[2 * k..2 * k + 2]))
-            .collect::<anyhow::Result<Vec<u8>>>()?,
-        _ => return Err(wanted()),
-    };
-    let unit = |channel: usize| f32::from(values.get(channel).copied().unwrap_or(255)) / 255.0;
-    Ok([unit(0), unit(1), unit(2), unit(3)])
-}
-
-/// A texture that is what the options say it is.
-fn meant(texture: Texture, args: &Args) -> Texture {
-    if args.data { texture.with_encoding(Encoding::Data) } else { texture }
-}
-
 /// Carries one texture after the other, keeping what they share.
 struct Carrier<'a> {
     args: &'a Args,
@@ -442,21 +231,5 @@ fn bar(count: usize) -> ProgressBar {
     match ProgressStyle::with_template("{bar:32} {pos}/{len} {eta:>4} {wide_msg}") {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colors() {
-        let grey = 128.0 / 255.0;
-        assert_eq!(parse_color("#808080").unwrap(), [grey, grey, grey, 1.0]);
-        assert_eq!(parse_color("#f00").unwrap(), [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(parse_color("#00ff0000").unwrap(), [0.0, 1.0, 0.0, 0.0]);
-        for bad in ["#", "#12", "##123", "#12345", "#gggggg", "#ééé"] {
-            assert!(parse_color(bad).unwrap_err().to_string().contains(bad), "{bad}");
-        }
     }
 }
