@@ -246,7 +246,7 @@ impl Surroundings<'_> {
                 }
             }
             for range in reached {
-                self.gather(row, range, self.radius, &mut result);
+                self.gather(row, range, self.radius, &mut result.runs);
             }
         }
         if near.iter().any(|&edge| self.edges[edge as usize].wins) {
@@ -268,22 +268,24 @@ impl Surroundings<'_> {
                 let clash = (edge.island, self.islands.of_faces()[span.face as usize]);
                 let texels = intersection(&(span.start..span.end), &reach);
                 if !texels.is_empty() && self.coverage.clashes.binary_search(&clash).is_ok() {
-                    edge.offer(index, row, texels.clone(), &mut self.nearest);
-                    let within = |&x: &u32| {
-                        f64::from(self.nearest.squared[x as usize]) < FRINGE_PX * FRINGE_PX
-                    };
-                    result.stolen.extend(texels.filter(within));
+                    edge.offer(index, row, texels, &mut self.nearest);
                 }
             }
         }
-        result.stolen.sort_unstable();
-        result.stolen.dedup();
-        self.gather(row, 0..width, FRINGE_PX, result);
+        result.stolen = self.gather(row, 0..width, FRINGE_PX, &mut result.runs);
         result.runs.sort_unstable_by_key(|run| run.x);
     }
 
-    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them.
-    fn gather(&mut self, row: u32, texels: Range<u32>, limit: f64, result: &mut GutterRow) {
+    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them. Gives the texels
+    /// that are near enough to some edge, whether it has a map or not.
+    fn gather(
+        &mut self,
+        row: u32,
+        texels: Range<u32>,
+        limit: f64,
+        runs: &mut Vec<Run>,
+    ) -> Vec<u32> {
+        let mut near_enough = Vec::new();
         for x in texels {
             let index = std::mem::replace(&mut self.nearest.edge[x as usize], NOBODY);
             self.nearest.squared[x as usize] = f32::INFINITY;
@@ -292,7 +294,11 @@ impl Surroundings<'_> {
             }
             let edge = &self.edges[index as usize];
             let (squared, t) = edge.distance(centre(x, row));
-            let (Some(first), true) = (edge.first_patch, squared < limit * limit) else { continue };
+            if squared >= limit * limit {
+                continue;
+            }
+            near_enough.push(x);
+            let Some(first) = edge.first_patch else { continue };
             let zone = if squared <= edge.reach_px * edge.reach_px {
                 Zone::Near
             } else if t <= 0.0 {
@@ -303,11 +309,12 @@ impl Surroundings<'_> {
                 Zone::Beside
             };
             let patch = first + zone as u32;
-            match result.runs.last_mut() {
+            match runs.last_mut() {
                 Some(run) if run.patch == patch && run.x + run.len == x => run.len += 1,
-                _ => result.runs.push(Run { x, len: 1, patch }),
+                _ => runs.push(Run { x, len: 1, patch }),
             }
         }
+        near_enough
     }
 }
 
