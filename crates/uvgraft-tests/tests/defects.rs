@@ -284,6 +284,23 @@ fn opacity_is_filtered_premultiplied() {
     assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
 }
 
+/// Cubic filters undershoot beside an edge of opacity; no dark halo may show for it.
+#[test]
+fn edges_of_opacity_have_no_halo() {
+    let square = synthetic::square(0.0);
+    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let (size, target) = (Size::square(16), Size::square(64));
+    let texels = (0..256).flat_map(|texel| if texel % 16 < 8 { [255; 4] } else { [0; 4] });
+    let source =
+        Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
+    for filter in Filter::ALL {
+        let transfer = Transfer::new(&pair, Direction::Forward, size, target, &options(filter, 0));
+        let result = transfer.apply(source.clone(), filled(target, [0.5; 3])).unwrap();
+        let darkest = bytes(&result).iter().min();
+        assert_eq!(darkest, Some(&128), "{filter}");
+    }
+}
+
 /// In data the fourth channel is a value like the others, and the base never shows through.
 #[test]
 fn packed_data_is_replaced_channel_by_channel() {

@@ -4,7 +4,7 @@
 //! coordinate. Indices into the UV list are not asked, because many exporters repeat a coordinate
 //! for every face.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, doubled_area};
 
 /// The islands of a layout, numbered by their lowest face.
 #[derive(Debug, Clone)]
@@ -14,7 +14,7 @@ pub struct Islands {
     border: Vec<BorderEdge>,
 }
 
-/// An edge that only one triangle has.
+/// An edge that has triangles on one side only, and one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BorderEdge {
     /// The triangle.
@@ -43,7 +43,7 @@ impl Islands {
             }
             of_face.push(*island);
         }
-        Self { of_face, first_faces, border: border(&corners) }
+        Self { of_face, first_faces, border: border(mesh, &corners) }
     }
 
     /// How many islands there are.
@@ -82,27 +82,37 @@ fn weld(mesh: &Mesh) -> Vec<[u32; 3]> {
     welded
 }
 
-fn border(corners: &[[u32; 3]]) -> Vec<BorderEdge> {
+/// The edges with triangles on one side only. Sharing an edge is not enough to be on both: the
+/// halves of a folded chart, or the two faces of a doubled surface, lie on the same side.
+fn border(mesh: &Mesh, corners: &[[u32; 3]]) -> Vec<BorderEdge> {
     // Edge number `e` runs from corner number `e` to the next of its face.
     let ends = |edge: u32| {
         let (face, corner) = (edge as usize / 3, edge as usize % 3);
         (corners[face][corner], corners[face][(corner + 1) % 3])
     };
+    // On which side of the edge, seen from its lower to its higher end, its triangle lies.
+    let side = |edge: u32| {
+        let area = doubled_area(mesh.uv_triangle(edge as usize / 3));
+        let (from, to) = ends(edge);
+        if from < to { area } else { -area }
+    };
     let edges = 0..corners.len() as u32 * 3;
     let lower_ends: Vec<u32> = edges.map(|edge| ends(edge).0.min(ends(edge).1)).collect();
-    let mut alone = vec![false; lower_ends.len()];
+    let mut is_border = vec![false; lower_ends.len()];
     let by_lower_end = Buckets::new(&lower_ends, lower_ends.len());
     for_each_alike(
         by_lower_end,
         |edge| ends(edge).0.max(ends(edge).1),
         |sharers| {
-            if let [edge] = *sharers {
-                alone[edge as usize] = true;
+            // Triangles without area are on no side.
+            let on = |sign: f64| sharers.iter().copied().find(|&edge| side(edge) * sign > 0.0);
+            if let (Some(edge), None) | (None, Some(edge)) = (on(1.0), on(-1.0)) {
+                is_border[edge as usize] = true;
             }
         },
     );
-    let alone = alone.into_iter().zip(0u32..).filter(|(alone, _)| *alone);
-    alone.map(|(_, edge)| BorderEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
+    let border = is_border.into_iter().zip(0u32..).filter(|(is_border, _)| *is_border);
+    border.map(|(_, edge)| BorderEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
 }
 
 /// Items sorted by a small number, by counting.
@@ -196,5 +206,26 @@ mod tests {
         let islands = Islands::new(&mesh(0.5));
         assert_eq!(islands.of_faces(), [0, 1, 2]);
         assert_eq!(islands.border().len(), 9);
+    }
+
+    #[test]
+    fn an_edge_with_triangles_on_one_side_is_a_border() {
+        let border = |faces: &[[u32; 3]]| -> Vec<(u32, u8)> {
+            let uv = vec![[0.2, 0.2], [0.8, 0.2], [0.2, 0.8], [0.8, 0.2], [0.5, 0.2], [0.8, 0.8]];
+            let positions = (0..6).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
+            let mesh = Mesh::from_triangles(positions, uv, faces, faces).unwrap();
+            Islands::new(&mesh).border().iter().map(|edge| (edge.face, edge.corner)).collect()
+        };
+        let all: Vec<(u32, u8)> = vec![(0, 0), (0, 1), (0, 2)];
+        assert_eq!(border(&[[0, 1, 2]]), all);
+        // A doubled surface, seen from both sides.
+        assert_eq!(border(&[[0, 1, 2], [2, 1, 0]]), all);
+        // A triangle without area beside an edge.
+        assert_eq!(border(&[[0, 1, 2], [1, 0, 4]]), all);
+        // The other half lies on top, as in layouts that are mirrored onto themselves.
+        let folded = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1)];
+        assert_eq!(border(&[[0, 1, 2], [2, 3, 0]]), folded);
+        // A true neighbour.
+        assert_eq!(border(&[[0, 1, 2], [1, 5, 2]]), [(0, 0), (0, 2), (1, 0), (1, 1)]);
     }
 }

@@ -40,7 +40,7 @@ pub mod filter;
 pub mod islands;
 pub mod map;
 pub mod mesh;
-pub mod pad;
+mod pad;
 pub mod pair;
 pub mod raster;
 pub mod report;

@@ -84,6 +84,9 @@ impl Percentiles {
 
 impl PairReport {
     /// Looks a pair over, for textures of these sizes.
+    ///
+    /// # Panics
+    /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`](crate::Texture::MAX_SIDE).
     pub fn new(pair: &Pair, source_size: Size, target_size: Size) -> Self {
         let areas: Vec<[f64; 2]> = pair
             .links()

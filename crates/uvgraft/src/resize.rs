@@ -22,15 +22,6 @@ impl Texture {
         if self.size() == size {
             return Ok(self);
         }
-        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-        let faces = [[0, 1, 2], [0, 2, 3]];
-        let square = Mesh::from_triangles(vec![[0.0; 3]; 4], uv, &faces, &faces)
-            .expect("two sound triangles");
-        let pair =
-            Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).expect("a square is itself");
-        let map = MapOptions { gutter_px: 0 };
-        let options = TransferOptions { filter, map, linear_light };
-        let transfer = Transfer::new(&pair, Direction::Forward, self.size(), size, &options);
         let nothing = [0.0; 4];
         let channels = self.channels();
         let base = Self::filled(
@@ -40,6 +31,15 @@ impl Texture {
             self.depth(),
             &nothing[..channels.count()],
         )?;
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let faces = [[0, 1, 2], [0, 2, 3]];
+        let square = Mesh::from_triangles(vec![[0.0; 3]; 4], uv, &faces, &faces)
+            .expect("two sound triangles");
+        let pair =
+            Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).expect("a square is itself");
+        let map = MapOptions { gutter_px: 0 };
+        let options = TransferOptions { filter, map, linear_light };
+        let transfer = Transfer::new(&pair, Direction::Forward, self.size(), size, &options);
         Ok(transfer.apply(self, base).expect("sizes are those of the transfer"))
     }
 }

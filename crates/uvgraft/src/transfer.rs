@@ -53,6 +53,9 @@ pub enum TransferError {
 
 impl Transfer {
     /// Prepares transfers of textures of `source_size` onto bases of `target_size`.
+    ///
+    /// # Panics
+    /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(
         pair: &Pair,
         direction: Direction,
@@ -77,7 +80,7 @@ impl Transfer {
     /// The result has all channels of both and the greater depth of both, and the base's encoding.
     /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
     /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
-    /// unchanged.
+    /// unchanged; but under `linear_light` a float base goes to light and back, within rounding.
     ///
     /// # Errors
     /// [`TransferError::Size`] if a texture has another size than this was made for.

@@ -49,7 +49,7 @@ pub(crate) struct Args {
     filter: FilterName,
     /// Texels beyond the UV islands that are filled
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=1024))]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
     gutter: u32,
     /// Write which texels the textures are carried to, white on black; the gutter is black
     #[arg(long, value_name = "OUT_MASK.png")]

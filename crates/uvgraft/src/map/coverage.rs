@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::islands::Islands;
 use crate::mesh::Mesh;
 use crate::raster::ScanTriangle;
-use crate::texture::Size;
+use crate::texture::{Size, Texture};
 use crate::threads::map_indices;
 
 /// Rows that are worked on together: enough to share the bucketing of triangles, few enough to
@@ -96,6 +96,11 @@ pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] 
 
 impl Coverage {
     pub fn new(mesh: &Mesh, islands: &Islands, size: Size) -> Self {
+        let sides = 1..=Texture::MAX_SIDE;
+        assert!(
+            sides.contains(&size.width) && sides.contains(&size.height),
+            "no texture of {size}"
+        );
         let triangles: Vec<Option<ScanTriangle>> = (0..mesh.faces().len())
             .map(|face| ScanTriangle::new(corners_px(mesh, face, size), size))
             .collect();

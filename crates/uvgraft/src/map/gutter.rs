@@ -92,15 +92,16 @@ impl Edge {
 
     /// Lowers what `nearest` holds for the texels `range` of a row to this edge's distance.
     fn offer(&self, index: u32, row: u32, range: Range<u32>, nearest: &mut Nearest) {
-        // Relative to the edge's end, 32-bit floats are exact to a millionth of a texel.
-        let [along_x, along_y] = self.along.map(|component| component as f32);
+        // As `distance`, written so that the compiler can do several texels at once. Edges may be
+        // long and far off, so 32 bits would not do.
+        let [along_x, along_y] = self.along;
         let start = centre(range.start, row);
-        let [start_x, y] = [0, 1].map(|axis| (start[axis] - self.from[axis]) as f32);
-        let scale = self.inverse_squared_length as f32;
+        let [start_x, y] = [0, 1].map(|axis| start[axis] - self.from[axis]);
+        let scale = self.inverse_squared_length;
         let range = range.start as usize..range.end as usize;
         let squared_distances = nearest.squared[range.clone()].iter_mut();
         for (k, (best, edge)) in squared_distances.zip(&mut nearest.edge[range]).enumerate() {
-            let x = start_x + k as f32;
+            let x = start_x + k as f64;
             let t = ((x * along_x + y * along_y) * scale).clamp(0.0, 1.0);
             let (away_x, away_y) = (x - t * along_x, y - t * along_y);
             let squared = away_x * away_x + away_y * away_y;
@@ -133,12 +134,12 @@ impl Edge {
 /// The gutter of a map: its runs, row by row, and the maps that they use.
 pub(crate) struct Gutter {
     pub rows: Vec<GutterRow>,
-    /// Four affine maps for each edge that runs use, with the face they belong to.
+    /// Four affine maps for each linked border edge, with the face they belong to.
     pub patches: Vec<(u32, Affine)>,
 }
 
 /// What the gutter does to one row.
-#[derive(Default, Clone)]
+#[derive(Default)]
 pub(crate) struct GutterRow {
     /// From left to right. Patches count from the first patch of the gutter.
     pub runs: Vec<Run>,
@@ -200,14 +201,14 @@ const NOBODY: u32 = u32::MAX;
 
 /// For each texel of a row, its nearest edge so far and the squared distance of it.
 struct Nearest {
-    squared: Vec<f32>,
+    squared: Vec<f64>,
     edge: Vec<u32>,
 }
 
 impl Nearest {
     fn new(width: u32) -> Self {
         let width = width as usize;
-        Self { squared: vec![f32::INFINITY; width], edge: vec![NOBODY; width] }
+        Self { squared: vec![f64::INFINITY; width], edge: vec![NOBODY; width] }
     }
 }
 
@@ -288,7 +289,7 @@ impl Surroundings<'_> {
         let mut near_enough = Vec::new();
         for x in texels {
             let index = std::mem::replace(&mut self.nearest.edge[x as usize], NOBODY);
-            self.nearest.squared[x as usize] = f32::INFINITY;
+            self.nearest.squared[x as usize] = f64::INFINITY;
             if index == NOBODY {
                 continue;
             }

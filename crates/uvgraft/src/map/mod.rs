@@ -145,6 +145,9 @@ impl Affine {
 
 impl SamplingMap {
     /// Builds the map of one direction for a target texture of `size`.
+    ///
+    /// # Panics
+    /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
         let oriented = pair.oriented(direction);
         let (to, from) = (oriented.to, oriented.from);
@@ -282,5 +285,62 @@ fn push_without(runs: &mut Vec<Run>, span: Span, patch: u32, holes: &[u32]) {
     }
     if x < span.end {
         runs.push(Run { x, len: span.end - x, patch });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+
+    /// Triangles anywhere, on top of each other, some with corners far outside the texture.
+    fn strewn(rng: &mut fastrand::Rng, far: f32) -> Mesh {
+        let mut uv: Vec<[f32; 2]> = (0..36)
+            .flat_map(|_| {
+                let at = [rng.f32(), rng.f32()];
+                let side = rng.f32();
+                [(); 3].map(|()| at.map(|value| value + (rng.f32() - 0.5) * side))
+            })
+            .collect();
+        for corner in &mut uv {
+            if rng.u8(..) < 20 {
+                *corner = corner.map(|value| (value - 0.5) * far);
+            }
+        }
+        let faces: Vec<[u32; 3]> = (0..36).map(|face| [0, 1, 2].map(|k| face * 3 + k)).collect();
+        Mesh::from_triangles(vec![[0.0; 3]; uv.len()], uv, &faces, &faces).unwrap()
+    }
+
+    #[test]
+    fn runs_are_sorted_and_disjoint_on_any_mesh() {
+        let mut rng = fastrand::Rng::with_seed(5);
+        for far in [1.0, 30.0, 1e4, 1e6, 1e12, 1e30] {
+            for _ in 0..12 {
+                let (source, target) = (strewn(&mut rng, far), strewn(&mut rng, far));
+                let vertex_map: Vec<i64> = (0..36 * 3).collect();
+                let pair = Pair::by_vertex_map(source, target, &vertex_map).unwrap();
+                let size = Size::new(rng.u32(1..90), rng.u32(1..90));
+                let options = MapOptions { gutter_px: rng.u32(0..20) };
+                let map = SamplingMap::new(&pair, Direction::Forward, size, &options);
+                for row in 0..size.height {
+                    let runs = map.row(row);
+                    assert!(runs.iter().all(|run| run.len > 0 && run.x + run.len <= size.width));
+                    assert!(runs.windows(2).all(|pair| pair[0].x + pair[0].len <= pair[1].x));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_affine_map_takes_corners_to_corners() {
+        let tgt_px = [[10.0, 20.0], [14.0, 21.0], [11.0, 30.0]];
+        let src_uv = [[0.1, 0.2], [0.5, 0.1], [0.3, 0.9]];
+        let affine = Affine::from_triangles(tgt_px, src_uv).unwrap();
+        for (px, uv) in tgt_px.into_iter().zip(src_uv) {
+            let found = affine.at(px);
+            assert!((found[0] - uv[0]).hypot(found[1] - uv[1]) < 1e-14, "{found:?}");
+        }
+        assert_eq!(affine.constant(tgt_px[1]).at([99.0, -5.0]), affine.at(tgt_px[1]));
+        assert_eq!(Affine::from_triangles([[0.0; 2], [1.0; 2], [3.0; 2]], src_uv), None);
     }
 }

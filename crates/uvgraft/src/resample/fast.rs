@@ -1,7 +1,7 @@
 //! The fast path: rows in parallel, kernels compiled for their taps and channels, windows of texels
 //! read whole, and no edges to mind in runs that stay clear of them.
 
-use super::{Paths, Walk, load, split, store};
+use super::{Paths, Walk, load, near_texture, split, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, Taps};
 use crate::map::{Run, SamplingMap};
 use crate::texture::{Size, Value};
@@ -209,7 +209,8 @@ fn anywhere<
     source: Source<'_, T>,
     position: [f64; 2],
 ) -> [f32; C] {
-    let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
+    let (x, fraction_x) = split(near_texture(position[0], source.size.width));
+    let (y, fraction_y) = split(near_texture(position[1], source.size.height));
     let before = N as i32 / 2 - 1;
     let clamped = |at: i32, count: u32| at.clamp(0, count as i32 - 1) as usize;
     filtered::<T, C, OPACITY, F, N, W>(fraction_x, fraction_y, |row| {

@@ -136,9 +136,16 @@ pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filt
     /// Reached by slivers alone, which see a texel or two of background then.
     const MOST: f64 = 64.0;
     let scale = [f64::from(source.width), f64::from(source.height)];
+    // A triangle too thin to own a texel is no reason to reach far.
+    let mut owns =
+        vec![false; map.patches().iter().map(|patch| patch.face as usize + 1).max().unwrap_or(0)];
+    for run in (0..map.size().height).flat_map(|row| map.row(row)) {
+        owns[map.patches()[run.patch as usize].face as usize] = true;
+    }
     let beside_taps = map
         .border_patches()
         .iter()
+        .filter(|patch| owns[patch.face as usize])
         .map(|patch| {
             let (samples, steps) = footprint(patch, scale, filter);
             let spread = |axis: usize| {
@@ -156,8 +163,15 @@ pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filt
     (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
 }
 
+/// A position on one axis, moved close to the texture where it is far off, as UV coordinates may be:
+/// beyond a window's width nothing changes any more, and [`split`] needs numbers of a sane size.
+#[inline(always)]
+pub(crate) fn near_texture(position: f64, count: u32) -> f64 {
+    position.clamp(-8.0, f64::from(count) + 8.0)
+}
+
 /// The texel before a position on one axis, and how far the position lies beyond its centre: 0 to 1,
-/// both included. Positions are within a few thousand texture sides of the texture.
+/// both included. The position is in or near a texture, see [`near_texture`].
 #[inline(always)]
 pub(crate) fn split(position: f64) -> (i32, f32) {
     // Adding 1.5 · 2⁵² leaves no bits for a fraction, so the sum is rounded to a whole number, whose
@@ -190,15 +204,17 @@ pub(crate) fn store<T: Value, const C: usize, const OPACITY: bool>(
 ) {
     if OPACITY {
         let one = T::ONE.to_level();
-        // Cubic filters overshoot; more than full opacity is none of the base, not less than none.
-        let alpha = levels[C - 1].clamp(0.0, one);
-        let below = (one - alpha) / one * texel[C - 1].to_level();
-        let total = alpha + below;
-        if total <= 0.0 {
+        // Cubic filters over- and undershoot at edges of opacity, and premultiplied colours with
+        // it. Below none nothing is laid over; beyond full the colour is scaled back too.
+        if levels[C - 1] <= 0.0 {
             return;
         }
+        let alpha = levels[C - 1].min(one);
+        let scale = alpha / levels[C - 1] * one;
+        let below = (one - alpha) / one * texel[C - 1].to_level();
+        let total = alpha + below;
         for channel in 0..C - 1 {
-            let level = levels[channel] * one + texel[channel].to_level() * below;
+            let level = levels[channel] * scale + texel[channel].to_level() * below;
             texel[channel] = T::from_level(level / total);
         }
         texel[C - 1] = T::from_level(total);
@@ -219,12 +235,14 @@ mod tests {
     /// Triangles strewn over both layouts: some steep, some shrunk, many beyond the border.
     fn map(seed: u64, size: Size) -> SamplingMap {
         let mut rng = fastrand::Rng::with_seed(seed);
-        let mut mesh = || {
+        // The fourth reads far outside the source.
+        let far = if seed == 4 { 1e9 } else { 1.0 };
+        let mut mesh = |far: f32| {
             let uv: Vec<[f32; 2]> = (0..20)
                 .flat_map(|_| {
                     let at = [rng.f32(), rng.f32()];
                     let side = rng.f32() * rng.f32() * 0.7;
-                    [(); 3].map(|()| at.map(|value| value + (rng.f32() - 0.5) * side))
+                    [(); 3].map(|()| at.map(|value| value * far + (rng.f32() - 0.5) * side))
                 })
                 .collect();
             let faces: Vec<[u32; 3]> =
@@ -232,7 +250,7 @@ mod tests {
             Mesh::from_triangles(vec![[0.0; 3]; 60], uv, &faces, &faces).unwrap()
         };
         let vertex_map: Vec<i64> = (0..60).collect();
-        let pair = Pair::by_vertex_map(mesh(), mesh(), &vertex_map).unwrap();
+        let pair = Pair::by_vertex_map(mesh(far), mesh(1.0), &vertex_map).unwrap();
         SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 })
     }
 
@@ -242,6 +260,7 @@ mod tests {
             (1, Size::new(37, 61), Size::new(90, 53)),
             (2, Size::new(200, 150), Size::new(64, 40)),
             (3, Size::new(3, 2), Size::new(33, 70)),
+            (4, Size::new(40, 30), Size::new(30, 30)),
         ] {
             let map = map(seed, size);
             let source: Vec<T> = (0..source_size.texels() * C).map(|_| value(&mut rng)).collect();
@@ -302,6 +321,8 @@ mod tests {
         assert_eq!(walk.sample([2.0, 3.0], 3, 1), [3.5, 3.5]);
         assert_eq!(split(0.25), (-1, 0.75));
         assert_eq!(split(2.5), (2, 0.0));
+        assert_eq!(near_texture(1e30, 64), 72.0);
+        assert_eq!(near_texture(-1e30, 64), -8.0);
     }
 
     #[test]
@@ -315,6 +336,11 @@ mod tests {
         assert_eq!(clear, [200, 100, 0, 128]);
         store::<u8, 4, true>([0.0, 0.0, 0.0, 0.0], &mut clear);
         assert_eq!(clear, [200, 100, 0, 128]);
+        // Undershoot leaves the base alone; overshoot scales colour and opacity back together.
+        store::<u8, 4, true>([-20.0, -20.0, -20.0, -20.0], &mut clear);
+        assert_eq!(clear, [200, 100, 0, 128]);
+        store::<u8, 4, true>([204.0, 102.0, 51.0, 306.0], &mut clear);
+        assert_eq!(clear, [170, 85, 43, 255]);
         let mut grey = [0u8];
         store::<u8, 1, false>([99.5], &mut grey);
         assert_eq!(grey, [100]);

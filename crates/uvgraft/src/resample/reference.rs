@@ -1,7 +1,7 @@
 //! The specification of resampling: every faster path is tested against it. Written to be read;
 //! never tuned.
 
-use super::{Paths, Walk, load, split, store};
+use super::{Paths, Walk, load, near_texture, split, store};
 use crate::filter::Filter;
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
@@ -76,7 +76,8 @@ fn sample<T: Value, const C: usize, const OPACITY: bool>(
     if filter == Filter::Nearest {
         return texel(position[0].floor() as i32, position[1].floor() as i32);
     }
-    let ((x, fraction_x), (y, fraction_y)) = (split(position[0]), split(position[1]));
+    let (x, fraction_x) = split(near_texture(position[0], size.width));
+    let (y, fraction_y) = split(near_texture(position[1], size.height));
     let (weights_x, weights_y) = (filter.weights(fraction_x), filter.weights(fraction_y));
     let before = filter.taps() as i32 / 2 - 1;
     let mut value = [0.0; C];
