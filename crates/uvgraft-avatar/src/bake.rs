@@ -70,7 +70,7 @@ pub(crate) fn bake(
                 }
             }
         });
-    let reach = (size.width.max(size.height) / 160).max(2) as usize;
+    let reach = (size.width.max(size.height) / 256).max(2) as usize;
     spread(&mut texels, &mut painted, width, reach);
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
         .expect("the buffer was made for this size")

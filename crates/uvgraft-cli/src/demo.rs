@@ -1,5 +1,6 @@
 //! `uvgraft demo`: the whole road on an embedded example.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -15,7 +16,7 @@ use uvgraft_io::{obj, vertex_map};
 use crate::failure::OrBadInput;
 use crate::picture::Picture;
 use crate::preview;
-use crate::report::{grouped, parse_size};
+use crate::report::{grouped, parse_size, to_stdout};
 
 /// Shows the main job on an embedded example that needs no file.
 ///
@@ -97,21 +98,22 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             shots.picture().write(path)
         })?;
     steps.done("writing", format!("{} files", outputs.written.len()));
-    print(&steps, &outputs);
+    print(&steps, &outputs)?;
     Ok(ExitCode::SUCCESS)
 }
 
-#[expect(clippy::print_stdout, reason = "what was made and where is the command's result")]
-fn print(steps: &Steps, outputs: &Outputs<'_>) {
+fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
+    let mut text = String::new();
     for (name, what, took) in &steps.steps {
-        println!("{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
+        let _ = writeln!(text, "{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
     }
-    println!("\nin {}:", outputs.folder.display());
+    let _ = writeln!(text, "\nin {}:", outputs.folder.display());
     for (name, what) in &outputs.written {
-        println!("  {name:<20} {what}");
+        let _ = writeln!(text, "  {name:<20} {what}");
     }
     let path = |name: &str| outputs.folder.join(name).display().to_string();
-    println!(
+    let _ = writeln!(
+        text,
         "\nthe same with the commands for your own files:\n  \
          uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
          uvgraft transfer my.uvpair {} --onto {} -o my_body.png",
@@ -121,6 +123,7 @@ fn print(steps: &Steps, outputs: &Outputs<'_>) {
         path("face.png"),
         path("body_base.png"),
     );
+    to_stdout(&text)
 }
 
 /// How long each step took.

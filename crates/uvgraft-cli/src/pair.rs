@@ -5,9 +5,10 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::Pair;
+use uvgraft_io::image::Format;
 use uvgraft_io::{obj, pair_file, vertex_map};
 
-use crate::failure::OrBadInput;
+use crate::failure::{OrBadInput, bad_input};
 use crate::outputs::Outputs;
 use crate::{preview, report};
 
@@ -38,6 +39,10 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if let Some(format) = Format::from_path(&args.output) {
+        let output = args.output.display();
+        return Err(bad_input(format!("{output} is named like a {format}; a pair is no image")));
+    }
     let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
     outputs.check(&args.output)?;
     if let Some(preview) = &args.preview {

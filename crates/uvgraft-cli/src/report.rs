@@ -59,11 +59,15 @@ pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Resul
     } else {
         text(file, &report)
     };
+    to_stdout(&text)
+}
+
+/// Prints a command's result. Whoever reads may have seen enough, as in `uvgraft inspect x | head`.
+pub(crate) fn to_stdout(text: &str) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        // Whoever reads has seen enough, as in `uvgraft inspect x.uvpair | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.context("cannot print the report"),
+        result => result.context("cannot print the result"),
     }
 }
 
@@ -117,6 +121,17 @@ fn text(file: &PairFile, report: &PairReport) -> String {
             let _ = writeln!(
                 text,
                 "{name:<22} {min:>8.3} {p5:>7.3} {median:>7.3} {p95:>7.3} {max:>7.3}"
+            );
+        }
+    }
+    for (side, direction) in [(source, "forward"), (target, "in reverse")] {
+        // What has no area in the layout that is read has one colour or a streak of them.
+        if side.degenerate > 0 {
+            let count = grouped(side.degenerate);
+            let _ = writeln!(
+                text,
+                "\n{count} linked triangles have no UV area to read from {direction}: \
+                 they become streaks of one line's colours"
             );
         }
     }

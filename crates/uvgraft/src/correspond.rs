@@ -42,8 +42,9 @@ pub enum LinkError {
     },
     /// An entry names a vertex that the target does not have.
     #[error(
-        "vertex map entry {entry} is {found}, the target mesh has vertices 0 to {}; -1 means none",
-        .vertices - 1
+        "vertex map entry {entry} is {found}, the target mesh has vertices 0 to {}; -1 means none{}",
+        .vertices - 1,
+        if *.found == *.vertices as i64 { "; does the map count from 1?" } else { "" }
     )]
     Range {
         /// Which entry, from 0.

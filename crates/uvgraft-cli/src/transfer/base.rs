@@ -25,10 +25,8 @@ impl Base {
             })?;
             image.texture = meant(image.texture, args);
             if let Some(size) = args.size {
-                image.texture = image
-                    .texture
-                    .resized(size, args.filter.into(), args.linear_light)
-                    .or_bad_input()?;
+                image.texture =
+                    image.texture.resized(size, args.filter(), args.linear_light).or_bad_input()?;
             }
             return Ok(Self::Image(image, path.display().to_string()));
         }

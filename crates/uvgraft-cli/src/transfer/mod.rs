@@ -41,12 +41,12 @@ pub(crate) struct Args {
     /// Carry from the pair's target to its source
     #[arg(long)]
     reverse: bool,
-    /// Size of the result [default: the base's]
+    /// Size of the result; a base image is resized to it [default: the base image's]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     size: Option<Size>,
-    /// How values between texels are made
-    #[arg(long, value_enum, default_value_t = FilterName::Lanczos3)]
-    filter: FilterName,
+    /// How values between texels are made [default: lanczos3, with --data bilinear]
+    #[arg(long, value_enum)]
+    filter: Option<FilterName>,
     /// Texels beyond the UV islands that are filled
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
@@ -75,12 +75,23 @@ pub(crate) struct Args {
 enum FilterName {
     /// One texel, never blended; for labels
     Nearest,
-    /// Two texels an axis; fastest that is smooth
+    /// Two texels an axis; never brighter or darker than the source
     Bilinear,
-    /// Four texels an axis; sharp
+    /// Four texels an axis; sharp, overshoots a little at hard edges
     CatmullRom,
-    /// Six texels an axis; keeps most of a texture there and back
+    /// Six texels an axis; keeps most of a photograph there and back, overshoots at hard edges
     Lanczos3,
+}
+
+impl Args {
+    fn filter(&self) -> Filter {
+        match self.filter {
+            Some(name) => name.into(),
+            // Overshoot would put values into data that none of its texels has.
+            None if self.data => Filter::Bilinear,
+            None => TransferOptions::default().filter,
+        }
+    }
 }
 
 impl From<FilterName> for Filter {
@@ -110,7 +121,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         jobs.iter().try_for_each(|job| outputs.check(&job.output))?;
     }
     if let Some(mask) = &args.mask {
-        format_of(mask)?;
+        if format_of(mask)? == Format::Jpeg {
+            let mask = mask.display();
+            return Err(bad_input(format!("{mask}: JPEG would blur the mask; name it .png")));
+        }
         outputs.check(mask)?;
     }
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
@@ -124,6 +138,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     let progress = if jobs.len() > 1 { bar(jobs.len()) } else { ProgressBar::hidden() };
     let mut worst = None;
+    let mut failed = 0;
     for job in &jobs {
         progress.set_message(job.source.display().to_string());
         let result = carrier.carry(job);
@@ -135,12 +150,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         });
         if let Err(error) = result {
             // A failure at work weighs more than a bad file.
+            failed += 1;
             let code = failure::exit_code(&error);
             worst = Some(worst.map_or(code, |worst: u8| worst.min(code)));
         }
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if failed > 0 && jobs.len() > 1 {
+        warn(format!("{} of {} textures were carried across", jobs.len() - failed, jobs.len()));
+    }
     if let (Some(path), Some(mask)) = (&args.mask, carrier.mask()) {
         carrier.write(&Image::from(mask), path)?;
         carrier.warnings.drain(..).for_each(warn);
@@ -211,7 +230,7 @@ impl<'a> Carrier<'a> {
         self.transfers.entry(size).or_insert_with(|| {
             let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
             let options = TransferOptions {
-                filter: args.filter.into(),
+                filter: args.filter(),
                 map: MapOptions { gutter_px: args.gutter },
                 linear_light: args.linear_light,
             };

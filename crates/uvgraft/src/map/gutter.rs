@@ -1,8 +1,9 @@
 //! What lies just outside the islands: the gutter, and the fringe of islands that won an overlap.
 //!
-//! A texel of the gutter belongs to the nearest border edge. Its source position is the edge's
-//! triangle carried on beyond the edge for up to [`REACH_PX`], and stays there farther out, so that
-//! it is still affine within each zone of an edge while never running away on a steep triangle.
+//! A texel of the gutter belongs to the nearest border edge. Up to [`REACH_PX`] beyond the edge its
+//! source position is the triangle's map carried on. Farther out it stands still, as far inside the
+//! edge: what lies beyond the edge in the source may be no part of what is carried, and would be
+//! drawn out into streaks. Positions are affine within each of these zones.
 
 use std::ops::Range;
 
@@ -14,7 +15,7 @@ use crate::texture::Size;
 use crate::threads::map_indices;
 
 /// How far beyond an edge the source position still moves, in target texels, and never farther than
-/// the triangle is high. Bilinear filtering of the result at the edge weighs what lies up to half a
+/// a third of the triangle's height. Bilinear filtering of the result at the edge weighs what lies up to half a
 /// texel beyond most.
 pub(crate) const REACH_PX: f64 = 0.5;
 
@@ -44,6 +45,8 @@ struct Edge {
     inverse_squared_length: f64,
     /// Unit normal that points away from the triangle.
     outward: [f64; 2],
+    /// The triangle's middle.
+    middle: [f64; 2],
     /// How far the triangle's map is carried on.
     reach_px: f64,
     /// The first of its four maps, if its face is linked.
@@ -74,7 +77,8 @@ impl Edge {
             along,
             inverse_squared_length: 1.0 / (length * length),
             outward,
-            reach_px: REACH_PX.min(height.abs()),
+            middle: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
+            reach_px: REACH_PX.min(height.abs() / 3.0),
             first_patch: None,
             wins: false,
         })
@@ -120,13 +124,17 @@ impl Edge {
 
     /// The edge's four maps, in the order of [`Zone`], from that of its triangle.
     fn zone_maps(&self, triangle: &Affine) -> [Affine; 4] {
-        let shift = self.outward.map(|component| component * self.reach_px);
-        let second = [self.from[0] + self.along[0], self.from[1] + self.along[1]];
+        let inward = self.outward.map(|component| -component * self.reach_px);
+        let inside = |end: [f64; 2]| {
+            let aside = [self.middle[0] - end[0], self.middle[1] - end[1]];
+            let share = (self.reach_px / aside[0].hypot(aside[1])).min(1.0);
+            triangle.constant([end[0] + aside[0] * share, end[1] + aside[1] * share])
+        };
         [
             triangle.clone(),
-            triangle.projected(self.from, self.along, self.inverse_squared_length, shift),
-            triangle.constant(self.from),
-            triangle.constant(second),
+            triangle.projected(self.from, self.along, self.inverse_squared_length, inward),
+            inside(self.from),
+            inside([self.from[0] + self.along[0], self.from[1] + self.along[1]]),
         ]
     }
 }
