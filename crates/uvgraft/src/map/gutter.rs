@@ -21,7 +21,7 @@ pub(crate) const REACH_PX: f64 = 0.5;
 
 /// How far an island that won an overlap keeps the loser away, in target texels: what bilinear
 /// filtering at the winner's edge can read, with its diagonal.
-const FRINGE_PX: f64 = 1.5;
+pub(crate) const FRINGE_PX: f64 = 1.5;
 
 /// Where a texel lies relative to its nearest edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,8 +47,11 @@ struct Edge {
     outward: [f64; 2],
     /// The triangle's middle.
     middle: [f64; 2],
-    /// How far the triangle's map is carried on.
+    /// How far the triangle's map is carried on in the gutter.
     reach_px: f64,
+    /// How far it is carried on in the fringe: all through, so that what the loser had there looks
+    /// like a continuation; but thin triangles are steep, and run away.
+    fringe_reach_px: f64,
     /// The first of its four maps, if its face is linked.
     first_patch: Option<u32>,
     /// Whether its island took texels from another.
@@ -70,6 +73,7 @@ impl Edge {
         if height > 0.0 {
             outward = outward.map(|component| -component);
         }
+        let reach_px = REACH_PX.min(height.abs() / 3.0);
         Some(Self {
             face: edge.face,
             island,
@@ -78,7 +82,8 @@ impl Edge {
             inverse_squared_length: 1.0 / (length * length),
             outward,
             middle: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
-            reach_px: REACH_PX.min(height.abs() / 3.0),
+            reach_px,
+            fringe_reach_px: if height.abs() >= FRINGE_PX { FRINGE_PX } else { reach_px },
             first_patch: None,
             wins: false,
         })
@@ -255,7 +260,7 @@ impl Surroundings<'_> {
                 }
             }
             for range in reached {
-                self.gather(row, range, self.radius, &mut result.runs);
+                self.gather(row, range, self.radius, |edge| edge.reach_px, &mut result.runs);
             }
         }
         if near.iter().any(|&edge| self.edges[edge as usize].wins) {
@@ -281,7 +286,8 @@ impl Surroundings<'_> {
                 }
             }
         }
-        result.stolen = self.gather(row, 0..width, FRINGE_PX, &mut result.runs);
+        let carried = |edge: &Edge| edge.fringe_reach_px;
+        result.stolen = self.gather(row, 0..width, FRINGE_PX, carried, &mut result.runs);
         result.runs.sort_unstable_by_key(|run| run.x);
     }
 
@@ -292,6 +298,7 @@ impl Surroundings<'_> {
         row: u32,
         texels: Range<u32>,
         limit: f64,
+        carried: impl Fn(&Edge) -> f64,
         runs: &mut Vec<Run>,
     ) -> Vec<u32> {
         let mut near_enough = Vec::new();
@@ -308,7 +315,7 @@ impl Surroundings<'_> {
             }
             near_enough.push(x);
             let Some(first) = edge.first_patch else { continue };
-            let zone = if squared <= edge.reach_px * edge.reach_px {
+            let zone = if squared <= carried(edge).powi(2) {
                 Zone::Near
             } else if t <= 0.0 {
                 Zone::First

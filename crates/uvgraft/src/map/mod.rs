@@ -12,8 +12,7 @@ use crate::color::Encoding;
 use crate::islands::Islands;
 use crate::pair::{Direction, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
-use gutter::Gutter;
-pub(crate) use gutter::REACH_PX as GUTTER_REACH_PX;
+use gutter::{FRINGE_PX, Gutter, REACH_PX};
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -246,6 +245,11 @@ impl SamplingMap {
     /// The affine maps beside island edges; their Jacobians are those of all triangles there.
     pub(crate) fn border_patches(&self) -> &[Patch] {
         &self.patches[self.gutter_patches as usize..]
+    }
+
+    /// How far beyond an island's edge positions still move, in target texels.
+    pub(crate) fn carried_px(&self) -> f64 {
+        if self.stats.overlapping > 0 { FRINGE_PX } else { REACH_PX }
     }
 
     /// Whether a run lies outside the islands.

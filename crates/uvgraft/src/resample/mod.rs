@@ -7,7 +7,7 @@ pub(crate) mod fast;
 pub mod reference;
 
 use crate::filter::Filter;
-use crate::map::{GUTTER_REACH_PX, Patch, Run, SamplingMap};
+use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
 
 /// The most samples per texel and axis under minification, and the most source texels that they
@@ -156,7 +156,7 @@ pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filt
             let carried = [0, 1].map(|k| {
                 (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
             });
-            spread(0) + spread(1) + GUTTER_REACH_PX * carried[0].max(carried[1]).sqrt()
+            spread(0) + spread(1) + map.carried_px() * carried[0].max(carried[1]).sqrt()
         })
         .fold(0.0, f64::max);
     // Half the taps, and one more for the diagonal.
