@@ -177,7 +177,8 @@ impl Gutter {
         for border in islands.border() {
             let island = islands.of_faces()[border.face as usize];
             let Some(mut edge) = Edge::new(mesh, *border, island, size) else { continue };
-            edge.wins = coverage.clashes.iter().any(|&(winner, _)| winner == island);
+            // Sorted by winner.
+            edge.wins = coverage.clashes.binary_search_by_key(&island, |clash| clash.0).is_ok();
             if let Some(triangle) = map_of_face(edge.face) {
                 edge.first_patch = Some(patches.len() as u32);
                 patches.extend(edge.zone_maps(triangle).map(|map| (edge.face, map)));

@@ -25,50 +25,27 @@ pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
     target: &mut [T],
     filter: Filter,
 ) {
-    let source = Source { values: source, size: source_size };
     // The last number is the values in a row of the filter's window: taps times channels.
-    match (filter, C) {
-        (Filter::Nearest, _) => {
-            fill::<T, C>(map, source, target, filter, nearest_run::<T, C, OPACITY>);
-        }
-        (Filter::Bilinear, 1) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 2>(map, source, target, filter);
-        }
-        (Filter::Bilinear, 2) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 4>(map, source, target, filter);
-        }
-        (Filter::Bilinear, 3) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 6>(map, source, target, filter);
-        }
-        (Filter::Bilinear, _) => {
-            smooth::<T, C, OPACITY, Bilinear, 2, 8>(map, source, target, filter);
-        }
-        (Filter::CatmullRom, 1) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 4>(map, source, target, filter);
-        }
-        (Filter::CatmullRom, 2) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 8>(map, source, target, filter);
-        }
-        (Filter::CatmullRom, 3) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 12>(map, source, target, filter);
-        }
-        (Filter::CatmullRom, _) => {
-            smooth::<T, C, OPACITY, CatmullRom, 4, 16>(map, source, target, filter);
-        }
-        (Filter::Lanczos3, 1) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 6>(map, source, target, filter);
-        }
-        (Filter::Lanczos3, 2) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 12>(map, source, target, filter);
-        }
-        (Filter::Lanczos3, 3) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 18>(map, source, target, filter);
-        }
-        (Filter::Lanczos3, _) => {
-            smooth::<T, C, OPACITY, Lanczos3, 6, 24>(map, source, target, filter);
-        }
-    }
+    let kernel: Kernel<T> = match (filter, C) {
+        (Filter::Nearest, _) => nearest::<T, C, OPACITY>,
+        (Filter::Bilinear, 1) => smooth::<T, C, OPACITY, Bilinear, 2, 2>,
+        (Filter::Bilinear, 2) => smooth::<T, C, OPACITY, Bilinear, 2, 4>,
+        (Filter::Bilinear, 3) => smooth::<T, C, OPACITY, Bilinear, 2, 6>,
+        (Filter::Bilinear, _) => smooth::<T, C, OPACITY, Bilinear, 2, 8>,
+        (Filter::CatmullRom, 1) => smooth::<T, C, OPACITY, CatmullRom, 4, 4>,
+        (Filter::CatmullRom, 2) => smooth::<T, C, OPACITY, CatmullRom, 4, 8>,
+        (Filter::CatmullRom, 3) => smooth::<T, C, OPACITY, CatmullRom, 4, 12>,
+        (Filter::CatmullRom, _) => smooth::<T, C, OPACITY, CatmullRom, 4, 16>,
+        (Filter::Lanczos3, 1) => smooth::<T, C, OPACITY, Lanczos3, 6, 6>,
+        (Filter::Lanczos3, 2) => smooth::<T, C, OPACITY, Lanczos3, 6, 12>,
+        (Filter::Lanczos3, 3) => smooth::<T, C, OPACITY, Lanczos3, 6, 18>,
+        (Filter::Lanczos3, _) => smooth::<T, C, OPACITY, Lanczos3, 6, 24>,
+    };
+    kernel(map, Source { values: source, size: source_size }, target, filter);
 }
+
+/// Fills a target through a map with one filter.
+type Kernel<T> = fn(&SamplingMap, Source<'_, T>, &mut [T], Filter);
 
 /// Calls `fill_run` with every run and its texels.
 fn fill<T: Value, const C: usize>(
@@ -92,18 +69,23 @@ fn fill<T: Value, const C: usize>(
     });
 }
 
-fn nearest_run<T: Value, const C: usize, const OPACITY: bool>(
+fn nearest<T: Value, const C: usize, const OPACITY: bool>(
+    map: &SamplingMap,
     source: Source<'_, T>,
-    walk: &Walk,
-    texels: &mut [T],
+    target: &mut [T],
+    filter: Filter,
 ) {
-    let (last_x, last_y) = (source.size.width - 1, source.size.height - 1);
-    for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
-        // Casts saturate, which clamps below; they truncate, which is the floor above.
-        let [x, y] = walk.at(k).map(|position| position as u32);
-        let index = y.min(last_y) as usize * source.size.width as usize + x.min(last_x) as usize;
-        store::<T, C, OPACITY>(load::<T, C, OPACITY>(&source.values[index * C..][..C]), texel);
-    }
+    fill::<T, C>(map, source, target, filter, |source, walk, texels| {
+        let (last_x, last_y) = (source.size.width - 1, source.size.height - 1);
+        let width = source.size.width as usize;
+        for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
+            // Casts saturate, which clamps below; they truncate, which is the floor above.
+            let [x, y] = walk.at(k).map(|position| position as u32);
+            let index = y.min(last_y) as usize * width + x.min(last_x) as usize;
+            let levels = load::<T, C, OPACITY>(&source.values[index * C..][..C]);
+            store::<T, C, OPACITY>(levels, texel);
+        }
+    });
 }
 
 /// Fills with a filter of `N` taps whose windows have `W` values in a row.
