@@ -40,6 +40,7 @@ pub mod filter;
 pub mod islands;
 pub mod map;
 pub mod mesh;
+pub mod metrics;
 mod pad;
 pub mod pair;
 pub mod raster;

@@ -1,0 +1,63 @@
+//! How alike two textures are.
+//!
+//! Every metric takes two [`Colors`] of one size and, where only a part counts, a [`Mask`].
+
+mod colors;
+mod mask;
+
+pub use colors::Colors;
+pub use mask::Mask;
+
+use crate::texture::Size;
+
+/// Why two textures were not compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MetricError {
+    /// Something has another size than the first texture.
+    #[error("the {what} is {found}, the first texture {wanted}")]
+    Size {
+        /// `"second texture"` or `"mask"`.
+        what: &'static str,
+        /// Its size.
+        found: Size,
+        /// The first texture's size.
+        wanted: Size,
+    },
+    /// The mask selects no texel that the metric could use.
+    #[error("the mask selects no texel{0}")]
+    EmptyMask(
+        /// Empty, or where the metric does not look.
+        &'static str,
+    ),
+    /// A texture is too small for a metric's window.
+    #[error("{metric} needs at least {least} texels a side, the textures are {found}")]
+    TooSmall {
+        /// The metric.
+        metric: &'static str,
+        /// The shortest side that it takes.
+        least: u32,
+        /// The textures' size.
+        found: Size,
+    },
+    /// A value that is no number, or infinite.
+    #[error("texel ({x}, {y}) holds a value that is not finite")]
+    NotFinite {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
+}
+
+/// Checks that two textures and a mask have one size.
+pub(crate) fn same_size(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<(), MetricError> {
+    let wanted = a.size();
+    let others = [("second texture", Some(b.size())), ("mask", mask.map(Mask::size))];
+    for (what, found) in others {
+        if let Some(found) = found.filter(|&found| found != wanted) {
+            return Err(MetricError::Size { what, found, wanted });
+        }
+    }
+    Ok(())
+}
