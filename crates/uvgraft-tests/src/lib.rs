@@ -3,7 +3,6 @@
 
 pub mod independent;
 pub mod real;
-pub mod reference;
 pub mod synthetic;
 
 /// Runs the README's example as a doc test.

@@ -29,7 +29,7 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { max_steps: 48, least_gain: 0.01, regularization: 1e-3 }
+        Self { max_steps: 32, least_gain: 0.005, regularization: 0.02 }
     }
 }
 

@@ -33,6 +33,7 @@
 //! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
 //! are worked on by the caller's rayon pool; results do not depend on it.
 
+pub mod baseline;
 pub mod color;
 mod convert;
 pub mod correspond;
