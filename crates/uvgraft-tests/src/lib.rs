@@ -1,7 +1,9 @@
 //! What the tests and benches share: synthetic pairs and textures, real data where there is some,
 //! and an independent implementation to compare with.
 
+pub mod downloads;
 pub mod independent;
+pub mod pictures;
 pub mod real;
 pub mod synthetic;
 
