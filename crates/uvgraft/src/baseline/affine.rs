@@ -3,6 +3,8 @@
 //! Corners are cut to whole texels; for each triangle the whole source is warped, the whole result
 //! is masked and laid over the picture; a median of 17 texels at the end hides the cracks.
 
+use std::borrow::Cow;
+
 use super::median::median;
 use crate::pair::{Direction, Pair};
 use crate::texture::{Channels, Depth, Size, Texels, Texture};
@@ -125,10 +127,13 @@ impl Affine {
         base
     }
 
-    fn rgb(&self, source: &Texture, base: Texture) -> (Texture, Texture) {
+    fn rgb<'a>(&self, source: &'a Texture, base: Texture) -> (Cow<'a, Texture>, Texture) {
         assert_eq!(source.size(), self.source_size, "made for one size");
         assert_eq!(base.size(), self.target_size, "made for one size");
-        let source = source.clone().converted(Channels::Rgb, Depth::U8);
+        let source = match (source.channels(), source.depth()) {
+            (Channels::Rgb, Depth::U8) => Cow::Borrowed(source),
+            _ => Cow::Owned(source.clone().converted(Channels::Rgb, Depth::U8)),
+        };
         (source, base.converted(Channels::Rgb, Depth::U8))
     }
 }

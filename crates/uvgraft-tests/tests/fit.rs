@@ -1,0 +1,186 @@
+//! Textures that are solved for rather than sampled.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use uvgraft::{
+    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, FitProgress, MapOptions,
+    Operator, Pair, Size, Texels, Texture, Transfer, TransferOptions,
+};
+use uvgraft_tests::{real, synthetic};
+
+const SOURCE: Size = Size::square(512);
+const TARGET: Size = Size::square(256);
+
+fn base(channels: Channels, depth: Depth) -> Texture {
+    let unit = &[0.3, 0.5, 0.7, 1.0][4 - channels.count()..];
+    Texture::filled(TARGET, channels, Encoding::Srgb, depth, unit).unwrap()
+}
+
+fn fit(pair: &Pair, options: &TransferOptions, fit: FitOptions) -> Fit {
+    Fit::new(pair, Direction::Reverse, SOURCE, TARGET, options, fit)
+}
+
+fn ignore(_: FitProgress) {}
+
+/// Root mean square difference over the texels that are carried back, 1.0 for black to white.
+fn rms_back(pair: &Pair, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
+    let options =
+        TransferOptions { filter, map: MapOptions { gutter_px: 0 }, ..TransferOptions::default() };
+    let back = Transfer::new(pair, Direction::Forward, TARGET, SOURCE, &options);
+    let result = back.apply(carried.clone(), original.clone()).unwrap();
+    let count = original.channels().count();
+    let mut squares = 0.0;
+    for y in 0..SOURCE.height {
+        for x in 0..SOURCE.width {
+            for channel in 0..count {
+                let difference = result.get(x, y, channel) - original.get(x, y, channel);
+                squares += f64::from(difference).powi(2);
+            }
+        }
+    }
+    (squares / (back.map().stats().linked * count) as f64).sqrt()
+}
+
+#[test]
+fn reads_back_better_with_every_filter_and_says_how_well() {
+    let pair = synthetic::pair();
+    let texture = synthetic::detailed(SOURCE, 3);
+    // A sharper filter leaves less to gain, and half of this texture's detail is too fine for all.
+    for (filter, most) in
+        [(Filter::Bilinear, 0.9), (Filter::CatmullRom, 0.97), (Filter::Lanczos3, 0.98)]
+    {
+        let options = TransferOptions { filter, ..TransferOptions::default() };
+        let fit = fit(&pair, &options, FitOptions::default());
+        let base = base(Channels::Rgb, Depth::U8);
+        let sampled = fit.transfer().apply(texture.clone(), base.clone()).unwrap();
+        let mut course = Vec::new();
+        let fitted = fit.apply(texture.clone(), base, &mut |step| course.push(step)).unwrap();
+        let before = rms_back(&pair, filter, &sampled, &texture);
+        let after = rms_back(&pair, filter, &fitted, &texture);
+        assert!(after < most * before, "{filter}: {after} against {before}");
+        let (first, last) = (course[0], course[course.len() - 1]);
+        assert_eq!((first.step, last.step as usize), (0, course.len() - 1));
+        // What is said is before rounding to 8 bits and clamping.
+        assert!((first.rms - before).abs() < 0.02 * before, "{} and {before}", first.rms);
+        assert!((last.rms - after).abs() < 0.05 * after, "{} and {after}", last.rms);
+    }
+}
+
+#[test]
+fn what_the_map_does_not_reach_is_the_base() {
+    let pair = synthetic::pair();
+    let options = TransferOptions::default();
+    let fit = fit(&pair, &options, FitOptions::default());
+    let base = synthetic::detailed(TARGET, 8);
+    let fitted = fit.apply(synthetic::detailed(SOURCE, 3), base.clone(), &mut ignore).unwrap();
+    let map = fit.transfer().map();
+    let mut beside = 0;
+    for row in 0..TARGET.height {
+        let mut reached = vec![false; TARGET.width as usize];
+        for run in map.row(row) {
+            reached[run.x as usize..(run.x + run.len) as usize].fill(true);
+        }
+        for x in (0..TARGET.width).filter(|&x| !reached[x as usize]) {
+            beside += 1;
+            for channel in 0..3 {
+                assert_eq!(fitted.get(x, row, channel), base.get(x, row, channel));
+            }
+        }
+    }
+    assert!(beside > 1000, "{beside}");
+}
+
+#[test]
+fn no_steps_give_what_sampling_gives() {
+    let pair = synthetic::pair();
+    let options = TransferOptions::default();
+    let fit = fit(&pair, &options, FitOptions { max_steps: 0, ..FitOptions::default() });
+    for (channels, depth) in [
+        (Channels::Rgb, Depth::U8),
+        (Channels::Rgba, Depth::U8),
+        (Channels::GreyAlpha, Depth::U16),
+        (Channels::Grey, Depth::F32),
+    ] {
+        let mut texture = synthetic::detailed(SOURCE, 3).converted(channels, depth);
+        if let (Texels::U8(values), Channels::Rgba) = (texture.texels_mut(), channels) {
+            values.iter_mut().skip(3).step_by(4).enumerate().for_each(|(k, a)| *a = (k / 9) as u8);
+        }
+        let base = base(channels, depth);
+        let sampled = fit.transfer().apply(texture.clone(), base.clone()).unwrap();
+        let fitted = fit.apply(texture, base, &mut ignore).unwrap();
+        let off = (0..TARGET.texels())
+            .flat_map(|k| (0..channels.count()).map(move |channel| (k as u32, channel)))
+            .map(|(k, channel)| {
+                let (x, y) = (k % TARGET.width, k / TARGET.width);
+                (fitted.get(x, y, channel) - sampled.get(x, y, channel)).abs()
+            })
+            .fold(0.0, f32::max);
+        let one_level = if depth == Depth::U8 { 1.0 / 255.0 } else { 1.0 / 65_535.0 };
+        assert!(off <= one_level * 1.001, "{channels:?} {depth:?}: {off}");
+    }
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_threads() {
+    let pair = synthetic::pair();
+    let texture = synthetic::detailed(SOURCE, 3);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let options = FitOptions { max_steps: 4, ..FitOptions::default() };
+            let fit = fit(&pair, &TransferOptions::default(), options);
+            fit.apply(texture.clone(), base(Channels::Rgb, Depth::U16), &mut ignore).unwrap()
+        })
+    };
+    let one = run(1);
+    assert_eq!(run(2), one);
+    assert_eq!(run(5), one);
+}
+
+#[test]
+fn opaque_and_clear_parts_stay_so() {
+    let pair = synthetic::pair();
+    let mut texture = synthetic::detailed(SOURCE, 3).converted(Channels::Rgba, Depth::U8);
+    let Texels::U8(values) = texture.texels_mut() else { panic!("8 bits") };
+    // Opaque on the left, clear on the right, where colours are garbage.
+    for (k, texel) in values.chunks_exact_mut(4).enumerate() {
+        if k % SOURCE.width as usize > 256 {
+            texel.copy_from_slice(&[255, 0, 255, 0]);
+        }
+    }
+    let fit = fit(&pair, &TransferOptions::default(), FitOptions::default());
+    let clear =
+        Texture::filled(TARGET, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]).unwrap();
+    let fitted = fit.apply(texture, clear, &mut ignore).unwrap();
+    let Texels::U8(values) = fitted.texels() else { panic!("8 bits") };
+    let opaque = values.chunks_exact(4).filter(|texel| texel[3] > 250).count();
+    let magenta = values
+        .chunks_exact(4)
+        .filter(|texel| texel[3] > 128 && texel[0] > 250 && texel[1] < 5 && texel[2] > 250)
+        .count();
+    assert!(opaque > 1000 && magenta == 0, "{opaque} opaque, {magenta} with a clear part's colour");
+}
+
+#[test]
+fn the_transpose_is_the_adjoint_on_real_meshes() {
+    let Some(pair) = real::flame_to_smplx() else { return };
+    let (via, size) = (Size::square(1024), Size::square(2048));
+    for direction in [Direction::Forward, Direction::Reverse] {
+        for filter in Filter::ALL {
+            let options = TransferOptions { filter, ..TransferOptions::default() };
+            let transfer = Transfer::new(&pair, direction, via, size, &options);
+            let operator = Operator::new(&transfer);
+            let mut rng = fastrand::Rng::with_seed(1);
+            let mut values =
+                |size: Size| (0..size.texels() * 3).map(|_| rng.f32()).collect::<Vec<f32>>();
+            let (x, y) = (values(via), values(size));
+            let dot = |a: &[f32], b: &[f32]| {
+                a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum::<f64>()
+            };
+            let there = dot(&operator.apply(3, &x), &y);
+            let back = dot(&x, &operator.apply_transposed(3, &y));
+            let error = (there - back).abs() / there;
+            assert!(error < 1e-6, "{direction:?} {filter}: {there} and {back}");
+        }
+    }
+}
