@@ -1,0 +1,264 @@
+//! The ways to go there and back, and what each of them takes.
+
+use std::time::Instant;
+
+use serde::Serialize;
+use uvgraft::baseline::{affine, affine::Affine, grid};
+use uvgraft::{
+    Channels, Depth, Direction, Filter, Fit, FitOptions, MapOptions, Pair, SamplingMap, Size,
+    Texture, TextureError, Transfer, TransferOptions,
+};
+
+use crate::fitting::{self, FitSummary};
+
+/// A way to carry a texture there and back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Method {
+    /// Ours, sampled with a filter.
+    Sampled(Filter),
+    /// Ours, there by a fit and back with the same filter.
+    Fitted(Filter),
+    /// The published reference's convention.
+    Grid,
+    /// A warp per triangle.
+    Affine,
+}
+
+/// What a method is tried on.
+pub(super) struct Course<'a> {
+    pub(super) pair: &'a Pair,
+    /// From the texture's layout to the other.
+    pub(super) there: Direction,
+    pub(super) texture: &'a Texture,
+    pub(super) via: Size,
+    pub(super) gutter_px: u32,
+    /// How often what takes milliseconds is measured.
+    pub(super) repeats: u32,
+}
+
+/// A texture that went there and back.
+pub(super) struct Trip {
+    /// In the other layout.
+    pub(super) via: Texture,
+    /// Back over the original.
+    pub(super) back: Texture,
+    pub(super) times: Times,
+    pub(super) fit: Option<FitSummary>,
+    pub(super) whole_picture: Option<WholePicture>,
+}
+
+/// Seconds; medians where something was run several times.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Times {
+    /// Both sampling maps, or both lists of triangles.
+    pub(super) maps_s: f64,
+    /// What else is prepared once for a pair and its sizes: padding for both directions.
+    pub(super) padding_s: Option<f64>,
+    /// The texture to the other layout, a fit included.
+    pub(super) there_s: f64,
+    /// And back.
+    pub(super) back_s: f64,
+}
+
+/// What warps of whole pictures would take, extrapolated from a few triangles.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct WholePicture {
+    /// Triangles that were measured, both directions together.
+    pub(super) measured: usize,
+    /// Triangles that there are, both directions together.
+    pub(super) triangles: usize,
+    /// Both directions, without the median.
+    pub(super) extrapolated_s: f64,
+}
+
+impl Method {
+    /// For tables.
+    pub(super) fn title(self) -> String {
+        match self {
+            Self::Sampled(filter) => format!("uvgraft, {filter}"),
+            Self::Fitted(filter) => format!("uvgraft, {filter}, fitted"),
+            Self::Grid => "grid, corners aligned".to_owned(),
+            Self::Affine => "affine warp per triangle".to_owned(),
+        }
+    }
+
+    /// For file names.
+    pub(super) fn slug(self) -> String {
+        match self {
+            Self::Sampled(filter) => filter.to_string(),
+            Self::Fitted(filter) => format!("{filter}-fitted"),
+            Self::Grid => "grid".to_owned(),
+            Self::Affine => "affine".to_owned(),
+        }
+    }
+
+    pub(super) fn run(self, course: &Course) -> anyhow::Result<Trip> {
+        match self {
+            Self::Sampled(filter) => course.sampled(filter),
+            Self::Fitted(filter) => course.fitted(filter),
+            Self::Grid => course.grid(),
+            Self::Affine => course.affine(),
+        }
+    }
+}
+
+impl Course<'_> {
+    /// Without a gutter, which would replace what the original has beside its islands.
+    pub(super) fn map_back(&self) -> SamplingMap {
+        self.map(self.there.opposite(), self.texture.size(), 0)
+    }
+
+    fn map(&self, direction: Direction, size: Size, gutter_px: u32) -> SamplingMap {
+        SamplingMap::new(self.pair, direction, size, &MapOptions { gutter_px })
+    }
+
+    /// What the other layout's texture is laid over.
+    fn grey(&self) -> Result<Texture, TextureError> {
+        let (encoding, depth) = (self.texture.encoding(), self.texture.depth());
+        let channels = Channels::new(self.texture.channels().has_color(), false);
+        Texture::filled(self.via, channels, encoding, depth, &[0.5; 3][..channels.count()])
+    }
+
+    fn options(&self, filter: Filter, gutter_px: u32) -> TransferOptions {
+        TransferOptions { filter, map: MapOptions { gutter_px }, linear_light: false }
+    }
+
+    fn transfer(&self, direction: Direction, options: &TransferOptions) -> Transfer {
+        let (from, to) = if direction == self.there {
+            (self.texture.size(), self.via)
+        } else {
+            (self.via, self.texture.size())
+        };
+        Transfer::new(self.pair, direction, from, to, options)
+    }
+
+    fn sampled(&self, filter: Filter) -> anyhow::Result<Trip> {
+        let there = self.transfer(self.there, &self.options(filter, self.gutter_px));
+        let grey = self.grey()?;
+        let (via, there_s) = self.median_time(
+            || (self.texture.clone(), grey.clone()),
+            |(texture, grey)| there.apply(texture, grey),
+        );
+        self.back_again(filter, via?, there_s, None)
+    }
+
+    fn fitted(&self, filter: Filter) -> anyhow::Result<Trip> {
+        let fit = Fit::new(
+            self.pair,
+            self.there,
+            self.texture.size(),
+            self.via,
+            &self.options(filter, self.gutter_px),
+            FitOptions::default(),
+        );
+        let (texture, grey) = (self.texture.clone(), self.grey()?);
+        let (fitted, there_s) = time(|| fitting::fit(&fit, texture, grey));
+        let (via, summary) = fitted?;
+        self.back_again(filter, via, there_s, Some(summary))
+    }
+
+    /// Ours are carried back in the same way.
+    fn back_again(
+        &self,
+        filter: Filter,
+        via: Texture,
+        there_s: f64,
+        fit: Option<FitSummary>,
+    ) -> anyhow::Result<Trip> {
+        let (_, maps_s) = self.median_time(
+            || (),
+            |()| (self.map(self.there, self.via, self.gutter_px), self.map_back()),
+        );
+        let [there, back] =
+            [(self.there, self.gutter_px), (self.there.opposite(), 0)].map(|(direction, gutter)| {
+                let options = self.options(filter, gutter);
+                self.median_time(|| (), |()| self.transfer(direction, &options))
+            });
+        // Preparing a transfer makes its map too.
+        let padding_s = Some((there.1 + back.1 - maps_s).max(0.0));
+        let (result, back_s) = self.median_time(
+            || (via.clone(), self.texture.clone()),
+            |(via, texture)| back.0.apply(via, texture),
+        );
+        let times = Times { maps_s, padding_s, there_s, back_s };
+        Ok(Trip { via, back: result?, times, fit, whole_picture: None })
+    }
+
+    fn grid(&self) -> anyhow::Result<Trip> {
+        let ((there, back), maps_s) =
+            self.median_time(|| (), |()| (self.map(self.there, self.via, 0), self.map_back()));
+        let grey = self.grey()?;
+        let (via, there_s) =
+            self.median_time(|| grey.clone(), |grey| grid::transfer(&there, self.texture, grey));
+        let (result, back_s) = self.median_time(
+            || self.texture.clone(),
+            |texture| grid::transfer(&back, &via, texture),
+        );
+        let times = Times { maps_s, padding_s: None, there_s, back_s };
+        Ok(Trip { via, back: result, times, fit: None, whole_picture: None })
+    }
+
+    fn affine(&self) -> anyhow::Result<Trip> {
+        let (size, grey) = (self.texture.size(), self.grey()?);
+        let ((there, back), maps_s) = time(|| {
+            (
+                Affine::new(self.pair, self.there, size, self.via),
+                Affine::new(self.pair, self.there.opposite(), self.via, size),
+            )
+        });
+        let (via, there_s) = time(|| there.transfer(self.texture, grey.clone()));
+        let (result, back_s) = time(|| back.transfer(&via, self.texture.clone()));
+        let times = Times { maps_s, padding_s: None, there_s, back_s };
+        let original = self.texture.clone().converted(Channels::Rgb, Depth::U8);
+        let costs = [(&there, &original, grey), (&back, &via, original.clone())]
+            .map(|(triangles, source, base)| whole_picture(triangles, source, base));
+        let whole_picture = WholePicture {
+            measured: costs.iter().map(|cost| cost.measured).sum(),
+            triangles: costs.iter().map(|cost| cost.triangles).sum(),
+            extrapolated_s: costs.iter().map(|cost| cost.extrapolated_s).sum(),
+        };
+        Ok(Trip { via, back: result, times, fit: None, whole_picture: Some(whole_picture) })
+    }
+
+    /// Runs `work` several times on what `prepare` makes; the last result, and the median time.
+    fn median_time<I, T>(&self, prepare: impl Fn() -> I, work: impl Fn(I) -> T) -> (T, f64) {
+        let mut input = prepare();
+        let mut seconds = Vec::new();
+        loop {
+            let (result, taken) = time(|| work(input));
+            seconds.push(taken);
+            if seconds.len() >= self.repeats as usize {
+                seconds.sort_unstable_by(f64::total_cmp);
+                return (result, seconds[seconds.len() / 2]);
+            }
+            input = prepare();
+        }
+    }
+}
+
+fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// What a warp of the whole picture for each triangle would take, from some spread over all.
+fn whole_picture(triangles: &Affine, source: &Texture, base: Texture) -> WholePicture {
+    const SAMPLES: usize = 4;
+    let count = triangles.triangles();
+    let measured = count.min(SAMPLES);
+    // Conversions are no part of it.
+    let mut base = base.converted(Channels::Rgb, Depth::U8);
+    let mut seconds = Vec::new();
+    for sample in 0..measured {
+        let (result, taken) =
+            time(|| triangles.draw_whole_picture(sample * count / measured, source, base));
+        base = result;
+        seconds.push(taken);
+    }
+    let mean = seconds.iter().sum::<f64>() / measured.max(1) as f64;
+    WholePicture { measured, triangles: count, extrapolated_s: mean * count as f64 }
+}
+
+/// The median's window of [`Method::Affine`], for notes.
+pub(super) const MEDIAN_PX: u32 = affine::MEDIAN_PX;

@@ -1,0 +1,273 @@
+//! `uvgraft roundtrip`: how much of a texture survives the way there and back.
+
+mod method;
+mod report;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use uvgraft::metrics::{Colors, Mask};
+use uvgraft::{Direction, MapOptions, Size, Texture, TransferOptions};
+use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::{output, pair_file};
+
+use crate::failure::{OrBadInput, bad_input, warn};
+use crate::filters::FilterName;
+use crate::heatmap;
+use crate::outputs::Outputs;
+use crate::report::{parse_size, to_stdout};
+use crate::scores::{Region, Scores, Selection};
+use method::{Course, Method, Trip};
+use report::{Outcome, Report};
+
+/// Carries a texture to the other layout and back, and measures what is lost
+///
+/// The way back goes over the original, so what the pair does not link stays as it is; scores over
+/// the transferred region alone are given beside those over the whole image.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The pair file
+    pair: PathBuf,
+    /// A texture in the target's layout; with --from source, in the source's
+    texture: PathBuf,
+    /// Texture size in the other layout
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
+    via: Size,
+    /// Whose layout the texture is in
+    #[arg(long, value_enum, default_value_t = Side::Target)]
+    from: Side,
+    /// Filters to try, with commas between them, for both ways
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "lanczos3", value_name = "LIST")]
+    filter: Vec<FilterName>,
+    /// Also solve for the texture that reads back best, with each of the filters
+    #[arg(long)]
+    fit: bool,
+    /// Also go the ways that were used before, with commas between them
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
+    baseline: Vec<Baseline>,
+    /// Texels beyond the UV islands that are filled on the way there
+    #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
+    gutter: u32,
+    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
+    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
+    #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
+    metrics: Option<Selection>,
+    /// How often what takes milliseconds is timed; the median counts
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeats: u32,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Folder to write both textures, a heatmap for each method, report.md and report.json into
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Side {
+    Source,
+    Target,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Baseline {
+    /// The published reference's convention: corners aligned, values truncated
+    Grid,
+    /// A warp for each triangle with corners in whole texels, and a median at the end
+    Affine,
+}
+
+/// The longest side of a texture in either layout.
+const MAX_SIDE: u32 = 16_384;
+
+impl Args {
+    /// All methods that were asked for, each once, ours first.
+    fn methods(&self) -> Vec<Method> {
+        let sampled = self.filter.iter().map(|&name| Method::Sampled(name.into()));
+        let fitted = self
+            .filter
+            .iter()
+            .filter(|name| self.fit && **name != FilterName::Nearest)
+            .map(|&name| Method::Fitted(name.into()));
+        let baselines = self.baseline.iter().map(|baseline| match baseline {
+            Baseline::Grid => Method::Grid,
+            Baseline::Affine => Method::Affine,
+        });
+        let mut methods = Vec::new();
+        for method in sampled.chain(fitted).chain(baselines) {
+            if !methods.contains(&method) {
+                methods.push(method);
+            }
+        }
+        methods
+    }
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let methods = args.methods();
+    let folder = args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
+    let file = pair_file::read(&args.pair).or_bad_input()?;
+    let texture = image::read(&args.texture).or_bad_input()?.texture;
+    for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
+        if size.width.max(size.height) > MAX_SIDE {
+            return Err(bad_input(format!(
+                "{what} is {size}; round trips take up to {MAX_SIDE} texels a side"
+            )));
+        }
+    }
+    let there = match args.from {
+        Side::Source => Direction::Forward,
+        Side::Target => Direction::Reverse,
+    };
+    let course = Course {
+        pair: &file.pair,
+        there,
+        texture: &texture,
+        via: args.via,
+        gutter_px: args.gutter,
+        repeats: args.repeats,
+    };
+    let mask = Mask::from_map(&course.map_back()).map_err(|_| {
+        bad_input(format!(
+            "{}: none of its links covers a texel at {}",
+            args.pair.display(),
+            texture.size()
+        ))
+    })?;
+    let linked = mask.count();
+    let regions = [
+        Region { name: "whole image".to_owned(), mask: None },
+        Region { name: "transferred region".to_owned(), mask: Some(mask) },
+    ];
+    let original = Colors::new(texture.clone())
+        .with_context(|| args.texture.display().to_string())
+        .or_bad_input()?;
+    if let Some(folder) = &folder {
+        folder.make()?;
+    }
+
+    let selection = args.metrics.clone().unwrap_or_default();
+    let progress = bar(methods.len());
+    let mut outcomes = Vec::new();
+    let mut top = None;
+    for method in methods {
+        progress.set_message(format!("{}: there and back", method.title()));
+        let trip = method.run(&course)?;
+        progress.set_message(format!("{}: comparing", method.title()));
+        let back = Colors::new(trip.back.clone())?;
+        let scores = Scores::new(&original, &back, &regions, &selection);
+        if let Some(folder) = &folder {
+            // One scale for all, that of the first, so that heatmaps can be laid side by side.
+            let errors = heatmap::Errors::new(&original, &back, &[]);
+            let top = *top.get_or_insert_with(|| errors.top());
+            folder.write(method, &trip, &errors, top)?;
+        }
+        outcomes.push(Outcome::new(method, &trip, scores));
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let report = Report {
+        texture: args.texture.display().to_string(),
+        pair: args.pair.display().to_string(),
+        layouts: match args.from {
+            Side::Source => [&file.source_name, &file.target_name].map(Clone::clone),
+            Side::Target => [&file.target_name, &file.source_name].map(Clone::clone),
+        },
+        size: texture.size(),
+        via: args.via,
+        linked,
+        threads: rayon::current_num_threads(),
+        outcomes,
+    };
+    let (markdown, json) = (report.markdown(), serde_json::to_string_pretty(&report)? + "\n");
+    if let Some(folder) = &folder {
+        folder.save("report.md", &markdown)?;
+        folder.save("report.json", &json)?;
+    }
+    to_stdout(if args.json { &json } else { &markdown })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Where the results go; checked before any work is done.
+struct Folder<'a> {
+    path: &'a Path,
+}
+
+impl<'a> Folder<'a> {
+    fn new(path: &'a Path, args: &Args, methods: &[Method]) -> anyhow::Result<Self> {
+        let folder = Self { path };
+        if !path.exists() {
+            // Its parent has to be one that can be written into.
+            Outputs::new([]).check(path)?;
+            return Ok(folder);
+        }
+        if !path.is_dir() {
+            return Err(bad_input(format!("cannot write {}: it is no folder", path.display())));
+        }
+        let mut outputs = Outputs::new([&*args.pair, &*args.texture]);
+        let pictures = methods
+            .iter()
+            .flat_map(|method| PICTURES.map(|picture| folder.picture(*method, picture)));
+        let reports = ["report.md", "report.json"].map(|name| path.join(name));
+        pictures.chain(reports).try_for_each(|path| outputs.check(&path))?;
+        Ok(folder)
+    }
+
+    fn make(&self) -> anyhow::Result<()> {
+        if self.path.is_dir() {
+            return Ok(());
+        }
+        std::fs::create_dir(self.path)
+            .with_context(|| format!("cannot make the folder {}", self.path.display()))
+            .or_bad_input()
+    }
+
+    fn picture(&self, method: Method, picture: &str) -> PathBuf {
+        self.path.join(format!("{}-{picture}.png", method.slug()))
+    }
+
+    fn write(
+        &self,
+        method: Method,
+        trip: &Trip,
+        errors: &heatmap::Errors,
+        top: f32,
+    ) -> anyhow::Result<()> {
+        for (texture, picture) in [(&trip.via, "via"), (&trip.back, "back")] {
+            self.write_texture(texture, &self.picture(method, picture))?;
+        }
+        let title = format!("There and back: {}", method.title());
+        errors.draw(&title, top).write(&self.picture(method, "heatmap"))
+    }
+
+    fn write_texture(&self, texture: &Texture, path: &Path) -> anyhow::Result<()> {
+        let image = Image::from(texture.clone());
+        let written = image::write(&image, path, &WriteOptions::default())?;
+        for loss in written.losses {
+            warn(format!("{}: {loss}", path.display()));
+        }
+        Ok(())
+    }
+
+    fn save(&self, name: &str, text: &str) -> anyhow::Result<()> {
+        let path = self.path.join(name);
+        output::write_atomically(&path, |out| std::io::Write::write_all(out, text.as_bytes()))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+/// What is drawn for each method.
+const PICTURES: [&str; 3] = ["via", "back", "heatmap"];
+
+fn bar(count: usize) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64);
+    match ProgressStyle::with_template("{bar:24} {pos}/{len} {wide_msg}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

@@ -1,0 +1,162 @@
+//! What a round trip found, as Markdown and as JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use uvgraft::Size;
+
+use super::method::{MEDIAN_PX, Method, Times, Trip, WholePicture};
+use crate::fitting::FitSummary;
+use crate::report::grouped;
+use crate::scores::Scores;
+use crate::table::{Align, table};
+
+/// Everything that is reported.
+#[derive(Serialize)]
+pub(super) struct Report {
+    pub(super) texture: String,
+    pub(super) pair: String,
+    /// The texture's layout and the other.
+    pub(super) layouts: [String; 2],
+    pub(super) size: Size,
+    pub(super) via: Size,
+    /// Texels that are carried there and back.
+    pub(super) linked: usize,
+    pub(super) threads: usize,
+    pub(super) outcomes: Vec<Outcome>,
+}
+
+/// What one method gave.
+#[derive(Serialize)]
+pub(super) struct Outcome {
+    method: String,
+    #[serde(skip)]
+    is_affine: bool,
+    #[serde(flatten)]
+    times: Times,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fit: Option<FitSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    whole_picture: Option<WholePicture>,
+    regions: Scores,
+}
+
+impl Outcome {
+    pub(super) fn new(method: Method, trip: &Trip, regions: Scores) -> Self {
+        Self {
+            method: method.title(),
+            is_affine: method == Method::Affine,
+            times: trip.times,
+            fit: trip.fit,
+            whole_picture: trip.whole_picture,
+            regions,
+        }
+    }
+}
+
+impl Report {
+    /// Tables with a row for each method: scores over the whole image, scores over the transferred
+    /// region, and times.
+    pub(super) fn markdown(&self) -> String {
+        let [from, other] = &self.layouts;
+        let mut text = format!(
+            "# Round trip of {} ({from})\n\n{} → {} ({other}) → {}, pair {}\n",
+            self.texture, self.size, self.via, self.size, self.pair
+        );
+        let share = 100.0 * self.linked as f64 / self.size.texels() as f64;
+        let titles = [
+            "Whole image, over the original".to_owned(),
+            format!("Transferred region: {} texels, {share:.1} %", grouped(self.linked)),
+        ];
+        for (region, title) in titles.into_iter().enumerate() {
+            let _ = writeln!(text, "\n## {title}\n\n{}", self.scores(region));
+        }
+        let threads = if self.threads == 1 { "thread" } else { "threads" };
+        let _ = writeln!(text, "## Times on {} {threads}\n\n{}", self.threads, self.times());
+        let notes = self.notes();
+        if !notes.is_empty() {
+            let _ = writeln!(text, "{}", notes.join("\n"));
+        }
+        text
+    }
+
+    /// The best of each column is set in bold.
+    fn scores(&self, region: usize) -> String {
+        let Some(first) = self.outcomes.first() else { return String::new() };
+        let metrics = first.regions.metrics(region);
+        let mut rows = vec![vec!["method".to_owned()]];
+        rows[0].extend(metrics.iter().map(|metric| metric.title_with_arrow()));
+        rows.extend(self.outcomes.iter().map(|outcome| vec![outcome.method.clone()]));
+        for (index, metric) in metrics.iter().enumerate() {
+            let values: Vec<Option<f64>> =
+                self.outcomes.iter().map(|outcome| outcome.regions.value(region, index)).collect();
+            let best = values.iter().flatten().copied().reduce(|a, b| metric.better(a, b));
+            for (row, value) in rows[1..].iter_mut().zip(values) {
+                row.push(match value {
+                    Some(value) if Some(value) == best && self.outcomes.len() > 1 => {
+                        format!("**{}**", metric.format(value))
+                    }
+                    Some(value) => metric.format(value),
+                    None => "–".to_owned(),
+                });
+            }
+        }
+        let mut text = table(&rows, &[Align::Left]);
+        for reason in first.regions.reasons(region) {
+            let _ = writeln!(text, "\n{reason}");
+        }
+        text
+    }
+
+    fn times(&self) -> String {
+        let head = ["method", "maps", "padding", "there", "back"].map(str::to_owned);
+        let mut rows = vec![head.to_vec()];
+        for Outcome { method, times, .. } in &self.outcomes {
+            rows.push(vec![
+                method.clone(),
+                seconds(times.maps_s),
+                times.padding_s.map_or_else(|| "–".to_owned(), seconds),
+                seconds(times.there_s),
+                seconds(times.back_s),
+            ]);
+        }
+        table(&rows, &[Align::Left])
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = vec![
+            "Maps and padding are made once for a pair and its sizes, both ways together; there and \
+             back are without reading and writing files."
+                .to_owned(),
+        ];
+        for outcome in &self.outcomes {
+            if let Some(fit) = &outcome.fit {
+                notes.push(format!("{}: {fit}.", outcome.method));
+            }
+            if let (true, Some(whole)) = (outcome.is_affine, &outcome.whole_picture) {
+                notes.push(format!(
+                    "{}: run on the rectangle around each triangle, with the median of {MEDIAN_PX} \
+                     texels at the end. As scripts do it, each of {} warps going over the whole \
+                     picture, it would take about {}: extrapolated from {} triangles that were \
+                     measured that way, median not included.",
+                    outcome.method,
+                    grouped(whole.triangles),
+                    seconds(whole.extrapolated_s),
+                    whole.measured,
+                ));
+            }
+        }
+        notes
+    }
+}
+
+/// A duration in the unit that suits it.
+fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.1 => format!("{:.1} ms", s * 1e3),
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
