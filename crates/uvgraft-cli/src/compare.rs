@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let scores = Scores::new(&a, &b, &regions, &args.metrics.clone().unwrap_or_default());
     if let Some(path) = &args.heatmap {
-        let title = format!("{} - {}", name_of(&args.a), name_of(&args.b));
+        let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));
         heatmap::write(&a, &b, &regions, &title, path)?;
     }
     print(args, a.size(), &scores)

@@ -16,8 +16,8 @@ use crate::scores::Region;
 
 /// The longest side of the panel, in pixels; larger textures are reduced.
 const LONGEST: u32 = 2048;
-/// Smaller panels are enlarged by a whole factor to about this.
-const SHORTEST: u32 = 640;
+/// Smaller panels are enlarged by a whole factor, up to this.
+const ENLARGED: u32 = 1024;
 const MARGIN: u32 = 24;
 /// The least width, so that captions fit.
 const LEAST_WIDTH: u32 = 760;
@@ -99,11 +99,12 @@ impl Errors {
         Self { of, size, block, shown, mean: sum / count.max(1) as f64, largest }
     }
 
-    /// The scale's top: the 99.9th percentile of what is shown, rounded up to 1, 2 or 5 times a
-    /// power of ten, or all 255 levels. Where fewer texels than that differ, the largest counts.
+    /// The scale's top: the 99.5th percentile of what is shown, rounded up to a round number, so
+    /// that few extremes do not leave the rest in the dark. Where fewer texels than that differ, the
+    /// largest counts.
     fn top(&self) -> f32 {
         let mut values: Vec<f32> = self.shown.iter().copied().flatten().collect();
-        let at = (values.len().saturating_sub(1) as f64 * 0.999) as usize;
+        let at = (values.len().saturating_sub(1) as f64 * 0.995) as usize;
         let percentile = if values.is_empty() {
             0.0
         } else {
@@ -114,8 +115,8 @@ impl Errors {
     }
 }
 
-/// The next of 0.001, 0.002, 0.005, 0.01, … 100, 200, 255 that is not below `levels`; beyond, in
-/// powers of ten times 255. Identical pictures get one level.
+/// The next number that is not below `levels` and has one digit that is not 0, from 0.001 to 200,
+/// then 255; beyond, 255 times powers of ten. Identical pictures get one level.
 fn nice(levels: f32) -> f32 {
     if levels <= 0.0 {
         return 1.0;
@@ -129,8 +130,10 @@ fn nice(levels: f32) -> f32 {
         return top;
     }
     (-3..3)
-        .flat_map(|power| [1.0, 2.0, 5.0].map(|digit: f32| digit * 10f32.powi(power)))
-        .find(|&step| step * 1.0001 >= levels)
+        .flat_map(|power| {
+            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0].map(|digit: f32| digit * 10f32.powi(power))
+        })
+        .find(|&step| step <= 200.0 && step * 1.0001 >= levels)
         .unwrap_or(255.0)
 }
 
@@ -149,7 +152,7 @@ fn color_of(error: f32) -> Rgb {
 /// Title, what it shows, the scale, and the panel.
 fn draw(errors: &Errors, title: &str) -> Picture {
     let Size { width, height } = errors.size;
-    let zoom = (SHORTEST / width.max(height)).max(1);
+    let zoom = (ENLARGED / width.max(height)).max(1);
     let (panel_width, panel_height) = (width * zoom, height * zoom);
     let content = panel_width.max(LEAST_WIDTH);
     // Readable where a large picture is shrunk to fit a window.
@@ -178,12 +181,11 @@ fn draw(errors: &Errors, title: &str) -> Picture {
         errors,
     );
 
-    let left = MARGIN + (content - panel_width) / 2;
     for py in 0..panel_height {
         for px in 0..panel_width {
             let at = (py / zoom) as usize * width as usize + (px / zoom) as usize;
             let color = errors.shown[at].map_or(OUTSIDE, |error| color_of(error / top));
-            picture.set(left + px, head + py, color);
+            picture.set(MARGIN + px, head + py, color);
         }
     }
     picture
@@ -282,12 +284,13 @@ mod tests {
     fn tops_are_round() {
         let cases: &[(f32, f32)] = &[
             (0.0, 1.0),
-            (0.003, 0.005),
+            (0.0035, 0.004),
             (0.9, 1.0),
             (1.000_01, 1.0),
-            (3.0, 5.0),
-            (21.0, 50.0),
+            (3.0, 3.0),
+            (61.0, 80.0),
             (199.0, 200.0),
+            (101.0, 200.0),
             (201.0, 255.0),
             (255.000_02, 255.0),
             (300.0, 2550.0),

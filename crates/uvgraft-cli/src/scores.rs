@@ -231,7 +231,11 @@ impl Scores {
                 row.push(match &region.scores[index].1 {
                     Score::Value(value) => format!("{value:.*}", metric.decimals()),
                     Score::Unavailable(reason) => {
-                        let note = format!("{}: {reason}", metric.title());
+                        // Some reasons begin with the metric anyway.
+                        let note = match reason.starts_with(metric.title()) {
+                            true => reason.clone(),
+                            false => format!("{}: {reason}", metric.title()),
+                        };
                         if !notes.contains(&note) {
                             notes.push(note);
                         }
