@@ -1,8 +1,13 @@
-# `make demo` and `make test` need the Rust toolchain and nothing else.
+# `make demo` needs the Rust toolchain and nothing else; so does `make test`, which tests more where
+# there are a C++ compiler, Python and a network.
 
 CARGO ?= cargo
 
-.PHONY: demo test bench lint
+# The metric FLIP is C++.
+CXX_FOUND := $(shell command -v c++ 2>/dev/null)
+FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
+
+.PHONY: demo test bench lint fixtures
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo:
@@ -10,7 +15,9 @@ demo:
 
 # Tests with real meshes run where UVGRAFT_DATA names their folder, and say so where they are skipped.
 test:
-	$(CARGO) test --locked --workspace
+	@scripts/fetch-test-data.sh
+	@test -n "$(CXX_FOUND)" || echo "there is no C++ compiler (c++): tests of FLIP are skipped"
+	$(CARGO) test --locked --workspace $(FLIP)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
@@ -18,6 +25,15 @@ bench:
 
 lint:
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+
+# Reference values that metrics are tested against, by Python packages of 6 GB under target/.
+FIXTURES := crates/uvgraft-tests/fixtures
+fixtures:
+	CI=1 scripts/fetch-test-data.sh
+	test -d target/fixtures-venv || python3 -m venv target/fixtures-venv
+	target/fixtures-venv/bin/pip install --quiet --requirement $(FIXTURES)/requirements.txt
+	target/fixtures-venv/bin/python $(FIXTURES)/metrics.py target/test-data > target/metrics.json
+	mv target/metrics.json $(FIXTURES)/metrics.json

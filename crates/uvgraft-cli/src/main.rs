@@ -3,16 +3,19 @@
 //! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work. Results and
 //! reports go to standard output, errors, warnings and progress to standard error.
 
+mod compare;
 mod demo;
 mod failure;
 mod filters;
 mod fitting;
+mod heatmap;
 mod inspect;
 mod outputs;
 mod pair;
 mod picture;
 mod preview;
 mod report;
+mod scores;
 mod transfer;
 
 use std::process::ExitCode;
@@ -36,6 +39,7 @@ enum Command {
     Pair(pair::Args),
     Inspect(inspect::Args),
     Transfer(transfer::Args),
+    Compare(compare::Args),
     Demo(demo::Args),
 }
 
@@ -53,6 +57,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Demo(args) => demo::run(args),
     }
 }

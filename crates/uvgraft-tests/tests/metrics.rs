@@ -17,7 +17,10 @@ const METRICS: &[(&str, Metric, f64)] = &[
     ("psnr", metrics::psnr, 1e-4),
     ("ssim", metrics::ssim, 1e-6),
     ("ssim-uniform", metrics::ssim_uniform, 1e-6),
-    // The same authors' code in two versions, both in 32-bit floats; 3e-5 was found.
+    // Points out of 100. The other implementation blurs with a true Gaussian, this one with the
+    // recursive filter of the metric's author; 0.6 was found.
+    ("ssimulacra2", metrics::ssimulacra2, 1.0),
+    // The same authors' code in two versions, both in 32-bit floats; 5e-5 was found.
     #[cfg(feature = "flip")]
     ("flip", metrics::flip, 1e-4),
 ];
@@ -48,13 +51,14 @@ fn as_other_implementations_say() {
         let b = Colors::new(pictures::distorted(&original, distortion)).unwrap();
         let a = Colors::new(original).unwrap();
         for (name, metric, tolerance) in METRICS {
+            // Not every implementation takes masks.
+            let Some(wanted) = values.get(*name) else { continue };
             let found = metric(&a, &b, mask.as_ref()).unwrap();
-            let difference = (found - values[*name]).abs();
+            let difference = (found - wanted).abs();
             assert!(
                 difference <= *tolerance,
-                "{name} of {picture}, {distortion}, masked {}: {found}, wanted {}",
+                "{name} of {picture}, {distortion}, masked {}: {found}, wanted {wanted}",
                 mask.is_some(),
-                values[*name]
             );
             let largest = largest.entry(name).or_default();
             *largest = largest.max(difference);
@@ -68,14 +72,12 @@ fn threads_do_not_show() {
     let size = uvgraft::Size::new(700, 1300);
     let [a, b] = [3, 4].map(|seed| Colors::new(synthetic::detailed(size, seed)).unwrap());
     let mask = pictures::mask(size, "disc");
-    let mut all: Vec<Metric> = METRICS.iter().map(|(_, metric, _)| *metric).collect();
-    all.push(metrics::ssimulacra2);
-    for (index, metric) in all.into_iter().enumerate() {
+    for (name, metric, _) in METRICS {
         let with_threads = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| [None, Some(&mask)].map(|mask| metric(&a, &b, mask).unwrap().to_bits()))
         };
         let one = with_threads(1);
-        assert!(one == with_threads(2) && one == with_threads(5), "metric {index}");
+        assert!(one == with_threads(2) && one == with_threads(5), "{name}");
     }
 }

@@ -57,14 +57,14 @@ pub enum MetricError {
         /// Empty, or where the metric does not look.
         &'static str,
     ),
-    /// A texture is too small for a metric's window.
-    #[error("{metric} needs at least {least} texels a side, the textures are {found}")]
+    /// A texture, or what a mask cuts out of it, is too small for a metric.
+    #[error("{metric} needs at least {least} texels a side, found {found}")]
     TooSmall {
         /// The metric.
         metric: &'static str,
         /// The shortest side that it takes.
         least: u32,
-        /// The textures' size.
+        /// The size that there is.
         found: Size,
     },
     /// A value that is no number, or infinite.

@@ -1,0 +1,128 @@
+//! `uvgraft compare`: how alike two textures are.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use serde::Serialize;
+use uvgraft::metrics::{Colors, Mask};
+use uvgraft::{Encoding, Size, Texture};
+use uvgraft_io::image;
+
+use crate::failure::{OrBadInput, bad_input, warn};
+use crate::heatmap;
+use crate::outputs::Outputs;
+use crate::report::to_stdout;
+use crate::scores::{Region, Scores, Selection};
+
+/// Compares two textures of one size
+///
+/// Colours are compared as a display shows them: sRGB, laid over black where they are not opaque.
+/// Grey counts as three equal values. Colour profiles are not applied.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The texture that the other should be like
+    a: PathBuf,
+    /// The texture to judge
+    b: PathBuf,
+    /// Compare the texels alone where this image's first channel is at least one half; once more
+    /// for another column
+    #[arg(long, value_name = "IMAGE")]
+    mask: Vec<PathBuf>,
+    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
+    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
+    #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
+    metrics: Option<Selection>,
+    /// Print the scores as JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw the differences into an image
+    #[arg(long, value_name = "out.png")]
+    heatmap: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let inputs = [&args.a, &args.b].into_iter().chain(&args.mask).map(|path| &**path);
+    if let Some(heatmap) = &args.heatmap {
+        heatmap::check_name(heatmap)?;
+        Outputs::new(inputs.clone()).check(heatmap)?;
+    }
+    same_sizes(inputs)?;
+    let [a, b] = [read_colors(&args.a)?, read_colors(&args.b)?];
+    let regions = match args.mask.as_slice() {
+        [] => vec![Region { name: "whole picture".to_owned(), mask: None }],
+        masks => masks.iter().map(|path| read_mask(path)).collect::<anyhow::Result<_>>()?,
+    };
+    let scores = Scores::new(&a, &b, &regions, &args.metrics.clone().unwrap_or_default());
+    if let Some(path) = &args.heatmap {
+        let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));
+        heatmap::write(&a, &b, &regions, &title, path)?;
+    }
+    print(args, a.size(), &scores)
+}
+
+/// Refuses pictures that cannot be compared, from their headers alone.
+fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
+    let mut first: Option<(&Path, Size)> = None;
+    for path in paths {
+        let size = image::read_header(path).or_bad_input()?.size;
+        let (of, wanted) = *first.get_or_insert((path, size));
+        if size != wanted {
+            return Err(bad_input(format!(
+                "{}: it has {size} texels, wanted {wanted} as {} has",
+                path.display(),
+                of.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn read_colors(path: &Path) -> anyhow::Result<Colors> {
+    let texture = image::read(path).or_bad_input()?.texture;
+    if !is_opaque(&texture) {
+        let name = path.display();
+        warn(format_args!("{name} is not opaque: it is laid over black to be compared"));
+    }
+    Colors::new(texture).with_context(|| path.display().to_string()).or_bad_input()
+}
+
+fn is_opaque(texture: &Texture) -> bool {
+    let Size { width, height } = texture.size();
+    let channels = texture.channels();
+    let alpha = channels.count() - 1;
+    !channels.has_alpha()
+        || (0..height).all(|y| (0..width).all(|x| texture.get(x, y, alpha) >= 1.0))
+}
+
+fn read_mask(path: &Path) -> anyhow::Result<Region> {
+    // A mask is no colour, so one half is one half whatever the format says of its encoding.
+    let texture = image::read(path).or_bad_input()?.texture.with_encoding(Encoding::Data);
+    let mask =
+        Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
+    Ok(Region { name: name_of(path), mask: Some(mask) })
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.display().to_string())
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    a: String,
+    b: String,
+    size: Size,
+    regions: &'a Scores,
+}
+
+fn print(args: &Args, size: Size, scores: &Scores) -> anyhow::Result<ExitCode> {
+    let text = if args.json {
+        let [a, b] = [&args.a, &args.b].map(|path| path.display().to_string());
+        serde_json::to_string_pretty(&Document { a, b, size, regions: scores })? + "\n"
+    } else {
+        let (a, b) = (args.a.display(), args.b.display());
+        format!("{a} and {b}, {size} texels\n\n{}", scores.table())
+    };
+    to_stdout(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
