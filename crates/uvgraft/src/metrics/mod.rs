@@ -3,6 +3,8 @@
 //! Every metric takes two [`Colors`] of one size and, where only a part counts, a [`Mask`].
 
 mod colors;
+#[cfg(feature = "lpips")]
+pub mod lpips;
 mod mask;
 
 pub use colors::Colors;
