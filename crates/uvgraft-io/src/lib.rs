@@ -8,4 +8,5 @@ pub mod input;
 pub mod obj;
 pub mod output;
 pub mod pair_file;
+pub mod pickle;
 pub mod vertex_map;
