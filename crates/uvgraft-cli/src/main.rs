@@ -5,6 +5,8 @@
 
 mod demo;
 mod failure;
+mod filters;
+mod fitting;
 mod inspect;
 mod outputs;
 mod pair;

@@ -1,9 +1,10 @@
 //! What the tests and benches share: synthetic pairs and textures, real data where there is some,
 //! and an independent implementation to compare with.
 
+pub mod downloads;
 pub mod independent;
+pub mod pictures;
 pub mod real;
-pub mod reference;
 pub mod synthetic;
 
 /// Runs the README's example as a doc test.

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texels, Texture,
-    Transfer, TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, SamplingMap, Size, Texels,
+    Texture, Transfer, TransferOptions, baseline::grid,
 };
-use uvgraft_tests::{real, reference, synthetic};
+use uvgraft_tests::{real, synthetic};
 
 fn values(texture: &Texture) -> &[u8] {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
@@ -50,8 +50,10 @@ impl RoundTrip {
 }
 
 fn reference_round_trip(pair: &Pair, texture: &Texture, via: Size) -> Texture {
-    let head = reference::transfer(pair, Direction::Reverse, texture, grey(via));
-    reference::transfer(pair, Direction::Forward, &head, texture.clone())
+    let bare = MapOptions { gutter_px: 0 };
+    let map = |direction, size| SamplingMap::new(pair, direction, size, &bare);
+    let head = grid::transfer(&map(Direction::Reverse, via), texture, grey(via));
+    grid::transfer(&map(Direction::Forward, texture.size()), &head, texture.clone())
 }
 
 #[test]

@@ -33,14 +33,17 @@
 //! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
 //! are worked on by the caller's rayon pool; results do not depend on it.
 
+pub mod baseline;
 pub mod color;
 mod convert;
 pub mod correspond;
 pub mod filter;
+pub mod fit;
 pub mod islands;
 pub mod map;
 pub mod mesh;
 pub mod metrics;
+pub mod operator;
 mod pad;
 pub mod pair;
 pub mod raster;
@@ -54,8 +57,10 @@ pub mod transfer;
 pub use color::Encoding;
 pub use correspond::{Link, LinkError};
 pub use filter::Filter;
+pub use fit::{Fit, FitOptions, FitProgress};
 pub use map::{MapOptions, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, Part};
+pub use operator::Operator;
 pub use pair::{Direction, Pair, PairError};
 pub use report::PairReport;
 pub use texture::{Channels, Depth, Size, Texels, Texture, TextureError, Value};

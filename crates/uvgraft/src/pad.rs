@@ -57,6 +57,22 @@ impl Padding {
         }
     }
 
+    /// As [`Padding::apply`], to plain values with `C` a texel.
+    pub(crate) fn fill<const C: usize>(&self, values: &mut [f32]) {
+        self.copy(values, C);
+    }
+
+    /// The transpose of [`Padding::fill`]: what texels beside the islands hold goes to the texels
+    /// whose value they would take, and leaves nothing behind.
+    pub(crate) fn give_back<const C: usize>(&self, values: &mut [f32]) {
+        for [outside, inside] in self.copies.iter().map(|copy| copy.map(|texel| texel as usize)) {
+            for channel in 0..C {
+                let value = std::mem::take(&mut values[outside * C + channel]);
+                values[inside * C + channel] += value;
+            }
+        }
+    }
+
     fn copy<T: Copy>(&self, values: &mut [T], channels: usize) {
         for [outside, inside] in self.copies.iter().map(|copy| copy.map(|texel| texel as usize)) {
             values.copy_within(inside * channels..(inside + 1) * channels, outside * channels);

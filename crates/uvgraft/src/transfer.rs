@@ -7,7 +7,7 @@ use crate::map::{Coverage, MapOptions, SamplingMap};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
 use crate::resample;
-use crate::texture::{Depth, Size, Texels, Texture, Value};
+use crate::texture::{Channels, Depth, Size, Texels, Texture, Value};
 
 /// How a texture is carried across.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,36 +85,46 @@ impl Transfer {
     /// # Errors
     /// [`TransferError::Size`] if a texture has another size than this was made for.
     pub fn apply(&self, source: Texture, base: Texture) -> Result<Texture, TransferError> {
+        self.check_sizes(&source, &base)?;
+        let (source, base, format) = Format::unite(source, base, self.options.linear_light);
+        Ok(format.restore(self.fill(source, base)))
+    }
+
+    /// The size of the textures that are carried.
+    pub fn source_size(&self) -> Size {
+        self.padding.size()
+    }
+
+    /// How textures are carried.
+    pub fn options(&self) -> &TransferOptions {
+        &self.options
+    }
+
+    pub(crate) fn padding(&self) -> &Padding {
+        &self.padding
+    }
+
+    /// Refuses textures of other sizes than this was made for.
+    pub(crate) fn check_sizes(
+        &self,
+        source: &Texture,
+        base: &Texture,
+    ) -> Result<(), TransferError> {
         for (what, found, wanted) in
-            [("source", source.size(), self.padding.size()), ("base", base.size(), self.map.size())]
+            [("source", source.size(), self.source_size()), ("base", base.size(), self.map.size())]
         {
             if found != wanted {
                 return Err(TransferError::Size { what, found, wanted });
             }
         }
-        let channels = source.channels().union(base.channels());
-        let depth = source.depth().max(base.depth());
-        let encoding = base.encoding();
-        // Anything next to data is data: converting one of the two would tear them apart.
-        let source = if encoding == Encoding::Data { source } else { source.encoded_as(encoding) };
-        let as_light = self.options.linear_light && encoding == Encoding::Srgb;
-        if !as_light {
-            let target = base.converted(channels, depth);
-            return Ok(self.fill(source.converted(channels, depth), target));
-        }
-        let light =
-            |texture: Texture| texture.encoded_as(Encoding::Linear).converted(channels, Depth::F32);
-        let filled = self.fill(light(source), light(base));
-        Ok(filled.encoded_as(encoding).converted(channels, depth))
+        Ok(())
     }
 
     /// Resamples between textures of one format.
     fn fill(&self, mut source: Texture, mut target: Texture) -> Texture {
         self.padding.apply(&mut source);
         let size = source.size();
-        // The fourth channel of data is data.
-        let opacity = source.channels().has_alpha() && target.encoding() != Encoding::Data;
-        let channels = (source.channels().count(), opacity);
+        let channels = (source.channels().count(), has_opacity(&target));
         match (source.texels(), target.texels_mut()) {
             (Texels::U8(source), Texels::U8(target)) => {
                 self.resample(channels, source, size, target);
@@ -146,5 +156,44 @@ impl Transfer {
             (_, true) => resample::fast::resample::<T, 4, true>,
         };
         resample(&self.map, source, size, target, self.options.filter);
+    }
+}
+
+/// Whether the last channel is opacity; the fourth channel of data is data.
+pub(crate) fn has_opacity(texture: &Texture) -> bool {
+    texture.channels().has_alpha() && texture.encoding() != Encoding::Data
+}
+
+/// What a result is stored as: all channels of source and base, the greater depth of both, and the
+/// base's encoding.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Format {
+    channels: Channels,
+    depth: Depth,
+    encoding: Encoding,
+}
+
+impl Format {
+    /// Brings a source and a base to one format to be worked in, which is light as floats if that
+    /// is wanted.
+    pub fn unite(source: Texture, base: Texture, linear_light: bool) -> (Texture, Texture, Self) {
+        let channels = source.channels().union(base.channels());
+        let depth = source.depth().max(base.depth());
+        let encoding = base.encoding();
+        // Anything next to data is data: converting one of the two would tear them apart.
+        let source = if encoding == Encoding::Data { source } else { source.encoded_as(encoding) };
+        let format = Self { channels, depth, encoding };
+        if linear_light && encoding == Encoding::Srgb {
+            let light = |texture: Texture| {
+                texture.encoded_as(Encoding::Linear).converted(channels, Depth::F32)
+            };
+            return (light(source), light(base), format);
+        }
+        (source.converted(channels, depth), base.converted(channels, depth), format)
+    }
+
+    /// Brings a result from what it was worked in to what it is stored as.
+    pub fn restore(self, result: Texture) -> Texture {
+        result.encoded_as(self.encoding).converted(self.channels, self.depth)
     }
 }

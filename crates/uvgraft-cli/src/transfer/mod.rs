@@ -8,15 +8,19 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use uvgraft::{Direction, Filter, MapOptions, Pair, Size, Texture, Transfer, TransferOptions};
+use uvgraft::{
+    Direction, Filter, Fit, FitOptions, MapOptions, Pair, Size, Texture, Transfer, TransferError,
+    TransferOptions,
+};
 use uvgraft_io::image::{self, EncodeError, Format, Image, WriteError, WriteOptions};
 use uvgraft_io::pair_file;
 
 use crate::failure::{self, OrBadInput, bad_input, warn};
+use crate::filters::FilterName;
+use crate::fitting::{self, FitSummary};
 use crate::outputs::Outputs;
-use crate::report::parse_size;
+use crate::report::{parse_size, to_stdout};
 use base::{Base, meant};
 use plan::{Job, Plan, format_of};
 
@@ -63,24 +67,20 @@ pub(crate) struct Args {
     /// Format of the results when there are several [default: each source's own]
     #[arg(long, value_name = "EXTENSION", value_parser = parse_format)]
     format: Option<String>,
+    /// Solve for the texture that reads back best, rather than sample: slower, and closest to the
+    /// source when carried back with the same filter
+    #[arg(long)]
+    fit: bool,
+    /// The most steps that --fit takes; it stops where another gains little
+    #[arg(long, value_name = "N", requires = "fit", default_value_t = FitOptions::default().max_steps)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    fit_steps: u32,
     /// Write small files rather than fast
     #[arg(long)]
     compress: bool,
     /// Quality of JPEG files, 1 to 100
     #[arg(long, default_value_t = 95, value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum FilterName {
-    /// One texel, never blended; for labels
-    Nearest,
-    /// Two texels an axis; never brighter or darker than the source
-    Bilinear,
-    /// Four texels an axis; sharp, overshoots a little at hard edges
-    CatmullRom,
-    /// Six texels an axis; keeps most of a photograph there and back, overshoots at hard edges
-    Lanczos3,
 }
 
 impl Args {
@@ -94,17 +94,6 @@ impl Args {
     }
 }
 
-impl From<FilterName> for Filter {
-    fn from(name: FilterName) -> Self {
-        match name {
-            FilterName::Nearest => Self::Nearest,
-            FilterName::Bilinear => Self::Bilinear,
-            FilterName::CatmullRom => Self::CatmullRom,
-            FilterName::Lanczos3 => Self::Lanczos3,
-        }
-    }
-}
-
 fn parse_format(text: &str) -> Result<String, String> {
     let extension = text.strip_prefix('.').unwrap_or(text);
     Format::from_extension(extension)
@@ -113,6 +102,11 @@ fn parse_format(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.fit && args.filter() == Filter::Nearest {
+        return Err(bad_input(
+            "--fit would blend texels, and --filter nearest never does: leave one of them out",
+        ));
+    }
     let Plan { jobs, new_folder } = Plan::new(args)?;
     let base_path = args.onto.as_deref().filter(|onto| !onto.starts_with('#')).map(Path::new);
     let inputs = [&*args.pair].into_iter().chain(base_path);
@@ -148,6 +142,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 failure::report(error);
             }
         });
+        if let Ok(Some(fit)) = &result {
+            progress.suspend(|| to_stdout(&format!("{}: {fit}\n", job.output.display())))?;
+        }
         if let Err(error) = result {
             // A failure at work weighs more than a bad file.
             failed += 1;
@@ -175,23 +172,24 @@ struct Carrier<'a> {
     options: WriteOptions,
     /// What the user should know about the textures carried since this was last emptied.
     warnings: Vec<String>,
-    transfers: HashMap<Size, Transfer>,
+    carriages: HashMap<Size, Carriage>,
 }
 
 impl<'a> Carrier<'a> {
     fn new(args: &'a Args, pair: &'a Pair, base: &'a Base) -> Self {
         let options = WriteOptions { compress: args.compress, jpeg_quality: args.quality };
-        Self { args, pair, base, options, warnings: Vec::new(), transfers: HashMap::new() }
+        Self { args, pair, base, options, warnings: Vec::new(), carriages: HashMap::new() }
     }
 
-    fn carry(&mut self, job: &Job) -> anyhow::Result<()> {
+    /// Carries a texture and says how its fit went, if it was fitted.
+    fn carry(&mut self, job: &Job) -> anyhow::Result<Option<FitSummary>> {
         let mut source = image::read(&job.source).or_bad_input()?;
         source.texture = meant(source.texture, self.args);
         self.warnings.extend(self.base.mismatch(&source, &job.source));
         let (base, mut icc) = self.base.under(&source)?;
         let owner = if let Base::Image(..) = self.base { &base } else { &source.texture };
         let owner_has_color = owner.channels().has_color();
-        let texture = self.transfer(source.texture.size()).apply(source.texture, base)?;
+        let (texture, fit) = self.carriage(source.texture.size()).apply(source.texture, base)?;
         let output = job.output.display();
         // A profile is for grey or for RGB; readers refuse images that have the other one.
         if texture.channels().has_color() != owner_has_color && icc.take().is_some() {
@@ -210,7 +208,8 @@ impl<'a> Carrier<'a> {
                  {hint} PNG, WebP, TIFF or EXR"
             )));
         }
-        self.write(&Image { texture, icc }, &job.output)
+        self.write(&Image { texture, icc }, &job.output)?;
+        Ok(fit)
     }
 
     fn write(&mut self, image: &Image, path: &Path) -> anyhow::Result<()> {
@@ -224,23 +223,54 @@ impl<'a> Carrier<'a> {
         Ok(())
     }
 
-    /// The transfer for sources of `size`, made at the first of them.
-    fn transfer(&mut self, size: Size) -> &Transfer {
+    /// The carriage for sources of `size`, made at the first of them.
+    fn carriage(&mut self, size: Size) -> &Carriage {
         let (args, pair, target) = (self.args, self.pair, self.base.size());
-        self.transfers.entry(size).or_insert_with(|| {
+        self.carriages.entry(size).or_insert_with(|| {
             let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
             let options = TransferOptions {
                 filter: args.filter(),
                 map: MapOptions { gutter_px: args.gutter },
                 linear_light: args.linear_light,
             };
-            Transfer::new(pair, direction, size, target, &options)
+            if args.fit {
+                let fit = FitOptions { max_steps: args.fit_steps, ..FitOptions::default() };
+                Carriage::Fitted(Fit::new(pair, direction, size, target, &options, fit))
+            } else {
+                Carriage::Sampled(Transfer::new(pair, direction, size, target, &options))
+            }
         })
     }
 
     /// Which texels are covered, the same for sources of every size; `None` if none was readable.
     fn mask(&self) -> Option<Texture> {
-        Some(self.transfers.values().next()?.map().mask())
+        Some(self.carriages.values().next()?.transfer().map().mask())
+    }
+}
+
+/// What textures of one size are carried by.
+enum Carriage {
+    Sampled(Transfer),
+    Fitted(Fit),
+}
+
+impl Carriage {
+    fn transfer(&self) -> &Transfer {
+        match self {
+            Self::Sampled(transfer) => transfer,
+            Self::Fitted(fit) => fit.transfer(),
+        }
+    }
+
+    fn apply(
+        &self,
+        source: Texture,
+        base: Texture,
+    ) -> Result<(Texture, Option<FitSummary>), TransferError> {
+        match self {
+            Self::Sampled(transfer) => Ok((transfer.apply(source, base)?, None)),
+            Self::Fitted(fit) => fitting::fit(fit, source, base).map(|(t, how)| (t, Some(how))),
+        }
     }
 }
 

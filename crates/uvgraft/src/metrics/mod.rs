@@ -1,14 +1,42 @@
 //! How alike two textures are.
 //!
 //! Every metric takes two [`Colors`] of one size and, where only a part counts, a [`Mask`].
+//!
+//! | | better | identical | feature |
+//! |---|---|---|---|
+//! | [`l1`] | lower | 0 | |
+//! | [`psnr`] | higher | infinity | |
+//! | [`ssim`], [`ssim_uniform`] | higher | 1 | |
+//! | `ssimulacra2` | higher | 100 | `ssimulacra2` |
+//! | `flip` | lower | 0 | `flip` |
+//! | `lpips` | lower | 0 | `lpips`, and weights |
+//!
+//! Results do not depend on the number of threads.
 
 mod colors;
+mod difference;
+#[cfg(feature = "flip")]
+mod flip;
+mod l1;
 #[cfg(feature = "lpips")]
 pub mod lpips;
 mod mask;
+mod psnr;
+mod ssim;
+#[cfg(feature = "ssimulacra2")]
+mod ssimulacra2;
+#[cfg(test)]
+mod testing;
 
 pub use colors::Colors;
+#[cfg(feature = "flip")]
+pub use flip::{PIXELS_PER_DEGREE, flip};
+pub use l1::l1;
 pub use mask::Mask;
+pub use psnr::psnr;
+pub use ssim::{ssim, ssim_uniform};
+#[cfg(feature = "ssimulacra2")]
+pub use ssimulacra2::ssimulacra2;
 
 use crate::texture::Size;
 

@@ -3,6 +3,7 @@
 //! [`reference()`](reference::resample) is the specification. The fast path does the same arithmetic
 //! in the same order, so that both give the same bits.
 
+pub(crate) mod adjoint;
 pub(crate) mod fast;
 pub mod reference;
 

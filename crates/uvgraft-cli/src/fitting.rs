@@ -1,0 +1,49 @@
+//! Fits whose progress is shown.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use uvgraft::{Fit, FitProgress, Texture, TransferError};
+
+/// How a fit went.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct FitSummary {
+    pub(crate) steps: u32,
+    /// Root mean square difference to the source after the way back, in levels of 255: of the
+    /// sampled texture, and of the fitted one.
+    pub(crate) sampled_rms_levels: f64,
+    pub(crate) fitted_rms_levels: f64,
+}
+
+impl std::fmt::Display for FitSummary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { steps, sampled_rms_levels: before, fitted_rms_levels: after } = self;
+        let steps_word = if *steps == 1 { "step" } else { "steps" };
+        write!(f, "{steps} {steps_word}, error when read back {before:.2} → {after:.2} of 255")
+    }
+}
+
+/// Fits a texture, with a bar on standard error if that is a terminal.
+pub(crate) fn fit(
+    fit: &Fit,
+    source: Texture,
+    base: Texture,
+) -> Result<(Texture, FitSummary), TransferError> {
+    let bar = ProgressBar::new(0);
+    let style = ProgressStyle::with_template("fitting {bar:24} step {pos} of at most {len}: {msg}");
+    let bar = style.into_iter().fold(bar, ProgressBar::with_style);
+    let levels = |progress: FitProgress| progress.rms * 255.0;
+    let mut course: Option<FitSummary> = None;
+    let texture = fit.apply(source, base, &mut |progress| {
+        bar.set_length(progress.max_steps.into());
+        bar.set_position(progress.step.into());
+        bar.set_message(format!("error {:.2} of 255", levels(progress)));
+        course = Some(FitSummary {
+            steps: progress.step,
+            sampled_rms_levels: course.map_or(levels(progress), |first| first.sampled_rms_levels),
+            fitted_rms_levels: levels(progress),
+        });
+    })?;
+    bar.finish_and_clear();
+    let nothing = FitSummary { steps: 0, sampled_rms_levels: 0.0, fitted_rms_levels: 0.0 };
+    Ok((texture, course.unwrap_or(nothing)))
+}

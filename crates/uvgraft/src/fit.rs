@@ -1,0 +1,279 @@
+//! The texture that reads back best, rather than the one that sampling gives.
+//!
+//! Carrying a texture `s` from one layout to another and back through `H` loses what sampling blurs
+//! twice. The texture `f` with the least `‖H f − s‖²` is found by conjugate gradients on the normal
+//! equations (CGLS, Hestenes and Stiefel 1952, in the form of Björck 1996), started from the sampled
+//! texture `f₀` and held to it by `λ ‖f − f₀‖²` where `H` sees little or nothing.
+
+use std::ops::Range;
+
+use crate::map::{MapOptions, SamplingMap};
+use crate::operator::Operator;
+use crate::pair::{Direction, Pair};
+use crate::resample::{load, store};
+use crate::texture::{Depth, Size, Texels, Texture, Value};
+use crate::threads::{for_each_chunk, map_indices};
+use crate::transfer::{Format, Transfer, TransferError, TransferOptions, has_opacity};
+
+/// When a fit ends, and how strongly it is held to what was sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitOptions {
+    /// The most steps that are taken.
+    pub max_steps: u32,
+    /// A step that lowers the error by less than this share of it is the last.
+    pub least_gain: f64,
+    /// `λ`: how much a texel's distance from its sampled value counts beside what it is seen with,
+    /// which is about the number of texels that read it. 0 leaves what `H` barely sees to noise.
+    pub regularization: f32,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { max_steps: 32, least_gain: 0.005, regularization: 0.02 }
+    }
+}
+
+/// How far a fit has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct FitProgress {
+    /// Steps done; 0 is the sampled texture.
+    pub step: u32,
+    /// The most steps that there can be.
+    pub max_steps: u32,
+    /// Root mean square of `H f − s` over the texels that `H` makes and their channels, 1.0 for the
+    /// difference between black and white.
+    pub rms: f64,
+}
+
+/// Carries textures as [`Transfer`] does, and then makes the result the one that reads back best.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    there: Transfer,
+    back: Transfer,
+    options: FitOptions,
+}
+
+impl Fit {
+    /// Prepares fits of textures of `source_size` onto bases of `target_size`. The result is meant
+    /// to be read with `options.filter`.
+    ///
+    /// # Panics
+    /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`].
+    pub fn new(
+        pair: &Pair,
+        direction: Direction,
+        source_size: Size,
+        target_size: Size,
+        options: &TransferOptions,
+        fit: FitOptions,
+    ) -> Self {
+        // The gutter is no part of what has to be met.
+        let bare = TransferOptions { map: MapOptions { gutter_px: 0 }, ..*options };
+        Self {
+            there: Transfer::new(pair, direction, source_size, target_size, options),
+            back: Transfer::new(pair, direction.opposite(), target_size, source_size, &bare),
+            options: fit,
+        }
+    }
+
+    /// The transfer that the fit starts from.
+    pub fn transfer(&self) -> &Transfer {
+        &self.there
+    }
+
+    /// Lays a fitted texture over a base; as [`Transfer::apply`] in everything else. Integer depths
+    /// clamp to their range. The gutter stays as it was sampled.
+    ///
+    /// `progress` is called before the first step and after each.
+    ///
+    /// # Errors
+    /// [`TransferError::Size`] if a texture has another size than this was made for.
+    pub fn apply(
+        &self,
+        source: Texture,
+        base: Texture,
+        progress: &mut dyn FnMut(FitProgress),
+    ) -> Result<Texture, TransferError> {
+        self.there.check_sizes(&source, &base)?;
+        let linear_light = self.there.options().linear_light;
+        let (source, mut base, format) = Format::unite(source, base, linear_light);
+        let channels = source.channels();
+        let opacity = has_opacity(&base);
+        let source = source.converted(channels, Depth::F32);
+        let Texels::F32(source) = source.into_texels() else { unreachable!("converted") };
+        match (channels.count(), opacity) {
+            (1, _) => self.lay_over::<1, false>(source, &mut base, progress),
+            (2, false) => self.lay_over::<2, false>(source, &mut base, progress),
+            (2, true) => self.lay_over::<2, true>(source, &mut base, progress),
+            (3, _) => self.lay_over::<3, false>(source, &mut base, progress),
+            (_, false) => self.lay_over::<4, false>(source, &mut base, progress),
+            (_, true) => self.lay_over::<4, true>(source, &mut base, progress),
+        }
+        Ok(format.restore(base))
+    }
+
+    fn lay_over<const C: usize, const OPACITY: bool>(
+        &self,
+        mut source: Vec<f32>,
+        base: &mut Texture,
+        progress: &mut dyn FnMut(FitProgress),
+    ) {
+        if OPACITY {
+            for texel in source.chunks_exact_mut(C) {
+                let levels = load::<f32, C, OPACITY>(texel);
+                texel.copy_from_slice(&levels);
+            }
+        }
+        let layer = self.solve::<C>(source, progress);
+        let map = self.there.map();
+        match base.texels_mut() {
+            Texels::U8(values) => lay::<u8, C, OPACITY>(map, &layer, values),
+            Texels::U16(values) => lay::<u16, C, OPACITY>(map, &layer, values),
+            Texels::F32(values) => lay::<f32, C, OPACITY>(map, &layer, values),
+        }
+    }
+
+    /// The fitted texture, premultiplied, with the gutter as it was sampled.
+    fn solve<const C: usize>(
+        &self,
+        mut seen: Vec<f32>,
+        progress: &mut dyn FnMut(FitProgress),
+    ) -> Vec<f32> {
+        let (unknowns, equations) = (Region::new(self.there.map()), Region::new(self.back.map()));
+        let count = unknowns.size.texels() * C;
+        let back = Operator::new(&self.back);
+        let mut fitted = vec![0.0; count];
+        Operator::new(&self.there).apply_to::<C>(&mut seen, &mut fitted);
+
+        // What is left to explain, where there is something: s − H f₀.
+        let mut step = fitted.clone();
+        let mut made = vec![0.0; equations.size.texels() * C];
+        back.apply_to::<C>(&mut step, &mut made);
+        let mut rest = seen;
+        equations.update::<C>(&mut rest, &made, |rest, made| rest - made);
+
+        let lambda = self.options.regularization;
+        let terms = (equations.texels() * C).max(1) as f64;
+        let mut squares = equations.dot::<C>(&rest, &rest);
+        let mut report = |step: u32, squares: f64| {
+            let rms = (squares / terms).sqrt();
+            progress(FitProgress { step, max_steps: self.options.max_steps, rms });
+        };
+        report(0, squares);
+        let mut moved = vec![0.0; count];
+        let mut gradient = vec![0.0; count];
+        step.fill(0.0);
+        let (mut error, mut steepness) = (squares, 0.0);
+        for number in 1..=self.options.max_steps {
+            // Downhill: Hᵀ rest − λ moved, then turned to be conjugate to the steps before.
+            gradient.fill(0.0);
+            back.add_transposed_to::<C>(&rest, &mut gradient);
+            unknowns.update::<C>(&mut gradient, &moved, |pull, moved| pull - lambda * moved);
+            let before = steepness;
+            steepness = unknowns.dot::<C>(&gradient, &gradient);
+            if steepness == 0.0 {
+                break;
+            }
+            let turn = if number == 1 { 0.0 } else { (steepness / before) as f32 };
+            unknowns.update::<C>(&mut step, &gradient, |step, pull| pull + turn * step);
+
+            // As far as the error falls. Padding writes beside the unknowns, where nothing looks.
+            back.apply_to::<C>(&mut step, &mut made);
+            let bend = equations.dot::<C>(&made, &made)
+                + f64::from(lambda) * unknowns.dot::<C>(&step, &step);
+            let along = (steepness / bend) as f32;
+            unknowns.update::<C>(&mut moved, &step, |moved, step| moved + along * step);
+            equations.update::<C>(&mut rest, &made, |rest, made| rest - along * made);
+            squares = equations.dot::<C>(&rest, &rest);
+            report(number, squares);
+            let was = error;
+            error = squares + f64::from(lambda) * unknowns.dot::<C>(&moved, &moved);
+            if was - error < self.options.least_gain * was {
+                break;
+            }
+        }
+        unknowns.update::<C>(&mut fitted, &moved, |fitted, moved| fitted + moved);
+        fitted
+    }
+}
+
+/// Lays a layer over a base where a map reaches.
+fn lay<T: Value, const C: usize, const OPACITY: bool>(
+    map: &SamplingMap,
+    layer: &[f32],
+    base: &mut [T],
+) {
+    let width = map.size().width as usize;
+    for_each_chunk(base, width * C, |row, texels| {
+        for run in map.row(row as u32) {
+            for x in run.x as usize..(run.x + run.len) as usize {
+                let levels: [f32; C] = std::array::from_fn(|channel| {
+                    layer[(row * width + x) * C + channel] * T::ONE.to_level()
+                });
+                store::<T, C, OPACITY>(levels, &mut texels[x * C..][..C]);
+            }
+        }
+    });
+}
+
+/// The texels that linked triangles own; what vectors are added and multiplied over.
+struct Region {
+    size: Size,
+    /// For each row the columns, neighbouring runs joined.
+    rows: Vec<Vec<Range<usize>>>,
+}
+
+impl Region {
+    fn new(map: &SamplingMap) -> Self {
+        let row = |row: u32| {
+            let mut spans: Vec<Range<usize>> = Vec::new();
+            for run in map.row(row).iter().filter(|run| !map.is_gutter(**run)) {
+                let (start, end) = (run.x as usize, (run.x + run.len) as usize);
+                match spans.last_mut() {
+                    Some(last) if last.end == start => last.end = end,
+                    _ => spans.push(start..end),
+                }
+            }
+            spans
+        };
+        Self { size: map.size(), rows: (0..map.size().height).map(row).collect() }
+    }
+
+    fn texels(&self) -> usize {
+        self.rows.iter().flatten().map(ExactSizeIterator::len).sum()
+    }
+
+    /// Replaces each value by a function of it and of another vector's.
+    fn update<const C: usize>(
+        &self,
+        values: &mut [f32],
+        others: &[f32],
+        change: impl Fn(f32, f32) -> f32 + Send + Sync,
+    ) {
+        let stride = self.size.width as usize * C;
+        for_each_chunk(values, stride, |row, values| {
+            for span in &self.rows[row] {
+                let span = span.start * C..span.end * C;
+                let others = &others[row * stride..][span.clone()];
+                for (value, &other) in values[span].iter_mut().zip(others) {
+                    *value = change(*value, other);
+                }
+            }
+        });
+    }
+
+    fn dot<const C: usize>(&self, a: &[f32], b: &[f32]) -> f64 {
+        let stride = self.size.width as usize * C;
+        let rows = map_indices(self.rows.len(), |row| {
+            let (a, b) = (&a[row * stride..][..stride], &b[row * stride..][..stride]);
+            let product = |(&a, &b): (&f32, &f32)| f64::from(a) * f64::from(b);
+            let of_span = |span: &Range<usize>| {
+                let span = span.start * C..span.end * C;
+                a[span.clone()].iter().zip(&b[span]).map(product).sum::<f64>()
+            };
+            self.rows[row].iter().map(of_span).sum::<f64>()
+        });
+        rows.into_iter().sum()
+    }
+}
