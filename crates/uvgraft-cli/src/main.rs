@@ -14,6 +14,7 @@ mod picture;
 mod preview;
 mod report;
 mod transfer;
+mod weights;
 
 use std::process::ExitCode;
 
@@ -37,6 +38,7 @@ enum Command {
     Inspect(inspect::Args),
     Transfer(transfer::Args),
     Demo(demo::Args),
+    Weights(weights::Args),
 }
 
 fn main() -> ExitCode {
@@ -54,5 +56,6 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
         Command::Demo(args) => demo::run(args),
+        Command::Weights(args) => weights::run(args),
     }
 }
