@@ -85,7 +85,7 @@ fn path() -> anyhow::Result<PathBuf> {
     if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
         return Ok(PathBuf::from(path));
     }
-    let folders = etcetera::choose_native_strategy().map_err(|_| {
+    let folders = etcetera::choose_base_strategy().map_err(|_| {
         bad_input(format!("found no home folder to keep networks in; set {VARIABLE} to a file"))
     })?;
     Ok(folders.data_dir().join("uvgraft").join("lpips.safetensors"))

@@ -1,11 +1,13 @@
-//! Importing the networks of LPIPS. The real file is imported by `uvgraft-tests`; here is what is
-//! refused, and where the networks go.
+//! Importing the networks of LPIPS: where they go, and what is refused.
 
 mod bench;
 
 use std::process::Output;
 
 use bench::Bench;
+use uvgraft::metrics::lpips::LpipsNetwork;
+use uvgraft_io::lpips_weights;
+use uvgraft_tests::downloads;
 
 /// Runs the program with a home folder of its own, and with `UVGRAFT_WEIGHTS` if there is one.
 fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {
@@ -62,4 +64,27 @@ fn refuses_every_other_file() {
         assert!(error.starts_with("error: ") && error.contains(wanted), "{file}: {error}");
         assert_eq!(bench.content(), before, "{file}");
     }
+}
+
+#[test]
+fn imports_the_real_file() {
+    let Some(sdist) = downloads::lpips_sdist() else { return };
+    let sdist = sdist.canonicalize().unwrap();
+    let bench = Bench::new();
+    // Twice: the second time the folder and an old file are there.
+    for _ in 0..2 {
+        let args = ["weights", "import", sdist.to_str().unwrap()];
+        let found = stdout(&run(&bench, Some("new/folder/my.safetensors"), &args));
+        assert_eq!(found, "wrote new/folder/my.safetensors\n");
+        for network in LpipsNetwork::ALL {
+            lpips_weights::read(&bench.path("new/folder/my.safetensors"), network).unwrap();
+        }
+        bench.assert_no_litter();
+        bench.write("new/folder/my.safetensors", "old");
+    }
+    bench.make_folder("taken");
+    let output = run(&bench, Some("taken"), &["weights", "import", sdist.to_str().unwrap()]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("cannot write taken: it is a folder"), "{error}");
 }

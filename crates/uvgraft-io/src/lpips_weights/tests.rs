@@ -35,11 +35,11 @@ fn what_is_written_is_read_and_nothing_less() {
     }
     assert!(error(&[&bytes[..], b"x"].concat()).contains("cut short or damaged"));
     let header = u64::from_le_bytes(*bytes.first_chunk().unwrap()) as usize + 8;
-    let text = String::from_utf8(bytes[..header].to_vec()).unwrap();
+    let text = String::from_utf8(bytes[8..header].to_vec()).unwrap();
     let changed = |from: &str, to: &str| {
         assert_eq!(from.len(), to.len());
         let mut changed = bytes.clone();
-        let place = text.find(from).unwrap();
+        let place = text.find(from).unwrap() + 8;
         changed[place..place + from.len()].copy_from_slice(to.as_bytes());
         error(&changed)
     };

@@ -52,10 +52,10 @@ impl LpipsMaps {
 
     /// LPIPS of the texels that a mask selects. Each layer's map is enlarged bilinearly to the
     /// pictures' size; their sum is averaged over the selected texels. With all texels selected
-    /// this is near [`LpipsMaps::mean`], but not the same: texels at the border of a layer's map
-    /// count more when it is enlarged.
+    /// this is near [`LpipsMaps::mean`], but not the same: enlarged by a factor that is not whole,
+    /// a map's texels do not all weigh alike.
     ///
-    /// A texel's value depends on its surroundings too, up to some hundred texels away, whatever
+    /// A texel's value depends on its surroundings too, up to about a hundred texels away, whatever
     /// the mask says.
     ///
     /// # Errors

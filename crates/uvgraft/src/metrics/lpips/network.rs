@@ -8,7 +8,7 @@ use std::fmt;
 /// Which network's features LPIPS compares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LpipsNetwork {
-    /// AlexNet: fast, and closest to people's judgement in its authors' study.
+    /// AlexNet: fast, and what LPIPS's authors recommend for measuring.
     Alex,
     /// VGG16: some twenty times the work.
     Vgg,
