@@ -17,6 +17,7 @@ mod preview;
 mod report;
 mod scores;
 mod transfer;
+mod weights;
 
 use std::process::ExitCode;
 
@@ -41,6 +42,7 @@ enum Command {
     Transfer(transfer::Args),
     Compare(compare::Args),
     Demo(demo::Args),
+    Weights(weights::Args),
 }
 
 fn main() -> ExitCode {
@@ -59,5 +61,6 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Transfer(args) => transfer::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Demo(args) => demo::run(args),
+        Command::Weights(args) => weights::run(args),
     }
 }

@@ -1,11 +1,15 @@
-//! Files in, files out: OBJ meshes, vertex maps, images and pair files.
+//! Files in, files out: OBJ meshes, vertex maps, images, pair files, and weights of LPIPS (feature
+//! `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves the old file or the new one and never half of it.
 
 pub mod image;
 pub mod input;
+#[cfg(feature = "lpips")]
+pub mod lpips_weights;
 pub mod obj;
 pub mod output;
 pub mod pair_file;
+pub mod pickle;
 pub mod vertex_map;

@@ -9,6 +9,7 @@
 //! | [`ssim`], [`ssim_uniform`] | higher | 1 | |
 //! | `ssimulacra2` | higher | 100 | `ssimulacra2` |
 //! | `flip` | lower | 0 | `flip` |
+//! | `lpips` | lower | 0 | `lpips`, and weights |
 //!
 //! Results do not depend on the number of threads.
 
@@ -17,6 +18,8 @@ mod difference;
 #[cfg(feature = "flip")]
 mod flip;
 mod l1;
+#[cfg(feature = "lpips")]
+pub mod lpips;
 mod mask;
 mod psnr;
 mod ssim;

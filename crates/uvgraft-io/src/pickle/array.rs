@@ -1,0 +1,141 @@
+//! NumPy arrays of numbers.
+
+use super::value::Id;
+
+/// NumPy's own limit in version 2; version 1 had 32.
+pub(super) const MOST_AXES: usize = 64;
+
+/// What kind of number an array holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NumberKind {
+    /// `b`
+    Bool,
+    /// `i`
+    Signed,
+    /// `u`
+    Unsigned,
+    /// `f`
+    Float,
+}
+
+/// How the numbers of an array are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dtype {
+    /// Their kind.
+    pub kind: NumberKind,
+    /// Bytes of each: 1 to 8, a power of two.
+    pub width: usize,
+    /// Whether the highest byte comes first.
+    pub big_endian: bool,
+}
+
+impl Dtype {
+    /// From NumPy's notation, such as `f4` or `>i8`; nothing for what is no number.
+    pub(super) fn from_text(text: &str) -> Option<Self> {
+        let (order, text) = match text.as_bytes() {
+            [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order, rest),
+            rest => (b'=', rest),
+        };
+        let (kind, width) = match text {
+            b"b1" => (NumberKind::Bool, 1),
+            [b'f', width @ (b'2' | b'4' | b'8')] => (NumberKind::Float, width - b'0'),
+            [b'i', width @ (b'1' | b'2' | b'4' | b'8')] => (NumberKind::Signed, width - b'0'),
+            [b'u', width @ (b'1' | b'2' | b'4' | b'8')] => (NumberKind::Unsigned, width - b'0'),
+            _ => return None,
+        };
+        Some(Self { kind, width: usize::from(width), big_endian: order == b'>' })
+    }
+}
+
+/// What an array is, and which value of the pickle holds its bytes.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) dtype: Dtype,
+    pub(super) shape: Vec<usize>,
+    pub(super) fortran_order: bool,
+    pub(super) data: Id,
+}
+
+impl Layout {
+    /// The bytes that the shape asks for, if they can be counted.
+    pub(super) fn bytes(&self) -> Option<usize> {
+        let sides = self.shape.iter();
+        sides.copied().try_fold(self.dtype.width, usize::checked_mul)
+    }
+}
+
+/// An array whose bytes are as many as its shape says.
+#[derive(Debug, Clone, Copy)]
+pub struct Array<'p> {
+    pub(super) layout: &'p Layout,
+    pub(super) data: &'p [u8],
+}
+
+impl<'p> Array<'p> {
+    /// The lengths of its axes.
+    pub fn shape(&self) -> &'p [usize] {
+        &self.layout.shape
+    }
+
+    /// How its numbers are written.
+    pub const fn dtype(&self) -> Dtype {
+        self.layout.dtype
+    }
+
+    /// Its numbers, the last axis running fastest, if they are 32-bit floats.
+    pub fn f32s(&self) -> Option<Vec<f32>> {
+        let Dtype { kind: NumberKind::Float, width: 4, big_endian } = self.layout.dtype else {
+            return None;
+        };
+        let read = if big_endian { f32::from_be_bytes } else { f32::from_le_bytes };
+        let written: Vec<f32> =
+            self.data.as_chunks::<4>().0.iter().map(|&word| read(word)).collect();
+        Some(if self.layout.fortran_order {
+            last_axis_fastest(&written, self.shape())
+        } else {
+            written
+        })
+    }
+}
+
+/// Brings numbers whose first axis runs fastest into the usual order.
+fn last_axis_fastest(values: &[f32], shape: &[usize]) -> Vec<f32> {
+    let mut place = vec![0; shape.len()];
+    let mut next = || {
+        let at = place.iter().zip(shape).rev().fold(0, |at, (place, length)| at * length + place);
+        for (place, &length) in place.iter_mut().zip(shape).rev() {
+            *place += 1;
+            if *place < length {
+                break;
+            }
+            *place = 0;
+        }
+        values[at]
+    };
+    (0..values.len()).map(|_| next()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_of_axes() {
+        let written = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!(last_axis_fastest(&written, &[2, 3]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
+        assert_eq!(last_axis_fastest(&written, &[6]), written);
+        assert_eq!(last_axis_fastest(&[], &[0, 3]), [0.0; 0]);
+    }
+
+    #[test]
+    fn numbers_and_nothing_else() {
+        let big = Dtype { kind: NumberKind::Signed, width: 8, big_endian: true };
+        assert_eq!(Dtype::from_text(">i8"), Some(big));
+        for text in ["f4", "<f4", "|b1", "=u2", "f2"] {
+            assert!(Dtype::from_text(text).is_some(), "{text}");
+        }
+        for text in ["", "<", "O", "O8", "|O", "U5", "S3", "V8", "c8", "f3", "f16", "b2", "f4f4"] {
+            assert_eq!(Dtype::from_text(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! The stack machine that a pickle is a program for.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use super::globals::Global;
+use super::scan::Scan;
+use super::value::{Id, Node, Pickle, Value};
+use super::{MOST_INSTRUCTIONS, PickleError};
+
+const NEWEST_PROTOCOL: u8 = 5;
+
+/// Dtypes are filled with eight, which is the most.
+const MOST_ARGUMENTS: usize = 8;
+
+pub(super) struct Machine<'a> {
+    pub(super) scan: Scan<'a>,
+    nodes: Vec<Node<'a>>,
+    stack: Vec<Id>,
+    /// Heights of the stack at the marks that were set and not yet used up.
+    marks: Vec<usize>,
+    memo: HashMap<u64, Id>,
+    /// Bytes of texts that were copied rather than borrowed.
+    copied: usize,
+    /// As many bytes as the pickle has: each is copied once at most, unless one text is decoded
+    /// again and again to fill the memory.
+    most_copied: usize,
+}
+
+/// Runs the program. Each instruction adds one value, one reference and one entry of the memo at
+/// most, so the limit of instructions bounds them all.
+pub(super) fn run(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
+    let mut machine = Machine {
+        scan: Scan::new(bytes),
+        nodes: Vec::new(),
+        stack: Vec::new(),
+        marks: Vec::new(),
+        memo: HashMap::new(),
+        copied: 0,
+        most_copied: bytes.len(),
+    };
+    for _ in 0..MOST_INSTRUCTIONS {
+        let instruction = machine.scan.next_instruction()?;
+        if instruction == b'.' {
+            return machine.finish();
+        }
+        machine.step(instruction)?;
+    }
+    Err(PickleError::TooMany { what: "instructions", most: MOST_INSTRUCTIONS })
+}
+
+impl<'a> Machine<'a> {
+    fn finish(mut self) -> Result<Pickle<'a>, PickleError> {
+        let root = self.pop()?;
+        if !self.stack.is_empty() || !self.marks.is_empty() {
+            return Err(self.scan.malformed("values are left over at the end"));
+        }
+        match self.scan.left() {
+            0 => Ok(Pickle { nodes: self.nodes, root }),
+            count => Err(PickleError::Trailing { count }),
+        }
+    }
+
+    fn step(&mut self, instruction: u8) -> Result<(), PickleError> {
+        match instruction {
+            b'(' => self.marks.push(self.stack.len()),
+            b'0' => self.discard_one()?,
+            b'1' => drop(self.pop_to_mark()?),
+            b'2' => {
+                let top = self.top()?;
+                self.stack.push(top);
+            }
+            b'R' | 0x81 => {
+                let (args, callee) = (self.pop()?, self.pop()?);
+                let args = self.arguments(args)?;
+                self.push_called(callee, &args)?;
+            }
+            b'b' => {
+                let (state, object) = (self.pop()?, self.top()?);
+                self.build(object, state)?;
+            }
+            b'i' => {
+                let callee = self.global_lines()?;
+                let args = self.pop_to_mark()?;
+                self.push(callee);
+                let callee = self.pop()?;
+                self.push_called(callee, &args)?;
+            }
+            b'o' => {
+                let args = self.pop_to_mark()?;
+                let Some((&callee, args)) = args.split_first() else {
+                    return Err(self.scan.malformed("found nothing to call"));
+                };
+                self.push_called(callee, args)?;
+            }
+            b'p' | b'q' | b'r' | b'g' | b'h' | b'j' | 0x94 => self.memo(instruction)?,
+            b'a' | b'e' | b's' | b'u' => self.fill(instruction)?,
+            0x80 => {
+                let version = self.scan.byte()?;
+                if version > NEWEST_PROTOCOL {
+                    let newest = NEWEST_PROTOCOL;
+                    let problem = format!("protocol {version} is newer than {newest}");
+                    return Err(self.scan.malformed(problem));
+                }
+            }
+            // A frame says how many bytes belong together, which does not matter in memory.
+            0x95 => {
+                let length = self.scan.unsigned(8)?;
+                let left = self.scan.left();
+                if length > left as u64 {
+                    return Err(self
+                        .scan
+                        .malformed(format!("a frame of {length} bytes begins, {left} are left")));
+                }
+            }
+            _ => {
+                let node = self.make(instruction)?;
+                self.push(node);
+            }
+        }
+        Ok(())
+    }
+
+    /// The value that an instruction pushes.
+    fn make(&mut self, instruction: u8) -> Result<Node<'a>, PickleError> {
+        let scan = &mut self.scan;
+        Ok(match instruction {
+            b'N' => Node::None,
+            0x88 => Node::Bool(true),
+            0x89 => Node::Bool(false),
+            b'I' => match scan.line()? {
+                b"00" => Node::Bool(false),
+                b"01" => Node::Bool(true),
+                digits => Node::Int(scan.number(digits)?),
+            },
+            b'L' => Node::Int(scan.number_line()?),
+            b'J' => Node::Int(scan.signed(4)?),
+            b'K' => Node::Int(scan.unsigned(1)?.cast_signed()),
+            b'M' => Node::Int(scan.unsigned(2)?.cast_signed()),
+            0x8a => {
+                let width = scan.unsigned(1)?;
+                Node::Int(scan.signed(width)?)
+            }
+            0x8b => {
+                let width = scan.unsigned(4)?;
+                Node::Int(scan.signed(width)?)
+            }
+            b'F' => Node::Float(scan.number_line()?),
+            b'G' => {
+                // The one number that is written highest byte first.
+                let bits = scan.unsigned(8)?.swap_bytes();
+                Node::Float(f64::from_bits(bits))
+            }
+            b'V' => Node::Text(Cow::Owned(scan.escaped_text_line()?)),
+            b'X' => Node::Text(scan.counted_text(4)?),
+            0x8c => Node::Text(scan.counted_text(1)?),
+            0x8d => Node::Text(scan.counted_text(8)?),
+            b'S' => Node::Bytes(Cow::Owned(scan.quoted_line()?)),
+            b'U' | b'C' => Node::Bytes(Cow::Borrowed(scan.counted(1)?)),
+            b'T' | b'B' => Node::Bytes(Cow::Borrowed(scan.counted(4)?)),
+            0x8e | 0x96 => Node::Bytes(Cow::Borrowed(scan.counted(8)?)),
+            b']' => Node::List(Vec::new()),
+            b')' => Node::Tuple(Vec::new()),
+            b'}' => Node::Dict(Vec::new()),
+            b'l' => Node::List(self.pop_to_mark()?),
+            b't' => Node::Tuple(self.pop_to_mark()?),
+            b'd' => {
+                let items = self.pop_to_mark()?;
+                Node::Dict(self.pairs(&items)?)
+            }
+            0x85..=0x87 => {
+                let mut items = Vec::with_capacity(3);
+                for _ in 0x85..=instruction {
+                    items.push(self.pop()?);
+                }
+                items.reverse();
+                Node::Tuple(items)
+            }
+            b'c' => self.global_lines()?,
+            0x93 => {
+                let (name, module) = (self.pop()?, self.pop()?);
+                let (module, name) = (self.value(module).as_str(), self.value(name).as_str());
+                let (Some(module), Some(name)) = (module, name) else {
+                    return Err(self.scan.malformed("a name is no text"));
+                };
+                Node::Global(Global::find(module, name)?)
+            }
+            found => {
+                return Err(PickleError::Instruction { at: self.scan.instruction, found });
+            }
+        })
+    }
+
+    /// What a tuple of arguments holds. Copying only short ones keeps a long one, called with again
+    /// and again, from costing time.
+    pub(super) fn arguments(&self, tuple: Id) -> Result<Vec<Id>, PickleError> {
+        match self.value(tuple).node() {
+            Node::Tuple(args) if args.len() <= MOST_ARGUMENTS => Ok(args.clone()),
+            Node::Tuple(args) => {
+                Err(self.scan.malformed(format!("{} arguments are too many", args.len())))
+            }
+            _ => {
+                let kind = self.value(tuple).kind();
+                Err(self.scan.malformed(format!("found {kind}, wanted a tuple of arguments")))
+            }
+        }
+    }
+
+    fn global_lines(&mut self) -> Result<Node<'a>, PickleError> {
+        let (module, name) = (self.scan.text_line()?, self.scan.text_line()?);
+        Global::find(module, name).map(Node::Global)
+    }
+
+    fn push_called(&mut self, callee: Id, args: &[Id]) -> Result<(), PickleError> {
+        let node = self.call(callee, args)?;
+        self.push(node);
+        Ok(())
+    }
+
+    /// Stores the top of the stack under a number, or brings back what a number stands for.
+    fn memo(&mut self, instruction: u8) -> Result<(), PickleError> {
+        let key = match instruction {
+            b'p' | b'g' => self.scan.number_line()?,
+            b'q' | b'h' => self.scan.unsigned(1)?,
+            b'r' | b'j' => self.scan.unsigned(4)?,
+            _ => self.memo.len() as u64,
+        };
+        if matches!(instruction, b'g' | b'h' | b'j') {
+            let held = self.memo.get(&key).copied();
+            let problem = || format!("value {key} is used before it was stored");
+            self.stack.push(held.ok_or_else(|| self.scan.malformed(problem()))?);
+        } else {
+            let top = self.top()?;
+            self.memo.insert(key, top);
+        }
+        Ok(())
+    }
+
+    /// Puts what lies on the stack into the list or dict below it.
+    fn fill(&mut self, instruction: u8) -> Result<(), PickleError> {
+        let items = match instruction {
+            b'a' => vec![self.pop()?],
+            b's' => {
+                let (value, key) = (self.pop()?, self.pop()?);
+                vec![key, value]
+            }
+            _ => self.pop_to_mark()?,
+        };
+        let Id(into) = self.top()?;
+        if matches!(instruction, b'a' | b'e') {
+            if let Node::List(list) = &mut self.nodes[into as usize] {
+                list.extend(items);
+                return Ok(());
+            }
+        } else {
+            let pairs = self.pairs(&items)?;
+            if let Node::Dict(entries) = &mut self.nodes[into as usize] {
+                entries.extend(pairs);
+                return Ok(());
+            }
+        }
+        let wanted = if matches!(instruction, b'a' | b'e') { "a list" } else { "a dict" };
+        let found = self.value(Id(into)).kind();
+        Err(self.scan.malformed(format!("found {found}, wanted {wanted} to add to")))
+    }
+
+    fn pairs(&self, items: &[Id]) -> Result<Vec<(Id, Id)>, PickleError> {
+        let (pairs, rest) = items.as_chunks::<2>();
+        if rest.is_empty() {
+            Ok(pairs.iter().map(|&[key, value]| (key, value)).collect())
+        } else {
+            Err(self.scan.malformed("a dict has a key without a value"))
+        }
+    }
+
+    pub(super) fn value(&self, id: Id) -> Value<'_> {
+        Value::new(&self.nodes, id)
+    }
+
+    pub(super) fn replace(&mut self, id: Id, node: Node<'a>) {
+        self.nodes[id.0 as usize] = node;
+    }
+
+    /// Counts bytes that are about to be copied.
+    pub(super) fn count_copy(&mut self, bytes: usize) -> Result<(), PickleError> {
+        self.copied = self.copied.saturating_add(bytes);
+        if self.copied > self.most_copied {
+            return Err(PickleError::TooMany { what: "decoded bytes", most: self.most_copied });
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, node: Node<'a>) {
+        // The limit of instructions keeps the number far below 32 bits.
+        let id = Id(self.nodes.len() as u32);
+        self.nodes.push(node);
+        self.stack.push(id);
+    }
+
+    /// Takes the top of the stack; what lies below the last mark is out of reach.
+    fn pop(&mut self) -> Result<Id, PickleError> {
+        let top = self.top()?;
+        self.stack.pop();
+        Ok(top)
+    }
+
+    fn top(&self) -> Result<Id, PickleError> {
+        let reach = self.marks.last().copied().unwrap_or(0);
+        let top = self.stack[reach..].last().copied();
+        top.ok_or_else(|| self.scan.malformed("it takes a value where there is none"))
+    }
+
+    fn pop_to_mark(&mut self) -> Result<Vec<Id>, PickleError> {
+        let mark = self.marks.pop();
+        let mark =
+            mark.ok_or_else(|| self.scan.malformed("it goes back to a mark that is not set"))?;
+        Ok(self.stack.drain(mark..).collect())
+    }
+
+    /// Drops the top of the stack, which may be a mark.
+    fn discard_one(&mut self) -> Result<(), PickleError> {
+        if self.marks.last() == Some(&self.stack.len()) {
+            self.marks.pop();
+            return Ok(());
+        }
+        self.pop().map(drop)
+    }
+}

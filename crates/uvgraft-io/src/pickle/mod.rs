@@ -1,0 +1,85 @@
+//! Python pickles, as far as they are data: numbers, texts, containers and NumPy arrays.
+//!
+//! A pickle is a program for a small machine that may call whatever Python can import. Here the
+//! program builds plain values and calls nothing: each name that it asks for is looked up in a short
+//! list (`globals.rs`), and one that is not there ends the reading. Protocols 0 to 5 are read.
+//!
+//! Memory stays in proportion to the pickle: lengths are checked against the bytes at hand, texts
+//! and arrays borrow from them, the number of instructions has a limit, and a value that is referred
+//! to many times is held once. Nothing here recurses, so depth costs nothing.
+//!
+//! Source: the instructions' descriptions in Python's `pickletools`.
+
+mod array;
+mod globals;
+mod machine;
+mod scan;
+#[cfg(test)]
+mod tests;
+mod value;
+
+pub use array::{Array, Dtype, NumberKind};
+pub use value::{Pickle, Value};
+
+/// As many instructions as a pickle may have. Files of arrays have some thousands.
+pub const MOST_INSTRUCTIONS: usize = 1 << 20;
+
+/// Why a pickle was refused. Places count bytes from the start.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PickleError {
+    /// It asks for something of Python that is not plain data.
+    #[error("refused: {name}; the pickle wants to use it, and only plain data is read")]
+    Refused {
+        /// Module and name, shortened.
+        name: String,
+    },
+    /// The bytes end too early.
+    #[error("pickle cut short: byte {at} needs {needed} bytes more, {left} are left")]
+    Truncated {
+        /// Where.
+        at: usize,
+        /// How many bytes must follow.
+        needed: u64,
+        /// How many follow.
+        left: usize,
+    },
+    /// An instruction that does not exist, or that plain data does not need.
+    #[error("byte {at} of the pickle: instruction 0x{found:02x} is not supported")]
+    Instruction {
+        /// Where.
+        at: usize,
+        /// Which.
+        found: u8,
+    },
+    /// An instruction that does not fit what came before it.
+    #[error("byte {at} of the pickle: {problem}")]
+    Malformed {
+        /// Where the instruction starts.
+        at: usize,
+        /// What was found, and what was wanted.
+        problem: String,
+    },
+    /// More work than any file of arrays takes.
+    #[error("the pickle has too many {what}, at most {most} are read")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// The limit.
+        most: usize,
+    },
+    /// Something follows the end.
+    #[error("{count} bytes follow the end of the pickle")]
+    Trailing {
+        /// How many bytes.
+        count: usize,
+    },
+}
+
+/// Reads a pickle; texts and arrays borrow from its bytes.
+///
+/// # Errors
+/// [`PickleError`]; nothing that a pickle holds is ever run.
+pub fn parse(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
+    machine::run(bytes)
+}

@@ -1,0 +1,164 @@
+//! What a pickle holds. Values lie in one list and refer to each other by number, so that those
+//! which are shared, or hold themselves, are held once and dropped without recursion.
+
+use std::borrow::Cow;
+
+use super::array::{Array, Dtype, Layout};
+use super::globals::Global;
+
+/// The number of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Id(pub(super) u32);
+
+/// One value, with the numbers of those that it holds.
+#[derive(Debug)]
+pub(super) enum Node<'a> {
+    None,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(Cow<'a, str>),
+    Bytes(Cow<'a, [u8]>),
+    List(Vec<Id>),
+    Tuple(Vec<Id>),
+    Dict(Vec<(Id, Id)>),
+    Global(Global),
+    Dtype(Dtype),
+    /// An array; `None` between its creation and its filling.
+    Array(Option<Box<Layout>>),
+}
+
+/// A pickle that was read.
+#[derive(Debug)]
+pub struct Pickle<'a> {
+    pub(super) nodes: Vec<Node<'a>>,
+    pub(super) root: Id,
+}
+
+impl Pickle<'_> {
+    /// The value that was pickled.
+    pub const fn root(&self) -> Value<'_> {
+        Value { nodes: self.nodes.as_slice(), id: self.root }
+    }
+}
+
+/// A value in a pickle. Values may hold themselves: whoever walks through them needs a bound.
+#[derive(Debug, Clone, Copy)]
+pub struct Value<'p> {
+    nodes: &'p [Node<'p>],
+    id: Id,
+}
+
+impl<'p> Value<'p> {
+    pub(super) const fn new(nodes: &'p [Node<'p>], id: Id) -> Self {
+        Self { nodes, id }
+    }
+
+    pub(super) const fn node(self) -> &'p Node<'p> {
+        &self.nodes[self.id.0 as usize]
+    }
+
+    /// What it is, for messages: `"a dict"`.
+    pub const fn kind(self) -> &'static str {
+        match self.node() {
+            Node::None => "None",
+            Node::Bool(_) => "a bool",
+            Node::Int(_) => "an int",
+            Node::Float(_) => "a float",
+            Node::Text(_) => "a text",
+            Node::Bytes(_) => "bytes",
+            Node::List(_) => "a list",
+            Node::Tuple(_) => "a tuple",
+            Node::Dict(_) => "a dict",
+            Node::Global(_) => "a name of Python's",
+            Node::Dtype(_) => "a dtype",
+            Node::Array(_) => "an array",
+        }
+    }
+
+    /// Whether it is `None`.
+    pub const fn is_none(self) -> bool {
+        matches!(self.node(), Node::None)
+    }
+
+    /// The value of a bool.
+    pub const fn as_bool(self) -> Option<bool> {
+        match self.node() {
+            Node::Bool(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The value of an int that fits 64 bits; others are refused when a pickle is read.
+    pub const fn as_int(self) -> Option<i64> {
+        match self.node() {
+            Node::Int(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The value of a float.
+    pub const fn as_float(self) -> Option<f64> {
+        match self.node() {
+            Node::Float(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// A text. Python 2 wrote texts as bytes; those that are UTF-8 are taken too.
+    pub fn as_str(self) -> Option<&'p str> {
+        match self.node() {
+            Node::Text(text) => Some(text),
+            Node::Bytes(bytes) => std::str::from_utf8(bytes).ok(),
+            _ => None,
+        }
+    }
+
+    /// The bytes of a `bytes`, a `bytearray` or a text of Python 2.
+    pub fn as_bytes(self) -> Option<&'p [u8]> {
+        match self.node() {
+            Node::Bytes(bytes) => Some(bytes),
+            _ => None,
+        }
+    }
+
+    /// What a list or a tuple holds.
+    pub fn items(self) -> Option<impl ExactSizeIterator<Item = Self>> {
+        match self.node() {
+            Node::List(items) | Node::Tuple(items) => {
+                Some(items.iter().map(move |&id| Self { id, ..self }))
+            }
+            _ => None,
+        }
+    }
+
+    /// The keys and values of a dict, in the order in which they were written.
+    pub fn entries(self) -> Option<impl ExactSizeIterator<Item = (Self, Self)>> {
+        match self.node() {
+            Node::Dict(entries) => {
+                let value = move |id| Self { id, ..self };
+                Some(entries.iter().map(move |&(key, held)| (value(key), value(held))))
+            }
+            _ => None,
+        }
+    }
+
+    /// What a dict holds under a text; the last one, should there be several.
+    pub fn get(self, key: &str) -> Option<Self> {
+        let Node::Dict(entries) = self.node() else { return None };
+        let value = |id| Self { id, ..self };
+        let found = entries.iter().rev().find(|&&(found, _)| value(found).as_str() == Some(key));
+        found.map(|&(_, held)| value(held))
+    }
+
+    /// An array of numbers, or a single NumPy number as an array without axes.
+    pub fn as_array(self) -> Option<Array<'p>> {
+        match self.node() {
+            Node::Array(Some(layout)) => {
+                let data = Self { id: layout.data, ..self }.as_bytes()?;
+                Some(Array { layout, data })
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The two networks whose features are compared: layers, shapes, sizes.
+//!
+//! Source: torchvision's AlexNet ("One weird trick", Krizhevsky 2014) and VGG16 (Simonyan and
+//! Zisserman 2015, configuration D), cut after the last ReLU that LPIPS looks at.
+
+use std::fmt;
+
+/// Which network's features LPIPS compares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LpipsNetwork {
+    /// AlexNet: fast, and what LPIPS's authors recommend for measuring.
+    Alex,
+    /// VGG16: some twenty times the work.
+    Vgg,
+}
+
+impl LpipsNetwork {
+    /// Both networks.
+    pub const ALL: [Self; 2] = [Self::Alex, Self::Vgg];
+
+    /// The shapes of the convolutions' kernels: height, width, inputs, outputs.
+    pub fn kernel_shapes(self) -> Vec<[usize; 4]> {
+        let shape = |layer: &Layer| match layer.kind {
+            Kind::Convolution { inputs, outputs } => {
+                Some([layer.window.side, layer.window.side, inputs, outputs])
+            }
+            Kind::Pool => None,
+        };
+        self.layers().iter().filter_map(shape).collect()
+    }
+
+    /// The number of channels of each of the five feature maps that are compared.
+    pub fn compared_channels(self) -> Vec<usize> {
+        let compared = self.layers().iter().filter(|layer| layer.compared);
+        compared.map(|layer| layer.channels_after(0)).collect()
+    }
+
+    /// The shortest side of a picture that leaves every layer something to look at, in texels.
+    pub const fn least_side(self) -> u32 {
+        match self {
+            Self::Alex => 31,
+            Self::Vgg => 16,
+        }
+    }
+
+    /// The layers, first to last.
+    pub(super) const fn layers(self) -> &'static [Layer] {
+        match self {
+            Self::Alex => &ALEX,
+            Self::Vgg => &VGG,
+        }
+    }
+}
+
+impl fmt::Display for LpipsNetwork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Alex => "alex",
+            Self::Vgg => "vgg",
+        })
+    }
+}
+
+/// One step of a network.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layer {
+    pub(super) kind: Kind,
+    pub(super) window: Window,
+    /// Whether its output is one of the feature maps that are compared.
+    pub(super) compared: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    /// A convolution with a bias, and the ReLU after it.
+    Convolution { inputs: usize, outputs: usize },
+    /// The greatest value of each channel.
+    Pool,
+}
+
+/// What one output texel sees along either axis: `side` texels, the first `stride` texels after the
+/// first of the output texel before. `padding` zeros stand on each side of the map.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window {
+    pub(super) side: usize,
+    pub(super) stride: usize,
+    pub(super) padding: usize,
+}
+
+impl Window {
+    /// How many outputs `length` inputs give.
+    pub(super) const fn outputs(self, length: usize) -> usize {
+        match (length + 2 * self.padding).checked_sub(self.side) {
+            Some(rest) => rest / self.stride + 1,
+            None => 0,
+        }
+    }
+}
+
+impl Layer {
+    pub(super) const fn convolution(
+        inputs: usize,
+        outputs: usize,
+        [side, stride, padding]: [usize; 3],
+    ) -> Self {
+        let kind = Kind::Convolution { inputs, outputs };
+        Self { kind, window: Window { side, stride, padding }, compared: false }
+    }
+
+    pub(super) const fn pool(side: usize, stride: usize) -> Self {
+        Self { kind: Kind::Pool, window: Window { side, stride, padding: 0 }, compared: false }
+    }
+
+    pub(super) const fn compared(mut self) -> Self {
+        self.compared = true;
+        self
+    }
+
+    pub(super) const fn channels_after(&self, before: usize) -> usize {
+        match self.kind {
+            Kind::Convolution { outputs, .. } => outputs,
+            Kind::Pool => before,
+        }
+    }
+}
+
+static ALEX: [Layer; 7] = [
+    Layer::convolution(3, 64, [11, 4, 2]).compared(),
+    Layer::pool(3, 2),
+    Layer::convolution(64, 192, [5, 1, 2]).compared(),
+    Layer::pool(3, 2),
+    Layer::convolution(192, 384, [3, 1, 1]).compared(),
+    Layer::convolution(384, 256, [3, 1, 1]).compared(),
+    Layer::convolution(256, 256, [3, 1, 1]).compared(),
+];
+
+const SAME: [usize; 3] = [3, 1, 1];
+
+static VGG: [Layer; 17] = [
+    Layer::convolution(3, 64, SAME),
+    Layer::convolution(64, 64, SAME).compared(),
+    Layer::pool(2, 2),
+    Layer::convolution(64, 128, SAME),
+    Layer::convolution(128, 128, SAME).compared(),
+    Layer::pool(2, 2),
+    Layer::convolution(128, 256, SAME),
+    Layer::convolution(256, 256, SAME),
+    Layer::convolution(256, 256, SAME).compared(),
+    Layer::pool(2, 2),
+    Layer::convolution(256, 512, SAME),
+    Layer::convolution(512, 512, SAME),
+    Layer::convolution(512, 512, SAME).compared(),
+    Layer::pool(2, 2),
+    Layer::convolution(512, 512, SAME),
+    Layer::convolution(512, 512, SAME),
+    Layer::convolution(512, 512, SAME).compared(),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_side_is_the_least() {
+        for network in LpipsNetwork::ALL {
+            let last = |side: usize| {
+                network.layers().iter().fold(side, |side, layer| match side {
+                    0 => 0,
+                    side => layer.window.outputs(side),
+                })
+            };
+            let least = network.least_side() as usize;
+            assert_eq!((last(least - 1), last(least)), (0, 1), "{network}");
+        }
+    }
+
+    #[test]
+    fn layers_fit_each_other() {
+        for network in LpipsNetwork::ALL {
+            let mut channels = 3;
+            for [_, _, inputs, outputs] in network.kernel_shapes() {
+                assert_eq!(inputs, channels);
+                channels = outputs;
+            }
+            assert_eq!(network.compared_channels().len(), 5);
+        }
+        // Sides of torchvision's feature maps for a picture of 224².
+        let sides = |network: LpipsNetwork| {
+            let sides = network.layers().iter().scan(224, |side, layer| {
+                *side = layer.window.outputs(*side);
+                Some((*side, layer.compared))
+            });
+            sides.filter(|(_, compared)| *compared).map(|(side, _)| side).collect::<Vec<_>>()
+        };
+        assert_eq!(sides(LpipsNetwork::Alex), [55, 27, 13, 13, 13]);
+        assert_eq!(sides(LpipsNetwork::Vgg), [224, 112, 56, 28, 14]);
+    }
+}
