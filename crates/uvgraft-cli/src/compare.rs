@@ -13,7 +13,7 @@ use crate::failure::{OrBadInput, bad_input, warn};
 use crate::heatmap;
 use crate::outputs::Outputs;
 use crate::report::to_stdout;
-use crate::scores::{Region, Scores, Selection};
+use crate::scores::{Judge, Region, Scores, Selection};
 
 /// Compares two textures of one size
 ///
@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         [] => vec![Region { name: "whole picture".to_owned(), mask: None }],
         masks => masks.iter().map(|path| read_mask(path)).collect::<anyhow::Result<_>>()?,
     };
-    let scores = Scores::new(&a, &b, &regions, &args.metrics.clone().unwrap_or_default());
+    let judge = Judge::new(args.metrics.clone().unwrap_or_default())?;
+    let scores = Scores::new(&a, &b, &regions, &judge);
     if let Some(path) = &args.heatmap {
         let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));
         heatmap::write(&a, &b, &regions, &title, path)?;

@@ -60,11 +60,11 @@ pub(crate) fn write(
     path: &Path,
 ) -> anyhow::Result<()> {
     let errors = Errors::new(a, b, regions);
-    draw(&errors, title).write(path)
+    errors.draw(title, errors.top()).write(path)
 }
 
 /// Errors in levels of 255, reduced to what is shown.
-struct Errors {
+pub(crate) struct Errors {
     of: Size,
     size: Size,
     /// Texels a side that one value stands for.
@@ -76,7 +76,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn new(a: &Colors, b: &Colors, regions: &[Region]) -> Self {
+    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region]) -> Self {
         let of = a.size();
         let block = of.width.max(of.height).div_ceil(LONGEST);
         let size = Size::new(of.width.div_ceil(block), of.height.div_ceil(block));
@@ -102,7 +102,7 @@ impl Errors {
     /// The scale's top: the 99.5th percentile of what is shown, rounded up to a round number, so
     /// that few extremes do not leave the rest in the dark. Where fewer texels than that differ, the
     /// largest counts.
-    fn top(&self) -> f32 {
+    pub(crate) fn top(&self) -> f32 {
         let mut values: Vec<f32> = self.shown.iter().copied().flatten().collect();
         let at = (values.len().saturating_sub(1) as f64 * 0.995) as usize;
         let percentile = if values.is_empty() {
@@ -112,6 +112,47 @@ impl Errors {
         };
         let wanted = if percentile > 0.0 { percentile } else { self.largest };
         nice(wanted)
+    }
+
+    /// Title, what it shows, the scale up to `top`, and the panel.
+    pub(crate) fn draw(&self, title: &str, top: f32) -> Picture {
+        let Size { width, height } = self.size;
+        let zoom = (ENLARGED / width.max(height)).max(1);
+        let (panel_width, panel_height) = (width * zoom, height * zoom);
+        let content = panel_width.max(LEAST_WIDTH);
+        // Readable where a large picture is shrunk to fit a window.
+        let scale = if content > 1200 { 2 } else { 1 };
+        let line = 14 * scale;
+        let bar_height = 14 * scale;
+        let head = MARGIN + 12 * scale + 10 * scale + 3 * line + 8 * scale + bar_height + 2 * line;
+        let size = Size::new(content + 2 * MARGIN, head + panel_height + MARGIN);
+        let mut picture = Picture::new(size, BACKGROUND);
+
+        let mut y = MARGIN;
+        picture.text(&fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
+        y += 22 * scale;
+        for text in captions(self, top) {
+            picture.text(&fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
+            y += line;
+        }
+        y += 4 * scale;
+        draw_scale(
+            &mut picture,
+            [MARGIN, y],
+            [content.min(720 * scale), bar_height],
+            scale,
+            top,
+            self,
+        );
+
+        for py in 0..panel_height {
+            for px in 0..panel_width {
+                let at = (py / zoom) as usize * width as usize + (px / zoom) as usize;
+                let color = self.shown[at].map_or(OUTSIDE, |error| color_of(error / top));
+                picture.set(MARGIN + px, head + py, color);
+            }
+        }
+        picture
     }
 }
 
@@ -147,48 +188,6 @@ fn color_of(error: f32) -> Rgb {
         let [from, to] = [from, to].map(|color| f32::from(color[k]));
         (from + (to - from) * share + 0.5) as u8
     })
-}
-
-/// Title, what it shows, the scale, and the panel.
-fn draw(errors: &Errors, title: &str) -> Picture {
-    let Size { width, height } = errors.size;
-    let zoom = (ENLARGED / width.max(height)).max(1);
-    let (panel_width, panel_height) = (width * zoom, height * zoom);
-    let content = panel_width.max(LEAST_WIDTH);
-    // Readable where a large picture is shrunk to fit a window.
-    let scale = if content > 1200 { 2 } else { 1 };
-    let line = 14 * scale;
-    let bar_height = 14 * scale;
-    let head = MARGIN + 12 * scale + 10 * scale + 3 * line + 8 * scale + bar_height + 2 * line;
-    let size = Size::new(content + 2 * MARGIN, head + panel_height + MARGIN);
-    let mut picture = Picture::new(size, BACKGROUND);
-
-    let top = errors.top();
-    let mut y = MARGIN;
-    picture.text(&fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
-    y += 22 * scale;
-    for text in captions(errors, top) {
-        picture.text(&fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
-        y += line;
-    }
-    y += 4 * scale;
-    draw_scale(
-        &mut picture,
-        [MARGIN, y],
-        [content.min(720 * scale), bar_height],
-        scale,
-        top,
-        errors,
-    );
-
-    for py in 0..panel_height {
-        for px in 0..panel_width {
-            let at = (py / zoom) as usize * width as usize + (px / zoom) as usize;
-            let color = errors.shown[at].map_or(OUTSIDE, |error| color_of(error / top));
-            picture.set(MARGIN + px, head + py, color);
-        }
-    }
-    picture
 }
 
 fn captions(errors: &Errors, top: f32) -> [String; 3] {

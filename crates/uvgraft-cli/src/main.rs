@@ -15,7 +15,9 @@ mod pair;
 mod picture;
 mod preview;
 mod report;
+mod roundtrip;
 mod scores;
+mod table;
 mod transfer;
 mod weights;
 
@@ -41,6 +43,7 @@ enum Command {
     Inspect(inspect::Args),
     Transfer(transfer::Args),
     Compare(compare::Args),
+    Roundtrip(roundtrip::Args),
     Demo(demo::Args),
     Weights(weights::Args),
 }
@@ -60,6 +63,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Roundtrip(args) => roundtrip::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),
     }

@@ -3,7 +3,11 @@
 use std::fmt::Write as _;
 
 use serde::{Serialize, Serializer};
+use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
+
+use crate::table::{Align, table};
+use crate::weights;
 
 /// What textures are compared by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,28 +77,12 @@ impl Metric {
 
     /// Whether it is computed without being asked for: VGG takes minutes on large textures.
     fn is_default(self) -> bool {
-        self != Self::LpipsVgg && self.missing().is_none()
-    }
-
-    /// What this metric lacks to be computed at all.
-    fn missing(self) -> Option<&'static str> {
-        match self {
-            Self::Flip if cfg!(not(feature = "flip")) => {
-                Some("this uvgraft was built without FLIP (cargo feature `flip`)")
-            }
-            Self::LpipsAlex | Self::LpipsVgg => Some("this uvgraft was built without LPIPS"),
-            _ => None,
-        }
+        self != Self::LpipsVgg && (self != Self::Flip || cfg!(feature = "flip"))
     }
 
     /// Compares two textures in each of the regions.
-    fn scores(self, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
+    fn scores(self, a: &Colors, b: &Colors, regions: &[Region], networks: &Networks) -> Vec<Score> {
         type Measure = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
-        let unavailable =
-            |reason: &str| regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect();
-        if let Some(reason) = self.missing() {
-            return unavailable(reason);
-        }
         let measure: Measure = match self {
             Self::L1 => metrics::l1,
             Self::Psnr => metrics::psnr,
@@ -103,16 +91,72 @@ impl Metric {
             Self::Ssimulacra2 => metrics::ssimulacra2,
             #[cfg(feature = "flip")]
             Self::Flip => metrics::flip,
-            // A network looks at the whole textures once; its maps then answer for every region.
-            _ => return unavailable("not part of this uvgraft"),
+            #[cfg(not(feature = "flip"))]
+            Self::Flip => return unavailable(regions, WITHOUT_FLIP),
+            Self::LpipsAlex => return lpips(networks.alex.as_ref(), a, b, regions),
+            Self::LpipsVgg => return lpips(networks.vgg.as_ref(), a, b, regions),
         };
-        regions
+        regions.iter().map(|region| measure(a, b, region.mask.as_ref()).into()).collect()
+    }
+
+    /// What it is called at the head of a column.
+    pub(crate) fn title_with_arrow(self) -> String {
+        format!("{} {}", self.title(), if self.higher_is_better() { "↑" } else { "↓" })
+    }
+
+    /// The better of two values.
+    pub(crate) fn better(self, a: f64, b: f64) -> f64 {
+        if self.higher_is_better() { a.max(b) } else { a.min(b) }
+    }
+
+    /// A value with the digits that it is worth.
+    pub(crate) fn format(self, value: f64) -> String {
+        format!("{value:.*}", self.decimals())
+    }
+}
+
+const WITHOUT_FLIP: &str = "this uvgraft was built without it (cargo feature `flip`)";
+
+fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
+    regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect()
+}
+
+/// A network looks at the whole textures once; its maps then answer for every region.
+fn lpips(network: Option<&Lpips>, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
+    let Some(network) = network else {
+        return unavailable(
+            regions,
+            "its networks were not imported; see `uvgraft weights --help`",
+        );
+    };
+    match network.compare(a, b) {
+        Ok(maps) => regions
             .iter()
-            .map(|region| match measure(a, b, region.mask.as_ref()) {
-                Ok(value) => Score::Value(value),
-                Err(error) => Score::Unavailable(error.to_string()),
+            .map(|region| match &region.mask {
+                Some(mask) => maps.masked_mean(mask).into(),
+                None => Score::Value(maps.mean()),
             })
-            .collect()
+            .collect(),
+        Err(error) => unavailable(regions, &error.to_string()),
+    }
+}
+
+/// The networks of LPIPS that a selection needs, as far as they were imported.
+struct Networks {
+    alex: Option<Lpips>,
+    vgg: Option<Lpips>,
+}
+
+impl Networks {
+    fn load(selection: &Selection) -> anyhow::Result<Self> {
+        let load = |metric, network| match selection.0.contains(&metric) {
+            true => weights::lpips(network),
+            false => Ok(None),
+        };
+        Ok(Self {
+            alex: load(Metric::LpipsAlex, LpipsNetwork::Alex)?,
+            vgg: load(Metric::LpipsVgg, LpipsNetwork::Vgg)?,
+        })
     }
 }
 
@@ -152,6 +196,20 @@ impl Selection {
     }
 }
 
+/// What scores are made with: the chosen metrics, and what they need.
+pub(crate) struct Judge {
+    selection: Selection,
+    networks: Networks,
+}
+
+impl Judge {
+    /// Loads what the metrics need; a file of networks that is broken is an error.
+    pub(crate) fn new(selection: Selection) -> anyhow::Result<Self> {
+        let networks = Networks::load(&selection)?;
+        Ok(Self { selection, networks })
+    }
+}
+
 /// A part of the textures.
 pub(crate) struct Region {
     /// What to call it.
@@ -166,6 +224,15 @@ enum Score {
     Value(f64),
     /// Why there is no value.
     Unavailable(String),
+}
+
+impl From<Result<f64, MetricError>> for Score {
+    fn from(result: Result<f64, MetricError>) -> Self {
+        match result {
+            Ok(value) => Self::Value(value),
+            Err(error) => Self::Unavailable(error.to_string()),
+        }
+    }
 }
 
 impl Serialize for Score {
@@ -200,7 +267,7 @@ fn as_map<S: Serializer>(scores: &[(Metric, Score)], serializer: S) -> Result<S:
 
 impl Scores {
     /// Compares two textures; all masks must have their size.
-    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region], selection: &Selection) -> Self {
+    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region], judge: &Judge) -> Self {
         let mut all: Vec<RegionScores> = regions
             .iter()
             .map(|Region { name, mask }| RegionScores {
@@ -209,12 +276,41 @@ impl Scores {
                 scores: Vec::new(),
             })
             .collect();
-        for &metric in &selection.0 {
-            for (region, score) in all.iter_mut().zip(metric.scores(a, b, regions)) {
+        for &metric in &judge.selection.0 {
+            let scores = metric.scores(a, b, regions, &judge.networks);
+            for (region, score) in all.iter_mut().zip(scores) {
                 region.scores.push((metric, score));
             }
         }
         Self { regions: all }
+    }
+
+    /// The metrics of a region, in order.
+    pub(crate) fn metrics(&self) -> Vec<Metric> {
+        let first = self.regions.first();
+        first.map_or_else(Vec::new, |region| region.scores.iter().map(|(m, _)| *m).collect())
+    }
+
+    /// The value of a metric, by the numbers of region and metric; nothing if it has none.
+    pub(crate) fn value(&self, region: usize, metric: usize) -> Option<f64> {
+        match self.regions[region].scores[metric].1 {
+            Score::Value(value) => Some(value),
+            Score::Unavailable(_) => None,
+        }
+    }
+
+    /// Why values are missing, each reason once.
+    pub(crate) fn reasons(&self) -> Vec<String> {
+        let mut reasons = Vec::new();
+        for (metric, score) in self.regions.iter().flat_map(|region| &region.scores) {
+            if let Score::Unavailable(reason) = score {
+                let reason = format!("{}: {reason}", metric.title());
+                if !reasons.contains(&reason) {
+                    reasons.push(reason);
+                }
+            }
+        }
+        reasons
     }
 
     /// A table in Markdown, aligned for reading as it is: a row a metric, a column a region, and
@@ -222,65 +318,22 @@ impl Scores {
     pub(crate) fn table(&self) -> String {
         let mut rows = vec![vec!["metric".to_owned(), "better".to_owned()]];
         rows[0].extend(self.regions.iter().map(|region| region.region.replace('|', "\\|")));
-        let mut notes: Vec<String> = Vec::new();
-        let metrics = self.regions.first().map_or(&[][..], |region| &region.scores);
-        for (index, (metric, _)) in metrics.iter().enumerate() {
+        for (index, metric) in self.metrics().into_iter().enumerate() {
             let arrow = if metric.higher_is_better() { "↑" } else { "↓" };
             let mut row = vec![metric.title().to_owned(), arrow.to_owned()];
-            for region in &self.regions {
-                row.push(match &region.scores[index].1 {
-                    Score::Value(value) => format!("{value:.*}", metric.decimals()),
-                    Score::Unavailable(reason) => {
-                        // Some reasons begin with the metric anyway.
-                        let note = match reason.starts_with(metric.title()) {
-                            true => reason.clone(),
-                            false => format!("{}: {reason}", metric.title()),
-                        };
-                        if !notes.contains(&note) {
-                            notes.push(note);
-                        }
-                        "–".to_owned()
-                    }
-                });
-            }
+            row.extend((0..self.regions.len()).map(|region| match self.value(region, index) {
+                Some(value) => metric.format(value),
+                None => "–".to_owned(),
+            }));
             rows.push(row);
         }
-        let mut text = aligned(&rows);
-        if !notes.is_empty() {
-            let _ = writeln!(text, "\n{}", notes.join("\n"));
+        let mut text = table(&rows, &[Align::Left, Align::Centre]);
+        let reasons = self.reasons();
+        if !reasons.is_empty() {
+            let _ = writeln!(text, "\n{}", reasons.join("\n"));
         }
         text
     }
-}
-
-/// A Markdown table whose first row is its head: the first column to the left, the second in the
-/// middle, numbers to the right.
-fn aligned(rows: &[Vec<String>]) -> String {
-    let columns = rows.first().map_or(0, Vec::len);
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths: Vec<usize> = (0..columns).map(|k| width(k).unwrap_or(0).max(3)).collect();
-    let mut text = String::new();
-    for (index, row) in rows.iter().enumerate() {
-        for ((k, cell), width) in row.iter().enumerate().zip(&widths) {
-            let _ = match k {
-                0 => write!(text, "| {cell:<width$} "),
-                1 => write!(text, "| {cell:^width$} "),
-                _ => write!(text, "| {cell:>width$} "),
-            };
-        }
-        text.push_str("|\n");
-        if index == 0 {
-            for (k, width) in widths.iter().enumerate() {
-                let _ = match k {
-                    0 => write!(text, "|:{}-", "-".repeat(*width)),
-                    1 => write!(text, "|:{}:", "-".repeat(*width)),
-                    _ => write!(text, "|-{}:", "-".repeat(*width)),
-                };
-            }
-            text.push_str("|\n");
-        }
-    }
-    text
 }
 
 #[cfg(test)]

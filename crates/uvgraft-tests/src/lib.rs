@@ -3,6 +3,7 @@
 
 pub mod downloads;
 pub mod independent;
+pub mod photographs;
 pub mod pictures;
 pub mod real;
 pub mod synthetic;

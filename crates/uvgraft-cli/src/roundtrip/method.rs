@@ -169,11 +169,12 @@ impl Course<'_> {
             || (),
             |()| (self.map(self.there, self.via, self.gutter_px), self.map_back()),
         );
-        let [there, back] =
-            [(self.there, self.gutter_px), (self.there.opposite(), 0)].map(|(direction, gutter)| {
+        let [there, back] = [(self.there, self.gutter_px), (self.there.opposite(), 0)].map(
+            |(direction, gutter)| {
                 let options = self.options(filter, gutter);
                 self.median_time(|| (), |()| self.transfer(direction, &options))
-            });
+            },
+        );
         // Preparing a transfer makes its map too.
         let padding_s = Some((there.1 + back.1 - maps_s).max(0.0));
         let (result, back_s) = self.median_time(
@@ -190,10 +191,8 @@ impl Course<'_> {
         let grey = self.grey()?;
         let (via, there_s) =
             self.median_time(|| grey.clone(), |grey| grid::transfer(&there, self.texture, grey));
-        let (result, back_s) = self.median_time(
-            || self.texture.clone(),
-            |texture| grid::transfer(&back, &via, texture),
-        );
+        let (result, back_s) = self
+            .median_time(|| self.texture.clone(), |texture| grid::transfer(&back, &via, texture));
         let times = Times { maps_s, padding_s: None, there_s, back_s };
         Ok(Trip { via, back: result, times, fit: None, whole_picture: None })
     }

@@ -10,7 +10,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use uvgraft::metrics::{Colors, Mask};
-use uvgraft::{Direction, MapOptions, Size, Texture, TransferOptions};
+use uvgraft::{Direction, MapOptions, Size, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
 
@@ -19,7 +19,7 @@ use crate::filters::FilterName;
 use crate::heatmap;
 use crate::outputs::Outputs;
 use crate::report::{parse_size, to_stdout};
-use crate::scores::{Region, Scores, Selection};
+use crate::scores::{Judge, Region, Scores, Selection};
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
@@ -40,7 +40,13 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Side::Target)]
     from: Side,
     /// Filters to try, with commas between them, for both ways
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "lanczos3", value_name = "LIST")]
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "lanczos3",
+        value_name = "LIST"
+    )]
     filter: Vec<FilterName>,
     /// Also solve for the texture that reads back best, with each of the filters
     #[arg(long)]
@@ -110,7 +116,8 @@ impl Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let methods = args.methods();
-    let folder = args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
+    let folder =
+        args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
@@ -147,11 +154,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let original = Colors::new(texture.clone())
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
+    let judge = Judge::new(args.metrics.clone().unwrap_or_default())?;
     if let Some(folder) = &folder {
         folder.make()?;
     }
 
-    let selection = args.metrics.clone().unwrap_or_default();
     let progress = bar(methods.len());
     let mut outcomes = Vec::new();
     let mut top = None;
@@ -160,7 +167,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let trip = method.run(&course)?;
         progress.set_message(format!("{}: comparing", method.title()));
         let back = Colors::new(trip.back.clone())?;
-        let scores = Scores::new(&original, &back, &regions, &selection);
+        let scores = Scores::new(&original, &back, &regions, &judge);
         if let Some(folder) = &folder {
             // One scale for all, that of the first, so that heatmaps can be laid side by side.
             let errors = heatmap::Errors::new(&original, &back, &[]);

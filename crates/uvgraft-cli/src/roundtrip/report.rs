@@ -83,7 +83,7 @@ impl Report {
     /// The best of each column is set in bold.
     fn scores(&self, region: usize) -> String {
         let Some(first) = self.outcomes.first() else { return String::new() };
-        let metrics = first.regions.metrics(region);
+        let metrics = first.regions.metrics();
         let mut rows = vec![vec!["method".to_owned()]];
         rows[0].extend(metrics.iter().map(|metric| metric.title_with_arrow()));
         rows.extend(self.outcomes.iter().map(|outcome| vec![outcome.method.clone()]));
@@ -102,7 +102,7 @@ impl Report {
             }
         }
         let mut text = table(&rows, &[Align::Left]);
-        for reason in first.regions.reasons(region) {
+        for reason in first.regions.reasons() {
             let _ = writeln!(text, "\n{reason}");
         }
         text
