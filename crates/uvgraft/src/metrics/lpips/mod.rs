@@ -39,7 +39,7 @@ impl Lpips {
     /// for white.
     ///
     /// What is held beside the pictures and the result does not grow with the pictures' height; for
-    /// a width of 4096 texels it is below 500 MB with VGG16 and 20 MB with AlexNet. The result is
+    /// a width of 4096 texels it is below 500 MB with VGG16 and 30 MB with AlexNet. The result is
     /// the same to the bit for any number of threads.
     ///
     /// # Errors
