@@ -1,5 +1,7 @@
 //! Importing the networks of LPIPS: where they go, and what is refused.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
 mod bench;
 
 use std::process::Output;

@@ -37,7 +37,10 @@ impl Rows {
     /// Makes room for the rows up to `end` and gives it.
     pub(super) fn extend_to(&mut self, end: usize) -> &mut [f32] {
         let held = self.values.len();
-        self.values.resize((end - self.first) * 2 * self.row_length(), 0.0);
+        let wanted = (end - self.first) * 2 * self.row_length();
+        // No spare room: every strip takes as much as the one before, so it would never be used.
+        self.values.reserve_exact(wanted.saturating_sub(held));
+        self.values.resize(wanted, 0.0);
         &mut self.values[held..]
     }
 
