@@ -115,6 +115,7 @@ impl Metric {
     }
 }
 
+#[cfg(not(feature = "flip"))]
 const WITHOUT_FLIP: &str = "this uvgraft was built without it (cargo feature `flip`)";
 
 fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {

@@ -170,7 +170,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let scores = Scores::new(&original, &back, &regions, &judge);
         if let Some(folder) = &folder {
             // One scale for all, that of the first, so that heatmaps can be laid side by side.
-            let errors = heatmap::Errors::new(&original, &back, &[]);
+            let errors = heatmap::Errors::new(&original, &back, &regions[..1]);
             let top = *top.get_or_insert_with(|| errors.top());
             folder.write(method, &trip, &errors, top)?;
         }

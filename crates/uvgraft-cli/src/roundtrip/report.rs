@@ -69,13 +69,18 @@ impl Report {
             format!("Transferred region: {} texels, {share:.1} %", grouped(self.linked)),
         ];
         for (region, title) in titles.into_iter().enumerate() {
-            let _ = writeln!(text, "\n## {title}\n\n{}", self.scores(region));
+            let _ = write!(text, "\n## {title}\n\n{}", self.scores(region));
+        }
+        if let Some(first) = self.outcomes.first() {
+            for reason in first.regions.reasons() {
+                let _ = writeln!(text, "\n– {reason}");
+            }
         }
         let threads = if self.threads == 1 { "thread" } else { "threads" };
-        let _ = writeln!(text, "## Times on {} {threads}\n\n{}", self.threads, self.times());
+        let _ = writeln!(text, "\n## Times on {} {threads}\n\n{}", self.threads, self.times());
         let notes = self.notes();
         if !notes.is_empty() {
-            let _ = writeln!(text, "{}", notes.join("\n"));
+            let _ = writeln!(text, "{}", notes.join("\n\n"));
         }
         text
     }
@@ -101,11 +106,7 @@ impl Report {
                 });
             }
         }
-        let mut text = table(&rows, &[Align::Left]);
-        for reason in first.regions.reasons() {
-            let _ = writeln!(text, "\n{reason}");
-        }
-        text
+        table(&rows, &[Align::Left])
     }
 
     fn times(&self) -> String {
