@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use uvgraft::metrics::lpips::Lpips;
+use uvgraft::metrics::{self, Colors};
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, SamplingMap, Size, Texels,
-    Texture, Transfer, TransferOptions, baseline::grid,
+    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, MapOptions, Pair, SamplingMap,
+    Size, Texels, Texture, Transfer, TransferOptions, baseline::grid,
 };
-use uvgraft_tests::{real, synthetic};
+use uvgraft_io::lpips_weights::sdist;
+use uvgraft_tests::{downloads, photographs, real, synthetic};
 
 fn values(texture: &Texture) -> &[u8] {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
@@ -98,4 +101,56 @@ fn five_round_trips_do_not_change_the_brightness() {
     assert!(drift[0].abs() < 0.1, "drift of {:.3} levels", drift[0]);
     // The test can see a drift: truncation loses half a level in each of ten transfers.
     assert!(drift[1] < -2.5, "the reference drifts by {:.3} levels", drift[1]);
+}
+
+/// The scores that round trips are judged by.
+#[derive(Debug, Clone, Copy)]
+struct Scores {
+    psnr: f64,
+    ssim: f64,
+    lpips: Option<f64>,
+}
+
+impl Scores {
+    fn new(result: Texture, original: &Colors, lpips: Option<&Lpips>) -> Self {
+        let result = Colors::new(result).unwrap();
+        Self {
+            psnr: metrics::psnr(original, &result, None).unwrap(),
+            ssim: metrics::ssim(original, &result, None).unwrap(),
+            lpips: lpips.map(|lpips| lpips.compare(original, &result).unwrap().mean()),
+        }
+    }
+}
+
+fn alex() -> Option<Lpips> {
+    Some(Lpips::new(sdist::read(&downloads::lpips_sdist()?).unwrap().alex))
+}
+
+#[test]
+fn photographs_survive_better_than_the_reference_leaves_them() {
+    let Some(pair) = real::flame_to_smplx() else { return };
+    let Some(texture) = photographs::mosaic(Size::square(4096)) else { return };
+    let (via, lpips) = (Size::square(2048), alex());
+    let original = Colors::new(texture.clone()).unwrap();
+    let judge = |name: &str, result: Texture| {
+        let scores = Scores::new(result, &original, lpips.as_ref());
+        println!("{name}: {scores:?}");
+        scores
+    };
+    let reference = judge("reference", reference_round_trip(&pair, &texture, via));
+    let trip = RoundTrip::new(&pair, texture.size(), via, TransferOptions::default().filter);
+    let own = judge("default", trip.run(&texture));
+    let options = TransferOptions::default();
+    let fit =
+        Fit::new(&pair, Direction::Reverse, texture.size(), via, &options, FitOptions::default());
+    let head = fit.apply(texture.clone(), grey(via), &mut |_| {}).unwrap();
+    let fitted = judge("fitted", trip.back.apply(head, texture.clone()).unwrap());
+
+    assert!(own.psnr >= reference.psnr + 7.4, "{own:?}");
+    assert!(fitted.psnr >= reference.psnr + 8.7, "{fitted:?}");
+    for (better, worse) in [(own, reference), (fitted, own)] {
+        assert!(better.ssim > worse.ssim, "{better:?} {worse:?}");
+        let lower = better.lpips.zip(worse.lpips).is_none_or(|(better, worse)| better < worse);
+        assert!(lower, "{better:?} {worse:?}");
+    }
 }
