@@ -116,7 +116,7 @@ impl Metric {
 }
 
 #[cfg(not(feature = "flip"))]
-const WITHOUT_FLIP: &str = "this uvgraft was built without it (cargo feature `flip`)";
+const WITHOUT_FLIP: &str = "this uvgraft was built without FLIP (cargo feature `flip`)";
 
 fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
     regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect()
@@ -305,7 +305,11 @@ impl Scores {
         let mut reasons = Vec::new();
         for (metric, score) in self.regions.iter().flat_map(|region| &region.scores) {
             if let Score::Unavailable(reason) = score {
-                let reason = format!("{}: {reason}", metric.title());
+                // Some reasons begin with the metric anyway.
+                let reason = match reason.starts_with(metric.title()) {
+                    true => reason.clone(),
+                    false => format!("{}: {reason}", metric.title()),
+                };
                 if !reasons.contains(&reason) {
                     reasons.push(reason);
                 }

@@ -2,6 +2,7 @@
 //! and an independent implementation to compare with.
 
 pub mod downloads;
+pub mod fixtures;
 pub mod independent;
 pub mod photographs;
 pub mod pictures;

@@ -5,11 +5,11 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use serde::Deserialize;
 use uvgraft::metrics::Colors;
 use uvgraft::metrics::lpips::{ConvolutionWeights, Lpips, LpipsNetwork, LpipsWeights};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_io::lpips_weights::{self, sdist};
+use uvgraft_tests::fixtures::{self, Case};
 use uvgraft_tests::{downloads, pictures, synthetic};
 
 /// Both add up in 32-bit floats, in different orders; 1e-7 was found.
@@ -38,27 +38,13 @@ fn a_photograph_and_its_blur() {
     }
 }
 
-#[derive(Deserialize)]
-struct Fixtures {
-    cases: Vec<Case>,
-}
-
-#[derive(Deserialize)]
-struct Case {
-    picture: String,
-    distortion: String,
-    mask: Option<String>,
-    values: BTreeMap<String, f64>,
-}
-
 /// Compares what a test takes of the fixtures, and gives the largest difference.
 fn compare_with_fixtures(lpips: &Lpips, takes: impl Fn(&Case) -> bool) -> f64 {
-    let json = include_str!("../fixtures/metrics.json");
-    let fixtures: Fixtures = serde_json::from_str(json).unwrap();
     let name = format!("lpips-{}", lpips.network());
     let mut known = BTreeMap::new();
     let mut largest: f64 = 0.0;
-    for case in fixtures.cases.iter().filter(|case| takes(case)) {
+    let cases = fixtures::metrics();
+    for case in cases.iter().filter(|case| takes(case)) {
         let Case { picture, distortion, mask, values } = case;
         let compared = known.entry((picture, distortion)).or_insert_with(|| {
             let original = pictures::picture(picture)?;

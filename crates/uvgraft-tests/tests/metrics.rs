@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
+use uvgraft_tests::fixtures::{self, Case};
 use uvgraft_tests::{pictures, synthetic};
 
 type Metric = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
@@ -25,26 +25,12 @@ const METRICS: &[(&str, Metric, f64)] = &[
     ("flip", metrics::flip, 1e-4),
 ];
 
-#[derive(Deserialize)]
-struct Fixtures {
-    cases: Vec<Case>,
-}
-
-#[derive(Deserialize)]
-struct Case {
-    picture: String,
-    distortion: String,
-    mask: Option<String>,
-    values: BTreeMap<String, f64>,
-}
-
 #[test]
 fn as_other_implementations_say() {
-    let json = include_str!("../fixtures/metrics.json");
-    let fixtures: Fixtures = serde_json::from_str(json).unwrap();
     let mut largest: BTreeMap<&str, f64> = BTreeMap::new();
     let mut pictures: BTreeMap<&str, Option<_>> = BTreeMap::new();
-    for Case { picture, distortion, mask, values } in &fixtures.cases {
+    let cases = fixtures::metrics();
+    for Case { picture, distortion, mask, values } in &cases {
         let original = pictures.entry(picture).or_insert_with(|| pictures::picture(picture));
         let Some(original) = original.clone() else { continue };
         let mask = mask.as_ref().map(|name| pictures::mask(original.size(), name));

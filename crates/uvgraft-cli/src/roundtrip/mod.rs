@@ -95,11 +95,8 @@ impl Args {
     /// All methods that were asked for, each once, ours first.
     fn methods(&self) -> Vec<Method> {
         let sampled = self.filter.iter().map(|&name| Method::Sampled(name.into()));
-        let fitted = self
-            .filter
-            .iter()
-            .filter(|name| self.fit && **name != FilterName::Nearest)
-            .map(|&name| Method::Fitted(name.into()));
+        let fitted =
+            self.filter.iter().filter(|_| self.fit).map(|&name| Method::Fitted(name.into()));
         let baselines = self.baseline.iter().map(|baseline| match baseline {
             Baseline::Grid => Method::Grid,
             Baseline::Affine => Method::Affine,
@@ -115,6 +112,9 @@ impl Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.fit && args.filter.contains(&FilterName::Nearest) {
+        return Err(bad_input("--fit would blend texels, and the filter nearest never does"));
+    }
     let methods = args.methods();
     let folder =
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;

@@ -156,6 +156,8 @@ impl Bench {
     pub fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_uvgraft"));
         command.current_dir(self.folder.path());
+        // Whatever networks the user imported, none are there.
+        command.env("UVGRAFT_WEIGHTS", self.path("lpips.safetensors"));
         command
     }
 
