@@ -4,12 +4,15 @@
 use std::io::Cursor;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use uvgraft::metrics::lpips::Lpips;
+use uvgraft::metrics::{self, Colors, Mask, MetricError};
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, SamplingMap, Size, Texels,
-    Texture, Transfer, TransferOptions, resample,
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, Operator, Pair, SamplingMap, Size,
+    Texels, Texture, Transfer, TransferOptions, resample,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_tests::{real, synthetic};
+use uvgraft_io::lpips_weights::sdist;
+use uvgraft_tests::{downloads, real, synthetic};
 
 const SOURCE: Size = Size::square(2048);
 const TARGET: Size = Size::square(4096);
@@ -81,6 +84,50 @@ fn transfers(criterion: &mut Criterion, pair: &Pair) {
     group.finish();
 }
 
+/// `H` and `Hᵀ` between floats, once each being a step of a fit.
+fn operators(criterion: &mut Criterion, pair: &Pair) {
+    let mut group = criterion.benchmark_group("operator");
+    for filter in [Filter::Bilinear, Filter::Lanczos3] {
+        let map = MapOptions { gutter_px: 0 };
+        let options = TransferOptions { filter, map, ..TransferOptions::default() };
+        let transfer = Transfer::new(pair, Direction::Forward, SOURCE, TARGET, &options);
+        let operator = Operator::new(&transfer);
+        let (source, target) = (vec![0.5; SOURCE.texels() * 3], vec![0.5; TARGET.texels() * 3]);
+        group.bench_function(format!("H {filter}"), |bencher| {
+            bencher.iter(|| operator.apply(3, &source));
+        });
+        group.bench_function(format!("H transposed {filter}"), |bencher| {
+            bencher.iter(|| operator.apply_transposed(3, &target));
+        });
+    }
+    group.finish();
+}
+
+fn metrics(criterion: &mut Criterion) {
+    type Metric = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
+    let mut group = criterion.benchmark_group("metric");
+    let [a, b] = [1, 2]
+        .map(|seed| Colors::new(synthetic::detailed(SOURCE, seed)).expect("a texture of integers"));
+    let metrics: [(&str, Metric); 4] = [
+        ("psnr", metrics::psnr),
+        ("ssim", metrics::ssim),
+        ("ssim uniform", metrics::ssim_uniform),
+        ("ssimulacra2", metrics::ssimulacra2),
+    ];
+    for (name, metric) in metrics {
+        group.bench_function(format!("{name} {SOURCE}"), |bencher| {
+            bencher.iter(|| metric(&a, &b, None));
+        });
+    }
+    if let Some(sdist) = downloads::lpips_sdist() {
+        let alex = Lpips::new(sdist::read(&sdist).expect("the sdist").alex);
+        group.bench_function(format!("lpips alex {SOURCE}"), |bencher| {
+            bencher.iter(|| alex.compare(&a, &b));
+        });
+    }
+    group.finish();
+}
+
 fn files(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("file");
     for size in [SOURCE, TARGET] {
@@ -108,6 +155,8 @@ fn stages(criterion: &mut Criterion) {
     let pair = real::flame_to_smplx().unwrap_or_else(synthetic::pair);
     maps(criterion, &pair);
     transfers(criterion, &pair);
+    operators(criterion, &pair);
+    metrics(criterion);
     files(criterion);
 }
 

@@ -60,6 +60,12 @@ pub(super) struct Times {
     pub(super) back_s: f64,
 }
 
+impl Times {
+    pub(super) fn total_s(&self) -> f64 {
+        self.maps_s + self.padding_s.unwrap_or(0.0) + self.there_s + self.back_s
+    }
+}
+
 /// What warps of whole pictures would take, extrapolated from a few triangles.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct WholePicture {

@@ -31,7 +31,7 @@ pub(super) struct Report {
 pub(super) struct Outcome {
     method: String,
     #[serde(skip)]
-    is_affine: bool,
+    runs_on_our_maps: bool,
     #[serde(flatten)]
     times: Times,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,7 @@ impl Outcome {
     pub(super) fn new(method: Method, trip: &Trip, regions: Scores) -> Self {
         Self {
             method: method.title(),
-            is_affine: method == Method::Affine,
+            runs_on_our_maps: method == Method::Grid,
             times: trip.times,
             fit: trip.fit,
             whole_picture: trip.whole_picture,
@@ -110,7 +110,7 @@ impl Report {
     }
 
     fn times(&self) -> String {
-        let head = ["method", "maps", "padding", "there", "back"].map(str::to_owned);
+        let head = ["method", "maps", "padding", "there", "back", "total"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
         for Outcome { method, times, .. } in &self.outcomes {
             rows.push(vec![
@@ -119,6 +119,7 @@ impl Report {
                 times.padding_s.map_or_else(|| "–".to_owned(), seconds),
                 seconds(times.there_s),
                 seconds(times.back_s),
+                seconds(times.total_s()),
             ]);
         }
         table(&rows, &[Align::Left])
@@ -134,7 +135,14 @@ impl Report {
             if let Some(fit) = &outcome.fit {
                 notes.push(format!("{}: {fit}.", outcome.method));
             }
-            if let (true, Some(whole)) = (outcome.is_affine, &outcome.whole_picture) {
+            if outcome.runs_on_our_maps {
+                notes.push(format!(
+                    "{}: the convention of the published reference, run here on uvgraft's maps; \
+                     its own code builds a grid of positions first, so these times are not its.",
+                    outcome.method
+                ));
+            }
+            if let Some(whole) = &outcome.whole_picture {
                 notes.push(format!(
                     "{}: run on the rectangle around each triangle, with the median of {MEDIAN_PX} \
                      texels at the end. As scripts do it, each of {} warps going over the whole \
