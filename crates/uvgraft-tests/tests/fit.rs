@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, FitProgress, MapOptions,
-    Operator, Pair, Size, Texels, Texture, Transfer, TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, FitProgress, MapOptions, Mesh,
+    Operator, Pair, Size, Texels, Texture, Transfer, TransferError, TransferOptions,
 };
 use uvgraft_tests::{real, synthetic};
 
@@ -88,6 +88,83 @@ fn what_the_map_does_not_reach_is_the_base() {
         }
     }
     assert!(beside > 1000, "{beside}");
+}
+
+/// A square of two triangles, one of which the source has.
+fn half_linked() -> Pair {
+    let uv = vec![[0.1, 0.1], [0.9, 0.12], [0.88, 0.9], [0.1, 0.9]];
+    let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let (one, both) = ([[0, 1, 2]], [[0, 1, 2], [0, 2, 3]]);
+    let source = Mesh::from_triangles(
+        positions[..3].to_vec(),
+        vec![[0.05, 0.1], [0.95, 0.2], [0.6, 0.9]],
+        &one,
+        &one,
+    );
+    let target = Mesh::from_triangles(positions, uv, &both, &both);
+    Pair::by_vertex_map(source.unwrap(), target.unwrap(), &[0, 1, 2]).unwrap()
+}
+
+/// The border of the links may lie inside an island; what is beside it is not made up for.
+#[test]
+fn one_colour_stays_one_colour_whatever_the_base() {
+    let pair = half_linked();
+    let texture = |size, value: f32| {
+        Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::F32, &[value]).unwrap()
+    };
+    for (from, to) in [(230, 128), (100, 300), (64, 64)] {
+        let (from, to) = (Size::square(from), Size::square(to));
+        for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
+            let options = TransferOptions { filter, ..TransferOptions::default() };
+            let fit =
+                Fit::new(&pair, Direction::Forward, from, to, &options, FitOptions::default());
+            let mut last = None;
+            let fitted =
+                fit.apply(texture(from, 0.8), texture(to, 0.1), &mut |step| last = Some(step));
+            let fitted = fitted.unwrap();
+            assert!(last.unwrap().rms < 1e-6, "{filter}: {last:?}");
+            let off = (0..to.texels() as u32)
+                .map(|k| fitted.get(k % to.width, k / to.width, 0))
+                .map(|value| (value - 0.8).abs().min((value - 0.1).abs()))
+                .fold(0.0, f32::max);
+            assert!(off < 1e-5, "{filter} {from} {to}: {off}");
+        }
+    }
+}
+
+/// Where two islands of the target lie on each other, the one that owns the texels decides.
+#[test]
+fn an_island_that_lost_its_texels_has_no_say() {
+    let separate = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.4], [0.6, 0.6], [1.0, 0.6], [1.0, 1.0]];
+    let stacked = [[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9]];
+    let faces = [[0, 1, 2], [3, 4, 5]];
+    let mesh = |uv: [[f32; 2]; 6]| {
+        Mesh::from_triangles(vec![[0.0; 3]; 6], uv.to_vec(), &faces, &faces).unwrap()
+    };
+    let pair = Pair::by_vertex_map(mesh(separate), mesh(stacked), &[0, 1, 2, 3, 4, 5]).unwrap();
+    let size = Size::square(100);
+    // White on the first, black on the second.
+    let values = (0..size.texels()).map(|k| if k / 100 < 50 { 255 } else { 0 }).collect();
+    let source = Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap();
+    let base = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[1.0]).unwrap();
+    let options = TransferOptions::default();
+    let fit = Fit::new(&pair, Direction::Forward, size, size, &options, FitOptions::default());
+    let fitted = fit.apply(source, base, &mut ignore).unwrap();
+    let Texels::U8(values) = fitted.texels() else { panic!("8 bits") };
+    assert!(values.iter().all(|&value| value == 255), "{:?}", values.iter().min());
+}
+
+#[test]
+fn values_that_are_no_numbers_are_refused() {
+    let pair = half_linked();
+    let size = Size::square(40);
+    let mut values = vec![0.5; size.texels()];
+    values[7 * 40 + 3] = f32::NAN;
+    let source = Texture::new(size, Channels::Grey, Encoding::Linear, Texels::F32(values)).unwrap();
+    let options = TransferOptions::default();
+    let fit = Fit::new(&pair, Direction::Forward, size, size, &options, FitOptions::default());
+    let refused = fit.apply(source.clone(), source, &mut ignore);
+    assert_eq!(refused, Err(TransferError::NotFinite { x: 3, y: 7 }));
 }
 
 #[test]

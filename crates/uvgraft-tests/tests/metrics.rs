@@ -51,6 +51,7 @@ fn as_other_implementations_say() {
         }
     }
     println!("largest differences: {largest:?}");
+    assert_eq!(largest.len(), METRICS.len(), "each metric was compared");
 }
 
 #[test]

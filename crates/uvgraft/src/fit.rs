@@ -7,7 +7,8 @@
 
 use std::ops::Range;
 
-use crate::map::{MapOptions, SamplingMap};
+use crate::islands::Islands;
+use crate::map::{Coverage, MapOptions, Region, SamplingMap, corners_px};
 use crate::operator::Operator;
 use crate::pair::{Direction, Pair};
 use crate::resample::{load, store};
@@ -51,6 +52,10 @@ pub struct FitProgress {
 pub struct Fit {
     there: Transfer,
     back: Transfer,
+    /// What is solved for: the texels of the result that linked triangles own.
+    unknowns: Region,
+    /// What is to be met: the texels of the source that read them.
+    equations: Region,
     options: FitOptions,
 }
 
@@ -68,13 +73,15 @@ impl Fit {
         options: &TransferOptions,
         fit: FitOptions,
     ) -> Self {
-        // The gutter is no part of what has to be met.
+        let there = Transfer::new(pair, direction, source_size, target_size, options);
+        let unknowns = Region::linked(there.map(), |_| true);
+        // The gutter is no part of what has to be met; nor is what lies beside the unknowns, islands
+        // or not: whatever the base holds there, the border must not make up for it.
         let bare = TransferOptions { map: MapOptions { gutter_px: 0 }, ..*options };
-        Self {
-            there: Transfer::new(pair, direction, source_size, target_size, options),
-            back: Transfer::new(pair, direction.opposite(), target_size, source_size, &bare),
-            options: fit,
-        }
+        let back = Transfer::reading(pair, direction.opposite(), &unknowns, source_size, &bare);
+        let lost = lost_faces(pair, direction, target_size);
+        let equations = Region::linked(back.map(), |face| !lost[face as usize]);
+        Self { there, back, unknowns, equations, options: fit }
     }
 
     /// The transfer that the fit starts from.
@@ -88,7 +95,8 @@ impl Fit {
     /// `progress` is called before the first step and after each.
     ///
     /// # Errors
-    /// [`TransferError::Size`] if a texture has another size than this was made for.
+    /// [`TransferError::Size`] if a texture has another size than this was made for,
+    /// [`TransferError::NotFinite`] if a float source holds a NaN or an infinity.
     pub fn apply(
         &self,
         source: Texture,
@@ -102,6 +110,12 @@ impl Fit {
         let opacity = has_opacity(&base);
         let source = source.converted(channels, Depth::F32);
         let Texels::F32(source) = source.into_texels() else { unreachable!("converted") };
+        if let Some(index) = source.iter().position(|value| !value.is_finite()) {
+            let (texel, width) =
+                (index / channels.count(), self.there.source_size().width as usize);
+            let (x, y) = ((texel % width) as u32, (texel / width) as u32);
+            return Err(TransferError::NotFinite { x, y });
+        }
         match (channels.count(), opacity) {
             (1, _) => self.lay_over::<1, false>(source, &mut base, progress),
             (2, false) => self.lay_over::<2, false>(source, &mut base, progress),
@@ -140,18 +154,20 @@ impl Fit {
         mut seen: Vec<f32>,
         progress: &mut dyn FnMut(FitProgress),
     ) -> Vec<f32> {
-        let (unknowns, equations) = (Region::new(self.there.map()), Region::new(self.back.map()));
-        let count = unknowns.size.texels() * C;
+        let (unknowns, equations) = (&self.unknowns, &self.equations);
+        let count = unknowns.size().texels() * C;
         let back = Operator::new(&self.back);
         let mut fitted = vec![0.0; count];
         Operator::new(&self.there).apply_to::<C>(&mut seen, &mut fitted);
 
         // What is left to explain, where there is something: s − H f₀.
         let mut step = fitted.clone();
-        let mut made = vec![0.0; equations.size.texels() * C];
+        let mut made = vec![0.0; equations.size().texels() * C];
         back.apply_to::<C>(&mut step, &mut made);
-        let mut rest = seen;
+        let mut rest = vec![0.0; made.len()];
+        equations.update::<C>(&mut rest, &seen, |_, seen| seen);
         equations.update::<C>(&mut rest, &made, |rest, made| rest - made);
+        drop(seen);
 
         let lambda = self.options.regularization;
         let terms = (equations.texels() * C).max(1) as f64;
@@ -182,6 +198,9 @@ impl Fit {
             back.apply_to::<C>(&mut step, &mut made);
             let bend = equations.dot::<C>(&made, &made)
                 + f64::from(lambda) * unknowns.dot::<C>(&step, &step);
+            if bend.is_nan() || bend <= 0.0 || bend.is_infinite() {
+                break;
+            }
             let along = (steepness / bend) as f32;
             unknowns.update::<C>(&mut moved, &step, |moved, step| moved + along * step);
             equations.update::<C>(&mut rest, &made, |rest, made| rest - along * made);
@@ -217,33 +236,36 @@ fn lay<T: Value, const C: usize, const OPACITY: bool>(
     });
 }
 
-/// The texels that linked triangles own; what vectors are added and multiplied over.
-struct Region {
-    size: Size,
-    /// For each row the columns, neighbouring runs joined.
-    rows: Vec<Vec<Range<usize>>>,
+/// Which faces of the source's layout read texels that another island of the target's layout owns:
+/// where islands overlap, such as two eyes on one disc, the one that lost its texels has no say.
+fn lost_faces(pair: &Pair, direction: Direction, target_size: Size) -> Vec<bool> {
+    let target = pair.to(direction);
+    let islands = Islands::new(target);
+    let coverage = Coverage::new(target, &islands, target_size);
+    if coverage.overlapping == 0 {
+        return vec![false; pair.from(direction).faces().len()];
+    }
+    let island_of = |face: u32| islands.of_faces()[face as usize];
+    let owner = |[x, y]: [f64; 2]| {
+        let inside = (0.0..f64::from(target_size.width)).contains(&x)
+            && (0.0..f64::from(target_size.height)).contains(&y);
+        let spans = if inside { coverage.row(y as u32) } else { &[] };
+        let x = x as u32;
+        let next = spans.partition_point(|span| span.end <= x);
+        spans.get(next).filter(|span| span.start <= x).map(|span| span.face)
+    };
+    let lost = |face: u32| {
+        let corners = corners_px(target, face as usize, target_size);
+        let centre =
+            [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
+        owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
+    };
+    let counterparts = pair.oriented(direction.opposite()).from_face;
+    counterparts.into_iter().map(|found| found.is_some_and(|found| lost(found.face))).collect()
 }
 
+/// Vectors of texels with `C` values each, added and multiplied over a region.
 impl Region {
-    fn new(map: &SamplingMap) -> Self {
-        let row = |row: u32| {
-            let mut spans: Vec<Range<usize>> = Vec::new();
-            for run in map.row(row).iter().filter(|run| !map.is_gutter(**run)) {
-                let (start, end) = (run.x as usize, (run.x + run.len) as usize);
-                match spans.last_mut() {
-                    Some(last) if last.end == start => last.end = end,
-                    _ => spans.push(start..end),
-                }
-            }
-            spans
-        };
-        Self { size: map.size(), rows: (0..map.size().height).map(row).collect() }
-    }
-
-    fn texels(&self) -> usize {
-        self.rows.iter().flatten().map(ExactSizeIterator::len).sum()
-    }
-
     /// Replaces each value by a function of it and of another vector's.
     fn update<const C: usize>(
         &self,
@@ -251,10 +273,10 @@ impl Region {
         others: &[f32],
         change: impl Fn(f32, f32) -> f32 + Send + Sync,
     ) {
-        let stride = self.size.width as usize * C;
+        let stride = self.size().width as usize * C;
         for_each_chunk(values, stride, |row, values| {
-            for span in &self.rows[row] {
-                let span = span.start * C..span.end * C;
+            for span in &self.rows()[row] {
+                let span = span.start as usize * C..span.end as usize * C;
                 let others = &others[row * stride..][span.clone()];
                 for (value, &other) in values[span].iter_mut().zip(others) {
                     *value = change(*value, other);
@@ -264,15 +286,15 @@ impl Region {
     }
 
     fn dot<const C: usize>(&self, a: &[f32], b: &[f32]) -> f64 {
-        let stride = self.size.width as usize * C;
-        let rows = map_indices(self.rows.len(), |row| {
+        let stride = self.size().width as usize * C;
+        let rows = map_indices(self.rows().len(), |row| {
             let (a, b) = (&a[row * stride..][..stride], &b[row * stride..][..stride]);
             let product = |(&a, &b): (&f32, &f32)| f64::from(a) * f64::from(b);
-            let of_span = |span: &Range<usize>| {
-                let span = span.start * C..span.end * C;
+            let of_span = |span: &Range<u32>| {
+                let span = span.start as usize * C..span.end as usize * C;
                 a[span.clone()].iter().zip(&b[span]).map(product).sum::<f64>()
             };
-            self.rows[row].iter().map(of_span).sum::<f64>()
+            self.rows()[row].iter().map(of_span).sum::<f64>()
         });
         rows.into_iter().sum()
     }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::map::Coverage;
+use crate::map::Region;
 use crate::texture::{Size, Texels, Texture};
 use crate::threads::map_indices;
 
@@ -18,11 +18,9 @@ pub struct Padding {
 }
 
 impl Padding {
-    /// For texels within `radius` of a covered one.
-    pub(crate) fn new(coverage: &Coverage, radius: u32) -> Self {
-        let size = coverage.size();
-        let intervals: Vec<Vec<Range<u32>>> =
-            (0..size.height).map(|row| joined(coverage, row)).collect();
+    /// For texels within `radius` of one in the region.
+    pub(crate) fn new(region: &Region, radius: u32) -> Self {
+        let size = region.size();
         const ROWS: usize = 64;
         let blocks = map_indices((size.height as usize).div_ceil(ROWS), |block| {
             let mut copies = Vec::new();
@@ -30,8 +28,9 @@ impl Padding {
             let mut gaps = Vec::new();
             for row in block * ROWS..((block + 1) * ROWS).min(size.height as usize) {
                 gaps.clear();
-                coverage.gaps(row as u32, &mut gaps);
-                pad_row(row, &gaps, &intervals, radius, size.width, &mut nearest, &mut copies);
+                region.gaps(row, &mut gaps);
+                let rows = region.rows();
+                pad_row(row, &gaps, rows, radius, size.width, &mut nearest, &mut copies);
             }
             copies
         });
@@ -78,18 +77,6 @@ impl Padding {
             values.copy_within(inside * channels..(inside + 1) * channels, outside * channels);
         }
     }
-}
-
-/// The covered texels of a row, with neighbouring spans joined.
-fn joined(coverage: &Coverage, row: u32) -> Vec<Range<u32>> {
-    let mut intervals: Vec<Range<u32>> = Vec::new();
-    for span in coverage.row(row) {
-        match intervals.last_mut() {
-            Some(last) if last.end == span.start => last.end = span.end,
-            _ => intervals.push(span.start..span.end),
-        }
-    }
-    intervals
 }
 
 /// The nearest covered texel so far of an uncovered one.
@@ -183,6 +170,7 @@ mod tests {
     use super::*;
     use crate::color::Encoding;
     use crate::islands::Islands;
+    use crate::map::Coverage;
     use crate::mesh::Mesh;
     use crate::texture::Channels;
 
@@ -206,7 +194,7 @@ mod tests {
             .collect();
         let mut texture =
             Texture::new(size, Channels::Grey, Encoding::Data, Texels::F32(values)).unwrap();
-        Padding::new(&coverage, radius).apply(&mut texture);
+        Padding::new(&Region::covered(&coverage), radius).apply(&mut texture);
 
         let squared = |a: usize, b: usize| {
             (a % 40).abs_diff(b % 40).pow(2) + (a / 40).abs_diff(b / 40).pow(2)

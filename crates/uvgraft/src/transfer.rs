@@ -3,7 +3,7 @@
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::islands::Islands;
-use crate::map::{Coverage, MapOptions, SamplingMap};
+use crate::map::{Coverage, MapOptions, Region, SamplingMap};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
 use crate::resample;
@@ -49,6 +49,14 @@ pub enum TransferError {
         /// The size that was asked for.
         wanted: Size,
     },
+    /// A value that is no number or infinite, where one would spoil the whole result: in a fit.
+    #[error("texel ({x}, {y}) of the source holds a value that is not finite")]
+    NotFinite {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
 }
 
 impl Transfer {
@@ -66,8 +74,23 @@ impl Transfer {
         let from = pair.from(direction);
         let coverage = Coverage::new(from, &Islands::new(from), source_size);
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reach = resample::reach_beyond_islands(&map, source_size, options.filter);
-        Self { map, padding: Padding::new(&coverage, reach), options: *options }
+        let reach = resample::reach(&map, map.border_patches(), source_size, options.filter);
+        let padding = Padding::new(&Region::covered(&coverage), reach);
+        Self { map, padding, options: *options }
+    }
+
+    /// As [`Transfer::new`], but what lies outside a region of the source is padded, whether islands
+    /// cover it or not.
+    pub(crate) fn reading(
+        pair: &Pair,
+        direction: Direction,
+        region: &Region,
+        target_size: Size,
+        options: &TransferOptions,
+    ) -> Self {
+        let map = SamplingMap::new(pair, direction, target_size, &options.map);
+        let reach = resample::reach(&map, map.patches(), region.size(), options.filter);
+        Self { map, padding: Padding::new(region, reach), options: *options }
     }
 
     /// The map that says where each texel comes from.

@@ -131,6 +131,7 @@ pub fn decode(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, Weigh
     if version > VERSION {
         return Err(WeightsFileError::Version { found: version });
     }
+    let _: Header = serde_json::from_str(header).map_err(|error| container(&error))?;
     let convolutions = network
         .kernel_shapes()
         .into_iter()

@@ -158,11 +158,14 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn shape(&self, id: Id) -> Result<Vec<usize>, PickleError> {
+    fn shape(&mut self, id: Id) -> Result<Vec<usize>, PickleError> {
         let sides = self.value(id).items().filter(|sides| sides.len() <= MOST_AXES);
         let side = |value: Value<'_>| value.as_int().and_then(|side| usize::try_from(side).ok());
-        let shape = sides.and_then(|sides| sides.map(side).collect());
-        shape.ok_or_else(|| self.scan.malformed("an array has no shape"))
+        let shape: Option<Vec<usize>> = sides.and_then(|sides| sides.map(side).collect());
+        let shape = shape.ok_or_else(|| self.scan.malformed("an array has no shape"))?;
+        // One tuple may be the shape of any number of arrays.
+        self.count_copy(size_of_val(&shape[..]))?;
+        Ok(shape)
     }
 
     /// A bool, or 0 or 1 as protocols without bools write them.

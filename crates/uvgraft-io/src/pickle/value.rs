@@ -147,7 +147,13 @@ impl<'p> Value<'p> {
     pub fn get(self, key: &str) -> Option<Self> {
         let Node::Dict(entries) = self.node() else { return None };
         let value = |id| Self { id, ..self };
-        let found = entries.iter().rev().find(|&&(found, _)| value(found).as_str() == Some(key));
+        // Bytes against bytes: a key of megabytes is told apart by its length.
+        let is_key = |id: Id| match value(id).node() {
+            Node::Text(text) => &**text == key,
+            Node::Bytes(bytes) => &**bytes == key.as_bytes(),
+            _ => false,
+        };
+        let found = entries.iter().rev().find(|&&(found, _)| is_key(found));
         found.map(|&(_, held)| value(held))
     }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::region::push_gaps;
 use crate::islands::Islands;
 use crate::mesh::Mesh;
 use crate::raster::ScanTriangle;
@@ -145,16 +146,8 @@ impl Coverage {
 
     /// The texels of a row that nothing covers, from left to right, added to `gaps`.
     pub fn gaps(&self, row: u32, gaps: &mut Vec<Range<u32>>) {
-        let mut end = 0;
-        for span in self.row(row) {
-            if end < span.start {
-                gaps.push(end..span.start);
-            }
-            end = span.end;
-        }
-        if end < self.size.width {
-            gaps.push(end..self.size.width);
-        }
+        let spans = self.row(row).iter().map(|span| span.start..span.end);
+        push_gaps(spans, self.size.width, gaps);
     }
 
     /// How many texels are covered.

@@ -5,8 +5,10 @@
 
 mod coverage;
 mod gutter;
+mod region;
 
 pub(crate) use coverage::{Coverage, Span, corners_px};
+pub(crate) use region::Region;
 
 use crate::color::Encoding;
 use crate::islands::Islands;

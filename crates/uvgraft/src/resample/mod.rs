@@ -132,8 +132,8 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
     (samples, steps)
 }
 
-/// How many texels beyond the source's islands a transfer may read.
-pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filter) -> u32 {
+/// How many texels beyond the edge of a region a transfer may read, where `patches` lie at it.
+pub(crate) fn reach(map: &SamplingMap, patches: &[Patch], source: Size, filter: Filter) -> u32 {
     /// Reached by slivers alone, which see a texel or two of background then.
     const MOST: f64 = 64.0;
     let scale = [f64::from(source.width), f64::from(source.height)];
@@ -143,8 +143,7 @@ pub(crate) fn reach_beyond_islands(map: &SamplingMap, source: Size, filter: Filt
     for run in (0..map.size().height).flat_map(|row| map.row(row)) {
         owns[map.patches()[run.patch as usize].face as usize] = true;
     }
-    let beside_taps = map
-        .border_patches()
+    let beside_taps = patches
         .iter()
         .filter(|patch| owns[patch.face as usize])
         .map(|patch| {
