@@ -6,11 +6,12 @@ use std::process::ExitCode;
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::metrics::{Colors, Mask};
-use uvgraft::{Encoding, Size, Texture};
+use uvgraft::{Encoding, Size};
 use uvgraft_io::image;
 
-use crate::failure::{OrBadInput, bad_input, warn};
+use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
+use crate::opacity::warn_unless_opaque;
 use crate::outputs::Outputs;
 use crate::report::to_stdout;
 use crate::scores::{Judge, Region, Scores, Selection};
@@ -81,19 +82,8 @@ fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<(
 
 fn read_colors(path: &Path) -> anyhow::Result<Colors> {
     let texture = image::read(path).or_bad_input()?.texture;
-    if !is_opaque(&texture) {
-        let name = path.display();
-        warn(format_args!("{name} is not opaque: it is laid over black to be compared"));
-    }
+    warn_unless_opaque(&texture, path);
     Colors::new(texture).with_context(|| path.display().to_string()).or_bad_input()
-}
-
-fn is_opaque(texture: &Texture) -> bool {
-    let Size { width, height } = texture.size();
-    let channels = texture.channels();
-    let alpha = channels.count() - 1;
-    !channels.has_alpha()
-        || (0..height).all(|y| (0..width).all(|x| texture.get(x, y, alpha) >= 1.0))
 }
 
 fn read_mask(path: &Path) -> anyhow::Result<Region> {

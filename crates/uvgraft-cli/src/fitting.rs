@@ -1,8 +1,9 @@
 //! Fits whose progress is shown.
 
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use uvgraft::{Fit, FitProgress, Texture, TransferError};
+
+use crate::progress;
 
 /// How a fit went.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -28,9 +29,7 @@ pub(crate) fn fit(
     source: Texture,
     base: Texture,
 ) -> Result<(Texture, FitSummary), TransferError> {
-    let bar = ProgressBar::new(0);
-    let style = ProgressStyle::with_template("fitting {bar:24} step {pos} of at most {len}: {msg}");
-    let bar = style.into_iter().fold(bar, ProgressBar::with_style);
+    let bar = progress::bar(0, "fitting {bar:24} step {pos} of at most {len}: {msg}");
     let levels = |progress: FitProgress| progress.rms * 255.0;
     let mut course: Option<FitSummary> = None;
     let texture = fit.apply(source, base, &mut |progress| {

@@ -101,7 +101,12 @@ impl Metric {
 
     /// What it is called at the head of a column.
     pub(crate) fn title_with_arrow(self) -> String {
-        format!("{} {}", self.title(), if self.higher_is_better() { "↑" } else { "↓" })
+        format!("{} {}", self.title(), self.arrow())
+    }
+
+    /// Which way is better.
+    fn arrow(self) -> &'static str {
+        if self.higher_is_better() { "↑" } else { "↓" }
     }
 
     /// The better of two values.
@@ -324,8 +329,7 @@ impl Scores {
         let mut rows = vec![vec!["metric".to_owned(), "better".to_owned()]];
         rows[0].extend(self.regions.iter().map(|region| region.region.replace('|', "\\|")));
         for (index, metric) in self.metrics().into_iter().enumerate() {
-            let arrow = if metric.higher_is_better() { "↑" } else { "↓" };
-            let mut row = vec![metric.title().to_owned(), arrow.to_owned()];
+            let mut row = vec![metric.title().to_owned(), metric.arrow().to_owned()];
             row.extend((0..self.regions.len()).map(|region| match self.value(region, index) {
                 Some(value) => metric.format(value),
                 None => "–".to_owned(),

@@ -16,11 +16,9 @@ fn values(texture: &Texture) -> &[u8] {
     values
 }
 
-/// `10 log10(255² / MSE)` over all values, in decibels.
 fn psnr(a: &Texture, b: &Texture) -> f64 {
-    let squared: f64 =
-        values(a).iter().zip(values(b)).map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2)).sum();
-    10.0 * (255.0 * 255.0 * values(a).len() as f64 / squared).log10()
+    let [a, b] = [a, b].map(|texture| Colors::new(texture.clone()).unwrap());
+    metrics::psnr(&a, &b, None).unwrap()
 }
 
 fn grey(size: Size) -> Texture {

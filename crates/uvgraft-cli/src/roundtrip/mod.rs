@@ -8,7 +8,6 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
 use uvgraft::metrics::{Colors, Mask};
 use uvgraft::{Direction, MapOptions, Size, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
@@ -17,7 +16,9 @@ use uvgraft_io::{output, pair_file};
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::heatmap;
+use crate::opacity::{over_black, warn_unless_opaque};
 use crate::outputs::Outputs;
+use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use crate::scores::{Judge, Region, Scores, Selection};
 use method::{Course, Method, Trip};
@@ -120,6 +121,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
+    // What was used before knows no opacity, and scores look at colours alone.
+    warn_unless_opaque(&texture, &args.texture);
+    let texture = over_black(texture);
     for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
         if size.width.max(size.height) > MAX_SIDE {
             return Err(bad_input(format!(
@@ -159,7 +163,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         folder.make()?;
     }
 
-    let progress = bar(methods.len());
+    let progress = progress::bar(methods.len() as u64, "{bar:24} {pos}/{len} {wide_msg}");
     let mut outcomes = Vec::new();
     let mut top = None;
     for method in methods {
@@ -270,11 +274,3 @@ impl<'a> Folder<'a> {
 
 /// What is drawn for each method.
 const PICTURES: [&str; 3] = ["via", "back", "heatmap"];
-
-fn bar(count: usize) -> ProgressBar {
-    let bar = ProgressBar::new(count as u64);
-    match ProgressStyle::with_template("{bar:24} {pos}/{len} {wide_msg}") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
-}

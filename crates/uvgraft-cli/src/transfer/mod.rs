@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use uvgraft::{
     Direction, Filter, Fit, FitOptions, MapOptions, Pair, Size, Texture, Transfer, TransferError,
     TransferOptions,
@@ -20,6 +20,7 @@ use crate::failure::{self, OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::fitting::{self, FitSummary};
 use crate::outputs::Outputs;
+use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use base::{Base, meant};
 use plan::{Job, Plan, format_of};
@@ -68,7 +69,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "EXTENSION", value_parser = parse_format)]
     format: Option<String>,
     /// Solve for the texture that reads back best, rather than sample: slower, and closest to the
-    /// source when carried back with the same filter
+    /// source when carried back with the same filter. Sharper, so that it may overshoot with any
+    /// filter
     #[arg(long)]
     fit: bool,
     /// The most steps that --fit takes; it stops where another gains little
@@ -130,7 +132,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let mut carrier = Carrier::new(args, &pair, &base);
 
-    let progress = if jobs.len() > 1 { bar(jobs.len()) } else { ProgressBar::hidden() };
+    let progress = match jobs.len() {
+        1 => ProgressBar::hidden(),
+        count => progress::bar(count as u64, "{bar:32} {pos}/{len} {eta:>4} {wide_msg}"),
+    };
     let mut worst = None;
     let mut failed = 0;
     for job in &jobs {
@@ -235,7 +240,7 @@ impl<'a> Carrier<'a> {
             };
             if args.fit {
                 let fit = FitOptions { max_steps: args.fit_steps, ..FitOptions::default() };
-                Carriage::Fitted(Fit::new(pair, direction, size, target, &options, fit))
+                Carriage::Fitted(Box::new(Fit::new(pair, direction, size, target, &options, fit)))
             } else {
                 Carriage::Sampled(Transfer::new(pair, direction, size, target, &options))
             }
@@ -251,7 +256,7 @@ impl<'a> Carrier<'a> {
 /// What textures of one size are carried by.
 enum Carriage {
     Sampled(Transfer),
-    Fitted(Fit),
+    Fitted(Box<Fit>),
 }
 
 impl Carriage {
@@ -271,14 +276,5 @@ impl Carriage {
             Self::Sampled(transfer) => Ok((transfer.apply(source, base)?, None)),
             Self::Fitted(fit) => fitting::fit(fit, source, base).map(|(t, how)| (t, Some(how))),
         }
-    }
-}
-
-fn bar(count: usize) -> ProgressBar {
-    // Drawn on standard error, and only if that is a terminal.
-    let bar = ProgressBar::new(count as u64);
-    match ProgressStyle::with_template("{bar:32} {pos}/{len} {eta:>4} {wide_msg}") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
     }
 }

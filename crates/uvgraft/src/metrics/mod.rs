@@ -70,6 +70,18 @@ pub enum MetricError {
         /// The size that there is.
         found: Size,
     },
+    /// A value so far from what a display shows that a metric's own numbers would overflow.
+    #[error("texel ({x}, {y}) holds a value beyond {most}, more than {metric} can look at")]
+    OutOfRange {
+        /// The metric.
+        metric: &'static str,
+        /// The largest value that it takes, and the least with a minus; white is 1.
+        most: u32,
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
     /// A value that is no number, or infinite.
     #[error("texel ({x}, {y}) holds a value that is not finite")]
     NotFinite {

@@ -121,15 +121,7 @@ fn enlarge(few: usize, many: usize) -> Vec<Between> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::Encoding;
-    use crate::texture::{Channels, Texels, Texture};
-
-    fn mask(width: u32, selected: &[u8]) -> Mask {
-        let size = Size::new(width, selected.len() as u32 / width);
-        let texels = Texels::U8(selected.iter().map(|&selected| selected * 255).collect());
-        let texture = Texture::new(size, Channels::Grey, Encoding::Data, texels).unwrap();
-        Mask::from_texture(&texture).unwrap()
-    }
+    use crate::metrics::testing::mask;
 
     #[test]
     fn maps_are_enlarged_bilinearly() {
@@ -140,10 +132,12 @@ mod tests {
         let flat = Map { width: 1, height: 1, values: vec![10.0] };
         let maps = LpipsMaps::new(Size::new(4, 2), vec![map, flat]);
         assert_eq!(maps.mean(), 12.0);
-        let masked = |selected| maps.masked_mean(&mask(4, selected)).unwrap();
-        assert_eq!(masked(&[0, 0, 0, 0, 1, 0, 0, 0]), 11.0);
-        assert_eq!(masked(&[0, 1, 1, 0, 0, 0, 0, 1]), (11.5 + 12.5 + 13.0) / 3.0);
-        let wrong = maps.masked_mean(&mask(2, &[1, 1])).unwrap_err();
+        let masked = |selected: &[(u32, u32)]| {
+            maps.masked_mean(&mask((4, 2), |x, y| selected.contains(&(x, y)))).unwrap()
+        };
+        assert_eq!(masked(&[(0, 1)]), 11.0);
+        assert_eq!(masked(&[(1, 0), (2, 0), (3, 1)]), (11.5 + 12.5 + 13.0) / 3.0);
+        let wrong = maps.masked_mean(&mask((2, 1), |_, _| true)).unwrap_err();
         assert_eq!(wrong.to_string(), "the mask is 2×1, the first texture 4×2");
     }
 }

@@ -44,13 +44,21 @@ impl Lpips {
     ///
     /// # Errors
     /// [`MetricError::Size`] for pictures of different sizes, [`MetricError::TooSmall`] for sides
-    /// below [`LpipsNetwork::least_side`].
+    /// below [`LpipsNetwork::least_side`], [`MetricError::OutOfRange`] for values beyond a million.
     pub fn compare(&self, first: &Colors, second: &Colors) -> Result<LpipsMaps, MetricError> {
         same_size(first, second, None)?;
         let (size, network) = (first.size(), self.weights.network());
         let least = network.least_side();
         if size.width.min(size.height) < least {
             return Err(MetricError::TooSmall { metric: "LPIPS", least, found: size });
+        }
+        // The networks multiply what they see some hundredfold in each layer.
+        const MOST: u32 = 1_000_000;
+        for picture in [first, second] {
+            if let Some(index) = picture.values().iter().position(|v| v.abs() > MOST as f32) {
+                let (x, y) = ((index / 3) as u32 % size.width, (index / 3) as u32 / size.width);
+                return Err(MetricError::OutOfRange { metric: "LPIPS", most: MOST, x, y });
+            }
         }
         let LpipsWeights { convolutions, linear, .. } = &self.weights;
         let pictures = [first, second];

@@ -4,7 +4,7 @@ use super::network::{Kind, Layer, LpipsNetwork, Window};
 use super::stream::differences;
 use super::*;
 use crate::color::Encoding;
-use crate::metrics::Mask;
+use crate::metrics::testing::{mask, noise};
 use crate::texture::{Channels, Size, Texels, Texture};
 
 /// Streamed sums are `f32` and in another order; the largest deviation seen is 1e-5.
@@ -139,12 +139,6 @@ fn random_weights(layers: &[Layer], seed: u64) -> (Vec<ConvolutionWeights>, Vec<
     (convolutions, linear)
 }
 
-fn random_picture(size: Size, seed: u64) -> Colors {
-    let mut random = fastrand::Rng::with_seed(seed);
-    let texels = Texels::U8((0..size.texels() * 3).map(|_| random.u8(..)).collect());
-    Colors::new(Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()).unwrap()
-}
-
 fn assert_near(found: &[super::maps::Map], wanted: &[Vec<f64>], case: &str) {
     assert_eq!(found.len(), wanted.len(), "{case}");
     for (layer, (found, wanted)) in found.iter().zip(wanted).enumerate() {
@@ -185,7 +179,7 @@ fn strips_of_any_height_give_what_whole_maps_give() {
         let (convolutions, linear) = random_weights(layers, 5);
         for (width, height) in [(31, 31), (32, 47), (45, 33), (70, 63), (35, 130)] {
             let size = Size::new(width, height);
-            let (a, b) = (random_picture(size, 1), random_picture(size, 2));
+            let (a, b) = (noise((size.width, size.height), 1), noise((size.width, size.height), 2));
             let wanted = plain(layers, &convolutions, &linear, [&a, &b]);
             for strip in [1, 2, 7, 16, 31, 1000] {
                 let found = differences(layers, &convolutions, &linear, [&a, &b], strip);
@@ -203,7 +197,7 @@ fn the_real_layers_at_their_least_sizes() {
         let (convolutions, linear) = random_weights(layers, 9);
         let least = network.least_side();
         let size = Size::new(least, least + 3);
-        let (a, b) = (random_picture(size, 1), random_picture(size, 2));
+        let (a, b) = (noise((size.width, size.height), 1), noise((size.width, size.height), 2));
         let wanted = plain(layers, &convolutions, &linear, [&a, &b]);
         let weights = LpipsWeights::new(network, convolutions, linear).unwrap();
         let maps = Lpips::new(weights).compare(&a, &b).unwrap();
@@ -220,17 +214,23 @@ fn equal_pictures_are_no_distance_apart() {
     let weights = LpipsWeights::new(LpipsNetwork::Alex, convolutions, linear).unwrap();
     let lpips = Lpips::new(weights);
     let size = Size::new(64, 40);
-    let picture = random_picture(size, 4);
+    let picture = noise((size.width, size.height), 4);
     let maps = lpips.compare(&picture, &picture).unwrap();
-    let mask =
-        Texture::new(size, Channels::Grey, Encoding::Data, Texels::U8(vec![255; size.texels()]));
-    let mask = Mask::from_texture(&mask.unwrap()).unwrap();
+    let mask = mask((size.width, size.height), |_, _| true);
     assert_eq!((maps.mean(), maps.masked_mean(&mask).unwrap()), (0.0, 0.0));
 
-    let other = random_picture(Size::new(64, 41), 4);
+    let other = noise((64, 41), 4);
     let refused = lpips.compare(&picture, &other).unwrap_err();
     assert_eq!(refused.to_string(), "the second texture is 64×41, the first texture 64×40");
-    let small = random_picture(Size::new(64, 30), 4);
+    let small = noise((64, 30), 4);
     let refused = lpips.compare(&small, &small).unwrap_err();
     assert_eq!(refused.to_string(), "LPIPS needs at least 31 texels a side, found 64×30");
+    let mut values = vec![0.5; size.texels() * 3];
+    values[(64 * 5 + 7) * 3] = -2e6;
+    let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::F32(values));
+    let refused = lpips.compare(&Colors::new(texture.unwrap()).unwrap(), &picture).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "texel (7, 5) holds a value beyond 1000000, more than LPIPS can look at"
+    );
 }

@@ -1,0 +1,12 @@
+//! Bars that show how far work has come: on standard error, and only if that is a terminal.
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar of `count` steps that looks as the template says.
+pub(crate) fn bar(count: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::new(count);
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
