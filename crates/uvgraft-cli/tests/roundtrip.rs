@@ -153,3 +153,19 @@ fn a_fitted_transfer_says_how_it_went() {
         &["--fit-steps"],
     );
 }
+
+#[test]
+fn what_is_not_opaque_is_laid_over_black_for_all() {
+    let bench = bench();
+    // Nothing to see, and a colour that must not be seen.
+    bench.paint("clear.png", (160, 120), Channels::Rgba, &[255, 0, 255, 0]);
+    let run = bench.run(
+        "roundtrip my.uvpair clear.png --via 96 --metrics l1 --repeats 1 --baseline grid --json",
+    );
+    assert_eq!(run.code, Some(0));
+    assert!(run.stderr.contains("clear.png is not opaque: it is laid over black"), "{run:?}");
+    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    for outcome in 0..2 {
+        assert_eq!(report["outcomes"][outcome]["regions"][0]["scores"]["l1"], json!(0.0));
+    }
+}
