@@ -26,15 +26,15 @@ pub(crate) struct Args {
     a: PathBuf,
     /// The texture to judge
     b: PathBuf,
-    /// Compare the texels alone where this image's first channel is at least one half; once more
-    /// for another column
+    /// Compare only where this image is white: where its first channel is at least one half. Repeat
+    /// for more columns; they replace that of the whole image
     #[arg(long, value_name = "IMAGE")]
     mask: Vec<PathBuf>,
     /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
     /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
     #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
     metrics: Option<Selection>,
-    /// Print the scores as JSON
+    /// Print the scores as JSON: each a number, "inf", or {"unavailable": reason}
     #[arg(long)]
     json: bool,
     /// Draw the differences into an image
@@ -51,8 +51,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     same_sizes(inputs)?;
     let [a, b] = [read_colors(&args.a)?, read_colors(&args.b)?];
     let regions = match args.mask.as_slice() {
-        [] => vec![Region { name: "whole picture".to_owned(), mask: None }],
-        masks => masks.iter().map(|path| read_mask(path)).collect::<anyhow::Result<_>>()?,
+        [] => vec![Region { name: "whole image".to_owned(), mask: None }],
+        masks => read_masks(masks)?,
     };
     let judge = Judge::new(args.metrics.clone().unwrap_or_default())?;
     let scores = Scores::new(&a, &b, &regions, &judge);
@@ -84,6 +84,20 @@ fn read_colors(path: &Path) -> anyhow::Result<Colors> {
     let texture = image::read(path).or_bad_input()?.texture;
     warn_unless_opaque(&texture, path);
     Colors::new(texture).with_context(|| path.display().to_string()).or_bad_input()
+}
+
+/// A region for each mask, called by its file's name, or by its path where two have one name.
+fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
+    let mut regions = Vec::new();
+    for path in paths {
+        let mut region = read_mask(path)?;
+        let name = path.file_name();
+        if paths.iter().filter(|other| other.file_name() == name).count() > 1 {
+            region.name = path.display().to_string();
+        }
+        regions.push(region);
+    }
+    Ok(regions)
 }
 
 fn read_mask(path: &Path) -> anyhow::Result<Region> {

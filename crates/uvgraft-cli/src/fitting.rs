@@ -9,17 +9,28 @@ use crate::progress;
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct FitSummary {
     pub(crate) steps: u32,
-    /// Root mean square difference to the source after the way back, in levels of 255: of the
-    /// sampled texture, and of the fitted one.
+    /// Root mean square difference to the source after the way back, in levels of 255, before
+    /// rounding: of the sampled texture, and of the fitted one.
     pub(crate) sampled_rms_levels: f64,
     pub(crate) fitted_rms_levels: f64,
+    /// Which share of the source's linked texels these are over; the others read what another
+    /// island owns.
+    pub(crate) share_met: f64,
 }
 
 impl std::fmt::Display for FitSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { steps, sampled_rms_levels: before, fitted_rms_levels: after } = self;
+        let Self { steps, sampled_rms_levels: before, fitted_rms_levels: after, share_met } = self;
         let steps_word = if *steps == 1 { "step" } else { "steps" };
-        write!(f, "{steps} {steps_word}, error when read back {before:.2} → {after:.2} of 255")
+        write!(f, "{steps} {steps_word}, error when read back {before:.2} → {after:.2} of 255")?;
+        if *share_met < 0.9995 {
+            let lost = 100.0 * (1.0 - share_met);
+            write!(
+                f,
+                ", not counting {lost:.1} % of the source that is lost where islands overlap"
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -40,9 +51,11 @@ pub(crate) fn fit(
             steps: progress.step,
             sampled_rms_levels: course.map_or(levels(progress), |first| first.sampled_rms_levels),
             fitted_rms_levels: levels(progress),
+            share_met: fit.share_met(),
         });
     })?;
     bar.finish_and_clear();
-    let nothing = FitSummary { steps: 0, sampled_rms_levels: 0.0, fitted_rms_levels: 0.0 };
+    let nothing =
+        FitSummary { steps: 0, sampled_rms_levels: 0.0, fitted_rms_levels: 0.0, share_met: 1.0 };
     Ok((texture, course.unwrap_or(nothing)))
 }

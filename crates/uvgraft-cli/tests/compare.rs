@@ -24,10 +24,10 @@ fn a_table_for_people() {
     let wanted = "\
 a.png and b.png, 40×30 texels
 
-| metric    | better | whole picture |
-|:----------|:------:|--------------:|
-| L1        |   ↓    |       0.06667 |
-| PSNR (dB) |   ↑    |         18.75 |
+| metric    | better | whole image |
+|:----------|:------:|------------:|
+| L1        |   ↓    |     0.06667 |
+| PSNR (dB) |   ↑    |       18.75 |
 ";
     assert_eq!(printed, wanted);
     let all = bench.succeed("compare a.png b.png --metrics all");
@@ -49,7 +49,7 @@ fn json_for_programs() {
     assert_eq!(document["b"], "b.png");
     assert_eq!(document["size"], json!({"width": 40, "height": 30}));
     let region = &document["regions"][0];
-    assert_eq!((&region["region"], &region["texels"]), (&json!("whole picture"), &json!(1200)));
+    assert_eq!((&region["region"], &region["texels"]), (&json!("whole image"), &json!(1200)));
     let l1 = region["scores"]["l1"].as_f64().unwrap();
     assert!((l1 - 0.2 / 3.0).abs() < 1e-7, "{l1}");
     assert!(region["scores"]["ssimulacra2"].as_f64().unwrap() < 100.0);
@@ -79,7 +79,7 @@ fn what_cannot_be_computed_has_a_reason() {
     bench.paint("tiny_a.png", (9, 7), Channels::Rgb, &[1, 2, 3]);
     bench.paint("tiny_b.png", (9, 7), Channels::Rgb, &[3, 2, 1]);
     let text = bench.succeed("compare tiny_a.png tiny_b.png --metrics l1,ssim,ssim-uniform");
-    assert!(text.contains("| SSIM          |   ↑    |             – |"), "{text}");
+    assert!(text.contains("| SSIM          |   ↑    |           – |"), "{text}");
     assert!(text.contains("\nSSIM needs at least 11 texels a side, found 9×7\n"));
     let text = bench.succeed("compare tiny_a.png tiny_b.png --json --metrics ssim,ssimulacra2");
     let document: Value = serde_json::from_str(&text).unwrap();
@@ -88,8 +88,21 @@ fn what_cannot_be_computed_has_a_reason() {
         assert!(reason.as_str().unwrap().contains("texels a side"), "{document}");
     }
     if cfg!(not(feature = "flip")) {
-        let text = bench.succeed("compare a.png b.png --metrics flip");
+        let text = bench.succeed("compare a.png b.png --metrics all");
         assert!(text.contains("FLIP: this uvgraft was built without FLIP"), "{text}");
+    }
+}
+
+/// Whoever names a metric wants it.
+#[test]
+fn a_named_metric_that_lacks_what_it_needs_is_refused() {
+    let bench = bench();
+    bench.refuse(
+        "compare a.png b.png --metrics psnr,lpips-vgg",
+        &["--metrics lpips-vgg", "not imported", "uvgraft weights"],
+    );
+    if cfg!(not(feature = "flip")) {
+        bench.refuse("compare a.png b.png --metrics flip", &["--metrics flip", "without FLIP"]);
     }
 }
 

@@ -42,8 +42,9 @@ pub struct FitProgress {
     pub step: u32,
     /// The most steps that there can be.
     pub max_steps: u32,
-    /// Root mean square of `H f − s` over the texels that `H` makes and their channels, 1.0 for the
-    /// difference between black and white.
+    /// Root mean square of `H f − s` over the texels that are met ([`Fit::share_met`]) and their
+    /// channels, before values are rounded and clamped to the format; 1.0 for the difference between
+    /// black and white.
     pub rms: f64,
 }
 
@@ -87,6 +88,13 @@ impl Fit {
     /// The transfer that the fit starts from.
     pub fn transfer(&self) -> &Transfer {
         &self.there
+    }
+
+    /// Which share of the source's linked texels is met by the fit, from 0 to 1. The rest reads what
+    /// another island of the target's layout owns, where islands overlap.
+    pub fn share_met(&self) -> f64 {
+        let linked = self.back.map().stats().linked;
+        if linked == 0 { 1.0 } else { self.equations.texels() as f64 / linked as f64 }
     }
 
     /// Lays a fitted texture over a base; as [`Transfer::apply`] in everything else. Integer depths

@@ -81,10 +81,8 @@ impl Method {
     /// For tables.
     pub(super) fn title(self) -> String {
         match self {
-            Self::Sampled(filter) => format!("uvgraft, {filter}"),
-            Self::Fitted(filter) => format!("uvgraft, {filter}, fitted"),
-            Self::Grid => "grid, corners aligned".to_owned(),
-            Self::Affine => "affine warp per triangle".to_owned(),
+            Self::Fitted(filter) => format!("{filter}, fitted"),
+            _ => self.slug(),
         }
     }
 

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::ValueEnum;
 use uvgraft::metrics::{Colors, Mask};
-use uvgraft::{Direction, MapOptions, Size, Texture};
+use uvgraft::{Depth, Direction, MapOptions, Size, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
 
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     pair: PathBuf,
     /// A texture in the target's layout; with --from source, in the source's
     texture: PathBuf,
-    /// Texture size in the other layout
+    /// Texture size in the other layout, up to 16384 texels a side
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     via: Size,
     /// Whose layout the texture is in
@@ -67,10 +67,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
-    /// Print the report as JSON
+    /// Print the report as JSON; scores are numbers, "inf", or {"unavailable": reason}
     #[arg(long)]
     json: bool,
-    /// Folder to write both textures, a heatmap for each method, report.md and report.json into
+    /// Folder to write into: for each method the texture in the other layout (via), the one that
+    /// came back (back) and a heatmap of their differences; report.md and report.json
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 }
@@ -114,7 +115,9 @@ impl Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.fit && args.filter.contains(&FilterName::Nearest) {
-        return Err(bad_input("--fit would blend texels, and the filter nearest never does"));
+        return Err(bad_input(
+            "--fit would blend texels, and the filter nearest never does: leave one of them out",
+        ));
     }
     let methods = args.methods();
     let folder =
@@ -174,7 +177,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let scores = Scores::new(&original, &back, &regions, &judge);
         if let Some(folder) = &folder {
             // One scale for all, that of the first, so that heatmaps can be laid side by side.
-            let errors = heatmap::Errors::new(&original, &back, &regions[..1]);
+            let errors = heatmap::Errors::new(&original, &back, &regions[1..]);
             let top = *top.get_or_insert_with(|| errors.top());
             folder.write(method, &trip, &errors, top)?;
         }
@@ -223,7 +226,7 @@ impl<'a> Folder<'a> {
         let mut outputs = Outputs::new([&*args.pair, &*args.texture]);
         let pictures = methods
             .iter()
-            .flat_map(|method| PICTURES.map(|picture| folder.picture(*method, picture)));
+            .flat_map(|method| PICTURES.map(|(name, kind)| folder.picture(*method, name, kind)));
         let reports = ["report.md", "report.json"].map(|name| path.join(name));
         pictures.chain(reports).try_for_each(|path| outputs.check(&path))?;
         Ok(folder)
@@ -238,8 +241,8 @@ impl<'a> Folder<'a> {
             .or_bad_input()
     }
 
-    fn picture(&self, method: Method, picture: &str) -> PathBuf {
-        self.path.join(format!("{}-{picture}.png", method.slug()))
+    fn picture(&self, method: Method, picture: &str, extension: &str) -> PathBuf {
+        self.path.join(format!("{}-{picture}.{extension}", method.slug()))
     }
 
     fn write(
@@ -250,10 +253,12 @@ impl<'a> Folder<'a> {
         top: f32,
     ) -> anyhow::Result<()> {
         for (texture, picture) in [(&trip.via, "via"), (&trip.back, "back")] {
-            self.write_texture(texture, &self.picture(method, picture))?;
+            // PNG has no floats.
+            let extension = if texture.depth() == Depth::F32 { "exr" } else { "png" };
+            self.write_texture(texture, &self.picture(method, picture, extension))?;
         }
         let title = format!("There and back: {}", method.title());
-        errors.draw(&title, top).write(&self.picture(method, "heatmap"))
+        errors.draw(&title, top).write(&self.picture(method, "heatmap", "png"))
     }
 
     fn write_texture(&self, texture: &Texture, path: &Path) -> anyhow::Result<()> {
@@ -272,5 +277,6 @@ impl<'a> Folder<'a> {
     }
 }
 
-/// What is drawn for each method.
-const PICTURES: [&str; 3] = ["via", "back", "heatmap"];
+/// What may be written for each method: names and extensions.
+const PICTURES: [(&str, &str); 5] =
+    [("via", "png"), ("via", "exr"), ("back", "png"), ("back", "exr"), ("heatmap", "png")];

@@ -55,8 +55,7 @@ impl Outcome {
 }
 
 impl Report {
-    /// Tables with a row for each method: scores over the whole image, scores over the transferred
-    /// region, and times.
+    /// Scores over the whole image, scores over the transferred region, and times.
     pub(super) fn markdown(&self) -> String {
         let [from, other] = &self.layouts;
         let mut text = format!(
@@ -85,26 +84,24 @@ impl Report {
         text
     }
 
-    /// The best of each column is set in bold.
+    /// A row for each metric and a column for each method; the best of each row is set in bold.
     fn scores(&self, region: usize) -> String {
-        let Some(first) = self.outcomes.first() else { return String::new() };
-        let metrics = first.regions.metrics();
-        let mut rows = vec![vec!["method".to_owned()]];
-        rows[0].extend(metrics.iter().map(|metric| metric.title_with_arrow()));
-        rows.extend(self.outcomes.iter().map(|outcome| vec![outcome.method.clone()]));
-        for (index, metric) in metrics.iter().enumerate() {
+        let metrics = self.outcomes.first().map(|first| first.regions.metrics());
+        let mut rows = vec![vec!["metric".to_owned()]];
+        rows[0].extend(self.outcomes.iter().map(|outcome| outcome.method.clone()));
+        for (index, metric) in metrics.into_iter().flatten().enumerate() {
             let values: Vec<Option<f64>> =
                 self.outcomes.iter().map(|outcome| outcome.regions.value(region, index)).collect();
             let best = values.iter().flatten().copied().reduce(|a, b| metric.better(a, b));
-            for (row, value) in rows[1..].iter_mut().zip(values) {
-                row.push(match value {
-                    Some(value) if Some(value) == best && self.outcomes.len() > 1 => {
-                        format!("**{}**", metric.format(value))
-                    }
-                    Some(value) => metric.format(value),
-                    None => "–".to_owned(),
-                });
-            }
+            let mut row = vec![metric.title_with_arrow()];
+            row.extend(values.into_iter().map(|value| match value {
+                Some(value) if Some(value) == best && self.outcomes.len() > 1 => {
+                    format!("**{}**", metric.format(value))
+                }
+                Some(value) => metric.format(value),
+                None => "–".to_owned(),
+            }));
+            rows.push(row);
         }
         table(&rows, &[Align::Left])
     }
@@ -137,15 +134,16 @@ impl Report {
             }
             if outcome.runs_on_our_maps {
                 notes.push(format!(
-                    "{}: the convention of the published reference, run here on uvgraft's maps; \
-                     its own code builds a grid of positions first, so these times are not its.",
+                    "{}: the convention of the published reference, corners aligned and values \
+                     truncated, run here on uvgraft's maps; its own code builds a grid of positions first, so these times are not its.",
                     outcome.method
                 ));
             }
             if let Some(whole) = &outcome.whole_picture {
                 notes.push(format!(
-                    "{}: run on the rectangle around each triangle, with the median of {MEDIAN_PX} \
-                     texels at the end. As scripts do it, each of {} warps going over the whole \
+                    "{}: a warp for each triangle with corners in whole texels, and a median over \
+                     {MEDIAN_PX} texels at the end to hide the cracks, which costs detail. Run on \
+                     the rectangle around each triangle. As scripts do it, each of {} warps going over the whole \
                      picture, it would take about {}: extrapolated from {} triangles that were \
                      measured that way, median not included.",
                     outcome.method,

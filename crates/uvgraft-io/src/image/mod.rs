@@ -132,7 +132,11 @@ pub fn read(path: &Path) -> Result<Image, ReadError> {
 /// [`ReadError`], with the path, if the file cannot be read or its header is one that [`decode`]
 /// refuses.
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
-    let file = File::open(path).map_err(|reason| ReadError::Io { path: path.into(), reason })?;
+    let bad = |reason| ReadError::Io { path: path.into(), reason };
+    if path.is_dir() {
+        return Err(bad(std::io::Error::other("it is a folder")));
+    }
+    let file = File::open(path).map_err(bad)?;
     header_of(&mut BufReader::new(file))
         .map_err(|reason| ReadError::Content { path: path.into(), reason })
 }

@@ -1,7 +1,8 @@
 //! Weights files of LPIPS (`lpips.safetensors`): both networks, in a safetensors container.
 //!
 //! - The header's `__metadata__` MUST hold the key `uvgraft-lpips` with a JSON object as its text:
-//!   `version`, and `source`, the SHA-256 of what the weights were imported from.
+//!   `version`, `source`, the SHA-256 of what the weights were imported from, and `checksum`, that
+//!   of everything after the container's header.
 //! - For each network, `alex` and `vgg`, there MUST be the tensors `NETWORK.conv1.kernel` (f32, HWIO:
 //!   height, width, inputs, outputs), `NETWORK.conv1.bias` (f32, `[outputs]`) and so on for each
 //!   convolution, and `NETWORK.linear1` (f32, `[channels]`) to `NETWORK.linear5`. Every value MUST be
@@ -16,10 +17,12 @@ use std::path::Path;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use uvgraft::metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use crate::input::{ReadError, read_file};
 use crate::output::write_atomically;
+use crate::pair_file::hex;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 1;
@@ -54,6 +57,16 @@ pub enum WeightsFileError {
     /// The container cannot be understood.
     #[error("LPIPS weights cut short or damaged: {0}")]
     Container(String),
+    /// Not what was written.
+    #[error(
+        "LPIPS weights damaged: the SHA-256 of their values is {found}, the file says {stated}"
+    )]
+    Checksum {
+        /// What the values have.
+        found: String,
+        /// What they should have.
+        stated: String,
+    },
     /// A tensor is missing or has another type or shape.
     #[error("LPIPS weights damaged: tensor `{name}` {problem}")]
     Tensor {
@@ -71,6 +84,7 @@ pub enum WeightsFileError {
 struct Header {
     version: u32,
     source: String,
+    checksum: String,
 }
 
 /// Only what tells the version, so that a later format can change everything else.
@@ -107,10 +121,20 @@ pub fn encode(both: &BothNetworks) -> Result<Vec<u8>, WeightsFileError> {
         })
         .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|error| container(&error))?;
-    let header = Header { version: VERSION, source: sdist::SHA256.to_owned() };
+    // What the header says has no part in what follows it, so that can be summed up first.
+    let plain = safetensors::serialize(views.clone(), None).map_err(|error| container(&error))?;
+    let (source, checksum) = (sdist::SHA256.to_owned(), checksum(&plain));
+    let header = Header { version: VERSION, source, checksum };
     let header = serde_json::to_string(&header).map_err(|error| container(&error))?;
     let metadata = HashMap::from([(METADATA_KEY.to_owned(), header)]);
     safetensors::serialize(views, Some(metadata)).map_err(|error| container(&error))
+}
+
+/// The SHA-256 of what follows a container's header, whose length comes first.
+fn checksum(container: &[u8]) -> String {
+    let length = container.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
+    let start = usize::try_from(length).ok().and_then(|length| length.checked_add(8));
+    hex(&Sha256::digest(start.and_then(|start| container.get(start..)).unwrap_or_default()))
 }
 
 /// One network's weights from the bytes of a weights file.
@@ -131,7 +155,11 @@ pub fn decode(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, Weigh
     if version > VERSION {
         return Err(WeightsFileError::Version { found: version });
     }
-    let _: Header = serde_json::from_str(header).map_err(|error| container(&error))?;
+    let header: Header = serde_json::from_str(header).map_err(|error| container(&error))?;
+    let found = checksum(bytes);
+    if found != header.checksum {
+        return Err(WeightsFileError::Checksum { found, stated: header.checksum });
+    }
     let convolutions = network
         .kernel_shapes()
         .into_iter()
