@@ -14,7 +14,7 @@ use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
 use crate::outputs::Outputs;
 use crate::report::to_stdout;
-use crate::scores::{Judge, Region, Scores, Selection};
+use crate::scores::{MetricsOption, Region, Scores};
 
 /// Compares two textures of one size
 ///
@@ -30,10 +30,8 @@ pub(crate) struct Args {
     /// for more columns; they replace that of the whole image
     #[arg(long, value_name = "IMAGE")]
     mask: Vec<PathBuf>,
-    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
-    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
-    #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
-    metrics: Option<Selection>,
+    #[command(flatten)]
+    metrics: MetricsOption,
     /// Print the scores as JSON: each a number, "inf", or {"unavailable": reason}
     #[arg(long)]
     json: bool,
@@ -49,12 +47,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Outputs::new(inputs.clone()).check(heatmap)?;
     }
     same_sizes(inputs)?;
+    let judge = args.metrics.judge()?;
     let [a, b] = [read_colors(&args.a)?, read_colors(&args.b)?];
     let regions = match args.mask.as_slice() {
         [] => vec![Region { name: "whole image".to_owned(), mask: None }],
         masks => read_masks(masks)?,
     };
-    let judge = Judge::new(args.metrics.clone().unwrap_or_default())?;
     let scores = Scores::new(&a, &b, &regions, &judge);
     if let Some(path) = &args.heatmap {
         let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));

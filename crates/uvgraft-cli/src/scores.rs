@@ -84,6 +84,9 @@ impl Metric {
     /// Compares two textures in each of the regions.
     fn scores(self, a: &Colors, b: &Colors, regions: &[Region], networks: &Networks) -> Vec<Score> {
         type Measure = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
+        if let Some(reason) = self.missing(networks) {
+            return unavailable(regions, reason);
+        }
         let measure: Measure = match self {
             Self::L1 => metrics::l1,
             Self::Psnr => metrics::psnr,
@@ -92,15 +95,26 @@ impl Metric {
             Self::Ssimulacra2 => metrics::ssimulacra2,
             #[cfg(feature = "flip")]
             Self::Flip => metrics::flip,
-            #[cfg(not(feature = "flip"))]
-            Self::Flip => return unavailable(regions, WITHOUT_FLIP),
-            Self::LpipsAlex => return lpips(networks.alex.as_ref(), a, b, regions),
-            Self::LpipsVgg => return lpips(networks.vgg.as_ref(), a, b, regions),
+            // Networks that are missing, and FLIP where it was not built, were told apart above.
+            _ => return networks.of(self).map_or_else(Vec::new, |it| lpips(it, a, b, regions)),
         };
         regions.iter().map(|region| measure(a, b, region.mask.as_ref()).into()).collect()
     }
 
-    /// What it is called at the head of a column.
+    /// What this metric lacks to be computed at all.
+    fn missing(self, networks: &Networks) -> Option<&'static str> {
+        match self {
+            Self::Flip if cfg!(not(feature = "flip")) => {
+                Some("this uvgraft was built without FLIP (cargo feature `flip`)")
+            }
+            Self::LpipsAlex | Self::LpipsVgg if networks.of(self).is_none() => {
+                Some("its networks were not imported; see `uvgraft weights --help`")
+            }
+            _ => None,
+        }
+    }
+
+    /// What it is called at the head of a row or column.
     pub(crate) fn title_with_arrow(self) -> String {
         format!("{} {}", self.title(), self.arrow())
     }
@@ -121,21 +135,12 @@ impl Metric {
     }
 }
 
-const WITHOUT_NETWORKS: &str = "its networks were not imported; see `uvgraft weights --help`";
-const WITHOUT_FLIP: &str = "this uvgraft was built without FLIP (cargo feature `flip`)";
-
 fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
     regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect()
 }
 
 /// A network looks at the whole textures once; its maps then answer for every region.
-fn lpips(network: Option<&Lpips>, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
-    let Some(network) = network else {
-        return unavailable(
-            regions,
-            "its networks were not imported; see `uvgraft weights --help`",
-        );
-    };
+fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
     match network.compare(a, b) {
         Ok(maps) => regions
             .iter()
@@ -165,6 +170,15 @@ impl Networks {
             vgg: load(Metric::LpipsVgg, LpipsNetwork::Vgg)?,
         })
     }
+
+    /// The network that a metric looks through, if it needs one and has it.
+    fn of(&self, metric: Metric) -> Option<&Lpips> {
+        match metric {
+            Metric::LpipsAlex => self.alex.as_ref(),
+            Metric::LpipsVgg => self.vgg.as_ref(),
+            _ => None,
+        }
+    }
 }
 
 impl Serialize for Metric {
@@ -175,7 +189,7 @@ impl Serialize for Metric {
 
 /// The metrics that were chosen, each once, in the order of [`Metric::ALL`].
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Selection {
+struct Selection {
     metrics: Vec<Metric>,
     /// Whether each was named, so that one that cannot be computed is an error.
     named: bool,
@@ -194,7 +208,7 @@ impl Selection {
     }
 
     /// From a list of names with commas, or `all`.
-    pub(crate) fn parse(list: &str) -> Result<Self, String> {
+    fn parse(list: &str) -> Result<Self, String> {
         let list = list.to_lowercase();
         let names: Vec<&str> = list.split(',').map(str::trim).collect();
         for name in &names {
@@ -208,6 +222,22 @@ impl Selection {
     }
 }
 
+/// The option that chooses metrics.
+#[derive(clap::Args)]
+pub(crate) struct MetricsOption {
+    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
+    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
+    #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
+    metrics: Option<Selection>,
+}
+
+impl MetricsOption {
+    /// What scores are made with; see [`Judge::new`].
+    pub(crate) fn judge(&self) -> anyhow::Result<Judge> {
+        Judge::new(self.metrics.clone().unwrap_or_default())
+    }
+}
+
 /// What scores are made with: the chosen metrics, and what they need.
 pub(crate) struct Judge {
     selection: Selection,
@@ -217,16 +247,12 @@ pub(crate) struct Judge {
 impl Judge {
     /// Loads what the metrics need. A file of networks that is broken is an error, and so is a metric
     /// that was named and lacks what it needs.
-    pub(crate) fn new(selection: Selection) -> anyhow::Result<Self> {
+    fn new(selection: Selection) -> anyhow::Result<Self> {
         let networks = Networks::load(&selection)?;
-        for &metric in selection.metrics.iter().filter(|_| selection.named) {
-            let reason = match metric {
-                Metric::Flip if cfg!(not(feature = "flip")) => WITHOUT_FLIP,
-                Metric::LpipsAlex if networks.alex.is_none() => WITHOUT_NETWORKS,
-                Metric::LpipsVgg if networks.vgg.is_none() => WITHOUT_NETWORKS,
-                _ => continue,
-            };
-            return Err(bad_input(format!("--metrics {}: {reason}", metric.name())));
+        for metric in selection.metrics.iter().filter(|_| selection.named) {
+            if let Some(reason) = metric.missing(&networks) {
+                return Err(bad_input(format!("--metrics {}: {reason}", metric.name())));
+            }
         }
         Ok(Self { selection, networks })
     }

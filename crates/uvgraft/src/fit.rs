@@ -166,12 +166,12 @@ impl Fit {
         let count = unknowns.size().texels() * C;
         let back = Operator::new(&self.back);
         let mut fitted = vec![0.0; count];
-        Operator::new(&self.there).apply_to::<C>(&mut seen, &mut fitted);
+        self.there.fill_floats::<C>(&mut seen, &mut fitted);
 
         // What is left to explain, where there is something: s − H f₀.
         let mut step = fitted.clone();
         let mut made = vec![0.0; equations.size().texels() * C];
-        back.apply_to::<C>(&mut step, &mut made);
+        self.back.fill_floats::<C>(&mut step, &mut made);
         let mut rest = vec![0.0; made.len()];
         equations.update::<C>(&mut rest, &seen, |_, seen| seen);
         equations.update::<C>(&mut rest, &made, |rest, made| rest - made);
@@ -203,7 +203,7 @@ impl Fit {
             unknowns.update::<C>(&mut step, &gradient, |step, pull| pull + turn * step);
 
             // As far as the error falls. Padding writes beside the unknowns, where nothing looks.
-            back.apply_to::<C>(&mut step, &mut made);
+            self.back.fill_floats::<C>(&mut step, &mut made);
             let bend = equations.dot::<C>(&made, &made)
                 + f64::from(lambda) * unknowns.dot::<C>(&step, &step);
             if bend.is_nan() || bend <= 0.0 || bend.is_infinite() {

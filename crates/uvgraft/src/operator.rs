@@ -5,7 +5,6 @@
 //! can be solved for rather than sampled, and gradients can flow through a transfer.
 
 use crate::resample::adjoint::Schedule;
-use crate::resample::fast;
 use crate::texture::Size;
 use crate::transfer::Transfer;
 
@@ -51,10 +50,10 @@ impl<'a> Operator<'a> {
         let mut source = source.to_vec();
         let mut target = vec![0.0; self.target_size().texels() * channels];
         match channels {
-            1 => self.apply_to::<1>(&mut source, &mut target),
-            2 => self.apply_to::<2>(&mut source, &mut target),
-            3 => self.apply_to::<3>(&mut source, &mut target),
-            4 => self.apply_to::<4>(&mut source, &mut target),
+            1 => self.transfer.fill_floats::<1>(&mut source, &mut target),
+            2 => self.transfer.fill_floats::<2>(&mut source, &mut target),
+            3 => self.transfer.fill_floats::<3>(&mut source, &mut target),
+            4 => self.transfer.fill_floats::<4>(&mut source, &mut target),
             _ => panic!("a texel has 1 to 4 channels, not {channels}"),
         }
         target
@@ -75,15 +74,6 @@ impl<'a> Operator<'a> {
             _ => panic!("a texel has 1 to 4 channels, not {channels}"),
         }
         source
-    }
-
-    /// Writes `H · source` to the texels of `target` that the map reaches; pads `source`.
-    pub(crate) fn apply_to<const C: usize>(&self, source: &mut [f32], target: &mut [f32]) {
-        let size = self.source_size();
-        assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");
-        self.transfer.padding().fill::<C>(source);
-        let (map, filter) = (self.transfer.map(), self.transfer.options().filter);
-        fast::resample::<f32, C, false>(map, source, size, target, filter);
     }
 
     /// Adds `Hᵀ · target` to `source`, which is 0 beside the islands.

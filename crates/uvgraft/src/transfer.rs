@@ -143,6 +143,16 @@ impl Transfer {
         Ok(())
     }
 
+    /// Resamples floats with `C` values a texel, none of them opacity: writes the texels of `target`
+    /// that the map reaches, pads `source`.
+    pub(crate) fn fill_floats<const C: usize>(&self, source: &mut [f32], target: &mut [f32]) {
+        let size = self.source_size();
+        assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");
+        self.padding.fill::<C>(source);
+        let filter = self.options.filter;
+        resample::fast::resample::<f32, C, false>(&self.map, source, size, target, filter);
+    }
+
     /// Resamples between textures of one format.
     fn fill(&self, mut source: Texture, mut target: Texture) -> Texture {
         self.padding.apply(&mut source);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use serde::Serialize;
-use uvgraft::baseline::{affine, affine::Affine, grid};
+use uvgraft::baseline::{affine::Affine, grid};
 use uvgraft::{
     Channels, Depth, Direction, Filter, Fit, FitOptions, MapOptions, Pair, SamplingMap, Size,
     Texture, TextureError, Transfer, TransferOptions,
@@ -106,6 +106,14 @@ impl Method {
     }
 }
 
+/// Our transfers there and back, with the seconds that go into their maps and their padding.
+struct Prepared {
+    there: Transfer,
+    back: Transfer,
+    maps_s: f64,
+    padding_s: f64,
+}
+
 impl Course<'_> {
     /// Without a gutter, which would replace what the original has beside its islands.
     pub(super) fn map_back(&self) -> SamplingMap {
@@ -137,13 +145,13 @@ impl Course<'_> {
     }
 
     fn sampled(&self, filter: Filter) -> anyhow::Result<Trip> {
-        let there = self.transfer(self.there, &self.options(filter, self.gutter_px));
+        let prepared = self.prepare(filter);
         let grey = self.grey()?;
         let (via, there_s) = self.median_time(
             || (self.texture.clone(), grey.clone()),
-            |(texture, grey)| there.apply(texture, grey),
+            |(texture, grey)| prepared.there.apply(texture, grey),
         );
-        self.back_again(filter, via?, there_s, None)
+        self.back_again(&prepared, via?, there_s, None)
     }
 
     fn fitted(&self, filter: Filter) -> anyhow::Result<Trip> {
@@ -158,33 +166,38 @@ impl Course<'_> {
         let (texture, grey) = (self.texture.clone(), self.grey()?);
         let (fitted, there_s) = time(|| fitting::fit(&fit, texture, grey));
         let (via, summary) = fitted?;
-        self.back_again(filter, via, there_s, Some(summary))
+        self.back_again(&self.prepare(filter), via, there_s, Some(summary))
+    }
+
+    /// Both of our transfers, and how long making them takes.
+    fn prepare(&self, filter: Filter) -> Prepared {
+        let (_, maps_s) = self.median_time(
+            || (),
+            |()| (self.map(self.there, self.via, self.gutter_px), self.map_back()),
+        );
+        let transfer = |direction, gutter_px| {
+            let options = self.options(filter, gutter_px);
+            self.median_time(|| (), |()| self.transfer(direction, &options))
+        };
+        let (there, there_s) = transfer(self.there, self.gutter_px);
+        let (back, back_s) = transfer(self.there.opposite(), 0);
+        // Preparing a transfer makes its map too.
+        Prepared { there, back, maps_s, padding_s: (there_s + back_s - maps_s).max(0.0) }
     }
 
     /// Ours are carried back in the same way.
     fn back_again(
         &self,
-        filter: Filter,
+        prepared: &Prepared,
         via: Texture,
         there_s: f64,
         fit: Option<FitSummary>,
     ) -> anyhow::Result<Trip> {
-        let (_, maps_s) = self.median_time(
-            || (),
-            |()| (self.map(self.there, self.via, self.gutter_px), self.map_back()),
-        );
-        let [there, back] = [(self.there, self.gutter_px), (self.there.opposite(), 0)].map(
-            |(direction, gutter)| {
-                let options = self.options(filter, gutter);
-                self.median_time(|| (), |()| self.transfer(direction, &options))
-            },
-        );
-        // Preparing a transfer makes its map too.
-        let padding_s = Some((there.1 + back.1 - maps_s).max(0.0));
         let (result, back_s) = self.median_time(
             || (via.clone(), self.texture.clone()),
-            |(via, texture)| back.0.apply(via, texture),
+            |(via, texture)| prepared.back.apply(via, texture),
         );
+        let (maps_s, padding_s) = (prepared.maps_s, Some(prepared.padding_s));
         let times = Times { maps_s, padding_s, there_s, back_s };
         Ok(Trip { via, back: result?, times, fit, whole_picture: None })
     }
@@ -262,6 +275,3 @@ fn whole_picture(triangles: &Affine, source: &Texture, base: Texture) -> WholePi
     let mean = seconds.iter().sum::<f64>() / measured.max(1) as f64;
     WholePicture { measured, triangles: count, extrapolated_s: mean * count as f64 }
 }
-
-/// The median's window of [`Method::Affine`], for notes.
-pub(super) const MEDIAN_PX: u32 = affine::MEDIAN_PX;

@@ -20,7 +20,7 @@ use crate::opacity::{over_black, warn_unless_opaque};
 use crate::outputs::Outputs;
 use crate::progress;
 use crate::report::{parse_size, to_stdout};
-use crate::scores::{Judge, Region, Scores, Selection};
+use crate::scores::{MetricsOption, Region, Scores};
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
@@ -59,10 +59,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
     gutter: u32,
-    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
-    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
-    #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
-    metrics: Option<Selection>,
+    #[command(flatten)]
+    metrics: MetricsOption,
     /// How often what takes milliseconds is timed; the median counts
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -161,7 +159,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let original = Colors::new(texture.clone())
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
-    let judge = Judge::new(args.metrics.clone().unwrap_or_default())?;
+    let judge = args.metrics.judge()?;
     if let Some(folder) = &folder {
         folder.make()?;
     }

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use uvgraft::Size;
+use uvgraft::baseline::affine::MEDIAN_PX;
 
-use super::method::{MEDIAN_PX, Method, Times, Trip, WholePicture};
+use super::method::{Method, Times, Trip, WholePicture};
 use crate::fitting::FitSummary;
 use crate::report::grouped;
 use crate::scores::Scores;
@@ -77,10 +78,7 @@ impl Report {
         }
         let threads = if self.threads == 1 { "thread" } else { "threads" };
         let _ = writeln!(text, "\n## Times on {} {threads}\n\n{}", self.threads, self.times());
-        let notes = self.notes();
-        if !notes.is_empty() {
-            let _ = writeln!(text, "{}", notes.join("\n\n"));
-        }
+        let _ = writeln!(text, "{}", self.notes().join("\n\n"));
         text
     }
 
@@ -135,7 +133,8 @@ impl Report {
             if outcome.runs_on_our_maps {
                 notes.push(format!(
                     "{}: the convention of the published reference, corners aligned and values \
-                     truncated, run here on uvgraft's maps; its own code builds a grid of positions first, so these times are not its.",
+                     truncated, run here on uvgraft's maps; its own code builds a grid of positions \
+                     first, so these times are not its.",
                     outcome.method
                 ));
             }
@@ -143,9 +142,9 @@ impl Report {
                 notes.push(format!(
                     "{}: a warp for each triangle with corners in whole texels, and a median over \
                      {MEDIAN_PX} texels at the end to hide the cracks, which costs detail. Run on \
-                     the rectangle around each triangle. As scripts do it, each of {} warps going over the whole \
-                     picture, it would take about {}: extrapolated from {} triangles that were \
-                     measured that way, median not included.",
+                     the rectangle around each triangle. As scripts do it, each of {} warps going \
+                     over the whole picture, it would take about {}: extrapolated from {} \
+                     triangles that were measured that way, median not included.",
                     outcome.method,
                     grouped(whole.triangles),
                     seconds(whole.extrapolated_s),
