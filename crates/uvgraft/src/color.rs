@@ -1,7 +1,7 @@
 //! The sRGB transfer function, and what a texture's numbers mean.
 
 /// What a texture's values mean, which decides whether they may be converted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Encoding {
     /// Display-referred values with the sRGB transfer function: what PNG and JPEG hold.

@@ -26,10 +26,10 @@ impl Filter {
     /// How many texels it reads on one axis.
     pub const fn taps(self) -> usize {
         match self {
-            Self::Nearest => 1,
-            Self::Bilinear => 2,
-            Self::CatmullRom => 4,
-            Self::Lanczos3 => 6,
+            Self::Nearest => Nearest::TAPS,
+            Self::Bilinear => Bilinear::TAPS,
+            Self::CatmullRom => CatmullRom::TAPS,
+            Self::Lanczos3 => Lanczos3::TAPS,
         }
     }
 
@@ -43,24 +43,26 @@ impl Filter {
     /// Catmull and Rom 1974 as the cubic with B = 0, C = 1/2 of Mitchell and Netravali 1988;
     /// Lanczos as in Turkowski 1990, divided by its sum, which is not quite 1.
     pub fn weights(self, fraction: f32) -> [f32; MAX_TAPS] {
-        fn first<const N: usize>(weights: [f32; N]) -> [f32; MAX_TAPS] {
-            std::array::from_fn(|k| weights.get(k).copied().unwrap_or(0.0))
-        }
         match self {
-            Self::Nearest => first([1.0]),
-            Self::Bilinear => first(Bilinear::weights(fraction)),
-            Self::CatmullRom => first(CatmullRom::weights(fraction)),
-            Self::Lanczos3 => first(Lanczos3::weights(fraction)),
+            Self::Nearest => Nearest::weights(fraction),
+            Self::Bilinear => Bilinear::weights(fraction),
+            Self::CatmullRom => CatmullRom::weights(fraction),
+            Self::Lanczos3 => Lanczos3::weights(fraction),
         }
     }
 }
 
 /// A filter as a type, for kernels that are compiled for its number of taps.
-pub(crate) trait Taps<const N: usize>: Copy + Send + Sync {
+pub(crate) trait Taps: Copy + Send + Sync {
+    /// See [`Filter::taps`].
+    const TAPS: usize;
+
     /// See [`Filter::weights`].
-    fn weights(fraction: f32) -> [f32; N];
+    fn weights(fraction: f32) -> [f32; MAX_TAPS];
 }
 
+#[derive(Clone, Copy)]
+pub(crate) struct Nearest;
 #[derive(Clone, Copy)]
 pub(crate) struct Bilinear;
 #[derive(Clone, Copy)]
@@ -68,28 +70,45 @@ pub(crate) struct CatmullRom;
 #[derive(Clone, Copy)]
 pub(crate) struct Lanczos3;
 
-impl Taps<2> for Bilinear {
+impl Taps for Nearest {
+    const TAPS: usize = 1;
+
     #[inline(always)]
-    fn weights(t: f32) -> [f32; 2] {
-        [1.0 - t, t]
+    fn weights(_: f32) -> [f32; MAX_TAPS] {
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 }
 
-impl Taps<4> for CatmullRom {
+impl Taps for Bilinear {
+    const TAPS: usize = 2;
+
     #[inline(always)]
-    fn weights(t: f32) -> [f32; 4] {
+    fn weights(t: f32) -> [f32; MAX_TAPS] {
+        [1.0 - t, t, 0.0, 0.0, 0.0, 0.0]
+    }
+}
+
+impl Taps for CatmullRom {
+    const TAPS: usize = 4;
+
+    #[inline(always)]
+    fn weights(t: f32) -> [f32; MAX_TAPS] {
         [
             ((-0.5 * t + 1.0) * t - 0.5) * t,
             (1.5 * t - 2.5) * t * t + 1.0,
             ((-1.5 * t + 2.0) * t + 0.5) * t,
             (0.5 * t - 0.5) * t * t,
+            0.0,
+            0.0,
         ]
     }
 }
 
-impl Taps<6> for Lanczos3 {
+impl Taps for Lanczos3 {
+    const TAPS: usize = 6;
+
     #[inline(always)]
-    fn weights(t: f32) -> [f32; 6] {
+    fn weights(t: f32) -> [f32; MAX_TAPS] {
         let table = &*LANCZOS;
         let phase = t * LANCZOS_PHASES as f32;
         let index = (phase as usize).min(LANCZOS_PHASES - 1);

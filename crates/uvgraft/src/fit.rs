@@ -8,13 +8,14 @@
 use std::ops::Range;
 
 use crate::islands::Islands;
-use crate::map::{Coverage, MapOptions, Region, SamplingMap, corners_px};
+use crate::map::{Coverage, MapOptions, Region, corners_px};
 use crate::operator::Operator;
+use crate::overlay::{Formats, Layer, Overlay};
 use crate::pair::{Direction, Pair};
-use crate::resample::{load, store};
-use crate::texture::{Depth, Size, Texels, Texture, Value};
+use crate::resample::load;
+use crate::texture::{Depth, Size, TexelFormat, Texels, Texture};
 use crate::threads::{for_each_chunk, map_indices};
-use crate::transfer::{Format, Transfer, TransferError, TransferOptions, has_opacity};
+use crate::transfer::{Transfer, TransferError, TransferOptions};
 
 /// When a fit ends, and how strongly it is held to what was sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,11 +112,25 @@ impl Fit {
         base: Texture,
         progress: &mut dyn FnMut(FitProgress),
     ) -> Result<Texture, TransferError> {
-        self.there.check_sizes(&source, &base)?;
-        let linear_light = self.there.options().linear_light;
-        let (source, mut base, format) = Format::unite(source, base, linear_light);
+        self.there.check_base(&base)?;
+        self.overlay(source, base.format(), progress)?.lay(0, base)
+    }
+
+    /// Fits a texture that can be laid over a base of some format, band by band; as
+    /// [`Transfer::overlay`]. `progress` is called as by [`Fit::apply`].
+    ///
+    /// # Errors
+    /// As [`Fit::apply`].
+    pub fn overlay(
+        &self,
+        source: Texture,
+        base: TexelFormat,
+        progress: &mut dyn FnMut(FitProgress),
+    ) -> Result<Overlay<'_>, TransferError> {
+        self.there.check_source(&source)?;
+        let formats = Formats::new(source.format(), base, self.there.options().linear_light);
+        let source = formats.working(source);
         let channels = source.channels();
-        let opacity = has_opacity(&base);
         let source = source.converted(channels, Depth::F32);
         let Texels::F32(source) = source.into_texels() else { unreachable!("converted") };
         if let Some(index) = source.iter().position(|value| !value.is_finite()) {
@@ -124,44 +139,29 @@ impl Fit {
             let (x, y) = ((texel % width) as u32, (texel / width) as u32);
             return Err(TransferError::NotFinite { x, y });
         }
-        match (channels.count(), opacity) {
-            (1, _) => self.lay_over::<1, false>(source, &mut base, progress),
-            (2, false) => self.lay_over::<2, false>(source, &mut base, progress),
-            (2, true) => self.lay_over::<2, true>(source, &mut base, progress),
-            (3, _) => self.lay_over::<3, false>(source, &mut base, progress),
-            (_, false) => self.lay_over::<4, false>(source, &mut base, progress),
-            (_, true) => self.lay_over::<4, true>(source, &mut base, progress),
-        }
-        Ok(format.restore(base))
-    }
-
-    fn lay_over<const C: usize, const OPACITY: bool>(
-        &self,
-        mut source: Vec<f32>,
-        base: &mut Texture,
-        progress: &mut dyn FnMut(FitProgress),
-    ) {
-        if OPACITY {
-            for texel in source.chunks_exact_mut(C) {
-                let levels = load::<f32, C, OPACITY>(texel);
-                texel.copy_from_slice(&levels);
-            }
-        }
-        let layer = self.solve::<C>(source, progress);
-        let map = self.there.map();
-        match base.texels_mut() {
-            Texels::U8(values) => lay::<u8, C, OPACITY>(map, &layer, values),
-            Texels::U16(values) => lay::<u16, C, OPACITY>(map, &layer, values),
-            Texels::F32(values) => lay::<f32, C, OPACITY>(map, &layer, values),
-        }
+        let layer = match (channels.count(), formats.has_opacity()) {
+            (1, _) => self.solve::<1, false>(source, progress),
+            (2, false) => self.solve::<2, false>(source, progress),
+            (2, true) => self.solve::<2, true>(source, progress),
+            (3, _) => self.solve::<3, false>(source, progress),
+            (_, false) => self.solve::<4, false>(source, progress),
+            (_, true) => self.solve::<4, true>(source, progress),
+        };
+        Ok(Overlay::new(self.there.map(), formats, Layer::Solved(layer)))
     }
 
     /// The fitted texture, premultiplied, with the gutter as it was sampled.
-    fn solve<const C: usize>(
+    fn solve<const C: usize, const OPACITY: bool>(
         &self,
         mut seen: Vec<f32>,
         progress: &mut dyn FnMut(FitProgress),
     ) -> Vec<f32> {
+        if OPACITY {
+            for texel in seen.chunks_exact_mut(C) {
+                let levels = load::<f32, C, OPACITY>(texel);
+                texel.copy_from_slice(&levels);
+            }
+        }
         let (unknowns, equations) = (&self.unknowns, &self.equations);
         let count = unknowns.size().texels() * C;
         let back = Operator::new(&self.back);
@@ -223,25 +223,6 @@ impl Fit {
         unknowns.update::<C>(&mut fitted, &moved, |fitted, moved| fitted + moved);
         fitted
     }
-}
-
-/// Lays a layer over a base where a map reaches.
-fn lay<T: Value, const C: usize, const OPACITY: bool>(
-    map: &SamplingMap,
-    layer: &[f32],
-    base: &mut [T],
-) {
-    let width = map.size().width as usize;
-    for_each_chunk(base, width * C, |row, texels| {
-        for run in map.row(row as u32) {
-            for x in run.x as usize..(run.x + run.len) as usize {
-                let levels: [f32; C] = std::array::from_fn(|channel| {
-                    layer[(row * width + x) * C + channel] * T::ONE.to_level()
-                });
-                store::<T, C, OPACITY>(levels, &mut texels[x * C..][..C]);
-            }
-        }
-    });
 }
 
 /// Which faces of the source's layout read texels that another island of the target's layout owns:

@@ -44,6 +44,7 @@ pub mod map;
 pub mod mesh;
 pub mod metrics;
 pub mod operator;
+pub mod overlay;
 mod pad;
 pub mod pair;
 pub mod raster;
@@ -61,7 +62,10 @@ pub use fit::{Fit, FitOptions, FitProgress};
 pub use map::{MapOptions, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, Part};
 pub use operator::Operator;
+pub use overlay::Overlay;
 pub use pair::{Direction, Pair, PairError};
 pub use report::PairReport;
-pub use texture::{Channels, Depth, Size, Texels, Texture, TextureError, Value};
+pub use texture::{
+    Channels, Depth, Size, TexelFormat, Texels, Texture, TextureError, Value,
+};
 pub use transfer::{Transfer, TransferError, TransferOptions};

@@ -204,6 +204,17 @@ pub enum TextureError {
     Memory(Size),
 }
 
+/// How the values of a texture are stored, and what they mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct TexelFormat {
+    /// Which channels a texel has.
+    pub channels: Channels,
+    /// How a value is stored.
+    pub depth: Depth,
+    /// What the values mean.
+    pub encoding: Encoding,
+}
+
 /// An image that a UV layout refers to. Row 0 is at the top; texel `(i, j)` covers
 /// `[i, i+1) × [j, j+1)` and has its centre at `(i + 0.5, j + 0.5)`.
 #[derive(Debug, Clone, PartialEq)]
@@ -298,6 +309,11 @@ impl Texture {
             Texels::U16(_) => Depth::U16,
             Texels::F32(_) => Depth::F32,
         }
+    }
+
+    /// How values are stored, and what they mean.
+    pub const fn format(&self) -> TexelFormat {
+        TexelFormat { channels: self.channels, depth: self.depth(), encoding: self.encoding }
     }
 
     /// The values.

@@ -1,13 +1,17 @@
 //! A texture from one layout onto a base in another: map, padding, formats and filtering together.
 
-use crate::color::Encoding;
+use std::ops::Range;
+
+use fearless_simd::Level;
+
 use crate::filter::Filter;
 use crate::islands::Islands;
 use crate::map::{Coverage, MapOptions, Region, SamplingMap};
+use crate::overlay::{Formats, Layer, Overlay};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
-use crate::resample;
-use crate::texture::{Channels, Depth, Size, Texels, Texture, Value};
+use crate::resample::{self, Paths};
+use crate::texture::{Size, TexelFormat, Texture};
 
 /// How a texture is carried across.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +35,8 @@ impl Default for TransferOptions {
 #[derive(Debug, Clone)]
 pub struct Transfer {
     map: SamplingMap,
+    paths: Paths,
+    source_rows: Range<u32>,
     padding: Padding,
     options: TransferOptions,
 }
@@ -48,6 +54,16 @@ pub enum TransferError {
         found: Size,
         /// The size that was asked for.
         wanted: Size,
+    },
+    /// A band is no part of the target.
+    #[error("a band of {found} from row {first_row} on is no part of a target of {target}")]
+    Band {
+        /// The row of the target that the band starts at.
+        first_row: u32,
+        /// The band's size.
+        found: Size,
+        /// The target's size.
+        target: Size,
     },
     /// A value that is no number or infinite, where one would spoil the whole result: in a fit.
     #[error("texel ({x}, {y}) of the source holds a value that is not finite")]
@@ -76,7 +92,9 @@ impl Transfer {
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
         let reach = resample::reach(&map, map.border_patches(), source_size, options.filter);
         let padding = Padding::new(&Region::covered(&coverage), reach);
-        Self { map, padding, options: *options }
+        let paths = Paths::new(&map, source_size, options.filter);
+        let source_rows = source_rows(pair, direction, &map, &paths, reach);
+        Self { map, paths, source_rows, padding, options: *options }
     }
 
     /// As [`Transfer::new`], but what lies outside a region of the source is padded, whether islands
@@ -90,7 +108,10 @@ impl Transfer {
     ) -> Self {
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
         let reach = resample::reach(&map, map.patches(), region.size(), options.filter);
-        Self { map, padding: Padding::new(region, reach), options: *options }
+        let paths = Paths::new(&map, region.size(), options.filter);
+        let source_rows = source_rows(pair, direction, &map, &paths, reach);
+        let padding = Padding::new(region, reach);
+        Self { map, paths, source_rows, padding, options: *options }
     }
 
     /// The map that says where each texel comes from.
@@ -101,16 +122,34 @@ impl Transfer {
     /// Lays a texture over a base.
     ///
     /// The result has all channels of both and the greater depth of both, and the base's encoding.
-    /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
-    /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
-    /// unchanged; but under `linear_light` a float base goes to light and back, within rounding.
+    /// What becomes of the values is told by [`Overlay::lay`].
     ///
     /// # Errors
     /// [`TransferError::Size`] if a texture has another size than this was made for.
     pub fn apply(&self, source: Texture, base: Texture) -> Result<Texture, TransferError> {
-        self.check_sizes(&source, &base)?;
-        let (source, base, format) = Format::unite(source, base, self.options.linear_light);
-        Ok(format.restore(self.fill(source, base)))
+        self.check_base(&base)?;
+        self.overlay(source, base.format())?.lay(0, base)
+    }
+
+    /// Makes a texture ready to be laid over a base of some format, band by band.
+    ///
+    /// # Errors
+    /// [`TransferError::Size`] if the texture has another size than this was made for.
+    pub fn overlay(
+        &self,
+        source: Texture,
+        base: TexelFormat,
+    ) -> Result<Overlay<'_>, TransferError> {
+        self.check_source(&source)?;
+        let formats = Formats::new(source.format(), base, self.options.linear_light);
+        let mut source = formats.working(source);
+        self.padding.apply(&mut source);
+        Ok(Overlay::new(&self.map, formats, Layer::Sampled(&self.paths, source)))
+    }
+
+    /// The rows of the source that results depend on; what the others hold does not matter.
+    pub fn source_rows(&self) -> Range<u32> {
+        self.source_rows.clone()
     }
 
     /// The size of the textures that are carried.
@@ -127,20 +166,12 @@ impl Transfer {
         &self.padding
     }
 
-    /// Refuses textures of other sizes than this was made for.
-    pub(crate) fn check_sizes(
-        &self,
-        source: &Texture,
-        base: &Texture,
-    ) -> Result<(), TransferError> {
-        for (what, found, wanted) in
-            [("source", source.size(), self.source_size()), ("base", base.size(), self.map.size())]
-        {
-            if found != wanted {
-                return Err(TransferError::Size { what, found, wanted });
-            }
-        }
-        Ok(())
+    pub(crate) fn check_source(&self, source: &Texture) -> Result<(), TransferError> {
+        check_size("source", source, self.source_size())
+    }
+
+    pub(crate) fn check_base(&self, base: &Texture) -> Result<(), TransferError> {
+        check_size("base", base, self.map.size())
     }
 
     /// Resamples floats with `C` values a texel, none of them opacity: writes the texels of `target`
@@ -149,84 +180,38 @@ impl Transfer {
         let size = self.source_size();
         assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");
         self.padding.fill::<C>(source);
-        let filter = self.options.filter;
-        resample::fast::resample::<f32, C, false>(&self.map, source, size, target, filter);
+        let level = Level::new();
+        resample::fast::resample::<f32, C, false>(level, &self.map, &self.paths, source, 0, target);
     }
+}
 
-    /// Resamples between textures of one format.
-    fn fill(&self, mut source: Texture, mut target: Texture) -> Texture {
-        self.padding.apply(&mut source);
-        let size = source.size();
-        let channels = (source.channels().count(), has_opacity(&target));
-        match (source.texels(), target.texels_mut()) {
-            (Texels::U8(source), Texels::U8(target)) => {
-                self.resample(channels, source, size, target);
-            }
-            (Texels::U16(source), Texels::U16(target)) => {
-                self.resample(channels, source, size, target);
-            }
-            (Texels::F32(source), Texels::F32(target)) => {
-                self.resample(channels, source, size, target);
-            }
-            _ => unreachable!("both were converted to one depth"),
+/// Refuses a texture of another size than a transfer was made for.
+fn check_size(what: &'static str, texture: &Texture, wanted: Size) -> Result<(), TransferError> {
+    let found = texture.size();
+    if found == wanted { Ok(()) } else { Err(TransferError::Size { what, found, wanted }) }
+}
+
+/// The rows of the source that a map's samples lie in, or that they are padded from.
+fn source_rows(
+    pair: &Pair,
+    direction: Direction,
+    map: &SamplingMap,
+    paths: &Paths,
+    padding_px: u32,
+) -> Range<u32> {
+    let oriented = pair.oriented(direction);
+    let height = paths.source().height;
+    let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (index, patch) in map.patches().iter().enumerate() {
+        let Some(counterpart) = oriented.from_face[patch.face as usize] else { continue };
+        let margin = paths.margin(index)[1] + f64::from(padding_px);
+        for [_, v] in oriented.from.uv_triangle(counterpart.face as usize) {
+            let y = f64::from(v) * f64::from(height);
+            top = top.min(y - margin);
+            bottom = bottom.max(y + margin);
         }
-        target
     }
-
-    fn resample<T: Value>(
-        &self,
-        (channels, opacity): (usize, bool),
-        source: &[T],
-        size: Size,
-        target: &mut [T],
-    ) {
-        let resample = match (channels, opacity) {
-            (1, _) => resample::fast::resample::<T, 1, false>,
-            (2, false) => resample::fast::resample::<T, 2, false>,
-            (2, true) => resample::fast::resample::<T, 2, true>,
-            (3, _) => resample::fast::resample::<T, 3, false>,
-            (_, false) => resample::fast::resample::<T, 4, false>,
-            (_, true) => resample::fast::resample::<T, 4, true>,
-        };
-        resample(&self.map, source, size, target, self.options.filter);
-    }
-}
-
-/// Whether the last channel is opacity; the fourth channel of data is data.
-pub(crate) fn has_opacity(texture: &Texture) -> bool {
-    texture.channels().has_alpha() && texture.encoding() != Encoding::Data
-}
-
-/// What a result is stored as: all channels of source and base, the greater depth of both, and the
-/// base's encoding.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Format {
-    channels: Channels,
-    depth: Depth,
-    encoding: Encoding,
-}
-
-impl Format {
-    /// Brings a source and a base to one format to be worked in, which is light as floats if that
-    /// is wanted.
-    pub fn unite(source: Texture, base: Texture, linear_light: bool) -> (Texture, Texture, Self) {
-        let channels = source.channels().union(base.channels());
-        let depth = source.depth().max(base.depth());
-        let encoding = base.encoding();
-        // Anything next to data is data: converting one of the two would tear them apart.
-        let source = if encoding == Encoding::Data { source } else { source.encoded_as(encoding) };
-        let format = Self { channels, depth, encoding };
-        if linear_light && encoding == Encoding::Srgb {
-            let light = |texture: Texture| {
-                texture.encoded_as(Encoding::Linear).converted(channels, Depth::F32)
-            };
-            return (light(source), light(base), format);
-        }
-        (source.converted(channels, depth), base.converted(channels, depth), format)
-    }
-
-    /// Brings a result from what it was worked in to what it is stored as.
-    pub fn restore(self, result: Texture) -> Texture {
-        result.encoded_as(self.encoding).converted(self.channels, self.depth)
-    }
+    // Casts saturate; positions beyond the texture's edge read its edge.
+    let last = f64::from(height - 1);
+    if top > bottom { 0..0 } else { top.clamp(0.0, last) as u32..bottom.clamp(0.0, last) as u32 + 1 }
 }

@@ -4,7 +4,7 @@
 //! the target's order, so sums do not depend on threads.
 
 use super::{Paths, Walk, near_texture, split};
-use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, Taps};
+use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Nearest, Taps};
 use crate::map::{Run, SamplingMap};
 use crate::texture::Size;
 use crate::threads::for_each_chunk;
@@ -50,29 +50,15 @@ impl Schedule {
     /// - `source`: `[height * width * C]` values of the size that this was made for.
     /// - `target`: `[height * width * C]` values of the map's size.
     pub fn gather<const C: usize>(&self, map: &SamplingMap, target: &[f32], source: &mut [f32]) {
-        match (self.filter, C) {
-            (Filter::Nearest, _) => self.gather_with::<C, Nearest, 1, C>(map, target, source),
-            // The last number is the values in a row of the filter's window: taps times channels.
-            (Filter::Bilinear, 1) => self.gather_with::<C, Bilinear, 2, 2>(map, target, source),
-            (Filter::Bilinear, 2) => self.gather_with::<C, Bilinear, 2, 4>(map, target, source),
-            (Filter::Bilinear, 3) => self.gather_with::<C, Bilinear, 2, 6>(map, target, source),
-            (Filter::Bilinear, _) => self.gather_with::<C, Bilinear, 2, 8>(map, target, source),
-            (Filter::CatmullRom, 1) => self.gather_with::<C, CatmullRom, 4, 4>(map, target, source),
-            (Filter::CatmullRom, 2) => self.gather_with::<C, CatmullRom, 4, 8>(map, target, source),
-            (Filter::CatmullRom, 3) => {
-                self.gather_with::<C, CatmullRom, 4, 12>(map, target, source);
-            }
-            (Filter::CatmullRom, _) => {
-                self.gather_with::<C, CatmullRom, 4, 16>(map, target, source);
-            }
-            (Filter::Lanczos3, 1) => self.gather_with::<C, Lanczos3, 6, 6>(map, target, source),
-            (Filter::Lanczos3, 2) => self.gather_with::<C, Lanczos3, 6, 12>(map, target, source),
-            (Filter::Lanczos3, 3) => self.gather_with::<C, Lanczos3, 6, 18>(map, target, source),
-            (Filter::Lanczos3, _) => self.gather_with::<C, Lanczos3, 6, 24>(map, target, source),
+        match self.filter {
+            Filter::Nearest => self.gather_with::<C, Nearest>(map, target, source),
+            Filter::Bilinear => self.gather_with::<C, Bilinear>(map, target, source),
+            Filter::CatmullRom => self.gather_with::<C, CatmullRom>(map, target, source),
+            Filter::Lanczos3 => self.gather_with::<C, Lanczos3>(map, target, source),
         }
     }
 
-    fn gather_with<const C: usize, F: Taps<N>, const N: usize, const W: usize>(
+    fn gather_with<const C: usize, F: Taps>(
         &self,
         map: &SamplingMap,
         target: &[f32],
@@ -98,7 +84,7 @@ impl Schedule {
                     for b in 0..rows {
                         for a in 0..columns {
                             let at = walk.sample(centre, a, b);
-                            band.add::<F, N, W>(at, value, self.source);
+                            band.add::<F>(at, value, self.source);
                         }
                     }
                 }
@@ -139,38 +125,34 @@ struct Band<'a, const C: usize> {
 impl<const C: usize> Band<'_, C> {
     /// Adds a value to the window around a position, as far as it lies in the band.
     #[inline(always)]
-    fn add<F: Taps<N>, const N: usize, const W: usize>(
-        &mut self,
-        position: [f64; 2],
-        value: [f32; C],
-        source: Size,
-    ) {
-        let before = (N as i32 - 1) / 2;
-        let (y, fraction_y) = place::<N>(position[1], source.height);
+    fn add<F: Taps>(&mut self, position: [f64; 2], value: [f32; C], source: Size) {
+        let before = (F::TAPS as i32 - 1) / 2;
+        let (y, fraction_y) = place::<F>(position[1], source.height);
         let band_rows = (self.sums.len() / C) as i32 / self.width;
         // Beyond the texture's edge its edge was read.
         let row_of = |b: i32| (y - before + b).clamp(0, source.height as i32 - 1) - self.first_row;
-        if row_of(N as i32 - 1) < 0 || row_of(0) >= band_rows {
+        if row_of(F::TAPS as i32 - 1) < 0 || row_of(0) >= band_rows {
             return;
         }
-        let (x, fraction_x) = place::<N>(position[0], source.width);
+        let (x, fraction_x) = place::<F>(position[0], source.width);
         let (weights_x, weights_y) = (F::weights(fraction_x), F::weights(fraction_y));
-        let mut across = [0.0; W];
-        for (a, weight) in weights_x.into_iter().enumerate() {
+        let mut across = [0.0; MAX_TAPS * 4];
+        let across = &mut across[..F::TAPS * C];
+        for (a, weight) in weights_x[..F::TAPS].iter().enumerate() {
             for channel in 0..C {
                 across[a * C + channel] = weight * value[channel];
             }
         }
         let left = x - before;
-        let inside = left >= 0 && left + N as i32 <= self.width;
-        for (b, weight) in (0..).zip(weights_y) {
+        let inside = left >= 0 && left + F::TAPS as i32 <= self.width;
+        for (b, weight) in (0..).zip(&weights_y[..F::TAPS]) {
             let row = row_of(b);
             if !(0..band_rows).contains(&row) {
                 continue;
             }
             let row = &mut self.sums[(row * self.width) as usize * C..][..self.width as usize * C];
             if inside {
-                for (texel, across) in row[left as usize * C..][..W].iter_mut().zip(across) {
+                for (texel, across) in row[left as usize * C..].iter_mut().zip(&*across) {
                     *texel += f64::from(across * weight);
                 }
             } else {
@@ -188,18 +170,7 @@ impl<const C: usize> Band<'_, C> {
 /// The texel before a position and how far beyond it the position lies; for one tap the texel that
 /// contains it.
 #[inline(always)]
-fn place<const N: usize>(position: f64, count: u32) -> (i32, f32) {
+fn place<F: Taps>(position: f64, count: u32) -> (i32, f32) {
     let near = near_texture(position, count);
-    if N == 1 { (near.floor() as i32, 0.0) } else { split(near) }
-}
-
-/// One tap: the texel itself.
-#[derive(Clone, Copy)]
-struct Nearest;
-
-impl Taps<1> for Nearest {
-    #[inline(always)]
-    fn weights(_: f32) -> [f32; 1] {
-        [1.0]
-    }
+    if F::TAPS == 1 { (near.floor() as i32, 0.0) } else { split(near) }
 }

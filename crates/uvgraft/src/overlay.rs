@@ -1,0 +1,191 @@
+//! A texture that is ready to be laid over a base in another layout, band by band.
+
+use fearless_simd::Level;
+
+use crate::color::Encoding;
+use crate::map::SamplingMap;
+use crate::resample::{self, Paths, store};
+use crate::texture::{Depth, TexelFormat, Texels, Texture, Value};
+use crate::threads::for_each_chunk;
+use crate::transfer::TransferError;
+
+/// A texture that is ready to be laid over a base, from [`Transfer::overlay`] or [`Fit::overlay`].
+///
+/// The base comes in bands of rows, in any order and as often as wanted, so it never has to be in
+/// memory whole; results do not depend on how it is cut.
+///
+/// [`Transfer::overlay`]: crate::Transfer::overlay
+/// [`Fit::overlay`]: crate::Fit::overlay
+#[derive(Debug, Clone)]
+pub struct Overlay<'a> {
+    map: &'a SamplingMap,
+    formats: Formats,
+    layer: Layer<'a>,
+}
+
+/// What is laid over.
+#[derive(Debug, Clone)]
+pub(crate) enum Layer<'a> {
+    /// A padded source in the working format, and where it is read.
+    Sampled(&'a Paths, Texture),
+    /// Premultiplied values of every texel of the target, 1.0 for white.
+    Solved(Vec<f32>),
+}
+
+impl<'a> Overlay<'a> {
+    pub(crate) fn new(map: &'a SamplingMap, formats: Formats, layer: Layer<'a>) -> Self {
+        Self { map, formats, layer }
+    }
+
+    /// What results are stored as: all channels of the source and the base, the greater depth of
+    /// both, and the base's encoding.
+    pub fn format(&self) -> TexelFormat {
+        self.formats.result
+    }
+
+    /// Lays the texture over a band of the base, whose first row is row `first_row` of the target.
+    ///
+    /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
+    /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
+    /// unchanged; but under `linear_light` a float base goes to light and back, within rounding.
+    ///
+    /// # Errors
+    /// [`TransferError::Band`] if the band is no part of the target.
+    pub fn lay(&self, first_row: u32, band: Texture) -> Result<Texture, TransferError> {
+        let (size, found) = (self.map.size(), band.size());
+        let last = first_row.saturating_add(found.height);
+        if found.width != size.width || last > size.height {
+            return Err(TransferError::Band { first_row, found, target: size });
+        }
+        let formats = &self.formats;
+        let mut band = formats.working(band);
+        let values = (formats.result.channels.count(), formats.has_opacity());
+        match (&self.layer, band.texels_mut()) {
+            (Layer::Sampled(paths, source), target) => match (source.texels(), target) {
+                (Texels::U8(source), Texels::U8(target)) => {
+                    self.sample(values, paths, source, first_row, target);
+                }
+                (Texels::U16(source), Texels::U16(target)) => {
+                    self.sample(values, paths, source, first_row, target);
+                }
+                (Texels::F32(source), Texels::F32(target)) => {
+                    self.sample(values, paths, source, first_row, target);
+                }
+                _ => unreachable!("both were converted to one depth"),
+            },
+            (Layer::Solved(layer), Texels::U8(band)) => {
+                self.copy(values, layer, first_row, band);
+            }
+            (Layer::Solved(layer), Texels::U16(band)) => {
+                self.copy(values, layer, first_row, band);
+            }
+            (Layer::Solved(layer), Texels::F32(band)) => {
+                self.copy(values, layer, first_row, band);
+            }
+        }
+        Ok(formats.restore(band))
+    }
+
+    fn sample<T: Value>(
+        &self,
+        values: (usize, bool),
+        paths: &Paths,
+        source: &[T],
+        first_row: u32,
+        band: &mut [T],
+    ) {
+        let resample = match values {
+            (1, _) => resample::fast::resample::<T, 1, false>,
+            (2, false) => resample::fast::resample::<T, 2, false>,
+            (2, true) => resample::fast::resample::<T, 2, true>,
+            (3, _) => resample::fast::resample::<T, 3, false>,
+            (_, false) => resample::fast::resample::<T, 4, false>,
+            (_, true) => resample::fast::resample::<T, 4, true>,
+        };
+        resample(Level::new(), self.map, paths, source, first_row, band);
+    }
+
+    fn copy<T: Value>(
+        &self,
+        values: (usize, bool),
+        layer: &[f32],
+        first_row: u32,
+        band: &mut [T],
+    ) {
+        let copy = match values {
+            (1, _) => copy::<T, 1, false>,
+            (2, false) => copy::<T, 2, false>,
+            (2, true) => copy::<T, 2, true>,
+            (3, _) => copy::<T, 3, false>,
+            (_, false) => copy::<T, 4, false>,
+            (_, true) => copy::<T, 4, true>,
+        };
+        copy(self.map, layer, first_row, band);
+    }
+}
+
+/// Lays a layer over a band where a map reaches.
+fn copy<T: Value, const C: usize, const OPACITY: bool>(
+    map: &SamplingMap,
+    layer: &[f32],
+    first_row: u32,
+    band: &mut [T],
+) {
+    let width = map.size().width as usize;
+    for_each_chunk(band, width * C, |row, texels| {
+        let row = first_row as usize + row;
+        for run in map.row(row as u32) {
+            for x in run.x as usize..(run.x + run.len) as usize {
+                let levels: [f32; C] = std::array::from_fn(|channel| {
+                    layer[(row * width + x) * C + channel] * T::ONE.to_level()
+                });
+                store::<T, C, OPACITY>(levels, &mut texels[x * C..][..C]);
+            }
+        }
+    });
+}
+
+/// What results are stored as, and what they are worked out in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Formats {
+    result: TexelFormat,
+    /// Whether colours are worked on as light.
+    as_light: bool,
+}
+
+impl Formats {
+    /// - `linear_light`: whether colours are to be averaged as light.
+    pub fn new(source: TexelFormat, base: TexelFormat, linear_light: bool) -> Self {
+        let result = TexelFormat {
+            channels: source.channels.union(base.channels),
+            depth: source.depth.max(base.depth),
+            encoding: base.encoding,
+        };
+        Self { result, as_light: linear_light && base.encoding == Encoding::Srgb }
+    }
+
+    /// Whether the last channel is opacity; the fourth channel of data is data.
+    pub fn has_opacity(&self) -> bool {
+        self.result.channels.has_alpha() && self.result.encoding != Encoding::Data
+    }
+
+    /// Brings a source or a base to the format that both are worked on in.
+    pub fn working(&self, texture: Texture) -> Texture {
+        let Self { result, as_light } = *self;
+        // Anything next to data is data: converting one of the two would tear them apart.
+        let texture = match result.encoding {
+            Encoding::Data => texture,
+            encoding => texture.encoded_as(encoding),
+        };
+        if as_light {
+            return texture.encoded_as(Encoding::Linear).converted(result.channels, Depth::F32);
+        }
+        texture.converted(result.channels, result.depth)
+    }
+
+    /// Brings a result to what it is stored as.
+    pub fn restore(&self, texture: Texture) -> Texture {
+        let TexelFormat { channels, depth, encoding } = self.result;
+        texture.encoded_as(encoding).converted(channels, depth)
+    }
+}
