@@ -65,7 +65,5 @@ pub use operator::Operator;
 pub use overlay::Overlay;
 pub use pair::{Direction, Pair, PairError};
 pub use report::PairReport;
-pub use texture::{
-    Channels, Depth, Size, TexelFormat, Texels, Texture, TextureError, Value,
-};
+pub use texture::{Channels, Depth, Size, TexelFormat, Texels, Texture, TextureError, Value};
 pub use transfer::{Transfer, TransferError, TransferOptions};

@@ -105,13 +105,7 @@ impl<'a> Overlay<'a> {
         resample(Level::new(), self.map, paths, source, first_row, band);
     }
 
-    fn copy<T: Value>(
-        &self,
-        values: (usize, bool),
-        layer: &[f32],
-        first_row: u32,
-        band: &mut [T],
-    ) {
+    fn copy<T: Value>(&self, values: (usize, bool), layer: &[f32], first_row: u32, band: &mut [T]) {
         let copy = match values {
             (1, _) => copy::<T, 1, false>,
             (2, false) => copy::<T, 2, false>,

@@ -146,13 +146,28 @@ pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
 
 impl Value for u8 {
     const ONE: Self = 255;
+
     fn to_level(self) -> f32 {
         f32::from(self)
     }
     fn from_level(level: f32) -> Self {
-        // `as` saturates, so this is the clamp too; NaN becomes 0.
-        (level + 0.5) as Self
+        whole(level + 0.5, Self::ONE.to_level()) as Self
     }
+}
+
+/// A number without its fraction, after clamping to `0.0..=most`; NaN becomes 0. Casts do the same,
+/// but one by one, because they care for every input; compilers make vectors of this.
+///
+/// - `most`: below 2²³.
+#[inline(always)]
+fn whole(value: f32, most: f32) -> u32 {
+    /// From here on floats have no fraction, and their lowest bits count.
+    const NO_FRACTION: f32 = 8_388_608.0;
+    let value = if value > 0.0 { value } else { 0.0 };
+    let value = if value < most { value } else { most };
+    let rounded = value + NO_FRACTION;
+    let up = u32::from(rounded - NO_FRACTION > value);
+    rounded.to_bits() - NO_FRACTION.to_bits() - up
 }
 
 impl Value for u16 {
@@ -161,7 +176,7 @@ impl Value for u16 {
         f32::from(self)
     }
     fn from_level(level: f32) -> Self {
-        (level + 0.5) as Self
+        whole(level + 0.5, Self::ONE.to_level()) as Self
     }
 }
 

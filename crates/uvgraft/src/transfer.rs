@@ -213,5 +213,9 @@ fn source_rows(
     }
     // Casts saturate; positions beyond the texture's edge read its edge.
     let last = f64::from(height - 1);
-    if top > bottom { 0..0 } else { top.clamp(0.0, last) as u32..bottom.clamp(0.0, last) as u32 + 1 }
+    if top > bottom {
+        0..0
+    } else {
+        top.clamp(0.0, last) as u32..bottom.clamp(0.0, last) as u32 + 1
+    }
 }

@@ -5,6 +5,7 @@
 
 pub(crate) mod adjoint;
 pub(crate) mod fast;
+mod places;
 pub mod reference;
 mod window;
 
@@ -130,9 +131,23 @@ impl Walk {
     /// Source position of sample `(a, b)` of the texel whose centre is at `centre`.
     #[inline(always)]
     pub fn sample(&self, centre: [f64; 2], a: u32, b: u32) -> [f64; 2] {
-        let a = f64::from(a) - f64::from(self.samples[0] - 1) * 0.5;
-        let b = f64::from(b) - f64::from(self.samples[1] - 1) * 0.5;
+        let [a, b] = self.offsets(a, b);
         [0, 1].map(|i| centre[i] + a * self.sample_steps[0][i] + b * self.sample_steps[1][i])
+    }
+
+    /// The same on one axis, for texels `k`: the sum of `start`, `k · step`, and sample `(a, b)`'s two
+    /// offsets, in this order.
+    #[inline(always)]
+    fn line(&self, axis: usize, a: u32, b: u32) -> [f64; 4] {
+        let [a, b] = self.offsets(a, b);
+        let steps = [0, 1].map(|k| self.sample_steps[k][axis]);
+        [self.start[axis], self.step[axis], a * steps[0], b * steps[1]]
+    }
+
+    /// How many steps sample `(a, b)` lies from the centre.
+    #[inline(always)]
+    fn offsets(&self, a: u32, b: u32) -> [f64; 2] {
+        [(a, 0), (b, 1)].map(|(n, k)| f64::from(n) - f64::from(self.samples[k] - 1) * 0.5)
     }
 }
 
@@ -189,17 +204,22 @@ pub(crate) fn reach(map: &SamplingMap, patches: &[Patch], source: Size, filter: 
 /// beyond a window's width nothing changes any more, and [`split`] needs numbers of a sane size.
 #[inline(always)]
 pub(crate) fn near_texture(position: f64, count: u32) -> f64 {
-    position.clamp(-8.0, f64::from(count) + 8.0)
+    position.clamp(-NEAR, f64::from(count) + NEAR)
 }
+
+/// How far beyond the texture's edge positions may be, in texels: more than any window is wide.
+const NEAR: f64 = 8.0;
+
+/// Adding 1.5 · 2⁵² leaves no bits for a fraction, so the sum is rounded to a whole number, whose
+/// two's complement is in its low bits.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// The texel before a position on one axis, and how far the position lies beyond its centre: 0 to 1,
 /// both included. The position is in or near a texture, see [`near_texture`].
 #[inline(always)]
 pub(crate) fn split(position: f64) -> (i32, f32) {
-    // Adding 1.5 · 2⁵² leaves no bits for a fraction, so the sum is rounded to a whole number, whose
-    // two's complement is in its low bits. Half a texel down for the centre, and half for rounding
-    // instead of flooring. `floor` would be a call where the baseline has no instruction for it.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    // Half a texel down for the centre, and half for rounding instead of flooring. `floor` would be a
+    // call where the baseline has no instruction for it.
     let sum = position - 1.0 + WHOLE;
     let whole = sum - WHOLE;
     (sum.to_bits() as i32, (position - 0.5 - whole) as f32)
@@ -278,19 +298,13 @@ mod tests {
         SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 })
     }
 
-    /// Every level that this machine has.
+    /// Every level that kernels are compiled for, as far as this machine has it.
     fn levels() -> Vec<Level> {
         let best = Level::new();
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        let mut levels = vec![
-            best.as_sse2().map(Simd::level),
-            best.as_sse4_2().map(Simd::level),
-            best.as_avx2().map(Simd::level),
-            best.as_avx512().map(Simd::level),
-        ];
-        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-        let mut levels = vec![Some(best)];
-        levels.push(Some(Level::fallback()));
+        #[cfg(target_arch = "x86_64")]
+        let levels = [best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
+        #[cfg(not(target_arch = "x86_64"))]
+        let levels = [Some(best)];
         levels.into_iter().flatten().collect()
     }
 

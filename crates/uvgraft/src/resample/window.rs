@@ -2,8 +2,12 @@
 
 use fearless_simd::{Simd, SimdBase, SimdInto, SimdSplit, f32x4, f32x8};
 
+use super::places::BATCH;
 use crate::filter::{MAX_TAPS, Taps};
 use crate::texture::Value;
+
+/// Weights by axis, tap and texel of a batch.
+pub(super) type Weights = [[[f32; BATCH]; MAX_TAPS]; 2];
 
 /// Values in the vectors that rows of a window are read in.
 pub(super) const LANES: usize = 8;
@@ -18,40 +22,44 @@ pub(super) const MAX_VALUES: usize = MAX_VECTORS * LANES;
 ///
 /// - `values`: from the window's first texel on; rows follow each other after `stride` values, and
 ///   are read in whole vectors, so that up to 7 values behind the window must be there.
-/// - `weights`: of columns and of rows.
+/// - `k`: which texel of the batch's weights counts.
 #[inline(always)]
 pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
     simd: S,
-    values: &[T],
-    stride: usize,
-    weights: [&[f32; MAX_TAPS]; 2],
+    rows: &[&[T]; MAX_TAPS],
+    start: usize,
+    weights: &Weights,
+    k: usize,
 ) -> f32x4<S> {
     let [across, down] = weights;
     let vectors = (F::TAPS * C).div_ceil(LANES);
     let mut columns = [f32x8::splat(simd, 0.0); MAX_VECTORS];
     for b in 0..F::TAPS {
-        let row = &values[b * stride..][..vectors * LANES];
+        let row = &rows[b][start..][..vectors * LANES];
         for (vector, column) in columns[..vectors].iter_mut().enumerate() {
             let levels = levels::<S, T, C, OPACITY>(simd, &row[vector * LANES..]);
-            *column = *column + levels * down[b];
+            *column = *column + levels * down[b][k];
         }
     }
-    let quad = |index: usize| {
-        let (low, high) = columns[index / 2].split();
-        if index % 2 == 0 { low } else { high }
-    };
     let mut value = f32x4::splat(simd, 0.0);
     for a in 0..F::TAPS {
         let (index, shift) = (a * C / 4, a * C % 4);
         let texel = match shift {
-            0 => quad(index),
-            1 => quad(index).slide::<1>(quad(index + 1)),
-            2 => quad(index).slide::<2>(quad(index + 1)),
-            _ => quad(index).slide::<3>(quad(index + 1)),
+            0 => quad(&columns, index),
+            1 => quad(&columns, index).slide::<1>(quad(&columns, index + 1)),
+            2 => quad(&columns, index).slide::<2>(quad(&columns, index + 1)),
+            _ => quad(&columns, index).slide::<3>(quad(&columns, index + 1)),
         };
-        value = value + texel * across[a];
+        value = value + texel * across[a][k];
     }
     value
+}
+
+/// Four values of a row.
+#[inline(always)]
+fn quad<S: Simd>(row: &[f32x8<S>; MAX_VECTORS], index: usize) -> f32x4<S> {
+    let (low, high) = row[index / 2].split();
+    if index % 2 == 0 { low } else { high }
 }
 
 /// Eight values as levels, colours multiplied by opacity; as [`super::load`] for each texel.
@@ -61,7 +69,11 @@ fn levels<S: Simd, T: Value, const C: usize, const OPACITY: bool>(
     values: &[T],
 ) -> f32x8<S> {
     let values: &[T; LANES] = values.first_chunk().expect("a whole vector");
-    let mut levels: [f32; LANES] = values.map(T::to_level);
+    // By reference: as one number of 64 bits they would be shifted apart.
+    let mut levels = [0.0; LANES];
+    for lane in 0..LANES {
+        levels[lane] = values[lane].to_level();
+    }
     if OPACITY {
         for texel in levels.chunks_exact_mut(C) {
             let opacity = texel[C - 1] / T::ONE.to_level();
