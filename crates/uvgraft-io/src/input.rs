@@ -42,7 +42,7 @@ pub fn read_file<T, E: std::error::Error>(
 
 /// The bytes of a file, or an error if there are more than `max`. A size that the system tells is
 /// only a hint: a pipe has none, and a file may grow.
-fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let told = file.metadata()?;
     if told.is_dir() {
@@ -57,6 +57,11 @@ fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::with_capacity(told.len() as usize + 1);
     file.take(max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+/// Whether it can be read in any order and more than once.
+pub(crate) fn is_plain_file(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| found.is_file())
 }
 
 #[cfg(test)]
