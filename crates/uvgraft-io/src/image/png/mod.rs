@@ -1,7 +1,9 @@
 //! PNG, through the `png` crate.
 
 mod decode;
+mod deflate;
 mod encode;
+mod pieces;
 
 use std::io::{BufRead, Cursor, Read, Seek};
 
