@@ -192,3 +192,102 @@ fn a_file_appears_when_it_is_finished() {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }
+
+/// Large enough for several pieces that are compressed at the same time, and rows that fall across
+/// their borders.
+#[test]
+fn threads_and_bands_do_not_show() {
+    for (channels, depth) in [(Channels::Rgb, Depth::U8), (Channels::Rgba, Depth::U16)] {
+        let texture = texture(Size::new(1501, 700), channels, depth, Encoding::Srgb);
+        let image = Image::from(texture);
+        let options = WriteOptions::default();
+        let wanted = encode_whole(&image, Format::Png, &options).unwrap().0;
+        assert!(decode(&wanted).unwrap() == image);
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            for band in [1, 97, 350, 700] {
+                let encode = || encode_in_bands(&image, Format::Png, &options, band).unwrap().0;
+                assert!(pool.install(encode) == wanted, "{threads} threads, {band} rows at once");
+            }
+        }
+    }
+}
+
+/// Sizes around those of eight bytes, of samples and of pieces.
+#[test]
+fn every_width_comes_back() {
+    for width in (1..40).chain([341, 683, 2047, 2048, 2049, 32_768]) {
+        for (channels, depth) in CHANNELS.iter().flat_map(|c| [(*c, Depth::U8), (*c, Depth::U16)]) {
+            let texture = texture(Size::new(width, 5), channels, depth, Encoding::Srgb);
+            let image = Image::from(texture);
+            let bytes = encode_whole(&image, Format::Png, &WriteOptions::default()).unwrap().0;
+            assert!(decode(&bytes).unwrap() == image, "{width} {channels:?} {depth:?}");
+        }
+    }
+}
+
+#[test]
+fn a_cut_is_found_out_before_any_row() {
+    let image = Image::from(texture(Size::new(31, 50), Channels::Rgb, Depth::U8, Encoding::Srgb));
+    let bytes = encode_whole(&image, Format::Png, &WriteOptions::default()).unwrap().0;
+    for cut in 0..bytes.len() {
+        assert!(BandDecoder::new(&bytes[..cut]).is_err(), "{cut} of {}", bytes.len());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.png");
+    std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+    let error = BandReader::open(&path).err().unwrap().to_string();
+    assert!(error.contains("cut.png: PNG is cut short"), "{error}");
+}
+
+/// Bands say of damaged files what the whole says of them.
+#[test]
+fn damage_is_found_out_by_the_last_row() {
+    let mut random = fastrand::Rng::with_seed(8);
+    let mut seeds = Vec::new();
+    for (channels, depth) in [(Channels::Rgb, Depth::U8), (Channels::GreyAlpha, Depth::U16)] {
+        for compress in [false, true] {
+            let image = Image::from(texture(Size::new(40, 30), channels, depth, Encoding::Srgb));
+            let options = WriteOptions { compress, ..WriteOptions::default() };
+            seeds.push(encode_whole(&image, Format::Png, &options).unwrap().0);
+        }
+    }
+    for name in ["interlaced16.png", "palette.png", "oriented.png"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/image_samples").join(name);
+        seeds.push(std::fs::read(path).unwrap());
+    }
+    let mut refused = 0;
+    for round in 0..2000 {
+        let mut bytes = random.choice(&seeds).unwrap().clone();
+        for _ in 0..random.usize(1..4) {
+            let at = random.usize(..bytes.len());
+            bytes[at] ^= 1 << random.u8(..8);
+        }
+        let in_bands = || {
+            let mut decoder = BandDecoder::new(&bytes)?;
+            let height = decoder.header().size.height;
+            let mut found = Vec::new();
+            while let Some(band) = decoder.next_band(random_rows(round))? {
+                found.push(band);
+            }
+            assert_eq!(found.iter().map(|band| band.size().height).sum::<u32>(), height);
+            Ok::<_, uvgraft_io::image::ImageError>(found)
+        };
+        match (decode(&bytes), in_bands()) {
+            (Ok(whole), Ok(bands)) => {
+                let mut from = 0;
+                for band in bands {
+                    assert!(band == rows(&whole.texture, from, band.size().height));
+                    from += band.size().height;
+                }
+            }
+            (Err(_), Err(_)) => refused += 1,
+            (whole, bands) => panic!("whole: {:?}, bands: {:?}", whole.err(), bands.err()),
+        }
+    }
+    assert!(refused > 1500, "only {refused} were refused");
+}
+
+fn random_rows(round: u32) -> u32 {
+    [1, 4, 7, 100][round as usize % 4]
+}

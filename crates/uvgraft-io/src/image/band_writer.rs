@@ -1,9 +1,10 @@
 //! Images out as bands of rows, top to bottom.
 
+use std::collections::TryReserveError;
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use uvgraft::texture::{Texels, Texture};
+use uvgraft::texture::{Depth, Texels, Texture};
 
 use super::png::RowEncoder;
 use super::{
@@ -44,10 +45,11 @@ impl<W: Write + Seek> BandEncoder<W> {
             Rows::Png(Box::new(RowEncoder::new(&spec, icc, options.compress)?))
         } else {
             let len = spec.size.height as usize * spec.row_values();
+            let memory = |error| EncodeError::encoder(format, error);
             let texels = match spec.depth {
-                uvgraft::texture::Depth::U8 => Texels::U8(Vec::with_capacity(len)),
-                uvgraft::texture::Depth::U16 => Texels::U16(Vec::with_capacity(len)),
-                uvgraft::texture::Depth::F32 => Texels::F32(Vec::with_capacity(len)),
+                Depth::U8 => Texels::U8(reserve(len).map_err(memory)?),
+                Depth::U16 => Texels::U16(reserve(len).map_err(memory)?),
+                Depth::F32 => Texels::F32(reserve(len).map_err(memory)?),
             };
             Rows::Gathered { format, texels, icc: icc.map(<[u8]>::to_vec), options: *options }
         };
@@ -106,6 +108,12 @@ impl<W: Write + Seek> BandEncoder<W> {
         };
         Ok((Written { losses }, out))
     }
+}
+
+fn reserve<T>(len: usize) -> Result<Vec<T>, TryReserveError> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len)?;
+    Ok(values)
 }
 
 /// Whether the format can hold such a texture with this profile, which is given back if it says

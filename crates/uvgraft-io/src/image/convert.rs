@@ -1,6 +1,7 @@
 //! From the values of a texture to the values that a format stores: depth, transfer function, alpha.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use uvgraft::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use uvgraft::texture::{Channels, Depth, Texels, Texture, Value};
@@ -31,7 +32,8 @@ impl<'a> Source<'a> {
     pub(super) fn values<T: AtDepth>(&mut self) -> Cow<'a, [T]> {
         let spec = TextureSpec::from(self.texture);
         let mut conversion = Conversion::new(&spec, self.format, &mut self.icc);
-        let values = conversion.apply(self.texture.texels());
+        let texels = self.texture.texels();
+        let values = conversion.apply(texels, 0..texels.len());
         self.losses.extend(conversion.losses());
         values
     }
@@ -83,20 +85,23 @@ impl<T: AtDepth> Conversion<T> {
         Self { channels: spec.channels, way, losses, clamped: false }
     }
 
-    /// Converts whole texels, borrowed where nothing changes.
-    pub(super) fn apply<'a>(&mut self, texels: &'a Texels) -> Cow<'a, [T]> {
+    /// Converts a range of values, which are whole texels; borrowed where nothing changes.
+    pub(super) fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
         if let (Way::Same, Some(values)) = (&self.way, T::borrowed(texels)) {
-            return Cow::Borrowed(values);
+            return Cow::Borrowed(&values[range]);
         }
         let channels = self.channels;
         Cow::Owned(match (texels, &self.way) {
             (Texels::U8(values), Way::Table { color, alpha }) => {
+                let values = &values[range];
                 map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
             }
             (Texels::U16(values), Way::Table { color, alpha }) => {
+                let values = &values[range];
                 map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
             }
             (Texels::F32(values), way) => {
+                let values = &values[range];
                 self.clamped |=
                     T::DEPTH != Depth::F32 && values.iter().any(|v| !(0.0..=1.0).contains(v));
                 match way {

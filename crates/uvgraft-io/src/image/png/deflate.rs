@@ -107,9 +107,13 @@ fn walk<S>(
 ) {
     let mut rest = data;
     while let Some(eight) = rest.first_chunk::<8>() {
-        if u64::from_le_bytes(*eight) != 0 {
-            literals(state, eight);
-            rest = &rest[8..];
+        let value = u64::from_le_bytes(*eight);
+        if value != 0 {
+            // Zeros at the end may begin a run; a few are quicker told by themselves.
+            let zeros = value.leading_zeros() as usize / 8;
+            let (taken, left) = rest.split_at(if zeros < 4 { 8 } else { 8 - zeros });
+            literals(state, taken);
+            rest = left;
             continue;
         }
         let mut len = 8;

@@ -9,13 +9,15 @@ use ::png::{
 use uvgraft::texture::{Channels, Depth, Texels};
 
 use super::FORMAT;
-use super::pieces::Pieces;
+use super::pieces::{self, Pieces};
 use crate::image::convert::Conversion;
 use crate::image::{EncodeError, Loss, TextureSpec};
 
 /// A PNG that is written as its rows arrive.
 pub(in crate::image) struct RowEncoder {
     values: Values,
+    /// Values of the rows that are converted and compressed at once.
+    at_once: usize,
     rows: Rows,
     pipe: Pipe,
 }
@@ -68,7 +70,9 @@ impl RowEncoder {
         } else {
             Rows::Fast(Pieces::new(bytes, bytes / spec.size.width as usize), writer)
         };
-        Ok(Self { values, rows, pipe })
+        let row_values = spec.row_values();
+        let at_once = (pieces::AT_ONCE * pieces::PIECE / bytes).max(1) * row_values;
+        Ok(Self { values, at_once, rows, pipe })
     }
 
     /// Encodes whole rows.
@@ -79,16 +83,22 @@ impl RowEncoder {
     ) -> Result<(), EncodeError> {
         // What lies before the rows.
         self.pipe.drain(out)?;
-        let Self { values, rows, pipe } = self;
-        match values {
-            Values::U8(conversion) => rows.write(&conversion.apply(texels), out)?,
-            Values::U16(conversion, bytes) => {
-                bytes.clear();
-                bytes.extend(conversion.apply(texels).iter().flat_map(|value| value.to_be_bytes()));
-                rows.write(bytes, out)?;
+        let Self { values, at_once, rows, pipe } = self;
+        // In parts, so that there never is a converted copy of a large texture.
+        for start in (0..texels.len()).step_by(*at_once) {
+            let range = start..texels.len().min(start + *at_once);
+            match values {
+                Values::U8(conversion) => rows.write(&conversion.apply(texels, range), out)?,
+                Values::U16(conversion, bytes) => {
+                    let values = conversion.apply(texels, range);
+                    bytes.clear();
+                    bytes.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+                    rows.write(bytes, out)?;
+                }
             }
+            pipe.drain(out)?;
         }
-        pipe.drain(out)
+        Ok(())
     }
 
     /// Writes what is left and says what the file does not hold.

@@ -23,7 +23,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     Ok(Decoded { header, texels: decoder.read_all()?, icc })
 }
 
-/// Walks the chunks to the end, because EXIF may stand behind the image. Decodes nothing.
+/// Walks the chunks to the end, because EXIF may stand behind the image; so a file that is cut short
+/// is found out. Decodes nothing.
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut start = [0; 8 + 8 + 13 + 4];
@@ -43,7 +44,11 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         let [l0, l1, l2, l3, kind @ ..] = chunk;
         let mut left = i64::from(u32::from_be_bytes([l0, l1, l2, l3]));
         match &kind {
-            b"IEND" => break,
+            b"IEND" => {
+                reader.seek_relative(left).map_err(io)?;
+                reader.read_exact(&mut [0; 4]).map_err(io)?;
+                break;
+            }
             b"tRNS" => has_alpha = true,
             b"eXIf" => {
                 // The orientation stands near the start; thumbnails further behind don't matter.

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::deflate;
 
 /// Bytes of rows in a piece, unless a row has more.
-const PIECE: usize = 1 << 19;
+pub(super) const PIECE: usize = 1 << 19;
 
 /// Pieces that are worked on at once, which bounds memory.
-const AT_ONCE: usize = 16;
+pub(super) const AT_ONCE: usize = 16;
 
 /// The compressed image data of a PNG, an IDAT chunk for each piece. Where pieces begin follows
 /// from the image alone, so the bytes depend neither on how rows arrive nor on threads.
