@@ -59,11 +59,6 @@ pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
-/// Whether it can be read in any order and more than once.
-pub(crate) fn is_plain_file(path: &Path) -> bool {
-    path.metadata().is_ok_and(|found| found.is_file())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

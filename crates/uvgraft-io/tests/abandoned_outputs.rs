@@ -1,7 +1,5 @@
 //! Giving up all outputs, which a process does once; so this test has a program of its own.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
-
 use std::io::{ErrorKind, Write};
 
 use uvgraft_io::output::{AtomicFile, abandon_unfinished, write_atomically};

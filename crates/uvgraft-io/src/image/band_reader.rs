@@ -1,7 +1,7 @@
 //! Images in as bands of rows, top to bottom.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
@@ -9,8 +9,11 @@ use uvgraft::texture::{Depth, Size, Texels, Texture};
 use super::header::detect;
 use super::orientation::Orientation;
 use super::png::RowDecoder;
-use super::{Decoded, Format, Header, ImageError, ReadError, TextureSpec, convert, header};
-use crate::input::{is_plain_file, read_at_most};
+use super::{
+    Decoded, Format, Header, Image, ImageError, MAX_FILE_BYTES, ReadError, TextureSpec, convert,
+    header,
+};
+use crate::input::read_at_most;
 
 /// An image that is handed out in bands of rows, the same in all as [`decode`] gives.
 ///
@@ -130,6 +133,13 @@ impl<'a> BandDecoder<'a> {
             return Ok(None);
         }
         let spec = self.spec();
+        if let Rows::Whole(whole) = &mut self.rows
+            && rows == height
+        {
+            self.next_row = height;
+            let texels = std::mem::replace(whole, Texels::U8(Vec::new()));
+            return Ok(Some(Texture::new(self.header.size, spec.channels, spec.encoding, texels)?));
+        }
         let mut texels = self.memory(rows as usize * spec.row_values());
         match &mut self.rows {
             Rows::Png(decoder) => decoder.read(&mut texels)?,
@@ -140,6 +150,16 @@ impl<'a> BandDecoder<'a> {
         self.next_row += rows;
         let size = Size::new(width, rows);
         Ok(Some(Texture::new(size, spec.channels, spec.encoding, texels)?))
+    }
+
+    /// All rows that are left, of which there are some.
+    pub(super) fn rest(&mut self) -> Result<Texture, ImageError> {
+        self.next_band(u32::MAX)?
+            .ok_or_else(|| ImageError::damaged(self.header.format, "it has no rows"))
+    }
+
+    pub(super) fn take_icc(&mut self) -> Option<Vec<u8>> {
+        self.icc.take()
     }
 
     /// Takes back a band that is no longer needed, so that its memory serves for another. Fresh
@@ -189,7 +209,8 @@ fn copy(whole: &Texels, from: usize, to: &mut Texels) {
 
 /// A [`BandDecoder`] of a file, whose errors name it.
 ///
-/// PNGs are read as they are decoded; they must not change meanwhile.
+/// PNGs are read as they are decoded, which is faster than reading them before: memory that was
+/// not used before costs more than the copy.
 pub struct BandReader {
     path: PathBuf,
     decoder: BandDecoder<'static>,
@@ -202,23 +223,13 @@ impl BandReader {
     /// [`ReadError`], with the path, if the file cannot be read, or as [`BandDecoder::new`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let bad = |reason| ReadError::Io { path: path.into(), reason };
-        let mut start = [0; 12];
-        let decoder = if is_plain_file(path) {
-            let mut file = BufReader::with_capacity(BUFFER, File::open(path).map_err(bad)?);
-            let len = file.fill_buf().map_err(bad)?.len().min(start.len());
-            start[..len].copy_from_slice(&file.buffer()[..len]);
-            if Format::detect(&start[..len]) == Some(Format::Png) {
-                BandDecoder::png(Box::new(file))
-            } else {
-                BandDecoder::whole(&read_at_most(path, super::MAX_FILE_BYTES).map_err(bad)?)
-            }
+        let decoder = if let Some(file) = streamed(path).map_err(bad)? {
+            BandDecoder::png(Box::new(file))
         } else {
-            // A pipe, which is read once and has no end that one could look at first.
-            let bytes = read_at_most(path, super::MAX_FILE_BYTES).map_err(bad)?;
-            if Format::detect(&bytes) == Some(Format::Png) {
-                BandDecoder::png(Box::new(Cursor::new(bytes)))
-            } else {
-                BandDecoder::whole(&bytes)
+            let bytes = read_at_most(path, MAX_FILE_BYTES).map_err(bad)?;
+            match Format::detect(&bytes) {
+                Some(Format::Png) => BandDecoder::png(Box::new(Cursor::new(bytes))),
+                _ => BandDecoder::whole(&bytes),
             }
         };
         let decoder = decoder.map_err(|reason| ReadError::Content { path: path.into(), reason })?;
@@ -263,11 +274,31 @@ impl BandReader {
         decoder.next_band(rows).map_err(|reason| ReadError::Content { path: path.clone(), reason })
     }
 
+    pub(super) fn read_whole(self) -> Result<Image, ReadError> {
+        let Self { path, mut decoder } = self;
+        let texture = decoder.rest().map_err(|reason| ReadError::Content { path, reason })?;
+        Ok(Image { texture, icc: decoder.take_icc() })
+    }
+
     /// As [`BandDecoder::recycle`].
     pub fn recycle(&mut self, band: Texture) {
         self.decoder.recycle(band);
     }
 }
 
-/// Bytes that are read from a file at once.
-const BUFFER: usize = 1 << 16;
+/// A PNG that can be read as it is decoded; nothing for a pipe, which is read once and has no end
+/// that one could look at first.
+fn streamed(path: &Path) -> io::Result<Option<BufReader<File>>> {
+    /// Chunks of this size and smaller are passed over without another read.
+    const BUFFER: usize = 1 << 16;
+    if !path.metadata()?.is_file() {
+        return Ok(None);
+    }
+    let file = File::open(path)?;
+    if file.metadata()?.len() > MAX_FILE_BYTES {
+        return Ok(None);
+    }
+    let mut file = BufReader::with_capacity(BUFFER, file);
+    let is_png = Format::detect(file.fill_buf()?) == Some(Format::Png);
+    Ok(is_png.then_some(file))
+}

@@ -46,7 +46,6 @@ pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub use self::format::Format;
 use self::header::StoredHeader;
 pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};
-use crate::input::read_file;
 use crate::output::write_atomically;
 
 /// A texture and the colour profile that came with it.
@@ -103,17 +102,14 @@ struct Decoded {
 /// [`ImageError`] for anything but a whole image of an acceptable size; a file that is cut short is
 /// never taken for a whole one.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
-    let format = header::detect(bytes)?;
-    let decoded = decode_stored(format, bytes)?;
-    let Header { size, channels, depth, .. } = decoded.header.public(format);
-    let (texels, icc) = decoded.upright(format)?;
-    let encoding = convert::encoding_of(format, depth);
-    Ok(Image { texture: Texture::new(size, channels, encoding, texels)?, icc })
+    let mut bands = BandDecoder::new(bytes)?;
+    Ok(Image { texture: bands.rest()?, icc: bands.take_icc() })
 }
 
+/// Decodes a whole image of any of the formats but PNG, which is decoded in rows.
 fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
     match format {
-        Format::Png => png::decode(bytes),
+        Format::Png => unreachable!("decoded in rows"),
         Format::Jpeg => jpeg::decode(bytes),
         Format::WebP => webp::decode(bytes),
         Format::Tiff => tiff::decode(bytes),
@@ -140,7 +136,7 @@ impl Decoded {
 /// # Errors
 /// [`ReadError`], with the path, if the file cannot be read or [`decode`] refuses it.
 pub fn read(path: &Path) -> Result<Image, ReadError> {
-    read_file(path, MAX_FILE_BYTES, decode)
+    BandReader::open(path)?.read_whole()
 }
 
 /// Room for an uncompressed image of the largest size, its profile and its tags.

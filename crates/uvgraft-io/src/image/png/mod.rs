@@ -5,7 +5,7 @@ mod deflate;
 mod encode;
 mod pieces;
 
-use std::io::{BufRead, Cursor, Read, Seek};
+use std::io::{BufRead, Read, Seek};
 
 use uvgraft::texture::{Channels, Depth};
 
@@ -13,15 +13,9 @@ pub(super) use self::decode::RowDecoder;
 pub(super) use self::encode::RowEncoder;
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, Format, ImageError};
+use super::{Format, ImageError};
 
 const FORMAT: Format = Format::Png;
-
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
-    let decoder = RowDecoder::new(Cursor::new(bytes))?;
-    let (header, icc) = (decoder.header(), decoder.icc());
-    Ok(Decoded { header, texels: decoder.read_all()?, icc })
-}
 
 /// Walks the chunks to the end, because EXIF may stand behind the image; so a file that is cut short
 /// is found out. Decodes nothing.
