@@ -1,4 +1,10 @@
-//! Rows out of a PNG, top to bottom.
+//! Rows out of a PNG, top to bottom, through the `png` crate, which checks the CRC of every chunk.
+//!
+//! Measured for 4096² RGB texels on one core, smooth and with grain (9 and 35 MB): row by row into
+//! memory that is used again 121 and 158 ms, as one frame into fresh memory 134 and 202 ms. Of
+//! these, inflating takes 111 and 128 ms, and undoing the filter 13 ms, so that a second thread for
+//! the latter would gain little. `zlib-rs` inflates in 132 and 186 ms, libdeflate in 162 and 202 ms
+//! (into fresh memory).
 
 use std::io::{BufRead, Seek};
 
@@ -92,7 +98,7 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         self.check_end()
     }
 
-    /// Decodes all rows at once, in any order.
+    /// Decodes all rows at once, whatever order they are stored in.
     pub(in crate::image) fn read_all(mut self) -> Result<Texels, ImageError> {
         let mut data = vec![0; self.row.len() * self.rows_left as usize];
         self.reader.next_frame(&mut data).map_err(from_png)?;
