@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use crate::interruption::wait_if_interrupted;
+
 /// An error that the user can mend: a file, an option, a place to write to.
 #[derive(Debug)]
 struct BadInput(anyhow::Error);
@@ -40,6 +42,7 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> u8 {
 /// Prints an error and gives the program's exit code.
 #[expect(clippy::print_stderr, reason = "the one place that prints errors")]
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    wait_if_interrupted();
     eprintln!("error: {error:#}");
     ExitCode::from(exit_code(error))
 }
@@ -47,5 +50,6 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 /// Prints something that the user should know although the work goes on.
 #[expect(clippy::print_stderr, reason = "the one place that prints warnings")]
 pub(crate) fn warn(message: impl Display) {
+    wait_if_interrupted();
     eprintln!("warning: {message}");
 }

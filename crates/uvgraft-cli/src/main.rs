@@ -1,6 +1,7 @@
 //! The command `uvgraft`.
 //!
-//! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work. Results and
+//! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work, 130 where it was
+//! told to stop (Ctrl-C, SIGTERM, SIGHUP). Results and
 //! reports go to standard output, errors, warnings and progress to standard error.
 
 mod compare;
@@ -10,6 +11,7 @@ mod filters;
 mod fitting;
 mod heatmap;
 mod inspect;
+mod interruption;
 mod opacity;
 mod outputs;
 mod pair;
@@ -52,10 +54,13 @@ enum Command {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    match run(&cli) {
+    interruption::handle();
+    let code = match run(&cli) {
         Ok(code) => code,
         Err(error) => failure::report(&error),
-    }
+    };
+    interruption::wait_if_interrupted();
+    code
 }
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {

@@ -42,7 +42,7 @@ pub fn read_file<T, E: std::error::Error>(
 
 /// The bytes of a file, or an error if there are more than `max`. A size that the system tells is
 /// only a hint: a pipe has none, and a file may grow.
-fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let told = file.metadata()?;
     if told.is_dir() {

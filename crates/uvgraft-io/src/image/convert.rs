@@ -1,11 +1,12 @@
 //! From the values of a texture to the values that a format stores: depth, transfer function, alpha.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use uvgraft::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use uvgraft::texture::{Channels, Depth, Texels, Texture, Value};
 
-use super::{Format, Loss};
+use super::{Format, Loss, TextureSpec};
 
 /// What a format stores at a depth: files say little about it, so the formats' customs decide.
 ///
@@ -29,28 +30,110 @@ impl<'a> Source<'a> {
     /// The values as the format stores them at depth `T`, borrowed where the texture already holds
     /// them. An ICC profile that no longer describes them is dropped.
     pub(super) fn values<T: AtDepth>(&mut self) -> Cow<'a, [T]> {
-        let (from, to) = (self.texture.depth(), T::DEPTH);
-        if to < from {
-            self.losses.push(Loss::Precision { from, to });
-        }
-        let transfer = match (self.texture.encoding(), encoding_of(self.format, to)) {
-            (Encoding::Linear, Encoding::Srgb) => Some(srgb_from_linear as Transfer),
-            (Encoding::Srgb, Encoding::Linear) => Some(linear_from_srgb as Transfer),
-            _ => None,
-        };
-        if transfer.is_some() && self.icc.take().is_some() {
-            self.losses.push(Loss::IccOutdated);
-        }
-        if let (Texels::F32(values), Depth::U8 | Depth::U16) = (self.texture.texels(), to)
-            && values.iter().any(|value| !(0.0..=1.0).contains(value))
-        {
-            self.losses.push(Loss::Range);
-        }
-        convert(self.texture, transfer)
+        let spec = TextureSpec::from(self.texture);
+        let mut conversion = Conversion::new(&spec, self.format, &mut self.icc);
+        let texels = self.texture.texels();
+        let values = conversion.apply(texels, 0..texels.len());
+        self.losses.extend(conversion.losses());
+        values
     }
 }
 
 type Transfer = fn(f32) -> f32;
+
+/// How the values of textures of one kind become those of depth `T` that a format stores.
+pub(super) struct Conversion<T> {
+    channels: Channels,
+    way: Way<T>,
+    losses: Vec<Loss>,
+    clamped: bool,
+}
+
+/// Tables, because transfer functions take a power: 256 or 65,536 of them rather than millions.
+enum Way<T> {
+    Same,
+    Table { color: Vec<T>, alpha: Vec<T> },
+    Curve(SrgbCurve),
+    Function(Transfer),
+}
+
+impl<T: AtDepth> Conversion<T> {
+    /// Drops a profile that will not describe the values any more.
+    pub(super) fn new(spec: &TextureSpec, format: Format, icc: &mut Option<&[u8]>) -> Self {
+        let (from, to) = (spec.depth, T::DEPTH);
+        let mut losses = Vec::new();
+        if to < from {
+            losses.push(Loss::Precision { from, to });
+        }
+        let transfer = match (spec.encoding, encoding_of(format, to)) {
+            (Encoding::Linear, Encoding::Srgb) => Some(srgb_from_linear as Transfer),
+            (Encoding::Srgb, Encoding::Linear) => Some(linear_from_srgb as Transfer),
+            _ => None,
+        };
+        if transfer.is_some() && icc.take().is_some() {
+            losses.push(Loss::IccOutdated);
+        }
+        let color = transfer.unwrap_or(|value| value);
+        let way = match from {
+            _ if transfer.is_none() && from == to => Way::Same,
+            Depth::U8 => Way::table((0..=u8::MAX).map(Value::to_unit), color),
+            Depth::U16 => Way::table((0..=u16::MAX).map(Value::to_unit), color),
+            // Only sRGB is stored as integers, so that is what a transfer leads to.
+            Depth::F32 if transfer.is_some() && to != Depth::F32 => Way::Curve(SrgbCurve::new()),
+            Depth::F32 => Way::Function(color),
+        };
+        Self { channels: spec.channels, way, losses, clamped: false }
+    }
+
+    /// Converts a range of values, which are whole texels; borrowed where nothing changes.
+    pub(super) fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
+        if let (Way::Same, Some(values)) = (&self.way, T::borrowed(texels)) {
+            return Cow::Borrowed(&values[range]);
+        }
+        let channels = self.channels;
+        Cow::Owned(match (texels, &self.way) {
+            (Texels::U8(values), Way::Table { color, alpha }) => {
+                let values = &values[range];
+                map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
+            }
+            (Texels::U16(values), Way::Table { color, alpha }) => {
+                let values = &values[range];
+                map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
+            }
+            (Texels::F32(values), way) => {
+                let values = &values[range];
+                self.clamped |=
+                    T::DEPTH != Depth::F32 && values.iter().any(|v| !(0.0..=1.0).contains(v));
+                match way {
+                    Way::Curve(curve) => {
+                        map(values, channels, |v| T::from_unit(curve.at(v)), T::from_unit)
+                    }
+                    Way::Function(color) => {
+                        map(values, channels, |v| T::from_unit(color(v)), T::from_unit)
+                    }
+                    Way::Same | Way::Table { .. } => unreachable!("made for float"),
+                }
+            }
+            _ => unreachable!("made for this depth"),
+        })
+    }
+
+    /// What the values converted so far lost.
+    pub(super) fn losses(self) -> Vec<Loss> {
+        let mut losses = self.losses;
+        losses.extend(self.clamped.then_some(Loss::Range));
+        losses
+    }
+}
+
+impl<T: Value> Way<T> {
+    fn table(units: impl Iterator<Item = f32> + Clone, color: Transfer) -> Self {
+        Self::Table {
+            color: units.clone().map(|unit| T::from_unit(color(unit))).collect(),
+            alpha: units.map(T::from_unit).collect(),
+        }
+    }
+}
 
 /// A type of value that says which depth it is, and finds itself among texels of any depth.
 pub(super) trait AtDepth: Value {
@@ -77,38 +160,6 @@ impl AtDepth for f32 {
     fn borrowed(texels: &Texels) -> Option<&[Self]> {
         if let Texels::F32(values) = texels { Some(values) } else { None }
     }
-}
-
-fn convert<T: AtDepth>(texture: &Texture, transfer: Option<Transfer>) -> Cow<'_, [T]> {
-    if let (None, Some(values)) = (transfer, T::borrowed(texture.texels())) {
-        return Cow::Borrowed(values);
-    }
-    let channels = texture.channels();
-    let color = transfer.unwrap_or(|value| value);
-    let alpha: Transfer = |value| value;
-    // Tables, because transfer functions take a power: 256 or 65,536 of them rather than millions.
-    Cow::Owned(match texture.texels() {
-        Texels::U8(values) => {
-            let table = |map: Transfer| -> Vec<T> {
-                (0..=u8::MAX).map(|value| T::from_unit(map(value.to_unit()))).collect()
-            };
-            let (color, alpha) = (table(color), table(alpha));
-            map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
-        }
-        Texels::U16(values) => {
-            let table = |map: Transfer| -> Vec<T> {
-                (0..=u16::MAX).map(|value| T::from_unit(map(value.to_unit()))).collect()
-            };
-            let (color, alpha) = (table(color), table(alpha));
-            map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
-        }
-        // Only sRGB is stored as integers, so that is what a transfer leads to.
-        Texels::F32(values) if transfer.is_some() && T::DEPTH != Depth::F32 => {
-            let curve = SrgbCurve::new();
-            map(values, channels, |v| T::from_unit(curve.at(v)), T::from_unit)
-        }
-        Texels::F32(values) => map(values, channels, |v| T::from_unit(color(v)), T::from_unit),
-    })
 }
 
 /// [`srgb_from_linear`] in `0.0..=1.0` by 256 straight pieces an octave, clamped outside. Off by

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use uvgraft::texture::{Depth, Size, Texture, TextureError};
 
-use super::Format;
+use super::{Format, TextureSpec};
 
 /// Why bytes were refused as an image.
 #[derive(Debug, thiserror::Error)]
@@ -128,6 +128,22 @@ pub enum EncodeError {
         found: usize,
         /// Bytes that are allowed.
         max: usize,
+    },
+    /// A band of rows that does not belong to the image.
+    #[error("{found} do not belong to an image of {wanted}")]
+    Band {
+        /// What was handed over.
+        found: TextureSpec,
+        /// The image that was announced.
+        wanted: TextureSpec,
+    },
+    /// There were more or fewer rows than the image has.
+    #[error("{found} rows were written of an image with {wanted}")]
+    Rows {
+        /// Rows that were handed over.
+        found: u64,
+        /// Rows that were announced.
+        wanted: u32,
     },
     /// The encoder refused.
     #[error("{format} encoder: {reason}")]

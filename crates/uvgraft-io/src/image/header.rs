@@ -1,5 +1,6 @@
 //! What a file says about its image before any texel is decoded, and whether that may be decoded.
 
+use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texture};
 
 use super::orientation::Orientation;
@@ -26,6 +27,44 @@ pub struct Header {
     pub depth: Depth,
 }
 
+/// What there is to know about a texture but its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TextureSpec {
+    /// Width and height.
+    pub size: Size,
+    /// Which channels a texel has.
+    pub channels: Channels,
+    /// How a value is stored.
+    pub depth: Depth,
+    /// What the values mean.
+    pub encoding: Encoding,
+}
+
+impl TextureSpec {
+    /// How many values there are in a row.
+    pub(super) const fn row_values(&self) -> usize {
+        self.size.width as usize * self.channels.count()
+    }
+}
+
+impl From<&Texture> for TextureSpec {
+    fn from(texture: &Texture) -> Self {
+        Self {
+            size: texture.size(),
+            channels: texture.channels(),
+            depth: texture.depth(),
+            encoding: texture.encoding(),
+        }
+    }
+}
+
+impl std::fmt::Display for TextureSpec {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { size, channels, depth, encoding } = self;
+        write!(f, "{size} texels ({channels:?}, {depth:?}, {encoding:?})")
+    }
+}
+
 /// A header with what only decoding needs. The size is the stored one, from before any turning.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StoredHeader {
@@ -36,6 +75,17 @@ pub(super) struct StoredHeader {
 }
 
 impl StoredHeader {
+    /// What callers may know.
+    pub(super) fn public(&self, format: Format) -> Header {
+        let Self { size, channels, depth, orientation } = *self;
+        Header { format, size: orientation.size(size), channels, depth }
+    }
+
+    /// How many values a stored row has.
+    pub(super) fn row_values(&self) -> usize {
+        self.size.width as usize * self.channels.count()
+    }
+
     /// How many values the decoded image has.
     pub(super) fn values(&self) -> usize {
         self.size.texels() * self.channels.count()

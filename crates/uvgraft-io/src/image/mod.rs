@@ -12,11 +12,16 @@
 //! | TIFF | 8, 16, float | all | sRGB, float: linear | yes | |
 //! | EXR | half, float | all | linear | no | float, alpha premultiplied |
 //!
+//! [`BandReader`] and [`BandWriter`] do the same in bands of rows, so that an image need not be in
+//! memory as a whole.
+//!
 //! Textures of another encoding are converted on writing, except for [`Encoding::Data`]. Files do
 //! not say that they hold data: whoever knows calls [`Texture::with_encoding`] after reading.
 //!
 //! [`Encoding::Data`]: uvgraft::color::Encoding::Data
 
+mod band_reader;
+mod band_writer;
 mod convert;
 mod error;
 mod exr;
@@ -34,12 +39,13 @@ use std::path::Path;
 
 use uvgraft::texture::{Texels, Texture};
 
+pub use self::band_reader::{BandDecoder, BandReader};
+pub use self::band_writer::{BandEncoder, BandWriter};
 use self::convert::Source;
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub use self::format::Format;
 use self::header::StoredHeader;
-pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES};
-use crate::input::read_file;
+pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};
 use crate::output::write_atomically;
 
 /// A texture and the colour profile that came with it.
@@ -96,25 +102,33 @@ struct Decoded {
 /// [`ImageError`] for anything but a whole image of an acceptable size; a file that is cut short is
 /// never taken for a whole one.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
-    let format = header::detect(bytes)?;
-    let Decoded { header, texels, icc } = match format {
-        Format::Png => png::decode(bytes),
+    let mut bands = BandDecoder::new(bytes)?;
+    Ok(Image { texture: bands.rest()?, icc: bands.take_icc() })
+}
+
+/// Decodes a whole image of any of the formats but PNG, which is decoded in rows.
+fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
+    match format {
+        Format::Png => unreachable!("decoded in rows"),
         Format::Jpeg => jpeg::decode(bytes),
         Format::WebP => webp::decode(bytes),
         Format::Tiff => tiff::decode(bytes),
         Format::Exr => exr::decode(bytes),
-    }?;
-    let icc = header::check_icc(icc)?;
-    if texels.len() != header.values() {
-        let (found, wanted) = (texels.len(), header.values());
-        let reason = format_args!("it decodes to {found} values instead of {wanted}");
-        return Err(ImageError::damaged(format, reason));
     }
-    let StoredHeader { size, channels, depth, orientation } = header;
-    let texels = orientation.apply(texels, size, channels);
-    let encoding = convert::encoding_of(format, depth);
-    let texture = Texture::new(orientation.size(size), channels, encoding, texels)?;
-    Ok(Image { texture, icc })
+}
+
+impl Decoded {
+    /// Texels the right way up and the profile, both checked.
+    fn upright(self, format: Format) -> Result<(Texels, Option<Vec<u8>>), ImageError> {
+        let Self { header, texels, icc } = self;
+        let icc = header::check_icc(icc)?;
+        if texels.len() != header.values() {
+            let (found, wanted) = (texels.len(), header.values());
+            let reason = format_args!("it decodes to {found} values instead of {wanted}");
+            return Err(ImageError::damaged(format, reason));
+        }
+        Ok((header.orientation.apply(texels, header.size, header.channels), icc))
+    }
 }
 
 /// Reads and decodes a file.
@@ -122,9 +136,11 @@ pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
 /// # Errors
 /// [`ReadError`], with the path, if the file cannot be read or [`decode`] refuses it.
 pub fn read(path: &Path) -> Result<Image, ReadError> {
-    // Room for an uncompressed image of the largest size, its profile and its tags.
-    read_file(path, MAX_BYTES + (1 << 26), decode)
+    BandReader::open(path)?.read_whole()
 }
+
+/// Room for an uncompressed image of the largest size, its profile and its tags.
+const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 
 /// Finds out what a file will decode to, from its header alone.
 ///
@@ -171,8 +187,7 @@ fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
         Format::Tiff => tiff::header(reader),
         Format::Exr => exr::header(reader),
     }?;
-    let size = stored.orientation.size(stored.size);
-    Ok(Header { format, size, channels: stored.channels, depth: stored.depth })
+    Ok(stored.public(format))
 }
 
 /// Encodes an image.
@@ -186,28 +201,33 @@ pub fn encode(
     out: &mut (impl Write + Seek),
 ) -> Result<Written, EncodeError> {
     let Image { texture, icc } = image;
-    let (size, channels) = (texture.size(), texture.channels());
-    if format == Format::Jpeg && channels.has_alpha() {
-        return Err(EncodeError::Alpha { format });
+    let (spec, icc) = (TextureSpec::from(texture), icc.as_deref());
+    if format == Format::Png {
+        let mut encoder = BandEncoder::new(out, format, spec, icc, options)?;
+        encoder.push(texture)?;
+        return Ok(encoder.finish()?.0);
     }
-    if format == Format::WebP && size.width.max(size.height) > webp::MAX_SIDE {
-        return Err(EncodeError::TooLarge { format, found: size, max: webp::MAX_SIDE });
-    }
-    let icc = icc.as_deref().filter(|icc| !icc.is_empty());
-    if let Some(icc) = icc
-        && icc.len() > MAX_ICC_BYTES
-    {
-        return Err(EncodeError::IccTooLarge { found: icc.len(), max: MAX_ICC_BYTES });
-    }
+    let icc = band_writer::check(format, &spec, icc)?;
+    Ok(Written { losses: encode_whole(texture, icc, format, options, out)? })
+}
+
+/// Encodes a texture that was checked, and says what is lost.
+fn encode_whole(
+    texture: &Texture,
+    icc: Option<&[u8]>,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut (impl Write + Seek),
+) -> Result<Vec<Loss>, EncodeError> {
     let mut source = Source { texture, icc, format, losses: Vec::new() };
     match format {
-        Format::Png => png::encode(&mut source, options.compress, out),
+        Format::Png => unreachable!("encoded in bands"),
         Format::Jpeg => jpeg::encode(&mut source, options.jpeg_quality, out),
         Format::WebP => webp::encode(&mut source, out),
         Format::Tiff => tiff::encode(&mut source, options.compress, out),
         Format::Exr => exr::encode(&mut source, options.compress, out),
     }?;
-    Ok(Written { losses: source.losses })
+    Ok(source.losses)
 }
 
 /// Encodes an image in the format of the path's extension and writes it there.

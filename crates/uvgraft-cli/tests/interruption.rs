@@ -1,0 +1,65 @@
+//! A program that is told to stop leaves whole files.
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
+
+mod bench;
+
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use bench::Bench;
+use uvgraft::{Channels, Depth};
+
+/// More than anything here takes on a slow machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+#[test]
+fn only_whole_files_stay() {
+    if is_ignored() {
+        eprintln!("skipped: this process was started with signals ignored");
+        return;
+    }
+    let bench = Bench::new();
+    bench.paint_noise("noise.png", (4096, 4096), Channels::Rgb, Depth::U8);
+    bench.write("out.png", b"what was there before");
+    let before = bench.content();
+    for signal in ["INT", "TERM", "HUP"] {
+        let mut command = bench.command();
+        // Compressing noise takes seconds: it is told to stop while it writes.
+        command.args("transfer my.uvpair noise.png --size 4096 --compress -o out.png".split(' '));
+        let mut program = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        wait_for(|| has_unfinished(&bench), &mut program);
+        let id = program.id().to_string();
+        assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
+        let output = program.wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(stderr, "interrupted; unfinished outputs were left as they were\n", "{signal}");
+        assert_eq!(output.status.code(), Some(130), "{signal}");
+        assert!(bench.content() == before, "{signal}");
+    }
+}
+
+fn has_unfinished(bench: &Bench) -> bool {
+    let mut entries = bench.path("").read_dir().unwrap();
+    entries.any(|entry| entry.unwrap().file_name().to_string_lossy().ends_with(".tmp"))
+}
+
+fn wait_for(condition: impl Fn() -> bool, program: &mut Child) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(program.try_wait().unwrap().is_none(), "the program ended too soon");
+        assert!(start.elapsed() < PATIENCE, "the program never wrote");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Whether one of the signals is ignored, as below `nohup`; programs that are started inherit that.
+fn is_ignored() -> bool {
+    // Only Linux says so.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    let [hup, int, term] = [1, 2, 15].map(|signal| mask >> (signal - 1) & 1 == 1);
+    hup || int || term
+}

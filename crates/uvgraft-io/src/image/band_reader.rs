@@ -1,0 +1,304 @@
+//! Images in as bands of rows, top to bottom.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Seek};
+use std::path::{Path, PathBuf};
+
+use uvgraft::texture::{Depth, Size, Texels, Texture};
+
+use super::header::detect;
+use super::orientation::Orientation;
+use super::png::RowDecoder;
+use super::{
+    Decoded, Format, Header, Image, ImageError, MAX_FILE_BYTES, ReadError, TextureSpec, convert,
+    header,
+};
+use crate::input::read_at_most;
+
+/// An image that is handed out in bands of rows, the same in all as [`decode`] gives.
+///
+/// PNGs that stand upright and are not interlaced are decoded as their rows are asked for, in
+/// memory for a few rows. Everything else is decoded whole at once.
+///
+/// The last row is handed out after the rest of the file was found to be whole, so an image that
+/// was read to its end is never a part of one. Whoever stops earlier knows that the file is not cut
+/// short, because that is found out at the start, but not that what was left is undamaged.
+///
+/// [`decode`]: super::decode
+pub struct BandDecoder<'a> {
+    header: Header,
+    icc: Option<Vec<u8>>,
+    rows: Rows<'a>,
+    next_row: u32,
+    spare: Vec<Texels>,
+}
+
+enum Rows<'a> {
+    Png(Box<RowDecoder<Box<dyn Input + 'a>>>),
+    Whole(Texels),
+}
+
+/// Where an image comes from.
+trait Input: BufRead + Seek + Send {}
+
+impl<T: BufRead + Seek + Send> Input for T {}
+
+impl<'a> BandDecoder<'a> {
+    /// Looks at everything before the texels.
+    ///
+    /// # Errors
+    /// [`ImageError`] for a header that [`decode`](super::decode) refuses, or a file that is cut
+    /// short; for an image that is decoded whole, whatever [`decode`](super::decode) gives.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        if detect(bytes)? == Format::Png {
+            Self::png(Box::new(Cursor::new(bytes)))
+        } else {
+            Self::whole(bytes)
+        }
+    }
+
+    fn png(input: Box<dyn Input + 'a>) -> Result<Self, ImageError> {
+        let decoder = RowDecoder::new(input)?;
+        let stored = decoder.header();
+        let icc = header::check_icc(decoder.icc())?;
+        if stored.orientation != Orientation::default() || !decoder.is_sequential() {
+            let texels = decoder.read_all()?;
+            return Self::decoded(Format::Png, Decoded { header: stored, texels, icc });
+        }
+        let header = stored.public(Format::Png);
+        Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder))))
+    }
+
+    fn whole(bytes: &[u8]) -> Result<Self, ImageError> {
+        let format = detect(bytes)?;
+        Self::decoded(format, super::decode_stored(format, bytes)?)
+    }
+
+    fn decoded(format: Format, decoded: Decoded) -> Result<Self, ImageError> {
+        let header = decoded.header.public(format);
+        let (texels, icc) = decoded.upright(format)?;
+        Ok(Self::from_rows(header, icc, Rows::Whole(texels)))
+    }
+
+    fn from_rows(header: Header, icc: Option<Vec<u8>>, rows: Rows<'a>) -> Self {
+        Self { header, icc, rows, next_row: 0, spare: Vec::new() }
+    }
+
+    /// Size, channels and depth of the whole image.
+    pub const fn header(&self) -> Header {
+        self.header
+    }
+
+    /// The whole image as [`BandEncoder`](super::BandEncoder) wants to know it.
+    pub const fn spec(&self) -> TextureSpec {
+        let Header { format, size, channels, depth } = self.header;
+        TextureSpec { size, channels, depth, encoding: convert::encoding_of(format, depth) }
+    }
+
+    /// The ICC profile, carried along unread.
+    pub fn icc(&self) -> Option<&[u8]> {
+        self.icc.as_deref()
+    }
+
+    /// The row that the next band begins with.
+    pub const fn next_row(&self) -> u32 {
+        self.next_row
+    }
+
+    /// Passes over `rows` rows, or as many as are left.
+    ///
+    /// # Errors
+    /// [`ImageError`] if they are damaged.
+    pub fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
+        let rows = rows.min(self.header.size.height - self.next_row);
+        if let Rows::Png(decoder) = &mut self.rows
+            && rows > 0
+        {
+            decoder.skip(rows)?;
+        }
+        self.next_row += rows;
+        Ok(())
+    }
+
+    /// The next `rows` rows, or as many as are left; `None` after the last. A band of 0 rows is
+    /// not given: that asks for 1.
+    ///
+    /// # Errors
+    /// [`ImageError`] if they are damaged, and with the last of them if anything behind them is.
+    /// After an error the rest of the image is undefined.
+    pub fn next_band(&mut self, rows: u32) -> Result<Option<Texture>, ImageError> {
+        let Size { width, height } = self.header.size;
+        let rows = rows.max(1).min(height - self.next_row);
+        if rows == 0 {
+            return Ok(None);
+        }
+        let spec = self.spec();
+        if let Rows::Whole(whole) = &mut self.rows
+            && rows == height
+        {
+            self.next_row = height;
+            let texels = std::mem::replace(whole, Texels::U8(Vec::new()));
+            return Ok(Some(Texture::new(self.header.size, spec.channels, spec.encoding, texels)?));
+        }
+        let mut texels = self.memory(rows as usize * spec.row_values());
+        match &mut self.rows {
+            Rows::Png(decoder) => decoder.read(&mut texels)?,
+            Rows::Whole(whole) => {
+                copy(whole, self.next_row as usize * spec.row_values(), &mut texels);
+            }
+        }
+        self.next_row += rows;
+        let size = Size::new(width, rows);
+        Ok(Some(Texture::new(size, spec.channels, spec.encoding, texels)?))
+    }
+
+    /// All rows that are left, of which there are some.
+    pub(super) fn rest(&mut self) -> Result<Texture, ImageError> {
+        self.next_band(u32::MAX)?
+            .ok_or_else(|| ImageError::damaged(self.header.format, "it has no rows"))
+    }
+
+    pub(super) fn take_icc(&mut self) -> Option<Vec<u8>> {
+        self.icc.take()
+    }
+
+    /// Takes back a band that is no longer needed, so that its memory serves for another. Fresh
+    /// memory costs as much as decoding does.
+    pub fn recycle(&mut self, band: Texture) {
+        if band.depth() == self.header.depth {
+            self.spare.push(band.into_texels());
+        }
+    }
+
+    /// Memory for `len` values, with any values in it.
+    fn memory(&mut self, len: usize) -> Texels {
+        let mut texels = self.spare.pop().unwrap_or_else(|| match self.header.depth {
+            Depth::U8 => Texels::U8(Vec::new()),
+            Depth::U16 => Texels::U16(Vec::new()),
+            Depth::F32 => Texels::F32(Vec::new()),
+        });
+        match &mut texels {
+            Texels::U8(values) => resize(values, len),
+            Texels::U16(values) => resize(values, len),
+            Texels::F32(values) => resize(values, len),
+        }
+        texels
+    }
+}
+
+/// A vector without capacity comes from the system zeroed, where filling would touch it once more.
+fn resize<T: Copy + Default>(values: &mut Vec<T>, len: usize) {
+    if values.capacity() < len {
+        *values = vec![T::default(); len];
+    } else {
+        values.resize(len, T::default());
+    }
+}
+
+fn copy(whole: &Texels, from: usize, to: &mut Texels) {
+    fn part<T: Copy>(whole: &[T], from: usize, to: &mut [T]) {
+        to.copy_from_slice(&whole[from..from + to.len()]);
+    }
+    match (whole, to) {
+        (Texels::U8(whole), Texels::U8(to)) => part(whole, from, to),
+        (Texels::U16(whole), Texels::U16(to)) => part(whole, from, to),
+        (Texels::F32(whole), Texels::F32(to)) => part(whole, from, to),
+        _ => unreachable!("memory is made for the depth of the image"),
+    }
+}
+
+/// A [`BandDecoder`] of a file, whose errors name it.
+///
+/// PNGs are read as they are decoded, which is faster than reading them before: memory that was
+/// not used before costs more than the copy.
+pub struct BandReader {
+    path: PathBuf,
+    decoder: BandDecoder<'static>,
+}
+
+impl BandReader {
+    /// Opens a file and looks at everything before its texels.
+    ///
+    /// # Errors
+    /// [`ReadError`], with the path, if the file cannot be read, or as [`BandDecoder::new`].
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let bad = |reason| ReadError::Io { path: path.into(), reason };
+        let decoder = if let Some(file) = streamed(path).map_err(bad)? {
+            BandDecoder::png(Box::new(file))
+        } else {
+            let bytes = read_at_most(path, MAX_FILE_BYTES).map_err(bad)?;
+            match Format::detect(&bytes) {
+                Some(Format::Png) => BandDecoder::png(Box::new(Cursor::new(bytes))),
+                _ => BandDecoder::whole(&bytes),
+            }
+        };
+        let decoder = decoder.map_err(|reason| ReadError::Content { path: path.into(), reason })?;
+        Ok(Self { path: path.into(), decoder })
+    }
+
+    /// As [`BandDecoder::header`].
+    pub const fn header(&self) -> Header {
+        self.decoder.header()
+    }
+
+    /// As [`BandDecoder::spec`].
+    pub const fn spec(&self) -> TextureSpec {
+        self.decoder.spec()
+    }
+
+    /// As [`BandDecoder::icc`].
+    pub fn icc(&self) -> Option<&[u8]> {
+        self.decoder.icc()
+    }
+
+    /// As [`BandDecoder::next_row`].
+    pub const fn next_row(&self) -> u32 {
+        self.decoder.next_row()
+    }
+
+    /// As [`BandDecoder::skip`].
+    ///
+    /// # Errors
+    /// [`ReadError`], with the path.
+    pub fn skip(&mut self, rows: u32) -> Result<(), ReadError> {
+        let Self { path, decoder } = self;
+        decoder.skip(rows).map_err(|reason| ReadError::Content { path: path.clone(), reason })
+    }
+
+    /// As [`BandDecoder::next_band`].
+    ///
+    /// # Errors
+    /// [`ReadError`], with the path.
+    pub fn next_band(&mut self, rows: u32) -> Result<Option<Texture>, ReadError> {
+        let Self { path, decoder } = self;
+        decoder.next_band(rows).map_err(|reason| ReadError::Content { path: path.clone(), reason })
+    }
+
+    pub(super) fn read_whole(self) -> Result<Image, ReadError> {
+        let Self { path, mut decoder } = self;
+        let texture = decoder.rest().map_err(|reason| ReadError::Content { path, reason })?;
+        Ok(Image { texture, icc: decoder.take_icc() })
+    }
+
+    /// As [`BandDecoder::recycle`].
+    pub fn recycle(&mut self, band: Texture) {
+        self.decoder.recycle(band);
+    }
+}
+
+/// A PNG that can be read as it is decoded; nothing for a pipe, which is read once and has no end
+/// that one could look at first.
+fn streamed(path: &Path) -> io::Result<Option<BufReader<File>>> {
+    /// Chunks of this size and smaller are passed over without another read.
+    const BUFFER: usize = 1 << 16;
+    if !path.metadata()?.is_file() {
+        return Ok(None);
+    }
+    let file = File::open(path)?;
+    if file.metadata()?.len() > MAX_FILE_BYTES {
+        return Ok(None);
+    }
+    let mut file = BufReader::with_capacity(BUFFER, file);
+    let is_png = Format::detect(file.fill_buf()?) == Some(Format::Png);
+    Ok(is_png.then_some(file))
+}

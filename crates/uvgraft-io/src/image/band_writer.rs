@@ -1,0 +1,195 @@
+//! Images out as bands of rows, top to bottom.
+
+use std::collections::TryReserveError;
+use std::io::{BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use uvgraft::texture::{Depth, Texels, Texture};
+
+use super::png::RowEncoder;
+use super::{
+    EncodeError, Format, MAX_ICC_BYTES, TextureSpec, WriteError, WriteOptions, Written, webp,
+};
+use crate::output::AtomicFile;
+
+/// An image that is encoded as bands of its rows arrive; the bytes do not depend on how many rows
+/// come at once.
+///
+/// PNGs need memory for a few rows. The other formats are gathered, and encoded at the end.
+pub struct BandEncoder<W: Write + Seek> {
+    spec: TextureSpec,
+    rows_left: u32,
+    out: W,
+    rows: Rows,
+}
+
+enum Rows {
+    Png(Box<RowEncoder>),
+    Gathered { format: Format, texels: Texels, icc: Option<Vec<u8>>, options: WriteOptions },
+}
+
+impl<W: Write + Seek> BandEncoder<W> {
+    /// Begins an image of which `spec` says what all bands together will be.
+    ///
+    /// # Errors
+    /// [`EncodeError`] if the format cannot hold it.
+    pub fn new(
+        out: W,
+        format: Format,
+        spec: TextureSpec,
+        icc: Option<&[u8]>,
+        options: &WriteOptions,
+    ) -> Result<Self, EncodeError> {
+        let icc = check(format, &spec, icc)?;
+        let rows = if format == Format::Png {
+            Rows::Png(Box::new(RowEncoder::new(&spec, icc, options.compress)?))
+        } else {
+            let len = spec.size.height as usize * spec.row_values();
+            let memory = |error| EncodeError::encoder(format, error);
+            let texels = match spec.depth {
+                Depth::U8 => Texels::U8(reserve(len).map_err(memory)?),
+                Depth::U16 => Texels::U16(reserve(len).map_err(memory)?),
+                Depth::F32 => Texels::F32(reserve(len).map_err(memory)?),
+            };
+            Rows::Gathered { format, texels, icc: icc.map(<[u8]>::to_vec), options: *options }
+        };
+        Ok(Self { spec, rows_left: spec.size.height, out, rows })
+    }
+
+    /// Encodes the next rows: a texture as wide as the image, with its channels, depth and
+    /// encoding.
+    ///
+    /// # Errors
+    /// [`EncodeError`] if it is another kind of texture, has more rows than are left, or cannot be
+    /// written.
+    pub fn push(&mut self, band: &Texture) -> Result<(), EncodeError> {
+        let (found, wanted) = (TextureSpec::from(band), self.spec);
+        let mut fitting = found;
+        fitting.size.height = wanted.size.height;
+        if fitting != wanted {
+            return Err(EncodeError::Band { found, wanted });
+        }
+        let rows = band.size().height;
+        if rows > self.rows_left {
+            let done = u64::from(wanted.size.height - self.rows_left);
+            let found = done + u64::from(rows);
+            return Err(EncodeError::Rows { found, wanted: wanted.size.height });
+        }
+        match &mut self.rows {
+            Rows::Png(encoder) => encoder.write(band.texels(), &mut self.out)?,
+            Rows::Gathered { texels, .. } => match (texels, band.texels()) {
+                (Texels::U8(all), Texels::U8(values)) => all.extend_from_slice(values),
+                (Texels::U16(all), Texels::U16(values)) => all.extend_from_slice(values),
+                (Texels::F32(all), Texels::F32(values)) => all.extend_from_slice(values),
+                _ => return Err(EncodeError::Band { found, wanted }),
+            },
+        }
+        self.rows_left -= rows;
+        Ok(())
+    }
+
+    /// Writes what is left, and gives back what the image was written to.
+    ///
+    /// # Errors
+    /// [`EncodeError`] if rows are missing, or it cannot be written.
+    pub fn finish(self) -> Result<(Written, W), EncodeError> {
+        let Self { spec, rows_left, mut out, rows } = self;
+        if rows_left > 0 {
+            let wanted = spec.size.height;
+            return Err(EncodeError::Rows { found: (wanted - rows_left).into(), wanted });
+        }
+        let losses = match rows {
+            Rows::Png(encoder) => encoder.finish(&mut out)?,
+            Rows::Gathered { format, texels, icc, options } => {
+                let texture = Texture::new(spec.size, spec.channels, spec.encoding, texels)
+                    .map_err(|error| EncodeError::encoder(format, error))?;
+                super::encode_whole(&texture, icc.as_deref(), format, &options, &mut out)?
+            }
+        };
+        Ok((Written { losses }, out))
+    }
+}
+
+fn reserve<T>(len: usize) -> Result<Vec<T>, TryReserveError> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len)?;
+    Ok(values)
+}
+
+/// Whether the format can hold such a texture with this profile, which is given back if it says
+/// anything.
+pub(super) fn check<'a>(
+    format: Format,
+    spec: &TextureSpec,
+    icc: Option<&'a [u8]>,
+) -> Result<Option<&'a [u8]>, EncodeError> {
+    let TextureSpec { size, channels, .. } = *spec;
+    if format == Format::Jpeg && channels.has_alpha() {
+        return Err(EncodeError::Alpha { format });
+    }
+    let max = if format == Format::WebP { webp::MAX_SIDE } else { Texture::MAX_SIDE };
+    if size.width.max(size.height) > max {
+        return Err(EncodeError::TooLarge { format, found: size, max });
+    }
+    if size.texels() == 0 {
+        return Err(EncodeError::encoder(format, format_args!("{size} texels make no image")));
+    }
+    match icc.filter(|icc| !icc.is_empty()) {
+        Some(icc) if icc.len() > MAX_ICC_BYTES => {
+            Err(EncodeError::IccTooLarge { found: icc.len(), max: MAX_ICC_BYTES })
+        }
+        icc => Ok(icc),
+    }
+}
+
+/// A [`BandEncoder`] into a file that appears when it is finished. Dropped before, it leaves
+/// whatever was there.
+pub struct BandWriter {
+    path: PathBuf,
+    encoder: BandEncoder<BufWriter<AtomicFile>>,
+}
+
+impl BandWriter {
+    /// Begins a file in the format of the path's extension.
+    ///
+    /// # Errors
+    /// [`WriteError`], with the path, if the extension is missing or unknown, the format cannot
+    /// hold the image or the folder cannot be written.
+    pub fn create(
+        path: &Path,
+        spec: TextureSpec,
+        icc: Option<&[u8]>,
+        options: &WriteOptions,
+    ) -> Result<Self, WriteError> {
+        let format =
+            Format::from_path(path).ok_or_else(|| WriteError::Extension { path: path.into() })?;
+        let bad = |reason| WriteError::Encode { path: path.into(), reason };
+        check(format, &spec, icc).map_err(bad)?;
+        let file = AtomicFile::create(path).map_err(|error| bad(error.into()))?.buffered();
+        let encoder = BandEncoder::new(file, format, spec, icc, options).map_err(bad)?;
+        Ok(Self { path: path.into(), encoder })
+    }
+
+    /// As [`BandEncoder::push`].
+    ///
+    /// # Errors
+    /// [`WriteError`], with the path.
+    pub fn push(&mut self, band: &Texture) -> Result<(), WriteError> {
+        let Self { path, encoder } = self;
+        encoder.push(band).map_err(|reason| WriteError::Encode { path: path.clone(), reason })
+    }
+
+    /// Writes what is left and puts the file in its place.
+    ///
+    /// # Errors
+    /// [`WriteError`], with the path; whatever was there before still is.
+    pub fn finish(self) -> Result<Written, WriteError> {
+        let Self { path, encoder } = self;
+        let finish = || {
+            let (written, out) = encoder.finish()?;
+            out.into_inner().map_err(std::io::IntoInnerError::into_error)?.commit()?;
+            Ok(written)
+        };
+        finish().map_err(|reason| WriteError::Encode { path, reason })
+    }
+}

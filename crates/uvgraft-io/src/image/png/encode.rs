@@ -1,0 +1,169 @@
+//! Rows into a PNG, top to bottom.
+//!
+//! Measured for 4096² RGB texels on one core, smooth and with grain: pieces take 102 and 83 ms for
+//! 9.1 and 35.7 MB, and share the work out to threads. The `png` crate's Fast with Sub takes 135 and
+//! 123 ms for 11.4 and 37.7 MB; its Adaptive takes a third more for files that are a tenth smaller,
+//! Up and Avg a little more than Sub, and Paeth doubles the time of reading. `mtpng` at its fastest
+//! takes 550 and 740 ms, libdeflate at level 1 200 and 330 ms without filtering. To compress means
+//! `png`'s Balanced with Adaptive: seconds, for files of half the size; no single filter is both
+//! faster and smaller there. Reading pieces takes a fifth longer than reading Fast where the image is
+//! smooth, and 3 % less where it has grain.
+
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ::png::{
+    BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, Info, StreamWriter, Writer,
+};
+use uvgraft::texture::{Channels, Depth, Texels};
+
+use super::FORMAT;
+use super::pieces::{self, Pieces};
+use crate::image::convert::Conversion;
+use crate::image::{EncodeError, Loss, TextureSpec};
+
+/// A PNG that is written as its rows arrive.
+pub(in crate::image) struct RowEncoder {
+    values: Values,
+    /// Values of the rows that are converted and compressed at once.
+    at_once: usize,
+    rows: Rows,
+    pipe: Pipe,
+}
+
+/// Which way rows are compressed.
+enum Rows {
+    Fast(Pieces, Writer<Pipe>),
+    Small(StreamWriter<'static, Pipe>),
+}
+
+/// The conversion to what the file holds.
+enum Values {
+    U8(Conversion<u8>),
+    U16(Conversion<u16>, Vec<u8>),
+}
+
+impl RowEncoder {
+    pub(in crate::image) fn new(
+        spec: &TextureSpec,
+        mut icc: Option<&[u8]>,
+        compress: bool,
+    ) -> Result<Self, EncodeError> {
+        let (depth, values) = match spec.depth {
+            Depth::U8 => (BitDepth::Eight, Values::U8(Conversion::new(spec, FORMAT, &mut icc))),
+            Depth::U16 | Depth::F32 => {
+                let conversion = Conversion::new(spec, FORMAT, &mut icc);
+                (BitDepth::Sixteen, Values::U16(conversion, Vec::new()))
+            }
+        };
+        let mut info = Info::with_size(spec.size.width, spec.size.height);
+        info.bit_depth = depth;
+        info.color_type = match spec.channels {
+            Channels::Grey => ColorType::Grayscale,
+            Channels::GreyAlpha => ColorType::GrayscaleAlpha,
+            Channels::Rgb => ColorType::Rgb,
+            Channels::Rgba => ColorType::Rgba,
+        };
+        info.icc_profile = icc.map(|icc| icc.to_vec().into());
+        let pipe = Pipe::default();
+        let mut encoder = Encoder::with_info(pipe.clone(), info).map_err(to_encode_error)?;
+        if compress {
+            encoder.set_compression(Compression::Balanced);
+            encoder.set_filter(Filter::Adaptive);
+        }
+        let bytes = spec.row_values() * if depth == BitDepth::Eight { 1 } else { 2 };
+        let writer = encoder.write_header().map_err(to_encode_error)?;
+        let rows = if compress {
+            let stream = writer.into_stream_writer_with_size(1 << 18).map_err(to_encode_error)?;
+            Rows::Small(stream)
+        } else {
+            Rows::Fast(Pieces::new(bytes, bytes / spec.size.width as usize), writer)
+        };
+        let row_values = spec.row_values();
+        let at_once = (pieces::AT_ONCE * pieces::PIECE / bytes).max(1) * row_values;
+        Ok(Self { values, at_once, rows, pipe })
+    }
+
+    /// Encodes whole rows.
+    pub(in crate::image) fn write(
+        &mut self,
+        texels: &Texels,
+        out: &mut impl Write,
+    ) -> Result<(), EncodeError> {
+        // What lies before the rows.
+        self.pipe.drain(out)?;
+        let Self { values, at_once, rows, pipe } = self;
+        // In parts, so that there never is a converted copy of a large texture.
+        for start in (0..texels.len()).step_by(*at_once) {
+            let range = start..texels.len().min(start + *at_once);
+            match values {
+                Values::U8(conversion) => rows.write(&conversion.apply(texels, range), out)?,
+                Values::U16(conversion, bytes) => {
+                    let values = conversion.apply(texels, range);
+                    bytes.clear();
+                    bytes.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+                    rows.write(bytes, out)?;
+                }
+            }
+            pipe.drain(out)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and says what the file does not hold.
+    pub(in crate::image) fn finish(self, out: &mut impl Write) -> Result<Vec<Loss>, EncodeError> {
+        match self.rows {
+            Rows::Fast(pieces, writer) => {
+                pieces.finish(out)?;
+                writer.finish()
+            }
+            Rows::Small(stream) => stream.finish(),
+        }
+        .map_err(to_encode_error)?;
+        self.pipe.drain(out)?;
+        Ok(match self.values {
+            Values::U8(conversion) => conversion.losses(),
+            Values::U16(conversion, _) => conversion.losses(),
+        })
+    }
+}
+
+impl Rows {
+    fn write(&mut self, bytes: &[u8], out: &mut impl Write) -> io::Result<()> {
+        match self {
+            Self::Fast(pieces, _) => pieces.push(bytes, out),
+            Self::Small(stream) => stream.write_all(bytes),
+        }
+    }
+}
+
+/// Takes what the crate writes, because its stream keeps its output for good.
+#[derive(Clone, Default)]
+struct Pipe(Arc<Mutex<Vec<u8>>>);
+
+impl Pipe {
+    fn drain(&self, out: &mut impl Write) -> Result<(), EncodeError> {
+        let mut bytes = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        out.write_all(&bytes)?;
+        bytes.clear();
+        Ok(())
+    }
+}
+
+impl Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn to_encode_error(error: EncodingError) -> EncodeError {
+    match error {
+        EncodingError::IoError(error) => EncodeError::Io(error),
+        error => EncodeError::encoder(FORMAT, error),
+    }
+}

@@ -1,0 +1,62 @@
+//! PNG, through the `png` crate.
+
+mod decode;
+mod deflate;
+mod encode;
+mod pieces;
+
+use std::io::{BufRead, Read, Seek};
+
+use uvgraft::texture::{Channels, Depth};
+
+pub(super) use self::decode::RowDecoder;
+pub(super) use self::encode::RowEncoder;
+use super::header::{StoredHeader, check_size};
+use super::orientation::Orientation;
+use super::{Format, ImageError};
+
+const FORMAT: Format = Format::Png;
+
+/// Walks the chunks to the end, because EXIF may stand behind the image; so a file that is cut short
+/// is found out. Decodes nothing.
+pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+    let io = |error| ImageError::from_io(FORMAT, &error);
+    let mut start = [0; 8 + 8 + 13 + 4];
+    reader.read_exact(&mut start).map_err(io)?;
+    let [_, _, _, _, _, _, _, _, _, _, _, _, b'I', b'H', b'D', b'R', rest @ ..] = start else {
+        return Err(ImageError::damaged(FORMAT, "it does not begin with an IHDR chunk"));
+    };
+    let [w0, w1, w2, w3, h0, h1, h2, h3, bits, color, ..] = rest;
+    let width = u32::from_be_bytes([w0, w1, w2, w3]);
+    let height = u32::from_be_bytes([h0, h1, h2, h3]);
+    let depth = if bits == 16 { Depth::U16 } else { Depth::U8 };
+    let mut has_alpha = color & 4 != 0;
+    let mut orientation = Orientation::default();
+    loop {
+        let mut chunk = [0; 8];
+        reader.read_exact(&mut chunk).map_err(io)?;
+        let [l0, l1, l2, l3, kind @ ..] = chunk;
+        let mut left = i64::from(u32::from_be_bytes([l0, l1, l2, l3]));
+        match &kind {
+            b"IEND" => {
+                reader.seek_relative(left).map_err(io)?;
+                reader.read_exact(&mut [0; 4]).map_err(io)?;
+                break;
+            }
+            b"tRNS" => has_alpha = true,
+            b"eXIf" => {
+                // The orientation stands near the start; thumbnails further behind don't matter.
+                let mut exif = Vec::new();
+                let taken = reader.take(left.min(1 << 16) as u64).read_to_end(&mut exif);
+                left -= taken.map_err(io)? as i64;
+                orientation = Orientation::from_exif(&exif);
+            }
+            _ => {}
+        }
+        const CHECKSUM: i64 = 4;
+        reader.seek_relative(left + CHECKSUM).map_err(io)?;
+    }
+    let channels = Channels::new(color & 2 != 0, has_alpha);
+    let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
+    Ok(StoredHeader { size, channels, depth, orientation })
+}

@@ -1,0 +1,213 @@
+//! Rows in pieces that are filtered and compressed at the same time.
+
+use std::io::{self, Write};
+
+#[cfg(feature = "threads")]
+use rayon::prelude::*;
+
+use super::deflate;
+
+/// Bytes of rows in a piece, unless a row has more.
+pub(super) const PIECE: usize = 1 << 19;
+
+/// Pieces that are worked on at once, which bounds memory.
+pub(super) const AT_ONCE: usize = 16;
+
+/// The compressed image data of a PNG, an IDAT chunk for each piece. Where pieces begin follows
+/// from the image alone, so the bytes depend neither on how rows arrive nor on threads.
+pub(super) struct Pieces {
+    row_bytes: usize,
+    texel_bytes: usize,
+    piece_bytes: usize,
+    /// Rows of a piece that is not complete.
+    pending: Vec<u8>,
+    /// Memory of those that were.
+    workshops: Vec<Workshop>,
+    checksum: Adler32,
+    has_begun: bool,
+}
+
+#[derive(Default)]
+struct Workshop {
+    filtered: Vec<u8>,
+    chunk: Vec<u8>,
+    checksum: Adler32,
+}
+
+impl Pieces {
+    pub(super) fn new(row_bytes: usize, texel_bytes: usize) -> Self {
+        let piece_bytes = (PIECE / row_bytes).max(1) * row_bytes;
+        Self {
+            row_bytes,
+            texel_bytes,
+            piece_bytes,
+            pending: Vec::new(),
+            workshops: Vec::new(),
+            checksum: Adler32::default(),
+            has_begun: false,
+        }
+    }
+
+    /// Takes whole rows, as the file holds them but not filtered.
+    pub(super) fn push(&mut self, mut rows: &[u8], out: &mut impl Write) -> io::Result<()> {
+        let mut pending = std::mem::take(&mut self.pending);
+        let mut completed: &[u8] = &[];
+        if !pending.is_empty() {
+            let (taken, rest) = rows.split_at(rows.len().min(self.piece_bytes - pending.len()));
+            pending.extend_from_slice(taken);
+            rows = rest;
+            if pending.len() == self.piece_bytes {
+                completed = &pending;
+            }
+        }
+        let whole = rows.chunks_exact(self.piece_bytes);
+        let rest = whole.remainder();
+        let pieces: Vec<&[u8]> =
+            Some(completed).into_iter().filter(|piece| !piece.is_empty()).chain(whole).collect();
+        let is_complete = !completed.is_empty();
+        for pieces in pieces.chunks(AT_ONCE) {
+            self.write(pieces, out)?;
+        }
+        if is_complete {
+            pending.clear();
+        }
+        pending.extend_from_slice(rest);
+        self.pending = pending;
+        Ok(())
+    }
+
+    /// Writes what is left, and the end of the data.
+    pub(super) fn finish(mut self, out: &mut impl Write) -> io::Result<()> {
+        let pending = std::mem::take(&mut self.pending);
+        if !pending.is_empty() {
+            self.write(&[&pending], out)?;
+        }
+        let mut chunk = begin_chunk(Vec::new());
+        chunk.extend(deflate::END);
+        chunk.extend(self.checksum.value().to_be_bytes());
+        end_chunk(&mut chunk);
+        out.write_all(&chunk)
+    }
+
+    fn write(&mut self, pieces: &[&[u8]], out: &mut impl Write) -> io::Result<()> {
+        let count = self.workshops.len().max(pieces.len());
+        self.workshops.resize_with(count, Workshop::default);
+        let (row_bytes, texel_bytes, has_begun) =
+            (self.row_bytes, self.texel_bytes, self.has_begun);
+        let work = |(index, (workshop, piece)): (usize, (&mut Workshop, &&[u8]))| {
+            workshop.compress(piece, row_bytes, texel_bytes, !has_begun && index == 0);
+        };
+        #[cfg(feature = "threads")]
+        self.workshops.par_iter_mut().zip(pieces).enumerate().for_each(work);
+        #[cfg(not(feature = "threads"))]
+        self.workshops.iter_mut().zip(pieces).enumerate().for_each(work);
+        self.has_begun = true;
+        for workshop in &self.workshops[..pieces.len()] {
+            out.write_all(&workshop.chunk)?;
+            self.checksum.append(workshop.checksum);
+        }
+        Ok(())
+    }
+}
+
+impl Workshop {
+    fn compress(&mut self, rows: &[u8], row_bytes: usize, texel_bytes: usize, is_first: bool) {
+        self.filtered.resize(rows.len() / row_bytes * (row_bytes + 1), 0);
+        let filtered = self.filtered.chunks_exact_mut(row_bytes + 1);
+        for (filtered, row) in filtered.zip(rows.chunks_exact(row_bytes)) {
+            filter(row, texel_bytes, filtered);
+        }
+        self.checksum = Adler32::of(&self.filtered);
+        let mut chunk = begin_chunk(std::mem::take(&mut self.chunk));
+        if is_first {
+            // RFC 1950: deflate, a window of 32 KB, and bits that make it divisible by 31.
+            chunk.extend([0x78, 0x01]);
+        }
+        deflate::compress(&self.filtered, &mut chunk);
+        end_chunk(&mut chunk);
+        self.chunk = chunk;
+    }
+}
+
+/// The filter Sub, which looks at no other row: differences from the texel before.
+fn filter(row: &[u8], texel_bytes: usize, filtered: &mut [u8]) {
+    const SUB: u8 = 1;
+    let (first, rest) = filtered.split_at_mut(1 + texel_bytes);
+    first[0] = SUB;
+    first[1..].copy_from_slice(&row[..texel_bytes]);
+    for ((to, value), before) in rest.iter_mut().zip(&row[texel_bytes..]).zip(row) {
+        *to = value.wrapping_sub(*before);
+    }
+}
+
+/// Room for the length, and the name.
+fn begin_chunk(mut chunk: Vec<u8>) -> Vec<u8> {
+    chunk.clear();
+    chunk.extend(*b"\0\0\0\0IDAT");
+    chunk
+}
+
+fn end_chunk(chunk: &mut Vec<u8>) {
+    // At most 1.5 times a row of 256 KB, or a piece.
+    let length = (chunk.len() - 8) as u32;
+    chunk[..4].copy_from_slice(&length.to_be_bytes());
+    let checksum = crc32fast::hash(&chunk[4..]);
+    chunk.extend(checksum.to_be_bytes());
+}
+
+/// The checksum of RFC 1950, section 8.2, of parts that are put together.
+#[derive(Clone, Copy)]
+struct Adler32 {
+    sum: u32,
+    sum_of_sums: u32,
+    len: u64,
+}
+
+impl Default for Adler32 {
+    fn default() -> Self {
+        Self { sum: 1, sum_of_sums: 0, len: 0 }
+    }
+}
+
+impl Adler32 {
+    const MODULUS: u64 = 65_521;
+
+    fn of(data: &[u8]) -> Self {
+        let value = simd_adler32::adler32(&data);
+        Self { sum: value & 0xffff, sum_of_sums: value >> 16, len: data.len() as u64 }
+    }
+
+    /// Each of the sums over `next` began at 1 instead of at this sum.
+    fn append(&mut self, next: Self) {
+        let before = u64::from(self.sum) + Self::MODULUS - 1;
+        let sum_of_sums = u64::from(self.sum_of_sums)
+            + u64::from(next.sum_of_sums)
+            + before % Self::MODULUS * (next.len % Self::MODULUS);
+        self.sum = ((before + u64::from(next.sum)) % Self::MODULUS) as u32;
+        self.sum_of_sums = (sum_of_sums % Self::MODULUS) as u32;
+        self.len += next.len;
+    }
+
+    fn value(self) -> u32 {
+        self.sum_of_sums << 16 | self.sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_of_parts_make_that_of_the_whole() {
+        let mut random = fastrand::Rng::with_seed(6);
+        let data: Vec<u8> = (0..300_000).map(|_| random.u8(128..)).collect();
+        for cut in [0, 1, 65_520, 65_521, 65_522, 299_999, 300_000] {
+            let mut whole = Adler32::default();
+            whole.append(Adler32::of(&data[..cut]));
+            whole.append(Adler32::of(&data[cut..]));
+            assert_eq!(whole.value(), Adler32::of(&data).value());
+        }
+        // RFC 1950's definition, by hand: 1 + 97 = 98, 98 + 98 = 196; 98, 98 + 196 = 294.
+        assert_eq!(Adler32::of(b"ab").value(), 294 << 16 | 196);
+    }
+}
