@@ -3,6 +3,7 @@
 //! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work. Results and
 //! reports go to standard output, errors, warnings and progress to standard error.
 
+mod bench;
 mod compare;
 mod demo;
 mod failure;
@@ -10,6 +11,7 @@ mod filters;
 mod fitting;
 mod heatmap;
 mod inspect;
+mod map;
 mod opacity;
 mod outputs;
 mod pair;
@@ -44,8 +46,10 @@ enum Command {
     Pair(pair::Args),
     Inspect(inspect::Args),
     Transfer(transfer::Args),
+    Map(map::Args),
     Compare(compare::Args),
     Roundtrip(roundtrip::Args),
+    Bench(bench::Args),
     Demo(demo::Args),
     Weights(weights::Args),
 }
@@ -64,8 +68,10 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
+        Command::Map(args) => map::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),
     }
