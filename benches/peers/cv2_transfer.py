@@ -1,6 +1,6 @@
 """What a user of OpenCV would write: a texture laid over a base through maps that were made before.
 
-    cv2_transfer.py SOURCE BASE MAP_X.npy MAP_Y.npy MASK.npy THREADS OUT
+cv2_transfer.py SOURCE BASE MAP_X.npy MAP_Y.npy MASK.npy THREADS OUT
 """
 
 import sys

@@ -30,8 +30,11 @@ class Scene:
         self.box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
         # OpenCV counts from the centre of the first texel.
         self.x, self.y = (
-            np.where(self.carried, grid[..., k] * np.float32(source.shape[1 - k]) - np.float32(0.5), NOWHERE)
-            .astype(np.float32)
+            np.where(
+                self.carried,
+                grid[..., k] * np.float32(source.shape[1 - k]) - np.float32(0.5),
+                NOWHERE,
+            ).astype(np.float32)
             for k in (0, 1)
         )
         self.mask = self.carried.astype(np.uint8) * 255
