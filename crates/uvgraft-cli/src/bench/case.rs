@@ -54,12 +54,12 @@ impl<'a> Case<'a> {
         let (source, base) = (detailed(from, 1)?, detailed(to, 2)?);
         let (source_png, base_png) = (png(&source)?, png(&base)?);
         let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+        let filled = map(pair, direction, to, MapOptions::default()).stats();
+        // The other layout's linked texels are what is read: its map says how many they are.
+        let read = map(pair, direction.opposite(), from, MapOptions { gutter_px: 0 }).stats();
         let case = Self {
-            filled: {
-                let stats = map(pair, direction, to, MapOptions::default()).stats();
-                stats.linked + stats.gutter
-            },
-            read: map(pair, direction.opposite(), from, MapOptions { gutter_px: 0 }).stats().linked,
+            filled: filled.linked + filled.gutter,
+            read: read.linked,
             direction,
             from,
             to,

@@ -20,7 +20,7 @@ use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use case::Case;
 use copy::CopyRate;
-use report::Report;
+use report::{Report, Row};
 use stage::Kind;
 
 /// Measures what each stage of a transfer costs on this machine, with generated textures
@@ -123,7 +123,7 @@ fn rows_of(
     direction: Direction,
     size: Size,
     copy: CopyRate,
-) -> anyhow::Result<Vec<report::Row>> {
+) -> anyhow::Result<Vec<Row>> {
     let (from, to) = match direction {
         Direction::Forward => (args.source_size, size),
         Direction::Reverse => (size, args.source_size),
@@ -134,6 +134,6 @@ fn rows_of(
         stages.extend(case.stages(kind, &args.filters())?);
     }
     let times = measure::rounds(&mut stages, args.runs)?;
-    let rows = stages.into_iter().zip(times);
-    Ok(rows.map(|(stage, times)| report::Row::new(&case, stage, times, copy)).collect())
+    let rows = stages.iter().zip(times);
+    Ok(rows.map(|(stage, times)| Row::new(&case, stage, times, copy)).collect())
 }
