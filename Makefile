@@ -7,7 +7,7 @@ CARGO ?= cargo
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
 
-.PHONY: demo test bench lint fixtures
+.PHONY: demo test bench bench-peers lint fixtures
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo:
@@ -22,6 +22,18 @@ test:
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
 	$(CARGO) bench --locked -p uvgraft-tests
+
+# Resampling and whole transfers beside OpenCV's and PyTorch's, by Python packages under target/:
+# make bench-peers PEERS="--pair my.uvpair --threads 4"
+PEERS ?=
+PEERS_VENV := target/peers-venv
+bench-peers:
+	$(CARGO) build --release --locked -p uvgraft-cli
+	test -x $(PEERS_VENV)/bin/pip || python3 -m venv --clear $(PEERS_VENV) || \
+		{ echo "bench-peers: wanted python3 with its module venv" >&2; exit 1; }
+	$(PEERS_VENV)/bin/pip install --quiet --requirement benches/peers/requirements.txt || \
+		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
+	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
 lint:
 	$(CARGO) fmt --all --check

@@ -4,6 +4,7 @@
 //! told to stop (Ctrl-C, SIGTERM, SIGHUP). Results and
 //! reports go to standard output, errors, warnings and progress to standard error.
 
+mod bench;
 mod compare;
 mod demo;
 mod failure;
@@ -12,6 +13,7 @@ mod fitting;
 mod heatmap;
 mod inspect;
 mod interruption;
+mod map;
 mod opacity;
 mod outputs;
 mod pair;
@@ -46,8 +48,10 @@ enum Command {
     Pair(pair::Args),
     Inspect(inspect::Args),
     Transfer(transfer::Args),
+    Map(map::Args),
     Compare(compare::Args),
     Roundtrip(roundtrip::Args),
+    Bench(bench::Args),
     Demo(demo::Args),
     Weights(weights::Args),
 }
@@ -69,8 +73,10 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
+        Command::Map(args) => map::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),
     }

@@ -177,6 +177,8 @@ fn help_and_version_go_to_standard_output() {
         ),
         ("pair --help", &["--vertex-map", "OBJ", "-1 for none", "--preview"]),
         ("inspect --help", &["--json", "--preview"]),
+        ("map --help", &["--reverse", "* width - 0.5", "cv2.remap", "NaN"]),
+        ("bench --help", &["--source-size", "[default: all]", "file to file", "memory"]),
         ("--version", &["uvgraft ", env!("CARGO_PKG_VERSION")]),
     ] {
         let text = bench.succeed(args);

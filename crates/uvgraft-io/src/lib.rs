@@ -1,5 +1,5 @@
-//! Files in, files out: OBJ meshes, vertex maps, images, pair files, and weights of LPIPS (feature
-//! `lpips`).
+//! Files in, files out: OBJ meshes, vertex maps, images, pair files, sampling maps as arrays, and weights
+//! of LPIPS (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves the old file or the new one and never half of it.
@@ -8,8 +8,10 @@ pub mod image;
 pub mod input;
 #[cfg(feature = "lpips")]
 pub mod lpips_weights;
+mod npy;
 pub mod obj;
 pub mod output;
 pub mod pair_file;
 pub mod pickle;
+pub mod sampling_map;
 pub mod vertex_map;

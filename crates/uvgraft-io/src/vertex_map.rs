@@ -8,6 +8,7 @@ mod text;
 use std::path::Path;
 
 use crate::input::{ReadError, read_file};
+use crate::npy::MAGIC;
 
 pub use self::npy::{save_npy, write_npy};
 
@@ -119,7 +120,7 @@ pub enum VertexMapError {
 /// [`VertexMapError`]; among others for floating-point values, even whole ones, for bytes missing or
 /// left over, and for NPZ archives.
 pub fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
-    let ids = if let Some(rest) = bytes.strip_prefix(npy::MAGIC) {
+    let ids = if let Some(rest) = bytes.strip_prefix(MAGIC) {
         npy::parse(rest)?
     } else if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Err(VertexMapError::Archive);

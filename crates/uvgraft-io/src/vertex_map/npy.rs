@@ -11,14 +11,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::VertexMapError;
+use crate::npy::{MAGIC, write_header};
 use crate::obj::shown;
 use crate::output::write_atomically;
-
-/// What every NPY file begins with.
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
-
-/// Header and values together start at a multiple of this.
-const ALIGNMENT: usize = 64;
 
 /// Reads what follows the magic.
 pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
@@ -59,17 +54,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
 /// # Errors
 /// Those of `out`.
 pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
-    let mut header =
-        format!("{{'descr': '<i8', 'fortran_order': False, 'shape': ({},), }}", ids.len());
-    let fixed = MAGIC.len() + 4;
-    let end = (fixed + header.len() + 1).next_multiple_of(ALIGNMENT);
-    let padded = end - fixed - 1;
-    header = format!("{header:padded$}\n");
-    out.write_all(MAGIC)?;
-    out.write_all(&[1, 0])?;
-    // One list's header takes 118 bytes whatever its length, far from the 65,535 that fit.
-    out.write_all(&(header.len() as u16).to_le_bytes())?;
-    out.write_all(header.as_bytes())?;
+    write_header("<i8", &[ids.len()], out)?;
     for &id in ids {
         out.write_all(&i64::from(id).to_le_bytes())?;
     }

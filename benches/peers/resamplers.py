@@ -1,0 +1,118 @@
+"""Other libraries' ways to resample an image through a map, in process.
+
+Each way is a function without arguments on textures that are there and touched. "alone" makes the
+whole array of the target's size; "whole job" leaves the base with the carried texels in it, which is
+what uvgraft's resampling does too.
+"""
+
+import cv2
+import numpy as np
+
+try:
+    import torch
+except ImportError:
+    torch = None
+
+# Beside the source by more than any filter reads.
+NOWHERE = -100.0
+
+
+class Scene:
+    """A source, a base, and a grid of source positions (u, v), NaN where nothing is carried."""
+
+    def __init__(self, grid, source, base):
+        self.grid, self.source, self.base = grid, source, base
+        self.carried = ~np.isnan(grid[..., 0])
+        rows, columns = (np.flatnonzero(self.carried.any(axis)) for axis in (1, 0))
+        if rows.size == 0:
+            raise SystemExit("the pair's map carries no texel at this size")
+        # All that is carried lies in here; only who looks for it knows.
+        self.box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+        # OpenCV counts from the centre of the first texel.
+        self.x, self.y = (
+            np.where(
+                self.carried,
+                grid[..., k] * np.float32(source.shape[1 - k]) - np.float32(0.5),
+                NOWHERE,
+            ).astype(np.float32)
+            for k in (0, 1)
+        )
+        self.mask = self.carried.astype(np.uint8) * 255
+
+
+def opencv(scene):
+    """`{(name, what it does, in which way): function}`; there may be several ways to do the same."""
+    ways = {}
+    whole = np.s_[:, :]
+    fixed = cv2.convertMaps(scene.x, scene.y, cv2.CV_16SC2)
+    buffer, out = scene.base.copy(), scene.base.copy()
+
+    def remap(maps, filter, box, into, **border):
+        cv2.remap(scene.source, maps[0][box], maps[1][box], filter, dst=into[box], **border)
+
+    def add(name, maps, filter):
+        transparent = {"borderMode": cv2.BORDER_TRANSPARENT}
+
+        def copied():
+            remap(maps, filter, whole, buffer)
+            cv2.copyTo(buffer, scene.mask, out)
+
+        ways[name, "alone", "remap"] = lambda: remap(maps, filter, whole, buffer)
+        ways[name, "whole job", "remap, copyTo"] = copied
+        ways[name, "whole job", "transparent border"] = lambda: remap(
+            maps, filter, whole, out, **transparent
+        )
+        ways[name, "whole job", "transparent border, within the mask's box"] = lambda: remap(
+            maps, filter, scene.box, out, **transparent
+        )
+
+    floats = (scene.x, scene.y)
+    add("cv2 INTER_LINEAR", floats, cv2.INTER_LINEAR)
+    add("cv2 INTER_LINEAR, fixed point", fixed, cv2.INTER_LINEAR)
+    add("cv2 INTER_CUBIC", floats, cv2.INTER_CUBIC)
+    add("cv2 INTER_CUBIC, fixed point", fixed, cv2.INTER_CUBIC)
+    add("cv2 INTER_LANCZOS4", floats, cv2.INTER_LANCZOS4)
+    return ways
+
+
+def pytorch(scene):
+    """As `opencv`; empty where PyTorch is not installed."""
+    if torch is None:
+        return {}
+    ways = {}
+    whole = np.s_[:, :]
+    positions = np.where(scene.carried[..., None], 2 * scene.grid - 1, NOWHERE).astype(np.float32)
+    positions = torch.from_numpy(positions)
+    source, out = torch.from_numpy(scene.source), torch.from_numpy(scene.base.copy())
+    carried = torch.from_numpy(scene.carried)[..., None]
+    floats = source.permute(2, 0, 1)[None].float().contiguous()
+
+    def sample(image, mode, box):
+        grid = positions[box][None]
+        return torch.nn.functional.grid_sample(image, grid, mode=mode, align_corners=False)
+
+    def job(mode, box):
+        image = source.permute(2, 0, 1)[None].float()
+        values = sample(image, mode, box)[0].round_().clamp_(0, 255).byte().permute(1, 2, 0)
+        torch.where(carried[box], values, out[box], out=out[box])
+
+    def add(mode):
+        name = f"torch grid_sample {mode}"
+        ways[name, "alone", "grid_sample of floats"] = lambda: sample(floats, mode, whole)
+        ways[name, "whole job", "where"] = lambda: job(mode, whole)
+        ways[name, "whole job", "where, within the mask's box"] = lambda: job(mode, scene.box)
+
+    add("bilinear")
+    add("bicubic")
+    return ways
+
+
+def versions():
+    found = {"cv2": cv2.__version__, "numpy": np.__version__}
+    return found | ({"torch": torch.__version__} if torch else {})
+
+
+def set_threads(threads):
+    cv2.setNumThreads(threads)
+    if torch:
+        torch.set_num_threads(threads)

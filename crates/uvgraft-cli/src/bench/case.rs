@@ -1,0 +1,233 @@
+//! One direction at one size: its textures, its files, and the stages that work on them.
+
+use std::ffi::OsString;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::Parser;
+use tempfile::TempDir;
+use uvgraft::{
+    Direction, Filter, MapOptions, Pair, SamplingMap, Size, Texture, Transfer, TransferError,
+    TransferOptions,
+};
+use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_io::pair_file;
+
+use super::measure::time;
+use super::painting::detailed;
+use super::stage::{Kind, Part, Stage, Variant};
+use crate::transfer;
+
+/// Bytes of an 8-bit RGB texel.
+const TEXEL: usize = 3;
+
+/// What stages work on.
+pub(super) struct Case<'a> {
+    pub(super) direction: Direction,
+    /// Size of the texture that is carried.
+    pub(super) from: Size,
+    /// Size of the result.
+    pub(super) to: Size,
+    pair_path: &'a Path,
+    pair: &'a Pair,
+    source: Texture,
+    base: Texture,
+    source_png: Vec<u8>,
+    base_png: Vec<u8>,
+    /// Texels of the result that the map fills.
+    filled: usize,
+    /// Texels of the source that they are made from.
+    read: usize,
+    folder: TempDir,
+}
+
+impl<'a> Case<'a> {
+    pub(super) fn new(
+        pair_path: &'a Path,
+        pair: &'a Pair,
+        direction: Direction,
+        from: Size,
+        to: Size,
+    ) -> anyhow::Result<Self> {
+        let (source, base) = (detailed(from, 1)?, detailed(to, 2)?);
+        let (source_png, base_png) = (png(&source)?, png(&base)?);
+        let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+        let filled = map(pair, direction, to, MapOptions::default()).stats();
+        // The other layout's linked texels are what is read: its map says how many they are.
+        let read = map(pair, direction.opposite(), from, MapOptions { gutter_px: 0 }).stats();
+        let case = Self {
+            filled: filled.linked + filled.gutter,
+            read: read.linked,
+            direction,
+            from,
+            to,
+            pair_path,
+            pair,
+            source,
+            base,
+            source_png,
+            base_png,
+            folder,
+        };
+        for (part, bytes) in [(Part::Source, &case.source_png), (Part::Base, &case.base_png)] {
+            let path = case.file(part);
+            std::fs::write(&path, bytes)
+                .with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        Ok(case)
+    }
+
+    fn file(&self, part: Part) -> PathBuf {
+        self.folder.path().join(match part {
+            Part::Source => "source.png",
+            Part::Base => "base.png",
+        })
+    }
+
+    /// The stages of a kind: one, or one for each filter or file.
+    pub(super) fn stages(&self, kind: Kind, filters: &[Filter]) -> anyhow::Result<Vec<Stage<'_>>> {
+        Ok(match kind {
+            Kind::ReadPair => vec![self.read_pair()],
+            Kind::Map => vec![self.build_map()],
+            // The widest filter reads farthest beside the islands.
+            Kind::Padding => {
+                filters.last().map(|filter| self.prepare_padding(*filter)).into_iter().collect()
+            }
+            Kind::Decode => vec![
+                self.decode(Part::Source, &self.source_png, self.from),
+                self.decode(Part::Base, &self.base_png, self.to),
+            ],
+            Kind::Resample => filters.iter().map(|filter| self.resample(*filter)).collect(),
+            Kind::Encode => vec![self.encode()?],
+            Kind::File => {
+                filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
+            }
+        })
+    }
+
+    fn read_pair(&self) -> Stage<'_> {
+        let work = || {
+            let (pair, seconds) = time(|| pair_file::read(self.pair_path));
+            pair.map(|_| seconds).map_err(Into::into)
+        };
+        stage(Kind::ReadPair, None, None, None, work)
+    }
+
+    fn build_map(&self) -> Stage<'_> {
+        let work = || Ok(time(|| map(self.pair, self.direction, self.to, MapOptions::default())).1);
+        stage(Kind::Map, None, Some(self.filled), None, work)
+    }
+
+    /// Preparing a transfer makes its map too, so that a map's time is taken off.
+    fn prepare_padding(&self, filter: Filter) -> Stage<'_> {
+        let work = move || {
+            let (_, map) = time(|| map(self.pair, self.direction, self.to, MapOptions::default()));
+            let (_, both) = time(|| self.transfer(filter));
+            Ok((both - map).max(0.0))
+        };
+        stage(Kind::Padding, None, Some(self.from.texels()), None, work)
+    }
+
+    fn decode(&self, part: Part, png: &'a [u8], size: Size) -> Stage<'a> {
+        let work = move || {
+            let (image, seconds) = time(|| image::decode(png));
+            image.map(|_| seconds).map_err(Into::into)
+        };
+        let moved = png.len() + size.texels() * TEXEL;
+        stage(Kind::Decode, Some(Variant::Part(part)), Some(size.texels()), Some(moved), work)
+    }
+
+    fn resample(&self, filter: Filter) -> Stage<'_> {
+        let transfer = self.transfer(filter);
+        let work = move || {
+            // Copies are made and touched before the time starts.
+            let (source, base) = (self.source.clone(), self.base.clone());
+            let (result, seconds) = time(|| resample(&transfer, source, base));
+            result.map(|_| seconds).map_err(Into::into)
+        };
+        let moved = (self.read + self.filled) * TEXEL;
+        stage(Kind::Resample, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
+    }
+
+    fn encode(&self) -> anyhow::Result<Stage<'_>> {
+        let transfer = self.transfer(TransferOptions::default().filter);
+        let result = Image::from(resample(&transfer, self.source.clone(), self.base.clone())?);
+        let mut bytes = encoded(&result, Vec::new())?;
+        let moved = bytes.len() + self.to.texels() * TEXEL;
+        let work = move || {
+            let buffer = std::mem::take(&mut bytes);
+            let (out, seconds) = time(|| encoded(&result, buffer));
+            bytes = out?;
+            Ok(seconds)
+        };
+        Ok(stage(Kind::Encode, None, Some(self.to.texels()), Some(moved), work))
+    }
+
+    /// The command itself, so that this is what users get whatever becomes of it.
+    fn file_to_file(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
+        #[derive(Parser)]
+        #[command(no_binary_name = true)]
+        struct Command {
+            #[command(flatten)]
+            args: transfer::Args,
+        }
+        let output = self.folder.path().join("result.png");
+        let mut words: Vec<OsString> = vec![self.pair_path.into(), self.file(Part::Source).into()];
+        words.extend(["--onto".into(), self.file(Part::Base).into()]);
+        words.extend(["--filter".into(), filter.to_string().into()]);
+        words.extend(["--output".into(), output.clone().into()]);
+        if self.direction == Direction::Reverse {
+            words.push("--reverse".into());
+        }
+        let command = Command::try_parse_from(words)?;
+        let run = move || {
+            let (code, seconds) = time(|| transfer::run(&command.args));
+            anyhow::ensure!(code? == ExitCode::SUCCESS, "the transfer failed");
+            anyhow::Ok(seconds)
+        };
+        run()?;
+        let result = std::fs::metadata(&output)?.len() as usize;
+        let moved = self.source_png.len() + self.base_png.len() + result;
+        let variant = Some(Variant::Filter(filter));
+        Ok(stage(Kind::File, variant, Some(self.to.texels()), Some(moved), run))
+    }
+
+    fn transfer(&self, filter: Filter) -> Transfer {
+        let options = TransferOptions { filter, ..TransferOptions::default() };
+        Transfer::new(self.pair, self.direction, self.from, self.to, &options)
+    }
+}
+
+/// What is timed as resampling: everything between textures that are there and one that is.
+fn resample(transfer: &Transfer, source: Texture, base: Texture) -> Result<Texture, TransferError> {
+    transfer.apply(source, base)
+}
+
+fn map(pair: &Pair, direction: Direction, size: Size, options: MapOptions) -> SamplingMap {
+    SamplingMap::new(pair, direction, size, &options)
+}
+
+fn png(texture: &Texture) -> anyhow::Result<Vec<u8>> {
+    encoded(&Image::from(texture.clone()), Vec::new())
+}
+
+/// Encodes into a buffer that may have its memory already.
+fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+    buffer.clear();
+    let mut out = Cursor::new(buffer);
+    // PNG holds all of an 8-bit RGB texture.
+    let _ = image::encode(image, Format::Png, &WriteOptions::default(), &mut out)?;
+    Ok(out.into_inner())
+}
+
+fn stage<'a>(
+    kind: Kind,
+    variant: Option<Variant>,
+    texels: Option<usize>,
+    moved_bytes: Option<usize>,
+    work: impl FnMut() -> anyhow::Result<f64> + 'a,
+) -> Stage<'a> {
+    Stage { kind, variant, texels, moved_bytes, work: Box::new(work) }
+}

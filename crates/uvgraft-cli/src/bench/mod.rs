@@ -1,0 +1,139 @@
+//! `uvgraft bench`: what each stage of a transfer costs on this machine.
+
+mod case;
+mod copy;
+mod measure;
+mod painting;
+mod report;
+mod stage;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::ProgressBar;
+use uvgraft::{Direction, Filter, Pair, Size};
+use uvgraft_io::pair_file;
+
+use crate::failure::OrBadInput;
+use crate::filters::FilterName;
+use crate::progress;
+use crate::report::{parse_size, to_stdout};
+use case::Case;
+use copy::CopyRate;
+use report::{Report, Row};
+use stage::Kind;
+
+/// Measures what each stage of a transfer costs on this machine, with generated textures
+///
+/// Textures are 8-bit RGB with detail down to single texels, and PNG files of them are in memory or
+/// in a temporary folder. Stages run in turn, once each round, so that whatever else the machine does
+/// meets all of them alike; the first round is not counted.
+///
+/// The last column compares with memory: the time to copy as many bytes as the stage has to read and
+/// write, once each, as a share of the time that it takes.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Args {
+    /// The pair file
+    pair: PathBuf,
+    /// Size of the texture in the pair's source layout
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    source_size: Size,
+    /// Sizes of the texture in the pair's target layout, one after the other
+    #[arg(long, visible_alias = "target-size", default_value = "4096", value_name = "N|WxH,...")]
+    #[arg(value_delimiter = ',', value_parser = parse_size)]
+    size: Vec<Size>,
+    /// Carry from the pair's target to its source
+    #[arg(long)]
+    reverse: bool,
+    /// Carry both ways, one after the other
+    #[arg(long, conflicts_with = "reverse")]
+    both: bool,
+    /// Filters to resample with
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FILTER,...")]
+    #[arg(default_value = "bilinear,catmull-rom,lanczos3")]
+    filter: Vec<FilterName>,
+    /// Stages to measure [default: all]
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        value_name = "STAGE,...",
+        hide_default_value = true
+    )]
+    #[arg(default_values_t = Kind::ALL)]
+    stage: Vec<Kind>,
+    /// How often each stage is measured
+    #[arg(long, default_value_t = 5, value_name = "K")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: u32,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Args {
+    fn directions(&self) -> &'static [Direction] {
+        match (self.reverse, self.both) {
+            (_, true) => &[Direction::Forward, Direction::Reverse],
+            (true, false) => &[Direction::Reverse],
+            (false, false) => &[Direction::Forward],
+        }
+    }
+
+    /// Filters from the fastest to the slowest, each once.
+    fn filters(&self) -> Vec<Filter> {
+        let named: Vec<Filter> = self.filter.iter().copied().map(Filter::from).collect();
+        Filter::ALL.into_iter().filter(|filter| named.contains(filter)).collect()
+    }
+
+    fn has(&self, kind: Kind) -> bool {
+        self.stage.contains(&kind)
+    }
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
+    let copy = CopyRate::measured(args.runs);
+    let cases = args.size.len() * args.directions().len();
+    let progress = match cases {
+        1 => ProgressBar::hidden(),
+        cases => progress::bar(cases as u64, "{bar:32} {pos}/{len} {eta:>4} {wide_msg}"),
+    };
+    let mut rows = Vec::new();
+    for &size in &args.size {
+        for &direction in args.directions() {
+            progress.set_message(format!("{size}, {direction:?}"));
+            rows.extend(rows_of(args, &pair, direction, size, copy)?);
+            progress.inc(1);
+        }
+    }
+    progress.finish_and_clear();
+    let report = Report::new(args.pair.display().to_string(), args.runs, copy, rows);
+    let text =
+        if args.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.markdown() };
+    to_stdout(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Measures one direction at one size.
+fn rows_of(
+    args: &Args,
+    pair: &Pair,
+    direction: Direction,
+    size: Size,
+    copy: CopyRate,
+) -> anyhow::Result<Vec<Row>> {
+    let (from, to) = match direction {
+        Direction::Forward => (args.source_size, size),
+        Direction::Reverse => (size, args.source_size),
+    };
+    let case = Case::new(&args.pair, pair, direction, from, to)?;
+    let mut stages = Vec::new();
+    for kind in Kind::ALL.into_iter().filter(|kind| args.has(*kind)) {
+        stages.extend(case.stages(kind, &args.filters())?);
+    }
+    let times = measure::rounds(&mut stages, args.runs)?;
+    let rows = stages.iter().zip(times);
+    Ok(rows.map(|(stage, times)| Row::new(&case, stage, times, copy)).collect())
+}

@@ -1,0 +1,171 @@
+//! What was measured, as Markdown and as JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use uvgraft::{Direction, Size};
+
+use super::case::Case;
+use super::copy::CopyRate;
+use super::measure::Times;
+use super::stage::{Kind, Stage, Variant};
+use crate::table::{Align, table};
+
+/// Everything that is reported.
+#[derive(Serialize)]
+pub(super) struct Report {
+    /// This program's version.
+    uvgraft: &'static str,
+    /// Whether it was compiled to be fast.
+    optimised: bool,
+    os: &'static str,
+    arch: &'static str,
+    /// The processor's name, where the system tells.
+    cpu: Option<String>,
+    threads: usize,
+    runs: u32,
+    pair: String,
+    copy: CopyRate,
+    stages: Vec<Row>,
+}
+
+/// One stage of one direction and size.
+#[derive(Serialize)]
+pub(super) struct Row {
+    stage: Kind,
+    /// The filter, or which file.
+    #[serde(rename = "with")]
+    variant: Option<Variant>,
+    direction: &'static str,
+    /// Size of the texture that is carried.
+    from: Size,
+    /// Size of the result.
+    to: Size,
+    #[serde(flatten)]
+    times: Times,
+    /// What the next is counted in: texels that the map fills for `map` and `resample`, else all.
+    texels: Option<usize>,
+    megatexels_per_second: Option<f64>,
+    /// Bytes of texels and files to read and to write, once each.
+    moved_bytes: Option<usize>,
+    /// What copying as much memory takes.
+    copy_ms: Option<f64>,
+    /// `copy_ms` over the median.
+    share_of_copy: Option<f64>,
+}
+
+impl Row {
+    pub(super) fn new(case: &Case, stage: &Stage<'_>, times: Times, copy: CopyRate) -> Self {
+        let copy_ms = stage.moved_bytes.map(|bytes| copy.ms(bytes));
+        // A difference of two times may come out as nothing.
+        let per_ms = |amount: f64| (times.median_ms > 0.0).then(|| amount / times.median_ms);
+        Self {
+            stage: stage.kind,
+            variant: stage.variant,
+            direction: match case.direction {
+                Direction::Forward => "forward",
+                Direction::Reverse => "reverse",
+            },
+            from: case.from,
+            to: case.to,
+            texels: stage.texels,
+            megatexels_per_second: stage.texels.and_then(|count| per_ms(count as f64 / 1e3)),
+            moved_bytes: stage.moved_bytes,
+            copy_ms,
+            share_of_copy: copy_ms.and_then(per_ms),
+            times,
+        }
+    }
+
+    fn title(&self) -> String {
+        let title = match self.stage {
+            Kind::ReadPair => "read pair",
+            Kind::Map => "build map",
+            Kind::Padding => "prepare padding",
+            Kind::Resample => "resample",
+            Kind::Decode => "decode PNG",
+            Kind::Encode => "encode PNG",
+            Kind::File => "file to file",
+        };
+        match self.variant {
+            Some(variant) => format!("{title}, {}", variant.title()),
+            None => title.to_owned(),
+        }
+    }
+
+    fn cells(&self, threads: usize) -> Vec<String> {
+        let number = |value: Option<f64>, digits| {
+            value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+        };
+        let Times { median_ms, min_ms, max_ms, .. } = &self.times;
+        vec![
+            self.title(),
+            format!("{} → {}", self.from, self.to),
+            threads.to_string(),
+            format!("{} ({}–{})", ms(*median_ms), ms(*min_ms), ms(*max_ms)),
+            number(self.megatexels_per_second, 1),
+            self.share_of_copy
+                .map_or_else(|| "–".to_owned(), |share| format!("{:.1} %", share * 1e2)),
+        ]
+    }
+}
+
+impl Report {
+    pub(super) fn new(pair: String, runs: u32, copy: CopyRate, stages: Vec<Row>) -> Self {
+        Self {
+            uvgraft: env!("CARGO_PKG_VERSION"),
+            optimised: !cfg!(debug_assertions),
+            os: std::env::consts::OS,
+            arch: std::env::consts::ARCH,
+            cpu: cpu_name(),
+            threads: rayon::current_num_threads(),
+            runs,
+            pair,
+            copy,
+            stages,
+        }
+    }
+
+    pub(super) fn markdown(&self) -> String {
+        let threads = if self.threads == 1 { "thread" } else { "threads" };
+        let mut text = format!(
+            "uvgraft {} on {}, {} {threads}, {}, medians of {}\n",
+            self.uvgraft,
+            self.cpu.as_deref().unwrap_or(self.arch),
+            self.threads,
+            self.pair,
+            self.runs,
+        );
+        if !self.optimised {
+            text.push_str("compiled for development: a release build is faster\n");
+        }
+        let _ = writeln!(
+            text,
+            "memory copy: {:.1} GB/s, bytes read and bytes written\n",
+            self.copy.gigabytes_per_second()
+        );
+        let head = ["stage", "size", "threads", "ms (min–max)", "Mtexel/s", "of memory copy"];
+        let mut rows = vec![head.map(str::to_owned).to_vec()];
+        rows.extend(self.stages.iter().map(|row| row.cells(self.threads)));
+        text + &table(&rows, &[Align::Left, Align::Left])
+    }
+}
+
+/// Milliseconds with about three digits.
+fn ms(ms: f64) -> String {
+    let digits = match ms {
+        ms if ms < 1.0 => 3,
+        ms if ms < 10.0 => 2,
+        ms if ms < 100.0 => 1,
+        _ => 0,
+    };
+    format!("{ms:.digits$}")
+}
+
+/// What Linux calls the processor.
+fn cpu_name() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("model name"))?;
+    let name = line.trim_start().strip_prefix(':')?.trim();
+    (!name.is_empty()).then(|| name.to_owned())
+}

@@ -1,0 +1,86 @@
+//! Stages of a transfer.
+
+use clap::ValueEnum;
+use serde::Serialize;
+use uvgraft::Filter;
+
+/// What a stage does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    /// Reading and checking the pair file
+    ReadPair,
+    /// Building the sampling map
+    Map,
+    /// Finding what pads the source beside its islands
+    Padding,
+    /// Filling the base's texels, the source's padding included
+    Resample,
+    /// Decoding the PNG files of source and base
+    Decode,
+    /// Encoding the result as PNG
+    Encode,
+    /// `uvgraft transfer` from file to file, in this process
+    File,
+}
+
+impl Kind {
+    /// All, in the order in which a transfer meets them, the whole at the end.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::ReadPair,
+        Self::Map,
+        Self::Padding,
+        Self::Decode,
+        Self::Resample,
+        Self::Encode,
+        Self::File,
+    ];
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.to_possible_value() {
+            Some(value) => f.write_str(value.get_name()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// One thing that is measured.
+pub(super) struct Stage<'a> {
+    pub(super) kind: Kind,
+    /// What tells it from others of its kind: the filter, or which file.
+    pub(super) variant: Option<Variant>,
+    /// What its speed is counted in.
+    pub(super) texels: Option<usize>,
+    /// Bytes of texels and files that have to be read or written.
+    pub(super) moved_bytes: Option<usize>,
+    /// Does it once; gives the seconds it took, whatever it prepared before not counted.
+    pub(super) work: Box<dyn FnMut() -> anyhow::Result<f64> + 'a>,
+}
+
+/// What a stage is done with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub(super) enum Variant {
+    Filter(Filter),
+    Part(Part),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Part {
+    Source,
+    Base,
+}
+
+impl Variant {
+    /// For tables.
+    pub(super) fn title(self) -> String {
+        match self {
+            Self::Filter(filter) => filter.to_string(),
+            Self::Part(Part::Source) => "source".to_owned(),
+            Self::Part(Part::Base) => "base".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! What NumPy's NPY files begin with.
+//!
+//! Source: `numpy.lib.format`, version 1.0.
+
+use std::io::{self, Write};
+
+/// What every NPY file begins with.
+pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Header and values together start at a multiple of this.
+const ALIGNMENT: usize = 64;
+
+/// Writes everything before the values of an array in C order; `descr` is the dtype as NumPy
+/// abbreviates it, such as `<f4`.
+///
+/// # Errors
+/// Those of `out`.
+pub(crate) fn write_header(descr: &str, shape: &[usize], out: &mut impl Write) -> io::Result<()> {
+    // One axis alone has a comma after it, as Python's tuples do.
+    let shape = match shape {
+        [length] => format!("{length},"),
+        shape => shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+    };
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    let fixed = MAGIC.len() + 4;
+    let end = (fixed + header.len() + 1).next_multiple_of(ALIGNMENT);
+    let padded = end - fixed - 1;
+    let header = format!("{header:padded$}\n");
+    out.write_all(MAGIC)?;
+    out.write_all(&[1, 0])?;
+    // A few axes take a few hundred bytes at most, far from the 65,535 that fit.
+    out.write_all(&(header.len() as u16).to_le_bytes())?;
+    out.write_all(header.as_bytes())
+}

@@ -1,0 +1,51 @@
+//! Sampling maps as arrays, for tools that want a position for each texel.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use uvgraft::SamplingMap;
+
+use crate::npy::write_header;
+use crate::output::write_atomically;
+
+/// Writes a map as an NPY array, version 1.0: `[height, width, 2]` of `<f4`, the source's (u, v) at the
+/// centre of each texel.
+///
+/// Rows go from the top down, and (0, 0) is the source's top left corner. Both are NaN where nothing is
+/// carried; the map's gutter is carried. Single precision is exact to 2⁻¹² texels of a 4096² source.
+///
+/// Nothing but a row is held in memory.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_npy(map: &SamplingMap, out: &mut impl Write) -> io::Result<()> {
+    /// Bytes of a texel.
+    const TEXEL: usize = 2 * size_of::<f32>();
+    let [width, height] = [map.size().width, map.size().height].map(|side| side as usize);
+    write_header("<f4", &[height, width, 2], out)?;
+    let nowhere = f32::NAN.to_le_bytes().repeat(2 * width);
+    let mut bytes = nowhere.clone();
+    for row in 0..map.size().height {
+        bytes.copy_from_slice(&nowhere);
+        for run in map.row(row) {
+            let affine = &map.patches()[run.patch as usize].src_uv_from_tgt_px;
+            let texels = bytes[run.x as usize * TEXEL..].chunks_exact_mut(TEXEL);
+            for (x, texel) in (run.x..run.x + run.len).zip(texels) {
+                let [u, v] = affine.at([f64::from(x) + 0.5, f64::from(row) + 0.5]);
+                let (to_u, to_v) = texel.split_at_mut(TEXEL / 2);
+                to_u.copy_from_slice(&(u as f32).to_le_bytes());
+                to_v.copy_from_slice(&(v as f32).to_le_bytes());
+            }
+        }
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+/// Writes a map to an NPY file, whole or not at all; see [`write_npy`].
+///
+/// # Errors
+/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+pub fn save_npy(map: &SamplingMap, path: &Path) -> io::Result<()> {
+    write_atomically(path, |out| write_npy(map, out))
+}
