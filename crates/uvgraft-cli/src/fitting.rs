@@ -1,7 +1,7 @@
 //! Fits whose progress is shown.
 
 use serde::Serialize;
-use uvgraft::{Fit, FitProgress, Texture, TransferError};
+use uvgraft::{Fit, FitProgress, Overlay, TexelFormat, Texture, TransferError};
 
 use crate::progress;
 
@@ -34,16 +34,26 @@ impl std::fmt::Display for FitSummary {
     }
 }
 
-/// Fits a texture, with a bar on standard error if that is a terminal.
+/// Fits a texture, with a bar on standard error if that is a terminal, and lays it over a base.
 pub(crate) fn fit(
     fit: &Fit,
     source: Texture,
     base: Texture,
 ) -> Result<(Texture, FitSummary), TransferError> {
+    let (overlay, summary) = overlay(fit, source, base.format())?;
+    Ok((overlay.lay(0, base)?, summary))
+}
+
+/// Fits a texture that is to be laid over a base of some format, with a bar as [`fit`].
+pub(crate) fn overlay(
+    fit: &Fit,
+    source: Texture,
+    base: TexelFormat,
+) -> Result<(Overlay<'_>, FitSummary), TransferError> {
     let bar = progress::bar(0, "fitting {bar:24} step {pos} of at most {len}: {msg}");
     let levels = |progress: FitProgress| progress.rms * 255.0;
     let mut course: Option<FitSummary> = None;
-    let texture = fit.apply(source, base, &mut |progress| {
+    let overlay = fit.overlay(source, base, &mut |progress| {
         bar.set_length(progress.max_steps.into());
         bar.set_position(progress.step.into());
         bar.set_message(format!("error {:.2} of 255", levels(progress)));
@@ -57,5 +67,5 @@ pub(crate) fn fit(
     bar.finish_and_clear();
     let nothing =
         FitSummary { steps: 0, sampled_rms_levels: 0.0, fitted_rms_levels: 0.0, share_met: 1.0 };
-    Ok((texture, course.unwrap_or(nothing)))
+    Ok((overlay, course.unwrap_or(nothing)))
 }

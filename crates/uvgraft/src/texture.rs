@@ -1,5 +1,7 @@
 //! Textures: their size, their channels, and their texels in one of three depths.
 
+use std::ops::Range;
+
 use crate::color::Encoding;
 
 /// Width and height in texels.
@@ -344,6 +346,24 @@ impl Texture {
     /// The values by themselves.
     pub fn into_texels(self) -> Texels {
         self.texels
+    }
+
+    /// A copy of some rows.
+    ///
+    /// # Panics
+    /// If there are no such rows, or none are asked for.
+    #[must_use]
+    pub fn rows(&self, rows: Range<u32>) -> Self {
+        assert!(rows.start < rows.end && rows.end <= self.size.height, "rows {rows:?}");
+        let values = self.size.width as usize * self.channels.count();
+        let part = rows.start as usize * values..rows.end as usize * values;
+        let texels = match &self.texels {
+            Texels::U8(values) => Texels::U8(values[part].to_vec()),
+            Texels::U16(values) => Texels::U16(values[part].to_vec()),
+            Texels::F32(values) => Texels::F32(values[part].to_vec()),
+        };
+        let size = Size::new(self.size.width, rows.end - rows.start);
+        Self { size, texels, ..*self }
     }
 
     /// The same values, said to mean something else.

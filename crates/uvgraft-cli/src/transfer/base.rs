@@ -1,54 +1,105 @@
 //! What textures are laid over: an image, a colour, or nothing.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
-use uvgraft::{Channels, Depth, Encoding, Size, Texture};
-use uvgraft_io::image::{self, Image};
+use anyhow::Context;
+use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texture};
+use uvgraft_io::image::{BandReader, ReadError};
 
 use super::Args;
 use crate::failure::{OrBadInput, bad_input};
 
 /// What textures are laid over.
-pub(super) enum Base {
-    Image(Image, String),
-    Color { unit: [f32; 4], size: Size },
+pub(super) struct Base {
+    content: Content,
+    size: Size,
+}
+
+enum Content {
+    /// An image that is decoded as it is laid over, once.
+    File {
+        reader: Mutex<Option<BandReader>>,
+        known: Known,
+    },
+    /// An image that is used again and again.
+    Image {
+        texture: Texture,
+        known: Known,
+    },
+    Color([f32; 4]),
+}
+
+/// What is known of a base image.
+struct Known {
+    name: String,
+    format: TexelFormat,
+    icc: Option<Vec<u8>>,
 }
 
 impl Base {
-    pub(super) fn new(args: &Args, path: Option<&Path>) -> anyhow::Result<Self> {
-        if let Some(path) = path {
-            let mut image = image::read(path).map_err(|error| match path.exists() {
-                true => bad_input(error),
-                false => {
-                    bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
-                }
+    /// - `again`: whether more than one texture is laid over it.
+    pub(super) fn new(args: &Args, path: Option<&Path>, again: bool) -> anyhow::Result<Self> {
+        let Some(path) = path else {
+            let unit = args.onto.as_deref().map_or(Ok([0.0; 4]), parse_color)?;
+            let size = args.size.ok_or_else(|| {
+                bad_input(
+                    "without a base image the result needs a size: give --size N or --onto IMAGE",
+                )
             })?;
-            image.texture = meant(image.texture, args);
-            if let Some(size) = args.size {
-                image.texture =
-                    image.texture.resized(size, args.filter(), args.linear_light).or_bad_input()?;
-            }
-            return Ok(Self::Image(image, path.display().to_string()));
+            return Ok(Self { content: Content::Color(unit), size });
+        };
+        let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
+        let format = meant_format(reader.spec().format(), args);
+        let name = path.display().to_string();
+        let known = Known { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
+        let found = reader.spec().size;
+        let size = args.size.unwrap_or(found);
+        if !again && size == found {
+            let content = Content::File { reader: Mutex::new(Some(reader)), known };
+            return Ok(Self { content, size });
         }
-        let unit = args.onto.as_deref().map_or(Ok([0.0; 4]), parse_color)?;
-        let size = args.size.ok_or_else(|| {
-            bad_input("without a base image the result needs a size: give --size N or --onto IMAGE")
-        })?;
-        Ok(Self::Color { unit, size })
+        let texture = reader.read_while(|_| true).or_bad_input()?.with_encoding(format.encoding);
+        let texture = match args.size {
+            Some(size) => texture.resized(size, args.filter(), args.linear_light).or_bad_input()?,
+            None => texture,
+        };
+        Ok(Self { content: Content::Image { texture, known }, size })
     }
 
     pub(super) fn size(&self) -> Size {
-        match self {
-            Self::Image(image, _) => image.texture.size(),
-            Self::Color { size, .. } => *size,
+        self.size
+    }
+
+    /// Bytes that it keeps in memory.
+    pub(super) fn bytes(&self) -> u64 {
+        match &self.content {
+            Content::Image { texture, .. } => bytes_of(texture.size(), texture.format()),
+            Content::File { .. } | Content::Color(_) => 0,
         }
     }
 
+    fn known(&self) -> Option<&Known> {
+        match &self.content {
+            Content::File { known, .. } | Content::Image { known, .. } => Some(known),
+            Content::Color(_) => None,
+        }
+    }
+
+    pub(super) fn is_image(&self) -> bool {
+        self.known().is_some()
+    }
+
+    /// Whether part of a colour shows what is behind it.
+    pub(super) fn is_clear_color(&self) -> bool {
+        matches!(&self.content, Content::Color([.., alpha]) if *alpha < 1.0)
+    }
+
     /// What is worth knowing about the ICC profiles of the base and of a source.
-    pub(super) fn mismatch(&self, source: &Image, name: &Path) -> Option<String> {
-        let Self::Image(base, base_name) = self else { return None };
-        let name = name.display();
-        let found = match (&source.icc, &base.icc) {
+    pub(super) fn mismatch(&self, icc: Option<&[u8]>, name: &Path) -> Option<String> {
+        let base = self.known()?;
+        let (name, base_name) = (name.display(), &base.name);
+        let found = match (icc, base.icc.as_deref()) {
             (source, base) if source == base => return None,
             (Some(_), Some(_)) => {
                 format!(
@@ -67,22 +118,96 @@ impl Base {
         Some(format!("{found}, and values are carried as they are"))
     }
 
-    /// The base to lay `source` over, and the ICC profile that goes with it.
-    pub(super) fn under(&self, source: &Image) -> anyhow::Result<(Texture, Option<Vec<u8>>)> {
-        match self {
-            Self::Image(base, _) => Ok((base.texture.clone(), base.icc.clone())),
-            Self::Color { unit, size } => {
-                let [r, g, b, alpha] = *unit;
-                let texture = &source.texture;
-                let colored = texture.channels().has_color() || r != g || g != b;
-                let clear = texture.channels().has_alpha() || alpha < 1.0;
-                let channels = Channels::new(colored, clear);
-                let full = Texture::filled(*size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit)?;
-                let full = full.encoded_as(texture.encoding());
-                Ok((full.converted(channels, texture.depth()), source.icc.clone()))
+    /// The format of the base under a source of some format, and the ICC profile of the result.
+    pub(super) fn under(
+        &self,
+        source: TexelFormat,
+        icc: Option<&[u8]>,
+    ) -> (TexelFormat, Option<Vec<u8>>) {
+        match &self.content {
+            Content::File { known, .. } | Content::Image { known, .. } => {
+                (known.format, known.icc.clone())
+            }
+            Content::Color([r, g, b, alpha]) => {
+                let colored = source.channels.has_color() || r != g || g != b;
+                let clear = source.channels.has_alpha() || *alpha < 1.0;
+                let format = TexelFormat { channels: Channels::new(colored, clear), ..source };
+                (format, icc.map(<[u8]>::to_vec))
             }
         }
     }
+
+    /// Its rows, in a format that [`Base::under`] gave.
+    pub(super) fn bands(&self, format: TexelFormat) -> anyhow::Result<Bands<'_>> {
+        Ok(match &self.content {
+            Content::File { reader, .. } => {
+                let mut reader = reader.lock().unwrap_or_else(PoisonError::into_inner);
+                let reader = reader.take().context("the base is read once")?;
+                Bands::File { reader: Box::new(reader), encoding: format.encoding }
+            }
+            Content::Image { texture, .. } => Bands::Image { texture, next: 0 },
+            Content::Color(unit) => Bands::Color { unit: *unit, format, size: self.size, next: 0 },
+        })
+    }
+}
+
+/// The rows of a base, band by band.
+pub(super) enum Bands<'a> {
+    File { reader: Box<BandReader>, encoding: Encoding },
+    Image { texture: &'a Texture, next: u32 },
+    Color { unit: [f32; 4], format: TexelFormat, size: Size, next: u32 },
+}
+
+impl Bands<'_> {
+    /// The next rows, or as many as are left; `None` after the last.
+    pub(super) fn next(&mut self, rows: u32) -> anyhow::Result<Option<Texture>> {
+        let part = |next: &mut u32, height: u32| {
+            let rows = *next..(*next + rows).min(height);
+            *next = rows.end;
+            (!rows.is_empty()).then_some(rows)
+        };
+        match self {
+            Self::File { reader, encoding } => {
+                let band = reader.next_band(rows).or_bad_input()?;
+                Ok(band.map(|band| band.with_encoding(*encoding)))
+            }
+            Self::Image { texture, next } => {
+                Ok(part(next, texture.size().height).map(|rows| texture.rows(rows)))
+            }
+            Self::Color { unit, format, size, next } => {
+                let Some(rows) = part(next, size.height) else { return Ok(None) };
+                let size = Size::new(size.width, rows.end - rows.start);
+                let band = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit)?;
+                let band = band.encoded_as(format.encoding);
+                Ok(Some(band.converted(format.channels, format.depth)))
+            }
+        }
+    }
+
+    /// Takes back a band that is no longer needed.
+    pub(super) fn recycle(&mut self, band: Texture) {
+        if let Self::File { reader, .. } = self {
+            reader.recycle(band);
+        }
+    }
+}
+
+fn not_a_base(error: &ReadError, path: &Path) -> anyhow::Error {
+    if path.exists() {
+        bad_input(error)
+    } else {
+        bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
+    }
+}
+
+/// Bytes of a texture in memory.
+pub(super) fn bytes_of(size: Size, format: TexelFormat) -> u64 {
+    let value = match format.depth {
+        Depth::U8 => 1,
+        Depth::U16 => 2,
+        Depth::F32 => 4,
+    };
+    size.texels() as u64 * format.channels.count() as u64 * value
 }
 
 /// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
@@ -106,9 +231,9 @@ fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
     Ok([unit(0), unit(1), unit(2), unit(3)])
 }
 
-/// A texture that is what the options say it is.
-pub(super) fn meant(texture: Texture, args: &Args) -> Texture {
-    if args.data { texture.with_encoding(Encoding::Data) } else { texture }
+/// What the options say that a texture is.
+pub(super) fn meant_format(format: TexelFormat, args: &Args) -> TexelFormat {
+    if args.data { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
 }
 
 #[cfg(test)]

@@ -15,6 +15,18 @@ pub(super) struct Job {
     pub(super) output: PathBuf,
 }
 
+impl Job {
+    /// Whether its output is there and newer than its source and than all of `shared`.
+    pub(super) fn is_done<'a>(&'a self, shared: impl IntoIterator<Item = &'a Path>) -> bool {
+        let changed = |path: &Path| path.metadata().and_then(|found| found.modified()).ok();
+        let Some(written) = changed(&self.output).filter(|_| self.output.is_file()) else {
+            return false;
+        };
+        let mut inputs = shared.into_iter().chain([&*self.source]);
+        inputs.all(|input| changed(input).is_some_and(|changed| changed < written))
+    }
+}
+
 /// What is to be done, and the folder that has to be made for it.
 pub(super) struct Plan<'a> {
     pub(super) jobs: Vec<Job>,

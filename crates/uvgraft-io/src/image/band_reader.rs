@@ -142,7 +142,7 @@ impl<'a> BandDecoder<'a> {
         }
         let mut texels = self.memory(rows as usize * spec.row_values());
         match &mut self.rows {
-            Rows::Png(decoder) => decoder.read(&mut texels)?,
+            Rows::Png(decoder) => decoder.read(&mut texels, 0..rows)?,
             Rows::Whole(whole) => {
                 copy(whole, self.next_row as usize * spec.row_values(), &mut texels);
             }
@@ -150,6 +150,33 @@ impl<'a> BandDecoder<'a> {
         self.next_row += rows;
         let size = Size::new(width, rows);
         Ok(Some(Texture::new(size, spec.channels, spec.encoding, texels)?))
+    }
+
+    /// The image from the next row on, in its whole size: rows are decoded as long as `is_wanted`
+    /// says so of the next, which is asked now and then; those above and below may hold anything.
+    ///
+    /// # Errors
+    /// As [`BandDecoder::next_band`].
+    pub fn read_while(
+        mut self,
+        mut is_wanted: impl FnMut(u32) -> bool,
+    ) -> Result<Texture, ImageError> {
+        /// Between one question and the next.
+        const ROWS: u32 = 32;
+        let TextureSpec { size, channels, encoding, .. } = self.spec();
+        let values = size.height as usize * self.spec().row_values();
+        let mut texels = match &mut self.rows {
+            Rows::Whole(whole) => std::mem::replace(whole, Texels::U8(Vec::new())),
+            Rows::Png(_) => self.memory(values),
+        };
+        if let Rows::Png(decoder) = &mut self.rows {
+            while self.next_row < size.height && is_wanted(self.next_row) {
+                let end = size.height.min(self.next_row + ROWS);
+                decoder.read(&mut texels, self.next_row..end)?;
+                self.next_row = end;
+            }
+        }
+        Ok(Texture::new(size, channels, encoding, texels)?)
     }
 
     /// All rows that are left, of which there are some.
@@ -272,6 +299,15 @@ impl BandReader {
     pub fn next_band(&mut self, rows: u32) -> Result<Option<Texture>, ReadError> {
         let Self { path, decoder } = self;
         decoder.next_band(rows).map_err(|reason| ReadError::Content { path: path.clone(), reason })
+    }
+
+    /// As [`BandDecoder::read_while`].
+    ///
+    /// # Errors
+    /// [`ReadError`], with the path.
+    pub fn read_while(self, is_wanted: impl FnMut(u32) -> bool) -> Result<Texture, ReadError> {
+        let Self { path, decoder } = self;
+        decoder.read_while(is_wanted).map_err(|reason| ReadError::Content { path, reason })
     }
 
     pub(super) fn read_whole(self) -> Result<Image, ReadError> {

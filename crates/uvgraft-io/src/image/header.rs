@@ -1,7 +1,7 @@
 //! What a file says about its image before any texel is decoded, and whether that may be decoded.
 
 use uvgraft::color::Encoding;
-use uvgraft::texture::{Channels, Depth, Size, Texture};
+use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texture};
 
 use super::orientation::Orientation;
 use super::{Format, ImageError};
@@ -41,6 +41,17 @@ pub struct TextureSpec {
 }
 
 impl TextureSpec {
+    /// Of a texture of some size and format.
+    pub const fn new(size: Size, format: TexelFormat) -> Self {
+        let TexelFormat { channels, depth, encoding } = format;
+        Self { size, channels, depth, encoding }
+    }
+
+    /// How values are stored, and what they mean.
+    pub const fn format(&self) -> TexelFormat {
+        TexelFormat { channels: self.channels, depth: self.depth, encoding: self.encoding }
+    }
+
     /// How many values there are in a row.
     pub(super) const fn row_values(&self) -> usize {
         self.size.width as usize * self.channels.count()
@@ -49,12 +60,7 @@ impl TextureSpec {
 
 impl From<&Texture> for TextureSpec {
     fn from(texture: &Texture) -> Self {
-        Self {
-            size: texture.size(),
-            channels: texture.channels(),
-            depth: texture.depth(),
-            encoding: texture.encoding(),
-        }
+        Self::new(texture.size(), texture.format())
     }
 }
 

@@ -7,6 +7,7 @@
 //! (into fresh memory).
 
 use std::io::{BufRead, Seek};
+use std::ops::Range;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use uvgraft::texture::{Channels, Depth, Texels};
@@ -74,18 +75,24 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         self.check_end()
     }
 
-    /// Decodes as many rows as fit `texels`. With the last row, the rest of the file is checked.
-    pub(in crate::image) fn read(&mut self, texels: &mut Texels) -> Result<(), ImageError> {
+    /// Decodes the next rows to where `texels` has rows `places`. With the last row, the rest of the
+    /// file is checked.
+    pub(in crate::image) fn read(
+        &mut self,
+        texels: &mut Texels,
+        places: Range<u32>,
+    ) -> Result<(), ImageError> {
         let values = self.header.row_values();
+        let part = places.start as usize * values..places.end as usize * values;
         match texels {
             Texels::U8(texels) => {
-                for row in texels.chunks_exact_mut(values) {
+                for row in texels[part].chunks_exact_mut(values) {
                     self.reader.read_row(row).map_err(from_png)?;
                     self.rows_left -= 1;
                 }
             }
             Texels::U16(texels) => {
-                for row in texels.chunks_exact_mut(values) {
+                for row in texels[part].chunks_exact_mut(values) {
                     self.reader.read_row(&mut self.row).map_err(from_png)?;
                     for (value, &bytes) in row.iter_mut().zip(self.row.as_chunks().0) {
                         *value = u16::from_be_bytes(bytes);

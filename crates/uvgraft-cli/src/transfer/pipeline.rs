@@ -1,0 +1,126 @@
+//! From the rows of a base to the rows of a result: decode, lay over, encode.
+
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::thread;
+
+use uvgraft::{Overlay, Size, Texture};
+use uvgraft_io::image::{BandWriter, WriteError, Written};
+
+use super::base::Bands;
+
+/// Bytes of decoded rows that may wait for being laid over: most of a 4096² base, whose decoding goes
+/// on while the source is prepared.
+const AHEAD: usize = 48 << 20;
+
+/// Bytes of a band, about: enough rows for every thread of a pool, few enough for the caches.
+const BAND: usize = 2 << 20;
+
+/// How many rows of a base go together.
+pub(super) fn rows_in_band(size: Size, texel_bytes: usize) -> u32 {
+    let rows = BAND / (size.width as usize * texel_bytes).max(1);
+    (rows as u32).next_multiple_of(16).min(size.height)
+}
+
+/// Decodes, lays over and encodes band after band.
+///
+/// # Errors
+/// What reading, laying over or writing gives.
+pub(super) fn run(
+    mut bands: Bands<'_>,
+    rows: u32,
+    overlay: &Overlay<'_>,
+    mut writer: BandWriter,
+) -> anyhow::Result<Result<Written, WriteError>> {
+    let mut first = 0;
+    while let Some(band) = bands.next(rows)? {
+        let height = band.size().height;
+        let band = overlay.lay(first, band)?;
+        first += height;
+        if let Err(error) = writer.push(&band) {
+            return Ok(Err(error));
+        }
+        bands.recycle(band);
+    }
+    Ok(writer.finish())
+}
+
+/// The bands of a base, decoded on a thread of their own from the start.
+pub(super) struct Ahead {
+    bands: Receiver<anyhow::Result<Texture>>,
+    used: std::sync::mpsc::Sender<Texture>,
+}
+
+impl Ahead {
+    /// Begins to decode.
+    pub(super) fn start<'scope>(
+        scope: &'scope thread::Scope<'scope, '_>,
+        mut bands: Bands<'scope>,
+        rows: u32,
+        row_bytes: usize,
+    ) -> Self {
+        let most = AHEAD / (rows as usize * row_bytes).max(1);
+        let (sender, receiver) = sync_channel(most.max(2));
+        let (used, returned) = channel();
+        scope.spawn(move || decode(&mut bands, rows, &sender, &returned));
+        Self { bands: receiver, used }
+    }
+
+    /// Lays over on this thread and encodes on another.
+    ///
+    /// # Errors
+    /// What reading, laying over or writing gives.
+    pub(super) fn run<'scope>(
+        self,
+        scope: &'scope thread::Scope<'scope, '_>,
+        overlay: &Overlay<'_>,
+        writer: BandWriter,
+    ) -> anyhow::Result<Result<Written, WriteError>> {
+        let Self { bands, used } = self;
+        let (sender, receiver) = sync_channel(2);
+        let writing = scope.spawn(move || encode(writer, &receiver, &used));
+        let mut first = 0;
+        for band in bands {
+            let band = band?;
+            let height = band.size().height;
+            let band = overlay.lay(first, band)?;
+            first += height;
+            if sender.send(band).is_err() {
+                // It failed, and tells below why.
+                break;
+            }
+        }
+        drop(sender);
+        match writing.join() {
+            Ok(written) => Ok(written),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+}
+
+fn decode(
+    bands: &mut Bands<'_>,
+    rows: u32,
+    sender: &SyncSender<anyhow::Result<Texture>>,
+    returned: &Receiver<Texture>,
+) {
+    while let Some(band) = bands.next(rows).transpose() {
+        let failed = band.is_err();
+        if sender.send(band).is_err() || failed {
+            return;
+        }
+        returned.try_iter().for_each(|band| bands.recycle(band));
+    }
+}
+
+fn encode(
+    mut writer: BandWriter,
+    bands: &Receiver<Texture>,
+    used: &std::sync::mpsc::Sender<Texture>,
+) -> Result<Written, WriteError> {
+    for band in bands {
+        writer.push(&band)?;
+        // Nobody takes it back once all is decoded.
+        let _ = used.send(band);
+    }
+    writer.finish()
+}
