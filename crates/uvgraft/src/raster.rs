@@ -64,6 +64,12 @@ impl ScanTriangle {
         })
     }
 
+    /// The rows in which a triangle whose corners have these `y` may own texels.
+    pub fn rows_between(corners_y_px: [f64; 3], height: u32) -> Range<u32> {
+        let [a, b, c] = corners_y_px;
+        centres_between(a.min(b).min(c), a.max(b).max(c), height)
+    }
+
     /// The rows in which the triangle may own texels.
     pub fn rows(&self) -> Range<u32> {
         self.rows.clone()

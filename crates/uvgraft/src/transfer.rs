@@ -2,11 +2,10 @@
 
 use crate::color::Encoding;
 use crate::filter::Filter;
-use crate::islands::Islands;
-use crate::map::{Coverage, MapOptions, Region, SamplingMap};
+use crate::map::{MapOptions, Region, SamplingMap};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
-use crate::resample;
+use crate::resample::{self, reads::Reads};
 use crate::texture::{Channels, Depth, Size, Texels, Texture, Value};
 
 /// How a texture is carried across.
@@ -72,10 +71,11 @@ impl Transfer {
         options: &TransferOptions,
     ) -> Self {
         let from = pair.from(direction);
-        let coverage = Coverage::new(from, &Islands::new(from), source_size);
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reach = resample::reach(&map, map.border_patches(), source_size, options.filter);
-        let padding = Padding::new(&Region::covered(&coverage), reach);
+        let reads = Reads::new(&map, source_size, options.filter);
+        let reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
+        let covered = Region::covered(from, source_size, &reads.tiles.widened(reach));
+        let padding = Padding::new(&covered, reach, &reads.tiles);
         Self { map, padding, options: *options }
     }
 
@@ -89,8 +89,9 @@ impl Transfer {
         options: &TransferOptions,
     ) -> Self {
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reach = resample::reach(&map, map.patches(), region.size(), options.filter);
-        Self { map, padding: Padding::new(region, reach), options: *options }
+        let reads = Reads::new(&map, region.size(), options.filter);
+        let reach = reads.reach(&map, map.patches(), region.size(), options.filter);
+        Self { map, padding: Padding::new(region, reach, &reads.tiles), options: *options }
     }
 
     /// The map that says where each texel comes from.

@@ -5,11 +5,13 @@
 
 pub(crate) mod adjoint;
 pub(crate) mod fast;
+pub(crate) mod reads;
 pub mod reference;
 
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
+use crate::threads::map_indices;
 
 /// The most samples per texel and axis under minification, and the most source texels that they
 /// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
@@ -53,7 +55,7 @@ impl Paths {
                 spread,
             }
         };
-        Self { patches: map.patches().iter().map(path).collect() }
+        Self { patches: map_indices(map.patches().len(), |patch| path(&map.patches()[patch])) }
     }
 
     /// The samples of one run.
@@ -130,37 +132,6 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
             span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
     }
     (samples, steps)
-}
-
-/// How many texels beyond the edge of a region a transfer may read, where `patches` lie at it.
-pub(crate) fn reach(map: &SamplingMap, patches: &[Patch], source: Size, filter: Filter) -> u32 {
-    /// Reached by slivers alone, which see a texel or two of background then.
-    const MOST: f64 = 64.0;
-    let scale = [f64::from(source.width), f64::from(source.height)];
-    // A triangle too thin to own a texel is no reason to reach far.
-    let mut owns =
-        vec![false; map.patches().iter().map(|patch| patch.face as usize + 1).max().unwrap_or(0)];
-    for run in (0..map.size().height).flat_map(|row| map.row(row)) {
-        owns[map.patches()[run.patch as usize].face as usize] = true;
-    }
-    let beside_taps = patches
-        .iter()
-        .filter(|patch| owns[patch.face as usize])
-        .map(|patch| {
-            let (samples, steps) = footprint(patch, scale, filter);
-            let spread = |axis: usize| {
-                let [x, y] = steps[axis];
-                0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
-            };
-            // What the gutter carries on beyond an edge, by the longer of the two axes.
-            let carried = [0, 1].map(|k| {
-                (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
-            });
-            spread(0) + spread(1) + map.carried_px() * carried[0].max(carried[1]).sqrt()
-        })
-        .fold(0.0, f64::max);
-    // Half the taps, and one more for the diagonal.
-    (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
 }
 
 /// A position on one axis, moved close to the texture where it is far off, as UV coordinates may be:
