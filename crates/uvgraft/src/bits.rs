@@ -33,10 +33,32 @@ pub(crate) fn contains(set: &[u64], number: u32) -> bool {
 /// Adds a range.
 pub(crate) fn insert_range(set: &mut [u64], range: &Range<u32>) {
     if !range.is_empty() {
-        for word in touched(range) {
-            set[word] |= mask(range, word);
-        }
+        claim(set, range);
     }
+}
+
+/// Adds a range that is not empty; whether any number of it was there.
+#[inline]
+pub(crate) fn claim(set: &mut [u64], range: &Range<u32>) -> bool {
+    // Most ranges lie within a word.
+    let words = touched(range);
+    let mask = mask(range, words.start);
+    let taken = set[words.start] & mask != 0;
+    set[words.start] |= mask;
+    if words.len() == 1 { taken } else { claim_rest(set, range) || taken }
+}
+
+/// As [`claim`], of all words that the range touches but the first.
+#[inline(never)]
+fn claim_rest(set: &mut [u64], range: &Range<u32>) -> bool {
+    let words = touched(range);
+    let mut taken = 0;
+    for word in words.start + 1..words.end {
+        let mask = mask(range, word);
+        taken |= set[word] & mask;
+        set[word] |= mask;
+    }
+    taken != 0
 }
 
 /// Whether any number of a range is in the set.
@@ -65,7 +87,16 @@ pub(crate) fn numbers(set: &[u64]) -> impl Iterator<Item = u32> {
 
 /// The set as ranges that do not touch, in order.
 pub(crate) fn ranges(set: &[u64]) -> impl Iterator<Item = Range<u32>> {
-    let count = set.len() as u32 * 64;
+    stretches(set, true, set.len() as u32 * 64)
+}
+
+/// What of `0..count` is not in the set, in order.
+pub(crate) fn gaps(set: &[u64], count: u32) -> impl Iterator<Item = Range<u32>> {
+    stretches(set, false, count)
+}
+
+/// The numbers below `count` that are in the set, or are not, as ranges.
+fn stretches(set: &[u64], inside: bool, count: u32) -> impl Iterator<Item = Range<u32>> {
     // The next number from `start` on that is in the set, or that is not.
     let next = move |start: u32, wanted: bool| {
         let mut word = start as usize / 64;
@@ -73,7 +104,7 @@ pub(crate) fn ranges(set: &[u64]) -> impl Iterator<Item = Range<u32>> {
         while word < set.len() {
             let found = if wanted { set[word] } else { !set[word] } & from;
             if found != 0 {
-                return word as u32 * 64 + found.trailing_zeros();
+                return (word as u32 * 64 + found.trailing_zeros()).min(count);
             }
             from = u64::MAX;
             word += 1;
@@ -82,8 +113,8 @@ pub(crate) fn ranges(set: &[u64]) -> impl Iterator<Item = Range<u32>> {
     };
     let mut end = 0;
     std::iter::from_fn(move || {
-        let start = next(end, true);
-        end = next(start, false);
+        let start = next(end, inside);
+        end = next(start, !inside);
         (start < end).then_some(start..end)
     })
 }
@@ -105,6 +136,10 @@ mod tests {
         assert!(numbers(&set).is_sorted() && numbers(&set).all(|number| contains(&set, number)));
         assert!(meets(&set, &(0..4)) && meets(&set, &(129..190)) && meets(&set, &(6..61)));
         assert!(!meets(&set, &(130..190)) && !meets(&set, &(60..60)) && !contains(&set, 6));
+        let gaps = |set: &[u64]| gaps(set, 250).collect::<Vec<_>>();
+        assert_eq!(gaps(&set), [0..3, 6..60, 130..190, 200..250]);
+        assert!(claim(&mut set, &(100..180)) && !claim(&mut set, &(180..190)));
+        assert_eq!(gaps(&set), [0..3, 6..60, 200..250]);
         insert_range(&mut set, &(0..256));
         assert_eq!(ranges(&set).collect::<Vec<_>>(), [0..256]);
     }

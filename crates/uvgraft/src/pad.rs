@@ -43,9 +43,23 @@ impl Padding {
     pub(crate) fn new(region: &Region, radius: u32, read: &Tiles) -> Self {
         assert!(radius <= Self::MAX_RADIUS, "padding of {radius} texels");
         let size = region.size();
-        let blocks = map_indices_with(read.count(), Search::default, |search, block| {
-            search.block(region, radius, read.row(block), block as u32)
-        });
+        if std::env::var("PADDBG").is_ok() {
+            eprintln!(
+                "radius {radius} size {size} tiles {}",
+                (0..read.count()).map(|r| bits::numbers(read.row(r)).count()).sum::<usize>()
+            );
+        }
+        let blocks: Vec<Block> =
+            map_indices_with(read.count(), Search::default, |search, block| {
+                search.block(region, radius, read.row(block), block as u32)
+            });
+        if std::env::var("PADDBG").is_ok() {
+            eprintln!(
+                "copies {} stretches {}",
+                blocks.iter().map(|b| b.offsets.len()).sum::<usize>(),
+                blocks.iter().map(|b| b.stretches.len()).sum::<usize>()
+            );
+        }
         Self { size, blocks }
     }
 
@@ -124,26 +138,28 @@ impl Padding {
 struct Search {
     /// Tiles of the block that are read and not covered all over.
     open: Vec<u64>,
-    /// The columns of these, joined.
-    parts: Vec<Range<u32>>,
     gaps: Vec<Range<u32>>,
     /// Of the rows within the radius of the block.
-    lines: Vec<Line>,
-    best: Vec<i16>,
-    downs: Vec<i16>,
+    lines: Vec<Vec<Piece>>,
     stretches: Vec<Stretch>,
     offsets: Vec<[i8; 2]>,
 }
 
-/// Which covered texel of a row is nearest to some of its columns.
-#[derive(Default)]
-struct Line {
+const WIDTH: usize = TILE as usize;
+
+/// Which covered texel of a row is nearest to each column of an open tile.
+#[derive(Clone)]
+struct Piece {
     /// Squared distances.
-    squared: Vec<i16>,
+    squared: [i16; WIDTH],
     /// How many texels to the right it lies.
-    right: Vec<i8>,
+    right: [i8; WIDTH],
     /// Whether there is one for any column.
     any: bool,
+}
+
+impl Piece {
+    const EMPTY: Self = Self { squared: [FAR; WIDTH], right: [0; WIDTH], any: false };
 }
 
 /// Farther than any, also after a squared distance was added to it.
@@ -165,25 +181,24 @@ impl Search {
                     bits::insert_range(&mut self.open, &tiles(gap));
                 }
             }
+            for (open, read) in self.open.iter_mut().zip(read) {
+                *open &= read;
+            }
         }
-        for (open, read) in self.open.iter_mut().zip(read) {
-            *open &= read;
-        }
-        self.parts.clear();
-        let mut width = 0;
-        for columns in bits::ranges(&self.open) {
-            let columns = columns.start * TILE..(columns.end * TILE).min(size.width);
-            width += columns.len();
-            self.parts.push(columns);
-        }
-        if !self.parts.is_empty() {
+        if self.open.iter().any(|&word| word != 0) {
             let near = rows.start.saturating_sub(radius)..(rows.end + radius).min(size.height);
-            self.lines.resize_with(self.lines.len().max(near.len()), Line::default);
+            self.lines.resize_with(self.lines.len().max(near.len()), Vec::new);
             for (line, row) in self.lines.iter_mut().zip(near.clone()) {
-                line.find(region.row(row as usize), &self.parts, width, radius);
+                line.clear();
+                let mut ranges = region.row(row as usize);
+                for tile in bits::numbers(&self.open) {
+                    let first = ranges.partition_point(|range| range.end + radius <= tile * TILE);
+                    ranges = &ranges[first..];
+                    line.push(Piece::new(ranges, tile * TILE, radius));
+                }
             }
             for row in rows {
-                self.row(region, row, &near, radius);
+                self.row(row, &near, size.width, radius);
             }
         }
         Block {
@@ -192,97 +207,92 @@ impl Search {
         }
     }
 
-    /// Pads what lies in the parts of a row. Of several texels that are equally near, the one whose
-    /// row is nearest is taken, then the upper, then the left.
-    fn row(&mut self, region: &Region, row: u32, near: &Range<u32>, radius: u32) {
-        let Self { gaps, lines, parts, best, downs, stretches, offsets, .. } = self;
-        gaps.clear();
-        region.gaps(row as usize, gaps);
-        let mut before = 0;
-        for part in parts.iter() {
-            let first = gaps.partition_point(|gap| gap.end <= part.start);
-            for gap in gaps[first..].iter().take_while(|gap| gap.start < part.end) {
-                let texels = gap.start.max(part.start)..gap.end.min(part.end);
-                let place = |x: u32| before + (x - part.start) as usize;
-                let places = place(texels.start)..place(texels.end);
-                let limit = (radius * radius) as i16;
-                best.clear();
-                best.resize(texels.len(), limit + 1);
-                downs.clear();
-                downs.resize(texels.len(), 0);
-                for away in 0..=radius as i16 {
-                    for down in [-away, away].into_iter().take(if away == 0 { 1 } else { 2 }) {
-                        let Some(other) = row.checked_add_signed(i32::from(down)) else { continue };
-                        if !near.contains(&other) {
-                            continue;
-                        }
-                        let line = &lines[(other - near.start) as usize];
-                        if line.any {
-                            let squared = &line.squared[places.clone()];
-                            for ((best, found), &squared) in
-                                best.iter_mut().zip(downs.iter_mut()).zip(squared)
-                            {
-                                let squared = squared + away * away;
-                                let nearer = squared < *best;
-                                *best = if nearer { squared } else { *best };
-                                *found = if nearer { down } else { *found };
-                            }
-                        }
-                    }
+    /// Pads what lies in the open tiles of a row. Of several texels that are equally near, the one
+    /// whose row is nearest is taken, then the upper, then the left.
+    fn row(&mut self, row: u32, near: &Range<u32>, width: u32, radius: u32) {
+        let Self { open, lines, stretches, offsets, .. } = self;
+        let own = (row - near.start) as usize;
+        let above = own.min(radius as usize);
+        let below = ((near.end - 1 - row) as usize).min(radius as usize);
+        let limit = (radius * radius) as i16;
+        for (tile, index) in bits::numbers(open).zip(0..) {
+            // Texels that are covered themselves are their own nearest.
+            let piece = &lines[own][index];
+            let mut best = piece.squared.map(|squared| squared.min(limit + 1));
+            let mut downs = [0i16; WIDTH];
+            for away in 1..=above.max(below) {
+                let squared = (away * away) as i16;
+                if best.iter().all(|&best| best <= squared) {
+                    break;
                 }
-                for (((x, place), &best), &down) in
-                    texels.zip(places).zip(best.iter()).zip(downs.iter())
-                {
-                    if best > limit {
-                        continue;
-                    }
-                    match stretches.last_mut() {
-                        Some(last) if last.row == row && last.x + last.len == x => last.len += 1,
-                        _ => stretches.push(Stretch { row, x, len: 1 }),
-                    }
-                    let other = (row - near.start).wrapping_add_signed(i32::from(down));
-                    offsets.push([lines[other as usize].right[place], down as i8]);
+                if away <= above {
+                    lines[own - away][index].offer(squared, -(away as i16), &mut best, &mut downs);
+                }
+                if away <= below {
+                    lines[own + away][index].offer(squared, away as i16, &mut best, &mut downs);
                 }
             }
-            before += part.len();
+            for (k, x) in (tile * TILE..width.min((tile + 1) * TILE)).enumerate() {
+                if piece.squared[k] == 0 || best[k] > limit {
+                    continue;
+                }
+                match stretches.last_mut() {
+                    Some(last) if last.row == row && last.x + last.len == x => last.len += 1,
+                    _ => stretches.push(Stretch { row, x, len: 1 }),
+                }
+                let line = own.wrapping_add_signed(isize::from(downs[k]));
+                offsets.push([lines[line][index].right[k], downs[k] as i8]);
+            }
         }
     }
 }
 
-impl Line {
-    /// - `ranges`: what is covered of the row.
-    /// - `parts`: the columns to look at, `width` of them, which are stored one part after the other.
-    fn find(&mut self, ranges: &[Range<u32>], parts: &[Range<u32>], width: usize, radius: u32) {
-        self.squared.clear();
-        self.squared.resize(width, FAR);
-        self.right.resize(width, 0);
-        self.any = false;
-        let mut before = 0;
-        for part in parts {
-            let squared = &mut self.squared[before..][..part.len()];
-            let right = &mut self.right[before..][..part.len()];
-            before += part.len();
-            let clip = |x: u32| x.clamp(part.start, part.end);
-            let place = |x: u32| (x - part.start) as usize;
-            let first = ranges.partition_point(|range| range.end + radius <= part.start);
-            let near = ranges[first..].iter().take_while(|range| range.start < part.end + radius);
-            for range in near {
-                self.any = true;
-                // The texel to the left was there first, and keeps what is as near to both.
-                for x in clip(range.start.saturating_sub(radius))..clip(range.start) {
-                    let away = (range.start - x) as i16;
-                    if away * away < squared[place(x)] {
-                        squared[place(x)] = away * away;
-                        right[place(x)] = away as i8;
-                    }
+impl Piece {
+    /// - `ranges`: what is covered of the row, but for what is more than `radius` to the left.
+    /// - `start`: the tile's first column.
+    fn new(ranges: &[Range<u32>], start: u32, radius: u32) -> Self {
+        let mut piece = Self::EMPTY;
+        let end = start + TILE;
+        let place = |x: u32| (x.clamp(start, end) - start) as usize;
+        for range in ranges.iter().take_while(|range| range.start < end + radius) {
+            piece.any = true;
+            // The texel to the left was there first, and keeps what is as near to both.
+            for k in place(range.start.saturating_sub(radius))..place(range.start) {
+                let away = (range.start - start) as i16 - k as i16;
+                if away * away < piece.squared[k] {
+                    piece.squared[k] = away * away;
+                    piece.right[k] = away as i8;
                 }
-                squared[place(clip(range.start))..place(clip(range.end))].fill(0);
-                right[place(clip(range.start))..place(clip(range.end))].fill(0);
-                for x in clip(range.end)..clip(range.end + radius) {
-                    let away = (x - range.end + 1) as i16;
-                    squared[place(x)] = away * away;
-                    right[place(x)] = -away as i8;
-                }
+            }
+            for k in place(range.start)..place(range.end) {
+                (piece.squared[k], piece.right[k]) = (0, 0);
+            }
+            for k in place(range.end)..place(range.end + radius) {
+                let away = (start as i64 + k as i64 - i64::from(range.end) + 1) as i16;
+                piece.squared[k] = away * away;
+                piece.right[k] = -away as i8;
+            }
+        }
+        piece
+    }
+
+    /// Lowers the least squared distances so far to those of this row's texels, and notes where it
+    /// is.
+    ///
+    /// - `squared_away`: how far away the row is.
+    fn offer(
+        &self,
+        squared_away: i16,
+        down: i16,
+        best: &mut [i16; WIDTH],
+        downs: &mut [i16; WIDTH],
+    ) {
+        if self.any {
+            for k in 0..WIDTH {
+                let squared = self.squared[k] + squared_away;
+                let nearer = squared < best[k];
+                best[k] = if nearer { squared } else { best[k] };
+                downs[k] = if nearer { down } else { downs[k] };
             }
         }
     }
@@ -308,7 +318,7 @@ mod tests {
         let mut covered = vec![false; size.texels()];
         for row in 0..size.height {
             for span in coverage.row(row) {
-                covered[row as usize * 40..][span.texels()].fill(true);
+                covered[row as usize * 40..][span.start as usize..span.end as usize].fill(true);
             }
         }
         // Each texel holds its own number; uncovered ones are far off.

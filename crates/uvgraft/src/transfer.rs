@@ -72,7 +72,7 @@ impl Transfer {
     ) -> Self {
         let from = pair.from(direction);
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reads = Reads::new(&map, source_size, options.filter);
+        let reads = Reads::new(&map, pair.to(direction), source_size, options.filter);
         let reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
         let covered = Region::covered(from, source_size, &reads.tiles.widened(reach));
         let padding = Padding::new(&covered, reach, &reads.tiles);
@@ -89,7 +89,7 @@ impl Transfer {
         options: &TransferOptions,
     ) -> Self {
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reads = Reads::new(&map, region.size(), options.filter);
+        let reads = Reads::new(&map, pair.to(direction), region.size(), options.filter);
         let reach = reads.reach(&map, map.patches(), region.size(), options.filter);
         Self { map, padding: Padding::new(region, reach, &reads.tiles), options: *options }
     }

@@ -124,8 +124,13 @@ impl Worker {
 
     fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> Part {
         let Self { sweep, around, runs, owned } = self;
-        sweep.cover(&plan.layout, &plan.islands, block);
-        around.enter(&plan.border, block, &sweep.spans);
+        let patch = |face: u32| plan.patch_of_face[face as usize];
+        if winners.is_some() {
+            sweep.cover_all(&plan.layout, &plan.islands, block);
+        } else {
+            sweep.cover(&plan.layout, &plan.islands, block, |face| patch(face) != UNLINKED);
+        }
+        around.enter(&plan.border, block, |row| sweep.covered(row));
         let mut stats =
             MapStats { linked: 0, gutter: 0, covered: 0, overlapping: sweep.overlapping };
         runs.clear();
@@ -135,13 +140,11 @@ impl Worker {
             if let Some(winners) = winners {
                 around.steal(&plan.border, winners, &plan.islands, block, row, spans);
             }
+            stats.covered +=
+                sweep.covered(index).iter().map(|word| word.count_ones()).sum::<u32>() as usize;
             owned.clear();
-            for span in spans {
-                stats.covered += span.texels().len();
-                let patch = plan.patch_of_face[span.face as usize];
-                if patch != UNLINKED {
-                    push_without(owned, *span, patch, &around.stolen);
-                }
+            for span in spans.iter().filter(|span| patch(span.face) != UNLINKED) {
+                push_without(owned, *span, patch(span.face), &around.stolen);
             }
             stats.linked += texels(owned);
             stats.gutter += texels(&around.runs);

@@ -28,12 +28,6 @@ pub(crate) struct Span {
     pub face: u32,
 }
 
-impl Span {
-    pub fn texels(self) -> Range<usize> {
-        self.start as usize..self.end as usize
-    }
-}
-
 /// Where the corners of a face lie in a texture of `size`, in texels.
 pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] {
     let scale = [f64::from(size.width), f64::from(size.height)];
@@ -87,7 +81,7 @@ impl Coverage {
         let layout = Layout::new(mesh, size);
         let sweep = || Sweep::new(size.width);
         let blocks = map_indices_with(layout.blocks.count(), sweep, |sweep, block| {
-            sweep.cover(&layout, islands, block);
+            sweep.cover_all(&layout, islands, block);
             (sweep.spans.block(), sweep.overlapping)
         });
         let overlapping = blocks.iter().map(|(_, overlapping)| overlapping).sum();
@@ -105,6 +99,10 @@ impl Coverage {
 /// span is stored at the column where it starts, and the columns that hold one are read off a bit set.
 pub(crate) struct Sweep {
     width: u32,
+    /// Words of a set of columns.
+    words: usize,
+    /// For each row, the columns that are covered.
+    covered: Vec<u64>,
     /// For each row, the columns where spans start.
     starts: Vec<u64>,
     /// For each texel where spans start, the last that was found of them.
@@ -136,6 +134,8 @@ impl Sweep {
         let rows = BLOCK_ROWS as usize;
         Self {
             width,
+            words: bits::words(width),
+            covered: vec![0; bits::words(width) * rows],
             starts: vec![0; bits::words(width) * rows],
             slots: vec![Slot { end: 0, face: 0, before: 0 }; width as usize * rows],
             earlier: Vec::new(),
@@ -146,49 +146,92 @@ impl Sweep {
         }
     }
 
-    /// Finds the owners of a block.
-    pub fn cover(&mut self, layout: &Layout<'_>, islands: &Islands, block: usize) {
+    /// Finds the owners of a block. Where nothing overlaps, those that are not `wanted` are left out
+    /// of the spans, not of what is covered.
+    pub fn cover(
+        &mut self,
+        layout: &Layout<'_>,
+        islands: &Islands,
+        block: usize,
+        wanted: impl Fn(u32) -> bool,
+    ) {
+        self.clear();
         let rows = layout.blocks.rows(block);
-        self.spans.clear();
+        for (face, triangle) in layout.triangles(block, |_| true) {
+            let wanted = wanted(face);
+            for (row, span) in triangle.spans(&rows) {
+                if span.is_empty() {
+                    continue;
+                }
+                let row = (row - rows.start) as usize;
+                if bits::claim(&mut self.covered[row * self.words..][..self.words], &span) {
+                    return self.cover_all(layout, islands, block);
+                }
+                if wanted {
+                    self.store(row, &span, face);
+                }
+            }
+        }
+        self.collect(rows.len(), islands);
+    }
+
+    /// Finds the owners of a block, all of them.
+    pub fn cover_all(&mut self, layout: &Layout<'_>, islands: &Islands, block: usize) {
+        self.clear();
+        let rows = layout.blocks.rows(block);
+        for (face, triangle) in layout.triangles(block, |_| true) {
+            for (row, span) in triangle.spans(&rows) {
+                if span.is_empty() {
+                    continue;
+                }
+                let row = (row - rows.start) as usize;
+                bits::claim(&mut self.covered[row * self.words..][..self.words], &span);
+                self.store(row, &span, face);
+            }
+        }
+        self.collect(rows.len(), islands);
+    }
+
+    /// The covered columns of a row, counted from the block's first.
+    pub fn covered(&self, row: usize) -> &[u64] {
+        &self.covered[row * self.words..][..self.words]
+    }
+
+    fn clear(&mut self) {
+        self.covered.fill(0);
+        self.starts.fill(0);
         self.earlier.clear();
+        self.spans.clear();
         self.overlapping = 0;
         self.clashes.clear();
-        self.scatter(layout, block, &rows);
-        for row in 0..rows.len() {
-            self.collect(row, islands);
+    }
+
+    /// Stores a span at the texel where it starts.
+    #[inline]
+    fn store(&mut self, row: usize, span: &Range<u32>, face: u32) {
+        let starts = &mut self.starts[row * self.words..][..self.words];
+        let slot = &mut self.slots[row * self.width as usize..][span.start as usize];
+        let mut before = NONE;
+        if bits::contains(starts, span.start) {
+            before = self.earlier.len() as u32;
+            self.earlier.push(*slot);
+        }
+        bits::insert(starts, span.start);
+        *slot = Slot { end: span.end, face, before };
+    }
+
+    /// Takes the spans of all rows out.
+    fn collect(&mut self, rows: usize, islands: &Islands) {
+        for row in 0..rows {
+            self.collect_row(row, islands);
         }
         self.clashes.sort_unstable();
         self.clashes.dedup();
     }
 
-    /// Stores each span at the texel where it starts.
-    fn scatter(&mut self, layout: &Layout<'_>, block: usize, rows: &Range<u32>) {
-        let words = bits::words(self.width);
-        for (face, triangle) in layout.triangles(block, |_| true) {
-            let touched = triangle.rows();
-            for row in touched.start.max(rows.start)..touched.end.min(rows.end) {
-                let Range { start, end } = triangle.span(row);
-                if start >= end {
-                    continue;
-                }
-                let row = (row - rows.start) as usize;
-                let slot = &mut self.slots[row * self.width as usize + start as usize];
-                let starts = &mut self.starts[row * words..][..words];
-                let mut before = NONE;
-                if bits::contains(starts, start) {
-                    before = self.earlier.len() as u32;
-                    self.earlier.push(*slot);
-                }
-                bits::insert(starts, start);
-                *slot = Slot { end, face, before };
-            }
-        }
-    }
-
     /// Takes the spans of a row out, from left to right.
-    fn collect(&mut self, row: usize, islands: &Islands) {
-        let words = bits::words(self.width);
-        let starts = &mut self.starts[row * words..][..words];
+    fn collect_row(&mut self, row: usize, islands: &Islands) {
+        let starts = &self.starts[row * self.words..][..self.words];
         let slots = &self.slots[row * self.width as usize..][..self.width as usize];
         let spans = &mut self.spans;
         // Where the spans so far end, and the first of those that overlap each other.
@@ -215,7 +258,6 @@ impl Sweep {
             self.overlapping +=
                 self.contest.settle(&mut spans.items, first, islands, &mut self.clashes);
         }
-        starts.fill(0);
         spans.end_row();
     }
 }
@@ -301,7 +343,8 @@ mod tests {
     fn the_island_with_the_lowest_face_owns_an_overlap() {
         let mesh = squares(&[[0.5, 0.0, 1.0, 1.0], [0.0, 0.0, 0.75, 0.5]]);
         let coverage = Coverage::new(&mesh, &Islands::new(&mesh), Size::square(40));
-        let texels: usize = coverage.rows.items().map(|span| span.texels().len()).sum();
+        let texels: usize =
+            coverage.rows.items().map(|span| (span.end - span.start) as usize).sum();
         assert_eq!(texels, 20 * 40 + 20 * 20);
         assert_eq!(coverage.overlapping, 10 * 20);
         for row in 0..40 {

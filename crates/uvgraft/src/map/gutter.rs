@@ -11,9 +11,9 @@
 use std::ops::Range;
 
 use super::coverage::{Span, corners_px};
-use super::region::push_gaps;
 use super::rows::{BLOCK_ROWS, Draft, RowBlocks};
 use super::{Affine, Run};
+use crate::bits;
 use crate::islands::{BorderEdge, Islands};
 use crate::mesh::Mesh;
 use crate::texture::Size;
@@ -298,8 +298,13 @@ impl Surroundings {
 
     /// Looks which edges are near to which tiles of a block.
     ///
-    /// - `spans`: what the layout covers of it.
-    pub fn enter(&mut self, border: &Border, block: usize, spans: &Draft<Span>) {
+    /// - `covered`: the columns that the layout covers, for each row counted from the block's first.
+    pub fn enter<'a>(
+        &mut self,
+        border: &Border,
+        block: usize,
+        covered: impl Fn(usize) -> &'a [u64],
+    ) {
         self.reached.clear();
         let edges = border.blocks.items(block);
         if edges.is_empty() {
@@ -308,8 +313,7 @@ impl Surroundings {
         let (rows, width) = (border.blocks.rows(block), border.size.width);
         self.gaps.clear();
         for row in 0..rows.len() {
-            let covered = spans.row(row).iter().map(|span| span.start..span.end);
-            push_gaps(covered, width, &mut self.gaps.items);
+            self.gaps.items.extend(bits::gaps(covered(row), width));
             self.gaps.end_row();
         }
         for tile in &mut self.tiles {

@@ -176,6 +176,11 @@ impl SamplingMap {
         &self.patches
     }
 
+    /// The affine maps of triangles.
+    pub(crate) fn linked_patches(&self) -> &[Patch] {
+        &self.patches[..self.gutter_patches as usize]
+    }
+
     /// The affine maps beside island edges; their Jacobians are those of all triangles there.
     pub(crate) fn border_patches(&self) -> &[Patch] {
         &self.patches[self.gutter_patches as usize..]

@@ -35,10 +35,9 @@ impl Region {
             };
             if wanted.iter().any(|&word| word != 0) {
                 for (_, triangle) in layout.triangles(block, near) {
-                    let touched = triangle.rows();
-                    for row in touched.start.max(rows.start)..touched.end.min(rows.end) {
-                        let row_bits = &mut covered[(row - rows.start) as usize * words..][..words];
-                        bits::insert_range(row_bits, &triangle.span(row));
+                    for (row, span) in triangle.spans(&rows) {
+                        let row = (row - rows.start) as usize;
+                        bits::insert_range(&mut covered[row * words..][..words], &span);
                     }
                 }
             }
