@@ -102,6 +102,57 @@ pub fn pair() -> Pair {
         .expect("a sound pair")
 }
 
+/// A pair of about as many triangles as wanted, and with much of its layouts covered: six bent sheets,
+/// beside one another in the target and turned and in another order in the source. Vertices and
+/// faces are shuffled, as no cache would like them.
+pub fn sheets(triangles: usize) -> Pair {
+    const SHEETS: u32 = 6;
+    let side = ((triangles as f64 / f64::from(SHEETS * 2)).sqrt().round() as u32).max(1);
+    let (across, count) = (side + 1, SHEETS * (side + 1) * (side + 1));
+    let mut rng = fastrand::Rng::with_seed(21);
+    // Place number `place` of a layout, three beside each other, two below each other.
+    let bent = |place: u32, [s, t]: [f64; 2]| {
+        let (s, t) = (s + 0.03 * (t * 8.0).sin(), t + 0.02 * (s * 11.0).cos());
+        let (column, row) = (f64::from(place % 3), f64::from(place / 3));
+        [(column + 0.06 + 0.88 * s) / 3.0, (row + 0.06 + 0.88 * t) / 2.0].map(|value| value as f32)
+    };
+    let (mut source_uv, mut target_uv, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for sheet in 0..SHEETS {
+        let first = sheet * across * across;
+        for (row, column) in
+            (0..across).flat_map(|row| (0..across).map(move |column| (row, column)))
+        {
+            let [s, t] = [column, row].map(|k| f64::from(k) / f64::from(side));
+            target_uv.push(bent(sheet, [s, t]));
+            source_uv.push(bent((sheet * 5 + 2) % SHEETS, [1.0 - t, s]));
+            if row < side && column < side {
+                let corner = first + row * across + column;
+                let ring = [corner, corner + 1, corner + across + 1, corner + across];
+                faces.extend([[0, 1, 2], [0, 2, 3]].map(|face| face.map(|k: usize| ring[k])));
+            }
+        }
+    }
+    let mut numbers: Vec<u32> = (0..count).collect();
+    rng.shuffle(&mut numbers);
+    let mut shuffled_uv = vec![[0.0; 2]; count as usize];
+    for (&number, uv) in numbers.iter().zip(target_uv) {
+        shuffled_uv[number as usize] = uv;
+    }
+    let build = |uv: Vec<[f32; 2]>, faces: &[[u32; 3]]| {
+        let positions = (0..count).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
+        Mesh::from_triangles(positions, uv, faces, faces).expect("a sound mesh")
+    };
+    rng.shuffle(&mut faces);
+    let source = build(source_uv, &faces);
+    for face in &mut faces {
+        *face = face.map(|vertex| numbers[vertex as usize]);
+    }
+    rng.shuffle(&mut faces);
+    let target = build(shuffled_uv, &faces);
+    let vertex_map: Vec<i64> = numbers.into_iter().map(i64::from).collect();
+    Pair::by_vertex_map(source, target, &vertex_map).expect("a sound pair")
+}
+
 /// A mesh of one square that fills the texture but for a margin of `inset`.
 pub fn square(inset: f32) -> Mesh {
     let (low, high) = (inset, 1.0 - inset);

@@ -264,7 +264,7 @@ impl Region {
     ) {
         let stride = self.size().width as usize * C;
         for_each_chunk(values, stride, |row, values| {
-            for span in &self.rows()[row] {
+            for span in self.row(row) {
                 let span = span.start as usize * C..span.end as usize * C;
                 let others = &others[row * stride..][span.clone()];
                 for (value, &other) in values[span].iter_mut().zip(others) {
@@ -276,14 +276,14 @@ impl Region {
 
     fn dot<const C: usize>(&self, a: &[f32], b: &[f32]) -> f64 {
         let stride = self.size().width as usize * C;
-        let rows = map_indices(self.rows().len(), |row| {
+        let rows = map_indices(self.size().height as usize, |row| {
             let (a, b) = (&a[row * stride..][..stride], &b[row * stride..][..stride]);
             let product = |(&a, &b): (&f32, &f32)| f64::from(a) * f64::from(b);
             let of_span = |span: &Range<u32>| {
                 let span = span.start as usize * C..span.end as usize * C;
                 a[span.clone()].iter().zip(&b[span]).map(product).sum::<f64>()
             };
-            self.rows()[row].iter().map(of_span).sum::<f64>()
+            self.row(row).iter().map(of_span).sum::<f64>()
         });
         rows.into_iter().sum()
     }

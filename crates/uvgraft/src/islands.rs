@@ -26,8 +26,8 @@ pub struct BorderEdge {
 impl Islands {
     /// Finds the islands of a mesh's UV layout.
     pub fn new(mesh: &Mesh) -> Self {
-        let corners = weld(mesh);
-        let mut parent: Vec<u32> = (0..corners.len() as u32 * 3).collect();
+        let (corners, count) = weld(mesh);
+        let mut parent: Vec<u32> = (0..count).collect();
         for &[a, b, c] in &corners {
             union(&mut parent, a, b);
             union(&mut parent, a, c);
@@ -43,7 +43,7 @@ impl Islands {
             }
             of_face.push(*island);
         }
-        Self { of_face, first_faces, border: border(mesh, &corners) }
+        Self { of_face, first_faces, border: border(mesh, &corners, count) }
     }
 
     /// How many islands there are.
@@ -62,8 +62,8 @@ impl Islands {
     }
 }
 
-/// One number for each distinct pair of vertex and UV coordinate, per corner.
-fn weld(mesh: &Mesh) -> Vec<[u32; 3]> {
+/// One number for each distinct pair of vertex and UV coordinate, per corner; and how many there are.
+fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, u32) {
     let vertices = mesh.faces().as_flattened();
     let uv_indices = mesh.uv_faces().as_flattened();
     let coordinate = |corner: u32| {
@@ -73,40 +73,42 @@ fn weld(mesh: &Mesh) -> Vec<[u32; 3]> {
     let mut welded = vec![[0; 3]; mesh.faces().len()];
     let mut id = 0;
     let by_vertex = Buckets::new(vertices, mesh.positions().len());
-    for_each_alike(by_vertex, coordinate, |corners| {
-        for &corner in corners {
+    for_each_alike(&by_vertex, coordinate, |corners| {
+        for &(_, corner) in corners {
             welded.as_flattened_mut()[corner as usize] = id;
         }
         id += 1;
     });
-    welded
+    (welded, id)
 }
 
 /// The edges with triangles on one side only. Sharing an edge is not enough to be on both: the
 /// halves of a folded chart, or the two faces of a doubled surface, lie on the same side.
-fn border(mesh: &Mesh, corners: &[[u32; 3]]) -> Vec<BorderEdge> {
+fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BorderEdge> {
     // Edge number `e` runs from corner number `e` to the next of its face.
     let ends = |edge: u32| {
         let (face, corner) = (edge as usize / 3, edge as usize % 3);
         (corners[face][corner], corners[face][(corner + 1) % 3])
     };
     // On which side of the edge, seen from its lower to its higher end, its triangle lies.
+    let areas: Vec<f64> =
+        (0..corners.len()).map(|face| doubled_area(mesh.uv_triangle(face))).collect();
     let side = |edge: u32| {
-        let area = doubled_area(mesh.uv_triangle(edge as usize / 3));
+        let area = areas[edge as usize / 3];
         let (from, to) = ends(edge);
         if from < to { area } else { -area }
     };
-    let edges = 0..corners.len() as u32 * 3;
-    let lower_ends: Vec<u32> = edges.map(|edge| ends(edge).0.min(ends(edge).1)).collect();
+    let lower = |&[a, b, c]: &[u32; 3]| [a.min(b), b.min(c), c.min(a)];
+    let lower_ends: Vec<u32> = corners.iter().flat_map(lower).collect();
     let mut is_border = vec![false; lower_ends.len()];
-    let by_lower_end = Buckets::new(&lower_ends, lower_ends.len());
+    let by_lower_end = Buckets::new(&lower_ends, count as usize);
     for_each_alike(
-        by_lower_end,
+        &by_lower_end,
         |edge| ends(edge).0.max(ends(edge).1),
         |sharers| {
             // Triangles without area are on no side.
-            let on = |sign: f64| sharers.iter().copied().find(|&edge| side(edge) * sign > 0.0);
-            if let (Some(edge), None) | (None, Some(edge)) = (on(1.0), on(-1.0)) {
+            let on = |sign: f64| sharers.iter().find(|&&(_, edge)| side(edge) * sign > 0.0);
+            if let (Some(&(_, edge)), None) | (None, Some(&(_, edge))) = (on(1.0), on(-1.0)) {
                 is_border[edge as usize] = true;
             }
         },
@@ -143,15 +145,18 @@ impl Buckets {
 }
 
 /// Calls `visit` with the items of each bucket that have the same key, in the order of the items.
-fn for_each_alike<K: Ord>(
-    mut buckets: Buckets,
+fn for_each_alike<K: Ord + Copy>(
+    buckets: &Buckets,
     key: impl Fn(u32) -> K,
-    mut visit: impl FnMut(&[u32]),
+    mut visit: impl FnMut(&[(K, u32)]),
 ) {
+    let mut bucket = Vec::new();
     for bounds in buckets.starts.windows(2) {
-        let bucket = &mut buckets.items[bounds[0] as usize..bounds[1] as usize];
-        bucket.sort_unstable_by_key(|&item| (key(item), item));
-        bucket.chunk_by(|&a, &b| key(a) == key(b)).for_each(&mut visit);
+        bucket.clear();
+        let items = &buckets.items[bounds[0] as usize..bounds[1] as usize];
+        bucket.extend(items.iter().map(|&item| (key(item), item)));
+        bucket.sort_unstable();
+        bucket.chunk_by(|a, b| a.0 == b.0).for_each(&mut visit);
     }
 }
 

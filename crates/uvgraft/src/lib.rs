@@ -34,6 +34,7 @@
 //! are worked on by the caller's rayon pool; results do not depend on it.
 
 pub mod baseline;
+mod bits;
 pub mod color;
 mod convert;
 pub mod correspond;

@@ -1,40 +1,66 @@
 //! Padding of a source texture: what filters read beside its islands.
 //!
 //! A filter near an island's edge reads texels outside the island, where a texture may hold
-//! anything. They are given the value of the nearest texel inside first.
+//! anything. They are given the value of the nearest texel inside first, as far as they are read.
 
 use std::ops::Range;
 
-use crate::map::Region;
+use crate::bits;
+use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
 use crate::texture::{Size, Texels, Texture};
-use crate::threads::map_indices;
+use crate::threads::map_indices_with;
 
 /// Which texels outside the islands take whose value, for one layout and size.
 #[derive(Debug, Clone)]
 pub struct Padding {
     size: Size,
-    /// Texel number outside, and the texel number inside whose value it takes.
-    copies: Vec<[u32; 2]>,
+    /// Blocks of rows, from the top.
+    blocks: Vec<Block>,
+}
+
+/// Padded texels of some rows.
+#[derive(Debug, Clone)]
+struct Block {
+    stretches: Box<[Stretch]>,
+    /// For each padded texel, how many texels to the right and down the one lies whose value it
+    /// takes.
+    offsets: Box<[[i8; 2]]>,
+}
+
+/// Consecutive texels of a row that are padded.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    row: u32,
+    x: u32,
+    len: u32,
 }
 
 impl Padding {
-    /// For texels within `radius` of one in the region.
-    pub(crate) fn new(region: &Region, radius: u32) -> Self {
+    /// The farthest that padding reaches: offsets have to fit 8 bits, squared distances 16.
+    const MAX_RADIUS: u32 = 96;
+
+    /// For texels in `read` and outside the region, within `radius` of one inside.
+    pub(crate) fn new(region: &Region, radius: u32, read: &Tiles) -> Self {
+        assert!(radius <= Self::MAX_RADIUS, "padding of {radius} texels");
         let size = region.size();
-        const ROWS: usize = 64;
-        let blocks = map_indices((size.height as usize).div_ceil(ROWS), |block| {
-            let mut copies = Vec::new();
-            let mut nearest = vec![Nearest::NONE; size.width as usize];
-            let mut gaps = Vec::new();
-            for row in block * ROWS..((block + 1) * ROWS).min(size.height as usize) {
-                gaps.clear();
-                region.gaps(row, &mut gaps);
-                let rows = region.rows();
-                pad_row(row, &gaps, rows, radius, size.width, &mut nearest, &mut copies);
-            }
-            copies
-        });
-        Self { size, copies: blocks.into_iter().flatten().collect() }
+        if std::env::var("PADDBG").is_ok() {
+            eprintln!(
+                "radius {radius} size {size} tiles {}",
+                (0..read.count()).map(|r| bits::numbers(read.row(r)).count()).sum::<usize>()
+            );
+        }
+        let blocks: Vec<Block> =
+            map_indices_with(read.count(), Search::default, |search, block| {
+                search.block(region, radius, read.row(block), block as u32)
+            });
+        if std::env::var("PADDBG").is_ok() {
+            eprintln!(
+                "copies {} stretches {}",
+                blocks.iter().map(|b| b.offsets.len()).sum::<usize>(),
+                blocks.iter().map(|b| b.stretches.len()).sum::<usize>()
+            );
+        }
+        Self { size, blocks }
     }
 
     /// The texture size that this is for.
@@ -50,117 +76,224 @@ impl Padding {
         assert_eq!(texture.size(), self.size, "padding is for one size");
         let channels = texture.channels().count();
         match texture.texels_mut() {
-            Texels::U8(values) => self.copy(values, channels),
-            Texels::U16(values) => self.copy(values, channels),
-            Texels::F32(values) => self.copy(values, channels),
+            Texels::U8(values) => self.copy_channels(channels, values),
+            Texels::U16(values) => self.copy_channels(channels, values),
+            Texels::F32(values) => self.copy_channels(channels, values),
         }
     }
 
     /// As [`Padding::apply`], to plain values with `C` a texel.
     pub(crate) fn fill<const C: usize>(&self, values: &mut [f32]) {
-        self.copy(values, C);
+        self.copy::<_, C>(values);
     }
 
     /// The transpose of [`Padding::fill`]: what texels beside the islands hold goes to the texels
     /// whose value they would take, and leaves nothing behind.
     pub(crate) fn give_back<const C: usize>(&self, values: &mut [f32]) {
-        for [outside, inside] in self.copies.iter().map(|copy| copy.map(|texel| texel as usize)) {
-            for channel in 0..C {
-                let value = std::mem::take(&mut values[outside * C + channel]);
-                values[inside * C + channel] += value;
+        let (texels, _) = values.as_chunks_mut::<C>();
+        self.for_each_copy(|outside, inside| {
+            let given = std::mem::replace(&mut texels[outside], [0.0; C]);
+            for (value, given) in texels[inside].iter_mut().zip(given) {
+                *value += given;
             }
+        });
+    }
+
+    fn copy_channels<T: Copy>(&self, channels: usize, values: &mut [T]) {
+        match channels {
+            1 => self.copy::<T, 1>(values),
+            2 => self.copy::<T, 2>(values),
+            3 => self.copy::<T, 3>(values),
+            _ => self.copy::<T, 4>(values),
         }
     }
 
-    fn copy<T: Copy>(&self, values: &mut [T], channels: usize) {
-        for [outside, inside] in self.copies.iter().map(|copy| copy.map(|texel| texel as usize)) {
-            values.copy_within(inside * channels..(inside + 1) * channels, outside * channels);
-        }
+    fn copy<T: Copy, const C: usize>(&self, values: &mut [T]) {
+        let (texels, _) = values.as_chunks_mut::<C>();
+        self.for_each_copy(|outside, inside| texels[outside] = texels[inside]);
     }
-}
 
-/// The nearest covered texel so far of an uncovered one.
-#[derive(Clone, Copy)]
-struct Nearest {
-    squared: u32,
-    x: u32,
-    row: u32,
-}
-
-impl Nearest {
-    const NONE: Self = Self { squared: u32::MAX, x: 0, row: 0 };
-}
-
-/// Finds the nearest covered texel for each uncovered one of `row`; of several that are equally
-/// near, the one whose row is nearest, then the upper, then the left. `nearest` has an entry for
-/// each texel of the row, and is left as it was found.
-fn pad_row(
-    row: usize,
-    gaps: &[Range<u32>],
-    intervals: &[Vec<Range<u32>>],
-    radius: u32,
-    width: u32,
-    nearest: &mut [Nearest],
-    copies: &mut Vec<[u32; 2]>,
-) {
-    for down in 0..=radius {
-        // How far to the side a row at this distance can still be near enough.
-        let aside = (radius * radius - down * down).isqrt();
-        let above = row.checked_sub(down as usize);
-        let below = Some(row + down as usize).filter(|&row| down > 0 && row < intervals.len());
-        for other in [above, below].into_iter().flatten() {
-            let mut first_gap = 0;
-            for interval in &intervals[other] {
-                let near = interval.start.saturating_sub(aside)..(interval.end + aside).min(width);
-                while first_gap < gaps.len() && gaps[first_gap].end <= near.start {
-                    first_gap += 1;
-                }
-                for gap in gaps[first_gap..].iter().take_while(|gap| gap.start < near.end) {
-                    let within = gap.start.max(near.start)..gap.end.min(near.end);
-                    offer(interval, other as u32, down * down, within, nearest);
+    /// Calls `copy` with the number of each padded texel and that of the one whose value it takes.
+    fn for_each_copy(&self, mut copy: impl FnMut(usize, usize)) {
+        let width = self.size.width as isize;
+        for block in &self.blocks {
+            let mut offsets = block.offsets.iter();
+            for stretch in &block.stretches {
+                let first = stretch.row as isize * width + stretch.x as isize;
+                let outside = first..first + stretch.len as isize;
+                for (outside, &[right, down]) in outside.zip(&mut offsets) {
+                    let inside = outside + isize::from(down) * width + isize::from(right);
+                    copy(outside as usize, inside as usize);
                 }
             }
         }
     }
-    for x in gaps.iter().cloned().flatten() {
-        let found = std::mem::replace(&mut nearest[x as usize], Nearest::NONE);
-        if found.squared != u32::MAX {
-            copies.push([row as u32 * width + x, found.row * width + found.x]);
+}
+
+/// Finds the nearest covered texels in a block of rows; buffers are kept from block to block.
+///
+/// Two passes: how far away the nearest covered texel of its own row is from each texel, and of that
+/// and its likes above and below the nearest.
+#[derive(Default)]
+struct Search {
+    /// Tiles of the block that are read and not covered all over.
+    open: Vec<u64>,
+    gaps: Vec<Range<u32>>,
+    /// Of the rows within the radius of the block.
+    lines: Vec<Vec<Piece>>,
+    stretches: Vec<Stretch>,
+    offsets: Vec<[i8; 2]>,
+}
+
+const WIDTH: usize = TILE as usize;
+
+/// Which covered texel of a row is nearest to each column of an open tile.
+#[derive(Clone)]
+struct Piece {
+    /// Squared distances.
+    squared: [i16; WIDTH],
+    /// How many texels to the right it lies.
+    right: [i8; WIDTH],
+    /// Whether there is one for any column.
+    any: bool,
+}
+
+impl Piece {
+    const EMPTY: Self = Self { squared: [FAR; WIDTH], right: [0; WIDTH], any: false };
+}
+
+/// Farther than any, also after a squared distance was added to it.
+const FAR: i16 = 20_000;
+
+impl Search {
+    fn block(&mut self, region: &Region, radius: u32, read: &[u64], block: u32) -> Block {
+        let size = region.size();
+        let rows = block * BLOCK_ROWS..((block + 1) * BLOCK_ROWS).min(size.height);
+        self.stretches.clear();
+        self.offsets.clear();
+        self.open.clear();
+        self.open.resize(read.len(), 0);
+        if read.iter().any(|&word| word != 0) {
+            for row in rows.clone() {
+                self.gaps.clear();
+                region.gaps(row as usize, &mut self.gaps);
+                for gap in &self.gaps {
+                    bits::insert_range(&mut self.open, &tiles(gap));
+                }
+            }
+            for (open, read) in self.open.iter_mut().zip(read) {
+                *open &= read;
+            }
+        }
+        if self.open.iter().any(|&word| word != 0) {
+            let near = rows.start.saturating_sub(radius)..(rows.end + radius).min(size.height);
+            self.lines.resize_with(self.lines.len().max(near.len()), Vec::new);
+            for (line, row) in self.lines.iter_mut().zip(near.clone()) {
+                line.clear();
+                let mut ranges = region.row(row as usize);
+                for tile in bits::numbers(&self.open) {
+                    let first = ranges.partition_point(|range| range.end + radius <= tile * TILE);
+                    ranges = &ranges[first..];
+                    line.push(Piece::new(ranges, tile * TILE, radius));
+                }
+            }
+            for row in rows {
+                self.row(row, &near, size.width, radius);
+            }
+        }
+        Block {
+            stretches: self.stretches.as_slice().into(),
+            offsets: self.offsets.as_slice().into(),
+        }
+    }
+
+    /// Pads what lies in the open tiles of a row. Of several texels that are equally near, the one
+    /// whose row is nearest is taken, then the upper, then the left.
+    fn row(&mut self, row: u32, near: &Range<u32>, width: u32, radius: u32) {
+        let Self { open, lines, stretches, offsets, .. } = self;
+        let own = (row - near.start) as usize;
+        let above = own.min(radius as usize);
+        let below = ((near.end - 1 - row) as usize).min(radius as usize);
+        let limit = (radius * radius) as i16;
+        for (tile, index) in bits::numbers(open).zip(0..) {
+            // Texels that are covered themselves are their own nearest.
+            let piece = &lines[own][index];
+            let mut best = piece.squared.map(|squared| squared.min(limit + 1));
+            let mut downs = [0i16; WIDTH];
+            for away in 1..=above.max(below) {
+                let squared = (away * away) as i16;
+                if best.iter().all(|&best| best <= squared) {
+                    break;
+                }
+                if away <= above {
+                    lines[own - away][index].offer(squared, -(away as i16), &mut best, &mut downs);
+                }
+                if away <= below {
+                    lines[own + away][index].offer(squared, away as i16, &mut best, &mut downs);
+                }
+            }
+            for (k, x) in (tile * TILE..width.min((tile + 1) * TILE)).enumerate() {
+                if piece.squared[k] == 0 || best[k] > limit {
+                    continue;
+                }
+                match stretches.last_mut() {
+                    Some(last) if last.row == row && last.x + last.len == x => last.len += 1,
+                    _ => stretches.push(Stretch { row, x, len: 1 }),
+                }
+                let line = own.wrapping_add_signed(isize::from(downs[k]));
+                offsets.push([lines[line][index].right[k], downs[k] as i8]);
+            }
         }
     }
 }
 
-/// Offers the texels of an interval of another row to the uncovered texels `within` of a row.
-fn offer(
-    interval: &Range<u32>,
-    row: u32,
-    squared_down: u32,
-    within: Range<u32>,
-    nearest: &mut [Nearest],
-) {
-    let mut offer = |x: u32, inside: u32| {
-        let squared = squared_down + inside.abs_diff(x).pow(2);
-        let best = &mut nearest[x as usize];
-        if squared < best.squared {
-            *best = Nearest { squared, x: inside, row };
-            return None;
+impl Piece {
+    /// - `ranges`: what is covered of the row, but for what is more than `radius` to the left.
+    /// - `start`: the tile's first column.
+    fn new(ranges: &[Range<u32>], start: u32, radius: u32) -> Self {
+        let mut piece = Self::EMPTY;
+        let end = start + TILE;
+        let place = |x: u32| (x.clamp(start, end) - start) as usize;
+        for range in ranges.iter().take_while(|range| range.start < end + radius) {
+            piece.any = true;
+            // The texel to the left was there first, and keeps what is as near to both.
+            for k in place(range.start.saturating_sub(radius))..place(range.start) {
+                let away = (range.start - start) as i16 - k as i16;
+                if away * away < piece.squared[k] {
+                    piece.squared[k] = away * away;
+                    piece.right[k] = away as i8;
+                }
+            }
+            for k in place(range.start)..place(range.end) {
+                (piece.squared[k], piece.right[k]) = (0, 0);
+            }
+            for k in place(range.end)..place(range.end + radius) {
+                let away = (start as i64 + k as i64 - i64::from(range.end) + 1) as i16;
+                piece.squared[k] = away * away;
+                piece.right[k] = -away as i8;
+            }
         }
-        Some(best.x)
-    };
-    for x in within.start.max(interval.start)..within.end.min(interval.end) {
-        offer(x, x);
+        piece
     }
-    // Squared distances to two texels differ by a linear function of x. Going away from the
-    // interval, once a texel that is no farther back is nearer, it stays nearer.
-    let (first, last) = (interval.start, interval.end - 1);
-    for x in (within.start..within.end.min(interval.start)).rev() {
-        if offer(x, first).is_some_and(|other| other <= first) {
-            break;
-        }
-    }
-    for x in within.start.max(interval.end)..within.end {
-        if offer(x, last).is_some_and(|other| other >= last) {
-            break;
+
+    /// Lowers the least squared distances so far to those of this row's texels, and notes where it
+    /// is.
+    ///
+    /// - `squared_away`: how far away the row is.
+    fn offer(
+        &self,
+        squared_away: i16,
+        down: i16,
+        best: &mut [i16; WIDTH],
+        downs: &mut [i16; WIDTH],
+    ) {
+        if self.any {
+            for k in 0..WIDTH {
+                let squared = self.squared[k] + squared_away;
+                let nearer = squared < best[k];
+                best[k] = if nearer { squared } else { best[k] };
+                downs[k] = if nearer { down } else { downs[k] };
+            }
         }
     }
 }
@@ -185,7 +318,7 @@ mod tests {
         let mut covered = vec![false; size.texels()];
         for row in 0..size.height {
             for span in coverage.row(row) {
-                covered[row as usize * 40..][span.texels()].fill(true);
+                covered[row as usize * 40..][span.start as usize..span.end as usize].fill(true);
             }
         }
         // Each texel holds its own number; uncovered ones are far off.
@@ -194,7 +327,9 @@ mod tests {
             .collect();
         let mut texture =
             Texture::new(size, Channels::Grey, Encoding::Data, Texels::F32(values)).unwrap();
-        Padding::new(&Region::covered(&coverage), radius).apply(&mut texture);
+        let mut all = Tiles::none(size);
+        all.insert(&(0..size.width), &(0..size.height));
+        Padding::new(&Region::covered(&mesh, size, &all), radius, &all).apply(&mut texture);
 
         let squared = |a: usize, b: usize| {
             (a % 40).abs_diff(b % 40).pow(2) + (a / 40).abs_diff(b / 40).pow(2)

@@ -64,6 +64,12 @@ impl ScanTriangle {
         })
     }
 
+    /// The rows in which a triangle whose corners have these `y` may own texels.
+    pub fn rows_between(corners_y_px: [f64; 3], height: u32) -> Range<u32> {
+        let [a, b, c] = corners_y_px;
+        centres_between(a.min(b).min(c), a.max(b).max(c), height)
+    }
+
     /// The rows in which the triangle may own texels.
     pub fn rows(&self) -> Range<u32> {
         self.rows.clone()
@@ -71,24 +77,41 @@ impl ScanTriangle {
 
     /// The texels of `row` that the triangle owns; empty outside [`ScanTriangle::rows`].
     pub fn span(&self, row: u32) -> Range<u32> {
-        if !self.rows.contains(&row) {
-            return 0..0;
-        }
+        if self.rows.contains(&row) { self.span_within(row) } else { 0..0 }
+    }
+
+    /// The texels that the triangle owns in those of `rows` where it may own some.
+    #[inline]
+    pub fn spans(&self, rows: &Range<u32>) -> impl Iterator<Item = (u32, Range<u32>)> {
+        let rows = self.rows.start.max(rows.start)..self.rows.end.min(rows.end);
+        rows.map(|row| (row, self.span_within(row)))
+    }
+
+    #[inline]
+    fn span_within(&self, row: u32) -> Range<u32> {
         let y = f64::from(row) + 0.5;
         let short = if y < self.middle_y { &self.upper } else { &self.lower };
         let (a, b) = (self.long.x_at(y), short.x_at(y));
-        centres_between(a.min(b), a.max(b), self.width)
+        // Not `min` and `max`, which would mind what is no number.
+        let (left, right) = if a < b { (a, b) } else { (b, a) };
+        centres_between(left, right, self.width)
     }
 }
 
-/// The texels in `0..count` whose centre `c` has `from <= c < to`.
+/// The texels in `0..count` whose centre `c` has `from <= c < to`; at most 2³¹.
+#[inline]
 fn centres_between(from: f64, to: f64, count: u32) -> Range<u32> {
-    // Casts truncate and saturate: what is below 0 becomes 0, and the rest is rounded up by hand,
-    // several times faster than `ceil` where the processor's baseline has no instruction for it.
+    // Adding 2⁵² leaves no bits for a fraction, so that the sum's low bits are the nearest whole
+    // number; what was rounded down is mended. `ceil` is a call where the processor's baseline has
+    // no instruction for it, and casts of floats check for what cannot be here.
+    const WHOLE: f64 = 4_503_599_627_370_496.0;
+    let last = f64::from(count);
     let index = |edge: f64| {
         let shifted = edge - 0.5;
-        let whole = shifted as u32;
-        whole.saturating_add(u32::from(f64::from(whole) < shifted)).min(count)
+        let shifted = if shifted > 0.0 { shifted } else { 0.0 };
+        let shifted = if shifted < last { shifted } else { last };
+        let sum = shifted + WHOLE;
+        sum.to_bits() as u32 + u32::from(sum - WHOLE < shifted)
     };
     index(from)..index(to)
 }
@@ -129,6 +152,17 @@ mod tests {
                 }
             }
             assert!(count.iter().all(|&count| count == 1));
+        }
+    }
+
+    #[test]
+    fn centres_are_counted_exactly() {
+        let wanted = |edge: f64| (edge - 0.5).ceil().clamp(0.0, 100.0) as u32;
+        let near = [0.0, 0.5, 1.5, 2.0, 2.5, 3.5, 50.0, 99.5, 100.0, 100.5];
+        let around = |at: f64| [at.next_down(), at, at.next_up(), at - 0.25, at + 0.25];
+        let far = [-1e300, -1.0, -1e-300, 1e-300, 101.0, 1e9, 1e19, 1e300, f64::INFINITY];
+        for edge in near.into_iter().flat_map(around).chain(far) {
+            assert_eq!(centres_between(f64::MIN, edge, 100), 0..wanted(edge), "{edge:e}");
         }
     }
 

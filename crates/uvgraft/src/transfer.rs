@@ -5,11 +5,11 @@ use std::ops::Range;
 use fearless_simd::Level;
 
 use crate::filter::Filter;
-use crate::islands::Islands;
-use crate::map::{Coverage, MapOptions, Region, SamplingMap};
+use crate::map::{MapOptions, Region, SamplingMap};
 use crate::overlay::{Formats, Layer, Overlay};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
+use crate::resample::reads::Reads;
 use crate::resample::{self, Paths};
 use crate::texture::{Size, TexelFormat, Texture};
 
@@ -88,12 +88,13 @@ impl Transfer {
         options: &TransferOptions,
     ) -> Self {
         let from = pair.from(direction);
-        let coverage = Coverage::new(from, &Islands::new(from), source_size);
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reach = resample::reach(&map, map.border_patches(), source_size, options.filter);
-        let padding = Padding::new(&Region::covered(&coverage), reach);
         let paths = Paths::new(&map, source_size, options.filter);
-        let source_rows = source_rows(pair, direction, &map, &paths, reach);
+        let reads = Reads::new(&map, pair.to(direction), &paths);
+        let reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
+        let covered = Region::covered(from, source_size, &reads.tiles.widened(reach));
+        let padding = Padding::new(&covered, reach, &reads.tiles);
+        let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
         Self { map, paths, source_rows, padding, options: *options }
     }
 
@@ -107,10 +108,11 @@ impl Transfer {
         options: &TransferOptions,
     ) -> Self {
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
-        let reach = resample::reach(&map, map.patches(), region.size(), options.filter);
         let paths = Paths::new(&map, region.size(), options.filter);
-        let source_rows = source_rows(pair, direction, &map, &paths, reach);
-        let padding = Padding::new(region, reach);
+        let reads = Reads::new(&map, pair.to(direction), &paths);
+        let reach = reads.reach(&map, map.patches(), region.size(), options.filter);
+        let padding = Padding::new(region, reach, &reads.tiles);
+        let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
         Self { map, paths, source_rows, padding, options: *options }
     }
 
@@ -189,33 +191,4 @@ impl Transfer {
 fn check_size(what: &'static str, texture: &Texture, wanted: Size) -> Result<(), TransferError> {
     let found = texture.size();
     if found == wanted { Ok(()) } else { Err(TransferError::Size { what, found, wanted }) }
-}
-
-/// The rows of the source that a map's samples lie in, or that they are padded from.
-fn source_rows(
-    pair: &Pair,
-    direction: Direction,
-    map: &SamplingMap,
-    paths: &Paths,
-    padding_px: u32,
-) -> Range<u32> {
-    let oriented = pair.oriented(direction);
-    let height = paths.source().height;
-    let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (index, patch) in map.patches().iter().enumerate() {
-        let Some(counterpart) = oriented.from_face[patch.face as usize] else { continue };
-        let margin = paths.margin(index)[1] + f64::from(padding_px);
-        for [_, v] in oriented.from.uv_triangle(counterpart.face as usize) {
-            let y = f64::from(v) * f64::from(height);
-            top = top.min(y - margin);
-            bottom = bottom.max(y + margin);
-        }
-    }
-    // Casts saturate; positions beyond the texture's edge read its edge.
-    let last = f64::from(height - 1);
-    if top > bottom {
-        0..0
-    } else {
-        top.clamp(0.0, last) as u32..bottom.clamp(0.0, last) as u32 + 1
-    }
 }

@@ -4,11 +4,16 @@
 //! source position is the triangle's map carried on. Farther out it stands still, as far inside the
 //! edge: what lies beyond the edge in the source may be no part of what is carried, and would be
 //! drawn out into streaks. Positions are affine within each of these zones.
+//!
+//! Which edge is nearest is asked tile by tile first: most edges that reach a tile are farther from
+//! all of it than another, so that its texels have few left to compare.
 
 use std::ops::Range;
 
-use super::coverage::{Coverage, RowBlocks, corners_px};
+use super::coverage::{Span, corners_px};
+use super::rows::{BLOCK_ROWS, Draft, RowBlocks};
 use super::{Affine, Run};
+use crate::bits;
 use crate::islands::{BorderEdge, Islands};
 use crate::mesh::Mesh;
 use crate::texture::Size;
@@ -36,6 +41,11 @@ enum Zone {
     Second = 3,
 }
 
+const ZONES: [Zone; 4] = [Zone::Near, Zone::Beside, Zone::First, Zone::Second];
+
+/// More than rounding can take from or add to a distance from an edge that is not far off, in texels.
+const ROUNDING_PX: f64 = 1e-3;
+
 /// A border edge in texels.
 struct Edge {
     face: u32,
@@ -52,14 +62,13 @@ struct Edge {
     /// How far it is carried on in the fringe: all through, so that what the loser had there looks
     /// like a continuation; but thin triangles are steep, and run away.
     fringe_reach_px: f64,
-    /// The first of its four maps, if its face is linked.
-    first_patch: Option<u32>,
-    /// Whether its island took texels from another.
-    wins: bool,
+    /// The rows and columns that the gutter beside it may reach.
+    rows: Range<u32>,
+    columns: Range<u32>,
 }
 
 impl Edge {
-    fn new(mesh: &Mesh, edge: BorderEdge, island: u32, size: Size) -> Option<Self> {
+    fn new(mesh: &Mesh, edge: BorderEdge, island: u32, size: Size, radius: f64) -> Option<Self> {
         let corners = corners_px(mesh, edge.face as usize, size);
         let [from, to, opposite] = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
         let along = [to[0] - from[0], to[1] - from[1]];
@@ -74,7 +83,7 @@ impl Edge {
             outward = outward.map(|component| -component);
         }
         let reach_px = REACH_PX.min(height.abs() / 3.0);
-        Some(Self {
+        let mut edge = Self {
             face: edge.face,
             island,
             from,
@@ -84,9 +93,12 @@ impl Edge {
             middle: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
             reach_px,
             fringe_reach_px: if height.abs() >= FRINGE_PX { FRINGE_PX } else { reach_px },
-            first_patch: None,
-            wins: false,
-        })
+            rows: 0..0,
+            columns: 0..0,
+        };
+        edge.columns = edge.reach(0, radius, size.width);
+        edge.rows = edge.reach(1, radius, size.height);
+        Some(edge)
     }
 
     /// Squared distance of a point, and how far along the edge its nearest point lies (0 to 1).
@@ -105,12 +117,12 @@ impl Edge {
         // long and far off, so 32 bits would not do.
         let [along_x, along_y] = self.along;
         let start = centre(range.start, row);
-        let [start_x, y] = [0, 1].map(|axis| start[axis] - self.from[axis]);
+        let [from_x, y] = [self.from[0], start[1] - self.from[1]];
         let scale = self.inverse_squared_length;
         let range = range.start as usize..range.end as usize;
         let squared_distances = nearest.squared[range.clone()].iter_mut();
         for (k, (best, edge)) in squared_distances.zip(&mut nearest.edge[range]).enumerate() {
-            let x = start_x + k as f64;
+            let x = start[0] + k as f64 - from_x;
             let t = ((x * along_x + y * along_y) * scale).clamp(0.0, 1.0);
             let (away_x, away_y) = (x - t * along_x, y - t * along_y);
             let squared = away_x * away_x + away_y * away_y;
@@ -127,87 +139,110 @@ impl Edge {
         index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
     }
 
-    /// The edge's four maps, in the order of [`Zone`], from that of its triangle.
-    fn zone_maps(&self, triangle: &Affine) -> [Affine; 4] {
-        let inward = self.outward.map(|component| -component * self.reach_px);
+    /// Whether it is so far off, or so long, that distances from it are not exact.
+    fn is_far(&self) -> bool {
+        const FAR_PX: f64 = 1e6;
+        let near = |axis: usize| self.from[axis].abs() + self.along[axis].abs() < FAR_PX;
+        !(near(0) && near(1))
+    }
+
+    /// The map of one of its zones, from that of its triangle.
+    fn zone_map(&self, zone: Zone, triangle: &Affine) -> Affine {
         let inside = |end: [f64; 2]| {
             let aside = [self.middle[0] - end[0], self.middle[1] - end[1]];
             let share = (self.reach_px / aside[0].hypot(aside[1])).min(1.0);
             triangle.constant([end[0] + aside[0] * share, end[1] + aside[1] * share])
         };
-        [
-            triangle.clone(),
-            triangle.projected(self.from, self.along, self.inverse_squared_length, inward),
-            inside(self.from),
-            inside([self.from[0] + self.along[0], self.from[1] + self.along[1]]),
-        ]
+        match zone {
+            Zone::Near => triangle.clone(),
+            Zone::Beside => {
+                let inward = self.outward.map(|component| -component * self.reach_px);
+                triangle.projected(self.from, self.along, self.inverse_squared_length, inward)
+            }
+            Zone::First => inside(self.from),
+            Zone::Second => inside([self.from[0] + self.along[0], self.from[1] + self.along[1]]),
+        }
     }
 }
 
-/// The gutter of a map: its runs, row by row, and the maps that they use.
-pub(crate) struct Gutter {
-    pub rows: Vec<GutterRow>,
-    /// Four affine maps for each linked border edge, with the face they belong to.
-    pub patches: Vec<(u32, Affine)>,
+/// The border edges of a layout at one size, bucketed by the rows that their gutter reaches.
+pub(crate) struct Border {
+    size: Size,
+    radius: f64,
+    /// Linked edges first, in the order of their patches: of edges as near as each other the first
+    /// is taken, and where no linked one is near, the others need no asking.
+    edges: Vec<Edge>,
+    linked: usize,
+    blocks: RowBlocks,
 }
 
-/// What the gutter does to one row.
-#[derive(Default)]
-pub(crate) struct GutterRow {
-    /// From left to right. Patches count from the first patch of the gutter.
-    pub runs: Vec<Run>,
-    /// Texels that islands lost to the fringe of the one they overlap with, from left to right;
-    /// those that the winner has a map for are in `runs` too.
-    pub stolen: Vec<u32>,
-}
-
-impl Gutter {
+impl Border {
     /// - `radius_px`: how far the gutter reaches.
-    /// - `map_of_face`: the map of each face that is linked.
-    pub fn new<'a>(
+    /// - `is_linked`: whether a face has a map.
+    pub fn new(
         mesh: &Mesh,
         islands: &Islands,
-        coverage: &Coverage,
+        size: Size,
         radius_px: u32,
-        map_of_face: impl Fn(u32) -> Option<&'a Affine>,
+        is_linked: impl Fn(u32) -> bool,
     ) -> Self {
-        let size = coverage.size();
-        let mut edges = Vec::with_capacity(islands.border().len());
-        let mut patches = Vec::new();
-        for border in islands.border() {
-            let island = islands.of_faces()[border.face as usize];
-            let Some(mut edge) = Edge::new(mesh, *border, island, size) else { continue };
-            // Sorted by winner.
-            edge.wins = coverage.clashes.binary_search_by_key(&island, |clash| clash.0).is_ok();
-            if let Some(triangle) = map_of_face(edge.face) {
-                edge.first_patch = Some(patches.len() as u32);
-                patches.extend(edge.zone_maps(triangle).map(|map| (edge.face, map)));
-            }
-            edges.push(edge);
-        }
-        // Linked edges first: where none of them is near, the others need no asking.
-        edges.sort_by_key(|edge| edge.first_patch.is_none());
         let radius = f64::from(radius_px);
-        let reach = |edge: &Edge| if edge.wins { radius.max(FRINGE_PX) } else { radius };
-        let rows: Vec<Range<u32>> =
-            edges.iter().map(|edge| edge.reach(1, reach(edge), size.height)).collect();
-        let blocks = RowBlocks::new(size.height, &rows);
-        let rows = map_indices(blocks.count(), |block| {
-            let mut around = Surroundings {
-                coverage,
-                islands,
-                edges: &edges,
-                radius,
-                gaps: Vec::new(),
-                nearest: Nearest::new(size.width),
-            };
-            let near = |row: u32| {
-                let items = blocks.items(block).iter().copied();
-                items.filter(|&edge| rows[edge as usize].contains(&row)).collect::<Vec<_>>()
-            };
-            blocks.rows(block).map(|row| around.row(row, &near(row))).collect::<Vec<_>>()
+        let edges = map_indices(islands.border().len(), |index| {
+            let border = islands.border()[index];
+            Edge::new(mesh, border, islands.of_faces()[border.face as usize], size, radius)
         });
-        Self { rows: rows.into_iter().flatten().collect(), patches }
+        let (mut edges, others): (Vec<Edge>, Vec<Edge>) =
+            edges.into_iter().flatten().partition(|edge| is_linked(edge.face));
+        let linked = edges.len();
+        edges.extend(others);
+        let reached: Vec<Range<u32>> = if radius_px == 0 {
+            Vec::new()
+        } else {
+            edges.iter().map(|edge| edge.rows.clone()).collect()
+        };
+        Self { size, radius, linked, blocks: RowBlocks::new(size.height, &reached), edges }
+    }
+
+    /// How many patches there are beside the linked edges.
+    pub fn patches(&self) -> usize {
+        self.linked * ZONES.len()
+    }
+
+    /// The face that a patch lies beside, counted from the first patch of the gutter, and its map.
+    ///
+    /// - `triangle`: the map of that face.
+    pub fn patch<'a>(&self, patch: usize, triangle: impl Fn(u32) -> &'a Affine) -> (u32, Affine) {
+        let edge = &self.edges[patch / ZONES.len()];
+        (edge.face, edge.zone_map(ZONES[patch % ZONES.len()], triangle(edge.face)))
+    }
+
+    /// The edges of the islands that own what others cover too.
+    ///
+    /// - `clashes`: pairs of islands, sorted: the one that owns texels, the one that lost them.
+    pub fn winners(&self, clashes: Vec<(u32, u32)>) -> Winners {
+        let wins = |edge: &Edge| {
+            let first = clashes.partition_point(|clash| clash.0 < edge.island);
+            clashes.get(first).is_some_and(|clash| clash.0 == edge.island)
+        };
+        let edges: Vec<u32> =
+            (0..).zip(&self.edges).filter(|(_, edge)| wins(edge)).map(|(index, _)| index).collect();
+        let rows = |&edge: &u32| self.edges[edge as usize].reach(1, FRINGE_PX, self.size.height);
+        let rows: Vec<Range<u32>> = edges.iter().map(rows).collect();
+        Winners { blocks: RowBlocks::new(self.size.height, &rows), edges, clashes }
+    }
+}
+
+/// Edges of islands that won an overlap, bucketed by the rows that their fringe reaches.
+pub(crate) struct Winners {
+    edges: Vec<u32>,
+    blocks: RowBlocks,
+    clashes: Vec<(u32, u32)>,
+}
+
+impl Winners {
+    /// The blocks of rows in which a loser may lose more than is covered.
+    pub fn concerned(&self) -> Vec<usize> {
+        (0..self.blocks.count()).filter(|&block| !self.blocks.items(block).is_empty()).collect()
     }
 }
 
@@ -219,103 +254,209 @@ struct Nearest {
     edge: Vec<u32>,
 }
 
-impl Nearest {
-    fn new(width: u32) -> Self {
-        let width = width as usize;
-        Self { squared: vec![f64::INFINITY; width], edge: vec![NOBODY; width] }
-    }
+/// Columns of a block that are asked for their edges together; as many as rows.
+const TILE: u32 = BLOCK_ROWS;
+
+/// Edges that may be the nearest of a tile's texels.
+#[derive(Default)]
+struct Tile {
+    /// In the order of edges, with their distances from the tile's middle.
+    edges: Vec<(u32, f64)>,
+    /// The least of these distances.
+    least: f64,
 }
 
-/// What a row's gutter depends on, and buffers kept from row to row.
-struct Surroundings<'a> {
-    coverage: &'a Coverage,
-    islands: &'a Islands,
-    edges: &'a [Edge],
-    radius: f64,
-    gaps: Vec<Range<u32>>,
+/// What lies around the islands in a block of rows; buffers are kept from block to block.
+pub(crate) struct Surroundings {
     nearest: Nearest,
+    tiles: Vec<Tile>,
+    gaps: Draft<Range<u32>>,
+    /// Columns of the block that linked edges are near to: whole tiles, joined.
+    reached: Vec<Range<u32>>,
+    /// The runs of the latest row, from left to right. Patches count from the first of the gutter.
+    pub runs: Vec<Run>,
+    /// Texels of that row that islands lost to the fringe of the one they overlap with, from left to
+    /// right; those that the winner has a map for are in `runs` too.
+    pub stolen: Vec<u32>,
+    /// Runs of the gutter that are to be merged with stolen ones.
+    beside: Vec<Run>,
 }
 
-impl Surroundings<'_> {
-    /// - `near`: the edges that may reach this row, linked ones first.
-    fn row(&mut self, row: u32, near: &[u32]) -> GutterRow {
-        let mut result = GutterRow::default();
-        let width = self.nearest.edge.len() as u32;
-        let linked = near.partition_point(|&edge| self.edges[edge as usize].first_patch.is_some());
-        // Where linked edges reach; the others matter only there.
-        let mut reached: Vec<Range<u32>> = near[..linked]
-            .iter()
-            .map(|&edge| self.edges[edge as usize].reach(0, self.radius, width))
-            .collect();
-        join(&mut reached);
-        if !reached.is_empty() {
-            self.gaps.clear();
-            self.coverage.gaps(row, &mut self.gaps);
-            let reached = common(&reached, &self.gaps);
-            for &index in near {
-                let edge = &self.edges[index as usize];
-                let reach = edge.reach(0, self.radius, width);
-                let first = reached.partition_point(|range| range.end <= reach.start);
-                for range in reached[first..].iter().take_while(|range| range.start < reach.end) {
-                    edge.offer(index, row, intersection(range, &reach), &mut self.nearest);
-                }
-            }
-            for range in reached {
-                self.gather(row, range, self.radius, |edge| edge.reach_px, &mut result.runs);
-            }
+impl Surroundings {
+    pub fn new(width: u32) -> Self {
+        let texels = width as usize;
+        Self {
+            nearest: Nearest { squared: vec![f64::INFINITY; texels], edge: vec![NOBODY; texels] },
+            tiles: (0..width.div_ceil(TILE)).map(|_| Tile::default()).collect(),
+            gaps: Draft::new(),
+            reached: Vec::new(),
+            runs: Vec::new(),
+            stolen: Vec::new(),
+            beside: Vec::new(),
         }
-        if near.iter().any(|&edge| self.edges[edge as usize].wins) {
-            self.steal(row, near, &mut result);
-        }
-        result
     }
 
-    /// Takes from the losers of overlaps what lies in the fringe of the winners.
-    fn steal(&mut self, row: u32, near: &[u32], result: &mut GutterRow) {
-        let width = self.nearest.edge.len() as u32;
-        for &index in near {
-            let edge = &self.edges[index as usize];
-            if !edge.wins {
+    /// Looks which edges are near to which tiles of a block.
+    ///
+    /// - `covered`: the columns that the layout covers, for each row counted from the block's first.
+    pub fn enter<'a>(
+        &mut self,
+        border: &Border,
+        block: usize,
+        covered: impl Fn(usize) -> &'a [u64],
+    ) {
+        self.reached.clear();
+        let edges = border.blocks.items(block);
+        if edges.is_empty() {
+            return;
+        }
+        let (rows, width) = (border.blocks.rows(block), border.size.width);
+        self.gaps.clear();
+        for row in 0..rows.len() {
+            self.gaps.items.extend(bits::gaps(covered(row), width));
+            self.gaps.end_row();
+        }
+        for tile in &mut self.tiles {
+            tile.edges.clear();
+            tile.least = f64::INFINITY;
+        }
+        // From a tile's middle to the centre of its outermost texel.
+        let half_diagonal = f64::from(TILE - 1) * 0.5 * std::f64::consts::SQRT_2;
+        let middle_y = f64::from(rows.start) + f64::from(TILE) * 0.5;
+        for &index in edges {
+            let edge = &border.edges[index as usize];
+            if edge.columns.is_empty() {
                 continue;
             }
+            for tile in edge.columns.start / TILE..=(edge.columns.end - 1) / TILE {
+                let middle = [f64::from(tile * TILE) + f64::from(TILE) * 0.5, middle_y];
+                let tile = &mut self.tiles[tile as usize];
+                // Distances from what is far off are not exact enough to leave any edge out.
+                let away = if edge.is_far() { 0.0 } else { edge.distance(middle).0.sqrt() };
+                if away <= border.radius + half_diagonal + ROUNDING_PX {
+                    tile.edges.push((index, away));
+                    if !edge.is_far() {
+                        tile.least = tile.least.min(away);
+                    }
+                }
+            }
+        }
+        for (number, tile) in (0..).zip(&mut self.tiles) {
+            let limit = tile.least + 2.0 * half_diagonal + ROUNDING_PX;
+            tile.edges.retain(|&(_, away)| away <= limit);
+            // Linked edges come first.
+            if tile.edges.first().is_some_and(|&(edge, _)| (edge as usize) < border.linked) {
+                let columns = number * TILE..((number + 1) * TILE).min(width);
+                match self.reached.last_mut() {
+                    Some(last) if last.end == columns.start => last.end = columns.end,
+                    _ => self.reached.push(columns),
+                }
+            }
+        }
+    }
+
+    /// Finds what lies beside the islands in a row of the block that was entered.
+    pub fn beside(&mut self, border: &Border, block: usize, row: u32) {
+        self.runs.clear();
+        self.stolen.clear();
+        if self.reached.is_empty() {
+            return;
+        }
+        let gaps = self.gaps.row((row - border.blocks.rows(block).start) as usize);
+        let mut first = 0;
+        for gap in gaps {
+            while first < self.reached.len() && self.reached[first].end <= gap.start {
+                first += 1;
+            }
+            for reached in self.reached[first..].iter().take_while(|range| range.start < gap.end) {
+                let texels = intersection(gap, reached);
+                for tile in texels.start / TILE..=(texels.end - 1) / TILE {
+                    let texels = intersection(&texels, &(tile * TILE..(tile + 1) * TILE));
+                    for &(index, _) in &self.tiles[tile as usize].edges {
+                        let edge = &border.edges[index as usize];
+                        if edge.rows.contains(&row) {
+                            let texels = intersection(&texels, &edge.columns);
+                            edge.offer(index, row, texels, &mut self.nearest);
+                        }
+                    }
+                }
+                let carried = |edge: &Edge| edge.reach_px;
+                let nearest = &mut self.nearest;
+                nearest.gather(border, row, texels, border.radius, carried, &mut self.runs, |_| {});
+            }
+        }
+    }
+
+    /// Takes from the losers of overlaps what lies in the fringe of the winners; after
+    /// [`Surroundings::beside`].
+    pub fn steal(
+        &mut self,
+        border: &Border,
+        winners: &Winners,
+        islands: &Islands,
+        block: usize,
+        row: u32,
+        spans: &[Span],
+    ) {
+        let width = border.size.width;
+        let mut touched = width..0;
+        for &winner in winners.blocks.items(block) {
+            let index = winners.edges[winner as usize];
+            let edge = &border.edges[index as usize];
             let reach = edge.reach(0, FRINGE_PX, width);
-            for span in self.coverage.row(row) {
-                let clash = (edge.island, self.islands.of_faces()[span.face as usize]);
-                let texels = intersection(&(span.start..span.end), &reach);
-                if !texels.is_empty() && self.coverage.clashes.binary_search(&clash).is_ok() {
+            let first = spans.partition_point(|span| span.end <= reach.start);
+            for span in spans[first..].iter().take_while(|span| span.start < reach.end) {
+                let clash = (edge.island, islands.of_faces()[span.face as usize]);
+                if winners.clashes.binary_search(&clash).is_ok() {
+                    let texels = intersection(&(span.start..span.end), &reach);
+                    touched = touched.start.min(texels.start)..touched.end.max(texels.end);
                     edge.offer(index, row, texels, &mut self.nearest);
                 }
             }
         }
         let carried = |edge: &Edge| edge.fringe_reach_px;
-        result.stolen = self.gather(row, 0..width, FRINGE_PX, carried, &mut result.runs);
-        result.runs.sort_unstable_by_key(|run| run.x);
+        let (nearest, stolen) = (&mut self.nearest, &mut self.stolen);
+        let beside = self.runs.len();
+        nearest
+            .gather(border, row, touched, FRINGE_PX, carried, &mut self.runs, |x| stolen.push(x));
+        if beside < self.runs.len() {
+            self.beside.clear();
+            self.beside.extend_from_slice(&self.runs);
+            self.runs.clear();
+            merge(&self.beside[..beside], &self.beside[beside..], |run| self.runs.push(run));
+        }
     }
+}
 
-    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them. Gives the texels
-    /// that are near enough to some edge, whether it has a map or not.
+impl Nearest {
+    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them. Calls
+    /// `near_enough` with the texels that are near enough to some edge, whether it has a map or not.
+    #[expect(clippy::too_many_arguments, reason = "what is taken and what is given, of one row")]
     fn gather(
         &mut self,
+        border: &Border,
         row: u32,
         texels: Range<u32>,
         limit: f64,
         carried: impl Fn(&Edge) -> f64,
         runs: &mut Vec<Run>,
-    ) -> Vec<u32> {
-        let mut near_enough = Vec::new();
+        mut near_enough: impl FnMut(u32),
+    ) {
         for x in texels {
-            let index = std::mem::replace(&mut self.nearest.edge[x as usize], NOBODY);
-            self.nearest.squared[x as usize] = f64::INFINITY;
+            let index = std::mem::replace(&mut self.edge[x as usize], NOBODY);
+            self.squared[x as usize] = f64::INFINITY;
             if index == NOBODY {
                 continue;
             }
-            let edge = &self.edges[index as usize];
+            let edge = &border.edges[index as usize];
             let (squared, t) = edge.distance(centre(x, row));
             if squared >= limit * limit {
                 continue;
             }
-            near_enough.push(x);
-            let Some(first) = edge.first_patch else { continue };
+            near_enough(x);
+            if index as usize >= border.linked {
+                continue;
+            }
             let zone = if squared <= carried(edge).powi(2) {
                 Zone::Near
             } else if t <= 0.0 {
@@ -325,45 +466,30 @@ impl Surroundings<'_> {
             } else {
                 Zone::Beside
             };
-            let patch = first + zone as u32;
+            let patch = index * ZONES.len() as u32 + zone as u32;
             match runs.last_mut() {
                 Some(run) if run.patch == patch && run.x + run.len == x => run.len += 1,
                 _ => runs.push(Run { x, len: 1, patch }),
             }
         }
-        near_enough
     }
+}
+
+/// Calls `next` with the runs of two lists from left to right.
+pub(super) fn merge(a: &[Run], mut b: &[Run], mut next: impl FnMut(Run)) {
+    for &run in a {
+        while let Some((&other, rest)) = b.split_first().filter(|(other, _)| other.x < run.x) {
+            next(other);
+            b = rest;
+        }
+        next(run);
+    }
+    b.iter().copied().for_each(next);
 }
 
 fn intersection(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
     let start = a.start.max(b.start);
     start..a.end.min(b.end).max(start)
-}
-
-/// Sorts ranges and joins those that touch.
-fn join(ranges: &mut Vec<Range<u32>>) {
-    ranges.sort_unstable_by_key(|range| range.start);
-    ranges.dedup_by(|next, last| {
-        let touches = next.start <= last.end;
-        if touches {
-            last.end = last.end.max(next.end);
-        }
-        touches
-    });
-}
-
-/// The parts that two lists of ranges share; both sorted and each without overlaps.
-fn common(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
-    let mut shared = Vec::new();
-    let mut first = 0;
-    for range in a {
-        while first < b.len() && b[first].end <= range.start {
-            first += 1;
-        }
-        let touching = b[first..].iter().take_while(|other| other.start < range.end);
-        shared.extend(touching.map(|other| intersection(range, other)));
-    }
-    shared
 }
 
 fn centre(x: u32, y: u32) -> [f64; 2] {

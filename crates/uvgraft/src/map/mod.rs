@@ -3,18 +3,23 @@
 //! Inside a target triangle the source position is an affine function of the target position, so
 //! the map is a list of runs of texels, each naming the affine map ("patch") that holds for it.
 
+mod build;
 mod coverage;
 mod gutter;
 mod region;
+mod rows;
+mod tiles;
 
-pub(crate) use coverage::{Coverage, Span, corners_px};
+pub(crate) use coverage::{Coverage, corners_px};
 pub(crate) use region::Region;
+pub(crate) use rows::BLOCK_ROWS;
+pub(crate) use tiles::{TILE, Tiles, tiles};
 
 use crate::color::Encoding;
-use crate::islands::Islands;
 use crate::pair::{Direction, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
-use gutter::{FRINGE_PX, Gutter, REACH_PX};
+use gutter::{FRINGE_PX, REACH_PX};
+use rows::Rows;
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,9 +41,7 @@ impl Default for MapOptions {
 pub struct SamplingMap {
     size: Size,
     direction: Direction,
-    /// `height + 1` offsets into `runs`.
-    row_starts: Vec<u32>,
-    runs: Vec<Run>,
+    runs: Rows<Run>,
     patches: Vec<Patch>,
     /// Patches from here on belong to the gutter.
     gutter_patches: u32,
@@ -150,77 +153,7 @@ impl SamplingMap {
     /// # Panics
     /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
-        let oriented = pair.oriented(direction);
-        let (to, from) = (oriented.to, oriented.from);
-        let islands = Islands::new(to);
-        let coverage = Coverage::new(to, &islands, size);
-
-        const UNLINKED: u32 = u32::MAX;
-        let mut patch_of_face = vec![UNLINKED; to.faces().len()];
-        let mut patches = Vec::with_capacity(pair.links().len());
-        for (face, counterpart) in oriented.from_face.iter().enumerate() {
-            let Some(counterpart) = counterpart else { continue };
-            // A source triangle without area is a line or a point, and still has a colour: its
-            // texels take that rather than stay a hole. Only the target's area is divided by.
-            let source = from.uv_triangle(counterpart.face as usize);
-            let src_uv = counterpart.corners.map(|corner| source[corner as usize].map(f64::from));
-            if let Some(affine) = Affine::from_triangles(corners_px(to, face, size), src_uv) {
-                patch_of_face[face] = patches.len() as u32;
-                let jacobian = affine.jacobian;
-                patches.push(Patch { src_uv_from_tgt_px: affine, jacobian, face: face as u32 });
-            }
-        }
-        let patch = |face: u32| {
-            let patch = patch_of_face[face as usize];
-            (patch != UNLINKED).then_some(patch)
-        };
-        let gutter = Gutter::new(to, &islands, &coverage, options.gutter_px, |face| {
-            patch(face).map(|patch| &patches[patch as usize].src_uv_from_tgt_px)
-        });
-
-        let gutter_patches = patches.len() as u32;
-        for (face, affine) in gutter.patches {
-            let jacobian = patches[patch_of_face[face as usize] as usize].jacobian;
-            patches.push(Patch { src_uv_from_tgt_px: affine, jacobian, face });
-        }
-        let mut map = Self {
-            size,
-            direction,
-            row_starts: Vec::with_capacity(size.height as usize + 1),
-            runs: Vec::new(),
-            patches,
-            gutter_patches,
-            stats: MapStats {
-                linked: 0,
-                gutter: 0,
-                covered: coverage.texels(),
-                overlapping: coverage.overlapping,
-            },
-        };
-        for (row, around) in (0..size.height).zip(&gutter.rows) {
-            map.row_starts.push(map.runs.len() as u32);
-            let first = map.runs.len();
-            for span in coverage.row(row) {
-                if let Some(patch) = patch(span.face) {
-                    push_without(&mut map.runs, *span, patch, &around.stolen);
-                }
-            }
-            if !around.runs.is_empty() {
-                map.runs.extend(
-                    around.runs.iter().map(|run| Run { patch: run.patch + gutter_patches, ..*run }),
-                );
-                map.runs[first..].sort_unstable_by_key(|run| run.x);
-            }
-        }
-        map.row_starts.push(map.runs.len() as u32);
-        for run in &map.runs {
-            if run.patch < gutter_patches {
-                map.stats.linked += run.len as usize;
-            } else {
-                map.stats.gutter += run.len as usize;
-            }
-        }
-        map
+        build::build(pair, direction, size, options)
     }
 
     /// The target size.
@@ -235,13 +168,17 @@ impl SamplingMap {
 
     /// The runs of a row, from left to right, none overlapping another.
     pub fn row(&self, row: u32) -> &[Run] {
-        let row = row as usize;
-        &self.runs[self.row_starts[row] as usize..self.row_starts[row + 1] as usize]
+        self.runs.row(row)
     }
 
     /// The affine maps that runs refer to.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
+    }
+
+    /// The affine maps of triangles.
+    pub(crate) fn linked_patches(&self) -> &[Patch] {
+        &self.patches[..self.gutter_patches as usize]
     }
 
     /// The affine maps beside island edges; their Jacobians are those of all triangles there.
@@ -276,21 +213,6 @@ impl SamplingMap {
         }
         Texture::new(self.size, Channels::Grey, Encoding::Data, Texels::U8(values))
             .expect("a map's size is that of a texture")
-    }
-}
-
-/// Adds a run for the texels of a span that are not in `holes` (sorted).
-fn push_without(runs: &mut Vec<Run>, span: Span, patch: u32, holes: &[u32]) {
-    let mut x = span.start;
-    let first = holes.partition_point(|&hole| hole < span.start);
-    for &hole in holes[first..].iter().take_while(|&&hole| hole < span.end) {
-        if x < hole {
-            runs.push(Run { x, len: hole - x, patch });
-        }
-        x = hole + 1;
-    }
-    if x < span.end {
-        runs.push(Run { x, len: span.end - x, patch });
     }
 }
 

@@ -3,50 +3,96 @@
 use std::ops::Range;
 
 use super::SamplingMap;
-use super::coverage::Coverage;
+use super::coverage::Layout;
+use super::rows::{BLOCK_ROWS, Draft, Rows};
+use super::tiles::{TILE, Tiles};
+use crate::bits;
+use crate::mesh::Mesh;
 use crate::texture::Size;
+use crate::threads::map_indices_with;
 
 /// Texels of a texture, row by row as sorted ranges of columns that do not touch.
 #[derive(Debug, Clone)]
 pub(crate) struct Region {
     size: Size,
-    rows: Vec<Vec<Range<u32>>>,
+    rows: Rows<Range<u32>>,
 }
 
 impl Region {
-    /// What a layout covers.
-    pub fn covered(coverage: &Coverage) -> Self {
-        let row = |row| joined(coverage.row(row).iter().map(|span| span.start..span.end));
-        Self { size: coverage.size(), rows: (0..coverage.size().height).map(row).collect() }
+    /// What a layout covers. Beside the tiles that are `wanted` some of it may be missing.
+    pub fn covered(mesh: &Mesh, size: Size, wanted: &Tiles) -> Self {
+        let layout = Layout::new(mesh, size);
+        let words = bits::words(size.width);
+        let buffers = || (vec![0; words * BLOCK_ROWS as usize], Draft::new());
+        let blocks = map_indices_with(layout.blocks.count(), buffers, |(covered, draft), block| {
+            draft.clear();
+            let (rows, wanted) = (layout.blocks.rows(block), wanted.row(block));
+            // One tile to each side, for rounding.
+            let near = |columns: Range<f64>| {
+                let last = size.width.div_ceil(TILE);
+                let [first, end] = [columns.start, columns.end].map(|x| x as u32 / TILE);
+                bits::meets(wanted, &(first.saturating_sub(1)..end.saturating_add(2).min(last)))
+            };
+            if wanted.iter().any(|&word| word != 0) {
+                for (_, triangle) in layout.triangles(block, near) {
+                    for (row, span) in triangle.spans(&rows) {
+                        let row = (row - rows.start) as usize;
+                        bits::insert_range(&mut covered[row * words..][..words], &span);
+                    }
+                }
+            }
+            for row in covered.chunks_exact_mut(words).take(rows.len()) {
+                draft.items.extend(bits::ranges(row));
+                row.fill(0);
+                draft.end_row();
+            }
+            draft.block()
+        });
+        Self { size, rows: Rows::new(blocks) }
     }
 
     /// What linked triangles own, as far as their faces are wanted.
-    pub fn linked(map: &SamplingMap, wanted: impl Fn(u32) -> bool) -> Self {
-        let row = |row| {
-            let runs = map.row(row).iter().filter(|run| !map.is_gutter(**run));
-            let runs = runs.filter(|run| wanted(map.patches()[run.patch as usize].face));
-            joined(runs.map(|run| run.x..run.x + run.len))
-        };
-        Self { size: map.size(), rows: (0..map.size().height).map(row).collect() }
+    pub fn linked(map: &SamplingMap, wanted: impl Fn(u32) -> bool + Send + Sync) -> Self {
+        let size = map.size();
+        let count = size.height.div_ceil(BLOCK_ROWS) as usize;
+        let blocks = map_indices_with(count, Draft::<Range<u32>>::new, |draft, block| {
+            draft.clear();
+            let first = block as u32 * BLOCK_ROWS;
+            for row in first..(first + BLOCK_ROWS).min(size.height) {
+                let runs = map.row(row).iter().filter(|run| !map.is_gutter(**run));
+                let runs = runs.filter(|run| wanted(map.patches()[run.patch as usize].face));
+                let row_start = draft.items.len();
+                for run in runs {
+                    let range = run.x..run.x + run.len;
+                    match draft.items[row_start..].last_mut() {
+                        Some(last) if last.end == range.start => last.end = range.end,
+                        _ => draft.items.push(range),
+                    }
+                }
+                draft.end_row();
+            }
+            draft.block()
+        });
+        Self { size, rows: Rows::new(blocks) }
     }
 
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// All rows, from the top.
-    pub fn rows(&self) -> &[Vec<Range<u32>>] {
-        &self.rows
+    /// The ranges of a row.
+    pub fn row(&self, row: usize) -> &[Range<u32>] {
+        self.rows.row(row as u32)
     }
 
     /// How many texels there are.
     pub fn texels(&self) -> usize {
-        self.rows.iter().flatten().map(ExactSizeIterator::len).sum()
+        self.rows.items().map(ExactSizeIterator::len).sum()
     }
 
     /// Adds the columns of a row that are not in it.
     pub fn gaps(&self, row: usize, gaps: &mut Vec<Range<u32>>) {
-        push_gaps(self.rows[row].iter().cloned(), self.size.width, gaps);
+        push_gaps(self.row(row).iter().cloned(), self.size.width, gaps);
     }
 }
 
@@ -66,16 +112,4 @@ pub(super) fn push_gaps(
     if end < width {
         gaps.push(end..width);
     }
-}
-
-/// Sorted ranges with neighbours joined.
-fn joined(ranges: impl Iterator<Item = Range<u32>>) -> Vec<Range<u32>> {
-    let mut rows: Vec<Range<u32>> = Vec::new();
-    for range in ranges {
-        match rows.last_mut() {
-            Some(last) if last.end == range.start => last.end = range.end,
-            _ => rows.push(range),
-        }
-    }
-    rows
 }

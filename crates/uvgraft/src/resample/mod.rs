@@ -6,12 +6,14 @@
 pub(crate) mod adjoint;
 pub(crate) mod fast;
 mod places;
+pub(crate) mod reads;
 pub mod reference;
 mod window;
 
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
+use crate::threads::map_indices;
 
 /// The most samples per texel and axis under minification, and the most source texels that they
 /// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
@@ -36,8 +38,6 @@ struct Path {
     sample_steps: [[f64; 2]; 2],
     /// How far from a texel's centre its samples lie at most, along the source's x and y.
     spread: [f64; 2],
-    /// How far beyond the source triangle windows may reach, along the source's x and y.
-    margin: [f64; 2],
 }
 
 impl Paths {
@@ -55,28 +55,13 @@ impl Paths {
                 origin_px: affine.origin_px,
                 origin: [0, 1].map(|axis| affine.origin_uv[axis] * scale[axis]),
                 slope: [0, 1].map(|axis| affine.jacobian[axis].map(|value| value * scale[axis])),
-                // Half a window, and one texel more than rounding can be off.
-                margin: [0, 1].map(|axis| {
-                    let [a, b] = patch.jacobian[axis].map(|slope| (slope * scale[axis]).abs());
-                    spread[axis] + map.carried_px() * (a + b) + filter.taps() as f64 * 0.5 + 1.0
-                }),
                 samples,
                 sample_steps,
                 spread,
             }
         };
-        Self { source, filter, patches: map.patches().iter().map(path).collect() }
-    }
-
-    /// The source's size.
-    pub fn source(&self) -> Size {
-        self.source
-    }
-
-    /// How far beyond the source triangle of a patch its windows may reach, along x and y, in source
-    /// texels.
-    pub fn margin(&self, patch: usize) -> [f64; 2] {
-        self.patches[patch].margin
+        let patches = map_indices(map.patches().len(), |patch| path(&map.patches()[patch]));
+        Self { source, filter, patches }
     }
 
     /// The samples of one run.
@@ -167,37 +152,6 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
             span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
     }
     (samples, steps)
-}
-
-/// How many texels beyond the edge of a region a transfer may read, where `patches` lie at it.
-pub(crate) fn reach(map: &SamplingMap, patches: &[Patch], source: Size, filter: Filter) -> u32 {
-    /// Reached by slivers alone, which see a texel or two of background then.
-    const MOST: f64 = 64.0;
-    let scale = [f64::from(source.width), f64::from(source.height)];
-    // A triangle too thin to own a texel is no reason to reach far.
-    let mut owns =
-        vec![false; map.patches().iter().map(|patch| patch.face as usize + 1).max().unwrap_or(0)];
-    for run in (0..map.size().height).flat_map(|row| map.row(row)) {
-        owns[map.patches()[run.patch as usize].face as usize] = true;
-    }
-    let beside_taps = patches
-        .iter()
-        .filter(|patch| owns[patch.face as usize])
-        .map(|patch| {
-            let (samples, steps) = footprint(patch, scale, filter);
-            let spread = |axis: usize| {
-                let [x, y] = steps[axis];
-                0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
-            };
-            // What the gutter carries on beyond an edge, by the longer of the two axes.
-            let carried = [0, 1].map(|k| {
-                (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
-            });
-            spread(0) + spread(1) + map.carried_px() * carried[0].max(carried[1]).sqrt()
-        })
-        .fold(0.0, f64::max);
-    // Half the taps, and one more for the diagonal.
-    (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
 }
 
 /// A position on one axis, moved close to the texture where it is far off, as UV coordinates may be:

@@ -1,0 +1,89 @@
+//! How times grow with textures and meshes: tables in Markdown, medians of several runs. What a texel
+//! or a triangle takes should not grow with their number, but for what caches make of it.
+
+#![allow(clippy::print_stdout, reason = "tables are what this is for")]
+
+use std::time::Instant;
+
+use uvgraft::{
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, SamplingMap, Size, Texture, Transfer,
+    TransferOptions,
+};
+use uvgraft_tests::synthetic;
+
+/// The median time of `runs` runs, in milliseconds; `prepare` is not counted.
+fn median_ms<T, R>(
+    runs: usize,
+    mut prepare: impl FnMut() -> T,
+    mut work: impl FnMut(T) -> R,
+) -> f64 {
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let input = prepare();
+            let start = Instant::now();
+            let result = work(input);
+            let time = start.elapsed().as_secs_f64() * 1e3;
+            drop(result);
+            time
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[runs / 2]
+}
+
+/// From a texture of one size to one of the same size, by one pair.
+fn textures() {
+    let pair = synthetic::sheets(20_000);
+    println!(
+        "\n| texture | covered texels | map | map and padding | bilinear, 8-bit RGB | ns per texel |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for side in [512, 1024, 2048, 4096, 8192] {
+        let size = Size::square(side);
+        let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
+        let runs = if side > 4096 { 5 } else { 11 };
+        let map = median_ms(
+            runs,
+            || (),
+            |()| SamplingMap::new(&pair, Direction::Forward, size, &options.map),
+        );
+        let new = || Transfer::new(&pair, Direction::Forward, size, size, &options);
+        let prepared = median_ms(runs, || (), |()| new());
+        let transfer = new();
+        let filled = |value| {
+            Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[value; 3])
+                .expect("a sound size")
+        };
+        let (source, base) = (filled(0.3), filled(0.6));
+        let applied = median_ms(
+            runs,
+            || (source.clone(), base.clone()),
+            |(source, base)| transfer.apply(source, base),
+        );
+        let covered = transfer.map().stats().covered;
+        let each = (prepared + applied) * 1e6 / covered as f64;
+        println!(
+            "| {side}² | {covered} | {map:.2} ms | {prepared:.2} ms | {applied:.2} ms | {each:.2} |"
+        );
+    }
+}
+
+/// Maps of one size, for meshes of more and more triangles.
+fn meshes() {
+    let size = Size::square(2048);
+    println!("\n| triangles | map of {size} | ns per triangle and covered texel |");
+    println!("|---|---|---|");
+    for triangles in [1_000, 10_000, 100_000, 1_000_000] {
+        let pair = synthetic::sheets(triangles);
+        let new = || SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::default());
+        let time = median_ms(7, || (), |()| new());
+        let triangles = pair.target().faces().len();
+        let each = time * 1e6 / (triangles + new().stats().covered) as f64;
+        println!("| {triangles} | {time:.2} ms | {each:.2} |");
+    }
+}
+
+fn main() {
+    textures();
+    meshes();
+}

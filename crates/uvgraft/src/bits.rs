@@ -1,0 +1,153 @@
+//! Sets of small numbers, one bit each: how columns of a row are put in order without sorting.
+
+use std::ops::Range;
+
+/// How many words hold `count` bits.
+pub(crate) fn words(count: u32) -> usize {
+    count.div_ceil(64) as usize
+}
+
+/// The bits of `range` in word number `word`, which it touches.
+fn mask(range: &Range<u32>, word: usize) -> u64 {
+    let first = word as u32 * 64;
+    let from = range.start.saturating_sub(first);
+    let beyond = (first + 64).saturating_sub(range.end);
+    (u64::MAX << from) & (u64::MAX >> beyond)
+}
+
+/// The words that a range that is not empty touches.
+fn touched(range: &Range<u32>) -> Range<usize> {
+    range.start as usize / 64..(range.end as usize - 1) / 64 + 1
+}
+
+/// Adds a number.
+pub(crate) fn insert(set: &mut [u64], number: u32) {
+    set[number as usize / 64] |= 1 << (number % 64);
+}
+
+/// Whether a number is in the set.
+pub(crate) fn contains(set: &[u64], number: u32) -> bool {
+    set[number as usize / 64] >> (number % 64) & 1 == 1
+}
+
+/// Adds a range.
+pub(crate) fn insert_range(set: &mut [u64], range: &Range<u32>) {
+    if !range.is_empty() {
+        claim(set, range);
+    }
+}
+
+/// Adds a range that is not empty; whether any number of it was there.
+#[inline]
+pub(crate) fn claim(set: &mut [u64], range: &Range<u32>) -> bool {
+    // Most ranges lie within a word.
+    let words = touched(range);
+    let mask = mask(range, words.start);
+    let taken = set[words.start] & mask != 0;
+    set[words.start] |= mask;
+    if words.len() == 1 { taken } else { claim_rest(set, range) || taken }
+}
+
+/// As [`claim`], of all words that the range touches but the first.
+#[inline(never)]
+fn claim_rest(set: &mut [u64], range: &Range<u32>) -> bool {
+    let words = touched(range);
+    let mut taken = 0;
+    for word in words.start + 1..words.end {
+        let mask = mask(range, word);
+        taken |= set[word] & mask;
+        set[word] |= mask;
+    }
+    taken != 0
+}
+
+/// Whether any number of a range is in the set.
+pub(crate) fn meets(set: &[u64], range: &Range<u32>) -> bool {
+    !range.is_empty() && touched(range).any(|word| set[word] & mask(range, word) != 0)
+}
+
+/// Adds all numbers of another set.
+pub(crate) fn unite(set: &mut [u64], other: &[u64]) {
+    for (word, other) in set.iter_mut().zip(other) {
+        *word |= other;
+    }
+}
+
+/// The numbers in the set, in order.
+pub(crate) fn numbers(set: &[u64]) -> impl Iterator<Item = u32> {
+    set.iter().zip(0..).flat_map(|(&word, index)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            let bit = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            (bit < 64).then_some(index * 64 + bit)
+        })
+    })
+}
+
+/// The set as ranges that do not touch, in order.
+pub(crate) fn ranges(set: &[u64]) -> impl Iterator<Item = Range<u32>> {
+    stretches(set, true, set.len() as u32 * 64)
+}
+
+/// What of `0..count` is not in the set, in order.
+pub(crate) fn gaps(set: &[u64], count: u32) -> impl Iterator<Item = Range<u32>> {
+    stretches(set, false, count)
+}
+
+/// The numbers below `count` that are in the set, or are not, as ranges.
+fn stretches(set: &[u64], inside: bool, count: u32) -> impl Iterator<Item = Range<u32>> {
+    // The next number from `start` on that is in the set, or that is not.
+    let next = move |start: u32, wanted: bool| {
+        let mut word = start as usize / 64;
+        let mut from = u64::MAX << (start % 64);
+        while word < set.len() {
+            let found = if wanted { set[word] } else { !set[word] } & from;
+            if found != 0 {
+                return (word as u32 * 64 + found.trailing_zeros()).min(count);
+            }
+            from = u64::MAX;
+            word += 1;
+        }
+        count
+    };
+    let mut end = 0;
+    std::iter::from_fn(move || {
+        let start = next(end, inside);
+        end = next(start, !inside);
+        (start < end).then_some(start..end)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_ranges_come_back_in_order() {
+        let mut set = vec![0; words(200)];
+        assert_eq!(set.len(), 4);
+        for range in [190..200, 3..5, 60..130, 5..6, 7..7] {
+            insert_range(&mut set, &range);
+        }
+        insert(&mut set, 255);
+        assert_eq!(ranges(&set).collect::<Vec<_>>(), [3..6, 60..130, 190..200, 255..256]);
+        assert_eq!(numbers(&set).count(), 3 + 70 + 10 + 1);
+        assert!(numbers(&set).is_sorted() && numbers(&set).all(|number| contains(&set, number)));
+        assert!(meets(&set, &(0..4)) && meets(&set, &(129..190)) && meets(&set, &(6..61)));
+        assert!(!meets(&set, &(130..190)) && !meets(&set, &(60..60)) && !contains(&set, 6));
+        let gaps = |set: &[u64]| gaps(set, 250).collect::<Vec<_>>();
+        assert_eq!(gaps(&set), [0..3, 6..60, 130..190, 200..250]);
+        assert!(claim(&mut set, &(100..180)) && !claim(&mut set, &(180..190)));
+        assert_eq!(gaps(&set), [0..3, 6..60, 200..250]);
+        insert_range(&mut set, &(0..256));
+        assert_eq!(ranges(&set).collect::<Vec<_>>(), [0..256]);
+    }
+
+    #[test]
+    fn a_set_is_united_with_another() {
+        let mut set = [1, 0];
+        unite(&mut set, &[2, 1]);
+        assert_eq!(numbers(&set).collect::<Vec<_>>(), [0, 1, 64]);
+    }
+}

@@ -1,0 +1,100 @@
+//! Parts of a texture, coarsely: squares of texels.
+
+use std::ops::Range;
+
+use super::rows::BLOCK_ROWS;
+use crate::bits;
+use crate::texture::Size;
+
+/// Texels along a tile's side; a row of tiles is a block of rows.
+pub(crate) const TILE: u32 = BLOCK_ROWS;
+
+/// A set of a texture's tiles.
+#[derive(Debug, Clone)]
+pub(crate) struct Tiles {
+    columns: u32,
+    /// A set of columns for each row of tiles.
+    rows: Vec<u64>,
+}
+
+/// The tiles along one axis that a range of texels touches.
+pub(crate) fn tiles(texels: &Range<u32>) -> Range<u32> {
+    if texels.is_empty() { 0..0 } else { texels.start / TILE..(texels.end - 1) / TILE + 1 }
+}
+
+impl Tiles {
+    /// No tile of a texture.
+    pub fn none(size: Size) -> Self {
+        let columns = size.width.div_ceil(TILE);
+        let rows = size.height.div_ceil(TILE) as usize;
+        Self { columns, rows: vec![0; bits::words(columns) * rows] }
+    }
+
+    /// How many rows of tiles there are.
+    pub fn count(&self) -> usize {
+        self.rows.len() / bits::words(self.columns)
+    }
+
+    /// The columns of a row of tiles.
+    pub fn row(&self, row: usize) -> &[u64] {
+        let words = bits::words(self.columns);
+        &self.rows[row * words..][..words]
+    }
+
+    /// From the first row of a texture of `height` rows that has tiles to the last.
+    pub fn rows_between(&self, height: u32) -> Range<u32> {
+        let mut rows =
+            (0..self.count()).filter(|&row| bits::numbers(self.row(row)).next().is_some());
+        let Some(first) = rows.next() else { return 0..0 };
+        let last = rows.last().unwrap_or(first);
+        first as u32 * TILE..((last as u32 + 1) * TILE).min(height)
+    }
+
+    /// Adds the tiles that a box of texels touches.
+    pub fn insert(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
+        let (columns, words) = (tiles(columns), bits::words(self.columns));
+        for row in tiles(rows) {
+            bits::insert_range(&mut self.rows[row as usize * words..][..words], &columns);
+        }
+    }
+
+    /// Adds another set of the same texture's tiles.
+    pub fn unite(&mut self, other: &Self) {
+        bits::unite(&mut self.rows, &other.rows);
+    }
+
+    /// With all tiles that have texels within `radius` of these, and some more.
+    pub fn widened(&self, radius: u32) -> Self {
+        let (words, beside) = (bits::words(self.columns), radius.div_ceil(TILE));
+        let mut wide = Self { columns: self.columns, rows: vec![0; self.rows.len()] };
+        for row in 0..self.count() {
+            let near =
+                row.saturating_sub(beside as usize)..(row + beside as usize + 1).min(self.count());
+            for range in bits::ranges(self.row(row)) {
+                let range =
+                    range.start.saturating_sub(beside)..(range.end + beside).min(self.columns);
+                for row in near.clone() {
+                    bits::insert_range(&mut wide.rows[row * words..][..words], &range);
+                }
+            }
+        }
+        wide
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_touch_tiles_and_widen() {
+        let mut tiles = Tiles::none(Size::new(100, 40));
+        assert_eq!(tiles.count(), 3);
+        tiles.insert(&(31..33), &(16..17));
+        tiles.insert(&(90..100), &(3..3));
+        let row = |tiles: &Tiles, row| bits::numbers(tiles.row(row)).collect::<Vec<_>>();
+        assert_eq!([0, 1, 2].map(|k| row(&tiles, k)), [vec![], vec![1, 2], vec![]]);
+        let wide = tiles.widened(17);
+        assert_eq!([0, 1, 2].map(|k| row(&wide, k)), [(); 3].map(|()| vec![0, 1, 2, 3, 4]));
+    }
+}
