@@ -64,6 +64,11 @@ impl Paths {
         Self { source, filter, patches }
     }
 
+    /// The source's size.
+    pub fn source(&self) -> Size {
+        self.source
+    }
+
     /// The samples of one run.
     #[inline(always)]
     pub fn walk(&self, row: u32, run: Run) -> Walk {
