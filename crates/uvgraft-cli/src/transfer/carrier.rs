@@ -76,7 +76,7 @@ impl<'a> Carrier<'a> {
         let bands = self.base.bands(base)?;
         let (written, fit) = thread::scope(|scope| {
             let row_bytes = bytes_of(Size::new(self.base.size().width, 1), base) as usize;
-            let rows = pipeline::rows_in_band(self.base.size(), row_bytes);
+            let rows = pipeline::rows_in_band(row_bytes);
             let (ahead, bands) = if alone {
                 (Some(Ahead::start(scope, bands, rows, row_bytes)), None)
             } else {

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
 
-use uvgraft::{Overlay, Size, Texture};
+use uvgraft::{Overlay, Texture};
 use uvgraft_io::image::{BandWriter, WriteError, Written};
 
 use super::base::Bands;
@@ -16,9 +16,8 @@ const AHEAD: usize = 48 << 20;
 const BAND: usize = 2 << 20;
 
 /// How many rows of a base go together.
-pub(super) fn rows_in_band(size: Size, texel_bytes: usize) -> u32 {
-    let rows = BAND / (size.width as usize * texel_bytes).max(1);
-    (rows as u32).next_multiple_of(16).min(size.height)
+pub(super) fn rows_in_band(row_bytes: usize) -> u32 {
+    (BAND / row_bytes).max(1).next_multiple_of(16) as u32
 }
 
 /// Decodes, lays over and encodes band after band.
@@ -58,7 +57,7 @@ impl Ahead {
         rows: u32,
         row_bytes: usize,
     ) -> Self {
-        let most = AHEAD / (rows as usize * row_bytes).max(1);
+        let most = AHEAD / (rows as usize * row_bytes);
         let (sender, receiver) = sync_channel(most.max(2));
         let (used, returned) = channel();
         scope.spawn(move || decode(&mut bands, rows, &sender, &returned));
