@@ -548,3 +548,104 @@ fn a_real_head_and_body() {
 fn linear(value: f32) -> f32 {
     ((value + 0.055) / 1.055).powf(2.4)
 }
+
+/// Several at once give what each gives alone, and what there is to say comes in their order.
+#[test]
+fn textures_at_once_equal_textures_alone() {
+    let bench = Bench::new();
+    bench.make_folder("in");
+    bench.paint_noise("base.png", (200, 300), Channels::Rgb, Depth::U8);
+    let names: Vec<String> = (0..9).map(|number| format!("{number}.png")).collect();
+    for (number, name) in (0..).zip(&names) {
+        let depth = if number % 4 == 3 { Depth::U16 } else { Depth::U8 };
+        let channels = if number % 3 == 2 { Channels::Rgba } else { Channels::Rgb };
+        bench.paint_noise(&format!("in/{name}"), (90 + number, 70), channels, depth);
+    }
+    bench.write("in/4.png", "no image");
+    bench.write("in/7.png", "nor this");
+    for (folder, how) in
+        [("one", "--jobs 1"), ("three", "--jobs 3"), ("all", "--threads 4 --memory 1K")]
+    {
+        let args = format!("transfer my.uvpair in --onto base.png {how} -o {folder}");
+        let run = bench.run(&args);
+        assert_eq!(run.code, Some(2), "{args}");
+        let said = ["4.png", "7.png", "7 of 9 textures"].map(|text| run.stderr.find(text).unwrap());
+        assert!(said.is_sorted(), "{}", run.stderr);
+    }
+    for name in names.iter().filter(|name| *name != "4.png" && *name != "7.png") {
+        bench.succeed(&format!("transfer my.uvpair in/{name} --onto base.png -o alone.png"));
+        let alone = bench.bytes("alone.png");
+        for folder in ["one", "three", "all"] {
+            assert!(bench.bytes(&format!("{folder}/{name}")) == alone, "{folder}/{name}");
+        }
+    }
+    bench.assert_no_litter();
+}
+
+#[test]
+fn what_is_up_to_date_is_left_out_if_asked() {
+    let bench = Bench::new();
+    for folder in ["in", "out"] {
+        bench.make_folder(folder);
+    }
+    for name in ["in/a.png", "in/b.png", "in/c.png", "base.png"] {
+        bench.paint(name, (16, 16), Channels::Rgb, &FACE);
+    }
+    let args = "transfer my.uvpair in --onto base.png --skip-existing -o out";
+    assert_eq!(bench.succeed(args), "0 of 3 were up to date\n");
+    let first = bench.bytes("out/a.png");
+    assert_eq!(bench.succeed(args), "3 of 3 were up to date\n");
+    // Without being asked, all are made again.
+    bench.write("out/a.png", "something else");
+    assert_eq!(bench.succeed("transfer my.uvpair in --onto base.png -o out"), "");
+    assert_eq!(bench.bytes("out/a.png"), first);
+
+    let hours_ahead = |name: &str, hours: u64| {
+        let time = std::time::SystemTime::now() + std::time::Duration::from_secs(hours * 3600);
+        std::fs::File::options().append(true).open(bench.path(name)).unwrap().set_modified(time)
+    };
+    // A source that changed, and an output that is missing.
+    hours_ahead("in/b.png", 1).unwrap();
+    std::fs::remove_file(bench.path("out/c.png")).unwrap();
+    assert_eq!(bench.succeed(args), "1 of 3 were up to date\n");
+    assert!(bench.exists("out/c.png"));
+    // Outputs from the far future, and a base that is newer still.
+    for name in ["out/a.png", "out/b.png", "out/c.png"] {
+        hours_ahead(name, 2).unwrap();
+    }
+    assert_eq!(bench.succeed(args), "3 of 3 were up to date\n");
+    hours_ahead("base.png", 3).unwrap();
+    assert_eq!(bench.succeed(args), "0 of 3 were up to date\n");
+    // A single file, and a mask that is made all the same.
+    let args =
+        "transfer my.uvpair in/a.png --onto base.png --skip-existing --mask mask.png -o a.png";
+    hours_ahead("base.png", 0).unwrap();
+    bench.succeed(args);
+    hours_ahead("a.png", 4).unwrap();
+    let mask = bench.bytes("mask.png");
+    std::fs::remove_file(bench.path("mask.png")).unwrap();
+    assert_eq!(bench.succeed(args), "1 of 1 were up to date\n");
+    assert_eq!(bench.bytes("mask.png"), mask);
+}
+
+/// Only rows of the source that count are decoded: what the others hold shows nowhere.
+#[test]
+fn a_source_whose_lower_rows_are_not_read() {
+    let bench = Bench::new();
+    for (name, channels, depth) in
+        [("rgb.png", Channels::Rgb, Depth::U8), ("rgba.png", Channels::Rgba, Depth::U16)]
+    {
+        bench.paint_noise(name, (400, 900), channels, depth);
+        for filter in ["nearest", "bilinear", "catmull-rom", "lanczos3"] {
+            let args = format!("--reverse --size 300 --filter {filter}");
+            bench.succeed(&format!("transfer my.uvpair {name} {args} -o png.png"));
+            // Decoded whole.
+            let image = bench.image(name);
+            let options = uvgraft_io::image::WriteOptions::default();
+            let written = uvgraft_io::image::write(&image, &bench.path("whole.tif"), &options);
+            assert!(written.unwrap().losses.is_empty());
+            bench.succeed(&format!("transfer my.uvpair whole.tif {args} -o tif.png"));
+            assert!(bench.bytes("png.png") == bench.bytes("tif.png"), "{name} {filter}");
+        }
+    }
+}

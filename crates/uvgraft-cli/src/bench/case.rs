@@ -141,11 +141,18 @@ impl<'a> Case<'a> {
 
     fn resample(&self, filter: Filter) -> Stage<'_> {
         let transfer = self.transfer(filter);
+        let mut base = Some(self.base.clone());
         let work = move || {
-            // Copies are made and touched before the time starts.
-            let (source, base) = (self.source.clone(), self.base.clone());
-            let (result, seconds) = time(|| resample(&transfer, source, base));
-            result.map(|_| seconds).map_err(Into::into)
+            // The source's copy is made and touched before the time starts, and freed after; the
+            // result is the next run's base.
+            let (source, below) = (self.source.clone(), base.take().context("a base")?);
+            let (laid, seconds) = time(|| {
+                let overlay = transfer.overlay(source, below.format())?;
+                let result = overlay.lay(0, below)?;
+                Ok::<_, TransferError>((overlay, result))
+            });
+            base = Some(laid?.1);
+            Ok(seconds)
         };
         let moved = (self.read + self.filled) * TEXEL;
         stage(Kind::Resample, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
@@ -153,7 +160,7 @@ impl<'a> Case<'a> {
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
         let transfer = self.transfer(TransferOptions::default().filter);
-        let result = Image::from(resample(&transfer, self.source.clone(), self.base.clone())?);
+        let result = Image::from(transfer.apply(self.source.clone(), self.base.clone())?);
         let mut bytes = encoded(&result, Vec::new())?;
         let moved = bytes.len() + self.to.texels() * TEXEL;
         let work = move || {
@@ -198,11 +205,6 @@ impl<'a> Case<'a> {
         let options = TransferOptions { filter, ..TransferOptions::default() };
         Transfer::new(self.pair, self.direction, self.from, self.to, &options)
     }
-}
-
-/// What is timed as resampling: everything between textures that are there and one that is.
-fn resample(transfer: &Transfer, source: Texture, base: Texture) -> Result<Texture, TransferError> {
-    transfer.apply(source, base)
 }
 
 fn map(pair: &Pair, direction: Direction, size: Size, options: MapOptions) -> SamplingMap {

@@ -16,14 +16,19 @@ use crate::failure::{self, warn};
 use crate::progress;
 use crate::report::to_stdout;
 
-/// Carries all textures; gives the exit code if some failed. What there is to say about them is said
-/// in their order.
+/// How many textures were carried, and the exit code if some were not.
+pub(super) struct Carried {
+    pub(super) count: usize,
+    pub(super) code: Option<u8>,
+}
+
+/// Carries all textures. What there is to say about them is said in their order.
 pub(super) fn run(
     carrier: &Carrier<'_>,
     jobs: &[Job],
     base: &Base,
     args: &Args,
-) -> anyhow::Result<Option<u8>> {
+) -> anyhow::Result<Carried> {
     let threads = rayon::current_num_threads();
     let at_once = args.jobs.map_or(threads, usize::from).min(jobs.len());
     let mut report = Report::new(jobs);
@@ -180,13 +185,13 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    fn finish(self) -> Option<u8> {
+    fn finish(self) -> Carried {
         self.bar.finish_and_clear();
-        let count = self.jobs.len();
-        if self.failed > 0 && count > 1 {
-            warn(format!("{} of {count} textures were carried across", count - self.failed));
+        let (all, count) = (self.jobs.len(), self.jobs.len() - self.failed);
+        if self.failed > 0 && all > 1 {
+            warn(format!("{count} of {all} textures were carried across"));
         }
-        self.worst
+        Carried { count, code: self.worst }
     }
 }
 

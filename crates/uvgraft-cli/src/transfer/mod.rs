@@ -167,10 +167,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             .or_bad_input()?;
     }
     let carrier = Carrier::new(args, &pair, &base);
-    let code = batch::run(&carrier, &jobs, &base, args)?;
-    if let Some(path) = &args.mask {
+    let carried = batch::run(&carrier, &jobs, &base, args)?;
+    if let Some(path) = &args.mask
+        && (carried.count > 0 || jobs.is_empty())
+    {
         let mask = Image::from(carrier.mask(base.size()));
         losses(image::write(&mask, path, &carrier.write_options()), path)?.iter().for_each(warn);
     }
-    Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+    Ok(carried.code.map_or(ExitCode::SUCCESS, ExitCode::from))
 }
