@@ -7,7 +7,7 @@ CARGO ?= cargo
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
 
-.PHONY: demo test bench bench-peers lint fixtures
+.PHONY: demo test bench bench-scaling bench-peers lint fixtures
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo:
@@ -21,7 +21,11 @@ test:
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
-	$(CARGO) bench --locked -p uvgraft-tests
+	$(CARGO) bench --locked -p uvgraft-tests --bench stages
+
+# How costs grow with the size of a texture and with the triangles of a mesh.
+bench-scaling:
+	$(CARGO) bench --locked -p uvgraft-tests --bench scaling
 
 # Resampling and whole transfers beside OpenCV's and PyTorch's, by Python packages under target/:
 # make bench-peers PEERS="--pair my.uvpair --threads 4"
