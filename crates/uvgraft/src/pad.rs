@@ -43,23 +43,10 @@ impl Padding {
     pub(crate) fn new(region: &Region, radius: u32, read: &Tiles) -> Self {
         assert!(radius <= Self::MAX_RADIUS, "padding of {radius} texels");
         let size = region.size();
-        if std::env::var("PADDBG").is_ok() {
-            eprintln!(
-                "radius {radius} size {size} tiles {}",
-                (0..read.count()).map(|r| bits::numbers(read.row(r)).count()).sum::<usize>()
-            );
-        }
         let blocks: Vec<Block> =
             map_indices_with(read.count(), Search::default, |search, block| {
                 search.block(region, radius, read.row(block), block as u32)
             });
-        if std::env::var("PADDBG").is_ok() {
-            eprintln!(
-                "copies {} stretches {}",
-                blocks.iter().map(|b| b.offsets.len()).sum::<usize>(),
-                blocks.iter().map(|b| b.stretches.len()).sum::<usize>()
-            );
-        }
         Self { size, blocks }
     }
 

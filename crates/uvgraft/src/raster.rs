@@ -51,7 +51,13 @@ impl ScanTriangle {
         if doubled_area == 0.0 {
             return None;
         }
-        corners_px.sort_unstable_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
+        // From the top, then from the left.
+        for (a, b) in [(0, 1), (1, 2), (0, 1)] {
+            let (first, second) = (corners_px[a], corners_px[b]);
+            if second[1] < first[1] || (second[1] == first[1] && second[0] < first[0]) {
+                corners_px.swap(a, b);
+            }
+        }
         let [top, middle, bottom] = corners_px;
         let rows = centres_between(top[1], bottom[1], size.height);
         (!rows.is_empty()).then(|| Self {
@@ -92,8 +98,9 @@ impl ScanTriangle {
         let y = f64::from(row) + 0.5;
         let short = if y < self.middle_y { &self.upper } else { &self.lower };
         let (a, b) = (self.long.x_at(y), short.x_at(y));
-        // Not `min` and `max`, which would mind what is no number.
-        let (left, right) = if a < b { (a, b) } else { (b, a) };
+        // Without branches, and not minding what is no number as `min` and `max` would.
+        let left = if a < b { a } else { b };
+        let right = if a > b { a } else { b };
         centres_between(left, right, self.width)
     }
 }

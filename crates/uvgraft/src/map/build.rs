@@ -1,8 +1,9 @@
 //! Building a map: patches first, then runs, block of rows by block.
 
 use super::coverage::{Layout, Span, Sweep, corners_px};
-use super::gutter::{Border, Surroundings, Winners, merge};
+use super::gutter::{Border, Winners};
 use super::rows::{Block, Draft, Rows};
+use super::surroundings::{Surroundings, merge};
 use super::{Affine, MapOptions, MapStats, Patch, Run, SamplingMap};
 use crate::islands::Islands;
 use crate::pair::{Direction, Oriented, Pair};

@@ -8,6 +8,7 @@ mod coverage;
 mod gutter;
 mod region;
 mod rows;
+mod surroundings;
 mod tiles;
 
 pub(crate) use coverage::{Coverage, corners_px};
@@ -20,6 +21,10 @@ use crate::pair::{Direction, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::{FRINGE_PX, REACH_PX};
 use rows::Rows;
+
+/// Beyond this many texels numbers are not taken for exact: a texel is lost in rounding where they get
+/// a thousand million times as large.
+pub(crate) const FAR_PX: f64 = 1e6;
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::FAR_PX;
 use super::SamplingMap;
 use super::coverage::Layout;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
@@ -27,8 +28,11 @@ impl Region {
         let blocks = map_indices_with(layout.blocks.count(), buffers, |(covered, draft), block| {
             draft.clear();
             let (rows, wanted) = (layout.blocks.rows(block), wanted.row(block));
-            // One tile to each side, for rounding.
+            // One tile to each side, for rounding; where that does not do, triangles are wanted.
             let near = |columns: Range<f64>| {
+                if columns.end - columns.start > FAR_PX {
+                    return true;
+                }
                 let last = size.width.div_ceil(TILE);
                 let [first, end] = [columns.start, columns.end].map(|x| x as u32 / TILE);
                 bits::meets(wanted, &(first.saturating_sub(1)..end.saturating_add(2).min(last)))

@@ -46,7 +46,7 @@ impl Tiles {
         let mut rows =
             (0..self.count()).filter(|&row| bits::numbers(self.row(row)).next().is_some());
         let Some(first) = rows.next() else { return 0..0 };
-        let last = rows.last().unwrap_or(first);
+        let last = rows.next_back().unwrap_or(first);
         first as u32 * TILE..((last as u32 + 1) * TILE).min(height)
     }
 

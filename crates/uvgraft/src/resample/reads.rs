@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{Path, Paths, footprint, near_texture};
 use crate::bits;
 use crate::filter::Filter;
-use crate::map::{Patch, SamplingMap, Tiles, corners_px};
+use crate::map::{FAR_PX, Patch, SamplingMap, Tiles, corners_px};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
@@ -35,10 +35,22 @@ impl Reads {
             map.carried_px() * x.hypot(y) + window(path, axis)
         };
         let linked = map.linked_patches();
-        // In the gutter slopes may be 0; footprints are those of the triangle.
+        let boxes = map_indices(linked.len(), |index| {
+            let (path, patch) = (&paths.patches[index], &linked[index]);
+            let corners = corners_px(target, patch.face as usize, map.size());
+            let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
+            let is_tame = is_near && (0..2).all(|axis| margin(path, axis) < TAME_PX);
+            is_tame.then(|| {
+                let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
+                [(0, source.width), (1, source.height)].map(|(axis, count)| {
+                    let corners = corners.map(|corner| corner[axis] * f64::from(count));
+                    around(corners, margin(path, axis), count)
+                })
+            })
+        });
         let mut is_tame = vec![false; target.faces().len()];
-        for (path, patch) in paths.patches.iter().zip(linked) {
-            is_tame[patch.face as usize] = (0..2).all(|axis| margin(path, axis) < TAME_PX);
+        for (found, patch) in boxes.iter().zip(linked) {
+            is_tame[patch.face as usize] = found.is_some();
         }
         let height = map.size().height as usize;
         let pieces = map_indices(PIECES, |piece| {
@@ -71,20 +83,10 @@ impl Reads {
             bits::unite(&mut all.patches, &patches);
         }
         let owns = all.owners(map);
-        let boxes = map_indices(linked.len(), |index| {
-            let (path, patch) = (&paths.patches[index], &linked[index]);
-            if !is_tame[patch.face as usize] || !owns[patch.face as usize] {
-                return [0..0, 0..0];
+        for (found, patch) in boxes.iter().zip(linked) {
+            if let Some([columns, rows]) = found.as_ref().filter(|_| owns[patch.face as usize]) {
+                all.tiles.insert(columns, rows);
             }
-            let corners = corners_px(target, patch.face as usize, map.size());
-            let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
-            [(0, source.width), (1, source.height)].map(|(axis, count)| {
-                let corners = corners.map(|corner| corner[axis] * f64::from(count));
-                around(corners, margin(path, axis), count)
-            })
-        });
-        for [columns, rows] in &boxes {
-            all.tiles.insert(columns, rows);
         }
         all
     }

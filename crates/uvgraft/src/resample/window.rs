@@ -38,7 +38,7 @@ pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F
         let row = &rows[b][start..][..vectors * LANES];
         for (vector, column) in columns[..vectors].iter_mut().enumerate() {
             let levels = levels::<S, T, C, OPACITY>(simd, &row[vector * LANES..]);
-            *column = *column + levels * down[b][k];
+            *column += levels * down[b][k];
         }
     }
     let mut value = f32x4::splat(simd, 0.0);
@@ -50,7 +50,7 @@ pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F
             2 => quad(&columns, index).slide::<2>(quad(&columns, index + 1)),
             _ => quad(&columns, index).slide::<3>(quad(&columns, index + 1)),
         };
-        value = value + texel * across[a][k];
+        value += texel * across[a][k];
     }
     value
 }
@@ -59,7 +59,7 @@ pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F
 #[inline(always)]
 fn quad<S: Simd>(row: &[f32x8<S>; MAX_VECTORS], index: usize) -> f32x4<S> {
     let (low, high) = row[index / 2].split();
-    if index % 2 == 0 { low } else { high }
+    if index.is_multiple_of(2) { low } else { high }
 }
 
 /// Eight values as levels, colours multiplied by opacity; as [`super::load`] for each texel.
