@@ -192,36 +192,59 @@ impl<T: Value> Batch<T> {
                 let texels = (first as usize, count);
                 self.places.find::<S, F>(simd, source.size, walk, texels, (a, b), clear);
                 self.weigh::<F>(count);
-                for k in 0..count {
-                    let value = if let Some(rows) = window_rows {
+                let begins = (a, b) == (0, 0);
+                if let Some(rows) = window_rows {
+                    for k in 0..count {
                         let start = self.places.start[k] as usize * C;
-                        let weights = &self.weights;
-                        window::filtered::<S, T, C, OPACITY, F>(simd, rows, start, weights, k)
-                    } else {
-                        self.anywhere::<S, C, OPACITY, F>(simd, source, k)
-                    };
-                    let sum: f32x4<S> = self.sums[k].simd_into(simd);
-                    self.sums[k] = if (a, b) == (0, 0) { value } else { sum + value }.into();
+                        let value = window::filtered::<S, T, C, OPACITY, F>(
+                            simd,
+                            rows,
+                            start,
+                            &self.weights,
+                            k,
+                        );
+                        self.add(k, value, begins);
+                    }
+                } else {
+                    for k in 0..count {
+                        let value = self.anywhere::<S, C, OPACITY, F>(simd, source, k);
+                        self.add(k, value, begins);
+                    }
                 }
             }
         }
-        let share = 1.0 / (columns * rows) as f32;
-        for level in self.sums[..count].as_flattened_mut() {
-            *level *= share;
+        if walk.samples != [1, 1] {
+            let share = 1.0 / (columns * rows) as f32;
+            for level in self.sums[..count].as_flattened_mut() {
+                *level *= share;
+            }
         }
         if OPACITY {
             for (levels, texel) in self.sums.iter().zip(texels.chunks_exact_mut(C)) {
                 store::<T, C, OPACITY>(std::array::from_fn(|channel| levels[channel]), texel);
             }
-        } else {
-            let values = &mut self.values;
-            for (value, level) in values.iter_mut().zip(self.sums[..count].as_flattened()) {
-                *value = T::from_level(*level);
-            }
-            for (values, texel) in values.chunks_exact(4).zip(texels.chunks_exact_mut(C)) {
-                texel.copy_from_slice(&values[..C]);
-            }
+            return;
         }
+        for (value, level) in self.values.iter_mut().zip(self.sums[..count].as_flattened()) {
+            *value = T::from_level(*level);
+        }
+        // All four values are written where two texels have room for them; the next texel mends what
+        // is not its own.
+        let whole = if C == 1 { 0 } else { count - 1 };
+        for (k, values) in self.values[..whole * 4].as_chunks::<4>().0.iter().enumerate() {
+            texels[k * C..k * C + 4].copy_from_slice(values);
+        }
+        for (k, values) in
+            self.values[..count * 4].as_chunks::<4>().0.iter().enumerate().skip(whole)
+        {
+            texels[k * C..][..C].copy_from_slice(&values[..C]);
+        }
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, k: usize, value: f32x4<S>, begins: bool) {
+        let sum: f32x4<S> = self.sums[k].simd_into(value.simd);
+        self.sums[k] = if begins { value } else { sum + value }.into();
     }
 
     /// The weights of `count` texels.

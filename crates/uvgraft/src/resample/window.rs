@@ -33,12 +33,13 @@ pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F
 ) -> f32x4<S> {
     let [across, down] = weights;
     let vectors = (F::TAPS * C).div_ceil(LANES);
+    // Sums begin with their first term: adding it to zero would cost as much as adding another.
     let mut columns = [f32x8::splat(simd, 0.0); MAX_VECTORS];
     for b in 0..F::TAPS {
-        let row = &rows[b][start..][..vectors * LANES];
+        let row = &rows[b][start..start + vectors * LANES];
         for (vector, column) in columns[..vectors].iter_mut().enumerate() {
-            let levels = levels::<S, T, C, OPACITY>(simd, &row[vector * LANES..]);
-            *column += levels * down[b][k];
+            let term = levels::<S, T, C, OPACITY>(simd, &row[vector * LANES..]) * down[b][k];
+            *column = if b == 0 { term } else { *column + term };
         }
     }
     let mut value = f32x4::splat(simd, 0.0);
@@ -50,7 +51,8 @@ pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F
             2 => quad(&columns, index).slide::<2>(quad(&columns, index + 1)),
             _ => quad(&columns, index).slide::<3>(quad(&columns, index + 1)),
         };
-        value += texel * across[a][k];
+        let term = texel * across[a][k];
+        value = if a == 0 { term } else { value + term };
     }
     value
 }
