@@ -366,6 +366,23 @@ impl Texture {
         Self { size, texels, ..*self }
     }
 
+    /// Replaces all rows by those of another texture from `first_row` on.
+    ///
+    /// # Panics
+    /// If the other has another width or format, or too few rows.
+    pub fn copy_rows(&mut self, other: &Self, first_row: u32) {
+        assert_eq!((self.size.width, self.format()), (other.size.width, other.format()));
+        let values = self.size.width as usize * self.channels.count();
+        let start = first_row as usize * values;
+        let part = start..start + self.texels.len();
+        match (&mut self.texels, &other.texels) {
+            (Texels::U8(to), Texels::U8(from)) => to.copy_from_slice(&from[part]),
+            (Texels::U16(to), Texels::U16(from)) => to.copy_from_slice(&from[part]),
+            (Texels::F32(to), Texels::F32(from)) => to.copy_from_slice(&from[part]),
+            _ => unreachable!("formats were found to be the same"),
+        }
+    }
+
     /// The same values, said to mean something else.
     #[must_use]
     pub const fn with_encoding(mut self, encoding: Encoding) -> Self {

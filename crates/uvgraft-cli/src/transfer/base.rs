@@ -145,7 +145,7 @@ impl Base {
                 let reader = reader.take().context("the base is read once")?;
                 Bands::File { reader: Box::new(reader), encoding: format.encoding }
             }
-            Content::Image { texture, .. } => Bands::Image { texture, next: 0 },
+            Content::Image { texture, .. } => Bands::Image { texture, next: 0, spare: None },
             Content::Color(unit) => Bands::Color { unit: *unit, format, size: self.size, next: 0 },
         })
     }
@@ -154,7 +154,7 @@ impl Base {
 /// The rows of a base, band by band.
 pub(super) enum Bands<'a> {
     File { reader: Box<BandReader>, encoding: Encoding },
-    Image { texture: &'a Texture, next: u32 },
+    Image { texture: &'a Texture, next: u32, spare: Option<Texture> },
     Color { unit: [f32; 4], format: TexelFormat, size: Size, next: u32 },
 }
 
@@ -171,8 +171,18 @@ impl Bands<'_> {
                 let band = reader.next_band(rows).or_bad_input()?;
                 Ok(band.map(|band| band.with_encoding(*encoding)))
             }
-            Self::Image { texture, next } => {
-                Ok(part(next, texture.size().height).map(|rows| texture.rows(rows)))
+            Self::Image { texture, next, spare } => {
+                let Some(rows) = part(next, texture.size().height) else { return Ok(None) };
+                let size = Size::new(texture.size().width, rows.end - rows.start);
+                let fits =
+                    |band: &Texture| (band.size(), band.format()) == (size, texture.format());
+                Ok(Some(match spare.take().filter(fits) {
+                    Some(mut band) => {
+                        band.copy_rows(texture, rows.start);
+                        band
+                    }
+                    None => texture.rows(rows),
+                }))
             }
             Self::Color { unit, format, size, next } => {
                 let Some(rows) = part(next, size.height) else { return Ok(None) };
@@ -186,8 +196,10 @@ impl Bands<'_> {
 
     /// Takes back a band that is no longer needed.
     pub(super) fn recycle(&mut self, band: Texture) {
-        if let Self::File { reader, .. } = self {
-            reader.recycle(band);
+        match self {
+            Self::File { reader, .. } => reader.recycle(band),
+            Self::Image { spare, .. } => *spare = Some(band),
+            Self::Color { .. } => {}
         }
     }
 }
