@@ -616,6 +616,10 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     assert_eq!(bench.succeed(args), "3 of 3 were up to date\n");
     hours_ahead("base.png", 3).unwrap();
     assert_eq!(bench.succeed(args), "0 of 3 were up to date\n");
+    // What is left out is an output all the same, which no other may replace.
+    hours_ahead("base.png", 0).unwrap();
+    let clash = "transfer my.uvpair in --onto base.png --skip-existing --mask out/a.png -o out";
+    bench.refuse(clash, &["out/a.png", "two outputs"]);
     // A single file, and a mask that is made all the same.
     let args =
         "transfer my.uvpair in/a.png --onto base.png --skip-existing --mask mask.png -o a.png";
@@ -626,6 +630,32 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     std::fs::remove_file(bench.path("mask.png")).unwrap();
     assert_eq!(bench.succeed(args), "1 of 1 were up to date\n");
     assert_eq!(bench.bytes("mask.png"), mask);
+}
+
+/// Whether damage shows does not depend on what is faster, nor on other textures beside it.
+#[test]
+fn damage_where_nothing_is_read_never_matters() {
+    let bench = Bench::new();
+    bench.paint_noise("good.png", (300, 1200), Channels::Rgb, Depth::U8);
+    let damaged = |name: &str, tenth: usize| {
+        bench.derive(name, "good.png", |bytes| {
+            let at = bytes.len() * tenth / 10;
+            bytes[at] ^= 0x55;
+        });
+    };
+    damaged("low.png", 9);
+    damaged("high.png", 2);
+    bench.succeed("transfer my.uvpair good.png --reverse --size 64 -o good.out.png");
+    for _ in 0..8 {
+        bench.succeed("transfer my.uvpair low.png --reverse --size 64 -o out.png");
+        assert_eq!(bench.bytes("out.png"), bench.bytes("good.out.png"));
+        bench.refuse(
+            "transfer my.uvpair high.png --reverse --size 64 -o none.png",
+            &["high.png: PNG is damaged"],
+        );
+    }
+    bench.succeed("transfer my.uvpair low.png good.png --reverse --size 64 --jobs 2 -o folder");
+    assert_eq!(bench.bytes("folder/low.png"), bench.bytes("good.out.png"));
 }
 
 /// Only rows of the source that count are decoded: what the others hold shows nowhere.

@@ -59,7 +59,11 @@ impl Base {
             let content = Content::File { reader: Mutex::new(Some(reader)), known };
             return Ok(Self { content, size });
         }
-        let texture = reader.read_while(|_| true).or_bad_input()?.with_encoding(format.encoding);
+        let (texture, failure) = reader.read_while(|_| true).or_bad_input()?;
+        if let Some((_, error)) = failure {
+            return Err(bad_input(error));
+        }
+        let texture = texture.with_encoding(format.encoding);
         let texture = match args.size {
             Some(size) => texture.resized(size, args.filter(), args.linear_light).or_bad_input()?,
             None => texture,
@@ -88,6 +92,11 @@ impl Base {
 
     pub(super) fn is_image(&self) -> bool {
         self.known().is_some()
+    }
+
+    /// How an image's values are stored; a colour takes after the source.
+    pub(super) fn depth(&self) -> Option<Depth> {
+        self.known().map(|known| known.format.depth)
     }
 
     /// Whether part of a colour shows what is behind it.

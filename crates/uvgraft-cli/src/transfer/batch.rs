@@ -6,6 +6,7 @@ use std::thread;
 
 use anyhow::Context;
 use indicatif::ProgressBar;
+use uvgraft::{Depth, Encoding, TexelFormat};
 use uvgraft_io::image;
 
 use super::Args;
@@ -40,7 +41,8 @@ pub(super) fn run(
         return Ok(report.finish());
     }
 
-    let memory = Memory::new(args.memory.saturating_sub(base.bytes()));
+    // Something is left in any case: one texture at a time is always carried.
+    let memory = Memory::new(args.memory.saturating_sub(base.bytes()).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
     let work = || -> anyhow::Result<()> {
@@ -79,17 +81,16 @@ pub(super) fn run(
 fn bytes_needed(job: &Job, base: &Base, args: &Args) -> u64 {
     /// Bands of rows, and what waits for being written.
     const BANDS: u64 = 24 << 20;
+    // A pipe can be read only once.
+    if !job.source.metadata().is_ok_and(|found| found.is_file()) {
+        return BANDS;
+    }
     let Ok(header) = image::read_header(&job.source) else { return BANDS };
     let target = base.size().texels() as u64;
-    let mut value = 1;
-    if header.depth > uvgraft::Depth::U8 || args.linear_light {
-        value = 4;
-    }
-    let format = uvgraft::TexelFormat {
-        channels: header.channels,
-        depth: header.depth,
-        encoding: uvgraft::Encoding::Srgb,
-    };
+    let depth = base.depth().unwrap_or(header.depth).max(header.depth);
+    let value = if depth > Depth::U8 || args.linear_light { 4 } else { 1 };
+    let format =
+        TexelFormat { channels: header.channels, depth: header.depth, encoding: Encoding::Srgb };
     // As it is decoded, and as it is worked on: all channels of both, and floats where they differ.
     let source = bytes_of(header.size, format) + header.size.texels() as u64 * 4 * value;
     // Solving keeps eight vectors of floats on either side; formats other than PNG are gathered.

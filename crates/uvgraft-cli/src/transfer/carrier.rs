@@ -86,8 +86,7 @@ impl<'a> Carrier<'a> {
             let wanted = AtomicU32::new(size.height);
             let read = || {
                 let is_wanted = |row| row < wanted.load(Ordering::Relaxed);
-                let texture = source.read_while(is_wanted).or_bad_input()?;
-                anyhow::Ok(texture.with_encoding(format.encoding))
+                source.read_while(is_wanted).or_bad_input()
             };
             let prepare = || {
                 let carriage = self.carriage(size);
@@ -104,7 +103,16 @@ impl<'a> Carrier<'a> {
             } else {
                 (prepare(), read())
             };
-            let (overlay, fit) = carriage.overlay(texture?, base)?;
+            let (texture, failure) = texture?;
+            // Decoding may have gone further than is read, before that was known: damage there is
+            // none of this texture's, whichever was faster.
+            if let Some((row, error)) = failure
+                && row < carriage.source_rows_end()
+            {
+                return Err(bad_input(error));
+            }
+            let texture = texture.with_encoding(format.encoding);
+            let (overlay, fit) = carriage.overlay(texture, base)?;
             let spec = TextureSpec::new(self.base.size(), overlay.format());
             let options = self.write_options();
             let written = match BandWriter::create(&job.output, spec, icc.as_deref(), &options) {

@@ -139,12 +139,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let base_path = args.onto.as_deref().filter(|onto| !onto.starts_with('#')).map(Path::new);
     let shared = || [&*args.pair].into_iter().chain(base_path);
     let mut outputs = Outputs::new(shared().chain(jobs.iter().map(|job| &*job.source)));
+    if new_folder.is_none() {
+        jobs.iter().try_for_each(|job| outputs.check(&job.output))?;
+    }
     let planned = jobs.len();
     if args.skip_existing {
         jobs.retain(|job| !job.is_done(shared()));
-    }
-    if new_folder.is_none() {
-        jobs.iter().try_for_each(|job| outputs.check(&job.output))?;
     }
     if let Some(mask) = &args.mask {
         if format_of(mask)? == Format::Jpeg {

@@ -153,16 +153,20 @@ impl<'a> BandDecoder<'a> {
     }
 
     /// The image from the next row on, in its whole size: rows are decoded as long as `is_wanted`
-    /// says so of the next, which is asked now and then; those above and below may hold anything.
+    /// says so of the next, which is asked for every 32nd; those above and below may hold anything.
+    ///
+    /// If decoding fails, the row up to which all is well comes along with the reason: the caller may
+    /// have learnt meanwhile that the rest does not matter.
     ///
     /// # Errors
-    /// As [`BandDecoder::next_band`].
+    /// [`ImageError`] if there is no memory for it.
     pub fn read_while(
         mut self,
         mut is_wanted: impl FnMut(u32) -> bool,
-    ) -> Result<Texture, ImageError> {
+    ) -> Result<(Texture, Option<(u32, ImageError)>), ImageError> {
         /// Between one question and the next.
         const ROWS: u32 = 32;
+        let mut failure = None;
         let TextureSpec { size, channels, encoding, .. } = self.spec();
         let values = size.height as usize * self.spec().row_values();
         let mut texels = match &mut self.rows {
@@ -172,11 +176,14 @@ impl<'a> BandDecoder<'a> {
         if let Rows::Png(decoder) = &mut self.rows {
             while self.next_row < size.height && is_wanted(self.next_row) {
                 let end = size.height.min(self.next_row + ROWS);
-                decoder.read(&mut texels, self.next_row..end)?;
+                if let Err(error) = decoder.read(&mut texels, self.next_row..end) {
+                    failure = Some((self.next_row, error));
+                    break;
+                }
                 self.next_row = end;
             }
         }
-        Ok(Texture::new(size, channels, encoding, texels)?)
+        Ok((Texture::new(size, channels, encoding, texels)?, failure))
     }
 
     /// All rows that are left, of which there are some.
@@ -305,9 +312,14 @@ impl BandReader {
     ///
     /// # Errors
     /// [`ReadError`], with the path.
-    pub fn read_while(self, is_wanted: impl FnMut(u32) -> bool) -> Result<Texture, ReadError> {
+    pub fn read_while(
+        self,
+        is_wanted: impl FnMut(u32) -> bool,
+    ) -> Result<(Texture, Option<(u32, ReadError)>), ReadError> {
         let Self { path, decoder } = self;
-        decoder.read_while(is_wanted).map_err(|reason| ReadError::Content { path, reason })
+        let named = |reason| ReadError::Content { path: path.clone(), reason };
+        let (texture, failure) = decoder.read_while(is_wanted).map_err(named)?;
+        Ok((texture, failure.map(|(row, reason)| (row, named(reason)))))
     }
 
     pub(super) fn read_whole(self) -> Result<Image, ReadError> {
