@@ -30,14 +30,37 @@ fn only_whole_files_stay() {
         command.args("transfer my.uvpair noise.png --size 4096 --compress -o out.png".split(' '));
         let mut program = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         wait_for(|| has_unfinished(&bench), &mut program);
-        let id = program.id().to_string();
-        assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
+        send(signal, &program);
         let output = program.wait_with_output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(stderr, "interrupted; unfinished outputs were left as they were\n", "{signal}");
         assert_eq!(output.status.code(), Some(130), "{signal}");
         assert!(bench.content() == before, "{signal}");
     }
+}
+
+#[test]
+fn no_temporary_folder_stays() {
+    if is_ignored() {
+        eprintln!("skipped: this process was started with signals ignored");
+        return;
+    }
+    let bench = Bench::new();
+    bench.make_folder("temporary");
+    let entries = || bench.path("temporary").read_dir().unwrap().count();
+    let mut command = bench.command();
+    command.env("TMPDIR", bench.path("temporary"));
+    command.args("bench my.uvpair --size 2048 --source-size 2048 --runs 1000".split(' '));
+    let mut program = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    wait_for(|| entries() > 0, &mut program);
+    send("INT", &program);
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    assert_eq!(entries(), 0);
+}
+
+fn send(signal: &str, program: &Child) {
+    let id = program.id().to_string();
+    assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
 }
 
 fn has_unfinished(bench: &Bench) -> bool {

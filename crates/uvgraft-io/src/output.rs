@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempDir};
 
 /// A file that appears at its path when it is committed. Dropped before, it leaves whatever was
 /// there.
@@ -23,10 +23,11 @@ pub struct AtomicFile {
 ///
 /// Files are made, renamed and removed under this lock: whoever holds it sees none half way.
 static UNFINISHED: Mutex<Unfinished> =
-    Mutex::new(Unfinished { paths: Vec::new(), is_abandoned: false });
+    Mutex::new(Unfinished { paths: Vec::new(), folders: Vec::new(), is_abandoned: false });
 
 struct Unfinished {
     paths: Vec<PathBuf>,
+    folders: Vec<PathBuf>,
     is_abandoned: bool,
 }
 
@@ -44,14 +45,52 @@ impl Unfinished {
     }
 }
 
-/// Removes the temporary files of all outputs in the making, and lets no output begin or take its
-/// place from now on: for a process that is about to end.
+/// Removes the temporary files of all outputs in the making and all temporary folders, and lets no
+/// output begin or take its place from now on: for a process that is about to end.
 pub fn abandon_unfinished() {
     let mut unfinished = unfinished();
     unfinished.is_abandoned = true;
     for path in unfinished.paths.drain(..) {
         // There is nobody left to tell.
         let _ = std::fs::remove_file(path);
+    }
+    for folder in unfinished.folders.drain(..) {
+        /// A file that is made meanwhile keeps its folder from being removed, but not again: there
+        /// are few of them.
+        const TRIES: usize = 16;
+        let _ = (0..TRIES).find(|_| std::fs::remove_dir_all(&folder).is_ok());
+    }
+}
+
+/// A folder for files that nobody needs after this process, in the system's place for them. It goes
+/// when this is dropped, or by [`abandon_unfinished`].
+#[derive(Debug)]
+pub struct TemporaryFolder {
+    folder: TempDir,
+}
+
+impl TemporaryFolder {
+    /// Makes an empty folder.
+    ///
+    /// # Errors
+    /// What the system gives, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
+    pub fn create() -> io::Result<Self> {
+        let mut unfinished = unfinished();
+        unfinished.check()?;
+        let folder = tempfile::Builder::new().prefix("uvgraft-").tempdir()?;
+        unfinished.folders.push(folder.path().to_owned());
+        Ok(Self { folder })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        unfinished().folders.retain(|path| path != self.folder.path());
     }
 }
 

@@ -7,12 +7,12 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
-use tempfile::TempDir;
 use uvgraft::{
     Direction, Filter, MapOptions, Pair, SamplingMap, Size, Texture, Transfer, TransferError,
     TransferOptions,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_io::output::TemporaryFolder;
 use uvgraft_io::pair_file;
 
 use super::measure::time;
@@ -40,7 +40,7 @@ pub(super) struct Case<'a> {
     filled: usize,
     /// Texels of the source that they are made from.
     read: usize,
-    folder: TempDir,
+    folder: TemporaryFolder,
 }
 
 impl<'a> Case<'a> {
@@ -53,7 +53,7 @@ impl<'a> Case<'a> {
     ) -> anyhow::Result<Self> {
         let (source, base) = (detailed(from, 1)?, detailed(to, 2)?);
         let (source_png, base_png) = (png(&source)?, png(&base)?);
-        let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+        let folder = TemporaryFolder::create().context("cannot make a temporary folder")?;
         let filled = map(pair, direction, to, MapOptions::default()).stats();
         // The other layout's linked texels are what is read: its map says how many they are.
         let read = map(pair, direction.opposite(), from, MapOptions { gutter_px: 0 }).stats();
