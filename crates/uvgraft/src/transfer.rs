@@ -92,9 +92,9 @@ impl Transfer {
         let paths = Paths::new(&map, source_size, options.filter);
         let reads = Reads::new(&map, pair.to(direction), &paths);
         let reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
-        let covered = Region::covered(from, source_size, &reads.tiles.widened(reach));
-        let padding = Padding::new(&covered, reach, &reads.tiles);
-        let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
+        let near = reads.tiles.widened(reach);
+        let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
+        let source_rows = near.rows_between(source_size.height);
         Self { map, paths, source_rows, padding, options: *options }
     }
 

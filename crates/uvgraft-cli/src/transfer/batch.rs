@@ -93,7 +93,7 @@ fn bytes_needed(job: &Job, base: &Base, args: &Args) -> u64 {
         TexelFormat { channels: header.channels, depth: header.depth, encoding: Encoding::Srgb };
     // As it is decoded, and as it is worked on: all channels of both, and floats where they differ.
     let source = bytes_of(header.size, format) + header.size.texels() as u64 * 4 * value;
-    // Solving keeps eight vectors of floats on either side; formats other than PNG are gathered.
+    // Solving keeps at most five textures of floats on either side; formats other than PNG are gathered.
     let fit = if args.fit { (header.size.texels() as u64 + target) * 4 * 4 * 5 } else { 0 };
     let is_png = image::Format::from_path(&job.output) == Some(image::Format::Png);
     let gathered = if is_png { 0 } else { 2 * target * 4 * value };

@@ -20,8 +20,8 @@ pub(super) const MAX_VALUES: usize = MAX_VECTORS * LANES;
 
 /// The value at a position in a window, in the first `C` lanes.
 ///
-/// - `values`: from the window's first texel on; rows follow each other after `stride` values, and
-///   are read in whole vectors, so that up to 7 values behind the window must be there.
+/// - `rows`: one for each row of the window, which begins at value `start` of each; read in whole
+///   vectors, so that up to 7 values behind the window must be there.
 /// - `k`: which texel of the batch's weights counts.
 #[inline(always)]
 pub(super) fn filtered<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
