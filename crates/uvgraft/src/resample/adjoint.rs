@@ -3,7 +3,8 @@
 //! Bands of the source are worked on one by one or at once; each looks at the runs that read it, in
 //! the target's order, so sums do not depend on threads.
 
-use super::{Paths, Walk, near_texture, split};
+use super::position::{containing, fraction, near_texture, split};
+use super::{Paths, Walk};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Nearest, Taps};
 use crate::map::{Run, SamplingMap};
 use crate::texture::Size;
@@ -36,7 +37,7 @@ impl Schedule {
         let mut bands = vec![Vec::new(); source.height.div_ceil(BAND) as usize];
         for row in 0..map.size().height {
             for run in map.row(row).iter().copied().flat_map(cut) {
-                let [first, last] = rows_read(&paths.walk(row, run), run.len, source, filter);
+                let [first, last] = rows_read(&paths.walk(row, run), run.len, source);
                 for band in &mut bands[(first / BAND) as usize..=(last / BAND) as usize] {
                     band.push(Piece { row, run });
                 }
@@ -74,17 +75,15 @@ impl Schedule {
                 Band::<C> { sums: &mut sums, width: width as i32, first_row: first_row as i32 };
             for &Piece { row, run } in &self.bands[index] {
                 let walk = paths.walk(row, run);
-                let [columns, rows] = walk.samples;
+                let [columns, rows] = walk.samples();
                 let share = 1.0 / (columns * rows) as f32;
                 let first = (row as usize * target_width + run.x as usize) * C;
                 let texels = target[first..first + run.len as usize * C].chunks_exact(C);
                 for (k, texel) in (0..).zip(texels) {
                     let value: [f32; C] = std::array::from_fn(|channel| texel[channel] * share);
-                    let centre = walk.at(k);
                     for b in 0..rows {
                         for a in 0..columns {
-                            let at = walk.sample(centre, a, b);
-                            band.add::<F>(at, value, self.source);
+                            band.add::<F>(walk.sample(k, a, b), value, self.source);
                         }
                     }
                 }
@@ -107,12 +106,11 @@ fn cut(run: Run) -> impl Iterator<Item = Run> {
 }
 
 /// The first and the last row that the windows of a run may touch.
-fn rows_read(walk: &Walk, len: u32, source: Size, filter: Filter) -> [u32; 2] {
-    let ends = [walk.at(0)[1], walk.at(len - 1)[1]].map(|y| near_texture(y, source.height));
-    // Half a window, and one texel more than rounding can be off.
-    let margin = walk.spread[1] + filter.taps() as f64 * 0.5 + 1.0;
-    let row = |y: f64| (y.floor() as i64).clamp(0, i64::from(source.height) - 1) as u32;
-    [row(ends[0].min(ends[1]) - margin), row(ends[0].max(ends[1]) + margin)]
+fn rows_read(walk: &Walk<'_>, len: u32, source: Size) -> [u32; 2] {
+    let ends = [walk.centre(0), walk.centre(len - 1)].map(|at| near_texture(at[1], source.height));
+    let reach = walk.reach()[1];
+    let row = |y: i64| containing(y).clamp(0, source.height as i32 - 1) as u32;
+    [row(ends[0].min(ends[1]) - reach), row(ends[0].max(ends[1]) + reach)]
 }
 
 /// Rows of the source that are added to.
@@ -125,7 +123,7 @@ struct Band<'a, const C: usize> {
 impl<const C: usize> Band<'_, C> {
     /// Adds a value to the window around a position, as far as it lies in the band.
     #[inline(always)]
-    fn add<F: Taps>(&mut self, position: [f64; 2], value: [f32; C], source: Size) {
+    fn add<F: Taps>(&mut self, position: [i64; 2], value: [f32; C], source: Size) {
         let before = (F::TAPS as i32 - 1) / 2;
         let (y, fraction_y) = place::<F>(position[1], source.height);
         let band_rows = (self.sums.len() / C) as i32 / self.width;
@@ -170,7 +168,11 @@ impl<const C: usize> Band<'_, C> {
 /// The texel before a position and how far beyond it the position lies; for one tap the texel that
 /// contains it.
 #[inline(always)]
-fn place<F: Taps>(position: f64, count: u32) -> (i32, f32) {
+fn place<F: Taps>(position: i64, count: u32) -> (i32, f32) {
     let near = near_texture(position, count);
-    if F::TAPS == 1 { (near.floor() as i32, 0.0) } else { split(near) }
+    if F::TAPS == 1 {
+        return (containing(near), 0.0);
+    }
+    let (texel, bits) = split(near);
+    (texel, fraction(bits))
 }

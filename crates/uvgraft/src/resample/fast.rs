@@ -7,6 +7,7 @@
 use fearless_simd::{Level, Simd, SimdInto, f32x4};
 
 use super::places::{BATCH, Places};
+use super::position::containing;
 use super::window::{self, LANES, MAX_VALUES, Weights};
 use super::{Paths, Walk, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
@@ -90,7 +91,7 @@ fn for_each_run<T: Value, const C: usize>(
     paths: &Paths,
     first_row: u32,
     rows: &mut [T],
-    mut fill: impl FnMut(&Walk, &mut [T]),
+    mut fill: impl FnMut(&Walk<'_>, &mut [T]),
 ) {
     let width = map.size().width as usize * C;
     for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
@@ -103,15 +104,15 @@ fn for_each_run<T: Value, const C: usize>(
 
 fn nearest<T: Value, const C: usize, const OPACITY: bool>(
     source: Source<'_, T>,
-    walk: &Walk,
+    walk: &Walk<'_>,
     texels: &mut [T],
 ) {
-    let (last_x, last_y) = (source.size.width - 1, source.size.height - 1);
+    let last = [source.size.width - 1, source.size.height - 1].map(i64::from);
     let width = source.size.width as usize;
     for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
-        // Casts saturate, which clamps below; they truncate, which is the floor above.
-        let [x, y] = walk.at(k).map(|position| position as u32);
-        let index = y.min(last_y) as usize * width + x.min(last_x) as usize;
+        let centre = walk.centre(k);
+        let [x, y] = [0, 1].map(|axis| containing(centre[axis].clamp(0, last[axis] << 32)));
+        let index = y as usize * width + x as usize;
         let levels = load::<T, C, OPACITY>(&source.values[index * C..][..C]);
         store::<T, C, OPACITY>(levels, texel);
     }
@@ -161,8 +162,7 @@ fn smooth<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
         rows,
         #[inline(always)]
         |walk, texels| {
-            let clear = may_be_clear
-                && walk.stays_inside((texels.len() / C) as u32, source.size, F::TAPS as u32);
+            let clear = may_be_clear && walk.stays_inside((texels.len() / C) as u32, source.size);
             for (piece, texels) in (0..).zip(texels.chunks_mut(BATCH * C)) {
                 let first = piece * BATCH as u32;
                 let window_rows = clear.then_some(&window_rows);
@@ -180,20 +180,19 @@ impl<T: Value> Batch<T> {
         simd: S,
         source: Source<'_, T>,
         window_rows: Option<&[&[T]; MAX_TAPS]>,
-        walk: &Walk,
+        walk: &Walk<'_>,
         first: u32,
         texels: &mut [T],
     ) {
         let count = texels.len() / C;
-        let [columns, rows] = walk.samples;
+        let [columns, rows] = walk.samples();
         for b in 0..rows {
             for a in 0..columns {
-                let clear = window_rows.is_some();
                 let texels = (first as usize, count);
-                self.places.find::<S, F>(simd, source.size, walk, texels, (a, b), clear);
-                self.weigh::<F>(count);
                 let begins = (a, b) == (0, 0);
                 if let Some(rows) = window_rows {
+                    self.places.find::<S, F>(simd, source.size, walk, texels, (a, b));
+                    self.weigh::<F>(count);
                     for k in 0..count {
                         let start = self.places.start[k] as usize * C;
                         let value = window::filtered::<S, T, C, OPACITY, F>(
@@ -206,6 +205,8 @@ impl<T: Value> Batch<T> {
                         self.add(k, value, begins);
                     }
                 } else {
+                    self.places.find_anywhere::<F>(source.size, walk, texels, (a, b));
+                    self.weigh::<F>(count);
                     for k in 0..count {
                         let value = self.anywhere::<S, C, OPACITY, F>(simd, source, k);
                         self.add(k, value, begins);
@@ -213,7 +214,7 @@ impl<T: Value> Batch<T> {
                 }
             }
         }
-        if walk.samples != [1, 1] {
+        if walk.samples() != [1, 1] {
             let share = 1.0 / (columns * rows) as f32;
             for level in self.sums[..count].as_flattened_mut() {
                 *level *= share;

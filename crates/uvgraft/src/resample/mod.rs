@@ -6,10 +6,12 @@
 pub(crate) mod adjoint;
 pub(crate) mod fast;
 mod places;
+pub(crate) mod position;
 pub(crate) mod reads;
 pub mod reference;
 mod window;
 
+use self::position::{TEXEL, from_texels};
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
@@ -28,40 +30,53 @@ pub(crate) struct Paths {
     patches: Vec<Path>,
 }
 
-/// A patch's map and footprint in source texels.
+/// A patch's map and footprint in the source, in positions as [`position`] has them.
 #[derive(Debug, Clone, Copy)]
 struct Path {
-    origin_px: [f64; 2],
-    origin: [f64; 2],
-    slope: [[f64; 2]; 2],
+    /// A texel of the target near the patch.
+    px: [i32; 2],
+    /// What its centre maps to.
+    origin: [i64; 2],
+    /// By axis of the source and of the target.
+    slope: [[i64; 2]; 2],
     samples: [u32; 2],
-    sample_steps: [[f64; 2]; 2],
-    /// How far from a texel's centre its samples lie at most, along the source's x and y.
-    spread: [f64; 2],
+    first_sample: [i64; 2],
+    sample_steps: [[i64; 2]; 2],
+    /// How far from a texel's centre its samples' windows reach at most, along the source's x and y.
+    reach: [i64; 2],
+}
+
+impl Path {
+    fn new(patch: &Patch, source: Size, filter: Filter) -> Self {
+        let scale = [f64::from(source.width), f64::from(source.height)];
+        let affine = &patch.src_uv_from_tgt_px;
+        // Casts saturate: such patches belong to no texel.
+        let px = affine.origin_px.map(|px| px.floor() as i32);
+        let centre = affine.at(px.map(|px| f64::from(px) + 0.5));
+        let (samples, steps) = footprint(patch, scale, filter);
+        let offset = |k: usize| 0.5 * f64::from(samples[k] - 1);
+        let by_axis = |value: &dyn Fn(usize) -> f64| [0, 1].map(|axis| from_texels(value(axis)));
+        Self {
+            px,
+            origin: by_axis(&|axis| centre[axis] * scale[axis]),
+            slope: [0, 1]
+                .map(|axis| affine.jacobian[axis].map(|slope| from_texels(slope * scale[axis]))),
+            samples,
+            first_sample: by_axis(&|axis| -offset(0) * steps[0][axis] - offset(1) * steps[1][axis]),
+            sample_steps: steps.map(|step| step.map(from_texels)),
+            // Half a window, and one texel more than rounding can be off.
+            reach: by_axis(&|axis| {
+                let spread = offset(0) * steps[0][axis].abs() + offset(1) * steps[1][axis].abs();
+                spread + filter.taps() as f64 * 0.5 + 1.0
+            }),
+        }
+    }
 }
 
 impl Paths {
     pub fn new(map: &SamplingMap, source: Size, filter: Filter) -> Self {
-        let scale = [f64::from(source.width), f64::from(source.height)];
-        let path = |patch: &Patch| {
-            let affine = &patch.src_uv_from_tgt_px;
-            let (samples, sample_steps) = footprint(patch, scale, filter);
-            let spread = [0, 1].map(|axis| {
-                let reach =
-                    |k: usize| 0.5 * f64::from(samples[k] - 1) * sample_steps[k][axis].abs();
-                reach(0) + reach(1)
-            });
-            Path {
-                origin_px: affine.origin_px,
-                origin: [0, 1].map(|axis| affine.origin_uv[axis] * scale[axis]),
-                slope: [0, 1].map(|axis| affine.jacobian[axis].map(|value| value * scale[axis])),
-                samples,
-                sample_steps,
-                spread,
-            }
-        };
-        let patches = map_indices(map.patches().len(), |patch| path(&map.patches()[patch]));
-        Self { source, filter, patches }
+        let path = |patch: usize| Path::new(&map.patches()[patch], source, filter);
+        Self { source, filter, patches: map_indices(map.patches().len(), path) }
     }
 
     /// The source's size.
@@ -71,73 +86,75 @@ impl Paths {
 
     /// The samples of one run.
     #[inline(always)]
-    pub fn walk(&self, row: u32, run: Run) -> Walk {
+    pub fn walk(&self, row: u32, run: Run) -> Walk<'_> {
         let path = &self.patches[run.patch as usize];
-        let x = f64::from(run.x) + 0.5 - path.origin_px[0];
-        let y = f64::from(row) + 0.5 - path.origin_px[1];
-        let start =
-            |axis: usize| path.origin[axis] + path.slope[axis][0] * x + path.slope[axis][1] * y;
-        Walk {
-            start: [start(0), start(1)],
-            step: [path.slope[0][0], path.slope[1][0]],
-            samples: path.samples,
-            sample_steps: path.sample_steps,
-            spread: path.spread,
-        }
+        let x = i64::from(run.x) - i64::from(path.px[0]);
+        let y = i64::from(row) - i64::from(path.px[1]);
+        let start = [0, 1].map(|axis| {
+            let [by_x, by_y] = path.slope[axis];
+            let offset = by_x.saturating_mul(x).saturating_add(by_y.saturating_mul(y));
+            path.origin[axis].saturating_add(offset)
+        });
+        Walk { start, path }
     }
 }
 
-/// Where the samples of one run lie in the source, in texels.
+/// Where the samples of one run lie in the source.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Walk {
-    start: [f64; 2],
-    step: [f64; 2],
-    /// How many samples a texel averages along the target's x and y.
-    pub samples: [u32; 2],
-    /// Source offset from one sample to the next along the target's x and y.
-    sample_steps: [[f64; 2]; 2],
-    spread: [f64; 2],
+pub(crate) struct Walk<'a> {
+    start: [i64; 2],
+    path: &'a Path,
 }
 
-impl Walk {
-    /// Source position of the centre of the run's texel `k`, in texels from the top left corner.
+impl Walk<'_> {
+    /// How many samples a texel averages along the target's x and y.
     #[inline(always)]
-    pub fn at(&self, k: u32) -> [f64; 2] {
-        let k = f64::from(k);
-        [self.start[0] + k * self.step[0], self.start[1] + k * self.step[1]]
+    pub fn samples(&self) -> [u32; 2] {
+        self.path.samples
+    }
+
+    /// From one texel's samples to the next one's.
+    #[inline(always)]
+    pub fn step(&self) -> [i64; 2] {
+        self.path.slope.map(|[by_x, _]| by_x)
+    }
+
+    /// Position of the centre of the run's texel `k`.
+    #[inline(always)]
+    pub fn centre(&self, k: u32) -> [i64; 2] {
+        [0, 1].map(|axis| {
+            self.start[axis].saturating_add(self.step()[axis].saturating_mul(i64::from(k)))
+        })
+    }
+
+    /// Position of sample `(a, b)` of the run's texel `k`.
+    #[inline(always)]
+    pub fn sample(&self, k: u32, a: u32, b: u32) -> [i64; 2] {
+        let Path { first_sample, sample_steps: [by_a, by_b], .. } = self.path;
+        let centre = self.centre(k);
+        // Steps are of the size of textures, so only the centre may be too far for sums.
+        [0, 1].map(|axis| {
+            let offset = first_sample[axis] + i64::from(a) * by_a[axis] + i64::from(b) * by_b[axis];
+            centre[axis].saturating_add(offset)
+        })
+    }
+
+    /// How far the samples' windows reach from texels' centres at most, along the source's x and y.
+    pub fn reach(&self) -> [i64; 2] {
+        self.path.reach
     }
 
     /// Whether the windows of all samples of the run's first `count` texels lie in the source: a run
     /// is straight, so it is enough to look at its ends.
-    pub fn stays_inside(&self, count: u32, source: Size, taps: u32) -> bool {
-        let ends = [self.at(0), self.at(count - 1)];
-        [source.width, source.height].into_iter().enumerate().all(|(axis, size)| {
-            // Half a window, and one texel more than rounding can be off.
-            let margin = self.spread[axis] + f64::from(taps) * 0.5 + 1.0;
-            ends.iter().all(|end| (margin..f64::from(size) - margin).contains(&end[axis]))
+    #[inline(always)]
+    pub fn stays_inside(&self, count: u32, source: Size) -> bool {
+        let ends = [self.start, self.centre(count - 1)];
+        let size = [source.width, source.height];
+        (0..2).all(|axis| {
+            let least = self.path.reach[axis];
+            let most = i64::from(size[axis]) * TEXEL - least;
+            ends.iter().all(|end| (least..most).contains(&end[axis]))
         })
-    }
-
-    /// Source position of sample `(a, b)` of the texel whose centre is at `centre`.
-    #[inline(always)]
-    pub fn sample(&self, centre: [f64; 2], a: u32, b: u32) -> [f64; 2] {
-        let [a, b] = self.offsets(a, b);
-        [0, 1].map(|i| centre[i] + a * self.sample_steps[0][i] + b * self.sample_steps[1][i])
-    }
-
-    /// The same on one axis, for texels `k`: the sum of `start`, `k · step`, and sample `(a, b)`'s two
-    /// offsets, in this order.
-    #[inline(always)]
-    fn line(&self, axis: usize, a: u32, b: u32) -> [f64; 4] {
-        let [a, b] = self.offsets(a, b);
-        let steps = [0, 1].map(|k| self.sample_steps[k][axis]);
-        [self.start[axis], self.step[axis], a * steps[0], b * steps[1]]
-    }
-
-    /// How many steps sample `(a, b)` lies from the centre.
-    #[inline(always)]
-    fn offsets(&self, a: u32, b: u32) -> [f64; 2] {
-        [(a, 0), (b, 1)].map(|(n, k)| f64::from(n) - f64::from(self.samples[k] - 1) * 0.5)
     }
 }
 
@@ -157,31 +174,6 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
             span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
     }
     (samples, steps)
-}
-
-/// A position on one axis, moved close to the texture where it is far off, as UV coordinates may be:
-/// beyond a window's width nothing changes any more, and [`split`] needs numbers of a sane size.
-#[inline(always)]
-pub(crate) fn near_texture(position: f64, count: u32) -> f64 {
-    position.clamp(-NEAR, f64::from(count) + NEAR)
-}
-
-/// How far beyond the texture's edge positions may be, in texels: more than any window is wide.
-const NEAR: f64 = 8.0;
-
-/// Adding 1.5 · 2⁵² leaves no bits for a fraction, so the sum is rounded to a whole number, whose
-/// two's complement is in its low bits.
-const WHOLE: f64 = 6_755_399_441_055_744.0;
-
-/// The texel before a position on one axis, and how far the position lies beyond its centre: 0 to 1,
-/// both included. The position is in or near a texture, see [`near_texture`].
-#[inline(always)]
-pub(crate) fn split(position: f64) -> (i32, f32) {
-    // Half a texel down for the centre, and half for rounding instead of flooring. `floor` would be a
-    // call where the baseline has no instruction for it.
-    let sum = position - 1.0 + WHOLE;
-    let whole = sum - WHOLE;
-    (sum.to_bits() as i32, (position - 0.5 - whole) as f32)
 }
 
 /// Reads a texel as levels, colour multiplied by opacity if the last channel is that.
@@ -335,16 +327,15 @@ mod tests {
         );
         // A target texel is an eighth; in u the source spans twice as much, so 4 source texels of 16.
         let run = map.row(1)[0];
-        let walk = Paths::new(&map, Size::square(16), Filter::Bilinear).walk(1, run);
-        assert_eq!(walk.samples, [4, 2]);
-        assert_eq!(walk.at(0), [2.0, 3.0]);
-        assert_eq!(walk.at(1), [6.0, 3.0]);
-        assert_eq!(walk.sample([2.0, 3.0], 0, 0), [0.5, 2.5]);
-        assert_eq!(walk.sample([2.0, 3.0], 3, 1), [3.5, 3.5]);
-        assert_eq!(split(0.25), (-1, 0.75));
-        assert_eq!(split(2.5), (2, 0.0));
-        assert_eq!(near_texture(1e30, 64), 72.0);
-        assert_eq!(near_texture(-1e30, 64), -8.0);
+        let paths = Paths::new(&map, Size::square(16), Filter::Bilinear);
+        let walk = paths.walk(1, run);
+        let at = |x: f64, y: f64| [x, y].map(from_texels);
+        assert_eq!(walk.samples(), [4, 2]);
+        assert_eq!(walk.centre(0), at(2.0, 3.0));
+        assert_eq!(walk.centre(1), at(6.0, 3.0));
+        assert_eq!(walk.sample(0, 0, 0), at(0.5, 2.5));
+        assert_eq!(walk.sample(0, 3, 1), at(3.5, 3.5));
+        assert_eq!(walk.sample(1, 3, 1), at(7.5, 3.5));
     }
 
     #[test]

@@ -1,10 +1,9 @@
 //! Where the windows of a batch of texels lie.
 
-use fearless_simd::{
-    Bytes, Select, Simd, SimdBase, SimdInto, SimdNarrow, f32x8, f64x4, i32x8, i64x4, u32x8,
-};
+use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdInto, f32x8, i32x8, i64x4, u32x8};
 
-use super::{NEAR, WHOLE, Walk};
+use super::Walk;
+use super::position::{TEXEL, fraction, near_texture, split};
 use crate::filter::Taps;
 use crate::texture::Size;
 
@@ -16,7 +15,7 @@ const GROUP: usize = 8;
 
 /// Where the windows of a batch of texels lie.
 pub(super) struct Places {
-    /// Column and row of the window's first texel.
+    /// Column and row of the window's first texel; for windows that may leave the source.
     pub corner: [[i32; BATCH]; 2],
     /// Its number in the source, for windows that lie in it.
     pub start: [u32; BATCH],
@@ -29,84 +28,90 @@ impl Places {
         Self { corner: [[0; BATCH]; 2], start: [0; BATCH], fraction: [[0.0; BATCH]; 2] }
     }
 
-    /// Places sample `(a, b)` of `count` texels of a run from `first` on, and of some more texels up
-    /// to a whole group.
-    ///
-    /// - `clear`: whether all windows lie in the source; others are moved near to it.
+    /// Places sample `(a, b)` of `count` texels of a run from `first` on, whose windows lie in the
+    /// source, and of some more texels up to a whole group.
     #[inline(always)]
     pub fn find<S: Simd, F: Taps>(
         &mut self,
         simd: S,
         source: Size,
-        walk: &Walk,
+        walk: &Walk<'_>,
         (first, count): (usize, usize),
         (a, b): (u32, u32),
-        clear: bool,
     ) {
-        let before = F::TAPS as i32 / 2 - 1;
         let width = i32x8::splat(simd, source.width as i32);
-        let x_line = Line::new(simd, walk.line(0, a, b), source.width);
-        let y_line = Line::new(simd, walk.line(1, a, b), source.height);
+        let start = walk.sample(first as u32, a, b).map(|at| at - corner_offset::<F>());
+        let [mut x_line, mut y_line] = [0, 1].map(|k| Line::new(simd, start[k], walk.step()[k]));
         for group in (0..count).step_by(GROUP) {
-            let k = (first + group) as f64;
-            let (x, fraction) = x_line.split(k, clear);
+            let (x, fraction) = x_line.split();
             fraction.store_slice(&mut self.fraction[0][group..][..GROUP]);
-            let (y, fraction) = y_line.split(k, clear);
+            let (y, fraction) = y_line.split();
             fraction.store_slice(&mut self.fraction[1][group..][..GROUP]);
-            let (x, y) = (x - before, y - before);
-            if clear {
-                let start: u32x8<S> = (y * width + x).bitcast();
-                start.store_slice(&mut self.start[group..][..GROUP]);
-            } else {
-                x.store_slice(&mut self.corner[0][group..][..GROUP]);
-                y.store_slice(&mut self.corner[1][group..][..GROUP]);
+            let start: u32x8<S> = (y * width + x).bitcast();
+            start.store_slice(&mut self.start[group..][..GROUP]);
+            x_line.advance();
+            y_line.advance();
+        }
+    }
+
+    /// The same for windows that may lie anywhere, by their corners.
+    #[inline(always)]
+    pub fn find_anywhere<F: Taps>(
+        &mut self,
+        source: Size,
+        walk: &Walk<'_>,
+        (first, count): (usize, usize),
+        (a, b): (u32, u32),
+    ) {
+        let size = [source.width, source.height];
+        for k in 0..count {
+            let at = walk.sample((first + k) as u32, a, b);
+            for axis in 0..2 {
+                let (texel, bits) = split(near_texture(at[axis], size[axis]));
+                self.corner[axis][k] = texel - (F::TAPS as i32 / 2 - 1);
+                self.fraction[axis][k] = fraction(bits);
             }
         }
     }
 }
 
-/// The positions of one sample of a run's texels on one axis.
+/// From the centre of a window's first texel to where positions begin that read it.
+#[inline(always)]
+const fn corner_offset<F: Taps>() -> i64 {
+    TEXEL / 2 + (F::TAPS as i64 / 2 - 1) * TEXEL
+}
+
+/// The positions of one sample of a group of texels on one axis.
 struct Line<S: Simd> {
-    start: f64x4<S>,
-    step: f64x4<S>,
-    a: f64x4<S>,
-    b: f64x4<S>,
-    count: f64x4<S>,
-    /// The positions between which a texel is near to the source.
-    near: [f64x4<S>; 2],
+    low: i64x4<S>,
+    high: i64x4<S>,
+    stride: i64x4<S>,
 }
 
 impl<S: Simd> Line<S> {
     #[inline(always)]
-    fn new(simd: S, [start, step, a, b]: [f64; 4], texels: u32) -> Self {
+    fn new(simd: S, start: i64, step: i64) -> Self {
+        // Beyond the last texel of a run anything may be found.
+        let at = |k: i64| start.wrapping_add(k.wrapping_mul(step));
         Self {
-            start: f64x4::splat(simd, start),
-            step: f64x4::splat(simd, step),
-            a: f64x4::splat(simd, a),
-            b: f64x4::splat(simd, b),
-            count: [0.0, 1.0, 2.0, 3.0].simd_into(simd),
-            near: [f64x4::splat(simd, -NEAR), f64x4::splat(simd, f64::from(texels) + NEAR)],
+            low: [at(0), at(1), at(2), at(3)].simd_into(simd),
+            high: [at(4), at(5), at(6), at(7)].simd_into(simd),
+            stride: i64x4::splat(simd, step.wrapping_mul(GROUP as i64)),
         }
     }
 
-    /// As [`split`](super::split) of a group of positions from texel `k` on.
     #[inline(always)]
-    fn split(&self, k: f64, clear: bool) -> (i32x8<S>, f32x8<S>) {
-        let (low, high) = (self.half(k, clear), self.half(k + 4.0, clear));
-        (low.0.narrow(high.0), low.1.narrow(high.1))
+    fn advance(&mut self) {
+        self.low += self.stride;
+        self.high += self.stride;
     }
 
-    /// The same for half a group; the texels are in the low halves of numbers.
+    /// The texels that a group begins at, and how far beyond; as [`split`] and [`fraction`].
     #[inline(always)]
-    fn half(&self, k: f64, clear: bool) -> (i64x4<S>, f64x4<S>) {
-        let mut position = self.start + (self.count + k) * self.step + self.a + self.b;
-        if !clear {
-            // As `near_texture`.
-            let [least, most] = self.near;
-            position = position.simd_lt(least).select(least, position);
-            position = position.simd_gt(most).select(most, position);
-        }
-        let sum = position - 1.0 + WHOLE;
-        (sum.bitcast(), position - 0.5 - (sum - WHOLE))
+    fn split(&self) -> (i32x8<S>, f32x8<S>) {
+        let [low, high]: [i32x8<S>; 2] = [self.low.bitcast(), self.high.bitcast()];
+        let bits: u32x8<S> = low.unzip_low(high).bitcast();
+        let fraction: i32x8<S> = (bits >> 8).bitcast();
+        (low.unzip_high(high), fraction.to_float::<f32x8<S>>() * (1.0 / 16_777_216.0))
     }
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::{Path, Paths, footprint, near_texture};
+use super::position::in_texels;
+use super::{Path, Paths, footprint};
 use crate::bits;
 use crate::filter::Filter;
 use crate::map::{FAR_PX, Patch, SamplingMap, Tiles, corners_px};
@@ -24,15 +25,12 @@ impl Reads {
         const PIECES: usize = 16;
         /// Patches that read farther around their triangle are looked at run by run.
         const TAME_PX: f64 = 32.0;
-        let (source, filter) = (paths.source, paths.filter);
-        // Half a window, and one texel more than rounding can be off.
-        let window =
-            |path: &Path, axis: usize| path.spread[axis] + filter.taps() as f64 * 0.5 + 1.0;
+        let source = paths.source;
         // No texel is farther from the triangle that it takes its position from than what the map
         // carries on, so its position is no farther from the triangle's corners' than this.
         let margin = |path: &Path, axis: usize| {
-            let [x, y] = path.slope[axis];
-            map.carried_px() * x.hypot(y) + window(path, axis)
+            let [x, y] = path.slope[axis].map(in_texels);
+            map.carried_px() * x.hypot(y) + in_texels(path.reach[axis])
         };
         let linked = map.linked_patches();
         let boxes = map_indices(linked.len(), |index| {
@@ -63,11 +61,11 @@ impl Reads {
                         continue;
                     }
                     let walk = paths.walk(row as u32, run);
-                    let ends = [walk.at(0), walk.at(run.len - 1)];
-                    let path = &paths.patches[run.patch as usize];
+                    let ends = [walk.centre(0), walk.centre(run.len - 1)];
                     let [columns, rows] =
                         [(0, source.width), (1, source.height)].map(|(axis, count)| {
-                            around(ends.map(|at| at[axis]), window(path, axis), count)
+                            let ends = ends.map(|at| in_texels(at[axis]));
+                            around(ends, in_texels(walk.reach()[axis]), count)
                         });
                     tiles.insert(&columns, &rows);
                 }
@@ -132,7 +130,7 @@ impl Reads {
 /// The texels on one axis within `margin` of some positions; beyond the texture's edge its edge is
 /// read.
 fn around<const N: usize>(positions: [f64; N], margin: f64, count: u32) -> Range<u32> {
-    let positions = positions.map(|position| near_texture(position, count));
+    let positions = positions.map(|position| position.clamp(0.0, f64::from(count)));
     let first = positions.into_iter().fold(f64::INFINITY, f64::min) - margin;
     let last = positions.into_iter().fold(0.0, f64::max) + margin;
     // Casts saturate.

@@ -1,7 +1,8 @@
 //! The specification of resampling: every faster path is tested against it. Written to be read;
 //! never tuned.
 
-use super::{Paths, Walk, load, near_texture, split, store};
+use super::position::{containing, fraction, near_texture, split};
+use super::{Paths, Walk, load, store};
 use crate::filter::Filter;
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
@@ -40,18 +41,17 @@ pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
 
 /// The mean of a texel's samples.
 fn average<T: Value, const C: usize, const OPACITY: bool>(
-    walk: &Walk,
+    walk: &Walk<'_>,
     k: u32,
     source: &[T],
     size: Size,
     filter: Filter,
 ) -> [f32; C] {
-    let centre = walk.at(k);
-    let [columns, rows] = walk.samples;
+    let [columns, rows] = walk.samples();
     let mut sum = [0.0; C];
     for b in 0..rows {
         for a in 0..columns {
-            let value = sample::<T, C, OPACITY>(source, size, walk.sample(centre, a, b), filter);
+            let value = sample::<T, C, OPACITY>(source, size, walk.sample(k, a, b), filter);
             for channel in 0..C {
                 sum[channel] += value[channel];
             }
@@ -65,7 +65,7 @@ fn average<T: Value, const C: usize, const OPACITY: bool>(
 fn sample<T: Value, const C: usize, const OPACITY: bool>(
     source: &[T],
     size: Size,
-    position: [f64; 2],
+    position: [i64; 2],
     filter: Filter,
 ) -> [f32; C] {
     let texel = |x: i32, y: i32| -> [f32; C] {
@@ -73,12 +73,13 @@ fn sample<T: Value, const C: usize, const OPACITY: bool>(
         let y = y.clamp(0, size.height as i32 - 1) as usize;
         load::<T, C, OPACITY>(&source[(y * size.width as usize + x) * C..])
     };
+    let position = [near_texture(position[0], size.width), near_texture(position[1], size.height)];
     if filter == Filter::Nearest {
-        return texel(position[0].floor() as i32, position[1].floor() as i32);
+        return texel(containing(position[0]), containing(position[1]));
     }
-    let (x, fraction_x) = split(near_texture(position[0], size.width));
-    let (y, fraction_y) = split(near_texture(position[1], size.height));
-    let (weights_x, weights_y) = (filter.weights(fraction_x), filter.weights(fraction_y));
+    let [(x, fraction_x), (y, fraction_y)] = position.map(split);
+    let [weights_x, weights_y] =
+        [fraction_x, fraction_y].map(|bits| filter.weights(fraction(bits)));
     let before = filter.taps() as i32 / 2 - 1;
     let mut value = [0.0; C];
     for a in 0..filter.taps() {
