@@ -136,6 +136,14 @@ pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
     fn to_level(self) -> f32;
     /// Stores a number of levels, rounded to the nearest and clamped to the range.
     fn from_level(level: f32) -> Self;
+    /// The values as bytes, if they are of 8 bits.
+    fn as_bytes(_: &[Self]) -> Option<&[u8]> {
+        None
+    }
+    /// As [`Value::as_bytes`], to be changed.
+    fn as_bytes_mut(_: &mut [Self]) -> Option<&mut [u8]> {
+        None
+    }
     /// The same value at this depth: rounds where it must, clamps for integers.
     fn from_unit(unit: f32) -> Self {
         Self::from_level(unit * Self::ONE.to_level())
@@ -154,6 +162,12 @@ impl Value for u8 {
     }
     fn from_level(level: f32) -> Self {
         whole(level + 0.5, Self::ONE.to_level()) as Self
+    }
+    fn as_bytes(values: &[Self]) -> Option<&[u8]> {
+        Some(values)
+    }
+    fn as_bytes_mut(values: &mut [Self]) -> Option<&mut [u8]> {
+        Some(values)
     }
 }
 

@@ -9,7 +9,7 @@ use fearless_simd::{Level, Simd, SimdInto, f32x4};
 use super::places::{BATCH, Places};
 use super::position::containing;
 use super::window::{self, LANES, MAX_VALUES, Weights};
-use super::{Paths, Walk, load, store};
+use super::{Paths, Walk, bytes, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
@@ -42,7 +42,7 @@ macro_rules! dispatch {
 }
 
 /// Rows of the target that one piece of work fills.
-const ROWS: usize = 16;
+pub(super) const ROWS: usize = 16;
 
 /// A source texture's values and size.
 #[derive(Clone, Copy)]
@@ -64,6 +64,12 @@ pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
     first_row: u32,
     rows: &mut [T],
 ) {
+    if !OPACITY
+        && paths.filter != Filter::Nearest
+        && let (Some(source), Some(rows)) = (T::as_bytes(source), T::as_bytes_mut(rows))
+    {
+        return bytes::resample::<C>(level, map, paths, source, first_row, rows);
+    }
     let source = Source { values: source, size: paths.source };
     let width = map.size().width as usize * C;
     for_each_chunk(rows, width * ROWS, |chunk, rows| {

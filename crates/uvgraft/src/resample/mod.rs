@@ -1,17 +1,20 @@
 //! Filling a texture through a sampling map.
 //!
-//! [`reference()`](reference::resample) is the specification. The fast path does the same arithmetic
-//! in the same order, so that both give the same bits.
+//! [`reference()`](reference::resample) is the specification. The fast paths give the same bits: for
+//! 8 bits without opacity in whole numbers (`bytes`), else in floats and the same order (`fast`).
 
 pub(crate) mod adjoint;
+mod bytes;
 pub(crate) mod fast;
 mod places;
 pub(crate) mod position;
+mod prefetch;
 pub(crate) mod reads;
 pub mod reference;
 mod window;
 
 use self::position::{TEXEL, from_texels};
+use self::prefetch::prefetch;
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
@@ -32,6 +35,7 @@ pub(crate) struct Paths {
 
 /// A patch's map and footprint in the source, in positions as [`position`] has them.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(128))]
 struct Path {
     /// A texel of the target near the patch.
     px: [i32; 2],
@@ -84,6 +88,12 @@ impl Paths {
         self.source
     }
 
+    /// Asks for what the walk along a run needs, for later.
+    #[inline(always)]
+    fn prefetch(&self, run: Run) {
+        prefetch(&self.patches, run.patch as isize);
+    }
+
     /// The samples of one run.
     #[inline(always)]
     pub fn walk(&self, row: u32, run: Run) -> Walk<'_> {
@@ -117,6 +127,12 @@ impl Walk<'_> {
     #[inline(always)]
     pub fn step(&self) -> [i64; 2] {
         self.path.slope.map(|[by_x, _]| by_x)
+    }
+
+    /// From one row of the target to the next.
+    #[inline(always)]
+    pub fn step_down(&self) -> [i64; 2] {
+        self.path.slope.map(|[_, by_y]| by_y)
     }
 
     /// Position of the centre of the run's texel `k`.

@@ -2,7 +2,7 @@
 //! never tuned.
 
 use super::position::{containing, fraction, near_texture, split};
-use super::{Paths, Walk, load, store};
+use super::{Paths, Walk, bytes, load, store};
 use crate::filter::Filter;
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
@@ -14,7 +14,8 @@ use crate::texture::{Size, Value};
 ///
 /// With `OPACITY` the last channel is that: values are filtered multiplied by it, and laid over what
 /// the target holds. Without, values replace what the target holds. Taps beyond the source's edge
-/// read its edge.
+/// read its edge. Values of 8 bits without opacity are filtered in whole numbers, which round to what
+/// exact arithmetic rounds to but where that is within 1/16 level of a tie.
 ///
 /// # Panics
 /// If a buffer is too short.
@@ -31,7 +32,12 @@ pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
         for &run in map.row(row) {
             let walk = paths.walk(row, run);
             for k in 0..run.len {
-                let levels = average::<T, C, OPACITY>(&walk, k, source, source_size, filter);
+                let levels = match T::as_bytes(source) {
+                    Some(source) if !OPACITY && filter != Filter::Nearest => {
+                        bytes::texel::<C>(&walk, k, source, source_size, filter).map(f32::from)
+                    }
+                    _ => average::<T, C, OPACITY>(&walk, k, source, source_size, filter),
+                };
                 let texel = row as usize * width + (run.x + k) as usize;
                 store::<T, C, OPACITY>(levels, &mut target[texel * C..][..C]);
             }

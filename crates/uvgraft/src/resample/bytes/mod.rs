@@ -1,0 +1,301 @@
+//! Textures of 8 bits without opacity, in whole numbers: the arithmetic, which [`reference()`] and all
+//! fast paths share, and the walk over a map's runs.
+//!
+//! Weights have [`WEIGHT_BITS`] binary places. A row of a window is filtered first and cut to
+//! [`ROW_BITS`] places, which fit 16 bits with the sign; then the rows are. So the products of both
+//! passes are of 16 bits and their sums of 32, which processors do in one instruction for two taps,
+//! and a value is within 1/16 level of what exact arithmetic gives before both are rounded.
+//!
+//! [`reference()`]: super::reference::resample
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod weights;
+
+use fearless_simd::Level;
+
+use self::weights::{WEIGHT_BITS, WholeTaps};
+use super::position::{near_texture, split};
+use super::{Paths, Walk};
+use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
+use crate::map::SamplingMap;
+use crate::texture::Size;
+use crate::threads::for_each_chunk;
+
+/// Binary places of a filtered row: what is left for values up to twice the range.
+const ROW_BITS: u32 = 6;
+
+/// Binary places of a window's value.
+const VALUE_BITS: u32 = WEIGHT_BITS + ROW_BITS;
+
+/// Binary places of the sums of a texel's samples: of 1024 there may be.
+const SUM_BITS: u32 = 12;
+
+/// What cutting rows takes away on average from a value.
+const LOST: i32 = 1 << (WEIGHT_BITS - 1);
+
+/// Texels that are filtered at once.
+const GROUP: usize = 8;
+
+/// The most bytes that are read from where a row of a window begins.
+const MAX_READ: usize = 32;
+
+/// The most values that a group has.
+const GROUP_VALUES: usize = GROUP * 4;
+
+/// The value at a position, with [`VALUE_BITS`] places.
+///
+/// - `window`: the texel at a column and row of the window.
+#[inline(always)]
+fn filtered<const C: usize, F: WholeTaps>(
+    bits: [u32; 2],
+    window: impl Fn(usize, usize) -> [u8; C],
+) -> [i32; C] {
+    let [across, down] = bits.map(F::whole_weights);
+    let mut value = [0; C];
+    for b in 0..F::TAPS {
+        let mut row = [0; C];
+        for a in 0..F::TAPS {
+            let texel = window(a, b);
+            for channel in 0..C {
+                row[channel] += i32::from(texel[channel]) * i32::from(across[a]);
+            }
+        }
+        for channel in 0..C {
+            value[channel] += (row[channel] >> (WEIGHT_BITS - ROW_BITS)) * i32::from(down[b]);
+        }
+    }
+    value
+}
+
+/// A texel whose windows may lie anywhere; beyond the texture's edge its edge is read.
+pub(super) fn texel<const C: usize>(
+    walk: &Walk<'_>,
+    k: u32,
+    source: &[u8],
+    size: Size,
+    filter: Filter,
+) -> [u8; C] {
+    match filter {
+        Filter::Nearest => unreachable!("takes a texel as it is"),
+        Filter::Bilinear => texel_with::<C, Bilinear>(walk, k, source, size),
+        Filter::CatmullRom => texel_with::<C, CatmullRom>(walk, k, source, size),
+        Filter::Lanczos3 => texel_with::<C, Lanczos3>(walk, k, source, size),
+    }
+}
+
+fn texel_with<const C: usize, F: WholeTaps>(
+    walk: &Walk<'_>,
+    k: u32,
+    source: &[u8],
+    size: Size,
+) -> [u8; C] {
+    mean(walk.samples(), |a, b| {
+        let at = walk.sample(k, a, b);
+        let (x, bits_x) = split(near_texture(at[0], size.width));
+        let (y, bits_y) = split(near_texture(at[1], size.height));
+        let before = F::TAPS as i32 / 2 - 1;
+        filtered::<C, F>([bits_x, bits_y], |a, b| {
+            let x = (x + a as i32 - before).clamp(0, size.width as i32 - 1) as usize;
+            let y = (y + b as i32 - before).clamp(0, size.height as i32 - 1) as usize;
+            let start = (y * size.width as usize + x) * C;
+            std::array::from_fn(|channel| source[start + channel])
+        })
+    })
+}
+
+/// The mean of a texel's samples.
+#[inline(always)]
+fn mean<const C: usize>(
+    [columns, rows]: [u32; 2],
+    mut sample: impl FnMut(u32, u32) -> [i32; C],
+) -> [u8; C] {
+    if [columns, rows] == [1, 1] {
+        let half = 1 << (VALUE_BITS - 1);
+        return sample(0, 0).map(|value| ((value + half + LOST) >> VALUE_BITS).clamp(0, 255) as u8);
+    }
+    let mut sums = [0; C];
+    for b in 0..rows {
+        for a in 0..columns {
+            for (sum, value) in sums.iter_mut().zip(sample(a, b)) {
+                *sum += (value + LOST) >> (VALUE_BITS - SUM_BITS);
+            }
+        }
+    }
+    let share = share([columns, rows]);
+    sums.map(|sum| (sum as f32 * share).round_ties_even().clamp(0.0, 255.0) as u8)
+}
+
+/// What a texel's samples' sum is multiplied by.
+#[inline(always)]
+fn share([columns, rows]: [u32; 2]) -> f32 {
+    1.0 / ((columns * rows) << SUM_BITS) as f32
+}
+
+/// What is filled from what.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    map: &'a SamplingMap,
+    paths: &'a Paths,
+    /// `[height * width * C]` values of a texture of the size that `paths` are for.
+    source: &'a [u8],
+}
+
+/// As [`super::reference::resample`] on some rows of the target, with a filter of several taps.
+pub(super) fn resample<const C: usize>(
+    level: Level,
+    map: &SamplingMap,
+    paths: &Paths,
+    source: &[u8],
+    first_row: u32,
+    rows: &mut [u8],
+) {
+    let job = Job { map, paths, source };
+    let piece = super::fast::ROWS;
+    for_each_chunk(rows, map.size().width as usize * C * piece, |chunk, rows| {
+        let first_row = first_row + (chunk * piece) as u32;
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = level.as_avx2() {
+            return avx2::fill::<C>(avx2, &job, first_row, rows);
+        }
+        match paths.filter {
+            Filter::Nearest => unreachable!("takes texels as they are"),
+            Filter::Bilinear => plain::<C, Bilinear>(&job, first_row, rows),
+            Filter::CatmullRom => plain::<C, CatmullRom>(&job, first_row, rows),
+            Filter::Lanczos3 => plain::<C, Lanczos3>(&job, first_row, rows),
+        }
+    });
+}
+
+impl Job<'_> {
+    /// Calls `eight` for all texels whose windows lie in the source, in groups.
+    ///
+    /// - `eight`: gives the values of a run's texels from one on. All windows of the whole group lie
+    ///   in the source, even beyond the run's end, and the row below it, too.
+    #[inline(always)]
+    fn fill<const C: usize, F: WholeTaps>(
+        &self,
+        first_row: u32,
+        rows: &mut [u8],
+        eight: impl Fn(&Walk<'_>, u32) -> [u8; GROUP_VALUES],
+    ) {
+        let size = self.paths.source;
+        let width = self.map.size().width as usize * C;
+        // What is read of a row ends in it or in the next, and 32 bits count to where it begins.
+        let is_roomy =
+            size.width as usize * C >= MAX_READ && u32::try_from(self.source.len()).is_ok();
+        for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
+            let runs = self.map.row(row);
+            for (index, &run) in runs.iter().enumerate() {
+                if let Some(&later) = runs.get(index + 2) {
+                    self.paths.prefetch(later);
+                }
+                let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
+                let walk = self.paths.walk(row, run);
+                if !is_roomy || !walk.stays_inside(run.len.max(GROUP as u32), size) {
+                    for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
+                        values.copy_from_slice(&texel_with::<C, F>(&walk, k, self.source, size));
+                    }
+                    continue;
+                }
+                // The last group of a run begins earlier instead of being shorter.
+                let Some(last) = run.len.checked_sub(GROUP as u32) else {
+                    let group = eight(&walk, 0);
+                    for (values, group) in texels.chunks_exact_mut(C).zip(group.chunks_exact(C)) {
+                        values.copy_from_slice(group);
+                    }
+                    continue;
+                };
+                for k in (0..run.len).step_by(GROUP) {
+                    let first = k.min(last);
+                    let group = eight(&walk, first);
+                    texels[first as usize * C..][..GROUP * C].copy_from_slice(&group[..GROUP * C]);
+                }
+            }
+        }
+    }
+}
+
+/// What processors without AVX2 do.
+fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
+    let stride = job.paths.source.width as usize * C;
+    job.fill::<C, F>(first_row, rows, |walk, first| {
+        let mut values = [0; GROUP_VALUES];
+        for (k, values) in (first..).zip(values[..GROUP * C].chunks_exact_mut(C)) {
+            let texel: [u8; C] = mean(walk.samples(), |a, b| {
+                let [(x, bits_x), (y, bits_y)] = walk.sample(k, a, b).map(split);
+                let before = F::TAPS as i32 / 2 - 1;
+                let start = (y - before) as usize * stride + (x - before) as usize * C;
+                filtered::<C, F>([bits_x, bits_y], |a, b| {
+                    let texel = &job.source[start + b * stride + a * C..][..C];
+                    std::array::from_fn(|channel| texel[channel])
+                })
+            });
+            values.copy_from_slice(&texel);
+        }
+        values
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::position::fraction;
+    use super::*;
+    use crate::filter::MAX_TAPS;
+
+    /// Two passes in 64 bits of what whole numbers do.
+    fn exact<F: WholeTaps>(bits: [u32; 2], window: impl Fn(usize, usize) -> u8) -> f64 {
+        let [across, down] = bits.map(|bits| F::weights(fraction(bits)).map(f64::from));
+        let mut value = 0.0;
+        for b in 0..F::TAPS {
+            for a in 0..F::TAPS {
+                value += f64::from(window(a, b)) * across[a] * down[b];
+            }
+        }
+        value
+    }
+
+    fn compare<F: WholeTaps>() {
+        let mut rng = fastrand::Rng::with_seed(F::TAPS as u64);
+        let mut worst: f64 = 0.0;
+        for turn in 0..20_000 {
+            // Half of them as contrasty as can be.
+            let texels: [u8; MAX_TAPS * MAX_TAPS] =
+                std::array::from_fn(|_| if turn % 2 == 0 { rng.u8(..) } else { 255 * rng.u8(..2) });
+            let window = |a: usize, b: usize| texels[b * MAX_TAPS + a];
+            let bits = [rng.u32(..), rng.u32(..)];
+            let [value] = filtered::<1, F>(bits, |a, b| [window(a, b)]);
+            let value = f64::from(value + LOST) / f64::from(1 << VALUE_BITS);
+            worst = worst.max((value - exact::<F>(bits, window)).abs());
+        }
+        assert!(worst < 1.0 / 16.0, "{} taps: {worst}", F::TAPS);
+    }
+
+    #[test]
+    fn values_are_within_a_sixteenth_of_a_level() {
+        compare::<Bilinear>();
+        compare::<CatmullRom>();
+        compare::<Lanczos3>();
+    }
+
+    #[test]
+    fn one_colour_stays_what_it_is() {
+        fn check<F: WholeTaps>() {
+            for k in 0..1000 {
+                let bits = [k * 4_294_967, u32::MAX - k * 4_000_000];
+                for level in 0..=255 {
+                    for samples in [[1, 1], [2, 3], [32, 32]] {
+                        let texel = mean(samples, |_, _| filtered::<1, F>(bits, |_, _| [level]));
+                        assert_eq!(texel, [level], "{bits:?} {samples:?}");
+                    }
+                    if k > 20 {
+                        break;
+                    }
+                }
+            }
+        }
+        check::<Bilinear>();
+        check::<CatmullRom>();
+        check::<Lanczos3>();
+    }
+}
