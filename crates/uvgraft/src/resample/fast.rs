@@ -8,6 +8,7 @@ use fearless_simd::{Level, Simd, SimdInto, f32x4};
 
 use super::places::{BATCH, Places};
 use super::position::containing;
+use super::prefetch::prefetch;
 use super::window::{self, LANES, MAX_VALUES, Weights};
 use super::{Paths, Walk, bytes, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
@@ -40,6 +41,9 @@ macro_rules! dispatch {
         fearless_simd::dispatch!($level, $simd => $kernel)
     }};
 }
+
+/// How many texels are asked for ahead by the first of them.
+const PREFETCHED: usize = 8;
 
 /// Rows of the target that one piece of work fills.
 pub(super) const ROWS: usize = 16;
@@ -101,7 +105,9 @@ fn for_each_run<T: Value, const C: usize>(
 ) {
     let width = map.size().width as usize * C;
     for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
-        for &run in map.row(row) {
+        let runs = map.row(row);
+        for (index, &run) in runs.iter().enumerate() {
+            paths.prefetch(runs, index);
             let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
             fill(&paths.walk(row, run), texels);
         }
@@ -192,6 +198,7 @@ impl<T: Value> Batch<T> {
     ) {
         let count = texels.len() / C;
         let [columns, rows] = walk.samples();
+        let ahead = walk.ahead(source.size.width as usize * C, C, F::TAPS);
         for b in 0..rows {
             for a in 0..columns {
                 let texels = (first as usize, count);
@@ -199,6 +206,12 @@ impl<T: Value> Batch<T> {
                 if let Some(rows) = window_rows {
                     self.places.find::<S, F>(simd, source.size, walk, texels, (a, b));
                     self.weigh::<F>(count);
+                    for k in (0..count).step_by(PREFETCHED) {
+                        prefetch(
+                            source.values,
+                            (self.places.start[k] as usize * C) as isize + ahead,
+                        );
+                    }
                     for k in 0..count {
                         let start = self.places.start[k] as usize * C;
                         let value = window::filtered::<S, T, C, OPACITY, F>(

@@ -13,7 +13,7 @@ pub(crate) mod reads;
 pub mod reference;
 mod window;
 
-use self::position::{TEXEL, from_texels};
+use self::position::{TEXEL, containing, from_texels};
 use self::prefetch::prefetch;
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
@@ -88,10 +88,12 @@ impl Paths {
         self.source
     }
 
-    /// Asks for what the walk along a run needs, for later.
+    /// Asks for what the walk along the run after the next needs.
     #[inline(always)]
-    fn prefetch(&self, run: Run) {
-        prefetch(&self.patches, run.patch as isize);
+    fn prefetch(&self, runs: &[Run], index: usize) {
+        if let Some(run) = runs.get(index + 2) {
+            prefetch(&self.patches, run.patch as isize);
+        }
     }
 
     /// The samples of one run.
@@ -129,10 +131,19 @@ impl Walk<'_> {
         self.path.slope.map(|[by_x, _]| by_x)
     }
 
-    /// From one row of the target to the next.
+    /// From a value of a window to what is new in the windows that a later row of the target has
+    /// there, in values of the source; for [`prefetch()`].
+    ///
+    /// - `stride`: values in a row of the source, of `channels` a texel.
     #[inline(always)]
-    pub fn step_down(&self) -> [i64; 2] {
-        self.path.slope.map(|[_, by_y]| by_y)
+    fn ahead(&self, stride: usize, channels: usize, taps: usize) -> isize {
+        let [x, y] = self
+            .path
+            .slope
+            .map(|[_, by_y]| containing(by_y.wrapping_mul(prefetch::ROWS_AHEAD)) as isize);
+        // Windows that move down meet new rows below, others above.
+        let below = if y > 0 { taps as isize - 1 } else { 0 };
+        (y + below).wrapping_mul(stride as isize).wrapping_add(x * channels as isize)
     }
 
     /// Position of the centre of the run's texel `k`.

@@ -12,8 +12,8 @@ use super::weights::{LANCZOS, Lanczos, ONE, WEIGHT_BITS, WholeTaps};
 use super::{GROUP, GROUP_VALUES, Job, LOST, ROW_BITS, SUM_BITS, VALUE_BITS, share};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::resample::Walk;
-use crate::resample::position::{TEXEL, containing, fraction};
-use crate::resample::prefetch::{ROWS_AHEAD, prefetch};
+use crate::resample::position::{TEXEL, fraction};
+use crate::resample::prefetch::prefetch;
 
 /// Pairs of taps on an axis.
 const MAX_PAIRS: usize = MAX_TAPS / 2;
@@ -177,7 +177,7 @@ fn eight<const C: usize, F: VectorTaps>(
 struct Lines {
     /// Texels 0, 1, 4 and 5, and 2, 3, 6 and 7: halves of them shuffle into order.
     offsets: [[i64x4<Avx2>; 2]; 2],
-    /// From where a window begins to what is new in the windows some rows of the target later.
+    /// See [`Walk::ahead`].
     ahead: isize,
 }
 
@@ -189,11 +189,7 @@ impl Lines {
         let low = |s: i64| i64x4::simd_from(source.avx2, [0, s, times(s, 4), times(s, 5)]);
         let high = |s: i64| low(s) + times(s, 2);
         let offsets = [[low(x), high(x)], [low(y), high(y)]];
-        let [x, y] = walk.step_down().map(|step| containing(times(step, ROWS_AHEAD)) as isize);
-        // Windows that move down meet new rows below, others above.
-        let below = if y > 0 { F::TAPS as isize - 1 } else { 0 };
-        let stride = source.stride as isize;
-        let ahead = (y + below).wrapping_mul(stride).wrapping_add(x * C as isize);
+        let ahead = walk.ahead(source.stride, C, F::TAPS);
         Self { offsets, ahead }
     }
 

@@ -187,9 +187,7 @@ impl Job<'_> {
         for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
             let runs = self.map.row(row);
             for (index, &run) in runs.iter().enumerate() {
-                if let Some(&later) = runs.get(index + 2) {
-                    self.paths.prefetch(later);
-                }
+                self.paths.prefetch(runs, index);
                 let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
                 let walk = self.paths.walk(row, run);
                 if !is_roomy || !walk.stays_inside(run.len.max(GROUP as u32), size) {
