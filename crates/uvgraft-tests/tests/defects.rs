@@ -52,7 +52,7 @@ fn identity_is_exact_in_every_format() {
                         Texture::filled(size, channels, Encoding::Srgb, depth, nothing).unwrap();
                     let result = transfer.apply(texture.clone(), base).unwrap();
                     if depth == Depth::F32 {
-                        // Positions are exact to 1e-12 texels, and premultiplication rounds.
+                        // Positions are rounded to 2⁻³² texels, and premultiplication rounds.
                         let (Texels::F32(a), Texels::F32(b)) = (result.texels(), texture.texels())
                         else {
                             panic!("float")
@@ -283,6 +283,25 @@ fn opacity_is_filtered_premultiplied() {
     // Across the edge red stays full while white fades.
     assert!(row.iter().all(|texel| texel[0] == 255 && texel[3] == 255 && texel[1] == texel[2]));
     assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
+}
+
+/// Opacity of 1 everywhere costs no level of colour.
+#[test]
+fn full_opacity_changes_no_color() {
+    let pair = synthetic::pair();
+    let (source_size, size) = (Size::square(96), Size::square(128));
+    for filter in Filter::ALL {
+        let plain = noise(source_size, Channels::Rgb, Depth::U8);
+        let opaque = plain.clone().converted(Channels::Rgba, Depth::U8);
+        assert!(opaque.is_opaque());
+        let transfer =
+            Transfer::new(&pair, Direction::Forward, source_size, size, &options(filter, 4));
+        let base = filled(size, [0.2, 0.4, 0.6]);
+        let wanted = transfer.apply(plain, base.clone()).unwrap();
+        let result = transfer.apply(opaque, base).unwrap();
+        assert_eq!(result.channels(), Channels::Rgba, "{filter}");
+        assert!(result == wanted.converted(Channels::Rgba, Depth::U8), "{filter}");
+    }
 }
 
 /// Cubic filters undershoot beside an edge of opacity; no dark halo may show for it.

@@ -27,7 +27,7 @@ pub struct Overlay<'a> {
 #[derive(Debug, Clone)]
 pub(crate) enum Layer<'a> {
     /// A padded source in the working format, and where it is read.
-    Sampled(&'a Paths, Texture),
+    Sampled { paths: &'a Paths, source: Texture, is_opaque: bool },
     /// Premultiplied values of every texel of the target, 1.0 for white.
     Solved(Vec<f32>),
 }
@@ -59,20 +59,25 @@ impl<'a> Overlay<'a> {
         }
         let formats = &self.formats;
         let mut band = formats.working(band);
-        let values = (formats.result.channels.count(), formats.has_opacity());
+        let channels = formats.result.channels.count();
+        let values = (channels, formats.has_opacity());
         match (&self.layer, band.texels_mut()) {
-            (Layer::Sampled(paths, source), target) => match (source.texels(), target) {
-                (Texels::U8(source), Texels::U8(target)) => {
-                    self.sample(values, paths, source, first_row, target);
+            (Layer::Sampled { paths, source, is_opaque }, target) => {
+                // What nothing is seen through replaces what is there, at half the cost.
+                let values = (channels, formats.has_opacity() && !is_opaque);
+                match (source.texels(), target) {
+                    (Texels::U8(source), Texels::U8(target)) => {
+                        self.sample(values, paths, source, first_row, target);
+                    }
+                    (Texels::U16(source), Texels::U16(target)) => {
+                        self.sample(values, paths, source, first_row, target);
+                    }
+                    (Texels::F32(source), Texels::F32(target)) => {
+                        self.sample(values, paths, source, first_row, target);
+                    }
+                    _ => unreachable!("both were converted to one depth"),
                 }
-                (Texels::U16(source), Texels::U16(target)) => {
-                    self.sample(values, paths, source, first_row, target);
-                }
-                (Texels::F32(source), Texels::F32(target)) => {
-                    self.sample(values, paths, source, first_row, target);
-                }
-                _ => unreachable!("both were converted to one depth"),
-            },
+            }
             (Layer::Solved(layer), Texels::U8(band)) => {
                 self.copy(values, layer, first_row, band);
             }

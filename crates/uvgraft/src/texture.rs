@@ -404,6 +404,22 @@ impl Texture {
         self
     }
 
+    /// Whether nothing can be seen through it: there is no alpha, or it is 1 everywhere.
+    pub fn is_opaque(&self) -> bool {
+        fn is_opaque<T: Value>(values: &[T], channels: usize) -> bool {
+            values.iter().skip(channels - 1).step_by(channels).all(|value| *value == T::ONE)
+        }
+        if !self.channels.has_alpha() {
+            return true;
+        }
+        let channels = self.channels.count();
+        match &self.texels {
+            Texels::U8(values) => is_opaque(values, channels),
+            Texels::U16(values) => is_opaque(values, channels),
+            Texels::F32(values) => is_opaque(values, channels),
+        }
+    }
+
     /// The value of one channel of one texel, 1.0 for white. For tests and small loops.
     pub fn get(&self, x: u32, y: u32, channel: usize) -> f32 {
         let index =

@@ -146,7 +146,9 @@ impl Transfer {
         let formats = Formats::new(source.format(), base, self.options.linear_light);
         let mut source = formats.working(source);
         self.padding.apply(&mut source);
-        Ok(Overlay::new(&self.map, formats, Layer::Sampled(&self.paths, source)))
+        let is_opaque = source.is_opaque();
+        let layer = Layer::Sampled { paths: &self.paths, source, is_opaque };
+        Ok(Overlay::new(&self.map, formats, layer))
     }
 
     /// The rows of the source that results depend on; what the others hold does not matter.
