@@ -74,7 +74,10 @@ pub(crate) fn for_each_chunk<T: Send>(
     #[cfg(feature = "threads")]
     {
         use rayon::prelude::*;
-        values.par_chunks_mut(chunk).enumerate().for_each(|(index, chunk)| work(index, chunk));
+        // Rayon would give each thread a few long rows of chunks, and who has the empty ones is done
+        // early.
+        let chunks = values.par_chunks_mut(chunk).enumerate().with_max_len(1);
+        chunks.for_each(|(index, chunk)| work(index, chunk));
     }
     #[cfg(not(feature = "threads"))]
     values.chunks_mut(chunk).enumerate().for_each(|(index, chunk)| work(index, chunk));

@@ -295,6 +295,8 @@ mod tests {
             (4, Size::new(40, 30), Size::new(30, 30)),
             // Runs of several batches.
             (5, Size::new(64, 80), Size::new(700, 61)),
+            // Hundreds of samples a texel.
+            (6, Size::new(900, 700), Size::new(40, 31)),
         ] {
             let map = map(seed, size);
             let source: Vec<T> = (0..source_size.texels() * C).map(|_| value(&mut rng)).collect();

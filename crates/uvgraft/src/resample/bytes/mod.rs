@@ -34,15 +34,6 @@ const SUM_BITS: u32 = 12;
 /// What cutting rows takes away on average from a value.
 const LOST: i32 = 1 << (WEIGHT_BITS - 1);
 
-/// Texels that are filtered at once.
-const GROUP: usize = 8;
-
-/// The most bytes that are read from where a row of a window begins.
-const MAX_READ: usize = 32;
-
-/// The most values that a group has.
-const GROUP_VALUES: usize = GROUP * 4;
-
 /// The value at a position, with [`VALUE_BITS`] places.
 ///
 /// - `window`: the texel at a column and row of the window.
@@ -68,7 +59,7 @@ fn filtered<const C: usize, F: WholeTaps>(
     value
 }
 
-/// A texel whose windows may lie anywhere; beyond the texture's edge its edge is read.
+/// A texel, as [`super::reference::resample`] wants it.
 pub(super) fn texel<const C: usize>(
     walk: &Walk<'_>,
     k: u32,
@@ -78,13 +69,14 @@ pub(super) fn texel<const C: usize>(
 ) -> [u8; C] {
     match filter {
         Filter::Nearest => unreachable!("takes a texel as it is"),
-        Filter::Bilinear => texel_with::<C, Bilinear>(walk, k, source, size),
-        Filter::CatmullRom => texel_with::<C, CatmullRom>(walk, k, source, size),
-        Filter::Lanczos3 => texel_with::<C, Lanczos3>(walk, k, source, size),
+        Filter::Bilinear => texel_anywhere::<C, Bilinear>(walk, k, source, size),
+        Filter::CatmullRom => texel_anywhere::<C, CatmullRom>(walk, k, source, size),
+        Filter::Lanczos3 => texel_anywhere::<C, Lanczos3>(walk, k, source, size),
     }
 }
 
-fn texel_with<const C: usize, F: WholeTaps>(
+/// A texel whose windows may lie anywhere; beyond the texture's edge its edge is read.
+fn texel_anywhere<const C: usize, F: WholeTaps>(
     walk: &Walk<'_>,
     k: u32,
     source: &[u8],
@@ -100,6 +92,25 @@ fn texel_with<const C: usize, F: WholeTaps>(
             let y = (y + b as i32 - before).clamp(0, size.height as i32 - 1) as usize;
             let start = (y * size.width as usize + x) * C;
             std::array::from_fn(|channel| source[start + channel])
+        })
+    })
+}
+
+/// The same for windows that lie in the texture.
+#[inline(always)]
+fn texel_inside<const C: usize, F: WholeTaps>(
+    walk: &Walk<'_>,
+    k: u32,
+    source: &[u8],
+    size: Size,
+) -> [u8; C] {
+    mean(walk.samples(), |a, b| {
+        let [(x, bits_x), (y, bits_y)] = walk.sample(k, a, b).map(split);
+        let before = F::TAPS as i32 / 2 - 1;
+        let start = (y - before) as usize * size.width as usize + (x - before) as usize;
+        filtered::<C, F>([bits_x, bits_y], |a, b| {
+            let texel = &source[(start + b * size.width as usize + a) * C..][..C];
+            std::array::from_fn(|channel| texel[channel])
         })
     })
 }
@@ -167,72 +178,25 @@ pub(super) fn resample<const C: usize>(
     });
 }
 
-impl Job<'_> {
-    /// Calls `eight` for all texels whose windows lie in the source, in groups.
-    ///
-    /// - `eight`: gives the values of a run's texels from one on. All windows of the whole group lie
-    ///   in the source, even beyond the run's end, and the row below it, too.
-    #[inline(always)]
-    fn fill<const C: usize, F: WholeTaps>(
-        &self,
-        first_row: u32,
-        rows: &mut [u8],
-        eight: impl Fn(&Walk<'_>, u32) -> [u8; GROUP_VALUES],
-    ) {
-        let size = self.paths.source;
-        let width = self.map.size().width as usize * C;
-        // What is read of a row ends in it or in the next, and 32 bits count to where it begins.
-        let is_roomy =
-            size.width as usize * C >= MAX_READ && u32::try_from(self.source.len()).is_ok();
-        for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
-            let runs = self.map.row(row);
-            for (index, &run) in runs.iter().enumerate() {
-                self.paths.prefetch(runs, index);
-                let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
-                let walk = self.paths.walk(row, run);
-                if !is_roomy || !walk.stays_inside(run.len.max(GROUP as u32), size) {
-                    for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
-                        values.copy_from_slice(&texel_with::<C, F>(&walk, k, self.source, size));
-                    }
-                    continue;
-                }
-                // The last group of a run begins earlier instead of being shorter.
-                let Some(last) = run.len.checked_sub(GROUP as u32) else {
-                    let group = eight(&walk, 0);
-                    for (values, group) in texels.chunks_exact_mut(C).zip(group.chunks_exact(C)) {
-                        values.copy_from_slice(group);
-                    }
-                    continue;
+/// What processors without AVX2 do.
+fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
+    let size = job.paths.source;
+    let width = job.map.size().width as usize * C;
+    for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
+        for &run in job.map.row(row) {
+            let walk = job.paths.walk(row, run);
+            let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
+            let is_inside = walk.stays_inside(run.len, size);
+            for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
+                let texel = if is_inside {
+                    texel_inside::<C, F>(&walk, k, job.source, size)
+                } else {
+                    texel_anywhere::<C, F>(&walk, k, job.source, size)
                 };
-                for k in (0..run.len).step_by(GROUP) {
-                    let first = k.min(last);
-                    let group = eight(&walk, first);
-                    texels[first as usize * C..][..GROUP * C].copy_from_slice(&group[..GROUP * C]);
-                }
+                values.copy_from_slice(&texel);
             }
         }
     }
-}
-
-/// What processors without AVX2 do.
-fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
-    let stride = job.paths.source.width as usize * C;
-    job.fill::<C, F>(first_row, rows, |walk, first| {
-        let mut values = [0; GROUP_VALUES];
-        for (k, values) in (first..).zip(values[..GROUP * C].chunks_exact_mut(C)) {
-            let texel: [u8; C] = mean(walk.samples(), |a, b| {
-                let [(x, bits_x), (y, bits_y)] = walk.sample(k, a, b).map(split);
-                let before = F::TAPS as i32 / 2 - 1;
-                let start = (y - before) as usize * stride + (x - before) as usize * C;
-                filtered::<C, F>([bits_x, bits_y], |a, b| {
-                    let texel = &job.source[start + b * stride + a * C..][..C];
-                    std::array::from_fn(|channel| texel[channel])
-                })
-            });
-            values.copy_from_slice(&texel);
-        }
-        values
-    });
 }
 
 #[cfg(test)]

@@ -1,0 +1,81 @@
+//! What `fearless_simd` has no name for.
+
+use std::arch::x86_64::{
+    __m256i, _mm256_blend_epi16, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cvtps_epi32,
+    _mm256_madd_epi16, _mm256_mulhrs_epi16, _mm256_packs_epi32, _mm256_packus_epi16,
+    _mm256_permutevar8x32_epi32, _mm256_shuffle_ps,
+};
+
+use fearless_simd::{Avx2, SimdFrom, f32x8, i16x16, i32x8, u8x32};
+
+fearless_simd::kernel!(
+    /// Products of numbers of 16 bits, those of two neighbours added up.
+    #[inline(always)]
+    pub fn dot(avx2: Avx2, a: i16x16<Avx2>, b: i16x16<Avx2>) -> i32x8<Avx2> {
+        i32x8::simd_from(avx2, _mm256_madd_epi16(a.into(), b.into()))
+    }
+);
+
+fearless_simd::kernel!(
+    /// The high 16 bits of twice the products, rounded.
+    #[inline(always)]
+    pub fn product(avx2: Avx2, a: i16x16<Avx2>, b: i16x16<Avx2>) -> i16x16<Avx2> {
+        i16x16::simd_from(avx2, _mm256_mulhrs_epi16(a.into(), b.into()))
+    }
+);
+
+fearless_simd::kernel!(
+    /// The numbers of a vector at some indices.
+    #[inline(always)]
+    pub fn at(avx2: Avx2, numbers: i32x8<Avx2>, indices: i32x8<Avx2>) -> i32x8<Avx2> {
+        let result = _mm256_permutevar8x32_epi32(numbers.into(), indices.into());
+        i32x8::simd_from(avx2, result)
+    }
+);
+
+fearless_simd::kernel!(
+    /// The low 16 bits of one vector's numbers and the high ones of another's.
+    #[inline(always)]
+    pub fn side_by_side(avx2: Avx2, low: i32x8<Avx2>, high: i32x8<Avx2>) -> i16x16<Avx2> {
+        let result = _mm256_blend_epi16::<0b1010_1010>(low.into(), high.into());
+        i16x16::simd_from(avx2, result)
+    }
+);
+
+fearless_simd::kernel!(
+    /// Rounds, ties to even.
+    #[inline(always)]
+    pub fn rounded(avx2: Avx2, numbers: f32x8<Avx2>) -> i32x8<Avx2> {
+        i32x8::simd_from(avx2, _mm256_cvtps_epi32(numbers.into()))
+    }
+);
+
+fearless_simd::kernel!(
+    /// The low numbers of each pair within halves of two vectors, then the high ones.
+    #[inline(always)]
+    pub fn unzipped(avx2: Avx2, a: i32x8<Avx2>, b: i32x8<Avx2>) -> [i32x8<Avx2>; 2] {
+        let a = _mm256_castsi256_ps(a.into());
+        let b = _mm256_castsi256_ps(b.into());
+        let [low, high]: [__m256i; 2] = [
+            _mm256_castps_si256(_mm256_shuffle_ps::<0b1000_1000>(a, b)),
+            _mm256_castps_si256(_mm256_shuffle_ps::<0b1101_1101>(a, b)),
+        ];
+        [i32x8::simd_from(avx2, low), i32x8::simd_from(avx2, high)]
+    }
+);
+
+fearless_simd::kernel!(
+    /// Numbers clamped to bytes: the low halves of all, then the high halves.
+    #[inline(always)]
+    pub fn clamped(
+        avx2: Avx2,
+        a: i32x8<Avx2>,
+        b: i32x8<Avx2>,
+        c: i32x8<Avx2>,
+        d: i32x8<Avx2>,
+    ) -> u8x32<Avx2> {
+        let low = _mm256_packs_epi32(a.into(), b.into());
+        let high = _mm256_packs_epi32(c.into(), d.into());
+        u8x32::simd_from(avx2, _mm256_packus_epi16(low, high))
+    }
+);

@@ -1,0 +1,93 @@
+//! Eight texels at once, with AVX2.
+
+mod instructions;
+mod stretch;
+mod weights;
+mod window;
+
+use fearless_simd::{Avx2, Simd};
+
+use self::stretch::{MOST_SAMPLES, Stretch};
+use self::weights::VectorTaps;
+use super::{Job, texel_anywhere};
+use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS};
+
+/// Texels that are filtered at once.
+const GROUP: usize = 8;
+
+/// The most values that a group has.
+const GROUP_VALUES: usize = GROUP * 4;
+
+/// The most bytes that are read from where a row of a window begins.
+const MAX_READ: usize = 32;
+
+/// Pairs of taps on an axis.
+const MAX_PAIRS: usize = MAX_TAPS / 2;
+
+/// Fills rows from `first_row` on; see [`super::resample`].
+pub(super) fn fill<const C: usize>(avx2: Avx2, job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
+    match job.paths.filter {
+        Filter::Nearest => unreachable!("takes texels as they are"),
+        Filter::Bilinear => fill_with::<C, Bilinear>(avx2, job, first_row, rows),
+        Filter::CatmullRom => fill_with::<C, CatmullRom>(avx2, job, first_row, rows),
+        Filter::Lanczos3 => fill_with::<C, Lanczos3>(avx2, job, first_row, rows),
+    }
+}
+
+fn fill_with<const C: usize, F: VectorTaps>(
+    avx2: Avx2,
+    job: &Job<'_>,
+    first_row: u32,
+    rows: &mut [u8],
+) {
+    let size = job.paths.source;
+    let stride = size.width as usize * C;
+    let source = Source { avx2, values: job.source, stride };
+    // What is read of a row ends in it or in the next, and 32 bits count to where it begins.
+    let is_roomy = stride >= MAX_READ && u32::try_from(job.source.len()).is_ok();
+    let mut stretch = Stretch::new();
+    avx2.vectorize(
+        #[inline(always)]
+        || {
+            let width = job.map.size().width as usize * C;
+            for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
+                let runs = job.map.row(row);
+                for (index, &run) in runs.iter().enumerate() {
+                    job.paths.prefetch(runs, index);
+                    let walk = job.paths.walk(row, run);
+                    if is_roomy
+                        && walk.stays_inside(run.len, size)
+                        && walk.samples().iter().product::<u32>() <= MOST_SAMPLES
+                    {
+                        if !stretch.goes_on(run, &walk) {
+                            stretch.fill::<C, F>(&source, target);
+                            stretch.begin(run, &walk);
+                        }
+                        let mut first = 0;
+                        while first < run.len {
+                            if stretch.is_full() {
+                                stretch.fill::<C, F>(&source, target);
+                            }
+                            first += stretch.add::<C, F>(&source, &walk, first..run.len);
+                        }
+                    } else {
+                        let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
+                        for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
+                            values.copy_from_slice(&texel_anywhere::<C, F>(
+                                &walk, k, job.source, size,
+                            ));
+                        }
+                    }
+                }
+                stretch.fill::<C, F>(&source, target);
+            }
+        },
+    );
+}
+
+struct Source<'a> {
+    avx2: Avx2,
+    values: &'a [u8],
+    /// Values in a row.
+    stride: usize,
+}

@@ -1,0 +1,133 @@
+//! Filters' weights for eight texels at once.
+
+use std::marker::PhantomData;
+
+use fearless_simd::{
+    Avx2, Bytes, SimdBase, SimdCombine, SimdFrom, f32x8, i16x8, i16x16, i32x8, u8x32, u32x8,
+};
+
+use super::super::weights::{LANCZOS, Lanczos, ONE, WEIGHT_BITS, WholeTaps};
+use super::{GROUP, MAX_PAIRS, instructions};
+use crate::filter::{Bilinear, CatmullRom, Lanczos3, MAX_TAPS, Taps};
+use crate::resample::position::fraction;
+
+/// A filter whose weights there are for eight texels at once.
+pub(super) trait VectorTaps: WholeTaps {
+    type Weights: Weights;
+}
+
+/// A filter's weights for eight texels on one axis, as [`WholeTaps::whole_weights`].
+pub(super) trait Weights {
+    fn new(avx2: Avx2, bits: u32x8<Avx2>) -> Self;
+
+    /// Those of texels `j` and `j + 4` for their halves of a vector: for each pair of taps the two
+    /// weights, as often as there is room.
+    fn of_both(&self, avx2: Avx2, j: usize) -> [i16x16<Avx2>; MAX_PAIRS];
+}
+
+impl VectorTaps for Bilinear {
+    type Weights = Pairs<Self>;
+}
+
+impl VectorTaps for CatmullRom {
+    type Weights = Pairs<Self>;
+}
+
+impl VectorTaps for Lanczos3 {
+    type Weights = Phases;
+}
+
+/// Weights that are computed: those of two taps in each number of 32 bits.
+pub(super) struct Pairs<F>([i32x8<Avx2>; MAX_PAIRS], PhantomData<F>);
+
+impl<F: WholeTaps> Weights for Pairs<F> {
+    #[inline(always)]
+    fn new(avx2: Avx2, bits: u32x8<Avx2>) -> Self {
+        let mut pairs = [i32x8::splat(avx2, 0); MAX_PAIRS];
+        if F::TAPS == Bilinear::TAPS {
+            let high: i32x8<Avx2> = (bits >> (32 - WEIGHT_BITS)).bitcast();
+            pairs[0] = (i32::from(ONE) - high) | (high << 16);
+            return Self(pairs, PhantomData);
+        }
+        let bits: [u32; GROUP] = bits.into();
+        let mut weights = [[0.0; GROUP]; MAX_TAPS];
+        for k in 0..GROUP {
+            let of_texel = F::weights(fraction(bits[k]));
+            for tap in 0..F::TAPS {
+                weights[tap][k] = of_texel[tap];
+            }
+        }
+        for pair in 0..F::TAPS / 2 {
+            let low = f32x8::simd_from(avx2, weights[pair * 2]) * f32::from(ONE);
+            let high = f32x8::simd_from(avx2, weights[pair * 2 + 1]) * f32::from(ONE);
+            let low = instructions::rounded(avx2, low);
+            let high = instructions::rounded(avx2, high);
+            pairs[pair] = instructions::side_by_side(avx2, low, high << 16).bitcast();
+        }
+        Self(pairs, PhantomData)
+    }
+
+    #[inline(always)]
+    fn of_both(&self, avx2: Avx2, j: usize) -> [i16x16<Avx2>; MAX_PAIRS] {
+        let which = i32x8::simd_from(avx2, BOTH[j]);
+        let mut both = [i16x16::splat(avx2, 0); MAX_PAIRS];
+        for pair in 0..F::TAPS / 2 {
+            both[pair] = instructions::at(avx2, self.0[pair], which).bitcast();
+        }
+        both
+    }
+}
+
+/// Weights from a table.
+pub(super) struct Phases {
+    table: &'static Lanczos,
+    bits: [u32; GROUP],
+    /// How far beyond phases, twice in each number of 32 bits.
+    parts: i32x8<Avx2>,
+}
+
+impl Weights for Phases {
+    #[inline(always)]
+    fn new(_: Avx2, bits: u32x8<Avx2>) -> Self {
+        let part = (bits << Lanczos::PHASE_BITS) >> (32 - Lanczos::PART_BITS);
+        Self { table: &LANCZOS, bits: bits.into(), parts: (part | (part << 16)).bitcast() }
+    }
+
+    #[inline(always)]
+    fn of_both(&self, avx2: Avx2, j: usize) -> [i16x16<Avx2>; MAX_PAIRS] {
+        let (first, _) = Lanczos::split(self.bits[j]);
+        let (second, _) = Lanczos::split(self.bits[j + 4]);
+        let phases = &self.table.phases;
+        let low =
+            i16x8::simd_from(avx2, phases[first]).combine(i16x8::simd_from(avx2, phases[second]));
+        let high = i16x8::simd_from(avx2, phases[first + 1])
+            .combine(i16x8::simd_from(avx2, phases[second + 1]));
+        let parts = instructions::at(avx2, self.parts, i32x8::simd_from(avx2, BOTH[j])).bitcast();
+        let weights: u8x32<Avx2> = (low + instructions::product(avx2, high - low, parts)).bitcast();
+        let mut both = [i16x16::splat(avx2, 0); MAX_PAIRS];
+        for pair in 0..MAX_PAIRS {
+            let order = u8x32::simd_from(avx2, const { words() }[pair]);
+            both[pair] = weights.swizzle_dyn_within_blocks(order).bitcast();
+        }
+        both
+    }
+}
+
+/// Which texels' weights go with the texels of one vector.
+const BOTH: [[i32; 8]; 4] = [
+    [0, 0, 0, 0, 4, 4, 4, 4],
+    [1, 1, 1, 1, 5, 5, 5, 5],
+    [2, 2, 2, 2, 6, 6, 6, 6],
+    [3, 3, 3, 3, 7, 7, 7, 7],
+];
+
+/// For each of a half's words of 32 bits, what shuffles it all over the half.
+const fn words() -> [[u8; 32]; MAX_PAIRS] {
+    let mut orders = [[0; 32]; MAX_PAIRS];
+    let mut k = 0;
+    while k < MAX_PAIRS * 32 {
+        orders[k / 32][k % 32] = (k / 32 * 4 + k % 4) as u8;
+        k += 1;
+    }
+    orders
+}
