@@ -8,7 +8,7 @@ use std::ops::Range;
 use crate::bits;
 use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
 use crate::texture::{Size, Texels, Texture};
-use crate::threads::{for_each_chunk, map_indices, map_indices_with};
+use crate::threads::map_indices_with;
 
 /// Which texels outside the islands take whose value, for one layout and size.
 #[derive(Debug, Clone)]
@@ -78,17 +78,15 @@ impl Padding {
     /// whose value they would take, and leaves nothing behind.
     pub(crate) fn give_back<const C: usize>(&self, values: &mut [f32]) {
         let (texels, _) = values.as_chunks_mut::<C>();
-        for block in &self.blocks {
-            block.for_each_copy(self.size.width as usize, |outside, inside| {
-                let given = std::mem::replace(&mut texels[outside], [0.0; C]);
-                for (value, given) in texels[inside].iter_mut().zip(given) {
-                    *value += given;
-                }
-            });
-        }
+        self.for_each_copy(|outside, inside| {
+            let given = std::mem::replace(&mut texels[outside], [0.0; C]);
+            for (value, given) in texels[inside].iter_mut().zip(given) {
+                *value += given;
+            }
+        });
     }
 
-    fn copy_channels<T: Copy + Send + Sync>(&self, channels: usize, values: &mut [T]) {
+    fn copy_channels<T: Copy>(&self, channels: usize, values: &mut [T]) {
         match channels {
             1 => self.copy::<T, 1>(values),
             2 => self.copy::<T, 2>(values),
@@ -97,37 +95,23 @@ impl Padding {
         }
     }
 
-    fn copy<T: Copy + Send + Sync, const C: usize>(&self, values: &mut [T]) {
+    fn copy<T: Copy, const C: usize>(&self, values: &mut [T]) {
         let (texels, _) = values.as_chunks_mut::<C>();
-        let width = self.size.width as usize;
-        // All are read before any is written, so that blocks can be worked on at once.
-        let taken = map_indices(self.blocks.len(), |block| {
-            let mut taken = Vec::with_capacity(self.blocks[block].offsets.len());
-            self.blocks[block].for_each_copy(width, |_, inside| taken.push(texels[inside]));
-            taken
-        });
-        for_each_chunk(texels, width * TILE as usize, |block, texels| {
-            let mut taken = taken[block].as_slice();
-            for stretch in &self.blocks[block].stretches {
-                let (values, rest) = taken.split_at(stretch.len as usize);
-                let first = (stretch.row % TILE) as usize * width + stretch.x as usize;
-                texels[first..first + values.len()].copy_from_slice(values);
-                taken = rest;
-            }
-        });
+        self.for_each_copy(|outside, inside| texels[outside] = texels[inside]);
     }
-}
 
-impl Block {
     /// Calls `copy` with the number of each padded texel and that of the one whose value it takes.
-    fn for_each_copy(&self, width: usize, mut copy: impl FnMut(usize, usize)) {
-        let mut offsets = self.offsets.iter();
-        for stretch in &self.stretches {
-            let first = stretch.row as usize * width + stretch.x as usize;
-            for (outside, &[right, down]) in (first..first + stretch.len as usize).zip(&mut offsets)
-            {
-                let offset = isize::from(down) * width as isize + isize::from(right);
-                copy(outside, outside.wrapping_add_signed(offset));
+    fn for_each_copy(&self, mut copy: impl FnMut(usize, usize)) {
+        let width = self.size.width as isize;
+        for block in &self.blocks {
+            let mut offsets = block.offsets.iter();
+            for stretch in &block.stretches {
+                let first = stretch.row as isize * width + stretch.x as isize;
+                let outside = first..first + stretch.len as isize;
+                for (outside, &[right, down]) in outside.zip(&mut offsets) {
+                    let inside = outside + isize::from(down) * width + isize::from(right);
+                    copy(outside as usize, inside as usize);
+                }
             }
         }
     }
