@@ -65,7 +65,9 @@ pub(crate) fn join<A: Send, B: Send>(
     (a(), b())
 }
 
-/// Runs `work` on consecutive chunks of `values`, with the number of each.
+/// Runs `work` on consecutive chunks of `values`, with the number of each. Every thread takes the next
+/// chunk when it is done with one, the calling one too: it would else wake others and go to sleep, and
+/// with as many threads as processors the system then often lets two of them share one for a while.
 pub(crate) fn for_each_chunk<T: Send>(
     values: &mut [T],
     chunk: usize,
@@ -73,11 +75,20 @@ pub(crate) fn for_each_chunk<T: Send>(
 ) {
     #[cfg(feature = "threads")]
     {
-        use rayon::prelude::*;
-        // Rayon would give each thread a few long rows of chunks, and who has the empty ones is done
-        // early.
-        let chunks = values.par_chunks_mut(chunk).enumerate().with_max_len(1);
-        chunks.for_each(|(index, chunk)| work(index, chunk));
+        let threads = values.len().div_ceil(chunk).min(rayon::current_num_threads());
+        let chunks = Mutex::new(values.chunks_mut(chunk).enumerate());
+        let work_off = || {
+            let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
+            while let Some((index, chunk)) = next() {
+                work(index, chunk);
+            }
+        };
+        rayon::in_place_scope(|scope| {
+            for _ in 1..threads {
+                scope.spawn(|_| work_off());
+            }
+            work_off();
+        });
     }
     #[cfg(not(feature = "threads"))]
     values.chunks_mut(chunk).enumerate().for_each(|(index, chunk)| work(index, chunk));
