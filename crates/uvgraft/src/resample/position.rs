@@ -1,8 +1,8 @@
 //! Positions in a source, on one axis: whole numbers of 2⁻³² texels from its top left corner.
 //!
-//! Whole numbers, because sums of them do not depend on their order, a run's last position is as exact
-//! as its first, and texel and fraction are its two halves. UV coordinates of 1000 texels or 1 are
-//! rounded by the same 2⁻³³ texels.
+//! Whole numbers, because sums of them do not depend on their order, and because the texel and what
+//! lies beyond it are just the two halves of one. What a patch maps to is rounded to them once, by
+//! 2⁻³³ texels at most; so are its slopes, which makes a position 4096 texels away wrong by 5e-7.
 
 /// One texel.
 pub(crate) const TEXEL: i64 = 1 << 32;
