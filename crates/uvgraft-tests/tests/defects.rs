@@ -285,22 +285,46 @@ fn opacity_is_filtered_premultiplied() {
     assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
 }
 
-/// Opacity of 1 everywhere costs no level of colour.
+/// Opacity of 1 costs no level of colour and stays 1, whatever rows hold that are not read.
 #[test]
 fn full_opacity_changes_no_color() {
-    let pair = synthetic::pair();
+    let whole = synthetic::square(0.0);
+    // Reads the upper half.
+    let half = {
+        let uv = whole.uv().iter().map(|&[u, v]| [u, v * 0.4]).collect();
+        let faces: Vec<[u32; 3]> = vec![[0, 1, 2], [0, 2, 3]];
+        Mesh::from_triangles(whole.positions().to_vec(), uv, &faces, &faces).unwrap()
+    };
+    let pair = Pair::by_vertex_map(half, whole, &[0, 1, 2, 3]).unwrap();
     let (source_size, size) = (Size::square(96), Size::square(128));
-    for filter in Filter::ALL {
-        let plain = noise(source_size, Channels::Rgb, Depth::U8);
-        let opaque = plain.clone().converted(Channels::Rgba, Depth::U8);
-        assert!(opaque.is_opaque());
+    for (filter, depth) in Filter::ALL
+        .into_iter()
+        .flat_map(|filter| [Depth::U8, Depth::U16, Depth::F32].map(|depth| (filter, depth)))
+    {
+        let plain = noise(source_size, Channels::Rgb, depth);
+        let opaque = plain.clone().converted(Channels::Rgba, depth);
         let transfer =
             Transfer::new(&pair, Direction::Forward, source_size, size, &options(filter, 4));
         let base = filled(size, [0.2, 0.4, 0.6]);
-        let wanted = transfer.apply(plain, base.clone()).unwrap();
-        let result = transfer.apply(opaque, base).unwrap();
+        let carried = |source| transfer.apply(source, base.clone()).unwrap();
+        let result = carried(opaque.clone());
         assert_eq!(result.channels(), Channels::Rgba, "{filter}");
-        assert!(result == wanted.converted(Channels::Rgba, Depth::U8), "{filter}");
+        if depth != Depth::F32 {
+            assert!(
+                result == carried(plain).converted(Channels::Rgba, depth),
+                "{filter} {depth:?}"
+            );
+        }
+        let read = transfer.source_rows();
+        assert!(read.start == 0 && read.end < 96, "{read:?}");
+        let mut cut = opaque;
+        let first = read.end as usize * 96 * 4;
+        match cut.texels_mut() {
+            Texels::U8(values) => values[first..].fill(0),
+            Texels::U16(values) => values[first..].fill(0),
+            Texels::F32(values) => values[first..].fill(0.0),
+        }
+        assert!(result == carried(cut), "{filter} {depth:?}");
     }
 }
 

@@ -26,7 +26,7 @@ pub struct Overlay<'a> {
 /// What is laid over.
 #[derive(Debug, Clone)]
 pub(crate) enum Layer<'a> {
-    /// A padded source in the working format, and where it is read.
+    /// A padded source in the working format, where it is read, and whether it is opaque there.
     Sampled { paths: &'a Paths, source: Texture, is_opaque: bool },
     /// Premultiplied values of every texel of the target, 1.0 for white.
     Solved(Vec<f32>),

@@ -404,19 +404,19 @@ impl Texture {
         self
     }
 
-    /// Whether nothing can be seen through it: there is no alpha, or it is 1 everywhere.
-    pub fn is_opaque(&self) -> bool {
-        fn is_opaque<T: Value>(values: &[T], channels: usize) -> bool {
-            values.iter().skip(channels - 1).step_by(channels).all(|value| *value == T::ONE)
-        }
-        if !self.channels.has_alpha() {
-            return true;
+    /// Whether the last channel is 1 in some texels of a row.
+    pub(crate) fn is_opaque(&self, row: u32, columns: Range<u32>) -> bool {
+        fn is_one<T: Value>(values: &[T], channels: usize) -> bool {
+            values.chunks_exact(channels).all(|texel| texel[channels - 1] == T::ONE)
         }
         let channels = self.channels.count();
+        let first = row as usize * self.size.width as usize;
+        let [start, end] =
+            [columns.start, columns.end].map(|column| (first + column as usize) * channels);
         match &self.texels {
-            Texels::U8(values) => is_opaque(values, channels),
-            Texels::U16(values) => is_opaque(values, channels),
-            Texels::F32(values) => is_opaque(values, channels),
+            Texels::U8(values) => is_one(&values[start..end], channels),
+            Texels::U16(values) => is_one(&values[start..end], channels),
+            Texels::F32(values) => is_one(&values[start..end], channels),
         }
     }
 

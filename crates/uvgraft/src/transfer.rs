@@ -4,14 +4,16 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use crate::bits;
 use crate::filter::Filter;
-use crate::map::{MapOptions, Region, SamplingMap};
+use crate::map::{MapOptions, Region, SamplingMap, TILE, Tiles};
 use crate::overlay::{Formats, Layer, Overlay};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
 use crate::resample::reads::Reads;
 use crate::resample::{self, Paths};
-use crate::texture::{Size, TexelFormat, Texture};
+use crate::texture::{Depth, Size, TexelFormat, Texture};
+use crate::threads::map_indices;
 
 /// How a texture is carried across.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +39,8 @@ pub struct Transfer {
     map: SamplingMap,
     paths: Paths,
     source_rows: Range<u32>,
+    /// The tiles of the source that the map reads.
+    tiles: Tiles,
     padding: Padding,
     options: TransferOptions,
 }
@@ -95,7 +99,7 @@ impl Transfer {
         let near = reads.tiles.widened(reach);
         let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
         let source_rows = near.rows_between(source_size.height);
-        Self { map, paths, source_rows, padding, options: *options }
+        Self { map, paths, source_rows, tiles: reads.tiles, padding, options: *options }
     }
 
     /// As [`Transfer::new`], but what lies outside a region of the source is padded, whether islands
@@ -113,7 +117,7 @@ impl Transfer {
         let reach = reads.reach(&map, map.patches(), region.size(), options.filter);
         let padding = Padding::new(region, reach, &reads.tiles);
         let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
-        Self { map, paths, source_rows, padding, options: *options }
+        Self { map, paths, source_rows, tiles: reads.tiles, padding, options: *options }
     }
 
     /// The map that says where each texel comes from.
@@ -146,9 +150,24 @@ impl Transfer {
         let formats = Formats::new(source.format(), base, self.options.linear_light);
         let mut source = formats.working(source);
         self.padding.apply(&mut source);
-        let is_opaque = source.is_opaque();
+        // Floats would come out a last bit beside 1.
+        let is_opaque =
+            formats.has_opacity() && source.depth() != Depth::F32 && self.is_opaque(&source);
         let layer = Layer::Sampled { paths: &self.paths, source, is_opaque };
         Ok(Overlay::new(&self.map, formats, layer))
+    }
+
+    /// Whether a source's last channel is 1 wherever the map reads.
+    fn is_opaque(&self, source: &Texture) -> bool {
+        let Size { width, height } = source.size();
+        let rows = map_indices(self.tiles.count(), |row| {
+            let rows = row as u32 * TILE..((row as u32 + 1) * TILE).min(height);
+            bits::ranges(self.tiles.row(row)).all(|columns| {
+                let columns = columns.start * TILE..(columns.end * TILE).min(width);
+                rows.clone().all(|row| source.is_opaque(row, columns.clone()))
+            })
+        });
+        rows.into_iter().all(|is_opaque| is_opaque)
     }
 
     /// The rows of the source that results depend on; what the others hold does not matter.

@@ -168,7 +168,7 @@ impl<'a> Carrier<'a> {
             let fit = FitOptions { max_steps: args.fit_steps, ..FitOptions::default() };
             Carriage::Fitted(Box::new(Fit::new(pair, direction, size, target, &options, fit)))
         } else {
-            Carriage::Sampled(Transfer::new(pair, direction, size, target, &options))
+            Carriage::Sampled(Box::new(Transfer::new(pair, direction, size, target, &options)))
         }
     }
 
@@ -205,7 +205,7 @@ pub(super) fn losses(
 
 /// What textures of one size are carried by.
 enum Carriage {
-    Sampled(Transfer),
+    Sampled(Box<Transfer>),
     Fitted(Box<Fit>),
 }
 

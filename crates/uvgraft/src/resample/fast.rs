@@ -209,7 +209,7 @@ impl<T: Value> Batch<T> {
                     for k in (0..count).step_by(PREFETCHED) {
                         prefetch(
                             source.values,
-                            (self.places.start[k] as usize * C) as isize + ahead,
+                            ((self.places.start[k] as usize * C) as isize).wrapping_add(ahead),
                         );
                     }
                     for k in 0..count {

@@ -37,7 +37,7 @@ pub(crate) struct Paths {
 #[derive(Debug, Clone, Copy)]
 #[repr(align(128))]
 struct Path {
-    /// A texel of the target near the patch.
+    /// The texel of the target that the patch's map begins at.
     px: [i32; 2],
     /// What its centre maps to.
     origin: [i64; 2],
@@ -103,9 +103,10 @@ impl Paths {
         let x = i64::from(run.x) - i64::from(path.px[0]);
         let y = i64::from(row) - i64::from(path.px[1]);
         let start = [0, 1].map(|axis| {
-            let [by_x, by_y] = path.slope[axis];
-            let offset = by_x.saturating_mul(x).saturating_add(by_y.saturating_mul(y));
-            path.origin[axis].saturating_add(offset)
+            let [by_x, by_y] = path.slope[axis].map(i128::from);
+            // On thin triangles both products are far beyond the texture, and their sum is not.
+            let start = i128::from(path.origin[axis]) + by_x * i128::from(x) + by_y * i128::from(y);
+            start.clamp(i64::MIN.into(), i64::MAX.into()) as i64
         });
         Walk { start, path }
     }
@@ -143,7 +144,8 @@ impl Walk<'_> {
             .map(|[_, by_y]| containing(by_y.wrapping_mul(prefetch::ROWS_AHEAD)) as isize);
         // Windows that move down meet new rows below, others above.
         let below = if y > 0 { taps as isize - 1 } else { 0 };
-        (y + below).wrapping_mul(stride as isize).wrapping_add(x * channels as isize)
+        let rows = y.wrapping_add(below).wrapping_mul(stride as isize);
+        rows.wrapping_add(x.wrapping_mul(channels as isize))
     }
 
     /// Position of the centre of the run's texel `k`.
@@ -365,6 +367,39 @@ mod tests {
         assert_eq!(walk.sample(0, 0, 0), at(0.5, 2.5));
         assert_eq!(walk.sample(0, 3, 1), at(3.5, 3.5));
         assert_eq!(walk.sample(1, 3, 1), at(7.5, 3.5));
+    }
+
+    /// Far from where their map begins slopes take two products out of all bounds, whose sum is not.
+    #[test]
+    fn thin_triangles_keep_their_positions() {
+        let mesh = |uv: [[f32; 2]; 3]| {
+            let faces = [[0, 1, 2]];
+            Mesh::from_triangles(vec![[0.0; 3]; 3], uv.to_vec(), &faces, &faces).unwrap()
+        };
+        let source = mesh([[0.1, 0.1], [0.9, 0.2], [0.3, 0.8]]);
+        for width in [1e-3, 1e-6, 2e-7] {
+            let target = mesh([[0.0, 0.0], [1.0, 1.0 - width], [1.0 - width, 1.0]]);
+            let pair = Pair::by_vertex_map(source.clone(), target, &[0, 1, 2]).unwrap();
+            let options = MapOptions { gutter_px: 0 };
+            let map = SamplingMap::new(&pair, Direction::Forward, Size::square(4096), &options);
+            let paths = Paths::new(&map, Size::square(2048), Filter::Bilinear);
+            let mut texels = 0;
+            for row in 0..4096 {
+                for &run in map.row(row) {
+                    let px = [run.x, row].map(|px| f64::from(px) + 0.5);
+                    let uv = map.patches()[run.patch as usize].src_uv_from_tgt_px.at(px);
+                    let found = paths.walk(row, run).centre(0).map(position::in_texels);
+                    for axis in 0..2 {
+                        assert!(
+                            (found[axis] - uv[axis] * 2048.0).abs() < 1e-3,
+                            "{px:?}: {found:?}"
+                        );
+                    }
+                    texels += run.len;
+                }
+            }
+            assert!(texels > 4000, "{width}: {texels}");
+        }
     }
 
     #[test]

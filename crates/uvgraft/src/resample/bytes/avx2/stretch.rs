@@ -32,7 +32,8 @@ pub(super) struct Stretch {
 /// Samples that a stretch has room for.
 const MOST_PLACES: usize = 2048;
 
-/// The most samples of a texel that leave a stretch room for a group.
+/// The most samples of a texel that leave a stretch room for a group; texels of more are worked out
+/// one by one.
 pub(super) const MOST_SAMPLES: u32 = (MOST_PLACES / (2 * GROUP)) as u32;
 
 /// The most texels of a stretch, so that what is known of them stays in the first cache.
@@ -100,7 +101,7 @@ impl Stretch {
                     if (a, b) == (0, 0) {
                         let starts: [i32; GROUP] = starts.into();
                         for start in [starts[0], starts[GROUP - 1]] {
-                            prefetch(source.values, start as u32 as isize + ahead);
+                            prefetch(source.values, (start as u32 as isize).wrapping_add(ahead));
                         }
                     }
                 }
