@@ -3,7 +3,7 @@
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdInto, f32x8, i32x8, i64x4, u32x8};
 
 use super::Walk;
-use super::position::{TEXEL, fraction, near_texture, split};
+use super::position::{before_window, fraction, near_texture, split};
 use crate::filter::Taps;
 use crate::texture::Size;
 
@@ -40,7 +40,7 @@ impl Places {
         (a, b): (u32, u32),
     ) {
         let width = i32x8::splat(simd, source.width as i32);
-        let start = walk.sample(first as u32, a, b).map(|at| at - corner_offset::<F>());
+        let start = walk.sample(first as u32, a, b).map(|at| at - before_window(F::TAPS));
         let [mut x_line, mut y_line] = [0, 1].map(|k| Line::new(simd, start[k], walk.step()[k]));
         for group in (0..count).step_by(GROUP) {
             let (x, fraction) = x_line.split();
@@ -73,12 +73,6 @@ impl Places {
             }
         }
     }
-}
-
-/// From the centre of a window's first texel to where positions begin that read it.
-#[inline(always)]
-const fn corner_offset<F: Taps>() -> i64 {
-    TEXEL / 2 + (F::TAPS as i64 / 2 - 1) * TEXEL
 }
 
 /// The positions of one sample of a group of texels on one axis.

@@ -41,6 +41,13 @@ pub(crate) fn split(position: i64) -> (i32, u32) {
     (containing(position), position as u32)
 }
 
+/// What is taken off a position so that its whole texels are those of its window's first texel; its
+/// fraction is that of [`split`].
+#[inline(always)]
+pub(crate) const fn before_window(taps: usize) -> i64 {
+    TEXEL / 2 + (taps as i64 / 2 - 1) * TEXEL
+}
+
 /// A fraction as a float, below 1 and exact: the lowest bits are dropped.
 #[inline(always)]
 pub(crate) fn fraction(bits: u32) -> f32 {

@@ -11,7 +11,7 @@ use super::{GROUP, GROUP_VALUES, Source, instructions};
 use crate::filter::Taps;
 use crate::map::Run;
 use crate::resample::Walk;
-use crate::resample::position::TEXEL;
+use crate::resample::position::before_window;
 use crate::resample::prefetch::prefetch;
 
 /// Neighbouring texels of one row with as many samples each, whose windows are known. They may belong
@@ -200,9 +200,9 @@ struct Line {
 impl Line {
     #[inline(always)]
     fn new<F: Taps>(avx2: Avx2, at: i64, step: i64) -> Self {
-        let before = TEXEL / 2 + (F::TAPS as i64 / 2 - 1) * TEXEL;
         let times = |k: i64| step.wrapping_mul(k);
-        let low = i64x4::simd_from(avx2, [0, step, times(4), times(5)]) + (at - before);
+        let low =
+            i64x4::simd_from(avx2, [0, step, times(4), times(5)]) + (at - before_window(F::TAPS));
         Self { low, high: low + times(2), stride: times(GROUP as i64) }
     }
 
