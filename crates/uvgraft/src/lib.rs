@@ -35,6 +35,7 @@
 
 pub mod baseline;
 mod bits;
+pub mod blend;
 pub mod color;
 mod convert;
 pub mod correspond;
@@ -52,6 +53,7 @@ pub mod raster;
 pub mod report;
 pub mod resample;
 mod resize;
+mod surface;
 pub mod texture;
 mod threads;
 pub mod transfer;

@@ -62,7 +62,7 @@ pub(crate) struct Oriented<'a> {
 }
 
 /// The face that answers a face, and which of its corners is which.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Counterpart {
     pub face: u32,
     /// Corner `k` of the answered face is corner `corners[k]` of this one.

@@ -1,0 +1,247 @@
+//! Values given at some points of a surface, extended over the others as smoothly as can be.
+//!
+//! The extension is harmonic: at every free point the mean of its neighbours, weighted by the
+//! cotangents of the angles opposite to the edges (U. Pinkall and K. Polthier, "Computing discrete
+//! minimal surfaces and their conjugates", 1993). Weights are kept positive, so that no value comes
+//! out beyond the given ones.
+
+use nalgebra::DMatrix;
+use nalgebra_sparse::factorization::CscCholesky;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
+
+use crate::surface::{Surface, cross, dot, norm, sub};
+
+/// The least and the greatest weight of an edge. It is negative where the two angles opposite to the
+/// edge add up to more than half a turn, and grows without bound where they are sharp.
+const WEIGHTS: [f64; 2] = [1e-3, 1e3];
+
+/// In place of the number of a point that has no value.
+const NONE: u32 = u32::MAX;
+
+/// The factorised equations for one set of points with given values.
+#[derive(Debug, Clone)]
+pub(super) struct Harmonic {
+    /// The row of each free point in the equations, none for others.
+    row_of_point: Vec<u32>,
+    /// The row that each takes in the factors: few numbers there are not 0 in this order.
+    place_of_row: Vec<usize>,
+    /// Row of a free point, number of the given value beside it, and the edge's weight.
+    given: Vec<(u32, u32, f64)>,
+    factors: Option<CscCholesky<f64>>,
+}
+
+impl Harmonic {
+    /// Prepares the extension over the points of the triangles that are `faces`, from `fixed` points.
+    /// Points that no edge joins to a fixed one, over others or at once, get no value.
+    pub fn new(surface: &Surface, faces: &[bool], fixed: &[u32]) -> Self {
+        let points = surface.positions().len();
+        let mut given_of_point = vec![NONE; points];
+        for (&point, index) in fixed.iter().zip(0..) {
+            given_of_point[point as usize] = index;
+        }
+        let row_of_point = reachable(surface, faces, fixed, &given_of_point);
+        let free = row_of_point.iter().filter(|&&row| row != NONE).count();
+        let mut diagonal = vec![0.0; free];
+        let mut between = Vec::new();
+        let mut given = Vec::new();
+        for (a, b, weight) in edges(surface, faces) {
+            for (from, to) in [(a, b), (b, a)] {
+                let row = row_of_point[from as usize];
+                if row == NONE {
+                    continue;
+                }
+                diagonal[row as usize] += weight;
+                let value = given_of_point[to as usize];
+                if value == NONE {
+                    between.push((row as usize, row_of_point[to as usize] as usize, -weight));
+                } else {
+                    given.push((row, value, weight));
+                }
+            }
+        }
+        let (place_of_row, factors) = factorise(&diagonal, &between);
+        Self { row_of_point, place_of_row, given, factors }
+    }
+
+    /// The value at every point of the surface; none where no way leads to a fixed one, or where the
+    /// value is fixed.
+    ///
+    /// - `values`: of the fixed points, in their order.
+    pub fn extend<const N: usize>(&self, values: &[[f64; N]]) -> Vec<Option<[f64; N]>> {
+        let Some(factors) = &self.factors else { return vec![None; self.row_of_point.len()] };
+        let mut right = DMatrix::zeros(self.place_of_row.len(), N);
+        for &(row, value, weight) in &self.given {
+            let place = self.place_of_row[row as usize];
+            for (column, value) in values[value as usize].iter().enumerate() {
+                right[(place, column)] += weight * value;
+            }
+        }
+        factors.solve_mut(&mut right);
+        let of_row = |&row: &u32| {
+            (row != NONE).then(|| {
+                let place = self.place_of_row[row as usize];
+                std::array::from_fn(|column| right[(place, column)])
+            })
+        };
+        self.row_of_point.iter().map(of_row).collect()
+    }
+}
+
+/// Numbers the free points that are joined to a fixed one.
+fn reachable(surface: &Surface, faces: &[bool], fixed: &[u32], given: &[u32]) -> Vec<u32> {
+    let mut row_of_point = vec![NONE; given.len()];
+    let mut rows = 0;
+    let mut next: Vec<u32> = fixed.to_vec();
+    while let Some(point) = next.pop() {
+        for &triangle in surface.around(point) {
+            if !faces[triangle as usize] {
+                continue;
+            }
+            for &other in &surface.triangles()[triangle as usize] {
+                if given[other as usize] == NONE && row_of_point[other as usize] == NONE {
+                    row_of_point[other as usize] = rows;
+                    rows += 1;
+                    next.push(other);
+                }
+            }
+        }
+    }
+    row_of_point
+}
+
+/// The edges of the triangles that are `faces`, with their weights: half of the sum of the cotangents of
+/// the angles opposite to each, within bounds.
+fn edges(surface: &Surface, faces: &[bool]) -> Vec<(u32, u32, f64)> {
+    let mut edges = Vec::with_capacity(faces.len() * 3);
+    for (triangle, _) in (0u32..).zip(faces).filter(|(_, is_in)| **is_in) {
+        let points = surface.triangles()[triangle as usize];
+        let corners = surface.corners(triangle);
+        for k in 0..3 {
+            let (a, b) = (points[k], points[(k + 1) % 3]);
+            if a != b {
+                edges.push((a.min(b), a.max(b), 0.5 * cotangent(corners, (k + 2) % 3)));
+            }
+        }
+    }
+    edges.sort_unstable_by_key(|&(a, b, _)| (a, b));
+    let merged = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)).map(|same| {
+        // Added in an order that does not depend on the sort.
+        let mut weights: Vec<f64> = same.iter().map(|&(.., weight)| weight).collect();
+        weights.sort_unstable_by(f64::total_cmp);
+        (same[0].0, same[0].1, weights.iter().sum::<f64>().clamp(WEIGHTS[0], WEIGHTS[1]))
+    });
+    merged.collect()
+}
+
+/// The cotangent of the angle at a corner of a triangle; as great as is allowed where there is none,
+/// so that points that are close or on a line hold together.
+fn cotangent(corners: [[f64; 3]; 3], corner: usize) -> f64 {
+    let [a, b] = [1, 2].map(|k| sub(corners[(corner + k) % 3], corners[corner]));
+    let doubled_area = norm(cross(a, b));
+    let most = WEIGHTS[1];
+    if doubled_area > 0.0 { (dot(a, b) / doubled_area).clamp(-most, most) } else { most }
+}
+
+/// Where each row goes, and the factors of the matrix in that order; none for no rows.
+fn factorise(
+    diagonal: &[f64],
+    between: &[(usize, usize, f64)],
+) -> (Vec<usize>, Option<CscCholesky<f64>>) {
+    let rows = diagonal.len();
+    let matrix = |place: &dyn Fn(usize) -> usize| {
+        let mut entries = CooMatrix::new(rows, rows);
+        for (row, &value) in diagonal.iter().enumerate() {
+            entries.push(place(row), place(row), value);
+        }
+        for &(row, column, value) in between {
+            entries.push(place(row), place(column), value);
+        }
+        CscMatrix::from(&entries)
+    };
+    let plain = matrix(&|row| row);
+    let order =
+        amd::order(rows, plain.col_offsets(), plain.row_indices(), &amd::Control::default());
+    let place_of_row = order.map_or_else(|_| (0..rows).collect(), |(_, places, _)| places);
+    // Weights are positive and every row is joined to a given value, so factors exist.
+    let factors = (rows > 0).then(|| CscCholesky::factor(&matrix(&|row| place_of_row[row])).ok());
+    (place_of_row, factors.flatten())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+
+    /// A sheet of squares, corners moved at random.
+    fn sheet(side: u32) -> Surface {
+        let mut rng = fastrand::Rng::with_seed(3);
+        let mut positions = Vec::new();
+        for y in 0..=side {
+            for x in 0..=side {
+                let at = [x, y].map(|k| {
+                    let inner = if k == 0 || k == side { 0.0 } else { 0.4 };
+                    f64::from(k) + (rng.f64() - 0.5) * inner
+                });
+                positions.push([at[0] as f32, at[1] as f32, 0.0]);
+            }
+        }
+        let mut faces = Vec::new();
+        for y in 0..side {
+            for x in 0..side {
+                let [a, b, c, d] =
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (y + dy) * (side + 1) + x + dx);
+                faces.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        let uv = vec![[0.0; 2]; positions.len()];
+        Surface::new(&Mesh::from_triangles(positions, uv, &faces, &faces).unwrap())
+    }
+
+    #[test]
+    fn linear_values_stay_linear_and_others_within_bounds() {
+        let side = 12;
+        let surface = sheet(side);
+        let is_rim = |point: u32| {
+            let (x, y) = (point % (side + 1), point / (side + 1));
+            x == 0 || y == 0 || x == side || y == side
+        };
+        let all = vec![true; surface.triangles().len()];
+        let fixed: Vec<u32> =
+            (0..surface.positions().len() as u32).filter(|&p| is_rim(p)).collect();
+        let harmonic = Harmonic::new(&surface, &all, &fixed);
+        let mut rng = fastrand::Rng::with_seed(4);
+        let values: Vec<[f64; 2]> = fixed
+            .iter()
+            .map(|&point| {
+                let [x, y, _] = surface.positions()[point as usize];
+                [2.0 * x - 3.0 * y + 1.0, rng.f64()]
+            })
+            .collect();
+        let found = harmonic.extend(&values);
+        for (point, found) in (0u32..).zip(found) {
+            assert_eq!(found.is_none(), is_rim(point));
+            let Some(found) = found else { continue };
+            let [x, y, _] = surface.positions()[point as usize];
+            // Exact but for the edges whose weight had to be made positive; values go from -35 to 25.
+            assert!((found[0] - (2.0 * x - 3.0 * y + 1.0)).abs() < 0.3, "{found:?} at {x}, {y}");
+            assert!((0.0..=1.0).contains(&found[1]));
+        }
+    }
+
+    #[test]
+    fn one_value_everywhere_is_one_value_and_islands_get_none() {
+        let surface = sheet(6);
+        let mut faces = vec![true; surface.triangles().len()];
+        // The last row of squares is cut off.
+        faces[5 * 12..].fill(false);
+        let found = Harmonic::new(&surface, &faces, &[0]).extend(&[[0.25]]);
+        for (point, found) in found.iter().enumerate().skip(1) {
+            if point < 6 * 7 {
+                assert!((found.unwrap()[0] - 0.25).abs() < 1e-9);
+            } else {
+                assert_eq!(*found, None);
+            }
+        }
+        assert!(Harmonic::new(&surface, &faces, &[]).extend::<1>(&[]).iter().all(Option::is_none));
+    }
+}

@@ -1,0 +1,125 @@
+//! The outline of a painted mask on a surface: where it crosses the edges of triangles.
+
+use crate::surface::{Surface, dot, norm, sub};
+use crate::texture::Texture;
+
+use super::sample::Sampler;
+
+/// How many places of an edge are looked at.
+const STEPS: usize = 16;
+
+/// A value at each point whose zero, linear along edges, is where a mask's brightness falls below a
+/// half; positive where it is bright. Near the outline it is the distance along the nearest edge.
+///
+/// - `uv`: for each triangle, the corners in the mask's layout; none where it has no place there.
+pub(super) fn level(surface: &Surface, uv: &[Option<[[f32; 2]; 3]>], mask: &Texture) -> Vec<f64> {
+    let sampler = Sampler::new(mask);
+    let is_bright = |uv: [f64; 2]| sampler.brightness(uv) >= 0.5;
+    // Beside its islands a mask may hold anything, so corners are looked at from a little inside.
+    let inner: Vec<Option<[[f64; 2]; 3]>> = uv
+        .iter()
+        .map(|uv| {
+            uv.map(|corners| {
+                let corners = corners.map(|corner| corner.map(f64::from));
+                let middle = [0, 1].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0);
+                corners.map(|at| mix(at, middle, 0.02))
+            })
+        })
+        .collect();
+    let mut votes = vec![0_i32; surface.positions().len()];
+    for (corners, inner) in surface.triangles().iter().zip(&inner) {
+        for (corner, &point) in corners.iter().enumerate() {
+            let bright = inner.is_some_and(|inner| is_bright(inner[corner]));
+            votes[point as usize] += if bright { 1 } else { -1 };
+        }
+    }
+    let is_in: Vec<bool> = votes.into_iter().map(|votes| votes > 0).collect();
+    let mut level: Vec<f64> =
+        is_in.iter().map(|&is_in| if is_in { f64::INFINITY } else { f64::NEG_INFINITY }).collect();
+    for (corners, inner) in surface.triangles().iter().zip(&inner) {
+        for k in 0..3 {
+            let (from, to) = (k, (k + 1) % 3);
+            let (a, b) = (corners[from], corners[to]);
+            if is_in[a as usize] == is_in[b as usize] {
+                continue;
+            }
+            let (from, to) = if is_in[a as usize] { (from, to) } else { (to, from) };
+            // A triangle that has no place in the mask's layout ends at its bright point.
+            let crossing = inner.map_or(0.0, |inner| {
+                let steps = (0..=STEPS).map(|step| step as f64 / STEPS as f64);
+                let mut dark = steps.filter(|&t| !is_bright(mix(inner[from], inner[to], t)));
+                dark.next().map_or(1.0, |t| (t - 0.5 / STEPS as f64).max(0.0))
+            });
+            let length = surface.length(a, b);
+            for (corner, distance) in [(from, crossing), (to, crossing - 1.0)] {
+                let level = &mut level[corners[corner] as usize];
+                if (distance * length).abs() < level.abs() {
+                    *level = distance * length;
+                }
+            }
+        }
+    }
+    level
+}
+
+fn mix(a: [f64; 2], b: [f64; 2], t: f64) -> [f64; 2] {
+    [0, 1].map(|k| a[k] + (b[k] - a[k]) * t)
+}
+
+/// How far the corners of a triangle are from where a value, given at the corners and linear
+/// between them, is 0; nothing for triangles that it is 0 in nowhere.
+pub(super) fn distances_to_contour(corners: [[f64; 3]; 3], levels: [f64; 3]) -> [Option<f64>; 3] {
+    let mut ends = [[0.0; 3]; 3];
+    let mut count = 0;
+    let mut push = |end: [f64; 3]| {
+        if count < ends.len() {
+            ends[count] = end;
+            count += 1;
+        }
+    };
+    for k in 0..3 {
+        let (a, b) = (levels[k], levels[(k + 1) % 3]);
+        if a == 0.0 {
+            push(corners[k]);
+        } else if a * b < 0.0 {
+            let t = if a.is_finite() && b.is_finite() { a / (a - b) } else { 0.5 };
+            push([0, 1, 2].map(|axis| {
+                corners[k][axis] + (corners[(k + 1) % 3][axis] - corners[k][axis]) * t
+            }));
+        }
+    }
+    match count {
+        0 => [None; 3],
+        1 => levels.map(|level| (level == 0.0).then_some(0.0)),
+        2 => corners.map(|corner| Some(to_segment(corner, ends[0], ends[1]))),
+        // All of the triangle is on the contour.
+        _ => [Some(0.0); 3],
+    }
+}
+
+fn to_segment(point: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
+    let (along, from) = (sub(b, a), sub(point, a));
+    let squared = dot(along, along);
+    let t = if squared > 0.0 { (dot(from, along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    norm([0, 1, 2].map(|axis| from[axis] - along[axis] * t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_by_hand() {
+        let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+        // Half way between the first corner and the others.
+        let found = distances_to_contour(corners, [1.0, -1.0, -1.0]).map(Option::unwrap);
+        assert!((found[0] - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(found[1], 2.0);
+        // Along an edge, and through a corner.
+        let found = distances_to_contour(corners, [0.0, 0.0, f64::INFINITY]);
+        assert_eq!(found, [Some(0.0), Some(0.0), Some(4.0)]);
+        let found = distances_to_contour(corners, [0.0, 1.0, 1.0]);
+        assert_eq!(found, [Some(0.0), None, None]);
+        assert_eq!(distances_to_contour(corners, [1.0; 3]), [None; 3]);
+    }
+}

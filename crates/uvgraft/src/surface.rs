@@ -1,0 +1,138 @@
+//! A mesh as a surface: which triangles meet at which points, whatever its layout cuts apart.
+
+use std::collections::HashMap;
+
+use crate::mesh::Mesh;
+
+/// The triangles of a mesh over points. Vertices at the same position are one point: exporters that
+/// split vertices along UV seams do not cut the surface.
+#[derive(Debug, Clone)]
+pub(crate) struct Surface {
+    /// The point of each vertex.
+    point_of_vertex: Vec<u32>,
+    positions: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    /// `points + 1` offsets into `around`.
+    starts: Vec<u32>,
+    /// The triangles at each point.
+    around: Vec<u32>,
+}
+
+impl Surface {
+    pub fn new(mesh: &Mesh) -> Self {
+        let mut known = HashMap::with_capacity(mesh.positions().len());
+        let mut positions = Vec::with_capacity(mesh.positions().len());
+        let point_of_vertex: Vec<u32> = mesh
+            .positions()
+            .iter()
+            .map(|position| {
+                // Adding 0.0 makes one zero of the two.
+                let key = position.map(|value| (value + 0.0).to_bits());
+                *known.entry(key).or_insert_with(|| {
+                    positions.push(position.map(f64::from));
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        let triangles: Vec<[u32; 3]> = mesh
+            .faces()
+            .iter()
+            .map(|face| face.map(|vertex| point_of_vertex[vertex as usize]))
+            .collect();
+        let mut starts = vec![0; positions.len() + 1];
+        for &point in triangles.as_flattened() {
+            starts[point as usize + 1] += 1;
+        }
+        for point in 0..positions.len() {
+            starts[point + 1] += starts[point];
+        }
+        let mut next = starts.clone();
+        let mut around = vec![0; triangles.len() * 3];
+        for (triangle, points) in (0..).zip(&triangles) {
+            for &point in points {
+                around[next[point as usize] as usize] = triangle;
+                next[point as usize] += 1;
+            }
+        }
+        Self { point_of_vertex, positions, triangles, starts, around }
+    }
+
+    /// The point that a vertex is at.
+    pub fn point(&self, vertex: u32) -> u32 {
+        self.point_of_vertex[vertex as usize]
+    }
+
+    /// Where the points are.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// The points of each triangle, corner by corner.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The triangles at a point.
+    pub fn around(&self, point: u32) -> &[u32] {
+        let point = point as usize;
+        &self.around[self.starts[point] as usize..self.starts[point + 1] as usize]
+    }
+
+    /// Where the corners of a triangle are.
+    pub fn corners(&self, triangle: u32) -> [[f64; 3]; 3] {
+        self.triangles[triangle as usize].map(|point| self.positions[point as usize])
+    }
+
+    /// The distance between two points through space.
+    pub fn length(&self, a: u32, b: u32) -> f64 {
+        norm(sub(self.positions[b as usize], self.positions[a as usize]))
+    }
+
+    /// The area of a triangle.
+    pub fn area(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * norm(cross(sub(b, a), sub(c, a)))
+    }
+
+    /// The mean length of the triangles' sides.
+    pub fn mean_edge(&self) -> f64 {
+        let sides = self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        sides.map(|(a, b)| self.length(a, b)).sum::<f64>() / (3 * self.triangles.len()) as f64
+    }
+}
+
+pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| a[axis] - b[axis])
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_at_one_place_are_one_point() {
+        let positions =
+            vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, -0.0, 0.0], [1.0, 1.0, 0.0]];
+        let uv = vec![[0.0; 2]; 5];
+        let faces = [[0, 1, 2], [3, 4, 2]];
+        let surface = Surface::new(&Mesh::from_triangles(positions, uv, &faces, &faces).unwrap());
+        assert_eq!(surface.positions().len(), 4);
+        assert_eq!(surface.triangles(), [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(surface.around(1), [0, 1]);
+        assert_eq!(surface.around(3), [1]);
+        assert_eq!(surface.area(0), 0.5);
+        assert_eq!(surface.length(0, 3), 2.0_f64.sqrt());
+    }
+}
