@@ -1,0 +1,233 @@
+//! Laying sampled values over a base: weighted, and in the tone that they are to have.
+
+use crate::color::Encoding;
+use crate::map::SamplingMap;
+use crate::resample::{load, store};
+use crate::texture::{Channels, Texels, Value};
+use crate::threads::for_each_chunk;
+
+use super::field::Slope;
+use super::tone::toned;
+
+/// How the texels of a map are laid over a base.
+#[derive(Debug, Clone)]
+pub(crate) struct Finish<'a> {
+    pub map: &'a SamplingMap,
+    /// For each patch, the signed distance from the rim.
+    pub inside: &'a [[Slope; 1]],
+    /// Over so much of it the weight grows from 0 to 1.
+    pub feather: f32,
+    /// For each patch, the gains of red, green and blue; empty where none is to be applied.
+    pub gains: Vec<[Slope; 3]>,
+    /// What is done to all colours before that.
+    pub matrix: Option<[[f32; 4]; 3]>,
+}
+
+impl Finish<'_> {
+    /// Lays the texels of a map, sampled into `layer`, over a band that starts at `first_row`. If the
+    /// last channel is opacity, `layer` has it.
+    ///
+    /// # Panics
+    /// If the two have different lengths or depths.
+    pub fn lay(
+        &self,
+        format: (Channels, Encoding),
+        first_row: u32,
+        layer: &Texels,
+        band: &mut Texels,
+    ) {
+        match (layer, band) {
+            (Texels::U8(layer), Texels::U8(band)) => self.dispatch(format, first_row, layer, band),
+            (Texels::U16(layer), Texels::U16(band)) => {
+                self.dispatch(format, first_row, layer, band);
+            }
+            (Texels::F32(layer), Texels::F32(band)) => {
+                self.dispatch(format, first_row, layer, band);
+            }
+            _ => unreachable!("both have the working format"),
+        }
+    }
+
+    fn dispatch<T: Value>(
+        &self,
+        (channels, encoding): (Channels, Encoding),
+        first_row: u32,
+        layer: &[T],
+        band: &mut [T],
+    ) {
+        let lay = match (channels, encoding == Encoding::Data) {
+            (Channels::Grey, _) => Self::lay_rows::<T, 1, false>,
+            (Channels::GreyAlpha, true) => Self::lay_rows::<T, 2, false>,
+            (Channels::GreyAlpha, false) => Self::lay_rows::<T, 2, true>,
+            (Channels::Rgb, _) => Self::lay_rows::<T, 3, false>,
+            (Channels::Rgba, true) => Self::lay_rows::<T, 4, false>,
+            (Channels::Rgba, false) => Self::lay_rows::<T, 4, true>,
+        };
+        lay(self, first_row, layer, band);
+    }
+
+    fn lay_rows<T: Value, const C: usize, const OPACITY: bool>(
+        &self,
+        first_row: u32,
+        layer: &[T],
+        band: &mut [T],
+    ) {
+        assert_eq!(layer.len(), band.len());
+        let width = self.map.size().width as usize * C;
+        for_each_chunk(band, width, |index, texels| {
+            let row = first_row + index as u32;
+            let layer = &layer[index * width..][..width];
+            for run in self.map.row(row) {
+                let part = run.x as usize * C..(run.x + run.len) as usize * C;
+                let (layer, texels) = (&layer[part.clone()], &mut texels[part]);
+                let patch = run.patch as usize;
+                let inside = self.inside[patch][0].line(run.x, row);
+                // A run is straight: what holds at both ends holds between them.
+                let ends = [inside.at(0), inside.at(run.len - 1)];
+                if ends.iter().all(|&end| end < 0.0) {
+                    continue;
+                }
+                let full = ends.iter().all(|&end| end >= self.feather);
+                let gains = self
+                    .gains
+                    .get(patch)
+                    .filter(|gains| gains.iter().any(|gain| !gain.is_constant(1.0)));
+                if full && !OPACITY && gains.is_none() && self.matrix.is_none() {
+                    texels.copy_from_slice(layer);
+                    continue;
+                }
+                let gains = gains.map(|gains| gains.map(|gain| gain.line(run.x, row)));
+                let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
+                for (k, (texel, layer)) in (0..).zip(texels) {
+                    let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
+                    if weight == 0.0 {
+                        continue;
+                    }
+                    let gains = gains.map_or([1.0; 3], |gains| gains.map(|gain| gain.at(k)));
+                    self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
+                }
+            }
+        });
+    }
+
+    /// From 0 at the rim to 1 where the feather ends, even at both.
+    #[inline(always)]
+    fn weight(&self, inside: f32) -> f32 {
+        if inside >= self.feather {
+            1.0
+        } else if inside <= 0.0 {
+            0.0
+        } else {
+            let t = inside / self.feather;
+            t * t * (3.0 - 2.0 * t)
+        }
+    }
+
+    #[inline(always)]
+    fn texel<T: Value, const C: usize, const OPACITY: bool>(
+        &self,
+        layer: &[T],
+        weight: f32,
+        gains: [f32; 3],
+        texel: &mut [T],
+    ) {
+        let one = T::ONE.to_level();
+        let mut levels = load::<T, C, false>(layer);
+        let colors = if OPACITY { C - 1 } else { C };
+        if let Some(matrix) = &self.matrix
+            && colors == 3
+        {
+            let rgb = [0, 1, 2].map(|channel| levels[channel] / one);
+            for (channel, row) in matrix.iter().enumerate() {
+                let value = row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2] + row[3];
+                levels[channel] = value.max(0.0) * one;
+            }
+        }
+        for channel in 0..colors {
+            levels[channel] = toned(levels[channel] / one, gains[channel % 3]) * one;
+        }
+        if OPACITY {
+            let opacity = levels[C - 1] / one * weight;
+            for channel in 0..colors {
+                levels[channel] *= opacity;
+            }
+            levels[C - 1] *= weight;
+            store::<T, C, true>(levels, texel);
+        } else {
+            for channel in 0..colors {
+                let below = texel[channel].to_level();
+                levels[channel] = below + (levels[channel] - below) * weight;
+            }
+            store::<T, C, false>(levels, texel);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::MapOptions;
+    use crate::mesh::Mesh;
+    use crate::pair::{Direction, Pair};
+    use crate::texture::Size;
+
+    /// A square texture of eight texels a side, one triangle over half of it and one unit a texel.
+    fn map() -> SamplingMap {
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let positions = uv.iter().map(|&[x, y]| [x * 8.0, y * 8.0, 0.0]).collect();
+        let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
+        let pair = Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2]).unwrap();
+        SamplingMap::new(&pair, Direction::Forward, Size::square(8), &MapOptions { gutter_px: 0 })
+    }
+
+    #[test]
+    fn weights_and_gains_by_hand() {
+        let map = map();
+        let mesh = {
+            let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+            Mesh::from_triangles(vec![[0.0; 3]; 3], uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap()
+        };
+        let surface = {
+            let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            let faces = [[0, 1, 2]];
+            let uv = mesh.uv().to_vec();
+            crate::surface::Surface::new(
+                &Mesh::from_triangles(positions, uv, &faces, &faces).unwrap(),
+            )
+        };
+        // Outside at the left edge, and a unit more with every texel.
+        let inside = super::super::field::slopes(&map, &mesh, &surface, |_, point| {
+            [if point == 1 { 7.0 } else { -1.0 }]
+        });
+        let finish =
+            Finish { map: &map, inside: &inside, feather: 4.0, gains: Vec::new(), matrix: None };
+        let layer = Texels::U8(vec![200; 64]);
+        let mut band = Texels::U8(vec![100; 64]);
+        finish.lay((Channels::Grey, Encoding::Srgb), 0, &layer, &mut band);
+        let Texels::U8(values) = &band else { panic!() };
+        // Distances are -0.5, 0.5, 1.5, 2.5, 3.5, 4.5 ...
+        let weight = |t: f64| t * t * (3.0 - 2.0 * t);
+        let wanted =
+            [0.5, 1.5, 2.5, 3.5].map(|at| (100.0 + 100.0 * weight(at / 4.0)).round() as u8);
+        assert_eq!(values[0], 100);
+        assert_eq!(values[1..5], wanted);
+        assert_eq!(values[5..7], [200, 200]);
+
+        // A gain of a half, without a feather: nothing outside, everything inside.
+        let gains = vec![[Slope::constant(0.5); 3]];
+        let finish = Finish { map: &map, inside: &inside, feather: 0.0, gains, matrix: None };
+        let mut band = Texels::U8(vec![80; 64]);
+        finish.lay((Channels::Grey, Encoding::Srgb), 0, &layer, &mut band);
+        let Texels::U8(values) = &band else { panic!() };
+        assert_eq!(values[..3], [80, 100, 100]);
+
+        // With opacity: what is laid over covers as much as its weight and its opacity say.
+        let finish =
+            Finish { map: &map, inside: &inside, feather: 1.0, gains: Vec::new(), matrix: None };
+        let layer = Texels::F32([1.0, 0.5].repeat(64));
+        let mut band = Texels::F32([0.0, 1.0].repeat(64));
+        finish.lay((Channels::GreyAlpha, Encoding::Srgb), 0, &layer, &mut band);
+        let Texels::F32(values) = &band else { panic!() };
+        assert_eq!(values[..6], [0.0, 1.0, 0.25, 1.0, 0.5, 1.0]);
+    }
+}

@@ -1,0 +1,123 @@
+//! Values at the points of a surface, as they are at the texels of a map.
+
+use crate::map::{Patch, SamplingMap, corners_px};
+use crate::mesh::Mesh;
+use crate::surface::Surface;
+use crate::threads::map_indices;
+
+/// A value that is linear over the texels of a triangle. Beside the triangle, where gutters are, it stays
+/// within what it is at the corners.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slope {
+    origin_px: [f64; 2],
+    at_origin: f64,
+    by_px: [f64; 2],
+    least: f32,
+    most: f32,
+}
+
+/// A [`Slope`] along the texels of a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line {
+    start: f32,
+    step: f32,
+    least: f32,
+    most: f32,
+}
+
+impl Slope {
+    /// The same value everywhere.
+    pub fn constant(value: f32) -> Self {
+        let at_origin = f64::from(value);
+        Self { origin_px: [0.0; 2], at_origin, by_px: [0.0; 2], least: value, most: value }
+    }
+
+    /// From the values at the corners of a triangle; their mean where it has no area.
+    fn new(corners_px: [[f64; 2]; 3], values: [f32; 3]) -> Self {
+        let [a, b, c] = values.map(f64::from);
+        let [p, q] = [1, 2].map(|k| [0, 1].map(|axis| corners_px[k][axis] - corners_px[0][axis]));
+        let determinant = p[0] * q[1] - p[1] * q[0];
+        let by_px = [
+            ((b - a) * q[1] - (c - a) * p[1]) / determinant,
+            ((c - a) * p[0] - (b - a) * q[0]) / determinant,
+        ];
+        if !by_px.iter().all(|value| value.is_finite()) {
+            return Self::constant(((a + b + c) / 3.0) as f32);
+        }
+        Self {
+            origin_px: corners_px[0],
+            at_origin: a,
+            by_px,
+            least: values.into_iter().fold(f32::INFINITY, f32::min),
+            most: values.into_iter().fold(f32::NEG_INFINITY, f32::max),
+        }
+    }
+
+    /// Along a row, from a texel on.
+    #[inline(always)]
+    pub fn line(&self, x: u32, row: u32) -> Line {
+        let offset = [x, row].map(|px| f64::from(px) + 0.5);
+        let start = self.at_origin
+            + self.by_px[0] * (offset[0] - self.origin_px[0])
+            + self.by_px[1] * (offset[1] - self.origin_px[1]);
+        Line { start: start as f32, step: self.by_px[0] as f32, least: self.least, most: self.most }
+    }
+
+    /// Whether it is one value everywhere.
+    pub fn is_constant(&self, value: f32) -> bool {
+        self.least == value && self.most == value
+    }
+}
+
+impl Line {
+    /// The value at the run's texel `k`.
+    #[inline(always)]
+    pub fn at(&self, k: u32) -> f32 {
+        let value = self.start + self.step * k as f32;
+        // Steep slopes go out of bounds within a texel.
+        value.max(self.least).min(self.most)
+    }
+}
+
+/// One slope for each patch of a map.
+///
+/// - `value`: the value of a point, for a triangle.
+pub(crate) fn slopes<const N: usize>(
+    map: &SamplingMap,
+    mesh: &Mesh,
+    surface: &Surface,
+    value: impl Fn(u32, u32) -> [f32; N] + Sync,
+) -> Vec<[Slope; N]> {
+    let patches = map.patches();
+    /// So many patches are worked on at once.
+    const PIECE: usize = 1024;
+    let pieces = map_indices(patches.len().div_ceil(PIECE), |piece| {
+        let patches = &patches[piece * PIECE..((piece + 1) * PIECE).min(patches.len())];
+        let slopes = patches.iter().map(|Patch { face, .. }| {
+            let corners_px = corners_px(mesh, *face as usize, map.size());
+            let values = surface.triangles()[*face as usize].map(|point| value(*face, point));
+            std::array::from_fn(|n| Slope::new(corners_px, values.map(|values| values[n])))
+        });
+        slopes.collect::<Vec<_>>()
+    });
+    pieces.concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_by_hand() {
+        let corners = [[10.0, 10.0], [20.0, 10.0], [10.0, 30.0]];
+        let slope = Slope::new(corners, [1.0, 3.0, 5.0]);
+        // 0.2 a texel to the right, 0.2 a texel down.
+        let line = slope.line(12, 14);
+        assert!((line.at(0) - (1.0 + 0.2 * 2.5 + 0.2 * 4.5)).abs() < 1e-6);
+        assert!((line.at(3) - line.at(0) - 0.6).abs() < 1e-6);
+        // Beside the triangle.
+        assert_eq!(slope.line(0, 0).at(0), 1.0);
+        assert_eq!(slope.line(90, 90).at(0), 5.0);
+        assert!(Slope::new([[1.0; 2], [2.0; 2], [3.0; 2]], [0.0, 1.0, 5.0]).is_constant(2.0));
+    }
+}

@@ -1,0 +1,83 @@
+//! How a colour takes on another tone: a gain with a shoulder.
+//!
+//! Skins differ by what they absorb, so a ratio carries shading, brows and pores along where a sum
+//! would leave them grey or cut them off. A ratio above 1 would push highlights beyond white; these
+//! are bent instead, so that full stays full. Values are those that the texture holds: of sRGB as it
+//! is encoded, where ratios are nearly those of light to the power of 1/2.4; or light.
+
+/// Where the shoulder of gains above 1 begins.
+const KNEE: f32 = 0.75;
+
+/// The least and the greatest gain.
+pub(super) const GAINS: [f32; 2] = [0.2, 5.0];
+
+/// Added to both sides of ratios where what is divided by is black, so that it is no reason for wild ones:
+/// two and a half levels of 255, and less up to [`DARK`].
+const BLACK: f32 = 0.01;
+
+/// From here on ratios are taken as they are.
+const DARK: f32 = 0.1;
+
+/// A value under a gain; 1.0 is full. A gain of 1 changes nothing.
+#[inline(always)]
+pub(super) fn toned(value: f32, gain: f32) -> f32 {
+    let plain = value * gain;
+    if gain <= 1.0 || plain <= KNEE {
+        return plain;
+    }
+    // From the knee, with slope 1 there, so that full, which the gain takes to itself, comes to 1.
+    let beyond = plain - KNEE;
+    let bend = 1.0 / (1.0 - KNEE) - 1.0 / (gain - KNEE);
+    KNEE + beyond / (1.0 + bend * beyond)
+}
+
+/// The gain that takes one value to another, within bounds.
+pub(super) fn gain_between(from: f32, to: f32) -> f32 {
+    let added = BLACK * (1.0 - from / DARK).max(0.0);
+    let ratio = (to + added) / (from + added);
+    if ratio <= 1.0 || ratio * from <= KNEE {
+        return ratio.clamp(GAINS[0], GAINS[1]);
+    }
+    // The shoulder takes some away; more gain always gives more.
+    let (mut low, mut high) = (1.0, GAINS[1]);
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if toned(from, middle) < to { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_one_tone_to_the_other_and_keeps_full() {
+        for from in [0.05, 0.3, 0.5, 0.8, 0.9] {
+            assert_eq!(toned(from, gain_between(from, from)), from);
+            for to in [0.1, 0.3, 0.7, 0.85, 0.93] {
+                let gain = gain_between(from, to);
+                if gain < GAINS[1] {
+                    // What black adds is the difference.
+                    assert!((toned(from, gain) - to).abs() < 0.011, "{from} to {to}");
+                }
+            }
+        }
+        for gain in [1.0, 1.3, 2.0, 5.0] {
+            assert!((toned(1.0, gain) - 1.0).abs() < 1e-6);
+            assert_eq!(toned(0.0, gain), 0.0);
+        }
+        assert_eq!(toned(0.6, 0.5), 0.3);
+    }
+
+    #[test]
+    fn is_even_and_grows() {
+        for gain in [0.5, 1.0, 1.2, 3.0] {
+            let values: Vec<f32> = (0..=1000).map(|k| toned(k as f32 / 1000.0, gain)).collect();
+            let steps: Vec<f32> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            assert!(steps.iter().all(|&step| step > 0.0 && step < 0.001 * gain.max(1.0) + 1e-6));
+            // No kink at the knee.
+            assert!(steps.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 2e-4));
+        }
+    }
+}
