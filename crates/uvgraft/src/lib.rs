@@ -53,11 +53,13 @@ pub mod raster;
 pub mod report;
 pub mod resample;
 mod resize;
+mod simd;
 mod surface;
 pub mod texture;
 mod threads;
 pub mod transfer;
 
+pub use blend::{Blend, BlendMap, BlendOptions, Ground, Selection, Tone, Toning};
 pub use color::Encoding;
 pub use correspond::{Link, LinkError};
 pub use filter::Filter;

@@ -2,6 +2,7 @@
 
 use fearless_simd::Level;
 
+use crate::blend::{BlendMap, Finish, Toning};
 use crate::color::Encoding;
 use crate::map::SamplingMap;
 use crate::resample::{self, Paths, store};
@@ -21,6 +22,7 @@ pub struct Overlay<'a> {
     map: &'a SamplingMap,
     formats: Formats,
     layer: Layer<'a>,
+    blend: Option<Finish<'a>>,
 }
 
 /// What is laid over.
@@ -34,7 +36,24 @@ pub(crate) enum Layer<'a> {
 
 impl<'a> Overlay<'a> {
     pub(crate) fn new(map: &'a SamplingMap, formats: Formats, layer: Layer<'a>) -> Self {
-        Self { map, formats, layer }
+        Self { map, formats, layer, blend: None }
+    }
+
+    /// The same, laid over as a blend says: only in its region, with its weights, and in the tone that
+    /// was found.
+    ///
+    /// # Panics
+    /// If the blend is one at the texels of another map.
+    #[must_use]
+    pub fn blended(self, blend: &'a BlendMap<'a>, toning: Option<&Toning>) -> Self {
+        Self { blend: Some(blend.finish(self.map, toning)), ..self }
+    }
+
+    /// In which encoding values are laid over: for [`Blend::toning`].
+    ///
+    /// [`Blend::toning`]: crate::blend::Blend::toning
+    pub fn working_encoding(&self) -> Encoding {
+        self.formats.working_encoding()
     }
 
     /// What results are stored as: all channels of the source and the base, the greater depth of
@@ -59,9 +78,28 @@ impl<'a> Overlay<'a> {
         }
         let formats = &self.formats;
         let mut band = formats.working(band);
+        match &self.blend {
+            None => self.fill(first_row, band.texels_mut()),
+            Some(blend) => {
+                let mut layer = match band.texels() {
+                    Texels::U8(values) => Texels::U8(vec![0; values.len()]),
+                    Texels::U16(values) => Texels::U16(vec![0; values.len()]),
+                    Texels::F32(values) => Texels::F32(vec![0.0; values.len()]),
+                };
+                self.fill(first_row, &mut layer);
+                let format = (formats.result.channels, formats.result.encoding);
+                blend.lay(format, first_row, &layer, band.texels_mut());
+            }
+        }
+        Ok(formats.restore(band))
+    }
+
+    /// Lays the layer as it is over texels in the working format.
+    fn fill(&self, first_row: u32, texels: &mut Texels) {
+        let formats = &self.formats;
         let channels = formats.result.channels.count();
         let values = (channels, formats.has_opacity());
-        match (&self.layer, band.texels_mut()) {
+        match (&self.layer, texels) {
             (Layer::Sampled { paths, source, is_opaque }, target) => {
                 // What nothing is seen through replaces what is there, at half the cost.
                 let values = (channels, formats.has_opacity() && !is_opaque);
@@ -88,7 +126,6 @@ impl<'a> Overlay<'a> {
                 self.copy(values, layer, first_row, band);
             }
         }
-        Ok(formats.restore(band))
     }
 
     fn sample<T: Value>(
@@ -161,6 +198,11 @@ impl Formats {
             encoding: base.encoding,
         };
         Self { result, as_light: linear_light && base.encoding == Encoding::Srgb }
+    }
+
+    /// In which encoding values are worked on.
+    pub fn working_encoding(&self) -> Encoding {
+        if self.as_light { Encoding::Linear } else { self.result.encoding }
     }
 
     /// Whether the last channel is opacity; the fourth channel of data is data.

@@ -73,7 +73,7 @@ struct Membrane {
 #[derive(Debug, Clone)]
 pub struct BlendMap<'a> {
     blend: &'a Blend<'a>,
-    map: &'a SamplingMap,
+    /// For each patch of the map, the signed distance from the rim.
     inside: Vec<[Slope; 1]>,
 }
 
@@ -120,7 +120,7 @@ impl<'a> Blend<'a> {
     ///
     /// # Panics
     /// If the map is of another pair or direction.
-    pub fn on(&'a self, map: &'a SamplingMap) -> BlendMap<'a> {
+    pub fn on(&'a self, map: &SamplingMap) -> BlendMap<'a> {
         assert_eq!(map.direction(), self.ground.direction());
         let value = |face: u32, point: u32| {
             // What is not in the region is beyond its rim, even where all its corners are on it.
@@ -131,7 +131,7 @@ impl<'a> Blend<'a> {
             }]
         };
         let inside = slopes(map, self.ground.mesh(), &self.ground.surface, value);
-        BlendMap { blend: self, map, inside }
+        BlendMap { blend: self, inside }
     }
 
     /// Finds what the membrane does to the colours of a texture on a base. Nothing without a membrane,
@@ -159,16 +159,22 @@ impl<'a> Blend<'a> {
 }
 
 impl BlendMap<'_> {
-    /// How texels are laid over a base, with a toning if there is one.
-    pub(crate) fn finish(&self, toning: Option<&Toning>) -> Finish<'_> {
+    /// How the texels of its map are laid over a base, with a toning if there is one.
+    ///
+    /// # Panics
+    /// If it is the blend of another map.
+    pub(crate) fn finish<'b>(
+        &'b self,
+        map: &'b SamplingMap,
+        toning: Option<&Toning>,
+    ) -> Finish<'b> {
+        assert_eq!(map.patches().len(), self.inside.len(), "the blend is one of another map");
         let ground = self.blend.ground;
         let gains = toning.map_or_else(Vec::new, |toning| {
-            slopes(self.map, ground.mesh(), &ground.surface, |_, point| {
-                toning.gains[point as usize]
-            })
+            slopes(map, ground.mesh(), &ground.surface, |_, point| toning.gains[point as usize])
         });
         Finish {
-            map: self.map,
+            map,
             inside: &self.inside,
             feather: self.blend.options.feather as f32,
             gains,
@@ -178,12 +184,15 @@ impl BlendMap<'_> {
 
     /// How much of the texture there is at each texel, as an 8-bit grey texture: white where it is all,
     /// black where it is nothing. The gutter is black.
-    pub fn weights(&self) -> Texture {
-        let size = self.map.size();
+    ///
+    /// # Panics
+    /// If it is the blend of another map.
+    pub fn weights(&self, map: &SamplingMap) -> Texture {
+        let size = map.size();
         let white = Texels::U8(vec![255; size.texels()]);
         let mut values = Texels::U8(vec![0; size.texels()]);
-        self.finish(None).lay((Channels::Grey, Encoding::Data), 0, &white, &mut values);
-        let mask = self.map.mask();
+        self.finish(map, None).lay((Channels::Grey, Encoding::Data), 0, &white, &mut values);
+        let mask = map.mask();
         if let (Texels::U8(values), Texels::U8(mask)) = (&mut values, mask.texels()) {
             values.iter_mut().zip(mask).for_each(|(value, &mask)| *value &= mask);
         }

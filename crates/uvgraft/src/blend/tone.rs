@@ -57,14 +57,14 @@ mod tests {
             assert_eq!(toned(from, gain_between(from, from)), from);
             for to in [0.1, 0.3, 0.7, 0.85, 0.93] {
                 let gain = gain_between(from, to);
-                if gain < GAINS[1] {
+                if gain > GAINS[0] && gain < GAINS[1] {
                     // What black adds is the difference.
                     assert!((toned(from, gain) - to).abs() < 0.011, "{from} to {to}");
                 }
             }
         }
         for gain in [1.0, 1.3, 2.0, 5.0] {
-            assert!((toned(1.0, gain) - 1.0).abs() < 1e-6);
+            assert!((toned(1.0, gain) - 1.0).abs() < 1e-5);
             assert_eq!(toned(0.0, gain), 0.0);
         }
         assert_eq!(toned(0.6, 0.5), 0.3);

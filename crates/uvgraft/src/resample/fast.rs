@@ -13,34 +13,9 @@ use super::window::{self, LANES, MAX_VALUES, Weights};
 use super::{Paths, Walk, bytes, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
+use crate::simd::dispatch;
 use crate::texture::{Size, Value};
 use crate::threads::for_each_chunk;
-
-/// Runs a kernel with AVX2 if the level has it, else with what every processor of its kind has: SSE2,
-/// NEON, 128 bits of WebAssembly, or nothing. AVX-512 gained nothing here (bilinear 36.5 to 37.5 ms on
-/// one core, Catmull-Rom 56 to 54), and each level is compiled for every format and filter.
-macro_rules! dispatch {
-    ($level:expr, $simd:ident => $kernel:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        match ($level.as_avx2(), $level.as_sse2()) {
-            (Some($simd), _) => {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $kernel,
-                )
-            }
-            (None, Some($simd)) => {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $kernel,
-                )
-            }
-            (None, None) => unreachable!("x86-64 has SSE2"),
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        fearless_simd::dispatch!($level, $simd => $kernel)
-    }};
-}
 
 /// How many texels are asked for ahead by the first of them.
 const PREFETCHED: usize = 8;
