@@ -34,6 +34,16 @@ pub(crate) enum Layer<'a> {
     Solved(Vec<f32>),
 }
 
+/// What is laid over, its values at hand.
+#[derive(Clone, Copy)]
+enum Values<'v, T> {
+    Sampled(&'v Paths, &'v [T], bool),
+    Solved(&'v [f32]),
+}
+
+/// Rows that are sampled before they are blended: enough for every thread, few enough for caches.
+const ROWS_AT_ONCE: usize = 64;
+
 impl<'a> Overlay<'a> {
     pub(crate) fn new(map: &'a SamplingMap, formats: Formats, layer: Layer<'a>) -> Self {
         Self { map, formats, layer, blend: None }
@@ -78,53 +88,73 @@ impl<'a> Overlay<'a> {
         }
         let formats = &self.formats;
         let mut band = formats.working(band);
-        match &self.blend {
-            None => self.fill(first_row, band.texels_mut()),
-            Some(blend) => {
-                let mut layer = match band.texels() {
-                    Texels::U8(values) => Texels::U8(vec![0; values.len()]),
-                    Texels::U16(values) => Texels::U16(vec![0; values.len()]),
-                    Texels::F32(values) => Texels::F32(vec![0.0; values.len()]),
-                };
-                self.fill(first_row, &mut layer);
-                let format = (formats.result.channels, formats.result.encoding);
-                blend.lay(format, first_row, &layer, band.texels_mut());
+        match (&self.layer, band.texels_mut()) {
+            (Layer::Sampled { paths, source, is_opaque }, target) => {
+                match (source.texels(), target) {
+                    (Texels::U8(source), Texels::U8(target)) => {
+                        self.lay_values(
+                            first_row,
+                            target,
+                            Values::Sampled(paths, source, *is_opaque),
+                        );
+                    }
+                    (Texels::U16(source), Texels::U16(target)) => {
+                        self.lay_values(
+                            first_row,
+                            target,
+                            Values::Sampled(paths, source, *is_opaque),
+                        );
+                    }
+                    (Texels::F32(source), Texels::F32(target)) => {
+                        self.lay_values(
+                            first_row,
+                            target,
+                            Values::Sampled(paths, source, *is_opaque),
+                        );
+                    }
+                    _ => unreachable!("both were converted to one depth"),
+                }
+            }
+            (Layer::Solved(layer), Texels::U8(target)) => {
+                self.lay_values(first_row, target, Values::Solved(layer));
+            }
+            (Layer::Solved(layer), Texels::U16(target)) => {
+                self.lay_values(first_row, target, Values::Solved(layer));
+            }
+            (Layer::Solved(layer), Texels::F32(target)) => {
+                self.lay_values(first_row, target, Values::Solved(layer));
             }
         }
         Ok(formats.restore(band))
     }
 
-    /// Lays the layer as it is over texels in the working format.
-    fn fill(&self, first_row: u32, texels: &mut Texels) {
-        let formats = &self.formats;
-        let channels = formats.result.channels.count();
-        let values = (channels, formats.has_opacity());
-        match (&self.layer, texels) {
-            (Layer::Sampled { paths, source, is_opaque }, target) => {
-                // What nothing is seen through replaces what is there, at half the cost.
-                let values = (channels, formats.has_opacity() && !is_opaque);
-                match (source.texels(), target) {
-                    (Texels::U8(source), Texels::U8(target)) => {
-                        self.sample(values, paths, source, first_row, target);
-                    }
-                    (Texels::U16(source), Texels::U16(target)) => {
-                        self.sample(values, paths, source, first_row, target);
-                    }
-                    (Texels::F32(source), Texels::F32(target)) => {
-                        self.sample(values, paths, source, first_row, target);
-                    }
-                    _ => unreachable!("both were converted to one depth"),
-                }
+    fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
+        let Some(blend) = &self.blend else { return self.fill(first_row, band, values) };
+        let (channels, has_opacity) = (self.formats.result.channels, self.formats.has_opacity());
+        let width = self.map.size().width as usize * channels.count();
+        let mut layer = Vec::new();
+        for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
+            let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
+            // What has opacity is laid over what is there, so nothing must be.
+            if has_opacity {
+                layer.clear();
             }
-            (Layer::Solved(layer), Texels::U8(band)) => {
-                self.copy(values, layer, first_row, band);
+            layer.resize(rows.len(), T::default());
+            self.fill(first_row, &mut layer, values);
+            blend.lay(channels, has_opacity, first_row, &layer, rows);
+        }
+    }
+
+    /// Lays the layer as it is over rows in the working format.
+    fn fill<T: Value>(&self, first_row: u32, rows: &mut [T], values: Values<'_, T>) {
+        let channels = self.formats.result.channels.count();
+        let has_opacity = self.formats.has_opacity();
+        match values {
+            // What nothing is seen through replaces what is there, at half the cost.
+            Values::Sampled(paths, source, is_opaque) => {
+                self.sample((channels, has_opacity && !is_opaque), paths, source, first_row, rows);
             }
-            (Layer::Solved(layer), Texels::U16(band)) => {
-                self.copy(values, layer, first_row, band);
-            }
-            (Layer::Solved(layer), Texels::F32(band)) => {
-                self.copy(values, layer, first_row, band);
-            }
+            Values::Solved(layer) => self.copy((channels, has_opacity), layer, first_row, rows),
         }
     }
 

@@ -1,12 +1,14 @@
 //! Laying sampled values over a base: weighted, and in the tone that they are to have.
 
-use crate::color::Encoding;
+use fearless_simd::Level;
+
 use crate::map::SamplingMap;
 use crate::resample::{load, store};
-use crate::texture::{Channels, Texels, Value};
+use crate::texture::{Channels, Value};
 use crate::threads::for_each_chunk;
 
-use super::field::Slope;
+use super::field::{Line, Slope};
+use super::stretch;
 use super::tone::toned;
 
 /// How the texels of a map are laid over a base.
@@ -24,46 +26,28 @@ pub(crate) struct Finish<'a> {
 }
 
 impl Finish<'_> {
-    /// Lays the texels of a map, sampled into `layer`, over a band that starts at `first_row`. If the
-    /// last channel is opacity, `layer` has it.
+    /// Lays the texels of a map, sampled into `layer`, over rows from `first_row` on. If the last channel
+    /// is opacity, `layer` has it.
     ///
     /// # Panics
-    /// If the two have different lengths or depths.
-    pub fn lay(
+    /// If the two have different lengths.
+    pub fn lay<T: Value>(
         &self,
-        format: (Channels, Encoding),
-        first_row: u32,
-        layer: &Texels,
-        band: &mut Texels,
-    ) {
-        match (layer, band) {
-            (Texels::U8(layer), Texels::U8(band)) => self.dispatch(format, first_row, layer, band),
-            (Texels::U16(layer), Texels::U16(band)) => {
-                self.dispatch(format, first_row, layer, band);
-            }
-            (Texels::F32(layer), Texels::F32(band)) => {
-                self.dispatch(format, first_row, layer, band);
-            }
-            _ => unreachable!("both have the working format"),
-        }
-    }
-
-    fn dispatch<T: Value>(
-        &self,
-        (channels, encoding): (Channels, Encoding),
+        channels: Channels,
+        has_opacity: bool,
         first_row: u32,
         layer: &[T],
-        band: &mut [T],
+        rows: &mut [T],
     ) {
-        let lay = match (channels, encoding == Encoding::Data) {
-            (Channels::Grey, _) => Self::lay_rows::<T, 1, false>,
-            (Channels::GreyAlpha, true) => Self::lay_rows::<T, 2, false>,
-            (Channels::GreyAlpha, false) => Self::lay_rows::<T, 2, true>,
-            (Channels::Rgb, _) => Self::lay_rows::<T, 3, false>,
-            (Channels::Rgba, true) => Self::lay_rows::<T, 4, false>,
-            (Channels::Rgba, false) => Self::lay_rows::<T, 4, true>,
+        let lay = match (channels.count(), has_opacity) {
+            (1, _) => Self::lay_rows::<T, 1, false>,
+            (2, false) => Self::lay_rows::<T, 2, false>,
+            (2, true) => Self::lay_rows::<T, 2, true>,
+            (3, _) => Self::lay_rows::<T, 3, false>,
+            (_, false) => Self::lay_rows::<T, 4, false>,
+            (_, true) => Self::lay_rows::<T, 4, true>,
         };
-        lay(self, first_row, layer, band);
+        lay(self, first_row, layer, rows);
     }
 
     fn lay_rows<T: Value, const C: usize, const OPACITY: bool>(
@@ -74,6 +58,7 @@ impl Finish<'_> {
     ) {
         assert_eq!(layer.len(), band.len());
         let width = self.map.size().width as usize * C;
+        let level = Level::new();
         for_each_chunk(band, width, |index, texels| {
             let row = first_row + index as u32;
             let layer = &layer[index * width..][..width];
@@ -96,33 +81,38 @@ impl Finish<'_> {
                     texels.copy_from_slice(layer);
                     continue;
                 }
-                let gains = gains.map(|gains| gains.map(|gain| gain.line(run.x, row)));
+                let gains =
+                    gains.map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
+                if !OPACITY && self.matrix.is_none() && (full || self.feather > 0.0) {
+                    // Where it is full, any feather does that is not beyond it.
+                    let feather = if full { f32::MIN_POSITIVE } else { self.feather };
+                    let inside = if full { Line::ONE } else { inside };
+                    let run = stretch::Run { inside, feather, gains };
+                    stretch::lay_run::<T, C>(level, &run, layer, texels);
+                    continue;
+                }
                 let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
                 for (k, (texel, layer)) in (0..).zip(texels) {
                     let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
-                    if weight == 0.0 {
-                        continue;
+                    if weight > 0.0 {
+                        let gains = gains.map(|gain| gain.at(k));
+                        self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
                     }
-                    let gains = gains.map_or([1.0; 3], |gains| gains.map(|gain| gain.at(k)));
-                    self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
                 }
             }
         });
     }
 
-    /// From 0 at the rim to 1 where the feather ends, even at both.
     #[inline(always)]
     fn weight(&self, inside: f32) -> f32 {
-        if inside >= self.feather {
-            1.0
-        } else if inside <= 0.0 {
-            0.0
+        if self.feather > 0.0 {
+            stretch::weight(inside, self.feather)
         } else {
-            let t = inside / self.feather;
-            t * t * (3.0 - 2.0 * t)
+            f32::from(u8::from(inside >= 0.0))
         }
     }
 
+    /// What is done to one texel: the specification.
     #[inline(always)]
     fn texel<T: Value, const C: usize, const OPACITY: bool>(
         &self,
@@ -144,7 +134,7 @@ impl Finish<'_> {
             }
         }
         for channel in 0..colors {
-            levels[channel] = toned(levels[channel] / one, gains[channel % 3]) * one;
+            levels[channel] = toned(levels[channel], gains[channel % 3], one);
         }
         if OPACITY {
             let opacity = levels[C - 1] / one * weight;
@@ -201,10 +191,9 @@ mod tests {
         });
         let finish =
             Finish { map: &map, inside: &inside, feather: 4.0, gains: Vec::new(), matrix: None };
-        let layer = Texels::U8(vec![200; 64]);
-        let mut band = Texels::U8(vec![100; 64]);
-        finish.lay((Channels::Grey, Encoding::Srgb), 0, &layer, &mut band);
-        let Texels::U8(values) = &band else { panic!() };
+        let layer = [200_u8; 64];
+        let mut values = [100; 64];
+        finish.lay(Channels::Grey, false, 0, &layer, &mut values);
         // Distances are -0.5, 0.5, 1.5, 2.5, 3.5, 4.5 ...
         let weight = |t: f64| t * t * (3.0 - 2.0 * t);
         let wanted =
@@ -216,18 +205,60 @@ mod tests {
         // A gain of a half, without a feather: nothing outside, everything inside.
         let gains = vec![[Slope::constant(0.5); 3]];
         let finish = Finish { map: &map, inside: &inside, feather: 0.0, gains, matrix: None };
-        let mut band = Texels::U8(vec![80; 64]);
-        finish.lay((Channels::Grey, Encoding::Srgb), 0, &layer, &mut band);
-        let Texels::U8(values) = &band else { panic!() };
+        let mut values = [80; 64];
+        finish.lay(Channels::Grey, false, 0, &layer, &mut values);
         assert_eq!(values[..3], [80, 100, 100]);
 
         // With opacity: what is laid over covers as much as its weight and its opacity say.
         let finish =
             Finish { map: &map, inside: &inside, feather: 1.0, gains: Vec::new(), matrix: None };
-        let layer = Texels::F32([1.0, 0.5].repeat(64));
-        let mut band = Texels::F32([0.0, 1.0].repeat(64));
-        finish.lay((Channels::GreyAlpha, Encoding::Srgb), 0, &layer, &mut band);
-        let Texels::F32(values) = &band else { panic!() };
+        let layer = [1.0_f32, 0.5].repeat(64);
+        let mut values = [0.0, 1.0].repeat(64);
+        finish.lay(Channels::GreyAlpha, true, 0, &layer, &mut values);
         assert_eq!(values[..6], [0.0, 1.0, 0.25, 1.0, 0.5, 1.0]);
+    }
+
+    /// Runs of any length, at every level that this machine has.
+    fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
+        let mut rng = fastrand::Rng::with_seed(C as u64);
+        let map = map();
+        for len in [1, 15, 16, 17, 50] {
+            for (feather, most) in [(0.5, 1.0), (0.2, 3.0), (1.0, 1.0)] {
+                let mut line = |least: f32, most: f32| {
+                    let values = [0, 1, 2].map(|_| least + (most - least) * rng.f32());
+                    let corners = [[0.0, 0.0], [f64::from(len), 0.0], [0.0, 9.0]];
+                    Slope::new(corners, values).line(0, 3)
+                };
+                let inside = line(-0.3, 1.0);
+                let gains = [(); 3].map(|()| line(0.4, most));
+                let layer: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
+                let base: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
+                let finish =
+                    Finish { map: &map, inside: &[], feather, gains: Vec::new(), matrix: None };
+                let mut wanted = base.clone();
+                for (k, texel) in (0..).zip(wanted.chunks_exact_mut(C)) {
+                    let layer = &layer[k as usize * C..][..C];
+                    let weight = finish.weight(inside.at(k));
+                    let gains = gains.map(|gain| gain.at(k));
+                    finish.texel::<T, C, false>(layer, weight, gains, texel);
+                }
+                for level in [Level::new(), Level::baseline()] {
+                    let mut found = base.clone();
+                    let run = stretch::Run { inside, feather, gains };
+                    stretch::lay_run::<T, C>(level, &run, &layer, &mut found);
+                    assert_eq!(found, wanted);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn stretches_equal_texels_to_the_bit() {
+        compare::<u8, 1>(|rng| rng.u8(..));
+        compare::<u8, 3>(|rng| rng.u8(..));
+        compare::<u16, 3>(|rng| rng.u16(..));
+        compare::<u16, 4>(|rng| rng.u16(..));
+        compare::<f32, 2>(fastrand::Rng::f32);
+        compare::<f32, 3>(fastrand::Rng::f32);
     }
 }

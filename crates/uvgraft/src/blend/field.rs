@@ -33,7 +33,7 @@ impl Slope {
     }
 
     /// From the values at the corners of a triangle; their mean where it has no area.
-    fn new(corners_px: [[f64; 2]; 3], values: [f32; 3]) -> Self {
+    pub(super) fn new(corners_px: [[f64; 2]; 3], values: [f32; 3]) -> Self {
         let [a, b, c] = values.map(f64::from);
         let [p, q] = [1, 2].map(|k| [0, 1].map(|axis| corners_px[k][axis] - corners_px[0][axis]));
         let determinant = p[0] * q[1] - p[1] * q[0];
@@ -70,6 +70,14 @@ impl Slope {
 }
 
 impl Line {
+    /// 1 at every texel.
+    pub const ONE: Self = Self { start: 1.0, step: 0.0, least: 1.0, most: 1.0 };
+
+    /// The greatest value along a run of `len` texels.
+    pub fn most(&self, len: u32) -> f32 {
+        self.at(0).max(self.at(len - 1))
+    }
+
     /// The value at the run's texel `k`.
     #[inline(always)]
     pub fn at(&self, k: u32) -> f32 {

@@ -19,6 +19,7 @@ mod painted;
 mod rim;
 mod sample;
 mod selection;
+mod stretch;
 mod tone;
 
 pub(crate) use compose::Finish;
@@ -189,14 +190,13 @@ impl BlendMap<'_> {
     /// If it is the blend of another map.
     pub fn weights(&self, map: &SamplingMap) -> Texture {
         let size = map.size();
-        let white = Texels::U8(vec![255; size.texels()]);
-        let mut values = Texels::U8(vec![0; size.texels()]);
-        self.finish(map, None).lay((Channels::Grey, Encoding::Data), 0, &white, &mut values);
-        let mask = map.mask();
-        if let (Texels::U8(values), Texels::U8(mask)) = (&mut values, mask.texels()) {
+        let white = vec![255_u8; size.texels()];
+        let mut values = vec![0; size.texels()];
+        self.finish(map, None).lay(Channels::Grey, false, 0, &white, &mut values);
+        if let Texels::U8(mask) = map.mask().texels() {
             values.iter_mut().zip(mask).for_each(|(value, &mask)| *value &= mask);
         }
-        Texture::new(size, Channels::Grey, Encoding::Data, values)
+        Texture::new(size, Channels::Grey, Encoding::Data, Texels::U8(values))
             .expect("a map's size is that of a texture")
     }
 }

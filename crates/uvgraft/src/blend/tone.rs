@@ -6,7 +6,7 @@
 //! is encoded, where ratios are nearly those of light to the power of 1/2.4; or light.
 
 /// Where the shoulder of gains above 1 begins.
-const KNEE: f32 = 0.75;
+pub(super) const KNEE: f32 = 0.75;
 
 /// The least and the greatest gain.
 pub(super) const GAINS: [f32; 2] = [0.2, 5.0];
@@ -18,17 +18,24 @@ const BLACK: f32 = 0.01;
 /// From here on ratios are taken as they are.
 const DARK: f32 = 0.1;
 
-/// A value under a gain; 1.0 is full. A gain of 1 changes nothing.
+/// A level under a gain; `one` is full. A gain of 1 changes nothing.
 #[inline(always)]
-pub(super) fn toned(value: f32, gain: f32) -> f32 {
-    let plain = value * gain;
-    if gain <= 1.0 || plain <= KNEE {
-        return plain;
-    }
-    // From the knee, with slope 1 there, so that full, which the gain takes to itself, comes to 1.
-    let beyond = plain - KNEE;
-    let bend = 1.0 / (1.0 - KNEE) - 1.0 / (gain - KNEE);
-    KNEE + beyond / (1.0 + bend * beyond)
+pub(super) fn toned(level: f32, gain: f32, one: f32) -> f32 {
+    let plain = level * gain;
+    if gain > 1.0 && plain > KNEE * one { bent(plain, bend(gain), one) } else { plain }
+}
+
+/// How much the shoulder of a gain above 1 bends.
+#[inline(always)]
+pub(super) fn bend(gain: f32) -> f32 {
+    1.0 / (1.0 - KNEE) - 1.0 / (gain - KNEE)
+}
+
+/// A level beyond the knee: slope 1 there, and full where the gain takes what is full.
+#[inline(always)]
+pub(super) fn bent(plain: f32, bend: f32, one: f32) -> f32 {
+    let beyond = plain - KNEE * one;
+    KNEE * one + beyond / (1.0 + bend / one * beyond)
 }
 
 /// The gain that takes one value to another, within bounds.
@@ -42,7 +49,7 @@ pub(super) fn gain_between(from: f32, to: f32) -> f32 {
     let (mut low, mut high) = (1.0, GAINS[1]);
     for _ in 0..24 {
         let middle = 0.5 * (low + high);
-        if toned(from, middle) < to { low = middle } else { high = middle }
+        if toned(from, middle, 1.0) < to { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -54,26 +61,27 @@ mod tests {
     #[test]
     fn takes_one_tone_to_the_other_and_keeps_full() {
         for from in [0.05, 0.3, 0.5, 0.8, 0.9] {
-            assert_eq!(toned(from, gain_between(from, from)), from);
+            assert_eq!(toned(from, gain_between(from, from), 1.0), from);
             for to in [0.1, 0.3, 0.7, 0.85, 0.93] {
                 let gain = gain_between(from, to);
                 if gain > GAINS[0] && gain < GAINS[1] {
                     // What black adds is the difference.
-                    assert!((toned(from, gain) - to).abs() < 0.011, "{from} to {to}");
+                    assert!((toned(from, gain, 1.0) - to).abs() < 0.011, "{from} to {to}");
                 }
             }
         }
         for gain in [1.0, 1.3, 2.0, 5.0] {
-            assert!((toned(1.0, gain) - 1.0).abs() < 1e-5);
-            assert_eq!(toned(0.0, gain), 0.0);
+            assert!((toned(1.0, gain, 1.0) - 1.0).abs() < 1e-5);
+            assert_eq!(toned(0.0, gain, 1.0), 0.0);
         }
-        assert_eq!(toned(0.6, 0.5), 0.3);
+        assert_eq!(toned(0.6, 0.5, 1.0), 0.3);
     }
 
     #[test]
     fn is_even_and_grows() {
         for gain in [0.5, 1.0, 1.2, 3.0] {
-            let values: Vec<f32> = (0..=1000).map(|k| toned(k as f32 / 1000.0, gain)).collect();
+            let values: Vec<f32> =
+                (0..=1000).map(|k| toned(k as f32 / 1000.0, gain, 1.0)).collect();
             let steps: Vec<f32> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
             assert!(steps.iter().all(|&step| step > 0.0 && step < 0.001 * gain.max(1.0) + 1e-6));
             // No kink at the knee.
