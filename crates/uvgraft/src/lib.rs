@@ -35,6 +35,7 @@
 
 pub mod baseline;
 mod bits;
+pub mod blend;
 pub mod color;
 mod convert;
 pub mod correspond;
