@@ -83,7 +83,7 @@ fn explore() {
                         let y = (c[0] + c[1] + c[2]) / 3.0;
                         return [y; 3];
                     }
-                    let skinny = isskin(t) || material(t) == "skin";
+                    let skinny = isskin(t) || (which == "faced" && material(t) == "skin");
                     if !skinny {
                         return *c;
                     }
@@ -151,5 +151,51 @@ fn explore() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn real_face() {
+    use uvgraft::{Channels, Depth, Encoding};
+    let Some(folder) = uvgraft_tests::real::folder() else { return };
+    for (file, boxes) in [
+        ("flame_face_texture.png", [[0.3, 0.78, 0.7, 0.97], [0.0, 0.0, 0.0, 0.0]]),
+        ("flame_mean_texture.jpg", [[0.3, 0.78, 0.7, 0.97], [0.0, 0.0, 0.0, 0.0]]),
+    ] {
+        let t = uvgraft_io::image::read(&folder.join(file))
+            .unwrap()
+            .texture
+            .converted(Channels::Rgb, Depth::U8);
+        let size = t.size();
+        let c = colors(&t);
+        let (w, h) = (size.width as f32, size.height as f32);
+        let mut seeds = Vec::new();
+        for [l, t, r, b] in boxes {
+            for y in (t * h) as u32..(b * h) as u32 {
+                for x in (l * w) as u32..(r * w) as u32 {
+                    if (x + y) % 3 == 0 {
+                        seeds.push(c[(y * size.width + x) as usize]);
+                    }
+                }
+            }
+        }
+        let others: Vec<[f32; 3]> = c.iter().step_by(7).copied().collect();
+        let model = SkinModel::new(&seeds, &others).unwrap();
+        println!("{file} {size} {} {model:?}", seeds.len());
+        let out: Vec<u8> = c
+            .iter()
+            .flat_map(|&c| {
+                let w = model.weight(c);
+                // keep skin, green elsewhere
+                [c[0] * w, c[1] * w + (1.0 - w), c[2] * w].map(|v| (v * 255.0) as u8)
+            })
+            .collect();
+        let out = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(out)).unwrap();
+        uvgraft_io::image::write(
+            &out.into(),
+            &std::path::Path::new("/tmp").join(format!("skin_{file}.png")),
+            &Default::default(),
+        )
+        .unwrap();
     }
 }

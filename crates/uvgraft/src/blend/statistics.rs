@@ -62,7 +62,7 @@ impl ColorMatch {
         let matrix = if from.count.min(to.count) < Self::LEAST_FOR_SPREAD {
             Matrix3::identity()
         } else {
-            stretch(&from.covariance, &to.covariance)
+            stretch(&from.covariance, &to.covariance).unwrap_or_else(Matrix3::identity)
         };
         let offset = to.mean - matrix * from.mean;
         Ok(Self {
@@ -100,25 +100,33 @@ const NOISE: f64 = 1.0 / (255.0 * 255.0);
 
 /// The symmetric positive matrix that makes a covariance `to` of a covariance `from`, with bounded
 /// gain, and the closer to the identity the flatter one of them is.
-fn stretch(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Matrix3<f64> {
+fn stretch(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let noise = Matrix3::identity() * NOISE;
-    let root = powered(from + noise, f64::sqrt);
-    let inverse = powered(from + noise, |value| value.sqrt().recip());
-    let middle = root * (to + noise) * root;
-    // Rounding made it a little asymmetric, which the decomposition would take for half the matrix.
-    let middle = powered((middle + middle.transpose()) * 0.5, f64::sqrt);
-    let map = inverse * middle * inverse;
+    let root = powered(from + noise, f64::sqrt)?;
+    let inverse = powered(from + noise, inverse_root)?;
+    let map = inverse * powered(root * (to + noise) * root, f64::sqrt)? * inverse;
     let flatter = from.trace().min(to.trace()).max(0.0) / 3.0;
     let trust = flatter / (flatter + NOISE);
     let [least, most] = ColorMatch::GAIN;
-    powered((map + map.transpose()) * 0.5, |gain| 1.0 + trust * (gain.clamp(least, most) - 1.0))
+    powered(map, |gain| 1.0 + trust * (gain.clamp(least, most) - 1.0))
 }
 
-/// A symmetric matrix with its eigenvalues, at least those of noise's rounding, replaced.
-fn powered(matrix: Matrix3<f64>, power: impl Fn(f64) -> f64) -> Matrix3<f64> {
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(matrix);
-    let values = eigenvalues.map(|value| power(value.max(1e-12)));
-    eigenvectors * Matrix3::from_diagonal(&values) * eigenvectors.transpose()
+fn inverse_root(value: f64) -> f64 {
+    value.sqrt().recip()
+}
+
+/// A symmetric positive matrix with a function of its eigenvalues in their place. `None` if they are not
+/// found, as with values beyond all bounds.
+fn powered(matrix: Matrix3<f64>, power: impl Fn(f64) -> f64) -> Option<Matrix3<f64>> {
+    const MOST_STEPS: usize = 100;
+    /// Far below noise; what rounding made negative becomes this.
+    const LEAST: f64 = 1e-12;
+    // The decomposition reads one half, and rounding made the halves differ.
+    let matrix = (matrix + matrix.transpose()) * 0.5;
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_STEPS)?;
+    let values = eigen.eigenvalues.map(|value| power(value.max(LEAST)));
+    let axes = eigen.eigenvectors;
+    Some(axes * Matrix3::from_diagonal(&values) * axes.transpose())
 }
 
 /// Mean and covariance of the greater part of some points.
@@ -151,8 +159,8 @@ impl Gaussian {
         let mut moments = nearest(&points, 0.5, apart);
         for _ in 0..2 {
             let (mean, covariance) = moments;
-            let whiten =
-                powered(covariance + Matrix3::identity() * NOISE, |value| value.sqrt().recip());
+            let noise = Matrix3::identity() * NOISE;
+            let Some(whiten) = powered(covariance + noise, inverse_root) else { break };
             let apart = |point: &Vector3<f64>| (whiten * (point - mean)).norm_squared();
             moments = nearest(&points, ColorMatch::KEPT, apart);
         }
@@ -168,7 +176,9 @@ fn nearest(
     apart: impl Fn(&Vector3<f64>) -> f64,
 ) -> (Vector3<f64>, Matrix3<f64>) {
     let farthest = quantile(points.iter().map(&apart).collect(), share);
-    moments(points.iter().map(|point| (*point, if apart(point) <= farthest { 1.0 } else { 0.0 })))
+    // What the rounding of 32-bit colours alone tells apart is equal.
+    let farthest = farthest * (1.0 + 1e-6);
+    moments(points.iter().map(|point| (*point, f64::from(apart(point) <= farthest))))
 }
 
 /// The value that a share of all is at or below.
@@ -196,4 +206,179 @@ pub(super) fn moments(
         sum + apart * apart.transpose() * weight
     });
     (mean, covariance / weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normally distributed colours, `mean + mix · z`.
+    fn cloud(mean: [f32; 3], mix: [[f32; 3]; 3], count: usize, seed: u64) -> Vec<[f32; 3]> {
+        let mut rng = fastrand::Rng::with_seed(seed);
+        // The sum of twelve has variance 1, and is normal enough.
+        let mut normal = || (0..12).map(|_| rng.f32()).sum::<f32>() - 6.0;
+        let colors = std::iter::repeat_with(|| {
+            let z: [f32; 3] = std::array::from_fn(|_| normal());
+            std::array::from_fn(|row| mean[row] + (0..3).map(|k| mix[row][k] * z[k]).sum::<f32>())
+        });
+        colors.take(count).collect()
+    }
+
+    /// Without trimming.
+    fn plain(colors: &[[f32; 3]]) -> (Vector3<f64>, Matrix3<f64>) {
+        moments(colors.iter().map(|rgb| (Vector3::from(rgb.map(f64::from)), 1.0)))
+    }
+
+    fn mapped(map: &ColorMatch, colors: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        colors.iter().map(|&rgb| map.apply(rgb)).collect()
+    }
+
+    /// The largest difference from a matrix with some diagonal.
+    fn off(matrix: [[f32; 3]; 3], diagonal: [f32; 3]) -> f32 {
+        let entries = (0..9).map(|k| {
+            let (row, column) = (k / 3, k % 3);
+            let wanted = if row == column { diagonal[row] } else { 0.0 };
+            (matrix[row][column] - wanted).abs()
+        });
+        entries.fold(0.0, f32::max)
+    }
+
+    const WARM: [[f32; 3]; 3] = [[0.060, 0.010, 0.0], [0.050, -0.015, 0.008], [0.045, 0.0, -0.02]];
+    const COOL: [[f32; 3]; 3] = [[0.045, 0.012, 0.004], [0.055, -0.01, 0.01], [0.06, 0.008, -0.02]];
+
+    #[test]
+    fn mean_and_covariance_are_matched() {
+        for seed in 0..4 {
+            let source = cloud([0.7, 0.5, 0.42], WARM, 20_000, 2 * seed);
+            let base = cloud([0.45, 0.38, 0.36], COOL, 20_000, 2 * seed + 1);
+            let map = ColorMatch::new(&source, &base).unwrap();
+            let (mean, covariance) = plain(&mapped(&map, &source));
+            let (wanted_mean, wanted) = plain(&base);
+            // The mean of 20,000 colours that are spread over 0.1 is known to 0.0007, on both sides, and
+            // trimmed means stray a little more.
+            assert!((mean - wanted_mean).amax() < 0.002, "{mean} {wanted_mean}");
+            // Covariances to 1 %, on both sides, trimmed ones less.
+            assert!((covariance - wanted).norm() < 0.05 * wanted.norm(), "{covariance} {wanted}");
+            let (_, before) = plain(&source);
+            assert!((before - wanted).norm() > 0.2 * wanted.norm(), "the test must see a change");
+        }
+    }
+
+    #[test]
+    fn equal_statistics_give_the_identity() {
+        let source = cloud([0.7, 0.5, 0.42], WARM, 5000, 3);
+        let mut base = source.clone();
+        fastrand::Rng::with_seed(4).shuffle(&mut base);
+        let map = ColorMatch::new(&source, &base).unwrap();
+        for rgb in [[0.0; 3], [1.0; 3], [1.0, 0.0, 0.0], [0.7, 0.5, 0.42], [0.0, 1.0, 1.0]] {
+            let result = map.apply(rgb);
+            let change = (0..3).map(|k| (result[k] - rgb[k]).abs()).fold(0.0, f32::max);
+            assert!(change < 1e-4, "{rgb:?} becomes {result:?}");
+        }
+    }
+
+    /// Grids of three by three by three points: covariances are two thirds of the squares of half their
+    /// sides.
+    #[test]
+    fn agrees_with_hand_computed_gains() {
+        let grid = |mean: [f32; 3], half: [f32; 3]| -> Vec<[f32; 3]> {
+            (0..27)
+                .map(|k| [k / 9, k / 3 % 3, k % 3])
+                .map(|at| {
+                    std::array::from_fn(|axis| mean[axis] + half[axis] * (at[axis] as f32 - 1.0))
+                })
+                .collect()
+        };
+        let source = grid([0.5, 0.4, 0.3], [0.10; 3]);
+        let base = grid([0.6, 0.4, 0.2], [0.15, 0.08, 0.10]);
+        let map = ColorMatch::new(&source, &base).unwrap();
+        // Noise of 1/255 beside 0.08 takes 0.4 % off what differs from 1.
+        assert!(off(map.matrix(), [1.5, 0.8, 1.0]) < 0.003, "{map:?}");
+        let result = map.apply([0.5, 0.4, 0.3]);
+        for (value, wanted) in result.into_iter().zip([0.6, 0.4, 0.2]) {
+            assert!((value - wanted).abs() < 1e-5, "{result:?}");
+        }
+        // Twenty times and a twentieth.
+        let wide = ColorMatch::new(&source, &grid([0.5; 3], [2.0, 0.005, 0.1])).unwrap();
+        assert!(off(wide.matrix(), [2.0, 0.5, 1.0]) < 0.005, "{wide:?}");
+    }
+
+    /// Stretching along three axes at right angles never turns hues.
+    #[test]
+    fn the_matrix_is_symmetric_and_bounded() {
+        for seed in 0..20 {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let mut mix =
+                || std::array::from_fn(|_| std::array::from_fn(|_| 0.2 * (rng.f32() - 0.5)));
+            let source = cloud([0.5; 3], mix(), 300, seed + 100);
+            let base = cloud([0.4; 3], mix(), 300, seed + 200);
+            let m = ColorMatch::new(&source, &base).unwrap().matrix();
+            let matrix = Matrix3::from_fn(|row, column| f64::from(m[row][column]));
+            assert!((matrix - matrix.transpose()).amax() < 1e-6, "{matrix}");
+            let gains = matrix.symmetric_eigenvalues();
+            assert!(gains.min() > 0.5 - 1e-6 && gains.max() < 2.0 + 1e-6, "{gains}");
+        }
+    }
+
+    #[test]
+    fn uniform_or_few_colors_give_a_shift() {
+        let flat = vec![[0.5, 0.4, 0.3]; 100];
+        let other = vec![[0.55, 0.35, 0.3]; 100];
+        let rich = cloud([0.6, 0.5, 0.4], WARM, 100, 1);
+        for (source, base) in [(&flat, &other), (&flat, &rich), (&rich, &flat)] {
+            let map = ColorMatch::new(source, base).unwrap();
+            assert!(off(map.matrix(), [1.0; 3]) < 1e-6, "{map:?}");
+        }
+        let map = ColorMatch::new(&flat, &other).unwrap();
+        let shift = map.offset();
+        assert!((shift[0] - 0.05).abs() < 1e-6 && (shift[1] + 0.05).abs() < 1e-6, "{shift:?}");
+        // A spread of one level is half believed.
+        let mut nearly = other.clone();
+        nearly.iter_mut().step_by(2).for_each(|rgb| *rgb = rgb.map(|value| value + 2.0 / 255.0));
+        let map = ColorMatch::new(&rich, &nearly).unwrap();
+        let gains = Matrix3::from_fn(|row, column| f64::from(map.matrix()[row][column]))
+            .symmetric_eigenvalues();
+        assert!(gains.min() > 0.74 && gains.min() < 0.76, "half way from 1 to 0.5: {gains}");
+
+        let few = ColorMatch::new(&rich[..15], &cloud([0.2; 3], COOL, 500, 2)).unwrap();
+        assert_eq!(few.matrix(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let one = ColorMatch::new(&[[0.25, 0.5, 0.75]], &[[0.5, 0.5, 0.5]]).unwrap();
+        assert_eq!(one.offset(), [0.25, 0.0, -0.25]);
+    }
+
+    #[test]
+    fn strays_hardly_count() {
+        let source = cloud([0.7, 0.5, 0.42], WARM, 2000, 5);
+        let base = cloud([0.45, 0.38, 0.36], COOL, 2000, 6);
+        let clean = ColorMatch::new(&source, &base).unwrap();
+        let mut dirty = source.clone();
+        // 8 % of hair and cloth.
+        dirty.extend(vec![[0.05, 0.04, 0.04]; 100]);
+        dirty.extend(vec![[0.1, 0.9, 0.2]; 74]);
+        let map = ColorMatch::new(&dirty, &base).unwrap();
+        let (a, b) = (clean.apply([0.7, 0.5, 0.42]), map.apply([0.7, 0.5, 0.42]));
+        let change = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
+        // Untrimmed, means would move by up to 18 levels.
+        assert!(change < 1.5 / 255.0, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_passed_over() {
+        let source = cloud([0.7, 0.5, 0.42], WARM, 100, 5);
+        let base = cloud([0.45, 0.38, 0.36], COOL, 100, 6);
+        let map = ColorMatch::new(&source, &base);
+        let mut broken = source.clone();
+        broken.insert(0, [f32::NAN, 0.5, 0.5]);
+        broken.insert(50, [0.5, f32::INFINITY, 0.5]);
+        assert_eq!(ColorMatch::new(&broken, &base), map);
+        let nothing = ColorMatch::new(&source, &[[f32::NAN; 3]; 3]);
+        assert_eq!(nothing, Err(ColorMatchError::NoSamples { side: "base", given: 3 }));
+        let nothing = ColorMatch::new(&[], &base);
+        assert_eq!(nothing, Err(ColorMatchError::NoSamples { side: "source", given: 0 }));
+        // Absurd values give absurd maps, but they end.
+        let mut huge = base.clone();
+        huge.extend([[f32::MAX; 3], [f32::MIN, 0.0, f32::MAX]].repeat(100));
+        assert!(ColorMatch::new(&huge, &base).is_ok());
+        assert!(ColorMatch::new(&source, &huge).is_ok());
+    }
 }
