@@ -4,198 +4,301 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::blend::skin::SkinModel;
+use uvgraft::blend::statistics::ColorMatch;
+use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::raster::ScanTriangle;
-use uvgraft::{Direction, Pair, Size, Texels, Texture, Transfer, TransferOptions};
+use uvgraft::{Direction, Pair, Part, Size, Texels, Texture, Transfer, TransferOptions};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_tests::real;
 
-const SIDE: u32 = 1024;
+type Color = [f32; 3];
 
-struct Scene {
-    /// Per texel the number of its part in `parts`.
-    part: Vec<Option<usize>>,
-    parts: Vec<(String, String)>,
-    plain: Vec<[f32; 3]>,
-    faced: Vec<[f32; 3]>,
-}
-
-fn colors(texture: &Texture) -> Vec<[f32; 3]> {
+fn colors(texture: &Texture) -> Vec<Color> {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
-    values.as_chunks::<3>().0.iter().map(|t| t.map(|v| f32::from(v) / 255.0)).collect()
+    let texels = values.as_chunks::<3>().0.iter();
+    texels.map(|texel| texel.map(|value| f32::from(value) / 255.0)).collect()
 }
 
-impl Scene {
-    fn new() -> Self {
+/// What a texel of the body shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shown {
+    /// Chest and arms without the hands' redness.
+    Skin,
+    /// Redder, with nails.
+    Finger,
+    /// Skin with features, or nothing where no face was carried over.
+    Head,
+    /// The same for eyes.
+    Eye,
+    Hair,
+    Cloth,
+    Shoe,
+}
+
+impl Shown {
+    fn of(part: &Part) -> Self {
+        match (part.object.as_str(), part.material.as_str()) {
+            ("head", "eye") => Self::Eye,
+            ("head", "hair") => Self::Hair,
+            ("head", _) => Self::Head,
+            (_, "cloth") => Self::Cloth,
+            (_, "leather") => Self::Shoe,
+            _ if part.group.starts_with("finger") => Self::Finger,
+            _ => Self::Skin,
+        }
+    }
+}
+
+/// The body's texture by what it shows.
+#[derive(Clone)]
+struct Body {
+    texels: Vec<(Shown, Color)>,
+    /// The skin beside the head: what a face's border meets.
+    seeds: Vec<Color>,
+}
+
+impl Body {
+    /// With a bare head, or with the face and the hair carried over.
+    fn new(with_face: bool) -> Self {
         let figure = Figure::new();
-        let size = Size::square(SIDE);
+        let size = Size::square(1024);
+        let mut texture = paint_body(&figure, size);
+        if with_face {
+            let map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
+            let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &map).unwrap();
+            let transfer =
+                Transfer::new(&pair, Direction::Forward, size, size, &TransferOptions::default());
+            texture = transfer.apply(paint_head(&figure, size), texture).unwrap();
+        }
+        let texture = colors(&texture);
+        let (mut texels, mut seeds) = (Vec::new(), Vec::new());
         let mesh = &figure.body;
-        let mut part = vec![None; size.texels()];
-        let mut parts = Vec::new();
-        for (number, named) in mesh.parts().iter().enumerate() {
-            parts.push((named.group.clone(), named.material.clone()));
-            for polygon in named.polygons.clone() {
-                for face in mesh.polygon(polygon as usize) {
-                    let corners =
-                        mesh.uv_triangle(face).map(|uv| uv.map(|v| f64::from(v) * f64::from(SIDE)));
-                    let Some(scan) = ScanTriangle::new(corners, size) else { continue };
-                    for row in scan.rows() {
-                        for x in scan.span(row) {
-                            part[(row * SIDE + x) as usize] = Some(number);
+        let mut of_head = vec![false; mesh.positions().len()];
+        figure.vertex_map.iter().for_each(|&vertex| of_head[vertex as usize] = true);
+        for part in mesh.parts() {
+            let shown = Shown::of(part);
+            for face in part.polygons.clone().flat_map(|polygon| mesh.polygon(polygon as usize)) {
+                let at_rim = part.object == "body"
+                    && mesh.faces()[face].iter().any(|&vertex| of_head[vertex as usize]);
+                let corners = mesh.uv_triangle(face).map(|uv| uv.map(|x| f64::from(x) * 1024.0));
+                let Some(triangle) = ScanTriangle::new(corners, size) else { continue };
+                for row in triangle.rows() {
+                    for x in triangle.span(row) {
+                        let color = texture[(row * 1024 + x) as usize];
+                        texels.push((shown, color));
+                        if at_rim {
+                            seeds.push(color);
                         }
                     }
                 }
             }
         }
-        let body = paint_body(&figure, size);
-        let head = paint_head(&figure, size);
-        let map: Vec<i64> = figure.vertex_map.iter().map(|&v| v.into()).collect();
-        let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &map).unwrap();
-        let transfer =
-            Transfer::new(&pair, Direction::Forward, size, size, &TransferOptions::default());
-        let faced = transfer.apply(head, body.clone()).unwrap();
-        Self { part, parts, plain: colors(&body), faced: colors(&faced) }
+        assert!(seeds.len() > 1000, "{}", seeds.len());
+        Self { texels, seeds }
     }
-}
 
-#[test]
-fn explore() {
-    let scene = Scene::new();
-    let group = |t: usize| scene.part[t].map(|p| scene.parts[p].0.as_str()).unwrap_or("");
-    let material = |t: usize| scene.part[t].map(|p| scene.parts[p].1.as_str()).unwrap_or("");
-    let isskin =
-        |t: usize| material(t) == "skin" && group(t) != "face" && !group(t).starts_with("ear");
-    let recolors: [(&str, [f32; 3], f32); 8] = [
-        ("own", [1.0; 3], 0.0),
-        ("dark", [0.50, 0.42, 0.36], 0.0),
-        ("darker", [0.25, 0.20, 0.17], 0.0),
-        ("pale", [0.75, 0.8, 0.85], 0.22),
-        ("blue", [0.35, 0.6, 1.3], 0.0),
-        ("green", [0.4, 1.0, 0.5], 0.0),
-        ("grey", [0.0; 3], -1.0),
-        ("scaled", [0.6; 3], 0.0),
-    ];
-    for (name, gain, add) in recolors {
-        for (which, texels) in [("plain", &scene.plain), ("faced", &scene.faced)] {
-            let texels: Vec<[f32; 3]> = texels
-                .iter()
-                .enumerate()
-                .map(|(t, c)| {
-                    if add < 0.0 {
-                        let y = (c[0] + c[1] + c[2]) / 3.0;
-                        return [y; 3];
-                    }
-                    let skinny = isskin(t) || (which == "faced" && material(t) == "skin");
-                    if !skinny {
-                        return *c;
-                    }
-                    std::array::from_fn(|k| {
-                        ((c[k] * gain[k] + add) * 255.0).round().clamp(0.0, 255.0) / 255.0
-                    })
-                })
-                .collect();
-            let of = |g: &str, step: usize| -> Vec<[f32; 3]> {
-                (0..texels.len())
-                    .filter(|&t| group(t) == g)
-                    .step_by(step)
-                    .map(|t| texels[t])
-                    .collect()
-            };
-            let chest = of("chest", 13);
-            let mut seeds = chest.clone();
-            let n = chest.len();
-            seeds.extend(of("shirt", 101).iter().take(n * 3 / 10));
-            seeds.extend(of("hair", 11).iter().take(n / 5));
-            let others: Vec<[f32; 3]> = (0..texels.len())
-                .filter(|&t| scene.part[t].is_some())
-                .step_by(37)
-                .map(|t| texels[t])
-                .collect();
-            for (sname, s) in [("clean", &chest), ("dirty", &seeds)] {
-                let model = match SkinModel::new(s, &others) {
-                    Ok(m) => m,
-                    Err(e) => {
-                        println!("{name} {which} {sname}: {e}");
-                        continue;
-                    }
-                };
-                println!(
-                    "{name} {which} {sname} seeds {} others {} color {:?} {model:?}",
-                    s.len(),
-                    others.len(),
-                    model.color().map(|v| (v * 255.0).round())
-                );
-                let mut groups: Vec<String> = scene.parts.iter().map(|p| p.0.clone()).collect();
-                groups.sort();
-                groups.dedup();
-                for g in groups {
-                    if g.contains("right") {
-                        continue;
-                    }
-                    let mut w: Vec<f32> = (0..texels.len())
-                        .filter(|&t| group(t) == g)
-                        .map(|t| model.weight(texels[t]))
-                        .collect();
-                    if w.is_empty() {
-                        continue;
-                    }
-                    w.sort_by(f32::total_cmp);
-                    let q = |s: f32| w[((w.len() - 1) as f32 * s) as usize];
-                    let mean = w.iter().map(|&v| f64::from(v)).sum::<f64>() / w.len() as f64;
-                    println!(
-                        "   {g:16} {:7} mean {mean:.4} p1 {:.3} p5 {:.3} p50 {:.3} p95 {:.3}",
-                        w.len(),
-                        q(0.01),
-                        q(0.05),
-                        q(0.5),
-                        q(0.95)
-                    );
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn real_face() {
-    use uvgraft::{Channels, Depth, Encoding};
-    let Some(folder) = uvgraft_tests::real::folder() else { return };
-    for (file, boxes) in [
-        ("flame_face_texture.png", [[0.3, 0.78, 0.7, 0.97], [0.0, 0.0, 0.0, 0.0]]),
-        ("flame_mean_texture.jpg", [[0.3, 0.78, 0.7, 0.97], [0.0, 0.0, 0.0, 0.0]]),
-    ] {
-        let t = uvgraft_io::image::read(&folder.join(file))
-            .unwrap()
-            .texture
-            .converted(Channels::Rgb, Depth::U8);
-        let size = t.size();
-        let c = colors(&t);
-        let (w, h) = (size.width as f32, size.height as f32);
-        let mut seeds = Vec::new();
-        for [l, t, r, b] in boxes {
-            for y in (t * h) as u32..(b * h) as u32 {
-                for x in (l * w) as u32..(r * w) as u32 {
-                    if (x + y) % 3 == 0 {
-                        seeds.push(c[(y * size.width + x) as usize]);
-                    }
-                }
-            }
-        }
-        let others: Vec<[f32; 3]> = c.iter().step_by(7).copied().collect();
-        let model = SkinModel::new(&seeds, &others).unwrap();
-        println!("{file} {size} {} {model:?}", seeds.len());
-        let out: Vec<u8> = c
-            .iter()
-            .flat_map(|&c| {
-                let w = model.weight(c);
-                // keep skin, green elsewhere
-                [c[0] * w, c[1] * w + (1.0 - w), c[2] * w].map(|v| (v * 255.0) as u8)
+    /// With other skin.
+    fn recolored(&self, gain: Color, lift: f32) -> Self {
+        let levels = |color: Color| -> Color {
+            std::array::from_fn(|channel| {
+                let value = color[channel] * gain[channel] + lift;
+                (value * 255.0).round().clamp(0.0, 255.0) / 255.0
             })
-            .collect();
-        let out = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(out)).unwrap();
-        uvgraft_io::image::write(
-            &out.into(),
-            &std::path::Path::new("/tmp").join(format!("skin_{file}.png")),
-            &Default::default(),
-        )
-        .unwrap();
+        };
+        let mut body = self.clone();
+        for (shown, color) in &mut body.texels {
+            if matches!(shown, Shown::Skin | Shown::Finger) {
+                *color = levels(*color);
+            }
+        }
+        body.seeds.iter_mut().for_each(|color| *color = levels(*color));
+        body
+    }
+
+    fn of(&self, wanted: Shown) -> impl Iterator<Item = Color> + Clone {
+        self.texels.iter().filter(move |(shown, _)| *shown == wanted).map(|(_, color)| *color)
+    }
+
+    /// Estimated from the border and a sample of the whole body. Of the border's colours, a share may be
+    /// of navy cloth and of hair.
+    fn model(&self, collar: f32, hair: f32) -> SkinModel {
+        let mut seeds = self.seeds.clone();
+        let count = |share: f32| (self.seeds.len() as f32 * share / (1.0 - collar - hair)) as usize;
+        let dark = self.of(Shown::Cloth).filter(|color| color[0] < 0.2);
+        seeds.extend(dark.step_by(17).take(count(collar)));
+        seeds.extend(self.of(Shown::Hair).step_by(7).take(count(hair)));
+        let others: Vec<Color> = self.texels.iter().step_by(37).map(|(_, color)| *color).collect();
+        SkinModel::new(&seeds, &others).unwrap()
+    }
+}
+
+/// Mean weight, and the weight that 5 % are below.
+fn weights(model: &SkinModel, colors: impl Iterator<Item = Color>) -> (f32, f32) {
+    let mut weights: Vec<f32> = colors.map(|color| model.weight(color)).collect();
+    weights.sort_unstable_by(f32::total_cmp);
+    let mean = weights.iter().sum::<f32>() / weights.len() as f32;
+    (mean, weights[weights.len() / 20])
+}
+
+/// A name, gains of the channels, and what is added to all of them.
+const COMPLEXIONS: [(&str, Color, f32); 7] = [
+    ("its own", [1.0; 3], 0.0),
+    ("in half the light", [0.5; 3], 0.0),
+    ("dark", [0.50, 0.42, 0.36], 0.0),
+    ("very dark", [0.25, 0.20, 0.17], 0.0),
+    ("pale", [0.75, 0.80, 0.85], 0.22),
+    ("blue", [0.35, 0.60, 1.30], 0.0),
+    ("green", [0.40, 1.00, 0.50], 0.0),
+];
+
+/// Whatever complexion the body has, and with a third of the border's colours being something else.
+#[test]
+fn skin_is_told_from_everything_else() {
+    let body = Body::new(false);
+    for (name, gain, lift) in COMPLEXIONS {
+        let body = body.recolored(gain, lift);
+        for (collar, hair) in [(0.0, 0.0), (0.2, 0.15)] {
+            let model = body.model(collar, hair);
+            let (mean, low) = weights(&model, body.of(Shown::Skin));
+            assert!(mean > 0.99 && low > 0.99, "{name}: skin {mean}, {low}");
+            // Fingertips are flushed, and a tenth of a finger is nail and its rim.
+            let (mean, low) = weights(&model, body.of(Shown::Finger));
+            assert!(mean > 0.94 && low > 0.5, "{name}: fingers {mean}, {low}");
+            for other in [Shown::Cloth, Shown::Shoe, Shown::Hair, Shown::Eye] {
+                let (mean, _) = weights(&model, body.of(other));
+                assert!(mean < 0.02, "{name}: {other:?} {mean}");
+            }
+        }
+    }
+}
+
+/// Baked light scales light, not what sRGB stores, and the border knows nothing of it.
+#[test]
+fn shadows_are_no_other_skin() {
+    let body = Body::new(false);
+    let model = body.model(0.0, 0.0);
+    for (light, least) in [(1.3, 0.99), (0.7, 0.99), (0.5, 0.99), (0.35, 0.9), (0.25, 0.4)] {
+        let lit =
+            |color: Color| color.map(|value| srgb_from_linear(linear_from_srgb(value) * light));
+        let (mean, _) = weights(&model, body.of(Shown::Skin).map(lit));
+        assert!(mean > least, "{light}: {mean}");
+    }
+}
+
+/// With a face and hair on the body. Dark skin is as brown as the hair, and pale skin as pink as the eyes'
+/// corners: see below.
+#[test]
+fn hair_and_eyes_are_no_skin() {
+    let body = Body::new(true);
+    let complexions =
+        COMPLEXIONS.into_iter().filter(|(name, ..)| !name.contains("dark") && *name != "pale");
+    for (name, gain, lift) in complexions {
+        let body = body.recolored(gain, lift);
+        let model = body.model(0.2, 0.15);
+        let (mean, low) = weights(&model, body.of(Shown::Skin));
+        assert!(mean > 0.99 && low > 0.99, "{name}: skin {mean}, {low}");
+        for other in [Shown::Hair, Shown::Eye, Shown::Cloth] {
+            let (mean, _) = weights(&model, body.of(other));
+            assert!(mean < 0.02, "{name}: {other:?} {mean}");
+        }
+    }
+}
+
+/// Colour is all that there is to tell by.
+#[test]
+fn what_has_skins_color_is_taken_for_skin() {
+    let body = Body::new(true);
+    // Brown hair beside skin of the same brown.
+    let dark = body.recolored([0.50, 0.42, 0.36], 0.0);
+    let (hair, _) = weights(&dark.model(0.0, 0.0), dark.of(Shown::Hair));
+    assert!((0.05..0.3).contains(&hair), "{hair}");
+    // Corners of eyes beside pale skin.
+    let pale = body.recolored([0.75, 0.80, 0.85], 0.22);
+    let (eyes, _) = weights(&pale.model(0.0, 0.0), pale.of(Shown::Eye));
+    assert!((0.2..0.5).contains(&eyes), "{eyes}");
+    // A shirt of skin's colour, a little lighter, whose threads and folds do not help.
+    let beige = body.of(Shown::Skin).map(|color| color.map(|value| value * 1.08));
+    let (shirt, _) = weights(&body.model(0.0, 0.0), beige);
+    assert!(shirt > 0.99, "{shirt}");
+    // More than half of the border being something else, that is what counts.
+    let navy = body.model(0.6, 0.0);
+    let (skin, _) = weights(&navy, body.of(Shown::Skin));
+    assert!(skin < 0.01, "{skin}");
+}
+
+/// Features of the face as it is painted, nails included: which of them would change with the skin.
+#[test]
+fn lips_and_polish_stay_and_nails_change() {
+    let model = Body::new(false).model(0.0, 0.0);
+    for (name, color) in [
+        ("upper lip", [0.70, 0.375, 0.355]),
+        ("lower lip", [0.79, 0.45, 0.42]),
+        ("lashes", [0.07, 0.045, 0.04]),
+        ("white of the eye", [0.95, 0.935, 0.915]),
+        ("end of a nail", [0.95, 0.88, 0.82]),
+        ("red polish", [0.70, 0.08, 0.12]),
+        ("sole", [0.55, 0.42, 0.30]),
+        ("bare head", [0.80, 0.755, 0.72]),
+    ] {
+        assert!(model.weight(color) < 0.05, "{name}: {}", model.weight(color));
+    }
+    let nail = model.weight([0.90, 0.66, 0.60]);
+    assert!(nail > 0.9, "{nail}");
+}
+
+/// Skin takes the mean of another, and what is told from it stays.
+#[test]
+fn skin_takes_anothers_colors() {
+    let body = Body::new(false);
+    let model = body.model(0.2, 0.15);
+    let wanted = body.recolored([0.50, 0.42, 0.36], 0.0);
+    let skin = |body: &Body| -> Vec<Color> { body.of(Shown::Skin).step_by(11).collect() };
+    let map = ColorMatch::new(&skin(&body), &skin(&wanted)).unwrap();
+    let blended = |color: Color| -> Color {
+        let (weight, matched) = (model.weight(color), map.apply(color));
+        std::array::from_fn(|channel| color[channel] + weight * (matched[channel] - color[channel]))
+    };
+    let mean = |colors: &mut dyn Iterator<Item = Color>| -> Color {
+        let (sum, count) = colors.fold(([0.0_f64; 3], 0.0), |(sum, count), color| {
+            (std::array::from_fn(|k| sum[k] + f64::from(color[k])), count + 1.0)
+        });
+        sum.map(|value| (value / count) as f32)
+    };
+    let change = |a: Color, b: Color| (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
+    // Trimmed and plain means of skin differ by less than a level: elbows and palms are redder.
+    let after = mean(&mut body.of(Shown::Skin).map(blended));
+    let target = mean(&mut wanted.of(Shown::Skin));
+    assert!(change(after, target) < 2.0 / 255.0, "{after:?} {target:?}");
+    for other in [Shown::Cloth, Shown::Hair, Shown::Eye] {
+        let (before, after) = (mean(&mut body.of(other)), mean(&mut body.of(other).map(blended)));
+        assert!(change(before, after) < 0.25 / 255.0, "{other:?}: {before:?} {after:?}");
+    }
+}
+
+/// A photographed face over a white and blue shirt; a third of the seeds are the shirt.
+#[test]
+fn skin_of_a_photograph_is_told_from_hair_and_shirt() {
+    let Some(folder) = real::folder() else { return };
+    let image = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap();
+    let size = image.texture.size();
+    assert_eq!(size, Size::square(512));
+    let texels = colors(&image.texture);
+    let within = |[left, top, right, bottom]: [usize; 4]| -> Vec<Color> {
+        (top..bottom).flat_map(|y| texels[y * 512..][left..right].iter().copied()).collect()
+    };
+    let seeds = within([150, 400, 360, 500]);
+    let others: Vec<Color> = texels.iter().copied().step_by(7).collect();
+    let model = SkinModel::new(&seeds, &others).unwrap();
+    for (name, area) in [("cheek", [150, 220, 200, 300]), ("neck", [200, 420, 300, 470])] {
+        let (mean, low) = weights(&model, within(area).into_iter());
+        assert!(mean > 0.95 && low > 0.8, "{name}: {mean}, {low}");
+    }
+    for (name, area) in [
+        ("hair", [150, 30, 350, 90]),
+        ("shirt", [10, 470, 100, 495]),
+        ("lip", [235, 312, 265, 326]),
+    ] {
+        let (mean, _) = weights(&model, within(area).into_iter());
+        assert!(mean < 0.05, "{name}: {mean}");
     }
 }

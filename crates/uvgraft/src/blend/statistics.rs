@@ -2,8 +2,8 @@
 //!
 //! Of all affine maps that do so this is the one that moves colours least: the linear
 //! Monge-Kantorovich map (Pitié and Kokaram, "The linear Monge-Kantorovitch linear colour mapping
-//! for example-based colour transfer", CVMP 2007). It is symmetric and positive, so it stretches
-//! colours along three axes and never turns one hue into another's place.
+//! for example-based colour transfer", CVMP 2007). Its matrix is symmetric and positive: it
+//! stretches colours along three axes at right angles and never turns them around their mean.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -303,7 +303,7 @@ mod tests {
         assert!(off(wide.matrix(), [2.0, 0.5, 1.0]) < 0.005, "{wide:?}");
     }
 
-    /// Stretching along three axes at right angles never turns hues.
+    /// Stretched along three axes at right angles, never turned.
     #[test]
     fn the_matrix_is_symmetric_and_bounded() {
         for seed in 0..20 {
@@ -358,7 +358,7 @@ mod tests {
         let map = ColorMatch::new(&dirty, &base).unwrap();
         let (a, b) = (clean.apply([0.7, 0.5, 0.42]), map.apply([0.7, 0.5, 0.42]));
         let change = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
-        // Untrimmed, means would move by up to 18 levels.
+        // Untrimmed, the mean would move by 13 levels of red.
         assert!(change < 1.5 / 255.0, "{a:?} {b:?}");
     }
 
