@@ -87,7 +87,7 @@ const STEPS: usize = 4;
 /// At most so many seeds are tried as the middle, each against at most so many.
 const CANDIDATES: usize = 128;
 const COMPARED: usize = 2048;
-/// Less skin than this many colours is no evidence.
+/// Fewer colours of the body than this that look like skin are no evidence.
 const LEAST_EVIDENCE: f64 = 8.0;
 
 impl SkinModel {
@@ -266,13 +266,15 @@ fn gathered(
     others: &[Vector3<f64>],
     weight: impl Fn(&Vector3<f64>) -> f64,
 ) -> (Vector3<f64>, Matrix3<f64>) {
-    let shares = |places: &[Vector3<f64>]| -> Vec<f64> {
+    // Sums up to 1, or to nothing where there is too little.
+    let shares = |places: &[Vector3<f64>], least: f64| -> Vec<f64> {
         let weights: Vec<f64> = places.iter().map(&weight).collect();
         let sum: f64 = weights.iter().sum();
-        let unit = if sum < LEAST_EVIDENCE { 0.0 } else { sum.recip() };
+        let unit = if sum < least { 0.0 } else { sum.recip() };
         weights.into_iter().map(|weight| weight * unit).collect()
     };
-    let (of_seeds, of_others) = (shares(seeds), shares(others));
+    // Seeds are near the middle by how they were chosen, so their sum is never nothing.
+    let (of_seeds, of_others) = (shares(seeds, f64::MIN_POSITIVE), shares(others, LEAST_EVIDENCE));
     let points = seeds.iter().zip(&of_seeds).chain(others.iter().zip(&of_others));
     moments(points.map(|(place, share)| (*place, *share)))
 }
@@ -330,6 +332,19 @@ mod tests {
             let least = clean.iter().map(|&rgb| model.weight(rgb)).fold(1.0, f32::min);
             assert!(least > 0.95, "{stranger:?}: {least}");
             assert_eq!(model.weight(stranger), 0.0, "{stranger:?}");
+        }
+    }
+
+    /// The fewest seeds, of which the fewest may be skin.
+    #[test]
+    fn a_few_seeds_are_enough() {
+        for strangers in 0..8 {
+            let mut seeds = around(SKIN, 0.15, 0.01, 16 - strangers);
+            seeds.extend(around(NAVY, 0.5, 0.05, strangers));
+            let model = SkinModel::new(&seeds, &[]).unwrap();
+            let weight = model.weight(SKIN);
+            assert!(weight > 0.9, "{strangers}: {weight}");
+            assert_eq!(model.weight(NAVY), 0.0, "{strangers}");
         }
     }
 
