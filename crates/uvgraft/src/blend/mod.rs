@@ -19,6 +19,8 @@ mod painted;
 mod rim;
 mod sample;
 mod selection;
+pub mod skin;
+pub mod statistics;
 mod stretch;
 mod tone;
 

@@ -1,0 +1,445 @@
+//! Which colours of a body's texture are skin.
+//!
+//! Nothing here knows what colour skin has: the colours along a face's border say so, most of which are
+//! skin. Their densest half gives a first Gaussian, as in the minimum covariance determinant
+//! (Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance determinant estimator",
+//! Technometrics 1999), which weights the seeds for the next one, a few times. Then colours
+//! from all over the body count too, so that it learns what skin is like on hands and legs.
+//!
+//! Colours are compared as `(r - g) / (s + d)`, `(b - g) / (s + d)` and `(s - m) / (s + m)`, where `s` is
+//! `r + g + b`, `m` the skin's own, and `d` a little. Light and shadow scale all channels, also as
+//! sRGB stores them (its curve is nearly a power), and leave the first two, the hue, where they are. The third
+//! is close to half the logarithm of how much lighter a colour is, for a division. `d` draws colours
+//! near black, whose hue is noise, towards grey.
+//!
+//! Colour is all there is to tell skin by. A beige shirt beside pale skin looks like skin, and so
+//! does brown hair beside dark skin, and on grey-level textures all that is about as light.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::statistics::{moments, quantile};
+
+/// An estimate of which colours are skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinModel {
+    /// `m`.
+    lightness: f32,
+    /// Where skin is, in hue and lightness.
+    center: [f32; 3],
+    /// What makes standard deviations of a distance from there; the lower triangle, row by row.
+    whiten: [f32; 6],
+}
+
+/// Why there is no estimate of skin.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkinError {
+    /// Too little to go by.
+    #[error(
+        "{found} colours along the face's border to tell skin by, at least {needed} are needed"
+    )]
+    TooFew {
+        /// Finite colours among the seeds.
+        found: usize,
+        /// How many there have to be.
+        needed: usize,
+    },
+    /// Not even half of the seeds have something in common.
+    #[error(
+        "the colours along the face's border are too different to tell skin by: half of them are \
+         within {spread:.1} times what skin may differ by"
+    )]
+    Scattered {
+        /// How far the nearest half of the seeds reach from their middle; at most 1 for skin.
+        spread: f32,
+    },
+}
+
+/// `d`, in units of `s`: below about 5 levels of 8 bits in each channel hue counts little.
+const DARK: f32 = 0.06;
+/// The least `m`; blacker skin is as light as this.
+const LEAST_LIGHTNESS: f32 = 0.1;
+
+/// Up to so many standard deviations a colour is wholly skin. Palms, knuckles and elbows lie
+/// farther out than the seeds' own spread, so this is wide.
+const NEAR: f32 = 2.5;
+/// From so many on it is not skin at all.
+const FAR: f32 = 4.0;
+/// The same while the estimate is made, where what is doubtful must not widen it.
+const SURE: f32 = 1.5;
+const DOUBTFUL: f32 = 3.0;
+
+/// The standard deviation that is added to both hues, as a share of skin's distance from grey, and its
+/// range: blood and sun change the hue of pale skin less than that of saturated skin.
+const HUE_TOLERANCE: f64 = 0.1;
+const HUE_RANGE: [f64; 2] = [0.007, 0.011];
+/// The standard deviation that is added to lightness: alone it makes skin of what is 0.6 to 1.7 times
+/// as light, and nothing of what is less than 0.4 or more than 2.3 times as light.
+const LIGHTNESS_TOLERANCE: f64 = 0.10;
+/// Colours that are spread farther than this, in standard deviations, do not widen the estimate further.
+const MOST: Vector3<f64> = Vector3::new(0.020, 0.020, 0.06);
+/// How far from the middle of the seeds the nearest half of them may reach.
+const REACH: Vector3<f64> = Vector3::new(0.05, 0.05, 0.30);
+
+/// Steps with the seeds alone, and steps with all colours; after three times as many the estimate
+/// is the same to four digits.
+const STEPS: usize = 4;
+/// At most so many seeds are tried as the middle, each against at most so many.
+const CANDIDATES: usize = 128;
+const COMPARED: usize = 2048;
+/// Fewer colours of the body than this that look like skin are no evidence.
+const LEAST_EVIDENCE: f64 = 8.0;
+
+impl SkinModel {
+    /// With fewer finite seeds there is no estimate.
+    pub const LEAST_SEEDS: usize = 16;
+
+    /// Estimates what skin looks like.
+    ///
+    /// - `seeds`: colours along a face's border, on the body's side. More than half have to be skin; the
+    ///   others may be hair, a collar, anything.
+    /// - `others`: colours from all over the body, of skin and of anything else; may be empty.
+    ///
+    /// All are sRGB values as stored, 1.0 for white. Those that are not finite are passed over, and
+    /// values below 0 count as 0. Some thousands of either are plenty, and take milliseconds. The same
+    /// colours in the same order give the same estimate.
+    ///
+    /// # Errors
+    /// [`SkinError::TooFew`] below [`SkinModel::LEAST_SEEDS`] finite seeds, [`SkinError::Scattered`] if not
+    /// even half of them are alike.
+    pub fn new(seeds: &[[f32; 3]], others: &[[f32; 3]]) -> Result<Self, SkinError> {
+        let [seeds, others] = [seeds, others].map(finite);
+        if seeds.len() < Self::LEAST_SEEDS {
+            return Err(SkinError::TooFew { found: seeds.len(), needed: Self::LEAST_SEEDS });
+        }
+        let (middle, spread) = densest(&seeds);
+        if spread > 1.0 {
+            return Err(SkinError::Scattered { spread: spread as f32 });
+        }
+        let lightness = sum(middle).max(LEAST_LIGHTNESS);
+        let middle = place(middle, lightness);
+        let places = |colors: &[[f32; 3]]| -> Vec<Vector3<f64>> {
+            colors.iter().map(|&rgb| place(rgb, lightness)).collect()
+        };
+        let (seeds, others) = (places(&seeds), places(&others));
+
+        let half = quantile(seeds.iter().map(|seed| reach(seed, &middle)).collect(), 0.5);
+        let in_half = |seed: &Vector3<f64>| f64::from(reach(seed, &middle) <= half);
+        let mut model = Self::from_moments(lightness, gathered(&seeds, &[], in_half));
+        for _ in 0..STEPS {
+            let next = gathered(&seeds, &[], |at| model.membership(at));
+            model = Self::from_moments(lightness, next);
+        }
+        // What the seeds rule out never counts: where skin fades into something else, a chain of
+        // colours would lead there step by step.
+        let of_seeds = model;
+        for _ in 0..STEPS {
+            let in_both = |at: &_| model.membership(at).min(of_seeds.membership(at));
+            let next = gathered(&seeds, &others, in_both);
+            model = Self::from_moments(lightness, next);
+        }
+        Ok(model)
+    }
+
+    /// How far a colour is skin, from 0 to 1, as sRGB stores it: 1 within 2.5 standard deviations of what
+    /// skin looks like, 0 beyond 4, smooth between. 0 for colours that are not finite.
+    ///
+    /// Some forty operations without a branch, which compilers make vectors of in loops over
+    /// texels.
+    #[inline]
+    pub fn weight(&self, rgb: [f32; 3]) -> f32 {
+        fade(self.squared_distance(coordinates(rgb, self.lightness)), NEAR, FAR)
+    }
+
+    /// The colour in the middle of what is skin.
+    pub fn color(&self) -> [f32; 3] {
+        let [x, y, u] = self.center;
+        let sum = self.lightness * (1.0 + u) / (1.0 - u);
+        let [r_over_g, b_over_g] = [x, y].map(|hue| hue * (sum + DARK));
+        let g = (sum - r_over_g - b_over_g) / 3.0;
+        [g + r_over_g, g, g + b_over_g]
+    }
+
+    /// How far a place counts as skin while the estimate is made.
+    fn membership(&self, at: &Vector3<f64>) -> f64 {
+        let at = at.map(|value| value as f32);
+        f64::from(fade(self.squared_distance(at.into()), SURE, DOUBTFUL))
+    }
+
+    /// In standard deviations.
+    #[inline]
+    fn squared_distance(&self, at: [f32; 3]) -> f32 {
+        let [x, y, u] = [0, 1, 2].map(|axis| at[axis] - self.center[axis]);
+        let [xx, yx, yy, ux, uy, uu] = self.whiten;
+        let a = xx * x;
+        let b = yx * x + yy * y;
+        let c = ux * x + uy * y + uu * u;
+        a * a + b * b + c * c
+    }
+
+    /// The model of a mean and a covariance, which is bounded from both sides.
+    fn from_moments(lightness: f32, (mean, covariance): (Vector3<f64>, Matrix3<f64>)) -> Self {
+        // Shrinks axes that are spread too far, which keeps correlations.
+        let shrink = Vector3::from_fn(|axis, _| {
+            MOST[axis] / covariance[(axis, axis)].max(0.0).sqrt().max(MOST[axis])
+        });
+        let shrink = Matrix3::from_diagonal(&shrink);
+        let hue = (HUE_TOLERANCE * mean.xy().norm()).clamp(HUE_RANGE[0], HUE_RANGE[1]);
+        let tolerance = Vector3::new(hue, hue, LIGHTNESS_TOLERANCE).map(|value| value * value);
+        let covariance = shrink * covariance * shrink + Matrix3::from_diagonal(&tolerance);
+        // Positive definite by the tolerance; without that, nothing but the mean would be known.
+        let whiten =
+            covariance.cholesky().and_then(|factor| factor.l().try_inverse()).unwrap_or_else(
+                || Matrix3::from_diagonal(&tolerance.map(|value| value.sqrt().recip())),
+            );
+        let lower = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+        Self {
+            lightness,
+            center: mean.map(|value| value as f32).into(),
+            whiten: lower.map(|at| whiten[at] as f32),
+        }
+    }
+}
+
+/// From 1 to 0 while a squared distance goes from that of `near` to that of `far`; 0 for NaN.
+#[inline]
+fn fade(squared: f32, near: f32, far: f32) -> f32 {
+    let inside = (far * far - squared) / (far * far - near * near);
+    let inside = if inside > 0.0 { inside } else { 0.0 };
+    let inside = if inside < 1.0 { inside } else { 1.0 };
+    inside * inside * (3.0 - 2.0 * inside)
+}
+
+/// Not `max`, which would make a number of NaN.
+#[inline]
+fn positive(value: f32) -> f32 {
+    if value < 0.0 { 0.0 } else { value }
+}
+
+fn sum(rgb: [f32; 3]) -> f32 {
+    rgb.into_iter().map(positive).sum()
+}
+
+/// Where a colour is beside skin of some lightness.
+#[inline]
+fn coordinates(rgb: [f32; 3], lightness: f32) -> [f32; 3] {
+    let [r, g, b] = rgb.map(positive);
+    let sum = r + g + b;
+    let scale = 1.0 / (sum + DARK);
+    [(r - g) * scale, (b - g) * scale, (sum - lightness) / (sum + lightness)]
+}
+
+fn place(rgb: [f32; 3], lightness: f32) -> Vector3<f64> {
+    Vector3::from(coordinates(rgb, lightness).map(f64::from))
+}
+
+/// Colours whose sum is finite too.
+fn finite(colors: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let is_finite =
+        |rgb: &[f32; 3]| rgb.iter().all(|value| value.is_finite()) && sum(*rgb).is_finite();
+    colors.iter().copied().filter(is_finite).collect()
+}
+
+/// How far apart two places are; 1 is the most for skin.
+fn reach(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    (a - b).component_div(&REACH).norm()
+}
+
+/// The seed around which half of all seeds are closest, and how far they reach from it.
+fn densest(seeds: &[[f32; 3]]) -> ([f32; 3], f64) {
+    let compared = seeds.iter().step_by(seeds.len().div_ceil(COMPARED));
+    let candidates = seeds.iter().step_by(seeds.len().div_ceil(CANDIDATES));
+    let reaches = candidates.map(|&candidate| {
+        let lightness = sum(candidate).max(LEAST_LIGHTNESS);
+        let middle = place(candidate, lightness);
+        let reaches = compared.clone().map(|&seed| reach(&place(seed, lightness), &middle));
+        (candidate, quantile(reaches.collect(), 0.5))
+    });
+    let nearest = reaches.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    nearest.unwrap_or(([0.0; 3], f64::INFINITY))
+}
+
+/// Mean and covariance of skin. The seeds count as much as all others together, so that a garment of
+/// nearly skin's colour pulls half as far, however much of the body it covers.
+fn gathered(
+    seeds: &[Vector3<f64>],
+    others: &[Vector3<f64>],
+    weight: impl Fn(&Vector3<f64>) -> f64,
+) -> (Vector3<f64>, Matrix3<f64>) {
+    // Sums up to 1, or to nothing where there is too little.
+    let shares = |places: &[Vector3<f64>], least: f64| -> Vec<f64> {
+        let weights: Vec<f64> = places.iter().map(&weight).collect();
+        let sum: f64 = weights.iter().sum();
+        let unit = if sum < least { 0.0 } else { sum.recip() };
+        weights.into_iter().map(|weight| weight * unit).collect()
+    };
+    // Seeds are near the middle by how they were chosen, so their sum is never nothing.
+    let (of_seeds, of_others) = (shares(seeds, f64::MIN_POSITIVE), shares(others, LEAST_EVIDENCE));
+    let points = seeds.iter().zip(&of_seeds).chain(others.iter().zip(&of_others));
+    moments(points.map(|(place, share)| (*place, *share)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SKIN: [f32; 3] = [0.8, 0.6, 0.5];
+    const NAVY: [f32; 3] = [0.12, 0.16, 0.30];
+
+    /// Colours around one, lighter and darker by up to `shade`, each channel off by up to `noise`.
+    fn around(rgb: [f32; 3], shade: f32, noise: f32, count: usize) -> Vec<[f32; 3]> {
+        let mut rng = fastrand::Rng::with_seed(3);
+        let colors = std::iter::repeat_with(|| {
+            let light = 1.0 + shade * (2.0 * rng.f32() - 1.0);
+            rgb.map(|value| value * light + noise * (2.0 * rng.f32() - 1.0))
+        });
+        colors.take(count).collect()
+    }
+
+    fn scaled(rgb: [f32; 3], factor: f32) -> [f32; 3] {
+        rgb.map(|value| value * factor)
+    }
+
+    /// Uniform seeds leave the tolerances alone, so weights can be told by hand.
+    #[test]
+    fn weights_fall_as_stated() {
+        let model = SkinModel::new(&[SKIN; 20], &[]).unwrap();
+        assert_eq!(model.weight(SKIN), 1.0);
+        for (channel, value) in model.color().into_iter().enumerate() {
+            assert!((value - SKIN[channel]).abs() < 1e-6, "{channel}: {value}");
+        }
+        // 1.963 times as light is 0.325, or 3.25 deviations of 0.1, and 0.0016 and 0.0008 in hue, of
+        // which 0.011 is a deviation: 10.587 in all. (16 - 10.587) / (16 - 6.25) = 0.5552, and
+        // 0.5552² · (3 - 2 · 0.5552) = 0.5825.
+        let weight = model.weight(scaled(SKIN, 1.325 / 0.675));
+        assert!((weight - 0.5825).abs() < 1e-3, "{weight}");
+        assert_eq!(model.weight(scaled(SKIN, 0.62)), 1.0);
+        assert_eq!(model.weight(scaled(SKIN, 0.36)), 0.0);
+        // As far from skin in sRGB as 0.62 of it is, but of another hue.
+        assert_eq!(model.weight([0.8, 0.6, 0.8]), 0.0);
+        assert_eq!(model.weight([0.68, 0.72, 0.5]), 0.0);
+    }
+
+    #[test]
+    fn half_of_the_seeds_may_be_anything() {
+        let clean = around(SKIN, 0.15, 0.01, 1000);
+        let mut rng = fastrand::Rng::with_seed(8);
+        for stranger in [NAVY, [0.02; 3], [1.0; 3], [0.2, 0.12, 0.08]] {
+            let mut seeds = clean.clone();
+            seeds.extend(around(stranger, 0.0, 0.004, 800));
+            rng.shuffle(&mut seeds);
+            let model = SkinModel::new(&seeds, &[]).unwrap();
+            let least = clean.iter().map(|&rgb| model.weight(rgb)).fold(1.0, f32::min);
+            assert!(least > 0.95, "{stranger:?}: {least}");
+            assert_eq!(model.weight(stranger), 0.0, "{stranger:?}");
+        }
+    }
+
+    /// The fewest seeds, of which the fewest may be skin.
+    #[test]
+    fn a_few_seeds_are_enough() {
+        for strangers in 0..8 {
+            let mut seeds = around(SKIN, 0.15, 0.01, 16 - strangers);
+            seeds.extend(around(NAVY, 0.5, 0.05, strangers));
+            let model = SkinModel::new(&seeds, &[]).unwrap();
+            let weight = model.weight(SKIN);
+            assert!(weight > 0.9, "{strangers}: {weight}");
+            assert_eq!(model.weight(NAVY), 0.0, "{strangers}");
+        }
+    }
+
+    #[test]
+    fn learns_from_the_rest_of_the_body() {
+        let seeds = around(SKIN, 0.05, 0.005, 500);
+        let palm = [0.815, 0.575, 0.49];
+        let before = SkinModel::new(&seeds, &[]).unwrap();
+        let mut others = around(SKIN, 0.2, 0.01, 2000);
+        others.extend(around(palm, 0.2, 0.01, 2000));
+        others.extend(around(NAVY, 0.2, 0.01, 6000));
+        let after = SkinModel::new(&seeds, &others).unwrap();
+        let edge = [0.83, 0.56, 0.48];
+        assert!(before.weight(edge) < 0.5, "{}", before.weight(edge));
+        assert!(after.weight(edge) > 0.9, "{}", after.weight(edge));
+        assert_eq!(after.weight(NAVY), 0.0);
+    }
+
+    /// Skin that fades into a white shirt must not lead there.
+    #[test]
+    fn a_chain_of_colors_leads_nowhere() {
+        let seeds = around(SKIN, 0.1, 0.01, 500);
+        let cloth = [0.93, 0.91, 0.88];
+        let others: Vec<[f32; 3]> = (0..20_000)
+            .map(|k| {
+                let t = (k as f32 / 6000.0).min(1.0);
+                std::array::from_fn(|channel| SKIN[channel] + (cloth[channel] - SKIN[channel]) * t)
+            })
+            .collect();
+        let model = SkinModel::new(&seeds, &others).unwrap();
+        assert_eq!(model.weight(cloth), 0.0);
+        assert_eq!(model.weight(SKIN), 1.0);
+    }
+
+    /// Seeds say what skin is, whatever colour they have; dark, pale, tinted or grey.
+    #[test]
+    fn any_color_may_be_skin() {
+        for skin in [
+            [0.22, 0.13, 0.10],
+            [0.95, 0.85, 0.80],
+            [0.25, 0.45, 0.80],
+            [0.35, 0.65, 0.28],
+            [0.5; 3],
+            [1.0; 3],
+            [0.08, 0.05, 0.04],
+        ] {
+            // As noisy as rounding to 8 bits.
+            let seeds = around(skin, 0.1, 0.002, 300);
+            let model = SkinModel::new(&seeds, &seeds).unwrap();
+            let least = seeds.iter().map(|&rgb| model.weight(rgb)).fold(1.0, f32::min);
+            assert!(least > 0.9, "{skin:?}: {least}");
+            for other in [[0.85, 0.1, 0.1], [0.9, 0.8, 0.1], [0.6, 0.2, 0.7]] {
+                assert_eq!(model.weight(other), 0.0, "{skin:?}, {other:?}");
+            }
+        }
+        let black = SkinModel::new(&[[0.0; 3]; 20], &[]).unwrap();
+        assert_eq!((black.weight([0.0; 3]), black.weight([0.2; 3])), (1.0, 0.0));
+        // Without hue lightness tells.
+        let grey = SkinModel::new(&around([0.6; 3], 0.05, 0.004, 300), &[]).unwrap();
+        assert_eq!(grey.weight([0.2; 3]), 0.0);
+        assert_eq!(grey.weight([0.5; 3]), 1.0);
+    }
+
+    #[test]
+    fn useless_seeds_are_refused() {
+        let few = SkinModel::new(&[SKIN; 15], &[SKIN; 1000]);
+        assert_eq!(few, Err(SkinError::TooFew { found: 15, needed: 16 }));
+        let mut seeds = vec![SKIN; 10];
+        seeds.extend([[f32::NAN, 0.6, 0.5], [0.8, f32::INFINITY, 0.5], [f32::MAX; 3]].repeat(20));
+        let broken = SkinModel::new(&seeds, &[]);
+        assert_eq!(broken, Err(SkinError::TooFew { found: 10, needed: 16 }));
+        assert_eq!(SkinModel::new(&[], &[]), Err(SkinError::TooFew { found: 0, needed: 16 }));
+        let mut rng = fastrand::Rng::with_seed(1);
+        let different: Vec<[f32; 3]> =
+            (0..500).map(|_| std::array::from_fn(|_| rng.f32())).collect();
+        let scattered = SkinModel::new(&different, &[SKIN; 1000]);
+        let Err(SkinError::Scattered { spread }) = scattered else { panic!("{scattered:?}") };
+        assert!(spread > 1.5, "{spread}");
+    }
+
+    #[test]
+    fn what_is_not_finite_changes_nothing_and_is_no_skin() {
+        let seeds = around(SKIN, 0.1, 0.01, 100);
+        let model = SkinModel::new(&seeds, &seeds).unwrap();
+        let broken = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.8, f32::NEG_INFINITY, f32::NAN]];
+        let mut mixed = seeds.clone();
+        for (k, rgb) in broken.into_iter().enumerate() {
+            mixed.insert(20 * k + 7, rgb);
+        }
+        assert_eq!(SkinModel::new(&mixed, &mixed), Ok(model));
+        for rgb in broken {
+            assert_eq!(model.weight(rgb), 0.0, "{rgb:?}");
+        }
+        for rgb in [[f32::MAX; 3], [-1.0; 3], [f32::MIN; 3], [1e30, 0.0, -1e30]] {
+            assert_eq!(model.weight(rgb), 0.0, "{rgb:?}");
+        }
+    }
+}
