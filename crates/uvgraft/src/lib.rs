@@ -59,7 +59,7 @@ pub mod texture;
 mod threads;
 pub mod transfer;
 
-pub use blend::{Blend, BlendMap, BlendOptions, Ground, Selection, Tone, Toning};
+pub use blend::{Blend, BlendMap, BlendOptions, Ground, Selection, Tone, Toning, ToningError};
 pub use color::Encoding;
 pub use correspond::{Link, LinkError};
 pub use filter::Filter;

@@ -2,7 +2,7 @@
 
 use fearless_simd::Level;
 
-use crate::blend::{BlendMap, Finish, Toning};
+use crate::blend::{BlendMap, Finish, Toning, Undercoat};
 use crate::color::Encoding;
 use crate::map::SamplingMap;
 use crate::resample::{self, Paths, store};
@@ -22,7 +22,7 @@ pub struct Overlay<'a> {
     map: &'a SamplingMap,
     formats: Formats,
     layer: Layer<'a>,
-    blend: Option<Finish<'a>>,
+    blend: Option<(Option<Undercoat<'a>>, Finish<'a>)>,
 }
 
 /// What is laid over.
@@ -56,7 +56,8 @@ impl<'a> Overlay<'a> {
     /// If the blend is one at the texels of another map.
     #[must_use]
     pub fn blended(self, blend: &'a BlendMap<'a>, toning: Option<&Toning>) -> Self {
-        Self { blend: Some(blend.finish(self.map, toning)), ..self }
+        let finish = blend.finish(self.map, toning);
+        Self { blend: Some((blend.undercoat(toning), finish)), ..self }
     }
 
     /// In which encoding values are laid over: for [`Blend::toning`].
@@ -129,19 +130,24 @@ impl<'a> Overlay<'a> {
     }
 
     fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
-        let Some(blend) = &self.blend else { return self.fill(first_row, band, values) };
+        let Some((undercoat, finish)) = &self.blend else {
+            return self.fill(first_row, band, values);
+        };
         let (channels, has_opacity) = (self.formats.result.channels, self.formats.has_opacity());
         let width = self.map.size().width as usize * channels.count();
         let mut layer = Vec::new();
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
+            if let Some(undercoat) = undercoat {
+                undercoat.lay(channels, self.formats.working_encoding(), first_row, rows);
+            }
             // What has opacity is laid over what is there, so nothing must be.
             if has_opacity {
                 layer.clear();
             }
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
-            blend.lay(channels, has_opacity, first_row, &layer, rows);
+            finish.lay(channels, has_opacity, first_row, &layer, rows);
         }
     }
 

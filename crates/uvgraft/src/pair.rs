@@ -61,6 +61,15 @@ pub(crate) struct Oriented<'a> {
     pub from_face: Vec<Option<Counterpart>>,
 }
 
+impl<'a> Oriented<'a> {
+    /// A mesh whose every face answers itself.
+    pub fn identity(mesh: &'a Mesh) -> Self {
+        let itself = |face| Some(Counterpart { face, corners: [0, 1, 2] });
+        let from_face = (0..mesh.faces().len() as u32).map(itself).collect();
+        Self { from: mesh, to: mesh, from_face }
+    }
+}
+
 /// The face that answers a face, and which of its corners is which.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Counterpart {

@@ -23,17 +23,21 @@ pub mod skin;
 pub mod statistics;
 mod stretch;
 mod tone;
+mod toning;
+mod undercoat;
 
 pub(crate) use compose::Finish;
 pub use selection::{Ground, Growth, RegionError, Selection, Side};
+pub use toning::{Toning, ToningError};
+pub(crate) use undercoat::Undercoat;
 
 use crate::color::Encoding;
-use crate::map::SamplingMap;
+use crate::map::{MapOptions, SamplingMap};
 use crate::texture::{Channels, Texels, Texture};
 use field::{Slope, slopes};
 use harmonic::Harmonic;
-use rim::{Difference, Rim};
-use tone::GAINS;
+use rim::Rim;
+use toning::Recolor;
 
 /// How a texture becomes one with the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,16 +45,30 @@ pub struct BlendOptions {
     /// Over which length along the surface the base gives way to the texture, inwards from the rim, in
     /// the target mesh's unit.
     pub feather: f64,
-    /// Which side takes on the other's tone, by a membrane.
-    pub membrane: Option<Tone>,
+    /// Whether a membrane takes the tone of one side along the rim to the other.
+    pub membrane: bool,
+    /// Whether one side's skin gets the mean and the covariance of the other's.
+    pub match_skin: bool,
+    /// Which side the tone is taken from.
+    pub tone: Tone,
+    /// Texels beyond the islands in which a base's skin changes too: as many as its own gutter has.
+    pub gutter_px: u32,
 }
 
-/// Which side gives way.
+impl Default for BlendOptions {
+    /// A hard border, and no colour changed.
+    fn default() -> Self {
+        let gutter_px = MapOptions::default().gutter_px;
+        Self { feather: 0.0, membrane: false, match_skin: false, tone: Tone::Base, gutter_px }
+    }
+}
+
+/// Which side the tone is taken from; the other one gives way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// The texture takes on the tone that the base has at the rim.
+    /// The texture takes on the tone that the base has.
     Base,
-    /// The base's skin takes on the tone that the texture has at the rim.
+    /// The base's skin takes on the tone that the texture has.
     Source,
 }
 
@@ -63,13 +81,14 @@ pub struct Blend<'a> {
     touched: Vec<bool>,
     /// Signed distance of each point from the rim, within what the feather needs.
     inside: Vec<f32>,
-    membrane: Option<Membrane>,
+    measure: Option<Measure>,
 }
 
+/// What a tone is found with.
 #[derive(Debug, Clone)]
-struct Membrane {
+struct Measure {
     rim: Rim,
-    harmonic: Harmonic,
+    harmonic: Option<Harmonic>,
 }
 
 /// A blend at the texels of one map.
@@ -78,13 +97,8 @@ pub struct BlendMap<'a> {
     blend: &'a Blend<'a>,
     /// For each patch of the map, the signed distance from the rim.
     inside: Vec<[Slope; 1]>,
-}
-
-/// What a blend does to the colours of one texture.
-#[derive(Debug, Clone)]
-pub struct Toning {
-    /// The gains of red, green and blue at each point, for the texture.
-    gains: Vec<[f32; 3]>,
+    /// All of the target's layout, if the base changes too.
+    layout: Option<SamplingMap>,
 }
 
 impl<'a> Blend<'a> {
@@ -105,13 +119,18 @@ impl<'a> Blend<'a> {
         // Farther points are as good as endless; a triangle's corners must be told apart up to there.
         let limit = options.feather + ground.longest_edge();
         let inside = ground.signed_distances(&selection, limit);
-        let membrane = options.membrane.map(|_| {
+        let measure = (options.membrane || options.match_skin).then(|| {
             let rim = Rim::new(ground, &touched, &inside, options.feather);
-            let harmonic = Harmonic::new(&ground.surface, &touched, &rim.points);
-            Membrane { rim, harmonic }
+            let harmonic = options.membrane.then(|| match options.tone {
+                Tone::Base => Harmonic::new(&ground.surface, &touched, &rim.points),
+                Tone::Source => {
+                    Harmonic::new(&ground.surface, &vec![true; touched.len()], &rim.points)
+                }
+            });
+            Measure { rim, harmonic }
         });
         let inside = inside.into_iter().map(|inside| inside.clamp(-limit, limit) as f32).collect();
-        Ok(Self { ground, options, touched, inside, membrane })
+        Ok(Self { ground, options, touched, inside, measure })
     }
 
     /// Which triangles of the target are transferred, wholly or in part.
@@ -134,30 +153,11 @@ impl<'a> Blend<'a> {
             }]
         };
         let inside = slopes(map, self.ground.mesh(), &self.ground.surface, value);
-        BlendMap { blend: self, inside }
-    }
-
-    /// Finds what the membrane does to the colours of a texture on a base. Nothing without a membrane,
-    /// or where either has no colours beside the rim.
-    ///
-    /// - `encoding`: in which values are laid over: ratios are between values of that kind.
-    pub fn toning(&self, source: &Texture, base: &Texture, encoding: Encoding) -> Option<Toning> {
-        let Membrane { rim, harmonic } = self.membrane.as_ref()?;
-        if encoding == Encoding::Data {
-            return None;
-        }
-        let (source, base) = (rim.source(source, encoding), rim.base(base, encoding));
-        let Difference { log_gains, .. } = rim.difference(&source, &base)?;
-        let bounds = GAINS.map(f32::ln);
-        let gains_of =
-            |logs: [f64; 3]| logs.map(|log| (log as f32).clamp(bounds[0], bounds[1]).exp());
-        let extended = harmonic.extend(&log_gains);
-        let mut gains: Vec<[f32; 3]> =
-            extended.into_iter().map(|logs| logs.map_or([1.0; 3], gains_of)).collect();
-        for (&point, &logs) in rim.points.iter().zip(&log_gains) {
-            gains[point as usize] = gains_of(logs);
-        }
-        Some(Toning { gains })
+        let layout = (self.measure.is_some() && self.options.tone == Tone::Source).then(|| {
+            let options = MapOptions { gutter_px: self.options.gutter_px, ..MapOptions::default() };
+            SamplingMap::of_layout(self.ground.mesh(), map.size(), &options)
+        });
+        BlendMap { blend: self, inside, layout }
     }
 }
 
@@ -172,17 +172,32 @@ impl BlendMap<'_> {
         toning: Option<&Toning>,
     ) -> Finish<'b> {
         assert_eq!(map.patches().len(), self.inside.len(), "the blend is one of another map");
-        let ground = self.blend.ground;
-        let gains = toning.map_or_else(Vec::new, |toning| {
-            slopes(map, ground.mesh(), &ground.surface, |_, point| toning.gains[point as usize])
-        });
+        let recolor = toning.and_then(|toning| toning.source.as_ref());
         Finish {
             map,
             inside: &self.inside,
             feather: self.blend.options.feather as f32,
-            gains,
-            matrix: None,
+            gains: self.gains(map, recolor),
+            matrix: recolor.and_then(|recolor| recolor.matrix),
         }
+    }
+
+    /// What is done to the base first, with a toning that changes it.
+    pub(crate) fn undercoat(&self, toning: Option<&Toning>) -> Option<Undercoat<'_>> {
+        let (recolor, skin) = toning?.base.as_ref()?;
+        let map = self.layout.as_ref()?;
+        let gains = self.gains(map, Some(recolor));
+        Some(Undercoat { map, gains, matrix: recolor.matrix, skin: *skin })
+    }
+
+    /// The gains of each patch of a map.
+    fn gains(&self, map: &SamplingMap, recolor: Option<&Recolor>) -> Vec<[Slope; 3]> {
+        let Some(Recolor { gains, .. }) = recolor.filter(|recolor| !recolor.gains.is_empty())
+        else {
+            return Vec::new();
+        };
+        let ground = self.blend.ground;
+        slopes(map, ground.mesh(), &ground.surface, |_, point| gains[point as usize])
     }
 
     /// How much of the texture there is at each texel, as an 8-bit grey texture: white where it is all,

@@ -40,12 +40,10 @@ struct Places {
 /// How the colours on both sides of a rim differ.
 #[derive(Debug, Clone)]
 pub(super) struct Difference {
-    /// For each point of the rim, the logarithms of the gains that take the source to the base.
+    /// For each point of the rim, the logarithms of the gains that take one side to the other.
     pub log_gains: Vec<[f64; 3]>,
     /// The logarithms for all of the rim together.
     pub overall: [f64; 3],
-    /// The mean colours on both sides of each point, where there are any; the base's first.
-    pub colors: Vec<Option<[[f32; 3]; 2]>>,
 }
 
 /// Colours of the triangles beside a rim: means and the areas that they stand for.
@@ -184,8 +182,9 @@ impl Rim {
         })
     }
 
-    /// How the two sides differ along the rim; none where one of them has no colours at all.
-    pub fn difference(&self, source: &Side, base: &Side) -> Option<Difference> {
+    /// The gains that take one side to the other along the rim; none where one of them has no colours
+    /// at all.
+    pub fn difference(&self, from: &Side, to: &Side) -> Option<Difference> {
         let mean = |around: &[(u32, f64)], side: &Side| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
             for &(place, weight) in around {
@@ -198,16 +197,12 @@ impl Rim {
             }
             (total > 0.0).then(|| sum.map(|sum| (sum / total) as f32))
         };
-        let colors: Vec<Option<[[f32; 3]; 2]>> = self
+        let measured: Vec<Option<[f64; 3]>> = self
             .around
             .iter()
-            .map(|around| Some([mean(around, base)?, mean(around, source)?]))
-            .collect();
-        let measured: Vec<Option<[f64; 3]>> = colors
-            .iter()
-            .map(|colors| {
-                let [base, source] = (*colors)?;
-                Some([0, 1, 2].map(|k| f64::from(gain_between(source[k], base[k])).ln()))
+            .map(|around| {
+                let (from, to) = (mean(around, from)?, mean(around, to)?);
+                Some([0, 1, 2].map(|k| f64::from(gain_between(from[k], to[k])).ln()))
             })
             .collect();
         let overall = median(measured.iter().flatten())?;
@@ -224,7 +219,7 @@ impl Rim {
             .collect();
         let log_gains =
             self.along.iter().map(|along| typical(along, &measured, &likeness, overall)).collect();
-        Some(Difference { log_gains, overall, colors })
+        Some(Difference { log_gains, overall })
     }
 }
 

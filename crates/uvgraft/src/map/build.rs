@@ -6,7 +6,7 @@ use super::rows::{Block, Draft, Rows};
 use super::surroundings::{Surroundings, merge};
 use super::{Affine, MapOptions, MapStats, Patch, Run, SamplingMap};
 use crate::islands::Islands;
-use crate::pair::{Direction, Oriented, Pair};
+use crate::pair::{Direction, Oriented};
 use crate::texture::Size;
 use crate::threads::{extend_indices, join, map_indices_with};
 
@@ -14,15 +14,14 @@ use crate::threads::{extend_indices, join, map_indices_with};
 const UNLINKED: u32 = u32::MAX;
 
 pub(super) fn build(
-    pair: &Pair,
+    oriented: &Oriented<'_>,
     direction: Direction,
     size: Size,
     options: &MapOptions,
 ) -> SamplingMap {
-    let oriented = pair.oriented(direction);
     let to = oriented.to;
     let (islands, (layout, (patch_of_face, mut patches))) =
-        join(|| Islands::new(to), || (Layout::new(to, size), linked_patches(&oriented, size)));
+        join(|| Islands::new(to), || (Layout::new(to, size), linked_patches(oriented, size)));
     let patch = |face: u32| patch_of_face[face as usize];
     let is_linked = |face| patch(face) != UNLINKED;
     let border = Border::new(to, &islands, size, options.gutter_px, is_linked);

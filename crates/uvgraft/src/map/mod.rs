@@ -17,7 +17,8 @@ pub(crate) use rows::BLOCK_ROWS;
 pub(crate) use tiles::{TILE, Tiles, tiles};
 
 use crate::color::Encoding;
-use crate::pair::{Direction, Pair};
+use crate::mesh::Mesh;
+use crate::pair::{Direction, Oriented, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::{FRINGE_PX, REACH_PX};
 use rows::Rows;
@@ -158,7 +159,15 @@ impl SamplingMap {
     /// # Panics
     /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
-        build::build(pair, direction, size, options)
+        build::build(&pair.oriented(direction), direction, size, options)
+    }
+
+    /// The map of a layout onto itself: what all of a mesh's triangles cover.
+    ///
+    /// # Panics
+    /// As [`SamplingMap::new`].
+    pub fn of_layout(mesh: &Mesh, size: Size, options: &MapOptions) -> Self {
+        build::build(&Oriented::identity(mesh), Direction::Forward, size, options)
     }
 
     /// The target size.
@@ -224,7 +233,6 @@ impl SamplingMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Mesh;
 
     /// Triangles anywhere, on top of each other, some with corners far outside the texture.
     fn strewn(rng: &mut fastrand::Rng, far: f32) -> Mesh {

@@ -1,0 +1,213 @@
+//! What one side's colours take on from the other's.
+
+use crate::color::{Encoding, srgb_from_linear};
+use crate::texture::Texture;
+use crate::threads::map_indices;
+
+use super::rim::{Difference, Side};
+use super::sample::Sampler;
+use super::skin::{SkinError, SkinModel};
+use super::statistics::{ColorMatch, ColorMatchError};
+use super::tone::GAINS;
+use super::{Blend, Tone};
+
+/// What a blend does to the colours of one texture and its base.
+#[derive(Debug, Clone)]
+pub struct Toning {
+    pub(super) source: Option<Recolor>,
+    pub(super) base: Option<(Recolor, SkinModel)>,
+}
+
+/// Another tone for the colours at every point of a surface.
+#[derive(Debug, Clone)]
+pub(super) struct Recolor {
+    /// What is done to all colours first: rows of a matrix, with what is added last.
+    pub matrix: Option<[[f32; 4]; 3]>,
+    /// The gains of red, green and blue at each point; empty for none.
+    pub gains: Vec<[f32; 3]>,
+}
+
+/// Why colours are left as they are.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ToningError {
+    /// Data are no colours.
+    #[error("data has no tone")]
+    Data,
+    /// Everything of the region ends where the mesh ends, or all of the mesh is in it.
+    #[error("the region has no rim: all of the surface around it is in it")]
+    NoRim,
+    /// Beside the rim a texture is transparent, or holds no numbers.
+    #[error("the {0} has no colours beside the region's rim")]
+    NoColors(&'static str),
+    /// What is skin was not found out.
+    #[error("skin was not found in the {what}: {reason}")]
+    Skin {
+        /// `"texture"` or `"base"`.
+        what: &'static str,
+        /// Why.
+        reason: SkinError,
+    },
+    /// There is nothing to compare.
+    #[error(transparent)]
+    Match(#[from] ColorMatchError),
+}
+
+type Rgb = [f32; 3];
+
+impl Blend<'_> {
+    /// Finds which colours a texture and a base get from each other; nothing if the options ask for
+    /// none.
+    ///
+    /// - `base`: of any size: beside a base that is one colour, a texel of it is enough.
+    /// - `encoding`: in which values are laid over: ratios are between values of that kind.
+    ///
+    /// # Errors
+    /// [`ToningError`] where there is nothing to go by; the texture can still be laid over as it is.
+    pub fn toning(
+        &self,
+        source: &Texture,
+        base: &Texture,
+        encoding: Encoding,
+    ) -> Result<Option<Toning>, ToningError> {
+        let Some(measure) = &self.measure else { return Ok(None) };
+        if encoding == Encoding::Data {
+            return Err(ToningError::Data);
+        }
+        let rim = &measure.rim;
+        if rim.points.is_empty() {
+            return Err(ToningError::NoRim);
+        }
+        let [mut of_source, mut of_base] = [rim.source(source, encoding), rim.base(base, encoding)];
+        for (side, what) in [(&of_source, "texture"), (&of_base, "base")] {
+            if side.iter().all(|&(_, area)| area == 0.0) {
+                return Err(ToningError::NoColors(what));
+            }
+        }
+        let tone = self.options.tone;
+        let in_srgb =
+            |colors: &[Rgb]| colors.iter().map(|&rgb| srgb(rgb, encoding)).collect::<Vec<_>>();
+        let base_skin = if self.options.match_skin || tone == Tone::Source {
+            let all = self.base_colors(base, encoding);
+            let model = SkinModel::new(&in_srgb(&seeds(&of_base)), &in_srgb(&all))
+                .map_err(|reason| ToningError::Skin { what: "base", reason })?;
+            Some((model, all))
+        } else {
+            None
+        };
+        let mut matrix = None;
+        if let (true, Some((model, all))) = (self.options.match_skin, &base_skin) {
+            let of_texture = self.source_colors(source, encoding);
+            let source_model = SkinModel::new(&in_srgb(&seeds(&of_source)), &in_srgb(&of_texture))
+                .map_err(|reason| ToningError::Skin { what: "texture", reason })?;
+            let [texture, body] = [(&source_model, &of_texture), (model, all)]
+                .map(|(model, colors)| only_skin(model, colors, encoding));
+            let (found, changed) = match tone {
+                Tone::Base => (ColorMatch::new(&texture, &body)?, &mut of_source),
+                Tone::Source => (ColorMatch::new(&body, &texture)?, &mut of_base),
+            };
+            for (color, _) in changed {
+                *color = found
+                    .apply(color.map(|value| value as f32))
+                    .map(|value| f64::from(value.max(0.0)));
+            }
+            let (rows, offset) = (found.matrix(), found.offset());
+            matrix = Some([0, 1, 2].map(|k| [rows[k][0], rows[k][1], rows[k][2], offset[k]]));
+        }
+        let gains = match (&measure.harmonic, tone) {
+            (None, _) => Vec::new(),
+            (Some(_), Tone::Base) => {
+                let found = rim.difference(&of_source, &of_base);
+                self.gains(&found.ok_or(ToningError::NoColors("texture"))?, [0.0; 3])
+            }
+            (Some(_), Tone::Source) => {
+                let found = rim.difference(&of_base, &of_source);
+                let found = found.ok_or(ToningError::NoColors("texture"))?;
+                // Parts of the body that no way leads to are of the same person.
+                self.gains(&found, found.overall)
+            }
+        };
+        let recolor = Recolor { matrix, gains };
+        Ok(Some(match (tone, base_skin) {
+            (Tone::Source, Some((model, _))) => {
+                Toning { source: None, base: Some((recolor, model)) }
+            }
+            _ => Toning { source: Some(recolor), base: None },
+        }))
+    }
+
+    /// The gains at every point, from their logarithms along the rim.
+    ///
+    /// - `elsewhere`: the logarithms where no way leads to the rim.
+    fn gains(&self, difference: &Difference, elsewhere: [f64; 3]) -> Vec<Rgb> {
+        let Some((rim, harmonic)) = self
+            .measure
+            .as_ref()
+            .and_then(|measure| Some((&measure.rim, measure.harmonic.as_ref()?)))
+        else {
+            return Vec::new();
+        };
+        let bounds = GAINS.map(|gain| f64::from(gain.ln()));
+        let gains_of =
+            |logs: [f64; 3]| logs.map(|log| log.clamp(bounds[0], bounds[1]).exp() as f32);
+        let extended = harmonic.extend(&difference.log_gains);
+        let mut gains: Vec<Rgb> =
+            extended.into_iter().map(|logs| gains_of(logs.unwrap_or(elsewhere))).collect();
+        for (&point, &logs) in rim.points.iter().zip(&difference.log_gains) {
+            gains[point as usize] = gains_of(logs);
+        }
+        gains
+    }
+
+    /// Colours of a source at the middles of all triangles of the region.
+    fn source_colors(&self, source: &Texture, encoding: Encoding) -> Vec<Rgb> {
+        let ground = self.ground;
+        let mesh = ground.pair().from(ground.direction());
+        colors(source, encoding, self.touched.len(), |face| {
+            let counterpart = ground.from_face[face].filter(|_| self.touched[face])?;
+            Some(mesh.uv_triangle(counterpart.face as usize))
+        })
+    }
+
+    /// Colours of a base at the middles of all triangles beyond the region.
+    fn base_colors(&self, base: &Texture, encoding: Encoding) -> Vec<Rgb> {
+        let mesh = self.ground.mesh();
+        colors(base, encoding, self.touched.len(), |face| {
+            (!self.touched[face]).then(|| mesh.uv_triangle(face))
+        })
+    }
+}
+
+/// The colours in the middles of triangles, where there are any.
+fn colors(
+    texture: &Texture,
+    encoding: Encoding,
+    faces: usize,
+    uv: impl Fn(usize) -> Option<[[f32; 2]; 3]> + Sync,
+) -> Vec<Rgb> {
+    let sampler = Sampler::new(texture);
+    let found = map_indices(faces, |face| {
+        let corners = uv(face)?;
+        let middle =
+            [0, 1].map(|k| corners.iter().map(|corner| f64::from(corner[k])).sum::<f64>() / 3.0);
+        let [r, g, b, opacity] = sampler.rgba_as(middle, encoding);
+        (opacity >= 0.5).then_some([r, g, b])
+    });
+    found.into_iter().flatten().collect()
+}
+
+/// The colours beside a rim, for what skin looks like.
+fn seeds(side: &Side) -> Vec<Rgb> {
+    let with_color = side.iter().filter(|&&(_, area)| area > 0.0);
+    with_color.map(|(color, _)| color.map(|value| value as f32)).collect()
+}
+
+fn only_skin(model: &SkinModel, colors: &[Rgb], encoding: Encoding) -> Vec<Rgb> {
+    let is_skin = |&&rgb: &&Rgb| model.weight(srgb(rgb, encoding)) > 0.5;
+    colors.iter().filter(is_skin).copied().collect()
+}
+
+/// A colour as sRGB stores it.
+pub(super) fn srgb(rgb: Rgb, encoding: Encoding) -> Rgb {
+    if encoding == Encoding::Linear { rgb.map(srgb_from_linear) } else { rgb }
+}

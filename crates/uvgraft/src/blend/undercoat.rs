@@ -1,0 +1,80 @@
+//! A base whose skin takes on another tone, before anything is laid over it.
+
+use crate::color::Encoding;
+use crate::map::SamplingMap;
+use crate::texture::{Channels, Value};
+use crate::threads::for_each_chunk;
+
+use super::field::{Line, Slope};
+use super::skin::SkinModel;
+use super::tone::toned;
+use super::toning::srgb;
+
+/// What is done to the texels of a base.
+#[derive(Debug, Clone)]
+pub(crate) struct Undercoat<'a> {
+    /// All of the base's layout.
+    pub map: &'a SamplingMap,
+    /// For each patch, the gains of red, green and blue; empty for none.
+    pub gains: Vec<[Slope; 3]>,
+    /// What is done to colours before that.
+    pub matrix: Option<[[f32; 4]; 3]>,
+    /// Which colours change.
+    pub skin: SkinModel,
+}
+
+impl Undercoat<'_> {
+    /// Changes the rows of a base from `first_row` on. Grey textures are left as they are where their
+    /// lightness is not that of skin.
+    pub fn lay<T: Value>(
+        &self,
+        channels: Channels,
+        encoding: Encoding,
+        first_row: u32,
+        rows: &mut [T],
+    ) {
+        let count = channels.count();
+        let width = self.map.size().width as usize * count;
+        for_each_chunk(rows, width, |index, texels| {
+            let row = first_row + index as u32;
+            for run in self.map.row(row) {
+                let gains = self
+                    .gains
+                    .get(run.patch as usize)
+                    .map_or([Line::ONE; 3], |gains| [0, 1, 2].map(|k| gains[k].line(run.x, row)));
+                let part = run.x as usize * count..(run.x + run.len) as usize * count;
+                let texels = texels[part].chunks_exact_mut(count);
+                for (k, texel) in (0..).zip(texels) {
+                    self.texel(channels, encoding, gains.map(|gain| gain.at(k)), texel);
+                }
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn texel<T: Value>(
+        &self,
+        channels: Channels,
+        encoding: Encoding,
+        gains: [f32; 3],
+        texel: &mut [T],
+    ) {
+        let of = |channel: usize| if channels.has_color() { texel[channel] } else { texel[0] };
+        let rgb = [0, 1, 2].map(|channel| of(channel).to_unit());
+        let weight = self.skin.weight(srgb(rgb, encoding));
+        // Written as it is asked: a weight that is no number is none.
+        if !(weight > 0.0) {
+            return;
+        }
+        let changed = match &self.matrix {
+            None => rgb,
+            Some(matrix) => matrix
+                .map(|row| (row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2] + row[3]).max(0.0)),
+        };
+        let colors = if channels.has_color() { 3 } else { 1 };
+        for channel in 0..colors {
+            let value = toned(changed[channel], gains[channel], 1.0);
+            texel[channel] = T::from_unit(rgb[channel] + (value - rgb[channel]) * weight);
+        }
+    }
+}
