@@ -164,7 +164,7 @@ impl FaceFrames {
             let sum: f32 = frames.iter().map(|frame| frame.sign).sum();
             if sum < 0.0 { -1.0 } else { 1.0 }
         };
-        // Of the product of two vectors turned around nothing is left; bitangents are turned here.
+        // Vectors that are both turned around have the same product, so bitangents are turned here.
         let signs = [sign(&source) * side, sign(target)];
         Self { tgt_uv, corners: [corner(0), corner(1), corner(2)], signs }
     }
