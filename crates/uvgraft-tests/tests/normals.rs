@@ -143,6 +143,7 @@ impl Errors {
 }
 
 /// - `copied`: what copying does at least, in the median and at p99.
+#[expect(clippy::print_stdout, reason = "figures of a test, shown where it fails")]
 fn assert_carries(name: &str, scene: &Scene, copied: [f64; 2]) {
     for direction in [Direction::Forward, Direction::Reverse] {
         let [naive, turned, from_bytes] = scene.compare(direction);
