@@ -171,11 +171,13 @@ fn own_tangent(mesh: &Mesh, face: usize) -> Option<(Vector, f32)> {
 }
 
 fn framed(normal: Vector, own: Option<(Vector, f32)>) -> TangentFrame {
-    let (tangent, sign) = own
-        .and_then(|(along, sign)| {
-            Some((direction(plus(along, -dot(along, normal), normal))?, sign))
-        })
-        .unwrap_or_else(|| (perpendicular(normal), 1.0));
+    let projected = own.and_then(|(along, sign)| {
+        let across = plus(along, -dot(along, normal), normal);
+        // Of what runs along the normal rounding is left.
+        let across = direction(across).filter(|_| dot(across, across) > 1e-12)?;
+        Some((across, sign))
+    });
+    let (tangent, sign) = projected.unwrap_or_else(|| (perpendicular(normal), 1.0));
     let single = |vector: Vector| vector.map(|value| value as f32);
     TangentFrame { normal: single(normal), tangent: single(tangent), sign }
 }
@@ -183,6 +185,9 @@ fn framed(normal: Vector, own: Option<(Vector, f32)>) -> TangentFrame {
 /// A mesh as MikkTSpace reads it, with frames that hold normals already.
 struct Surface<'a> {
     mesh: &'a Mesh,
+    /// A power of two, so that nothing is lost: brings positions to about 1, whose squares and products
+    /// stay within what 32 bits hold. Tangents do not depend on sizes.
+    scale: f32,
     frames: &'a mut [[TangentFrame; 3]],
     /// The triangles that take part.
     sound: Vec<u32>,
@@ -203,7 +208,10 @@ impl<'a> Surface<'a> {
         let (collapsed, sound): (Vec<usize>, Vec<usize>) =
             faces.partition(|&face| welded.is_collapsed(face));
         let narrow = |faces: Vec<usize>| faces.into_iter().map(|face| face as u32).collect();
-        Self { mesh, frames, sound: narrow(sound), collapsed: narrow(collapsed) }
+        let largest = mesh.positions().as_flattened().iter().map(|value| value.abs());
+        let largest = f64::from(largest.fold(0.0, f32::max));
+        let scale = 2.0f32.powi(-largest.log2().clamp(-126.0, 126.0).ceil() as i32);
+        Self { mesh, scale, frames, sound: narrow(sound), collapsed: narrow(collapsed) }
     }
 
     fn generate(&mut self) {
@@ -254,7 +262,7 @@ impl Geometry for Surface<'_> {
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
         let vertex = self.mesh.faces()[self.sound[face] as usize][corner];
-        self.mesh.positions()[vertex as usize].map(|value| value + 0.0)
+        self.mesh.positions()[vertex as usize].map(|value| value * self.scale + 0.0)
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
@@ -271,10 +279,10 @@ impl Geometry for Surface<'_> {
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
         let Some(space) = space else { return };
         let tangent = space.tangent();
-        let length: f32 = tangent.iter().map(|value| value * value).sum();
-        // It leaves zeros where directions cancel out.
-        if (length - 1.0).abs() < 1e-3 {
-            let frame = &mut self.frames[self.sound[face] as usize][corner];
+        let frame = &mut self.frames[self.sound[face] as usize][corner];
+        let [t, n] = [tangent, frame.normal].map(|vector| vector.map(f64::from));
+        // It leaves zeros where directions cancel out, or what is left of them by rounding.
+        if (dot(t, t) - 1.0).abs() < 1e-3 && dot(t, n).abs() < 1e-3 {
             frame.tangent = tangent;
             frame.sign = if space.is_orientation_preserving() { 1.0 } else { -1.0 };
         }
@@ -363,15 +371,29 @@ mod tests {
     fn everything_has_a_frame() {
         let mut rng = fastrand::Rng::with_seed(3);
         // Triangles of few distinct points and coordinates: collapsed, doubled, folded ones.
-        for (points, size) in [(1, 1.0), (2, 1.0), (4, 1e-30), (5, 1e20), (6, 3e38), (30, 1.0)] {
-            let random = |rng: &mut fastrand::Rng| (rng.f32() - 0.5) * size;
-            let positions: Vec<[f32; 3]> =
-                (0..points).map(|_| [(); 3].map(|()| random(&mut rng))).collect();
-            let uv: Vec<[f32; 2]> = (0..5).map(|_| [rng.f32(), -0.0]).chain([[0.3, 0.8]]).collect();
-            let face = |rng: &mut fastrand::Rng, count: u32| [(); 3].map(|()| rng.u32(..count));
-            let faces: Vec<_> = (0..200).map(|_| face(&mut rng, points)).collect();
-            let uv_faces: Vec<_> = (0..200).map(|_| face(&mut rng, 6)).collect();
+        for round in 0..3000 {
+            let size = [1.0, 1e-20, 1e-38, 1e-44, 1e19, 1e38][round % 6];
+            let (points, steps) = (rng.u32(1..12), rng.u32(1..5));
+            let step = |rng: &mut fastrand::Rng| rng.u32(..steps) as f32 - 1.0;
+            let positions = (0..points).map(|_| [(); 3].map(|()| step(&mut rng) * size)).collect();
+            let uv = (0..points).map(|_| [(); 2].map(|()| step(&mut rng) * 0.3)).collect();
+            let mut faces =
+                || (0..40).map(|_| [(); 3].map(|()| rng.u32(..points))).collect::<Vec<_>>();
+            let (faces, uv_faces) = (faces(), faces());
             assert_sound(&Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap());
+        }
+    }
+
+    #[test]
+    fn sizes_do_not_matter() {
+        let quad = |size: f32| {
+            let positions = QUAD.map(|at| at.map(|value| value * size)).into();
+            let uv = [[0.1, 0.9], [0.5, 0.8], [0.6, 0.2], [0.1, 0.2]].into();
+            TangentFrames::new(&Mesh::from_triangles(positions, uv, &FACES, &FACES).unwrap())
+        };
+        let wanted = quad(1.0);
+        for exponent in [-120, -60, 60, 120] {
+            assert_eq!(quad(2.0f32.powi(exponent)), wanted);
         }
     }
 
