@@ -7,8 +7,8 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use uvgraft::metrics::lpips::Lpips;
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Operator, Pair, SamplingMap, Size,
-    Texels, Texture, Transfer, TransferOptions, resample,
+    Channels, Depth, Direction, Encoding, Filter, MapOptions, NormalFrames, NormalOptions,
+    Operator, Pair, SamplingMap, Size, Texels, Texture, Transfer, TransferOptions, resample,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::lpips_weights::sdist;
@@ -103,6 +103,25 @@ fn operators(criterion: &mut Criterion, pair: &Pair) {
     group.finish();
 }
 
+/// Turning the normals of a target that has been filtered.
+fn normals(criterion: &mut Criterion, pair: &Pair) {
+    let mut group = criterion.benchmark_group("normals");
+    for direction in [Direction::Forward, Direction::Reverse] {
+        let (_, target) = sizes(direction);
+        group.bench_function(format!("frames {direction:?}"), |bencher| {
+            bencher.iter(|| NormalFrames::new(pair, direction));
+        });
+        let frames = NormalFrames::new(pair, direction);
+        let map = SamplingMap::new(pair, direction, target, &MapOptions::default());
+        let mut values = vec![0.6; target.texels() * 3];
+        group.bench_function(format!("turn {direction:?} {target}"), |bencher| {
+            let options = NormalOptions::default();
+            bencher.iter(|| frames.turn(&map, options, 0, &mut values, Channels::Rgb));
+        });
+    }
+    group.finish();
+}
+
 fn metrics(criterion: &mut Criterion) {
     type Metric = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
     let mut group = criterion.benchmark_group("metric");
@@ -156,6 +175,7 @@ fn stages(criterion: &mut Criterion) {
     maps(criterion, &pair);
     transfers(criterion, &pair);
     operators(criterion, &pair);
+    normals(criterion, &pair);
     metrics(criterion);
     files(criterion);
 }

@@ -4,6 +4,7 @@
 pub mod downloads;
 pub mod fixtures;
 pub mod independent;
+pub mod normal_bake;
 pub mod photographs;
 pub mod pictures;
 pub mod real;

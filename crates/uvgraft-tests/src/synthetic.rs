@@ -254,7 +254,68 @@ impl Builder {
     }
 
     fn build(self, vertices: u32) -> Mesh {
-        let positions = (0..vertices).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
+        self.build_at((0..vertices).map(|vertex| [vertex as f32, 0.0, 0.0]).collect())
+    }
+
+    fn build_at(self, positions: Vec<[f32; 3]>) -> Mesh {
         Mesh::from_triangles(positions, self.uv, &self.faces, &self.uv_faces).expect("a sound mesh")
     }
+}
+
+/// A pair of a curved surface in nine charts: upright in the target, turned by all kinds of angles in
+/// the source, every second one mirrored. Both meshes have the same vertices in the same places.
+pub fn turned_charts() -> Pair {
+    /// Charts along one side, and squares along one side of each.
+    const CHARTS: u32 = 3;
+    const SQUARES: u32 = 8;
+    let across = CHARTS * SQUARES + 1;
+    let positions: Vec<[f32; 3]> = (0..across * across)
+        .map(|vertex| {
+            let [s, t] = [vertex % across, vertex / across]
+                .map(|k| f64::from(k) / f64::from(across - 1) - 0.5);
+            let height = 0.3 * (s * 5.0).sin() * (t * 4.0).cos() - 0.4 * (s * s + t * t);
+            // `t` grows downwards in both layouts.
+            [s as f32, -t as f32, height as f32]
+        })
+        .collect();
+    let mut source = Builder::default();
+    let mut target = Builder::default();
+    let cell = |chart: u32, [x, y]: [f64; 2]| {
+        let (column, row) = (f64::from(chart % CHARTS), f64::from(chart / CHARTS));
+        [column + 0.5 + x, row + 0.5 + y].map(|value| value / f64::from(CHARTS))
+    };
+    for chart in 0..CHARTS * CHARTS {
+        let (sin, cos) = (f64::from(chart) * 0.7 + 0.35).sin_cos();
+        for (row, column) in
+            (0..SQUARES).flat_map(|row| (0..SQUARES).map(move |column| (row, column)))
+        {
+            let ring = [[0, 0], [0, 1], [1, 1], [1, 0]].map(|[dx, dy]| [column + dx, row + dy]);
+            let [left, top] = [chart % CHARTS, chart / CHARTS].map(|k| k * SQUARES);
+            let vertices = ring.map(|[x, y]| (top + y) * across + left + x);
+            let local = ring.map(|at| at.map(|k| f64::from(k) / f64::from(SQUARES) - 0.5));
+            target.quad(vertices, local.map(|at| cell(chart, at.map(|value| value * 0.85))));
+            let turned = local.map(|[x, y]| {
+                let x = if chart % 2 == 1 { -x } else { x };
+                [cos * x - sin * y, sin * x + cos * y].map(|value| value * 0.62)
+            });
+            source.quad(vertices, turned.map(|at| cell((chart * 2 + 5) % (CHARTS * CHARTS), at)));
+        }
+    }
+    let vertex_map: Vec<i64> = (0..i64::from(across * across)).collect();
+    let source = source.build_at(positions.clone());
+    Pair::by_vertex_map(source, target.build_at(positions), &vertex_map).expect("a sound pair")
+}
+
+/// A mesh with other positions and, if wanted, all faces wound the other way.
+pub fn posed(mesh: &Mesh, rewind: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
+    let positions = mesh
+        .positions()
+        .iter()
+        .map(|position| place(position.map(f64::from)).map(|value| value as f32))
+        .collect();
+    let wound = |faces: &[[u32; 3]]| -> Vec<[u32; 3]> {
+        faces.iter().map(|&[a, b, c]| if rewind { [a, c, b] } else { [a, b, c] }).collect()
+    };
+    let (faces, uv_faces) = (wound(mesh.faces()), wound(mesh.uv_faces()));
+    Mesh::from_triangles(positions, mesh.uv().to_vec(), &faces, &uv_faces).expect("a sound mesh")
 }

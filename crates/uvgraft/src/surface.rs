@@ -3,13 +3,12 @@
 use std::collections::HashMap;
 
 use crate::mesh::Mesh;
+use crate::vector::{cross, norm, sub};
 
 /// The triangles of a mesh over points. Vertices at the same position are one point: exporters that
 /// split vertices along UV seams do not cut the surface.
 #[derive(Debug, Clone)]
 pub(crate) struct Surface {
-    /// The point of each vertex.
-    point_of_vertex: Vec<u32>,
     positions: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
     /// `points + 1` offsets into `around`.
@@ -54,12 +53,7 @@ impl Surface {
                 next[point as usize] += 1;
             }
         }
-        Self { point_of_vertex, positions, triangles, starts, around }
-    }
-
-    /// The point that a vertex is at.
-    pub fn point(&self, vertex: u32) -> u32 {
-        self.point_of_vertex[vertex as usize]
+        Self { positions, triangles, starts, around }
     }
 
     /// Where the points are.
@@ -99,22 +93,6 @@ impl Surface {
         let sides = self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         sides.map(|(a, b)| self.length(a, b)).sum::<f64>() / (3 * self.triangles.len()) as f64
     }
-}
-
-pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| a[axis] - b[axis])
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

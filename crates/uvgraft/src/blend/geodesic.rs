@@ -8,7 +8,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::surface::{Surface, dot, norm, sub};
+use crate::surface::Surface;
+use crate::vector::{dot, norm, sub};
 
 /// The distance of each point from the nearest seed; infinite where no way leads, or where it is
 /// longer than `limit`.

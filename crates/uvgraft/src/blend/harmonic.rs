@@ -9,7 +9,8 @@ use nalgebra::DMatrix;
 use nalgebra_sparse::factorization::CscCholesky;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
-use crate::surface::{Surface, cross, dot, norm, sub};
+use crate::surface::Surface;
+use crate::vector::{cross, dot, norm, sub};
 
 /// The least and the greatest weight of an edge. It is negative where the two angles opposite to the
 /// edge add up to more than half a turn, and grows without bound where they are sharp.

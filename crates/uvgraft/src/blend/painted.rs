@@ -1,7 +1,8 @@
 //! The outline of a painted mask on a surface: where it crosses the edges of triangles.
 
-use crate::surface::{Surface, dot, norm, sub};
+use crate::surface::Surface;
 use crate::texture::Texture;
+use crate::vector::{dot, norm, sub};
 
 use super::sample::Sampler;
 

@@ -5,9 +5,9 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::ops::Range;
 
 use crate::color::Encoding;
-use crate::surface::{norm, sub};
 use crate::texture::Texture;
 use crate::threads::map_indices;
+use crate::vector::{norm, sub};
 
 use super::sample::Sampler;
 use super::selection::Ground;

@@ -1,0 +1,212 @@
+//! Normal maps in another layout.
+//!
+//! A texel of a tangent-space normal map is a direction measured along the tangent frame of its
+//! place (see [`crate::tangents`]). In another layout the same place has another frame, so copied
+//! normals point elsewhere: where a chart is turned, so are they. Here each is brought from
+//! the source's frame to object space, as renderers do, from the source mesh's pose to the
+//! target's, and into the target's frame, as bakers do.
+//!
+//! Both frames are interpolated over the triangle as MikkTSpace has it, so the way there is the
+//! renderer's to the last term, and the way back is its exact inverse.
+
+mod kernel;
+mod pose;
+mod walk;
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use self::pose::Pose;
+use self::walk::{Frames, Walk};
+use crate::map::SamplingMap;
+use crate::pair::{Counterpart, Direction, Pair};
+use crate::tangents::{TangentFrame, TangentFrames};
+use crate::texture::{Channels, Size};
+use crate::threads::{for_each_chunk, join};
+use crate::vector::dot;
+
+/// Which way the green channel of a normal map counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+pub enum NormalY {
+    /// Bright green leans to the top of the image ("+Y"): OpenGL, glTF, Blender, Unity.
+    #[default]
+    OpenGl,
+    /// Bright green leans to the bottom of the image ("−Y"): DirectX, Unreal.
+    DirectX,
+}
+
+/// What normal maps follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NormalOptions {
+    /// Of the map that normals come from.
+    pub source: NormalY,
+    /// Of the map that they go to.
+    pub target: NormalY,
+}
+
+/// What turns the normals of one layout into those of another, for one pair and direction. Made once,
+/// for maps of any size.
+#[derive(Debug, Clone)]
+pub struct NormalFrames {
+    direction: Direction,
+    /// Of each target face, the index into `faces`; [`UNLINKED`] for none.
+    index: Vec<u32>,
+    faces: Vec<FaceFrames>,
+}
+
+const UNLINKED: u32 = u32::MAX;
+
+/// Rows that one piece of work turns.
+const ROWS: usize = 16;
+
+/// The frames over a target triangle.
+#[derive(Debug, Clone, Copy)]
+struct FaceFrames {
+    tgt_uv: [[f32; 2]; 3],
+    /// At the triangle's corners: those of the source, in the target's space, and the target's.
+    corners: [Frames; 3],
+    /// Which way the bitangents of source and target point.
+    signs: [f32; 2],
+}
+
+impl NormalFrames {
+    /// Computes the frames of both layouts and how the meshes are posed to each other.
+    ///
+    /// The meshes may be scaled, moved and turned differently, as wholes or, smoothly, part by part:
+    /// around each vertex the source's frames are turned by the rotation that takes the linked edges
+    /// there to the target's best, which is none where they are equal. A source that is the target's
+    /// mirror image is recognised, flat ones aside. Where the two surfaces face opposite
+    /// ways, as by windings, normals are turned around: what is in front for one is behind the other.
+    pub fn new(pair: &Pair, direction: Direction) -> Self {
+        let oriented = pair.oriented(direction);
+        let (from, to) =
+            join(|| TangentFrames::new(oriented.from), || TangentFrames::new(oriented.to));
+        let pose = Pose::new(&oriented);
+        let mut index = vec![UNLINKED; oriented.to.faces().len()];
+        let mut faces = Vec::new();
+        for (face, counterpart) in oriented.from_face.iter().enumerate() {
+            let Some(counterpart) = counterpart else { continue };
+            index[face] = faces.len() as u32;
+            let source = posed(&pose, oriented.to.faces()[face], *counterpart, &from);
+            let tgt_uv = oriented.to.uv_triangle(face);
+            faces.push(FaceFrames::new(tgt_uv, source, &to.faces()[face]));
+        }
+        Self { direction, index, faces }
+    }
+
+    /// Turns the normals of a band of rows, in place: texels that were filtered from the source's
+    /// normal map already, and that the map reaches; others stay as they are.
+    ///
+    /// - `map`: made from the same pair in the same direction, of any size.
+    /// - `first_row`: the row of the target that the band starts with.
+    /// - `band`: `[rows * width * channels]`, red, green and blue being a normal's parts along
+    ///   tangent, bitangent and normal, `0.0..=1.0` for −1 to 1. What comes out has length 1. Opacity
+    ///   stays as it is. Normals need not have length 1; those shorter than 10⁻⁴, infinite, or
+    ///   no number become the flat normal, (0.5, 0.5, 1).
+    ///
+    /// In the gutter frames are those of the nearest point of the triangle.
+    ///
+    /// # Panics
+    /// If the map has the other direction, there are no three colours, or the band is no whole
+    /// number of rows of the target.
+    pub fn turn(
+        &self,
+        map: &SamplingMap,
+        options: NormalOptions,
+        first_row: u32,
+        band: &mut [f32],
+        channels: Channels,
+    ) {
+        let Size { width, height } = map.size();
+        let row = width as usize * channels.count();
+        let rows = band.len() / row;
+        assert_eq!(map.direction(), self.direction, "a map of another direction");
+        assert!(channels.has_color(), "normals have three parts");
+        assert!(
+            band.len().is_multiple_of(row) && first_row as usize + rows <= height as usize,
+            "{} values from row {first_row} on are no rows of {}",
+            band.len(),
+            map.size()
+        );
+        for_each_chunk(band, row * ROWS, |chunk, rows| {
+            let first_row = first_row + (chunk * ROWS) as u32;
+            let level = Level::new();
+            match channels {
+                Channels::Rgba => dispatch!(level, simd =>
+                    turn_rows::<_, 4>(simd, self, map, options, first_row, rows)),
+                _ => dispatch!(level, simd =>
+                    turn_rows::<_, 3>(simd, self, map, options, first_row, rows)),
+            }
+        });
+    }
+
+    fn of_face(&self, face: u32) -> Option<&FaceFrames> {
+        let index = *self.index.get(face as usize)?;
+        self.faces.get(index as usize)
+    }
+}
+
+impl FaceFrames {
+    /// - `source`: at the corners of the target's face, in the target's space.
+    fn new(tgt_uv: [[f32; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
+        // Where the meshes wind opposite ways, the source's normals point to the target's back.
+        let wide = |vector: [f32; 3]| vector.map(f64::from);
+        let agreement: f64 =
+            (0..3).map(|k| dot(wide(source[k].normal), wide(target[k].normal))).sum();
+        let side = if agreement < 0.0 { -1.0 } else { 1.0 };
+        let corner = |k: usize| {
+            let [tangent, normal] = [source[k].tangent, source[k].normal];
+            let turned = |vector: [f32; 3]| vector.map(|value| value * side);
+            [turned(tangent), turned(normal), target[k].tangent, target[k].normal]
+        };
+        // The same at all corners, but for triangles without area; bakers clamp the mean.
+        let sign = |frames: &[TangentFrame; 3]| {
+            let sum: f32 = frames.iter().map(|frame| frame.sign).sum();
+            if sum < 0.0 { -1.0 } else { 1.0 }
+        };
+        // Vectors that are both turned around have the same product, so bitangents are turned here.
+        let signs = [sign(&source) * side, sign(target)];
+        Self { tgt_uv, corners: [corner(0), corner(1), corner(2)], signs }
+    }
+}
+
+/// The frames of a source face at the corners of the target's, in the target's space.
+fn posed(
+    pose: &Pose,
+    vertices: [u32; 3],
+    counterpart: Counterpart,
+    from: &TangentFrames,
+) -> [TangentFrame; 3] {
+    let frames = &from.faces()[counterpart.face as usize];
+    std::array::from_fn(|k| {
+        let frame = frames[usize::from(counterpart.corners[k])];
+        let turned = |vector: [f32; 3]| pose.turned(vertices[k], vector);
+        TangentFrame {
+            normal: turned(frame.normal),
+            tangent: turned(frame.tangent),
+            sign: frame.sign * pose.determinant(),
+        }
+    })
+}
+
+#[inline(always)]
+fn turn_rows<S: Simd, const C: usize>(
+    simd: S,
+    frames: &NormalFrames,
+    map: &SamplingMap,
+    options: NormalOptions,
+    first_row: u32,
+    rows: &mut [f32],
+) {
+    let width = map.size().width as usize * C;
+    for (row, texels) in (first_row..).zip(rows.chunks_exact_mut(width)) {
+        for &run in map.row(row) {
+            let face = map.patches()[run.patch as usize].face;
+            if let Some(frames) = frames.of_face(face) {
+                let walk = Walk::new(frames, options, map, row, run);
+                let texels = &mut texels[run.x as usize * C..][..run.len as usize * C];
+                kernel::turn::<S, C>(simd, &walk, texels);
+            }
+        }
+    }
+}
