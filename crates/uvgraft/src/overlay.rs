@@ -5,6 +5,7 @@ use fearless_simd::Level;
 use crate::blend::{BlendMap, Finish, Toning, Undercoat};
 use crate::color::Encoding;
 use crate::map::SamplingMap;
+use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::{self, Paths, store};
 use crate::texture::{Depth, TexelFormat, Texels, Texture, Value};
 use crate::threads::for_each_chunk;
@@ -23,6 +24,8 @@ pub struct Overlay<'a> {
     formats: Formats,
     layer: Layer<'a>,
     blend: Option<(Option<Undercoat<'a>>, Finish<'a>)>,
+    /// For normal maps: what turns the normals of one layout into those of the other.
+    normals: Option<(&'a NormalFrames, NormalOptions)>,
 }
 
 /// What is laid over.
@@ -46,7 +49,12 @@ const ROWS_AT_ONCE: usize = 64;
 
 impl<'a> Overlay<'a> {
     pub(crate) fn new(map: &'a SamplingMap, formats: Formats, layer: Layer<'a>) -> Self {
-        Self { map, formats, layer, blend: None }
+        Self { map, formats, layer, blend: None, normals: None }
+    }
+
+    /// The same of a normal map, in its working format.
+    pub(crate) fn turned(self, frames: &'a NormalFrames, options: NormalOptions) -> Self {
+        Self { normals: Some((frames, options)), ..self }
     }
 
     /// The same, laid over as a blend says: only in its region, with its weights, and in the tone that
@@ -56,7 +64,7 @@ impl<'a> Overlay<'a> {
     /// If the blend is one at the texels of another map.
     #[must_use]
     pub fn blended(self, blend: &'a BlendMap<'a>, toning: Option<&Toning>) -> Self {
-        let finish = blend.finish(self.map, toning);
+        let finish = Finish { normals: self.normals.is_some(), ..blend.finish(self.map, toning) };
         Self { blend: Some((blend.undercoat(toning), finish)), ..self }
     }
 
@@ -131,7 +139,9 @@ impl<'a> Overlay<'a> {
 
     fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
         let Some((undercoat, finish)) = &self.blend else {
-            return self.fill(first_row, band, values);
+            self.fill(first_row, band, values);
+            self.turn(first_row, band);
+            return;
         };
         let (channels, has_opacity) = (self.formats.result.channels, self.formats.has_opacity());
         let width = self.map.size().width as usize * channels.count();
@@ -147,7 +157,15 @@ impl<'a> Overlay<'a> {
             }
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
+            self.turn(first_row, &mut layer);
             finish.lay(channels, has_opacity, first_row, &layer, rows);
+        }
+    }
+
+    /// Turns the normals that were sampled into rows.
+    fn turn<T: Value>(&self, first_row: u32, rows: &mut [T]) {
+        if let (Some((frames, options)), Some(rows)) = (self.normals, T::as_floats_mut(rows)) {
+            frames.turn(self.map, options, first_row, rows, self.formats.result.channels);
         }
     }
 
@@ -223,6 +241,8 @@ pub(crate) struct Formats {
     result: TexelFormat,
     /// Whether colours are worked on as light.
     as_light: bool,
+    /// Whether values are worked on as floats: those of normals, which are turned before they are rounded.
+    as_floats: bool,
 }
 
 impl Formats {
@@ -233,7 +253,15 @@ impl Formats {
             depth: source.depth.max(base.depth),
             encoding: base.encoding,
         };
-        Self { result, as_light: linear_light && base.encoding == Encoding::Srgb }
+        let as_light = linear_light && base.encoding == Encoding::Srgb;
+        Self { result, as_light, as_floats: false }
+    }
+
+    /// The same for normals.
+    #[must_use]
+    pub fn of_normals(self) -> Self {
+        let result = TexelFormat { encoding: Encoding::Data, ..self.result };
+        Self { result, as_light: false, as_floats: true }
     }
 
     /// In which encoding values are worked on.
@@ -248,7 +276,7 @@ impl Formats {
 
     /// Brings a source or a base to the format that both are worked on in.
     pub fn working(&self, texture: Texture) -> Texture {
-        let Self { result, as_light } = *self;
+        let Self { result, as_light, as_floats } = *self;
         // Anything next to data is data: converting one of the two would tear them apart.
         let texture = match result.encoding {
             Encoding::Data => texture,
@@ -257,7 +285,8 @@ impl Formats {
         if as_light {
             return texture.encoded_as(Encoding::Linear).converted(result.channels, Depth::F32);
         }
-        texture.converted(result.channels, result.depth)
+        let depth = if as_floats { Depth::F32 } else { result.depth };
+        texture.converted(result.channels, depth)
     }
 
     /// Brings a result to what it is stored as.

@@ -144,6 +144,11 @@ pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
     fn as_bytes_mut(_: &mut [Self]) -> Option<&mut [u8]> {
         None
     }
+
+    /// Values that are 32-bit floats, as such.
+    fn as_floats_mut(_: &mut [Self]) -> Option<&mut [f32]> {
+        None
+    }
     /// The same value at this depth: rounds where it must, clamps for integers.
     fn from_unit(unit: f32) -> Self {
         Self::from_level(unit * Self::ONE.to_level())
@@ -203,6 +208,10 @@ impl Value for f32 {
     }
     fn from_level(level: f32) -> Self {
         level
+    }
+
+    fn as_floats_mut(values: &mut [Self]) -> Option<&mut [f32]> {
+        Some(values)
     }
 }
 

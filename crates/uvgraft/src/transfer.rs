@@ -5,14 +5,16 @@ use std::ops::Range;
 use fearless_simd::Level;
 
 use crate::bits;
+use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::map::{MapOptions, Region, SamplingMap, TILE, Tiles};
+use crate::normals::{NormalFrames, NormalOptions};
 use crate::overlay::{Formats, Layer, Overlay};
 use crate::pad::Padding;
 use crate::pair::{Direction, Pair};
 use crate::resample::reads::Reads;
 use crate::resample::{self, Paths};
-use crate::texture::{Depth, Size, TexelFormat, Texture};
+use crate::texture::{Channels, Depth, Size, TexelFormat, Texture};
 use crate::threads::map_indices;
 
 /// How a texture is carried across.
@@ -68,6 +70,12 @@ pub enum TransferError {
         found: Size,
         /// The target's size.
         target: Size,
+    },
+    /// A normal map without the channels for it.
+    #[error("a normal map has three channels, this texture has {}", found.count())]
+    NoNormals {
+        /// The texture's channels.
+        found: Channels,
     },
     /// A value that is no number or infinite, where one would spoil the whole result: in a fit.
     #[error("texel ({x}, {y}) of the source holds a value that is not finite")]
@@ -155,6 +163,33 @@ impl Transfer {
             formats.has_opacity() && source.depth() != Depth::F32 && self.is_opaque(&source);
         let layer = Layer::Sampled { paths: &self.paths, source, is_opaque };
         Ok(Overlay::new(&self.map, formats, layer))
+    }
+
+    /// As [`Transfer::overlay`], for a tangent-space normal map: its normals are turned into the frames of
+    /// the target's layout, and made as long as they have to be. Values are data, and worked on as
+    /// floats.
+    ///
+    /// - `frames`: of the same pair and direction.
+    ///
+    /// # Errors
+    /// [`TransferError::Size`] if the texture has another size than the transfer was made for;
+    /// [`TransferError::NoNormals`] if it has fewer than three channels.
+    pub fn normal_overlay<'a>(
+        &'a self,
+        source: Texture,
+        base: TexelFormat,
+        frames: &'a NormalFrames,
+        options: NormalOptions,
+    ) -> Result<Overlay<'a>, TransferError> {
+        self.check_source(&source)?;
+        if !source.channels().has_color() {
+            return Err(TransferError::NoNormals { found: source.channels() });
+        }
+        let formats = Formats::new(source.format(), base, false).of_normals();
+        let mut source = formats.working(source.with_encoding(Encoding::Data));
+        self.padding.apply(&mut source);
+        let layer = Layer::Sampled { paths: &self.paths, source, is_opaque: true };
+        Ok(Overlay::new(&self.map, formats, layer).turned(frames, options))
     }
 
     /// Whether a source's last channel is 1 wherever the map reads.

@@ -23,6 +23,8 @@ pub(crate) struct Finish<'a> {
     pub gains: Vec<[Slope; 3]>,
     /// What is done to all colours before that.
     pub matrix: Option<[[f32; 4]; 3]>,
+    /// Whether values are encoded normals, which are given their length again where they were mixed.
+    pub normals: bool,
 }
 
 impl Finish<'_> {
@@ -83,7 +85,9 @@ impl Finish<'_> {
                 }
                 let gains =
                     gains.map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
-                if !OPACITY && self.matrix.is_none() && (full || self.feather > 0.0) {
+                if !(OPACITY || self.normals || self.matrix.is_some())
+                    && (full || self.feather > 0.0)
+                {
                     // Where it is full, any feather does that is not beyond it.
                     let feather = if full { f32::MIN_POSITIVE } else { self.feather };
                     let inside = if full { Line::ONE } else { inside };
@@ -148,7 +152,21 @@ impl Finish<'_> {
                 let below = texel[channel].to_level();
                 levels[channel] = below + (levels[channel] - below) * weight;
             }
+            if self.normals && weight < 1.0 {
+                lengthen(&mut levels, one);
+            }
             store::<T, C, false>(levels, texel);
+        }
+    }
+}
+
+/// Gives an encoded normal the length 1; one that has no direction stays as it is.
+fn lengthen(levels: &mut [f32], one: f32) {
+    if let [x, y, z, ..] = levels {
+        let normal = [*x, *y, *z].map(|level| level / one * 2.0 - 1.0);
+        let length = normal.iter().map(|value| value * value).sum::<f32>().sqrt();
+        if length > 1e-3 {
+            [*x, *y, *z] = normal.map(|value| (value / length * 0.5 + 0.5) * one);
         }
     }
 }
@@ -189,8 +207,14 @@ mod tests {
         let inside = super::super::field::slopes(&map, &mesh, &surface, |_, point| {
             [if point == 1 { 7.0 } else { -1.0 }]
         });
-        let finish =
-            Finish { map: &map, inside: &inside, feather: 4.0, gains: Vec::new(), matrix: None };
+        let finish = Finish {
+            map: &map,
+            inside: &inside,
+            feather: 4.0,
+            gains: Vec::new(),
+            matrix: None,
+            normals: false,
+        };
         let layer = [200_u8; 64];
         let mut values = [100; 64];
         finish.lay(Channels::Grey, false, 0, &layer, &mut values);
@@ -204,14 +228,27 @@ mod tests {
 
         // A gain of a half, without a feather: nothing outside, everything inside.
         let gains = vec![[Slope::constant(0.5); 3]];
-        let finish = Finish { map: &map, inside: &inside, feather: 0.0, gains, matrix: None };
+        let finish = Finish {
+            map: &map,
+            inside: &inside,
+            feather: 0.0,
+            gains,
+            matrix: None,
+            normals: false,
+        };
         let mut values = [80; 64];
         finish.lay(Channels::Grey, false, 0, &layer, &mut values);
         assert_eq!(values[..3], [80, 100, 100]);
 
         // With opacity: what is laid over covers as much as its weight and its opacity say.
-        let finish =
-            Finish { map: &map, inside: &inside, feather: 1.0, gains: Vec::new(), matrix: None };
+        let finish = Finish {
+            map: &map,
+            inside: &inside,
+            feather: 1.0,
+            gains: Vec::new(),
+            matrix: None,
+            normals: false,
+        };
         let layer = [1.0_f32, 0.5].repeat(64);
         let mut values = [0.0, 1.0].repeat(64);
         finish.lay(Channels::GreyAlpha, true, 0, &layer, &mut values);
@@ -233,8 +270,14 @@ mod tests {
                 let gains = [(); 3].map(|()| line(0.4, most));
                 let layer: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
                 let base: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
-                let finish =
-                    Finish { map: &map, inside: &[], feather, gains: Vec::new(), matrix: None };
+                let finish = Finish {
+                    map: &map,
+                    inside: &[],
+                    feather,
+                    gains: Vec::new(),
+                    matrix: None,
+                    normals: false,
+                };
                 let mut wanted = base.clone();
                 for (k, texel) in (0..).zip(wanted.chunks_exact_mut(C)) {
                     let layer = &layer[k as usize * C..][..C];

@@ -179,6 +179,7 @@ impl BlendMap<'_> {
             feather: self.blend.options.feather as f32,
             gains: self.gains(map, recolor),
             matrix: recolor.and_then(|recolor| recolor.matrix),
+            normals: false,
         }
     }
 
