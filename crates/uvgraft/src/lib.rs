@@ -60,7 +60,7 @@ pub use color::Encoding;
 pub use correspond::{Link, LinkError};
 pub use filter::Filter;
 pub use fit::{Fit, FitOptions, FitProgress};
-pub use map::{MapOptions, SamplingMap};
+pub use map::{MapOptions, Prefer, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, Part};
 pub use operator::Operator;
 pub use overlay::Overlay;
