@@ -38,6 +38,7 @@ mod bits;
 pub mod color;
 mod convert;
 pub mod correspond;
+pub mod fill;
 pub mod filter;
 pub mod fit;
 pub mod islands;
@@ -58,6 +59,7 @@ pub mod transfer;
 
 pub use color::Encoding;
 pub use correspond::{Link, LinkError};
+pub use fill::{FillError, fill, with_confidence};
 pub use filter::Filter;
 pub use fit::{Fit, FitOptions, FitProgress};
 pub use map::{MapOptions, Prefer, SamplingMap};
