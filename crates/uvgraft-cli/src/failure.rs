@@ -53,3 +53,10 @@ pub(crate) fn warn(message: impl Display) {
     wait_if_interrupted();
     eprintln!("warning: {message}");
 }
+
+/// Prints what was taken for granted.
+#[expect(clippy::print_stderr, reason = "the one place that prints notes")]
+pub(crate) fn note(message: impl Display) {
+    wait_if_interrupted();
+    eprintln!("note: {message}");
+}

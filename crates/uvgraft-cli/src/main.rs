@@ -18,6 +18,7 @@ mod opacity;
 mod outputs;
 mod pair;
 mod picture;
+mod preference;
 mod preview;
 mod progress;
 mod report;

@@ -9,6 +9,7 @@ use uvgraft_io::{pair_file, sampling_map};
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::outputs::Outputs;
+use crate::preference::PreferName;
 use crate::report::parse_size;
 
 /// Writes where each texel of a texture comes from, as an array for other tools
@@ -44,6 +45,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
     gutter: u32,
+    /// Which UV island is shown where several share texels, such as two eyes on one disc
+    #[arg(long, value_enum, default_value_t = PreferName::First)]
+    prefer: PreferName,
     /// Where to write the array
     #[arg(short, long, value_name = "grid.npy")]
     output: PathBuf,
@@ -54,7 +58,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Outputs::new([&*args.pair]).check(&args.output)?;
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let options = MapOptions { gutter_px: args.gutter };
+    let options = MapOptions { gutter_px: args.gutter, prefer: args.prefer.into() };
     let map = SamplingMap::new(&pair, direction, args.size, &options);
     sampling_map::save_npy(&map, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;

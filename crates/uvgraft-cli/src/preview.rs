@@ -84,7 +84,7 @@ fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
         mesh.clone(),
         &(0..mesh.positions().len() as i64).collect::<Vec<_>>(),
     )?;
-    let options = MapOptions { gutter_px: 0 };
+    let options = MapOptions::with_gutter(0);
     let all = SamplingMap::new(&everything, Direction::Forward, size, &options);
     let linked = SamplingMap::new(&file.pair, direction, size, &options);
     for y in 0..PANEL {

@@ -58,7 +58,7 @@ fn the_array_holds_what_the_map_says_in_both_directions() {
         (Direction::Reverse, "--reverse --gutter 2", 2),
     ] {
         bench.succeed(&format!("map my.uvpair --size 33x57 {options} -o grid.npy"));
-        let map = SamplingMap::new(&pair, direction, size, &MapOptions { gutter_px });
+        let map = SamplingMap::new(&pair, direction, size, &MapOptions::with_gutter(gutter_px));
         let mut wanted = vec![[f32::NAN; 2]; size.texels()];
         for y in 0..size.height {
             for run in map.row(y) {

@@ -2,109 +2,27 @@
 //!
 //! Read from NumPy's NPY arrays and from plain text, written as NPY.
 
-mod npy;
-mod text;
-
+use std::io::{self, Write};
 use std::path::Path;
 
 use crate::input::{ReadError, read_file};
-use crate::npy::MAGIC;
-
-pub use self::npy::{save_npy, write_npy};
+use crate::integers::{self, IntegersError};
+use crate::npy::write_header;
+use crate::output::write_atomically;
 
 /// A larger file is refused by [`read`] before it is loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Why the bytes of a vertex map were refused. Lines and entries count from 1.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Why the bytes of a vertex map were refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VertexMapError {
     /// There is no vertex in the map.
     #[error("the vertex map is empty, wanted an integer for each source vertex")]
     Empty,
-    /// Several arrays in one file, of which one is the map.
-    #[error("found an .npz archive, wanted one array: extract the one you mean as .npy")]
-    Archive,
-    /// A word that is no integer, in a text file.
-    #[error("line {line}: found `{found}`, wanted an integer")]
-    NotInteger {
-        /// Which line.
-        line: usize,
-        /// What was found, shortened.
-        found: String,
-    },
-    /// A number with a point or an exponent, in a text file.
-    #[error(
-        "line {line}: found floating-point `{found}`, wanted an integer; \
-         numpy.savetxt writes those with fmt=\"%d\""
-    )]
-    Float {
-        /// Which line.
-        line: usize,
-        /// What was found, shortened.
-        found: String,
-    },
-    /// An integer beyond 64 bits.
-    #[error("entry {entry}: found {found}, wanted a signed 64-bit integer")]
-    OutOfRange {
-        /// Which entry of the map.
-        entry: usize,
-        /// What was found, shortened.
-        found: String,
-    },
-    /// A comma without a value before it, in a text file: skipping it would shift all others.
-    #[error("line {line}: found a comma with no integer before it")]
-    MissingValue {
-        /// Which line.
-        line: usize,
-    },
-    /// An NPY file of a version that does not exist yet.
-    #[error("NPY format version {major}.{minor} is not known, wanted 1.0, 2.0 or 3.0")]
-    NpyVersion {
-        /// First number of the version.
-        major: u8,
-        /// Second number of the version.
-        minor: u8,
-    },
-    /// The file ends in the middle of its NPY header.
-    #[error("NPY file cut short: header needs {wanted} bytes, file has {found}")]
-    NpyCutShort {
-        /// Bytes that the header claims, with what comes before it.
-        wanted: u64,
-        /// Bytes in the file.
-        found: usize,
-    },
-    /// The header is not a Python dictionary of the three entries that describe an array.
-    #[error("NPY header: found `{found}`, wanted {wanted}")]
-    NpyHeader {
-        /// Where it goes wrong, shortened.
-        found: String,
-        /// What should stand there.
-        wanted: &'static str,
-    },
-    /// An array of something else than integers.
-    #[error(
-        "NPY array has dtype {found}, wanted integers (i1 to i8 or u1 to u8); \
-         convert it with .astype(\"int64\") if it holds vertex numbers"
-    )]
-    NpyDtype {
-        /// The dtype as the header has it, shortened.
-        found: String,
-    },
-    /// An array that is not a list, or only a single number.
-    #[error("NPY array has shape {found}, wanted (N,), (N, 1) or (1, N)")]
-    NpyShape {
-        /// The shape as the header has it, shortened.
-        found: String,
-    },
-    /// Fewer or more values than the shape claims. Checked before anything is allocated.
-    #[error("NPY array needs {wanted} bytes after the header, found {found}")]
-    NpyLength {
-        /// Bytes that the shape and the dtype ask for.
-        wanted: u128,
-        /// Bytes after the header.
-        found: usize,
-    },
+    /// It is no list of integers.
+    #[error(transparent)]
+    Integers(#[from] IntegersError),
 }
 
 /// Reads a vertex map: `[source vertices]` of target vertex ids from 0, -1 for "has none".
@@ -120,13 +38,7 @@ pub enum VertexMapError {
 /// [`VertexMapError`]; among others for floating-point values, even whole ones, for bytes missing or
 /// left over, and for NPZ archives.
 pub fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
-    let ids = if let Some(rest) = bytes.strip_prefix(MAGIC) {
-        npy::parse(rest)?
-    } else if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
-        return Err(VertexMapError::Archive);
-    } else {
-        text::parse(bytes)?
-    };
+    let ids = integers::parse(bytes)?;
     if ids.is_empty() { Err(VertexMapError::Empty) } else { Ok(ids) }
 }
 
@@ -139,6 +51,26 @@ pub fn read(path: &Path) -> Result<Vec<i64>, ReadError<VertexMapError>> {
     read_file(path, MAX_FILE_BYTES, parse)
 }
 
+/// Writes a vertex map as an NPY array, version 1.0: `[source vertices]` of `<i8`.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
+    write_header("<i8", &[ids.len()], out)?;
+    for &id in ids {
+        out.write_all(&i64::from(id).to_le_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes a vertex map to an NPY file, whole or not at all; see [`write_npy`].
+///
+/// # Errors
+/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+pub fn save_npy(ids: &[u32], path: &Path) -> io::Result<()> {
+    write_atomically(path, |out| write_npy(ids, out))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,11 +81,24 @@ mod tests {
         write_npy(&[7, 0], &mut npy).unwrap();
         assert_eq!(parse(&npy).unwrap(), [7, 0]);
         assert_eq!(parse(b"7 0").unwrap(), [7, 0]);
-        assert_eq!(parse(b"PK\x03\x04rest"), Err(VertexMapError::Archive));
+        assert_eq!(parse(b"PK\x03\x04rest"), Err(VertexMapError::Integers(IntegersError::Archive)));
         let empty: [&[u8]; 4] = [b"", b" \n", b"# ids\n", b"\xef\xbb\xbf"];
         for bytes in empty {
             assert_eq!(parse(bytes), Err(VertexMapError::Empty));
         }
+    }
+
+    #[test]
+    fn writes_what_numpy_writes() {
+        let mut bytes = Vec::new();
+        write_npy(&[10_000, 0, u32::MAX], &mut bytes).unwrap();
+        let header =
+            b"\x93NUMPY\x01\0\x76\0{'descr': '<i8', 'fortran_order': False, 'shape': (3,), }";
+        assert_eq!(bytes[..header.len()], header[..]);
+        assert_eq!(bytes[header.len()..127], vec![b' '; 127 - header.len()]);
+        assert_eq!(bytes[127..144], *b"\n\x10\x27\0\0\0\0\0\0\0\0\0\0\0\0\0\0");
+        assert_eq!(bytes[144..], *b"\xff\xff\xff\xff\0\0\0\0");
+        assert_eq!(parse(&bytes).unwrap(), [10_000, 0, 4_294_967_295]);
     }
 
     #[test]

@@ -29,7 +29,7 @@ fn maps(criterion: &mut Criterion, pair: &Pair) {
     for direction in [Direction::Forward, Direction::Reverse] {
         let (_, target) = sizes(direction);
         for gutter_px in [0, 16] {
-            let options = MapOptions { gutter_px };
+            let options = MapOptions::with_gutter(gutter_px);
             group.bench_function(format!("{direction:?} {target} gutter {gutter_px}"), |bencher| {
                 bencher.iter(|| SamplingMap::new(pair, direction, target, &options));
             });
@@ -88,7 +88,7 @@ fn transfers(criterion: &mut Criterion, pair: &Pair) {
 fn operators(criterion: &mut Criterion, pair: &Pair) {
     let mut group = criterion.benchmark_group("operator");
     for filter in [Filter::Bilinear, Filter::Lanczos3] {
-        let map = MapOptions { gutter_px: 0 };
+        let map = MapOptions::with_gutter(0);
         let options = TransferOptions { filter, map, ..TransferOptions::default() };
         let transfer = Transfer::new(pair, Direction::Forward, SOURCE, TARGET, &options);
         let operator = Operator::new(&transfer);

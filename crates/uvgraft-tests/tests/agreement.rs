@@ -15,8 +15,9 @@ fn agree(pair: &Pair, direction: Direction, source_size: Size, target_size: Size
     let source = synthetic::detailed(source_size, 3);
     let options = TransferOptions {
         filter: Filter::Bilinear,
-        map: MapOptions { gutter_px: 0 },
+        map: MapOptions::with_gutter(0),
         linear_light: false,
+        ..TransferOptions::default()
     };
     let transfer = Transfer::new(pair, direction, source_size, target_size, &options);
     let base =

@@ -10,7 +10,12 @@ use uvgraft::{
 use uvgraft_tests::{real, synthetic};
 
 fn options(filter: Filter, gutter_px: u32) -> TransferOptions {
-    TransferOptions { filter, map: MapOptions { gutter_px }, linear_light: false }
+    TransferOptions {
+        filter,
+        map: MapOptions::with_gutter(gutter_px),
+        linear_light: false,
+        ..TransferOptions::default()
+    }
 }
 
 fn filled(size: Size, color: [f32; 3]) -> Texture {
@@ -220,7 +225,7 @@ fn the_gutter_has_the_width_that_was_asked_for() {
     let size = Size::square(64);
     for gutter in [0, 1, 5, 12] {
         let map =
-            SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: gutter });
+            SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(gutter));
         for row in 0..64u32 {
             let mut reached = [false; 64];
             for run in map.row(row) {
@@ -256,7 +261,7 @@ fn small_targets_do_not_alias() {
         let result = transfer.apply(checker.clone(), filled(small, [0.0; 3])).unwrap();
         assert!(contrast(&result) <= 16, "{filter}: {}", contrast(&result));
     }
-    let map = SamplingMap::new(&pair, Direction::Forward, small, &MapOptions { gutter_px: 0 });
+    let map = SamplingMap::new(&pair, Direction::Forward, small, &MapOptions::with_gutter(0));
     let aliased = grid::transfer(&map, &checker, filled(small, [0.0; 3]));
     assert!(contrast(&aliased) > 200, "the test must see aliasing: {}", contrast(&aliased));
 }

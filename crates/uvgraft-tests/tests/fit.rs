@@ -25,7 +25,7 @@ fn ignore(_: FitProgress) {}
 /// Root mean square difference over the texels that are carried back, 1.0 for black to white.
 fn rms_back(pair: &Pair, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
     let options =
-        TransferOptions { filter, map: MapOptions { gutter_px: 0 }, ..TransferOptions::default() };
+        TransferOptions { filter, map: MapOptions::with_gutter(0), ..TransferOptions::default() };
     let back = Transfer::new(pair, Direction::Forward, TARGET, SOURCE, &options);
     let result = back.apply(carried.clone(), original.clone()).unwrap();
     let count = original.channels().count();

@@ -14,7 +14,7 @@ fn every_texel_of_a_large_mesh_is_in_its_triangle() {
     assert_eq!(pair.links().len(), target.faces().len());
     let size = Size::new(811, 640);
     let scale = [f64::from(size.width), f64::from(size.height)];
-    let map = SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 });
+    let map = SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(3));
     let corners_px = |face: u32| {
         let corners = target.uv_triangle(face as usize);
         corners.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])

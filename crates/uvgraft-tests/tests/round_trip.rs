@@ -36,7 +36,7 @@ impl RoundTrip {
     fn new(pair: &Pair, size: Size, via: Size, filter: Filter) -> Self {
         let options = TransferOptions { filter, ..TransferOptions::default() };
         // On the way back the gutter would replace what the original has beside its islands.
-        let bare = TransferOptions { map: MapOptions { gutter_px: 0 }, ..options };
+        let bare = TransferOptions { map: MapOptions::with_gutter(0), ..options };
         Self {
             there: Transfer::new(pair, Direction::Reverse, size, via, &options),
             back: Transfer::new(pair, Direction::Forward, via, size, &bare),
@@ -51,7 +51,7 @@ impl RoundTrip {
 }
 
 fn reference_round_trip(pair: &Pair, texture: &Texture, via: Size) -> Texture {
-    let bare = MapOptions { gutter_px: 0 };
+    let bare = MapOptions::with_gutter(0);
     let map = |direction, size| SamplingMap::new(pair, direction, size, &bare);
     let head = grid::transfer(&map(Direction::Reverse, via), texture, grey(via));
     grid::transfer(&map(Direction::Forward, texture.size()), &head, texture.clone())

@@ -7,8 +7,7 @@
 
 use std::ops::Range;
 
-use crate::islands::Islands;
-use crate::map::{Coverage, MapOptions, Region, corners_px};
+use crate::map::{Coverage, Layout, MapOptions, Precedence, Prefer, Region, corners_px};
 use crate::operator::Operator;
 use crate::overlay::{Formats, Layer, Overlay};
 use crate::pair::{Direction, Pair};
@@ -79,9 +78,9 @@ impl Fit {
         let unknowns = Region::linked(there.map(), |_| true);
         // The gutter is no part of what has to be met; nor is what lies beside the unknowns, islands
         // or not: whatever the base holds there, the border must not make up for it.
-        let bare = TransferOptions { map: MapOptions { gutter_px: 0 }, ..*options };
+        let bare = TransferOptions { map: MapOptions::with_gutter(0), ..*options };
         let back = Transfer::reading(pair, direction.opposite(), &unknowns, source_size, &bare);
-        let lost = lost_faces(pair, direction, target_size);
+        let lost = lost_faces(pair, direction, target_size, options.map.prefer);
         let equations = Region::linked(back.map(), |face| !lost[face as usize]);
         Self { there, back, unknowns, equations, options: fit }
     }
@@ -227,27 +226,19 @@ impl Fit {
 
 /// Which faces of the source's layout read texels that another island of the target's layout owns:
 /// where islands overlap, such as two eyes on one disc, the one that lost its texels has no say.
-fn lost_faces(pair: &Pair, direction: Direction, target_size: Size) -> Vec<bool> {
+fn lost_faces(pair: &Pair, direction: Direction, target_size: Size, prefer: Prefer) -> Vec<bool> {
     let target = pair.to(direction);
-    let islands = Islands::new(target);
-    let coverage = Coverage::new(target, &islands, target_size);
+    let precedence = Precedence::new(target, prefer);
+    let coverage = Coverage::new(&Layout::new(target, target_size), &precedence);
     if coverage.overlapping == 0 {
         return vec![false; pair.from(direction).faces().len()];
     }
-    let island_of = |face: u32| islands.of_faces()[face as usize];
-    let owner = |[x, y]: [f64; 2]| {
-        let inside = (0.0..f64::from(target_size.width)).contains(&x)
-            && (0.0..f64::from(target_size.height)).contains(&y);
-        let spans = if inside { coverage.row(y as u32) } else { &[] };
-        let x = x as u32;
-        let next = spans.partition_point(|span| span.end <= x);
-        spans.get(next).filter(|span| span.start <= x).map(|span| span.face)
-    };
+    let island_of = |face: u32| precedence.of_faces()[face as usize];
     let lost = |face: u32| {
         let corners = corners_px(target, face as usize, target_size);
         let centre =
             [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
-        owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
+        coverage.owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
     };
     let counterparts = pair.oriented(direction.opposite()).from_face;
     counterparts.into_iter().map(|found| found.is_some_and(|found| lost(found.face))).collect()

@@ -126,7 +126,7 @@ mod tests {
             (Size::new(3, 2), Size::new(40, 50)),
         ] {
             for filter in Filter::ALL {
-                let map = MapOptions { gutter_px: 2 };
+                let map = MapOptions::with_gutter(2);
                 let options = TransferOptions { filter, map, ..TransferOptions::default() };
                 let transfer = Transfer::new(&pair, Direction::Forward, source, target, &options);
                 let operator = Operator::new(&transfer);

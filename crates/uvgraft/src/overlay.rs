@@ -9,7 +9,7 @@ use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::{self, Paths, store};
 use crate::texture::{Depth, TexelFormat, Texels, Texture, Value};
 use crate::threads::for_each_chunk;
-use crate::transfer::TransferError;
+use crate::transfer::{Beneath, TransferError};
 
 /// A texture that is ready to be laid over a base, from [`Transfer::overlay`] or [`Fit::overlay`].
 ///
@@ -32,7 +32,7 @@ pub struct Overlay<'a> {
 #[derive(Debug, Clone)]
 pub(crate) enum Layer<'a> {
     /// A padded source in the working format, where it is read, and whether it is opaque there.
-    Sampled { paths: &'a Paths, source: Texture, is_opaque: bool },
+    Sampled { paths: &'a Paths, beneath: Option<&'a Beneath>, source: Texture, is_opaque: bool },
     /// Premultiplied values of every texel of the target, 1.0 for white.
     Solved(Vec<f32>),
 }
@@ -40,7 +40,7 @@ pub(crate) enum Layer<'a> {
 /// What is laid over, its values at hand.
 #[derive(Clone, Copy)]
 enum Values<'v, T> {
-    Sampled(&'v Paths, &'v [T], bool),
+    Sampled { paths: &'v Paths, beneath: Option<&'v Beneath>, source: &'v [T], is_opaque: bool },
     Solved(&'v [f32]),
 }
 
@@ -98,27 +98,42 @@ impl<'a> Overlay<'a> {
         let formats = &self.formats;
         let mut band = formats.working(band);
         match (&self.layer, band.texels_mut()) {
-            (Layer::Sampled { paths, source, is_opaque }, target) => {
+            (Layer::Sampled { paths, beneath, source, is_opaque }, target) => {
                 match (source.texels(), target) {
                     (Texels::U8(source), Texels::U8(target)) => {
                         self.lay_values(
                             first_row,
                             target,
-                            Values::Sampled(paths, source, *is_opaque),
+                            Values::Sampled {
+                                paths,
+                                beneath: *beneath,
+                                source,
+                                is_opaque: *is_opaque,
+                            },
                         );
                     }
                     (Texels::U16(source), Texels::U16(target)) => {
                         self.lay_values(
                             first_row,
                             target,
-                            Values::Sampled(paths, source, *is_opaque),
+                            Values::Sampled {
+                                paths,
+                                beneath: *beneath,
+                                source,
+                                is_opaque: *is_opaque,
+                            },
                         );
                     }
                     (Texels::F32(source), Texels::F32(target)) => {
                         self.lay_values(
                             first_row,
                             target,
-                            Values::Sampled(paths, source, *is_opaque),
+                            Values::Sampled {
+                                paths,
+                                beneath: *beneath,
+                                source,
+                                is_opaque: *is_opaque,
+                            },
                         );
                     }
                     _ => unreachable!("both were converted to one depth"),
@@ -139,9 +154,7 @@ impl<'a> Overlay<'a> {
 
     fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
         let Some((undercoat, finish)) = &self.blend else {
-            self.fill(first_row, band, values);
-            self.turn(first_row, band);
-            return;
+            return self.fill(first_row, band, values);
         };
         let (channels, has_opacity) = (self.formats.result.channels, self.formats.has_opacity());
         let width = self.map.size().width as usize * channels.count();
@@ -157,15 +170,14 @@ impl<'a> Overlay<'a> {
             }
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
-            self.turn(first_row, &mut layer);
             finish.lay(channels, has_opacity, first_row, &layer, rows);
         }
     }
 
     /// Turns the normals that were sampled into rows.
-    fn turn<T: Value>(&self, first_row: u32, rows: &mut [T]) {
+    fn turn<T: Value>(&self, map: &SamplingMap, first_row: u32, rows: &mut [T]) {
         if let (Some((frames, options)), Some(rows)) = (self.normals, T::as_floats_mut(rows)) {
-            frames.turn(self.map, options, first_row, rows, self.formats.result.channels);
+            frames.turn(map, options, first_row, rows, self.formats.result.channels);
         }
     }
 
@@ -175,30 +187,25 @@ impl<'a> Overlay<'a> {
         let has_opacity = self.formats.has_opacity();
         match values {
             // What nothing is seen through replaces what is there, at half the cost.
-            Values::Sampled(paths, source, is_opaque) => {
-                self.sample((channels, has_opacity && !is_opaque), paths, source, first_row, rows);
+            Values::Sampled { paths, beneath, source, is_opaque } => {
+                let format = (channels, has_opacity && !is_opaque);
+                let below = beneath.filter(|beneath| {
+                    let height = (rows.len() / channels) as u32 / self.map.size().width;
+                    (first_row..first_row + height).any(|row| !beneath.map.row(row).is_empty())
+                });
+                let Some(below) = below else {
+                    sample(format, self.map, paths, source, first_row, rows);
+                    return self.turn(self.map, first_row, rows);
+                };
+                let mut others = rows.to_vec();
+                sample(format, self.map, paths, source, first_row, rows);
+                self.turn(self.map, first_row, rows);
+                sample(format, &below.map, &below.paths, source, first_row, &mut others);
+                self.turn(&below.map, first_row, &mut others);
+                average(&below.map, channels, first_row, &others, rows);
             }
             Values::Solved(layer) => self.copy((channels, has_opacity), layer, first_row, rows),
         }
-    }
-
-    fn sample<T: Value>(
-        &self,
-        values: (usize, bool),
-        paths: &Paths,
-        source: &[T],
-        first_row: u32,
-        band: &mut [T],
-    ) {
-        let resample = match values {
-            (1, _) => resample::fast::resample::<T, 1, false>,
-            (2, false) => resample::fast::resample::<T, 2, false>,
-            (2, true) => resample::fast::resample::<T, 2, true>,
-            (3, _) => resample::fast::resample::<T, 3, false>,
-            (_, false) => resample::fast::resample::<T, 4, false>,
-            (_, true) => resample::fast::resample::<T, 4, true>,
-        };
-        resample(Level::new(), self.map, paths, source, first_row, band);
     }
 
     fn copy<T: Value>(&self, values: (usize, bool), layer: &[f32], first_row: u32, band: &mut [T]) {
@@ -212,6 +219,47 @@ impl<'a> Overlay<'a> {
         };
         copy(self.map, layer, first_row, band);
     }
+}
+
+/// Fills the texels of a map in rows from `first_row` on; of `format` are the number of channels and
+/// whether the last one is opacity.
+fn sample<T: Value>(
+    format: (usize, bool),
+    map: &SamplingMap,
+    paths: &Paths,
+    source: &[T],
+    first_row: u32,
+    rows: &mut [T],
+) {
+    let resample = match format {
+        (1, _) => resample::fast::resample::<T, 1, false>,
+        (2, false) => resample::fast::resample::<T, 2, false>,
+        (2, true) => resample::fast::resample::<T, 2, true>,
+        (3, _) => resample::fast::resample::<T, 3, false>,
+        (_, false) => resample::fast::resample::<T, 4, false>,
+        (_, true) => resample::fast::resample::<T, 4, true>,
+    };
+    resample(Level::new(), map, paths, source, first_row, rows);
+}
+
+/// Takes the mean with other rows at the texels of a map.
+fn average<T: Value>(
+    map: &SamplingMap,
+    channels: usize,
+    first_row: u32,
+    others: &[T],
+    rows: &mut [T],
+) {
+    let width = map.size().width as usize * channels;
+    for_each_chunk(rows, width, |index, texels| {
+        for run in map.row(first_row + index as u32) {
+            let part = run.x as usize * channels..(run.x + run.len) as usize * channels;
+            let others = &others[index * width..][part.clone()];
+            for (value, other) in texels[part].iter_mut().zip(others) {
+                *value = T::from_level((value.to_level() + other.to_level()) * 0.5);
+            }
+        }
+    });
 }
 
 /// Lays a layer over a band where a map reaches.

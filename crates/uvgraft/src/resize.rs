@@ -37,8 +37,8 @@ impl Texture {
             .expect("two sound triangles");
         let pair =
             Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).expect("a square is itself");
-        let map = MapOptions { gutter_px: 0 };
-        let options = TransferOptions { filter, map, linear_light };
+        let map = MapOptions::with_gutter(0);
+        let options = TransferOptions { filter, map, linear_light, ..TransferOptions::default() };
         let transfer = Transfer::new(&pair, Direction::Forward, self.size(), size, &options);
         Ok(transfer.apply(self, base).expect("sizes are those of the transfer"))
     }

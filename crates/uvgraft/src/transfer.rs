@@ -26,12 +26,29 @@ pub struct TransferOptions {
     pub map: MapOptions,
     /// Whether colours are averaged as light rather than as they are encoded.
     pub linear_light: bool,
+    /// What shows where islands of the target overlap. A fit shows one of them in any case.
+    pub overlap: Overlap,
+}
+
+/// What shows at texels that several islands of the target cover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Overlap {
+    /// The island that owns them: see [`MapOptions::prefer`].
+    #[default]
+    First,
+    /// The mean of the first and the last of the islands there.
+    Average,
 }
 
 impl Default for TransferOptions {
     /// Lanczos-3, which kept most in round trips of photographs; a gutter of 16 texels.
     fn default() -> Self {
-        Self { filter: Filter::Lanczos3, map: MapOptions::default(), linear_light: false }
+        Self {
+            filter: Filter::Lanczos3,
+            map: MapOptions::default(),
+            linear_light: false,
+            overlap: Overlap::First,
+        }
     }
 }
 
@@ -45,6 +62,14 @@ pub struct Transfer {
     tiles: Tiles,
     padding: Padding,
     options: TransferOptions,
+    beneath: Option<Beneath>,
+}
+
+/// What the last of several islands would have at texels that they share.
+#[derive(Debug, Clone)]
+pub(crate) struct Beneath {
+    pub map: SamplingMap,
+    pub paths: Paths,
 }
 
 /// Why a texture was not carried across.
@@ -102,12 +127,21 @@ impl Transfer {
         let from = pair.from(direction);
         let map = SamplingMap::new(pair, direction, target_size, &options.map);
         let paths = Paths::new(&map, source_size, options.filter);
-        let reads = Reads::new(&map, pair.to(direction), &paths);
-        let reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
+        let mut reads = Reads::new(&map, pair.to(direction), &paths);
+        let mut reach = reads.reach(&map, map.border_patches(), source_size, options.filter);
+        let wants_beneath = options.overlap == Overlap::Average;
+        let beneath = wants_beneath.then(|| map.beneath(pair, &options.map)).flatten().map(|map| {
+            let paths = Paths::new(&map, source_size, options.filter);
+            let others = Reads::new(&map, pair.to(direction), &paths);
+            reads.tiles.unite(&others.tiles);
+            let far = others.reach(&map, map.border_patches(), source_size, options.filter);
+            reach = reach.max(far);
+            Beneath { map, paths }
+        });
         let near = reads.tiles.widened(reach);
         let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
         let source_rows = near.rows_between(source_size.height);
-        Self { map, paths, source_rows, tiles: reads.tiles, padding, options: *options }
+        Self { map, paths, source_rows, tiles: reads.tiles, padding, options: *options, beneath }
     }
 
     /// As [`Transfer::new`], but what lies outside a region of the source is padded, whether islands
@@ -125,7 +159,8 @@ impl Transfer {
         let reach = reads.reach(&map, map.patches(), region.size(), options.filter);
         let padding = Padding::new(region, reach, &reads.tiles);
         let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
-        Self { map, paths, source_rows, tiles: reads.tiles, padding, options: *options }
+        let (tiles, options) = (reads.tiles, *options);
+        Self { map, paths, source_rows, tiles, padding, options, beneath: None }
     }
 
     /// The map that says where each texel comes from.
@@ -161,7 +196,7 @@ impl Transfer {
         // Floats would come out a last bit beside 1.
         let is_opaque =
             formats.has_opacity() && source.depth() != Depth::F32 && self.is_opaque(&source);
-        let layer = Layer::Sampled { paths: &self.paths, source, is_opaque };
+        let layer = self.sampled(source, is_opaque);
         Ok(Overlay::new(&self.map, formats, layer))
     }
 
@@ -188,8 +223,12 @@ impl Transfer {
         let formats = Formats::new(source.format(), base, false).of_normals();
         let mut source = formats.working(source.with_encoding(Encoding::Data));
         self.padding.apply(&mut source);
-        let layer = Layer::Sampled { paths: &self.paths, source, is_opaque: true };
+        let layer = self.sampled(source, true);
         Ok(Overlay::new(&self.map, formats, layer).turned(frames, options))
+    }
+
+    fn sampled(&self, source: Texture, is_opaque: bool) -> Layer<'_> {
+        Layer::Sampled { paths: &self.paths, beneath: self.beneath.as_ref(), source, is_opaque }
     }
 
     /// Whether a source's last channel is 1 wherever the map reads.

@@ -56,7 +56,7 @@ impl<'a> Case<'a> {
         let folder = TemporaryFolder::create().context("cannot make a temporary folder")?;
         let filled = map(pair, direction, to, MapOptions::default()).stats();
         // The other layout's linked texels are what is read: its map says how many they are.
-        let read = map(pair, direction.opposite(), from, MapOptions { gutter_px: 0 }).stats();
+        let read = map(pair, direction.opposite(), from, MapOptions::with_gutter(0)).stats();
         let case = Self {
             filled: filled.linked + filled.gutter,
             read: read.linked,

@@ -121,7 +121,7 @@ impl Course<'_> {
     }
 
     fn map(&self, direction: Direction, size: Size, gutter_px: u32) -> SamplingMap {
-        SamplingMap::new(self.pair, direction, size, &MapOptions { gutter_px })
+        SamplingMap::new(self.pair, direction, size, &MapOptions::with_gutter(gutter_px))
     }
 
     /// What the other layout's texture is laid over.
@@ -132,7 +132,12 @@ impl Course<'_> {
     }
 
     fn options(&self, filter: Filter, gutter_px: u32) -> TransferOptions {
-        TransferOptions { filter, map: MapOptions { gutter_px }, linear_light: false }
+        TransferOptions {
+            filter,
+            map: MapOptions::with_gutter(gutter_px),
+            linear_light: false,
+            ..TransferOptions::default()
+        }
     }
 
     fn transfer(&self, direction: Direction, options: &TransferOptions) -> Transfer {

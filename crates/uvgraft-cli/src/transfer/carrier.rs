@@ -161,7 +161,7 @@ impl<'a> Carrier<'a> {
         let direction = self.direction();
         let options = TransferOptions {
             filter: args.filter(),
-            map: MapOptions { gutter_px: args.gutter },
+            map: MapOptions { gutter_px: args.gutter, prefer: args.prefer.into() },
             linear_light: args.linear_light,
         };
         if args.fit {
@@ -178,7 +178,7 @@ impl<'a> Carrier<'a> {
         match carriages.values().find_map(|carriage| carriage.get()) {
             Some(carriage) => carriage.transfer().map().mask(),
             None => {
-                let options = MapOptions { gutter_px: 0 };
+                let options = MapOptions { gutter_px: 0, prefer: self.args.prefer.into() };
                 SamplingMap::new(self.pair, self.direction(), target, &options).mask()
             }
         }

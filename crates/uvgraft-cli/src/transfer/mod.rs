@@ -17,6 +17,7 @@ use uvgraft_io::pair_file;
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::outputs::Outputs;
+use crate::preference::PreferName;
 use crate::report::{parse_size, to_stdout};
 use base::Base;
 use carrier::{Carrier, losses};
@@ -53,6 +54,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
     gutter: u32,
+    /// Which UV island is shown where several share texels, such as two eyes on one disc
+    #[arg(long, value_enum, default_value_t = PreferName::First)]
+    prefer: PreferName,
     /// Write which texels the textures are carried to, white on black; the gutter is black
     #[arg(long, value_name = "OUT_MASK.png")]
     mask: Option<PathBuf>,

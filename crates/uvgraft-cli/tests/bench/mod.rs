@@ -93,6 +93,14 @@ impl Bench {
         self.save(name, Texture::new(size, channels, Encoding::Srgb, texels).unwrap());
     }
 
+    /// Writes a grey image of 64 by 64 texels, the left half of one value and the right half of another.
+    pub fn paint_halves(&self, name: &str, [left, right]: [u8; 2]) {
+        let row = [[left; 32], [right; 32]].concat();
+        let texels = Texels::U8(row.repeat(64));
+        let texture = Texture::new(Size::square(64), Channels::Grey, Encoding::Srgb, texels);
+        self.save(name, texture.unwrap());
+    }
+
     /// Writes an image with another value in each texel, the same for the same name's size.
     pub fn paint_noise(&self, name: &str, size: (u32, u32), channels: Channels, depth: Depth) {
         let size = Size::new(size.0, size.1);

@@ -1,6 +1,7 @@
 //! NumPy arrays of numbers.
 
 use super::value::Id;
+use crate::integers::Number;
 
 /// NumPy's own limit in version 2; version 1 had 32.
 pub(super) const MOST_AXES: usize = 64;
@@ -90,16 +91,34 @@ impl<'p> Array<'p> {
         let read = if big_endian { f32::from_be_bytes } else { f32::from_le_bytes };
         let written: Vec<f32> =
             self.data.as_chunks::<4>().0.iter().map(|&word| read(word)).collect();
-        Some(if self.layout.fortran_order {
-            last_axis_fastest(&written, self.shape())
-        } else {
-            written
-        })
+        Some(self.ordered(written))
+    }
+
+    /// How many numbers there are.
+    pub const fn count(&self) -> usize {
+        self.data.len() / self.layout.dtype.width
+    }
+
+    /// Its numbers, the last axis running fastest, if they are integers that fit 64 bits with a sign.
+    pub fn integers(&self) -> Option<Vec<i64>> {
+        let Dtype { kind, width, big_endian } = self.layout.dtype;
+        let signed = match kind {
+            NumberKind::Signed => true,
+            NumberKind::Unsigned => false,
+            NumberKind::Bool | NumberKind::Float => return None,
+        };
+        let number = Number { big_endian, signed, width };
+        let written = self.data.chunks_exact(width).map(|bytes| number.read(bytes));
+        Some(self.ordered(written.collect::<Result<Vec<i64>, u64>>().ok()?))
+    }
+
+    fn ordered<T: Copy>(&self, written: Vec<T>) -> Vec<T> {
+        if self.layout.fortran_order { last_axis_fastest(&written, self.shape()) } else { written }
     }
 }
 
 /// Brings numbers whose first axis runs fastest into the usual order.
-fn last_axis_fastest(values: &[f32], shape: &[usize]) -> Vec<f32> {
+fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
     let mut place = vec![0; shape.len()];
     let mut next = || {
         let at = place.iter().zip(shape).rev().fold(0, |at, (place, length)| at * length + place);
@@ -124,7 +143,7 @@ mod tests {
         let written = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
         assert_eq!(last_axis_fastest(&written, &[2, 3]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
         assert_eq!(last_axis_fastest(&written, &[6]), written);
-        assert_eq!(last_axis_fastest(&[], &[0, 3]), [0.0; 0]);
+        assert_eq!(last_axis_fastest::<f32>(&[], &[0, 3]), [0.0; 0]);
     }
 
     #[test]

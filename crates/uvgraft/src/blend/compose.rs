@@ -185,7 +185,7 @@ mod tests {
         let positions = uv.iter().map(|&[x, y]| [x * 8.0, y * 8.0, 0.0]).collect();
         let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
         let pair = Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2]).unwrap();
-        SamplingMap::new(&pair, Direction::Forward, Size::square(8), &MapOptions { gutter_px: 0 })
+        SamplingMap::new(&pair, Direction::Forward, Size::square(8), &MapOptions::with_gutter(0))
     }
 
     #[test]

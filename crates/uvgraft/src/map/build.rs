@@ -4,8 +4,7 @@ use super::coverage::{Layout, Span, Sweep, corners_px};
 use super::gutter::{Border, Winners};
 use super::rows::{Block, Draft, Rows};
 use super::surroundings::{Surroundings, merge};
-use super::{Affine, MapOptions, MapStats, Patch, Run, SamplingMap};
-use crate::islands::Islands;
+use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap};
 use crate::pair::{Direction, Oriented};
 use crate::texture::Size;
 use crate::threads::{extend_indices, join, map_indices_with};
@@ -13,18 +12,22 @@ use crate::threads::{extend_indices, join, map_indices_with};
 /// In place of the patch of a face that has none.
 const UNLINKED: u32 = u32::MAX;
 
+/// - `gutter_px`: how many texels beyond the islands are filled.
+/// - `precedence`: of the layout that is filled.
 pub(super) fn build(
     oriented: &Oriented<'_>,
     direction: Direction,
     size: Size,
-    options: &MapOptions,
+    gutter_px: u32,
+    precedence: impl FnOnce() -> Precedence + Send,
 ) -> SamplingMap {
     let to = oriented.to;
-    let (islands, (layout, (patch_of_face, mut patches))) =
-        join(|| Islands::new(to), || (Layout::new(to, size), linked_patches(oriented, size)));
+    let (precedence, (layout, (patch_of_face, mut patches))) =
+        join(precedence, || (Layout::new(to, size), linked_patches(oriented, size)));
     let patch = |face: u32| patch_of_face[face as usize];
     let is_linked = |face| patch(face) != UNLINKED;
-    let border = Border::new(to, &islands, size, options.gutter_px, is_linked);
+    let lost = precedence.lost_edges(&layout);
+    let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, is_linked);
 
     let gutter_patches = patches.len() as u32;
     let mut beside = Vec::new();
@@ -35,7 +38,7 @@ pub(super) fn build(
     });
     patches.append(&mut beside);
 
-    let plan = Plan { layout, islands, border, patch_of_face, gutter_patches };
+    let plan = Plan { layout, precedence, border, patch_of_face, gutter_patches };
     let blocks = plan.layout.blocks.count();
     let new_worker = || Worker::new(size.width);
     let mut parts =
@@ -90,7 +93,7 @@ fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (Vec<u32>, Vec<Patch>)
 /// What all blocks depend on.
 struct Plan<'a> {
     layout: Layout<'a>,
-    islands: Islands,
+    precedence: Precedence,
     border: Border,
     patch_of_face: Vec<u32>,
     gutter_patches: u32,
@@ -126,9 +129,9 @@ impl Worker {
         let Self { sweep, around, runs, owned } = self;
         let patch = |face: u32| plan.patch_of_face[face as usize];
         if winners.is_some() {
-            sweep.cover_all(&plan.layout, &plan.islands, block);
+            sweep.cover_all(&plan.layout, &plan.precedence, block);
         } else {
-            sweep.cover(&plan.layout, &plan.islands, block, |face| patch(face) != UNLINKED);
+            sweep.cover(&plan.layout, &plan.precedence, block, |face| patch(face) != UNLINKED);
         }
         around.enter(&plan.border, block, |row| sweep.covered(row));
         let mut stats =
@@ -138,7 +141,8 @@ impl Worker {
             let spans = sweep.spans.row(index);
             around.beside(&plan.border, block, row);
             if let Some(winners) = winners {
-                around.steal(&plan.border, winners, &plan.islands, block, row, spans);
+                let islands = plan.precedence.islands();
+                around.steal(&plan.border, winners, islands, block, row, spans);
             }
             stats.covered +=
                 sweep.covered(index).iter().map(|word| word.count_ones()).sum::<u32>() as usize;

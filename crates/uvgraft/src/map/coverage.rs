@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::overlap::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, RowBlocks, Rows};
 use crate::bits;
-use crate::islands::Islands;
 use crate::mesh::Mesh;
 use crate::raster::ScanTriangle;
 use crate::texture::{Size, Texture};
@@ -12,12 +12,15 @@ use crate::threads::{map_indices, map_indices_with};
 
 /// The owner of every texel that a layout covers, as spans.
 ///
-/// Where triangles overlap, the island with the lowest face owns the texel, and within an island
-/// the lowest face.
+/// Where triangles overlap, the island that comes first owns the texel, and within an island the
+/// lowest face.
 pub(crate) struct Coverage {
     rows: Rows<Span>,
     /// Texels that more than one triangle covers.
     pub overlapping: usize,
+    /// Pairs of islands that share texels, sorted: the one that owns them, the one that lost them.
+    pub clashes: Vec<(u32, u32)>,
+    size: Size,
 }
 
 /// Consecutive texels of a row with one owner.
@@ -77,16 +80,30 @@ impl<'a> Layout<'a> {
 }
 
 impl Coverage {
-    pub fn new(mesh: &Mesh, islands: &Islands, size: Size) -> Self {
-        let layout = Layout::new(mesh, size);
+    pub fn new(layout: &Layout<'_>, precedence: &Precedence) -> Self {
+        let size = layout.size;
         let sweep = || Sweep::new(size.width);
         let blocks = map_indices_with(layout.blocks.count(), sweep, |sweep, block| {
-            sweep.cover_all(&layout, islands, block);
-            (sweep.spans.block(), sweep.overlapping)
+            sweep.cover_all(layout, precedence, block);
+            (sweep.spans.block(), sweep.overlapping, std::mem::take(&mut sweep.clashes))
         });
-        let overlapping = blocks.iter().map(|(_, overlapping)| overlapping).sum();
-        let rows = Rows::new(blocks.into_iter().map(|(block, _)| block).collect());
-        Self { rows, overlapping }
+        let overlapping = blocks.iter().map(|(_, overlapping, _)| overlapping).sum();
+        let mut clashes: Vec<(u32, u32)> =
+            blocks.iter().flat_map(|(_, _, clashes)| clashes).copied().collect();
+        clashes.sort_unstable();
+        clashes.dedup();
+        let rows = Rows::new(blocks.into_iter().map(|(block, ..)| block).collect());
+        Self { rows, overlapping, clashes, size }
+    }
+
+    /// The face that owns the texel that a point lies in.
+    pub fn owner(&self, [x, y]: [f64; 2]) -> Option<u32> {
+        let inside = (0.0..f64::from(self.size.width)).contains(&x)
+            && (0.0..f64::from(self.size.height)).contains(&y);
+        let spans = if inside { self.row(y as u32) } else { &[] };
+        let x = x as u32;
+        let next = spans.partition_point(|span| span.end <= x);
+        spans.get(next).filter(|span| span.start <= x).map(|span| span.face)
     }
 
     /// The spans of a row, from left to right.
@@ -151,7 +168,7 @@ impl Sweep {
     pub fn cover(
         &mut self,
         layout: &Layout<'_>,
-        islands: &Islands,
+        precedence: &Precedence,
         block: usize,
         wanted: impl Fn(u32) -> bool,
     ) {
@@ -165,18 +182,18 @@ impl Sweep {
                 }
                 let row = (row - rows.start) as usize;
                 if bits::claim(&mut self.covered[row * self.words..][..self.words], &span) {
-                    return self.cover_all(layout, islands, block);
+                    return self.cover_all(layout, precedence, block);
                 }
                 if wanted {
                     self.store(row, &span, face);
                 }
             }
         }
-        self.collect(rows.len(), islands);
+        self.collect(rows.len(), precedence);
     }
 
     /// Finds the owners of a block, all of them.
-    pub fn cover_all(&mut self, layout: &Layout<'_>, islands: &Islands, block: usize) {
+    pub fn cover_all(&mut self, layout: &Layout<'_>, precedence: &Precedence, block: usize) {
         self.clear();
         let rows = layout.blocks.rows(block);
         for (face, triangle) in layout.triangles(block, |_| true) {
@@ -189,7 +206,7 @@ impl Sweep {
                 self.store(row, &span, face);
             }
         }
-        self.collect(rows.len(), islands);
+        self.collect(rows.len(), precedence);
     }
 
     /// The covered columns of a row, counted from the block's first.
@@ -221,16 +238,16 @@ impl Sweep {
     }
 
     /// Takes the spans of all rows out.
-    fn collect(&mut self, rows: usize, islands: &Islands) {
+    fn collect(&mut self, rows: usize, precedence: &Precedence) {
         for row in 0..rows {
-            self.collect_row(row, islands);
+            self.collect_row(row, precedence);
         }
         self.clashes.sort_unstable();
         self.clashes.dedup();
     }
 
     /// Takes the spans of a row out, from left to right.
-    fn collect_row(&mut self, row: usize, islands: &Islands) {
+    fn collect_row(&mut self, row: usize, precedence: &Precedence) {
         let starts = &self.starts[row * self.words..][..self.words];
         let slots = &self.slots[row * self.width as usize..][..self.width as usize];
         let spans = &mut self.spans;
@@ -240,7 +257,7 @@ impl Sweep {
             if end <= start {
                 if spans.items.len() > first + 1 {
                     self.overlapping +=
-                        self.contest.settle(&mut spans.items, first, islands, &mut self.clashes);
+                        self.contest.settle(&mut spans.items, first, precedence, &mut self.clashes);
                 }
                 first = spans.items.len();
             }
@@ -256,7 +273,7 @@ impl Sweep {
         }
         if spans.items.len() > first + 1 {
             self.overlapping +=
-                self.contest.settle(&mut spans.items, first, islands, &mut self.clashes);
+                self.contest.settle(&mut spans.items, first, precedence, &mut self.clashes);
         }
         spans.end_row();
     }
@@ -272,27 +289,27 @@ struct Contest {
 
 impl Contest {
     /// Replaces the spans from `first` on, which overlap one another, by those of the owners: of
-    /// those who claim a texel the first in the order of islands, then faces. Gives how many texels
+    /// those who claim a texel the first by the rank of islands, then faces. Gives how many texels
     /// are shared.
     fn settle(
         &mut self,
         spans: &mut Vec<Span>,
         first: usize,
-        islands: &Islands,
+        precedence: &Precedence,
         clashes: &mut Vec<(u32, u32)>,
     ) -> usize {
         self.claims.clear();
         self.claims.extend(spans.drain(first..));
         let left = self.claims[0].start;
         let end = self.claims.iter().map(|span| span.end).max().unwrap_or(left);
-        let island = |face: u32| islands.of_faces()[face as usize];
+        let island = |face: u32| precedence.of_faces()[face as usize];
         let texels = |span: &Span| (span.start - left) as usize..(span.end - left) as usize;
         self.owners.clear();
         self.owners.resize((end - left) as usize, NONE);
         self.shared.clear();
         self.shared.resize((end - left) as usize, false);
         for span in &self.claims {
-            let rank = (island(span.face), span.face);
+            let rank = precedence.rank(span.face);
             for x in texels(span) {
                 let owner = &mut self.owners[x];
                 if *owner == NONE {
@@ -300,7 +317,7 @@ impl Contest {
                     continue;
                 }
                 self.shared[x] = true;
-                if rank < (island(*owner), *owner) {
+                if rank < precedence.rank(*owner) {
                     *owner = span.face;
                 }
             }
@@ -325,6 +342,7 @@ impl Contest {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Prefer;
     use super::*;
 
     /// Squares of two triangles each, given by their left, top, right and bottom.
@@ -339,10 +357,14 @@ mod tests {
         Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
     }
 
+    fn coverage(mesh: &Mesh, size: Size) -> Coverage {
+        Coverage::new(&Layout::new(mesh, size), &Precedence::new(mesh, Prefer::First))
+    }
+
     #[test]
     fn the_island_with_the_lowest_face_owns_an_overlap() {
         let mesh = squares(&[[0.5, 0.0, 1.0, 1.0], [0.0, 0.0, 0.75, 0.5]]);
-        let coverage = Coverage::new(&mesh, &Islands::new(&mesh), Size::square(40));
+        let coverage = coverage(&mesh, Size::square(40));
         let texels: usize =
             coverage.rows.items().map(|span| (span.end - span.start) as usize).sum();
         assert_eq!(texels, 20 * 40 + 20 * 20);
@@ -365,7 +387,7 @@ mod tests {
             let [x, y] = [rng.f32(), rng.f32()];
             [x, y, x + 0.2 * rng.f32() + 0.01, y + 0.2 * rng.f32() + 0.01]
         }));
-        let coverage = Coverage::new(&mesh, &Islands::new(&mesh), Size::new(130, 97));
+        let coverage = coverage(&mesh, Size::new(130, 97));
         for row in 0..97 {
             let spans = coverage.row(row);
             assert!(spans.iter().all(|span| span.start < span.end && span.end <= 130));

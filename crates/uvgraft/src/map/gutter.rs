@@ -150,11 +150,13 @@ pub(super) struct Border {
 }
 
 impl Border {
+    /// - `lost`: for each edge of the islands, whether another island owns what lies inside it.
     /// - `radius_px`: how far the gutter reaches.
     /// - `is_linked`: whether a face has a map.
     pub fn new(
         mesh: &Mesh,
         islands: &Islands,
+        lost: &[bool],
         size: Size,
         radius_px: u32,
         is_linked: impl Fn(u32) -> bool,
@@ -162,7 +164,8 @@ impl Border {
         let radius = f64::from(radius_px);
         let edges = map_indices(islands.border().len(), |index| {
             let border = islands.border()[index];
-            Edge::new(mesh, border, islands.of_faces()[border.face as usize], size, radius)
+            let island = islands.of_faces()[border.face as usize];
+            if lost[index] { None } else { Edge::new(mesh, border, island, size, radius) }
         });
         let (mut edges, others): (Vec<Edge>, Vec<Edge>) =
             edges.into_iter().flatten().partition(|edge| is_linked(edge.face));

@@ -6,12 +6,15 @@
 mod build;
 mod coverage;
 mod gutter;
+mod overlap;
 mod region;
 mod rows;
 mod surroundings;
 mod tiles;
 
-pub(crate) use coverage::{Coverage, corners_px};
+pub(crate) use coverage::{Coverage, Layout, corners_px};
+pub(crate) use overlap::Precedence;
+pub use overlap::Prefer;
 pub(crate) use region::Region;
 pub(crate) use rows::BLOCK_ROWS;
 pub(crate) use tiles::{TILE, Tiles, tiles};
@@ -33,12 +36,21 @@ pub struct MapOptions {
     /// How many texels beyond the islands are filled, so that filtering and mip levels never meet
     /// the background.
     pub gutter_px: u32,
+    /// Which of several islands of the target owns the texels that they share.
+    pub prefer: Prefer,
+}
+
+impl MapOptions {
+    /// A gutter of so many texels, and everything else as by default.
+    pub const fn with_gutter(gutter_px: u32) -> Self {
+        Self { gutter_px, prefer: Prefer::First }
+    }
 }
 
 impl Default for MapOptions {
     /// 16 texels: down to the fourth mip level.
     fn default() -> Self {
-        Self { gutter_px: 16 }
+        Self::with_gutter(16)
     }
 }
 
@@ -159,7 +171,9 @@ impl SamplingMap {
     /// # Panics
     /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
-        build::build(&pair.oriented(direction), direction, size, options)
+        let precedence = || Precedence::new(pair.to(direction), options.prefer);
+        let oriented = pair.oriented(direction);
+        build::build(&oriented, direction, size, options.gutter_px, precedence)
     }
 
     /// The map of a layout onto itself: what all of a mesh's triangles cover.
@@ -167,7 +181,9 @@ impl SamplingMap {
     /// # Panics
     /// As [`SamplingMap::new`].
     pub fn of_layout(mesh: &Mesh, size: Size, options: &MapOptions) -> Self {
-        build::build(&Oriented::identity(mesh), Direction::Forward, size, options)
+        let precedence = || Precedence::new(mesh, options.prefer);
+        let oriented = Oriented::identity(mesh);
+        build::build(&oriented, Direction::Forward, size, options.gutter_px, precedence)
     }
 
     /// The target size.
@@ -261,7 +277,7 @@ mod tests {
                 let vertex_map: Vec<i64> = (0..36 * 3).collect();
                 let pair = Pair::by_vertex_map(source, target, &vertex_map).unwrap();
                 let size = Size::new(rng.u32(1..90), rng.u32(1..90));
-                let options = MapOptions { gutter_px: rng.u32(0..20) };
+                let options = MapOptions::with_gutter(rng.u32(0..20));
                 let map = SamplingMap::new(&pair, Direction::Forward, size, &options);
                 for row in 0..size.height {
                     let runs = map.row(row);

@@ -275,7 +275,7 @@ mod tests {
         };
         let vertex_map: Vec<i64> = (0..60).collect();
         let pair = Pair::by_vertex_map(mesh(far), mesh(1.0), &vertex_map).unwrap();
-        SamplingMap::new(&pair, Direction::Forward, size, &MapOptions { gutter_px: 3 })
+        SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(3))
     }
 
     /// Every level that kernels are compiled for, as far as this machine has it.
@@ -354,7 +354,7 @@ mod tests {
             &pair,
             Direction::Forward,
             Size::square(8),
-            &MapOptions { gutter_px: 0 },
+            &MapOptions::with_gutter(0),
         );
         // A target texel is an eighth; in u the source spans twice as much, so 4 source texels of 16.
         let run = map.row(1)[0];
@@ -380,7 +380,7 @@ mod tests {
         for width in [1e-3, 1e-6, 2e-7] {
             let target = mesh([[0.0, 0.0], [1.0, 1.0 - width], [1.0 - width, 1.0]]);
             let pair = Pair::by_vertex_map(source.clone(), target, &[0, 1, 2]).unwrap();
-            let options = MapOptions { gutter_px: 0 };
+            let options = MapOptions::with_gutter(0);
             let map = SamplingMap::new(&pair, Direction::Forward, Size::square(4096), &options);
             let paths = Paths::new(&map, Size::square(2048), Filter::Bilinear);
             let mut texels = 0;

@@ -7,70 +7,93 @@
 //!
 //! Source: `numpy.lib.format`, versions 1.0 to 3.0.
 
-use std::io::{self, Write};
-use std::path::Path;
-
-use super::VertexMapError;
-use crate::npy::{MAGIC, write_header};
+use super::{IntegersError, List};
+use crate::npy::MAGIC;
 use crate::obj::shown;
-use crate::output::write_atomically;
 
-/// Reads what follows the magic.
-pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
-    let cut_short = |wanted: u64| {
-        let before = MAGIC.len();
-        VertexMapError::NpyCutShort { wanted: wanted + before as u64, found: bytes.len() + before }
-    };
-    let (start, length) = match *bytes {
-        [1, 0, a, b, ..] => (4, u64::from(u16::from_le_bytes([a, b]))),
-        [2 | 3, 0, a, b, c, d, ..] => (6, u64::from(u32::from_le_bytes([a, b, c, d]))),
-        [1, 0, ..] | [] | [_] => return Err(cut_short(4)),
-        [2 | 3, 0, ..] => return Err(cut_short(6)),
-        [major, minor, ..] => return Err(VertexMapError::NpyVersion { major, minor }),
-    };
-    let end = start + length;
-    let Some((head, values)) =
-        usize::try_from(end).ok().and_then(|end| bytes.split_at_checked(end))
-    else {
-        return Err(cut_short(end));
-    };
-    let header = Header::parse(&head[start as usize..])?;
-    let integer = Integer::from_descr(header.descr)?;
-    let count = list_length(header.shape)?;
-    if !matches!(header.fortran_order, b"True" | b"False") {
-        return Err(wrong(header.fortran_order, "True or False as 'fortran_order'"));
-    }
-    // With one axis longer than 1 at most, C and Fortran order are the same.
-    let wanted = u128::from(count) * integer.width as u128;
-    if wanted != values.len() as u128 {
-        return Err(VertexMapError::NpyLength { wanted, found: values.len() });
-    }
-    let ids = values.chunks_exact(integer.width).enumerate();
-    ids.map(|(index, bytes)| integer.read(bytes, index + 1)).collect()
+/// What arrays are read as.
+const INTEGERS: &str = "integers (i1 to i8 or u1 to u8)";
+const INTEGERS_OR_BOOLS: &str = "integers (i1 to i8 or u1 to u8) or bools (b1)";
+
+/// An array of one axis, whose values are as many bytes as its header says.
+pub(super) struct Array<'a> {
+    descr: &'a [u8],
+    length: u64,
+    values: &'a [u8],
 }
 
-/// Writes a vertex map as an NPY array, version 1.0: `[source vertices]` of `<i8`.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
-    write_header("<i8", &[ids.len()], out)?;
-    for &id in ids {
-        out.write_all(&i64::from(id).to_le_bytes())?;
+impl<'a> Array<'a> {
+    /// Reads what follows the magic, but for the values.
+    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, IntegersError> {
+        let cut_short = |wanted: u64| {
+            let before = MAGIC.len();
+            IntegersError::NpyCutShort {
+                wanted: wanted + before as u64,
+                found: bytes.len() + before,
+            }
+        };
+        let (start, length) = match *bytes {
+            [1, 0, a, b, ..] => (4, u64::from(u16::from_le_bytes([a, b]))),
+            [2 | 3, 0, a, b, c, d, ..] => (6, u64::from(u32::from_le_bytes([a, b, c, d]))),
+            [1, 0, ..] | [] | [_] => return Err(cut_short(4)),
+            [2 | 3, 0, ..] => return Err(cut_short(6)),
+            [major, minor, ..] => return Err(IntegersError::NpyVersion { major, minor }),
+        };
+        let end = start + length;
+        let Some((head, values)) =
+            usize::try_from(end).ok().and_then(|end| bytes.split_at_checked(end))
+        else {
+            return Err(cut_short(end));
+        };
+        let header = Header::parse(&head[start as usize..])?;
+        // With one axis longer than 1 at most, C and Fortran order are the same.
+        if !matches!(header.fortran_order, b"True" | b"False") {
+            return Err(wrong(header.fortran_order, "True or False as 'fortran_order'"));
+        }
+        Ok(Self { descr: header.descr, length: list_length(header.shape)?, values })
     }
-    Ok(())
+
+    /// Its values as integers.
+    pub(super) fn integers(&self) -> Result<Vec<i64>, IntegersError> {
+        self.integers_or(INTEGERS)
+    }
+
+    /// Its values as integers or bools.
+    pub(super) fn integers_or_mask(&self) -> Result<List, IntegersError> {
+        if unquoted(self.descr) != Some(b"|b1") {
+            return self.integers_or(INTEGERS_OR_BOOLS).map(List::Integers);
+        }
+        self.check_length(1)?;
+        Ok(List::Mask(self.values.iter().map(|&value| value != 0).collect()))
+    }
+
+    fn integers_or(&self, wanted: &'static str) -> Result<Vec<i64>, IntegersError> {
+        let refused = || IntegersError::NpyDtype { found: shown(self.descr), wanted };
+        let number = Number::from_descr(self.descr).ok_or_else(refused)?;
+        self.check_length(number.width)?;
+        let values = self.values.chunks_exact(number.width).enumerate();
+        let integer = |(index, bytes)| {
+            number.read(bytes).map_err(|found: u64| IntegersError::OutOfRange {
+                entry: index + 1,
+                found: found.to_string(),
+            })
+        };
+        values.map(integer).collect()
+    }
+
+    fn check_length(&self, width: usize) -> Result<(), IntegersError> {
+        let wanted = u128::from(self.length) * width as u128;
+        let found = self.values.len();
+        if wanted == found as u128 {
+            Ok(())
+        } else {
+            Err(IntegersError::NpyLength { wanted, found })
+        }
+    }
 }
 
-/// Writes a vertex map to an NPY file, whole or not at all; see [`write_npy`].
-///
-/// # Errors
-/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
-pub fn save_npy(ids: &[u32], path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npy(ids, out))
-}
-
-fn wrong(found: &[u8], wanted: &'static str) -> VertexMapError {
-    VertexMapError::NpyHeader { found: shown(found), wanted }
+fn wrong(found: &[u8], wanted: &'static str) -> IntegersError {
+    IntegersError::NpyHeader { found: shown(found), wanted }
 }
 
 /// The three entries of the dictionary, as they are written.
@@ -81,7 +104,7 @@ struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    fn parse(text: &'a [u8]) -> Result<Self, VertexMapError> {
+    fn parse(text: &'a [u8]) -> Result<Self, IntegersError> {
         let text = text.trim_ascii();
         let body = text.strip_prefix(b"{").and_then(|text| text.strip_suffix(b"}"));
         let mut rest = body.ok_or_else(|| wrong(text, "a dictionary in braces"))?.trim_ascii();
@@ -135,30 +158,31 @@ fn unquoted(text: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// How an array's values are written.
-struct Integer {
-    big_endian: bool,
-    signed: bool,
-    width: usize,
+/// How integers are written.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Number {
+    pub(crate) big_endian: bool,
+    pub(crate) signed: bool,
+    /// Bytes: 1, 2, 4 or 8.
+    pub(crate) width: usize,
 }
 
-impl Integer {
-    fn from_descr(descr: &[u8]) -> Result<Self, VertexMapError> {
-        let refused = || VertexMapError::NpyDtype { found: shown(descr) };
-        let Some(&[order, kind, width]) = unquoted(descr) else { return Err(refused()) };
+impl Number {
+    fn from_descr(descr: &[u8]) -> Option<Self> {
+        let &[order, kind, width] = unquoted(descr)? else { return None };
         let width = usize::from(width.wrapping_sub(b'0'));
-        if !matches!(kind, b'i' | b'u') || !matches!(width, 1 | 2 | 4 | 8) {
-            return Err(refused());
-        }
         // `|` stands for "does not matter".
-        if !(matches!(order, b'<' | b'>') || order == b'|' && width == 1) {
-            return Err(refused());
-        }
-        Ok(Self { big_endian: order == b'>', signed: kind == b'i', width })
+        let has_order = matches!(order, b'<' | b'>') || order == b'|' && width == 1;
+        let is_integer = matches!(kind, b'i' | b'u') && matches!(width, 1 | 2 | 4 | 8);
+        (has_order && is_integer).then_some(Self {
+            big_endian: order == b'>',
+            signed: kind == b'i',
+            width,
+        })
     }
 
-    /// One value from its `width` bytes; `entry` is for the error only.
-    fn read(&self, bytes: &[u8], entry: usize) -> Result<i64, VertexMapError> {
+    /// One integer from its bytes, as many as it is wide; or the one that does not fit.
+    pub(crate) fn read(self, bytes: &[u8]) -> Result<i64, u64> {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(bytes);
         if self.big_endian {
@@ -170,15 +194,14 @@ impl Integer {
             // Moves the sign to the top and back again.
             Ok((value << unused_bits).cast_signed() >> unused_bits)
         } else {
-            i64::try_from(value)
-                .map_err(|_| VertexMapError::OutOfRange { entry, found: value.to_string() })
+            i64::try_from(value).map_err(|_| value)
         }
     }
 }
 
 /// The number of values in a shape with one axis that is not 1 long at most.
-fn list_length(shape: &[u8]) -> Result<u64, VertexMapError> {
-    let refused = || VertexMapError::NpyShape { found: shown(shape) };
+fn list_length(shape: &[u8]) -> Result<u64, IntegersError> {
+    let refused = || IntegersError::NpyShape { found: shown(shape) };
     let inner = shape.strip_prefix(b"(").and_then(|shape| shape.strip_suffix(b")"));
     let mut rest = inner.ok_or_else(refused)?.trim_ascii();
     if rest.is_empty() {
@@ -203,7 +226,7 @@ fn list_length(shape: &[u8]) -> Result<u64, VertexMapError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::parse;
+    use super::super::{parse, parse_or_mask};
     use super::*;
 
     fn file(version: u8, header: &str, values: &[u8]) -> Vec<u8> {
@@ -258,19 +281,6 @@ mod tests {
     }
 
     #[test]
-    fn writes_what_numpy_writes() {
-        let mut bytes = Vec::new();
-        write_npy(&[10_000, 0, u32::MAX], &mut bytes).unwrap();
-        let header =
-            b"\x93NUMPY\x01\0\x76\0{'descr': '<i8', 'fortran_order': False, 'shape': (3,), }";
-        assert_eq!(bytes[..header.len()], header[..]);
-        assert_eq!(bytes[header.len()..127], vec![b' '; 127 - header.len()]);
-        assert_eq!(bytes[127..144], *b"\n\x10\x27\0\0\0\0\0\0\0\0\0\0\0\0\0\0");
-        assert_eq!(bytes[144..], *b"\xff\xff\xff\xff\0\0\0\0");
-        assert_eq!(parse(&bytes).unwrap(), [10_000, 0, 4_294_967_295]);
-    }
-
-    #[test]
     fn refuses_what_is_no_list_of_integers() {
         for descr in ["'<f4'", "'>f8'", "'|b1'", "'|O'", "'<U5'", "'<i3'", "'|i4'", "'i4'", "12"] {
             let wanted = format!("NPY array has dtype {descr}, wanted integers (i1 to i8 or u1 to");
@@ -285,9 +295,25 @@ mod tests {
             let wanted = format!("NPY array has shape {shape}, wanted (N,), (N, 1) or (1, N)");
             assert_eq!(error("'<i4'", shape, &[0; 16]), wanted);
         }
-        assert_eq!(error("'<i4'", "(0,)", &[]), VertexMapError::Empty.to_string());
+        assert_eq!(parse(&array("'<i4'", "False", "(0,)", &[])), Ok(Vec::new()));
         let beyond = error("'<u8'", "(2,)", b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80");
         assert_eq!(beyond, "entry 2: found 9223372036854775808, wanted a signed 64-bit integer");
+    }
+
+    #[test]
+    fn bools_are_a_mask_where_one_is_wanted() {
+        let mask = |descr, shape, values: &[u8]| {
+            parse_or_mask(&array(descr, "False", shape, values)).map_err(|error| error.to_string())
+        };
+        let found = mask("'|b1'", "(1, 3)", &[1, 0, 1]);
+        assert_eq!(found, Ok(List::Mask(vec![true, false, true])));
+        assert_eq!(mask("'|u1'", "(3,)", &[1, 0, 1]), Ok(List::Integers(vec![1, 0, 1])));
+        let cut = "NPY array needs 3 bytes after the header, found 2";
+        assert_eq!(mask("'|b1'", "(3,)", &[1, 0]), Err(cut.to_owned()));
+        let floats = mask("'<f4'", "(1,)", &[0; 4]).unwrap_err();
+        let wanted = "wanted integers (i1 to i8 or u1 to u8) or bools (b1); convert it";
+        assert!(floats.contains(wanted), "{floats}");
+        assert_eq!(parse_or_mask(b"7, 9"), Ok(List::Integers(vec![7, 9])));
     }
 
     #[test]
@@ -303,14 +329,14 @@ mod tests {
         let mut long_header = file(2, "{}", b"");
         long_header[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
         let cut_short = parse(&long_header).unwrap_err();
-        assert_eq!(cut_short, VertexMapError::NpyCutShort { wanted: 4_294_967_307, found: 14 });
+        assert_eq!(cut_short, IntegersError::NpyCutShort { wanted: 4_294_967_307, found: 14 });
         assert_eq!(
             parse(b"\x93NUMPY\x01\0v").unwrap_err().to_string(),
             "NPY file cut short: header needs 10 bytes, file has 9"
         );
         assert_eq!(
             parse(b"\x93NUMPY\x04\0\0\0"),
-            Err(VertexMapError::NpyVersion { major: 4, minor: 0 })
+            Err(IntegersError::NpyVersion { major: 4, minor: 0 })
         );
     }
 
@@ -328,7 +354,7 @@ mod tests {
             ),
         ] {
             let error = parse(&file(1, header, &[0; 8])).unwrap_err();
-            assert_eq!(error, VertexMapError::NpyHeader { found: found.into(), wanted });
+            assert_eq!(error, IntegersError::NpyHeader { found: found.into(), wanted });
         }
         let nested = format!("{{'descr': {}", "[".repeat(60_000));
         assert!(parse(&file(1, &nested, &[])).is_err());

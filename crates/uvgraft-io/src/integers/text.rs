@@ -1,9 +1,9 @@
-//! Vertex maps as text: integers between blanks, line ends and commas.
+//! Integers as text: between blanks, line ends and commas.
 
-use super::VertexMapError;
+use super::IntegersError;
 use crate::obj::shown;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, IntegersError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut ids = Vec::new();
     let mut line = 1;
@@ -22,7 +22,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
                 comma_may_follow = false;
                 1
             }
-            b',' => return Err(VertexMapError::MissingValue { line }),
+            b',' => return Err(IntegersError::MissingValue { line }),
             b'#' => length_until(rest, |byte| matches!(byte, b'\n' | b'\r')),
             _ => {
                 let length =
@@ -40,17 +40,17 @@ fn length_until(bytes: &[u8], is_end: impl Fn(u8) -> bool) -> usize {
     bytes.iter().position(|&byte| is_end(byte)).unwrap_or(bytes.len())
 }
 
-fn integer(word: &[u8], line: usize, entry: usize) -> Result<i64, VertexMapError> {
+fn integer(word: &[u8], line: usize, entry: usize) -> Result<i64, IntegersError> {
     let text = std::str::from_utf8(word).unwrap_or_default();
     text.parse().map_err(|_| {
         let found = shown(word);
         let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
         if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
-            VertexMapError::OutOfRange { entry, found }
+            IntegersError::OutOfRange { entry, found }
         } else if text.parse::<f64>().is_ok() {
-            VertexMapError::Float { line, found }
+            IntegersError::Float { line, found }
         } else {
-            VertexMapError::NotInteger { line, found }
+            IntegersError::NotInteger { line, found }
         }
     })
 }
@@ -99,7 +99,7 @@ mod tests {
         }
         assert_eq!(
             parse(b"\xff\xfe1\0"),
-            Err(VertexMapError::NotInteger { line: 1, found: r"\xff\xfe1\x00".into() })
+            Err(IntegersError::NotInteger { line: 1, found: r"\xff\xfe1\x00".into() })
         );
     }
 }

@@ -1,0 +1,133 @@
+//! Lengths as options give them, and the unit of a mesh.
+
+use clap::ValueEnum;
+use uvgraft::Mesh;
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Unit {
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Metres
+    M,
+    /// Inches
+    In,
+}
+
+impl Unit {
+    fn meters(self) -> f64 {
+        match self {
+            Self::Mm => 0.001,
+            Self::Cm => 0.01,
+            Self::M => 1.0,
+            Self::In => 0.0254,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "millimetres",
+            Self::Cm => "centimetres",
+            Self::M => "metres",
+            Self::In => "inches",
+        }
+    }
+}
+
+/// A number with a unit, or in the mesh's own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Length {
+    value: f64,
+    unit: Option<Unit>,
+}
+
+impl Length {
+    pub(crate) const fn millimeters(value: f64) -> Self {
+        Self { value, unit: Some(Unit::Mm) }
+    }
+
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+        let unit = match &text[digits.len()..] {
+            "" => None,
+            "mm" => Some(Unit::Mm),
+            "cm" => Some(Unit::Cm),
+            "m" => Some(Unit::M),
+            "in" => Some(Unit::In),
+            _ => return Err(wanted()),
+        };
+        match digits.trim_end().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Self { value, unit }),
+            _ => Err(wanted()),
+        }
+    }
+
+    /// As [`Length::parse`], from 0.
+    pub(crate) fn parse_distance(text: &str) -> Result<Self, String> {
+        Self::parse(text).and_then(|length| {
+            if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, from 0", wanted())) }
+        })
+    }
+
+    /// Whether it needs a mesh's unit to be known.
+    pub(crate) fn has_unit(self) -> bool {
+        self.unit.is_some() && self.value != 0.0
+    }
+
+    /// In a mesh's unit.
+    pub(crate) fn in_unit(self, mesh: Unit) -> f64 {
+        match self.unit {
+            Some(unit) => self.value * unit.meters() / mesh.meters(),
+            None => self.value,
+        }
+    }
+}
+
+fn wanted() -> String {
+    "wanted a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the mesh's own unit".into()
+}
+
+/// What is to be said where a mesh names no unit and one is taken for it.
+pub(crate) fn assumption(mesh: &Mesh, unit: Unit) -> String {
+    let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    for position in mesh.positions() {
+        for axis in 0..3 {
+            bounds[0][axis] = bounds[0][axis].min(position[axis]);
+            bounds[1][axis] = bounds[1][axis].max(position[axis]);
+        }
+    }
+    let extents = [0, 1, 2].map(|axis| f64::from(bounds[1][axis] - bounds[0][axis]));
+    let longest = extents.into_iter().fold(0.0, f64::max) * unit.meters();
+    let size = if longest >= 1.0 {
+        format!("{longest:.2} m")
+    } else {
+        format!("{:.1} cm", longest * 100.0)
+    };
+    format!(
+        "the mesh names no unit and is taken to be in {}, which makes it {size} across at its widest; \
+         --unit says otherwise",
+        unit.name()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths() {
+        let length = |text| Length::parse(text).map(|length| length.in_unit(Unit::M));
+        for (text, wanted) in
+            [("15mm", 0.015), ("-1.5 cm", -0.015), ("0.5m", 0.5), ("2in", 0.0508), ("7", 7.0)]
+        {
+            assert!((length(text).unwrap() - wanted).abs() < 1e-12, "{text}");
+        }
+        assert!((Length::parse("15mm").unwrap().in_unit(Unit::Cm) - 1.5).abs() < 1e-12);
+        for bad in ["", "mm", "15 foot", "1e400", "nan", "15mmm", "ä"] {
+            assert!(length(bad).is_err(), "{bad}");
+        }
+        assert!(Length::parse_distance("-1mm").is_err());
+    }
+}

@@ -1,0 +1,176 @@
+//! Vertex lists: which vertices of a mesh something is about.
+//!
+//! Read from NumPy's NPY arrays, of ids or of one bool for each vertex, and from plain text.
+
+use std::path::Path;
+
+use crate::input::{ReadError, read_file};
+use crate::integers::{self, IntegersError, List};
+
+/// A larger file is refused by [`read`] before it is loaded.
+pub const MAX_FILE_BYTES: u64 = 1 << 31;
+
+/// Why the bytes of a vertex list were refused. Entries count from 1.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VertexListError {
+    /// Nothing is chosen.
+    #[error("found no vertex, wanted one at least")]
+    Empty,
+    /// It is no list of integers.
+    #[error(transparent)]
+    Integers(#[from] IntegersError),
+    /// An integer that is no vertex of the mesh.
+    #[error("entry {entry}: found {found}, wanted a vertex of the mesh, from 0 to {last}")]
+    NoSuchVertex {
+        /// Which entry of the list.
+        entry: usize,
+        /// What was found.
+        found: i64,
+        /// The mesh's last vertex.
+        last: usize,
+    },
+    /// A bool for each vertex, of a mesh that has more or fewer.
+    #[error("found a mask of {found} vertices, wanted one of {wanted}, as the mesh has")]
+    MaskLength {
+        /// Bools in the mask.
+        found: usize,
+        /// Vertices of the mesh.
+        wanted: usize,
+    },
+    /// As many integers as there are vertices, each 0 or 1: read as ids they would choose two.
+    #[error(
+        "found {found} integers that are 0 or 1, one for each vertex; \
+         a mask has to be an array of bools: convert it with .astype(\"bool\")"
+    )]
+    IntegerMask {
+        /// How many.
+        found: usize,
+    },
+}
+
+/// Reads a vertex list: sorted ids, each once, of a mesh that has so many `vertices`.
+///
+/// The bytes tell the format:
+/// - NPY, by its magic: integers of 8 to 64 bits, which are ids from 0, or bools, of which there is
+///   one for each vertex; in either case at most one axis is longer than 1.
+/// - Text, otherwise: ids separated by blanks, line ends or commas; `#` starts a comment.
+///
+/// # Errors
+/// [`VertexListError`]; among others for an id that is negative or not below `vertices`, for
+/// floating-point values, even whole ones, and for a list that chooses nothing.
+pub fn parse(bytes: &[u8], vertices: usize) -> Result<Vec<u32>, VertexListError> {
+    match integers::parse_or_mask(bytes)? {
+        List::Integers(ids) => vertices_of(&ids, vertices),
+        List::Mask(mask) if mask.len() != vertices => {
+            Err(VertexListError::MaskLength { found: mask.len(), wanted: vertices })
+        }
+        List::Mask(mask) => {
+            let ids: Vec<u32> =
+                (0..).zip(mask).filter(|&(_, is_in)| is_in).map(|(id, _)| id).collect();
+            if ids.is_empty() { Err(VertexListError::Empty) } else { Ok(ids) }
+        }
+    }
+}
+
+/// Reads a vertex list from a file, whatever its extension; see [`parse`].
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`parse`]. Each names the file.
+pub fn read(path: &Path, vertices: usize) -> Result<Vec<u32>, ReadError<VertexListError>> {
+    read_file(path, MAX_FILE_BYTES, |bytes| parse(bytes, vertices))
+}
+
+/// Ids, sorted, each once, if all are vertices of the mesh.
+pub(crate) fn vertices_of(ids: &[i64], vertices: usize) -> Result<Vec<u32>, VertexListError> {
+    /// Meshes with fewer vertices may well have each of them in a list.
+    const FEW: usize = 2;
+    let last = vertices.saturating_sub(1);
+    let vertex = |(index, &found): (usize, &i64)| {
+        let id = u32::try_from(found).ok().filter(|&id| (id as usize) < vertices);
+        id.ok_or(VertexListError::NoSuchVertex { entry: index + 1, found, last })
+    };
+    let mut chosen = ids.iter().enumerate().map(vertex).collect::<Result<Vec<u32>, _>>()?;
+    if chosen.is_empty() {
+        return Err(VertexListError::Empty);
+    }
+    if chosen.len() == vertices && vertices > FEW && chosen.iter().all(|&id| id < 2) {
+        return Err(VertexListError::IntegerMask { found: vertices });
+    }
+    chosen.sort_unstable();
+    chosen.dedup();
+    Ok(chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::npy::write_header;
+
+    fn npy(descr: &str, shape: &[usize], values: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write_header(descr, shape, &mut bytes).unwrap();
+        bytes.extend(values);
+        bytes
+    }
+
+    fn error(bytes: &[u8], vertices: usize) -> String {
+        parse(bytes, vertices).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn ids_come_sorted_and_once() {
+        assert_eq!(parse(b"7, 3 # two\n3\n0", 8), Ok(vec![0, 3, 7]));
+        assert_eq!(parse(&npy("<i2", &[3], &[5, 0, 1, 0, 5, 0]), 6), Ok(vec![1, 5]));
+        assert_eq!(parse(&npy(">u4", &[1, 1], &[0, 0, 1, 2]), 300), Ok(vec![258]));
+        assert_eq!(parse(b"1 0", 2), Ok(vec![0, 1]));
+    }
+
+    #[test]
+    fn bools_are_a_mask() {
+        let mask = npy("|b1", &[5], &[0, 1, 0, 0, 1]);
+        assert_eq!(parse(&mask, 5), Ok(vec![1, 4]));
+        assert_eq!(error(&mask, 6), "found a mask of 5 vertices, wanted one of 6, as the mesh has");
+        assert_eq!(parse(&npy("|b1", &[2], &[0, 0]), 2), Err(VertexListError::Empty));
+        let integers = npy("|u1", &[5], &[0, 1, 0, 0, 1]);
+        let found = error(&integers, 5);
+        assert!(
+            found.starts_with("found 5 integers that are 0 or 1, one for each vertex"),
+            "{found}"
+        );
+        assert_eq!(parse(&integers, 6), Ok(vec![0, 1]));
+    }
+
+    #[test]
+    fn refuses_what_is_no_vertex() {
+        let wanted = "wanted a vertex of the mesh, from 0 to 9";
+        assert_eq!(error(b"3 -1 4", 10), format!("entry 2: found -1, {wanted}"));
+        assert_eq!(error(b"3\n10\n", 10), format!("entry 2: found 10, {wanted}"));
+        let large = 1_i64 << 32;
+        assert_eq!(
+            error(&npy("<i8", &[1], &large.to_le_bytes()), 10),
+            format!("entry 1: found 4294967296, {wanted}")
+        );
+        for empty in [&b""[..], b"# nothing\n", &npy("<i8", &[0], b"")] {
+            assert_eq!(parse(empty, 10), Err(VertexListError::Empty));
+        }
+        assert!(error(b"1.5", 10).contains("line 1: found floating-point `1.5`"));
+        let floats = error(&npy("<f8", &[1], &[0; 8]), 10);
+        assert!(
+            floats.contains("NPY array has dtype '<f8', wanted integers (i1 to i8"),
+            "{floats}"
+        );
+        assert!(error(b"PK\x03\x04", 10).contains("found an .npz archive"));
+    }
+
+    #[test]
+    fn files_are_named_in_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("face.txt");
+        std::fs::write(&path, "4 2\n").unwrap();
+        assert_eq!(read(&path, 5).unwrap(), [2, 4]);
+        let error = read(&path, 4).unwrap_err().to_string();
+        assert!(error.contains("face.txt: entry 1: found 4, wanted"), "{error}");
+    }
+}

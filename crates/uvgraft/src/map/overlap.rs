@@ -1,0 +1,346 @@
+//! Where islands lie on top of each other: which of them owns what they share, and what the others
+//! would have there.
+
+use std::ops::Range;
+
+use super::coverage::{Coverage, Layout, corners_px};
+use super::rows::{BLOCK_ROWS, Draft, Rows};
+use super::{MapOptions, MapStats, Run, SamplingMap, build};
+use crate::islands::Islands;
+use crate::mesh::Mesh;
+use crate::pair::Pair;
+use crate::threads::{map_indices, map_indices_with};
+
+/// Which of several islands that cover the same texels owns them, with a fringe around itself: two
+/// eyes that share a disc show one eye, whole.
+///
+/// Left and right are told by the mean `x` of the corners of an island's triangles, in the mesh that
+/// the map fills: `x` grows to the left of a person who looks along `+z`, as FLAME, SMPL-X and VRM 1.0
+/// have it. Islands with the same mean come in the order of their faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Prefer {
+    /// The one with the lowest face.
+    #[default]
+    First,
+    /// The one with the greatest mean `x`: the person's left.
+    Left,
+    /// The one with the least mean `x`: the person's right.
+    Right,
+}
+
+/// The islands of a layout, and in which order they own what several of them cover.
+pub(crate) struct Precedence {
+    islands: Islands,
+    /// Of each island, another for each; the lowest owns.
+    ranks: Vec<u32>,
+    /// Whether islands come in the order of their faces, as their edges do.
+    by_face: bool,
+}
+
+impl Precedence {
+    pub fn new(mesh: &Mesh, prefer: Prefer) -> Self {
+        let islands = Islands::new(mesh);
+        let mut order: Vec<u32> = (0..islands.count() as u32).collect();
+        if prefer != Prefer::First {
+            let x = mean_x(mesh, &islands);
+            let x = |island: &u32| x[*island as usize];
+            order.sort_by(|a, b| match prefer {
+                Prefer::Left => x(b).total_cmp(&x(a)),
+                _ => x(a).total_cmp(&x(b)),
+            });
+        }
+        let mut ranks = vec![0; order.len()];
+        for (rank, &island) in (0..).zip(&order) {
+            ranks[island as usize] = rank;
+        }
+        Self { islands, ranks, by_face: prefer == Prefer::First }
+    }
+
+    /// The last island first. Within islands the lowest face stays the first.
+    pub fn reversed(mut self) -> Self {
+        let last = (self.ranks.len() as u32).saturating_sub(1);
+        self.ranks.iter_mut().for_each(|rank| *rank = last - *rank);
+        self.by_face = false;
+        self
+    }
+
+    /// The islands.
+    pub fn islands(&self) -> &Islands {
+        &self.islands
+    }
+
+    /// The island of each triangle.
+    pub fn of_faces(&self) -> &[u32] {
+        self.islands.of_faces()
+    }
+
+    /// Of the faces that cover a texel the one with the lowest rank owns it.
+    pub fn rank(&self, face: u32) -> (u32, u32) {
+        (self.ranks[self.of_faces()[face as usize] as usize], face)
+    }
+
+    /// For each border edge, whether another island owns what lies inside it, so that a gutter beside
+    /// it would show an island that is not seen.
+    ///
+    /// Where islands come in the order of their faces nothing is looked for: where borders coincide,
+    /// the first edge is taken to be the nearest, and is the owner's.
+    pub fn lost_edges(&self, layout: &Layout<'_>) -> Vec<bool> {
+        let border = self.islands.border();
+        if self.by_face {
+            return vec![false; border.len()];
+        }
+        let coverage = Coverage::new(layout, self);
+        if coverage.clashes.is_empty() {
+            return vec![false; border.len()];
+        }
+        map_indices(border.len(), |index| {
+            let edge = border[index];
+            let island = self.of_faces()[edge.face as usize];
+            let corners = corners_px(layout.mesh, edge.face as usize, layout.size);
+            let corners = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
+            let wins = |owner: u32| coverage.clashes.binary_search(&(owner, island)).is_ok();
+            // The texel itself or one around it, for the fringe of the one that wins.
+            let is_lost = |point: [f64; 2]| {
+                (0..9).any(|k| {
+                    let beside = [point[0] + f64::from(k % 3 - 1), point[1] + f64::from(k / 3 - 1)];
+                    coverage.owner(beside).is_some_and(|face| wins(self.of_faces()[face as usize]))
+                })
+            };
+            inside(corners).into_iter().all(is_lost)
+        })
+    }
+}
+
+/// Points inside a triangle along its edge from the first corner to the second: a texel away from it,
+/// or a third of the way to the third corner where that is nearer.
+fn inside([from, to, opposite]: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
+    const DEPTH_PX: f64 = 1.0;
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let across = [opposite[0] - from[0], opposite[1] - from[1]];
+    let height = (along[0] * across[1] - along[1] * across[0]).abs() / along[0].hypot(along[1]);
+    let share = (DEPTH_PX / height).min(1.0 / 3.0);
+    [0.25, 0.5, 0.75].map(|t| {
+        [0, 1].map(|axis| {
+            let on_edge = from[axis] + t * along[axis];
+            on_edge + share * (opposite[axis] - on_edge)
+        })
+    })
+}
+
+/// The mean `x` of the corners of each island's triangles.
+fn mean_x(mesh: &Mesh, islands: &Islands) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_u32); islands.count()];
+    for (face, &island) in mesh.faces().iter().zip(islands.of_faces()) {
+        let (sum, count) = &mut sums[island as usize];
+        for &vertex in face {
+            *sum += f64::from(mesh.positions()[vertex as usize][0]);
+            *count += 1;
+        }
+    }
+    // Adding 0.0 makes one zero of the two.
+    sums.into_iter().map(|(sum, count)| sum / f64::from(count) + 0.0).collect()
+}
+
+impl SamplingMap {
+    /// Where the texels that several islands cover would be read if the last of their owners had
+    /// them rather than the first: the same map with the order of `options` reversed, but only the
+    /// texels for which both maps have a position, each in another island. `None` if there are none.
+    ///
+    /// That is what islands share, with the fringe and the gutter around it; the mean of what both
+    /// maps read there is a blend of two eyes on one disc, with an edge as clean as either's. Its
+    /// [`MapStats`] count these texels alone.
+    ///
+    /// - `pair`, `options`: those that this map was made with.
+    pub fn beneath(&self, pair: &Pair, options: &MapOptions) -> Option<Self> {
+        if self.stats().overlapping == 0 {
+            return None;
+        }
+        let to = pair.to(self.direction());
+        let precedence = || Precedence::new(to, options.prefer).reversed();
+        let (direction, size) = (self.direction(), self.size());
+        let oriented = pair.oriented(direction);
+        let mut last = build::build(&oriented, direction, size, options.gutter_px, precedence);
+        let islands = Islands::new(to);
+        let island = |map: &Self, run: &Run| {
+            islands.of_faces()[map.patches()[run.patch as usize].face as usize]
+        };
+        let blocks = size.height.div_ceil(BLOCK_ROWS) as usize;
+        let parts = map_indices_with(blocks, Draft::<Run>::new, |draft, block| {
+            draft.clear();
+            let mut stats = MapStats { linked: 0, gutter: 0, covered: 0, overlapping: 0 };
+            let first = block as u32 * BLOCK_ROWS;
+            for row in first..(first + BLOCK_ROWS).min(size.height) {
+                for_each_shared(self.row(row), last.row(row), |ours, theirs, texels| {
+                    if island(self, ours) == island(&last, theirs) {
+                        return;
+                    }
+                    let count =
+                        if last.is_gutter(*theirs) { &mut stats.gutter } else { &mut stats.linked };
+                    *count += texels.len();
+                    let (x, len) = (texels.start, texels.end - texels.start);
+                    draft.items.push(Run { x, len, patch: theirs.patch });
+                });
+                draft.end_row();
+            }
+            (draft.block(), stats)
+        });
+        let mut stats = MapStats { linked: 0, gutter: 0, covered: 0, ..self.stats() };
+        for (_, part) in &parts {
+            stats.linked += part.linked;
+            stats.gutter += part.gutter;
+        }
+        stats.covered = stats.linked;
+        last.runs = Rows::new(parts.into_iter().map(|(block, _)| block).collect());
+        last.stats = stats;
+        (stats.linked + stats.gutter > 0).then_some(last)
+    }
+}
+
+/// Calls `visit` with the runs of two sorted lists that share texels, and the texels.
+fn for_each_shared(a: &[Run], b: &[Run], mut visit: impl FnMut(&Run, &Run, Range<u32>)) {
+    let mut first = 0;
+    for run in a {
+        first += b[first..].partition_point(|other| other.x + other.len <= run.x);
+        let end = run.x + run.len;
+        for other in b[first..].iter().take_while(|other| other.x < end) {
+            visit(run, other, run.x.max(other.x)..end.min(other.x + other.len));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::Direction;
+    use crate::texture::Size;
+
+    /// Squares of two triangles each, by their left, top, right and bottom, and where each is in `x`.
+    fn squares(squares: &[([f32; 4], f32)]) -> Mesh {
+        let (mut uv, mut positions, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+        for (square, &([left, top, right, bottom], x)) in (0..).zip(squares) {
+            uv.extend([[left, top], [right, top], [right, bottom], [left, bottom]]);
+            positions.extend([[x - 1.0, 0.0, 0.0], [x, 1.0, 0.0], [x, 0.0, 1.0], [x + 1.0; 3]]);
+            faces.extend([[0, 1, 2], [0, 2, 3]].map(|face| face.map(|k: u32| k + square * 4)));
+        }
+        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
+    }
+
+    const SHARED: [f32; 4] = [0.25, 0.25, 0.5, 0.5];
+
+    /// Two squares on one place, the second moved by a share of a texel of 64; one that covers them
+    /// in part; and one by itself. Everything is linked, each square to one of its own.
+    fn pair(moved: f32) -> Pair {
+        let second = [SHARED[0] + moved, SHARED[1], SHARED[2] + moved, SHARED[3]];
+        let target = squares(&[
+            (SHARED, -3.0),
+            (second, 5.0),
+            ([0.4, 0.4, 0.7, 0.7], -3.0),
+            ([0.8, 0.05, 0.95, 0.2], 9.0),
+        ]);
+        let places = [0.0, 0.3, 0.5, 0.7].map(|x| ([x, 0.1, x + 0.2, 0.3], 0.0));
+        Pair::by_vertex_map(squares(&places), target, &(0..16).collect::<Vec<i64>>()).unwrap()
+    }
+
+    fn map(pair: &Pair, prefer: Prefer) -> SamplingMap {
+        let options = MapOptions { prefer, ..MapOptions::with_gutter(4) };
+        SamplingMap::new(pair, Direction::Forward, Size::square(64), &options)
+    }
+
+    /// The square that each texel is read for, row by row.
+    fn squares_of(map: &SamplingMap) -> Vec<Option<u32>> {
+        let mut found = vec![None; map.size().texels()];
+        for row in 0..map.size().height {
+            for run in map.row(row) {
+                let start = (row * map.size().width + run.x) as usize;
+                let square = map.patches()[run.patch as usize].face / 2;
+                found[start..start + run.len as usize].fill(Some(square));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn islands_come_by_face_or_by_x() {
+        let pair = pair(0.0);
+        let ranks = |prefer| Precedence::new(pair.target(), prefer).ranks;
+        assert_eq!(ranks(Prefer::First), [0, 1, 2, 3]);
+        assert_eq!(ranks(Prefer::Left), [2, 1, 3, 0]);
+        assert_eq!(ranks(Prefer::Right), [0, 2, 1, 3]);
+        let last = Precedence::new(pair.target(), Prefer::Left).reversed();
+        assert_eq!(last.ranks, [1, 2, 0, 3]);
+        assert!(last.rank(2) > last.rank(1) && last.rank(2) < last.rank(3));
+    }
+
+    #[test]
+    fn one_island_is_seen_with_its_gutter() {
+        for moved in [0.0, 0.1 / 64.0, -0.1 / 64.0] {
+            let pair = pair(moved);
+            let found = [Prefer::Left, Prefer::Right].map(|prefer| squares_of(&map(&pair, prefer)));
+            let count = |found: &[Option<u32>], square| {
+                found.iter().filter(|&&found| found == Some(square)).count()
+            };
+            // Whoever comes first has all of its 16 by 16 texels and more around them, and of the
+            // other not even the gutter is left.
+            assert!(count(&found[0], 1) > 400 && count(&found[0], 0) == 0, "{moved}");
+            assert!(count(&found[1], 0) > 400 && count(&found[1], 1) == 0, "{moved}");
+            for (left, right) in found[0].iter().zip(&found[1]) {
+                assert!(left == right || *left == Some(1) || *right == Some(0), "{moved}");
+            }
+        }
+        // The one with the lowest face is the right one here.
+        let first = squares_of(&map(&pair(0.0), Prefer::First));
+        assert_eq!(first, squares_of(&map(&pair(0.0), Prefer::Right)));
+    }
+
+    #[test]
+    fn beneath_lies_what_the_last_owner_reads() {
+        let pair = pair(0.0);
+        for prefer in [Prefer::First, Prefer::Left, Prefer::Right] {
+            let options = MapOptions { prefer, ..MapOptions::with_gutter(4) };
+            let above = map(&pair, prefer);
+            let precedence = || Precedence::new(pair.target(), prefer).reversed();
+            let size = above.size();
+            let oriented = pair.oriented(Direction::Forward);
+            let last = build::build(&oriented, Direction::Forward, size, 4, precedence);
+            let beneath = above.beneath(&pair, &options).unwrap();
+            let [above, all, found] = [&above, &last, &beneath].map(squares_of);
+            let mut differing = 0;
+            for ((above, all), &found) in above.iter().zip(all).zip(&found) {
+                let wanted = all.filter(|_| above.is_some() && *above != all);
+                assert_eq!(found, wanted, "{prefer:?}");
+                differing += usize::from(found.is_some());
+            }
+            let stats = beneath.stats();
+            assert_eq!(stats.linked + stats.gutter, differing);
+            // All that the two on one place share is there, and some around it.
+            assert!((16..32).all(|y| (16..32).all(|x| found[y * 64 + x].is_some())), "{prefer:?}");
+            assert!(differing > 256, "{prefer:?} {stats:?}");
+            // Positions are those of the whole map.
+            for row in 0..size.height {
+                for run in beneath.row(row) {
+                    let inside =
+                        |whole: &&Run| whole.x <= run.x && run.x + run.len <= whole.x + whole.len;
+                    let whole = last.row(row).iter().find(inside).unwrap();
+                    assert_eq!(whole.patch, run.patch);
+                }
+            }
+        }
+        let alone = squares(&[(SHARED, 0.0)]);
+        let alone = Pair::by_vertex_map(alone.clone(), alone, &[0, 1, 2, 3]).unwrap();
+        let options = MapOptions::with_gutter(4);
+        assert!(map(&alone, Prefer::First).beneath(&alone, &options).is_none());
+    }
+
+    #[test]
+    fn shared_texels_of_runs() {
+        let run = |x, len, patch| Run { x, len, patch };
+        let a = [run(0, 4, 0), run(4, 6, 1), run(20, 2, 2)];
+        let b = [run(2, 3, 3), run(6, 1, 4), run(8, 13, 5)];
+        let mut found = Vec::new();
+        for_each_shared(&a, &b, |a, b, texels| found.push((a.patch, b.patch, texels)));
+        assert_eq!(
+            found,
+            [(0, 3, 2..4), (1, 3, 4..5), (1, 4, 6..7), (1, 5, 8..10), (2, 5, 20..21)]
+        );
+    }
+}
