@@ -52,6 +52,7 @@ pub mod raster;
 pub mod report;
 pub mod resample;
 mod resize;
+pub mod seams;
 pub mod texture;
 mod threads;
 pub mod transfer;
