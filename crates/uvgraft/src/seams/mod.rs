@@ -37,14 +37,14 @@ use worst::worst;
 pub struct SeamOptions {
     /// How far from the edge colours are taken, on each side.
     pub offset: Offset,
-    /// How many of the worst places to name, at most.
+    /// How many of the worst places to name at most, at UV seams and at the rim each.
     pub worst: usize,
 }
 
 impl Default for SeamOptions {
-    /// One texel, ten places.
+    /// One texel, five places of each kind.
     fn default() -> Self {
-        Self { offset: Offset::Texels(1.0), worst: 10 }
+        Self { offset: Offset::Texels(1.0), worst: 5 }
     }
 }
 
@@ -120,9 +120,11 @@ pub fn measure(
         uv_seams: of_kind(&|kind| kind.is_uv_seam),
         uv_seams_inside: of_kind(&|kind| kind.is_uv_seam && kind.is_inside),
         rim: of_kind(&|kind| kind.is_rim),
-        beside_uv_seams: survey.ordinary(Some(&|kind| kind.is_uv_seam)),
-        beside_rim: survey.ordinary(Some(&|kind| kind.is_rim)),
-        ordinary: survey.ordinary(None),
+        beside_uv_seams: survey.ordinary(|_| true, Some(&|kind| kind.is_uv_seam)),
+        beside_uv_seams_inside: survey
+            .ordinary(|kind| kind.is_inside, Some(&|kind| kind.is_uv_seam && kind.is_inside)),
+        beside_rim: survey.ordinary(|_| true, Some(&|kind| kind.is_rim)),
+        ordinary: survey.ordinary(|_| true, None),
         edges: Vec::new(),
         worst: Vec::new(),
         notes,
@@ -162,9 +164,13 @@ impl Survey<'_> {
         chunks.into_iter().flatten().collect()
     }
 
-    /// Steps at edges that are neither, of all of them or of those that have a vertex in common with
-    /// one of a kind.
-    fn ordinary(&self, beside: Option<&dyn Fn(Kind) -> bool>) -> EdgeGroup {
+    /// Steps at edges that are neither: of those that are wanted, and have a vertex in common with an
+    /// edge of the kind that they should be beside.
+    fn ordinary(
+        &self,
+        is_wanted: impl Fn(Kind) -> bool,
+        beside: Option<&dyn Fn(Kind) -> bool>,
+    ) -> EdgeGroup {
         let is_near = beside.map(|wanted| {
             let mut is_near = vec![false; self.edges.vertex_count];
             for (edge, _) in self.with_kinds().filter(|(_, kind)| wanted(*kind)) {
@@ -174,13 +180,14 @@ impl Survey<'_> {
             }
             is_near
         });
-        let is_wanted = |edge: &Shared| {
+        let is_beside = |edge: &Shared| {
             let ends = self.edges.ends(edge.halves[0]);
             is_near.as_ref().is_none_or(|near| ends.iter().any(|&vertex| near[vertex as usize]))
         };
         let members: Vec<Shared> = self
             .with_kinds()
-            .filter(|(edge, kind)| !kind.is_uv_seam && !kind.is_rim && is_wanted(edge))
+            .filter(|(_, kind)| !kind.is_uv_seam && !kind.is_rim)
+            .filter(|(edge, kind)| is_wanted(*kind) && is_beside(edge))
             .map(|(edge, _)| *edge)
             .collect();
         self.control(&members)

@@ -13,14 +13,18 @@ pub struct SeamReport {
     pub rim: EdgeGroup,
     /// Ordinary edges that have a vertex in common with a UV seam, to compare [`Self::uv_seams`] with.
     pub beside_uv_seams: EdgeGroup,
+    /// Ordinary edges inside the region that have a vertex in common with one of
+    /// [`Self::uv_seams_inside`].
+    pub beside_uv_seams_inside: EdgeGroup,
     /// Ordinary edges that have a vertex in common with the rim, to compare [`Self::rim`] with.
     pub beside_rim: EdgeGroup,
     /// Edges that are neither, everywhere.
     pub ordinary: EdgeGroup,
     /// UV seams and rim, edge by edge, in the order of their triangles.
     pub edges: Vec<SeamEdge>,
-    /// The worst places: indices into [`Self::edges`], by the largest step of each, apart from each
-    /// other by a fiftieth of what is measured across. The worst edge comes first.
+    /// The worst places: indices into [`Self::edges`], those with the largest steps first. Those at UV
+    /// seams are apart from each other by a fiftieth of what is measured across, and so are those at
+    /// the rim, which a UV seam at the rim counts to.
     pub worst: Vec<usize>,
     /// What could not be measured as it should.
     pub notes: SeamNotes,

@@ -71,6 +71,7 @@ fn two_islands_of_two_colours() {
     close(length, 2.0 * 2f64.sqrt());
     assert_eq!(delta_e.unwrap().max, 0.0);
     assert_eq!(report.beside_uv_seams, report.ordinary);
+    assert_eq!(report.beside_uv_seams_inside, report.ordinary);
     assert_eq!(report.beside_rim.edges, 0);
     assert_eq!(report.notes, SeamNotes { single_edges: 6, ..SeamNotes::default() });
 
@@ -205,6 +206,12 @@ fn bad_places_are_apart() {
         report.worst.iter().map(|&k| report.edges[k].worst.unwrap().delta_e).collect();
     assert!(steps.is_sorted_by(|a, b| a >= b));
     assert_eq!(steps[0], report.uv_seams.delta_e.unwrap().max);
+    // Places at the rim are others, and do not push these aside.
+    let mut inside = vec![true; 22];
+    inside[20..].fill(false);
+    let with_rim = measure(&mesh, &texture, &inside, &options).unwrap();
+    assert_eq!(with_rim.worst.len(), 4);
+    assert_eq!(with_rim.worst.iter().filter(|&&k| with_rim.edges[k].is_rim).count(), 1);
     let places: Vec<f32> = report.worst.iter().map(|&k| report.edges[k].ends[0][0]).collect();
     for (index, place) in places.iter().enumerate() {
         assert!(places[..index].iter().all(|other| (other - place).abs() > 0.1), "{places:?}");

@@ -6,7 +6,8 @@ use super::shared::distance;
 /// The worst places are apart by this share of what is measured across.
 const APART: f64 = 0.02;
 
-/// The edges with the largest steps, each away from those before it.
+/// The edges with the largest steps, `count` of UV seams and of the rim each, the worst first; each
+/// away from those of its kind before it.
 pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
@@ -30,12 +31,17 @@ pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     ranked.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut worst: Vec<usize> = Vec::new();
     for (_, index) in ranked {
-        if worst.len() >= count {
+        if worst.len() == count.saturating_mul(2) {
             break;
         }
+        let alike: Vec<usize> = worst
+            .iter()
+            .copied()
+            .filter(|&other| edges[other].is_rim == edges[index].is_rim)
+            .collect();
         let here = middle(&edges[index]);
         let is_apart = |&other: &usize| distance(here, middle(&edges[other])) >= across * APART;
-        if worst.iter().all(is_apart) {
+        if alike.len() < count && alike.iter().all(is_apart) {
             worst.push(index);
         }
     }
