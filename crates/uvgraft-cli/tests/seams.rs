@@ -88,15 +88,15 @@ steps between colours (CIEDE2000) from 1 texel on one side of an edge to as much
 | beside it              |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
 | all that are neither   |     3 |  4.243 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
 
-Beside: ordinary edges that have a vertex in common with these, where steps are the texture's
-own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.
+Beside: ordinary edges that have a vertex in common with these, where steps are the
+texture's own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.
 
-The worst places, in texels:
+The worst edges, and where in texels their largest step is:
 
-|     |  step | mean of the edge | what    | triangles |   one side | other side |
-|----:|------:|-----------------:|:--------|----------:|-----------:|-----------:|
-|   1 | {seam} |            {seam} | UV seam |      0, 3 | 30.0, 70.5 | 40.0, 20.5 |
-|   2 | {rim} |            {rim} | rim     |      2, 5 | 60.0, 20.5 | 60.0, 20.5 |
+|     |  mean | largest | what    | triangles |   one side | other side |
+|----:|------:|--------:|:--------|----------:|-----------:|-----------:|
+|   1 | {seam} |   {seam} | UV seam |      0, 3 | 30.0, 70.5 | 40.0, 20.5 |
+|   2 | {rim} |   {rim} | rim     |      2, 5 | 60.0, 20.5 | 60.0, 20.5 |
 
 8 edges with a triangle on one side only
 "

@@ -9,7 +9,7 @@ use super::report::texel;
 use crate::picture::{Picture, Rgb};
 
 /// Side of a crop, in pixels.
-pub(super) const CROP: u32 = 160;
+pub(super) const CROP: u32 = 156;
 /// Texels across a crop, unless colours were taken farther away than fits.
 const TEXELS: f64 = 20.0;
 

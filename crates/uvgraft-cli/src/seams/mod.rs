@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// 0.003 for 3 mm if that is metres
     #[arg(long, value_name = "LENGTH", value_parser = parse_distance)]
     distance: Option<f64>,
-    /// Name this many of the worst places at UV seams, and as many at the rim
+    /// Name the worst edges, by their mean: this many UV seams, and as many of the rim
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1000))]
     worst: u16,

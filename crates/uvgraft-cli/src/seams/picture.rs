@@ -19,7 +19,7 @@ const GAP: u32 = 8;
 /// Text over and under crops.
 const CAPTION: u32 = 44;
 const LABEL: u32 = 14;
-const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 10);
+const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 14);
 /// More places than this make a picture that nobody looks at.
 const MOST_PLACES: usize = 60;
 
@@ -196,11 +196,11 @@ fn cell(
     surface: &Unfolded<'_>,
 ) -> anyhow::Result<()> {
     const SWATCH: u32 = 34;
-    let title = format!("{number}  {}  ΔE {:.1}", kind(edge), step.delta_e);
+    let mean = edge.mean.unwrap_or(step.delta_e);
+    let title = format!("{number}  {}  ΔE {mean:.1}", kind(edge));
     picture.text(&title, left, top, 2, TITLE);
     let [a, b] = edge.sides.map(|side| side.face);
-    let mean = edge.mean.unwrap_or(step.delta_e);
-    let text = format!("triangles {a} and {b}; mean along their edge {mean:.1}");
+    let text = format!("triangles {a}, {b}; the largest step is {:.1}", step.delta_e);
     picture.text(&Picture::fitted(&text, CELL.width - 80, 1), left, top + 23, 1, TEXT);
     let colors = step.colors.map(|color| color.map(|value| (value * 255.0 + 0.5) as u8));
     for (color, start) in colors.into_iter().zip([CELL.width - 2 * SWATCH, CELL.width - SWATCH]) {

@@ -38,7 +38,7 @@ pub(super) fn kind(edge: &SeamEdge) -> &'static str {
     }
 }
 
-/// The worst edges with their largest steps, the worst first.
+/// The edges with the largest mean steps, the worst first, and the largest step of each.
 pub(super) fn worst(seams: &SeamReport) -> impl Iterator<Item = (&SeamEdge, Step)> {
     seams.worst.iter().filter_map(|&index| {
         let edge = seams.edges.get(index)?;
@@ -65,7 +65,7 @@ struct Document<'a> {
     /// `{"texels": number}` or `{"distance": number}`.
     offset: serde_json::Value,
     edges: Groups,
-    /// The worst places, each apart from those before it.
+    /// The edges with the largest mean, each apart from those before it.
     worst: Vec<Place>,
     /// What could not be measured as it should; counts of edges, triangles and points.
     notes: SeamNotes,
@@ -82,12 +82,13 @@ struct Groups {
     ordinary: EdgeGroup,
 }
 
-/// The largest step of an edge. Pairs have both sides, the region's first.
+/// A bad edge, and the place of its largest step. Pairs have both sides, the region's first.
 #[derive(Serialize)]
 struct Place {
-    delta_e: f64,
-    /// The mean of the steps along this edge.
+    /// The mean of the steps along the edge.
     edge_mean: f64,
+    /// The largest of them.
+    delta_e: f64,
     /// The edge's length on the surface.
     edge_length: f64,
     is_uv_seam: bool,
@@ -108,8 +109,8 @@ struct Place {
 impl<'a> Document<'a> {
     fn new(subject: &'a Subject, seams: &SeamReport) -> Self {
         let place = |(edge, step): (&SeamEdge, Step)| Place {
-            delta_e: step.delta_e,
             edge_mean: edge.mean.unwrap_or(step.delta_e),
+            delta_e: step.delta_e,
             edge_length: edge.length,
             is_uv_seam: edge.is_uv_seam,
             is_rim: edge.is_rim,
@@ -155,11 +156,14 @@ fn text(subject: &Subject, seams: &SeamReport) -> String {
         subject.offset(),
     );
     text += &groups(seams);
-    text +=
-        "\nAbout 1 is the least that an eye finds side by side, about 2.3 is seen at a glance.\n";
+    text += "\nBeside: ordinary edges that have a vertex in common with these, where steps are the\n\
+             texture's own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.\n";
     let places = places(subject, seams);
     if !places.is_empty() {
-        let _ = write!(text, "\nThe worst places, in texels:\n\n{places}");
+        let _ = write!(
+            text,
+            "\nThe worst edges, and where in texels their largest step is:\n\n{places}"
+        );
     }
     let notes = notes(&seams.notes);
     if !notes.is_empty() {
@@ -206,7 +210,7 @@ fn length(length: f64) -> String {
 }
 
 fn places(subject: &Subject, seams: &SeamReport) -> String {
-    let head = ["", "step", "mean of the edge", "what", "triangles", "one side", "other side"];
+    let head = ["", "mean", "largest", "what", "triangles", "one side", "other side"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     for (index, (edge, step)) in worst(seams).enumerate() {
         let [a, b] = edge.sides.map(|side| side.face);
@@ -216,8 +220,8 @@ fn places(subject: &Subject, seams: &SeamReport) -> String {
         });
         rows.push(vec![
             (index + 1).to_string(),
-            format!("{:.2}", step.delta_e),
             format!("{:.2}", edge.mean.unwrap_or(step.delta_e)),
+            format!("{:.2}", step.delta_e),
             kind(edge).to_owned(),
             format!("{a}, {b}"),
             here,

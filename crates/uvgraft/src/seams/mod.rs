@@ -69,7 +69,7 @@ pub enum SeamError {
 }
 
 /// Groups to compare with are measured at this many points at most, evenly along all their edges.
-const MOST_CONTROLS: usize = 1 << 14;
+const MOST_CONTROLS: usize = 1 << 13;
 /// Edges and points that a thread takes at once.
 const CHUNK: usize = 64;
 
@@ -114,7 +114,7 @@ pub fn measure(
     };
     measured.iter().for_each(|edge| notes.add(&edge.notes));
     let of_kind = |wanted: &dyn Fn(Kind) -> bool| {
-        EdgeGroup::of(measured.iter().filter(|edge| wanted(edge.kind)).collect())
+        EdgeGroup::of(measured.iter().filter(|edge| wanted(edge.kind)))
     };
     let mut report = SeamReport {
         uv_seams: of_kind(&|kind| kind.is_uv_seam),
@@ -228,18 +228,15 @@ impl Survey<'_> {
 }
 
 impl EdgeGroup {
-    fn of(members: Vec<&Walked>) -> Self {
-        let weigh = |edge: &&Walked| {
+    fn of<'a>(members: impl Iterator<Item = &'a Walked>) -> Self {
+        let (mut edges, mut length, mut steps) = (0, 0.0, Vec::new());
+        for edge in members {
+            edges += 1;
+            length += edge.seam.length;
             let weight = edge.seam.length / edge.points as f64;
-            edge.steps.iter().map(|&step| (step, weight)).collect::<Vec<_>>()
-        };
-        let steps: Vec<(f64, f64)> = members.iter().flat_map(weigh).collect();
-        Self {
-            edges: members.len(),
-            length: members.iter().map(|edge| edge.seam.length).sum(),
-            points: steps.len(),
-            delta_e: Steps::of(steps),
+            steps.extend(edge.steps.iter().map(|&step| (step, weight)));
         }
+        Self { edges, length, points: steps.len(), delta_e: Steps::of(steps) }
     }
 }
 

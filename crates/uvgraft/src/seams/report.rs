@@ -22,7 +22,7 @@ pub struct SeamReport {
     pub ordinary: EdgeGroup,
     /// UV seams and rim, edge by edge, in the order of their triangles.
     pub edges: Vec<SeamEdge>,
-    /// The worst places: indices into [`Self::edges`], those with the largest steps first. Those at UV
+    /// The worst places: indices into [`Self::edges`], those with the largest mean first. Those at UV
     /// seams are apart from each other by a fiftieth of what is measured across, and so are those at
     /// the rim, which a UV seam at the rim counts to.
     pub worst: Vec<usize>,

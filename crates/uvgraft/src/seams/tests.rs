@@ -202,10 +202,10 @@ fn bad_places_are_apart() {
     let options = SeamOptions { worst: 3, ..SeamOptions::default() };
     let report = measure(&mesh, &texture, &[true; 22], &options).unwrap();
     assert_eq!((report.uv_seams.edges, report.worst.len()), (10, 3));
-    let steps: Vec<f64> =
-        report.worst.iter().map(|&k| report.edges[k].worst.unwrap().delta_e).collect();
+    let steps: Vec<f64> = report.worst.iter().map(|&k| report.edges[k].mean.unwrap()).collect();
     assert!(steps.is_sorted_by(|a, b| a >= b));
-    assert_eq!(steps[0], report.uv_seams.delta_e.unwrap().max);
+    // There is one colour along each.
+    close(steps[0], report.uv_seams.delta_e.unwrap().max);
     // Places at the rim are others, and do not push these aside.
     let mut inside = vec![true; 22];
     inside[20..].fill(false);

@@ -6,8 +6,9 @@ use super::shared::distance;
 /// The worst places are apart by this share of what is measured across.
 const APART: f64 = 0.02;
 
-/// The edges with the largest steps, `count` of UV seams and of the rim each, the worst first; each
-/// away from those of its kind before it.
+/// The edges with the largest mean steps, `count` of UV seams and of the rim each, the worst first;
+/// each away from those of its kind before it. The mean, because a single large step is often a detail
+/// of the texture, or the rim met near the end of a UV seam.
 pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
@@ -25,7 +26,7 @@ pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     let mut ranked: Vec<(f64, usize)> = edges
         .iter()
         .enumerate()
-        .filter_map(|(index, edge)| Some((edge.worst?.delta_e, index)))
+        .filter_map(|(index, edge)| Some((edge.mean?, index)))
         .filter(|(step, _)| *step > 0.0)
         .collect();
     ranked.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
