@@ -1,6 +1,6 @@
 //! Steps between colours along an edge.
 
-use super::edges::{Half, Shared};
+use super::edges::Shared;
 use super::probe::{Fate, Probe};
 use super::shared::Kind;
 use super::{SeamEdge, SeamNotes, Side, Step};
@@ -57,9 +57,7 @@ pub(super) fn step(
     at: f64,
     notes: &mut SeamNotes,
 ) -> Option<Step> {
-    let second = if edge.opposed { 1.0 - at } else { at };
-    let [a, b] = [(edge.halves[0], at), (edge.halves[1], second)]
-        .map(|(half, at): (Half, f64)| probe.look(half, at));
+    let [a, b] = edge.places(at).map(|(half, at)| probe.look(half, at));
     let seen = match (a, b) {
         (Fate::Seen(a), Fate::Seen(b)) => [a, b],
         (Fate::NoArea, _) | (_, Fate::NoArea) => {

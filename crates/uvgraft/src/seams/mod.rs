@@ -27,9 +27,9 @@ use crate::mesh::Mesh;
 use crate::texture::Texture;
 use crate::threads;
 use along::{Walked, along, step};
-use edges::{Edges, Shared};
+use edges::{Edges, NONE, Shared};
 use probe::Probe;
-use shared::{Kind, seams_by_half};
+use shared::{Kind, kinds_by_half};
 use worst::worst;
 
 /// How seams are measured.
@@ -70,6 +70,9 @@ pub enum SeamError {
 
 /// Groups to compare with are measured at this many points at most, evenly along all their edges.
 const MOST_CONTROLS: usize = 1 << 13;
+/// Points of these groups are so many texels away from vertices of seams, because filtering reads one
+/// texel beyond a place in both directions.
+const CONTROL_MARGIN: f64 = 1.5;
 /// Edges and points that a thread takes at once.
 const CHUNK: usize = 64;
 
@@ -103,8 +106,8 @@ pub fn measure(
     options.offset.check()?;
     let edges = Edges::new(mesh);
     let kinds: Vec<Kind> = edges.shared.iter().map(|edge| Kind::of(mesh, edge, inside)).collect();
-    let is_seam = seams_by_half(&edges, &kinds);
-    let probe = Probe::new(mesh, &edges, &is_seam, texture, options.offset);
+    let by_half = kinds_by_half(&edges, &kinds);
+    let probe = Probe::new(mesh, &edges, &by_half, texture, options.offset);
     let survey = Survey { mesh, edges: &edges, kinds: &kinds, probe };
     let measured = survey.measured(inside);
     let mut notes = SeamNotes {
@@ -193,23 +196,41 @@ impl Survey<'_> {
         self.control(&members)
     }
 
-    /// Steps at points that lie evenly along edges, as if these were one.
+    /// Steps at points that lie evenly along edges, as if these were one. Points at which a seam or the
+    /// rim would be seen too are left out.
     fn control(&self, members: &[Shared]) -> EdgeGroup {
+        let (mesh, texture) = (self.mesh, self.probe.texture());
         let mut length = 0.0;
         let mut wanted = 0;
         let mut starts = Vec::with_capacity(members.len());
         for edge in members {
             starts.push(length);
-            length += edge.length(self.mesh);
-            wanted += edge.points(self.mesh, self.probe.texture());
+            length += edge.length(mesh);
+            wanted += edge.points(mesh, texture);
         }
+        let is_disturbed = self.disturbed_vertices();
         let count = wanted.min(MOST_CONTROLS);
         let step_at = |point: usize| {
             let at = (point as f64 + 0.5) / count as f64 * length;
             let index = starts.partition_point(|&start| start <= at).checked_sub(1)?;
             let edge = &members[index];
-            let along = ((at - starts[index]) / edge.length(self.mesh)).clamp(0.0, 1.0);
-            let step = step(self.mesh, &self.probe, edge, along, &mut SeamNotes::default())?;
+            let along = ((at - starts[index]) / edge.length(mesh)).clamp(0.0, 1.0);
+            let texels = edge.texels(mesh, texture);
+            let [from, to] = self.edges.ends(edge.halves[0]);
+            let ends = [(from, along), (to, 1.0 - along)];
+            let is_near = |(vertex, away): (u32, f64)| {
+                is_disturbed[vertex as usize] && away * texels < CONTROL_MARGIN
+            };
+            let texel = edge.length(mesh) / texels;
+            if ends.into_iter().any(is_near)
+                || !edge
+                    .places(along)
+                    .iter()
+                    .all(|&(half, at)| self.probe.is_undisturbed(half, at, texel))
+            {
+                return None;
+            }
+            let step = step(mesh, &self.probe, edge, along, &mut SeamNotes::default())?;
             // All stand for equally much.
             Some((step.delta_e, 1.0))
         };
@@ -220,6 +241,18 @@ impl Survey<'_> {
         let steps: Vec<(f64, f64)> = chunks.into_iter().flatten().collect();
         let points = steps.len();
         EdgeGroup { edges: members.len(), length, points, delta_e: Steps::of(steps) }
+    }
+
+    /// The vertices at which UV seams, the rim or the surface end.
+    fn disturbed_vertices(&self) -> Vec<bool> {
+        let mut is_disturbed = vec![false; self.edges.vertex_count];
+        let seams = self.with_kinds().filter(|(_, kind)| kind.is_uv_seam || kind.is_rim);
+        let ends = self.edges.opposite.iter().zip(0..).filter(|(other, _)| **other == NONE);
+        let halves = seams.map(|(edge, _)| edge.halves[0]).chain(ends.map(|(_, half)| half));
+        for vertex in halves.flat_map(|half| self.edges.ends(half)) {
+            is_disturbed[vertex as usize] = true;
+        }
+        is_disturbed
     }
 
     fn with_kinds(&self) -> impl Iterator<Item = (&Shared, Kind)> {

@@ -3,7 +3,7 @@
 use super::SeamError;
 use super::edges::{Edges, Half};
 use super::sample::{Sample, sample};
-use super::walk::{Ground, Heading, Walker};
+use super::walk::{Ground, HalfKind, Heading, Walker};
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 
@@ -58,7 +58,7 @@ impl<'a> Probe<'a> {
     pub fn new(
         mesh: &'a Mesh,
         edges: &'a Edges,
-        is_seam: &'a [bool],
+        kinds: &'a [HalfKind],
         texture: &'a Texture,
         offset: Offset,
     ) -> Self {
@@ -66,11 +66,22 @@ impl<'a> Probe<'a> {
             Offset::Texels(texels) => (Ground::Texels(texture.size()), texels),
             Offset::Distance(distance) => (Ground::Surface, distance),
         };
-        Self { walker: Walker::new(mesh, edges, is_seam), texture, ground, distance }
+        Self { walker: Walker::new(mesh, edges, kinds), texture, ground, distance }
     }
 
     pub fn texture(&self) -> &Texture {
         self.texture
+    }
+
+    /// Whether a walk from a place on an edge to where its colour is taken, and a texel on, which is
+    /// what filtering reads, meets no UV seam, no rim and no end of the surface.
+    ///
+    /// - `texel`: how long a texel is on the surface, about.
+    pub fn is_undisturbed(&self, half: Half, at: f64, texel: f64) -> bool {
+        let more = if self.ground == Ground::Surface { texel } else { 1.0 };
+        let heading = Heading { along: 0.0, across: 1.0, distance: self.distance + more };
+        let arrival = self.walker.walk(self.ground, half, at, heading);
+        arrival.is_some_and(|arrival| arrival.complete && !arrival.crossed)
     }
 
     /// The colour beside a place on an edge, 0 at its start and 1 at its end, on its triangle's side.

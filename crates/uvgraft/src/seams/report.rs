@@ -18,7 +18,8 @@ pub struct SeamReport {
     pub beside_uv_seams_inside: EdgeGroup,
     /// Ordinary edges that have a vertex in common with the rim, to compare [`Self::rim`] with.
     pub beside_rim: EdgeGroup,
-    /// Edges that are neither, everywhere.
+    /// Edges that are neither, everywhere. Points of this and the other groups to compare with lie where
+    /// neither a seam nor the rim is seen.
     pub ordinary: EdgeGroup,
     /// UV seams and rim, edge by edge, in the order of their triangles.
     pub edges: Vec<SeamEdge>,

@@ -1,6 +1,7 @@
 //! What kind of edge an edge is, and how long.
 
-use super::edges::{Edges, Shared};
+use super::edges::{Edges, Half, Shared};
+use super::walk::HalfKind;
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 
@@ -30,6 +31,12 @@ impl Shared {
         Self { halves: [self.halves[1], self.halves[0]], ..self }
     }
 
+    /// A place along it, on each of its triangles' edges.
+    pub fn places(&self, at: f64) -> [(Half, f64); 2] {
+        let second = if self.opposed { 1.0 - at } else { at };
+        [(self.halves[0], at), (self.halves[1], second)]
+    }
+
     /// On each side, the UV coordinates of the edge's ends, in the order of its first triangle.
     pub fn uv(&self, mesh: &Mesh) -> [[[f32; 2]; 2]; 2] {
         let [first, second] = self.halves.map(|half| {
@@ -51,15 +58,20 @@ impl Shared {
         distance(a, b)
     }
 
-    /// How many points are measured along it.
-    pub fn points(&self, mesh: &Mesh, texture: &Texture) -> usize {
+    /// Its length in texels, on the side that has more of them.
+    pub fn texels(&self, mesh: &Mesh, texture: &Texture) -> f64 {
         let size = texture.size();
         let length = |[a, b]: [[f32; 2]; 2]| {
             let [x, y] = [0, 1].map(|k| f64::from(b[k]) - f64::from(a[k]));
             (x * f64::from(size.width)).hypot(y * f64::from(size.height))
         };
         let [first, second] = self.uv(mesh).map(length);
-        first.max(second).round().clamp(1.0, MOST_POINTS) as usize
+        first.max(second)
+    }
+
+    /// How many points are measured along it.
+    pub fn points(&self, mesh: &Mesh, texture: &Texture) -> usize {
+        self.texels(mesh, texture).round().clamp(1.0, MOST_POINTS) as usize
     }
 }
 
@@ -68,13 +80,13 @@ pub(super) fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
     (x * x + y * y + z * z).sqrt()
 }
 
-/// For each triangle's edge, whether it is a UV seam.
-pub(super) fn seams_by_half(edges: &Edges, kinds: &[Kind]) -> Vec<bool> {
-    let mut is_seam = vec![false; edges.opposite.len()];
-    for (edge, _) in edges.shared.iter().zip(kinds).filter(|(_, kind)| kind.is_uv_seam) {
+/// What each triangle's edge is.
+pub(super) fn kinds_by_half(edges: &Edges, kinds: &[Kind]) -> Vec<HalfKind> {
+    let mut by_half = vec![HalfKind::default(); edges.opposite.len()];
+    for (edge, kind) in edges.shared.iter().zip(kinds) {
         for half in edge.halves {
-            is_seam[half as usize] = true;
+            by_half[half as usize] = HalfKind { is_uv_seam: kind.is_uv_seam, is_rim: kind.is_rim };
         }
     }
-    is_seam
+    by_half
 }

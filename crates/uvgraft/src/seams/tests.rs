@@ -67,7 +67,9 @@ fn two_islands_of_two_colours() {
     assert_eq!((report.rim.edges, report.rim.delta_e), (0, None));
     // Two diagonals, in each of which there is one colour.
     let EdgeGroup { edges, length, points, delta_e } = report.ordinary;
-    assert_eq!((edges, points), (2, 36 + 50));
+    assert_eq!(edges, 2);
+    // 36 and 50 texels, less what is near the corners, where walks leave the squares.
+    assert!((70..86).contains(&points), "{points}");
     close(length, 2.0 * 2f64.sqrt());
     assert_eq!(delta_e.unwrap().max, 0.0);
     assert_eq!(report.beside_uv_seams, report.ordinary);
@@ -118,6 +120,9 @@ fn the_rim_may_be_inside_an_island() {
     close(report.rim.delta_e.unwrap().median, delta_e(RED, BLUE));
     assert_eq!((report.beside_rim.edges, report.ordinary.edges), (2, 2));
     assert!(report.edges[0].is_rim && !report.edges[0].is_uv_seam);
+    // Of the diagonals that end at the rim, no point sees it.
+    assert_eq!(report.beside_rim.delta_e.unwrap().max, 0.0);
+    assert!(report.beside_rim.points > 60, "{:?}", report.beside_rim);
     // The region's side comes first.
     let red_first = |report: &SeamReport| report.edges[0].worst.unwrap().colors[0][0] > 0.5;
     assert!(red_first(&report));
@@ -351,7 +356,7 @@ fn threads_do_not_show() {
         pool.install(|| measured_with(&mesh, &texture, &inside, Offset::Texels(1.0)))
     };
     let one = run(1);
-    assert!(one.edges.len() > 10 * CHUNK && one.ordinary.points == MOST_CONTROLS);
+    assert!(one.edges.len() > 10 * CHUNK && (1000..MOST_CONTROLS).contains(&one.ordinary.points));
     assert_eq!(one, run(2));
     assert_eq!(one, run(5));
 }

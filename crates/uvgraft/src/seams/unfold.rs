@@ -2,15 +2,15 @@
 
 use super::SeamEdge;
 use super::edges::Edges;
-use super::shared::{Kind, seams_by_half};
-use super::walk::{Ground, Heading, Walker};
+use super::shared::{Kind, kinds_by_half};
+use super::walk::{Ground, HalfKind, Heading, Walker};
 use crate::mesh::Mesh;
 
 /// A surface whose surroundings of a place can be laid flat, to draw what a seam looks like.
 pub struct Unfolded<'a> {
     mesh: &'a Mesh,
     edges: Edges,
-    is_seam: Vec<bool>,
+    kinds: Vec<HalfKind>,
 }
 
 impl<'a> Unfolded<'a> {
@@ -20,8 +20,8 @@ impl<'a> Unfolded<'a> {
         let nothing = vec![false; mesh.faces().len()];
         let kinds: Vec<_> =
             edges.shared.iter().map(|edge| Kind::of(mesh, edge, &nothing)).collect();
-        let is_seam = seams_by_half(&edges, &kinds);
-        Self { mesh, edges, is_seam }
+        let kinds = kinds_by_half(&edges, &kinds);
+        Self { mesh, edges, kinds }
     }
 
     /// The place in the texture's unit square that lies at a distance from a place on an edge, going
@@ -51,7 +51,7 @@ impl<'a> Unfolded<'a> {
             true => Heading { along: forward, across: away, distance },
             false => Heading { along: 0.0, across: 1.0, distance: 0.0 },
         };
-        let walker = Walker::new(self.mesh, &self.edges, &self.is_seam);
+        let walker = Walker::new(self.mesh, &self.edges, &self.kinds);
         let arrival = walker.walk(Ground::Surface, half, at, heading)?;
         arrival.complete.then_some(arrival.uv)
     }

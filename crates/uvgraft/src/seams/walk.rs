@@ -38,14 +38,22 @@ pub(super) struct Arrival {
     pub uv: [f64; 2],
     /// Whether it went as far as it should have; if not, there was no more surface to walk on.
     pub complete: bool,
+    /// Whether it went over a UV seam or the rim.
+    pub crossed: bool,
 }
 
 /// A surface to walk on.
 pub(super) struct Walker<'a> {
     mesh: &'a Mesh,
     edges: &'a Edges,
-    /// `[3 * faces]` whether a triangle's edge is a UV seam.
-    is_seam: &'a [bool],
+    kinds: &'a [HalfKind],
+}
+
+/// What a triangle's edge is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct HalfKind {
+    pub is_uv_seam: bool,
+    pub is_rim: bool,
 }
 
 /// A triangle laid flat: from `(0, 0)` to `(base, 0)` the edge over which it was entered, beyond it
@@ -56,8 +64,9 @@ struct Flat {
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(mesh: &'a Mesh, edges: &'a Edges, is_seam: &'a [bool]) -> Self {
-        Self { mesh, edges, is_seam }
+    /// - `kinds`: `[3 * faces]`
+    pub fn new(mesh: &'a Mesh, edges: &'a Edges, kinds: &'a [HalfKind]) -> Self {
+        Self { mesh, edges, kinds }
     }
 
     /// Walks from a place on an edge into the edge's triangle.
@@ -71,19 +80,22 @@ impl<'a> Walker<'a> {
         let mut from = [at * flat.base, 0.0];
         let mut direction = [heading.along, heading.across];
         let mut left = heading.distance;
+        let mut crossed = false;
         for _ in 0..MOST_TRIANGLES {
             let (way, exit) = flat.exit(from, direction);
             if left <= way {
                 let to = [from[0] + direction[0] * left, from[1] + direction[1] * left];
-                return Some(Arrival { uv: self.uv(half, &flat, to), complete: true });
+                return Some(Arrival { uv: self.uv(half, &flat, to), complete: true, crossed });
             }
             let to = [from[0] + direction[0] * way, from[1] + direction[1] * way];
-            let ended = Arrival { uv: self.uv(half, &flat, to), complete: false };
+            let ended = Arrival { uv: self.uv(half, &flat, to), complete: false, crossed };
             let out = half / 3 * 3 + (half + exit) % 3;
             let next = self.edges.opposite[out as usize];
-            if next == NONE || (ground != Ground::Surface && self.is_seam[out as usize]) {
+            if next == NONE || (ground != Ground::Surface && self.kinds[out as usize].is_uv_seam) {
                 return Some(ended);
             }
+            let kind = self.kinds[out as usize];
+            crossed |= kind.is_uv_seam || kind.is_rim;
             let Some(next_flat) = self.flat(ground, next) else { return Some(ended) };
             let [start, end] = flat.side(exit);
             let along = unit([end[0] - start[0], end[1] - start[1]]);
@@ -101,7 +113,7 @@ impl<'a> Walker<'a> {
             (half, flat) = (next, next_flat);
         }
         let uv = self.uv(half, &flat, from);
-        Some(Arrival { uv, complete: false })
+        Some(Arrival { uv, complete: false, crossed })
     }
 
     /// A triangle laid flat, if it has an area.
@@ -193,7 +205,7 @@ mod tests {
 
     /// A strip of three unit squares along x, bent up by a right angle after the first; in the
     /// texture the squares are 10, 20 and 30 of 100 texels wide, the last one elsewhere.
-    fn strip() -> (Mesh, Vec<bool>) {
+    fn strip() -> (Mesh, Vec<HalfKind>) {
         let positions = vec![
             [0.0, 0.0, 0.0],
             [0.0, 1.0, 0.0],
@@ -220,17 +232,18 @@ mod tests {
         let faces = [square(0), square(2), square(4)].concat();
         let uv_faces = [square(0), square(2), square(6)].concat();
         let mesh = Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap();
-        let mut is_seam = vec![false; 18];
+        let mut kinds = vec![HalfKind::default(); 18];
         // Between the second square (edge 1 of triangle 2) and the third (edge 2 of triangle 5).
-        is_seam[7] = true;
-        is_seam[17] = true;
-        (mesh, is_seam)
+        kinds[7].is_uv_seam = true;
+        kinds[17].is_uv_seam = true;
+        (mesh, kinds)
     }
 
     fn walk(ground: Ground, half: Half, at: f64, heading: Heading) -> Option<([f64; 2], bool)> {
-        let (mesh, is_seam) = strip();
+        let (mesh, kinds) = strip();
         let edges = Edges::new(&mesh);
-        let arrival = Walker::new(&mesh, &edges, &is_seam).walk(ground, half, at, heading)?;
+        let arrival = Walker::new(&mesh, &edges, &kinds).walk(ground, half, at, heading)?;
+        assert_eq!(arrival.crossed, arrival.uv[0] > 0.5, "the third square is beyond the seam");
         // To 12 digits.
         Some((arrival.uv.map(|value| (value * 1e6).round() / 1e6), arrival.complete))
     }
@@ -273,7 +286,8 @@ mod tests {
         let uv = vec![[0.1, 0.3], [0.2, 0.4], [0.1, 0.5]];
         let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
         let edges = Edges::new(&mesh);
-        let walker = Walker::new(&mesh, &edges, &[false; 3]);
+        let kinds = [HalfKind::default(); 3];
+        let walker = Walker::new(&mesh, &edges, &kinds);
         let heading = Heading { distance: 1.0, ..ACROSS };
         assert_eq!(walker.walk(Ground::Surface, 0, 0.5, heading), None);
         assert!(walker.walk(Ground::Texels(Size::square(10)), 0, 0.5, heading).is_some());
