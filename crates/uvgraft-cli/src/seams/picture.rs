@@ -197,7 +197,7 @@ fn cell(
 ) -> anyhow::Result<()> {
     const SWATCH: u32 = 34;
     let mean = edge.mean.unwrap_or(step.delta_e);
-    let title = format!("{number}  {}  ΔE {mean:.1}", kind(edge));
+    let title = format!("{number} {} ΔE {mean:.1}", kind(edge));
     picture.text(&title, left, top, 2, TITLE);
     let [a, b] = edge.sides.map(|side| side.face);
     let text = format!("triangles {a}, {b}; the largest step is {:.1}", step.delta_e);
