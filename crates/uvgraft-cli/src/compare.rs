@@ -13,6 +13,7 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
 use crate::outputs::Outputs;
+use crate::picture::check_name;
 use crate::report::to_stdout;
 use crate::scores::{MetricsOption, Region, Scores};
 
@@ -43,7 +44,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = [&args.a, &args.b].into_iter().chain(&args.mask).map(|path| &**path);
     if let Some(heatmap) = &args.heatmap {
-        heatmap::check_name(heatmap)?;
+        check_name(heatmap, "a heatmap")?;
         Outputs::new(inputs.clone()).check(heatmap)?;
     }
     same_sizes(inputs)?;

@@ -8,9 +8,7 @@ use std::path::Path;
 
 use uvgraft::Size;
 use uvgraft::metrics::{Colors, Mask};
-use uvgraft_io::image::Format;
 
-use crate::failure::bad_input;
 use crate::picture::{Picture, Rgb};
 use crate::scores::Region;
 
@@ -38,18 +36,6 @@ const ANCHORS: [(f32, Rgb); 7] = [
     (0.9, [250, 204, 84]),
     (1.0, [255, 250, 222]),
 ];
-
-/// Refuses a heatmap's name that does not say an image format.
-pub(crate) fn check_name(path: &Path) -> anyhow::Result<()> {
-    match Format::from_path(path) {
-        Some(_) => Ok(()),
-        None => Err(bad_input(format!(
-            "{}: a heatmap is an image, wanted a name that ends in {}",
-            path.display(),
-            Format::extension_list()
-        ))),
-    }
-}
 
 /// Draws where two textures of one size differ within the regions, and writes the picture.
 pub(crate) fn write(
@@ -129,10 +115,10 @@ impl Errors {
         let mut picture = Picture::new(size, BACKGROUND);
 
         let mut y = MARGIN;
-        picture.text(&fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
+        picture.text(&Picture::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
         y += 22 * scale;
         for text in captions(self, top) {
-            picture.text(&fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
+            picture.text(&Picture::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
             y += line;
         }
         y += 4 * scale;
@@ -248,15 +234,6 @@ fn levels(value: f32) -> String {
     } else {
         text
     }
-}
-
-/// As much of a text as fits the width.
-fn fitted(text: &str, width: u32, scale: u32) -> String {
-    if Picture::text_width(text, scale) <= width {
-        return text.to_owned();
-    }
-    let room = width / Picture::text_width("m", scale);
-    text.chars().take(room.saturating_sub(2) as usize).chain("..".chars()).collect()
 }
 
 #[cfg(test)]

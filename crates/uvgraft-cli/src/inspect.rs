@@ -7,6 +7,7 @@ use uvgraft_io::pair_file;
 
 use crate::failure::OrBadInput;
 use crate::outputs::Outputs;
+use crate::picture::check_name;
 use crate::{preview, report};
 
 /// Prints a pair's report again, and draws it.
@@ -26,7 +27,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(preview) = &args.preview {
-        preview::check_name(preview)?;
+        check_name(preview, "a preview")?;
         Outputs::new([&*args.pair]).check(preview)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;

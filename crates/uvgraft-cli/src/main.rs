@@ -24,6 +24,7 @@ mod progress;
 mod report;
 mod roundtrip;
 mod scores;
+mod seams;
 mod table;
 mod transfer;
 mod weights;
@@ -51,6 +52,7 @@ enum Command {
     Transfer(transfer::Args),
     Map(map::Args),
     Compare(compare::Args),
+    Seams(seams::Args),
     Roundtrip(roundtrip::Args),
     Bench(bench::Args),
     Demo(demo::Args),
@@ -76,6 +78,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Transfer(args) => transfer::run(args),
         Command::Map(args) => map::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Seams(args) => seams::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Demo(args) => demo::run(args),

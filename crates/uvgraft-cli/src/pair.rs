@@ -10,6 +10,7 @@ use uvgraft_io::{obj, pair_file, vertex_map};
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::outputs::Outputs;
+use crate::picture::check_name;
 use crate::{preview, report};
 
 /// Links the triangles of two meshes and saves them as a pair file.
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
     outputs.check(&args.output)?;
     if let Some(preview) = &args.preview {
-        preview::check_name(preview)?;
+        check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
     let source = obj::read(&args.source).or_bad_input()?;

@@ -4,8 +4,11 @@ use std::path::Path;
 
 use anyhow::Context;
 use font8x8::UnicodeFonts;
+use tiny_skia::PixmapMut;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Image};
+use uvgraft_io::image::{self, Format, Image};
+
+use crate::failure::bad_input;
 
 /// An 8-bit RGB picture that is drawn on.
 pub(crate) struct Picture {
@@ -17,6 +20,20 @@ pub(crate) type Rgb = [u8; 3];
 
 /// Side of a glyph before it is enlarged, in pixels.
 const GLYPH: u32 = 8;
+
+/// Refuses a picture's name that does not say an image format.
+///
+/// - `what`: what the picture is called, with its article.
+pub(crate) fn check_name(path: &Path, what: &str) -> anyhow::Result<()> {
+    match Format::from_path(path) {
+        Some(_) => Ok(()),
+        None => Err(bad_input(format!(
+            "{}: {what} is an image, wanted a name that ends in {}",
+            path.display(),
+            Format::extension_list()
+        ))),
+    }
+}
 
 impl Picture {
     pub(crate) fn new(size: Size, background: Rgb) -> Self {
@@ -48,6 +65,7 @@ impl Picture {
             let glyph = font8x8::BASIC_FONTS
                 .get(character)
                 .or_else(|| font8x8::LATIN_FONTS.get(character))
+                .or_else(|| font8x8::GREEK_FONTS.get(character))
                 .or_else(|| font8x8::BASIC_FONTS.get('?'))
                 .unwrap_or([0; 8]);
             for (row, bits) in (0u32..).zip(glyph) {
@@ -67,10 +85,37 @@ impl Picture {
         text.chars().count() as u32 * GLYPH * scale
     }
 
+    /// As much of a text as [`Picture::text`] writes within a width.
+    pub(crate) fn fitted(text: &str, width: u32, scale: u32) -> String {
+        if Self::text_width(text, scale) <= width {
+            return text.to_owned();
+        }
+        let room = width / Self::text_width("m", scale);
+        text.chars().take(room.saturating_sub(2) as usize).chain("..".chars()).collect()
+    }
+
+    /// Draws lines and areas.
+    pub(crate) fn draw(&mut self, paint: impl FnOnce(&mut PixmapMut<'_>)) -> anyhow::Result<()> {
+        let opaque = |rgb: &[u8]| [rgb[0], rgb[1], rgb[2], 255];
+        let mut rgba: Vec<u8> = self.values.chunks_exact(3).flat_map(opaque).collect();
+        let mut pixmap = PixmapMut::from_bytes(&mut rgba, self.size.width, self.size.height)
+            .with_context(|| format!("no canvas of {}", self.size))?;
+        paint(&mut pixmap);
+        for (to, from) in self.values.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
+            to.copy_from_slice(&from[..3]);
+        }
+        Ok(())
+    }
+
+    /// The picture as a texture.
+    pub(crate) fn into_texture(self) -> anyhow::Result<Texture> {
+        let texels = Texels::U8(self.values);
+        Ok(Texture::new(self.size, Channels::Rgb, Encoding::Srgb, texels)?)
+    }
+
     /// Writes the picture; the format follows the file's extension.
     pub(crate) fn write(self, path: &Path) -> anyhow::Result<()> {
-        let texels = Texels::U8(self.values);
-        let texture = Texture::new(self.size, Channels::Rgb, Encoding::Srgb, texels)?;
+        let texture = self.into_texture()?;
         let options = image::WriteOptions { compress: true, ..Default::default() };
         image::write(&Image { texture, icc: None }, path, &options)
             .map(drop)

@@ -5,15 +5,11 @@
 
 use std::path::Path;
 
-use tiny_skia::{Color, Paint, PathBuilder, PixmapMut, Stroke, Transform};
+use tiny_skia::{Color, Paint, PathBuilder, Stroke, Transform};
 use uvgraft::islands::Islands;
-use uvgraft::{
-    Channels, Direction, Encoding, MapOptions, Mesh, SamplingMap, Size, Texels, Texture,
-};
-use uvgraft_io::image::Format;
+use uvgraft::{Direction, MapOptions, Mesh, SamplingMap, Size, Texture};
 use uvgraft_io::pair_file::PairFile;
 
-use crate::failure::bad_input;
 use crate::picture::Picture;
 use crate::report::grouped;
 
@@ -24,18 +20,6 @@ const CAPTION: u32 = 56;
 
 const BACKGROUND: [u8; 3] = [24, 26, 30];
 const UNLINKED: [u8; 3] = [74, 78, 86];
-
-/// Refuses a preview's name that does not say an image format.
-pub(crate) fn check_name(path: &Path) -> anyhow::Result<()> {
-    match Format::from_path(path) {
-        Some(_) => Ok(()),
-        None => Err(bad_input(format!(
-            "{}: a preview is an image, wanted a name that ends in {}",
-            path.display(),
-            Format::extension_list()
-        ))),
-    }
-}
 
 /// Draws a pair and writes the picture.
 pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
@@ -74,11 +58,7 @@ fn distinct(mut faces: Vec<u32>) -> usize {
 fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
     let mesh = file.pair.to(direction);
     let size = Size::square(PANEL);
-    let mut canvas = BACKGROUND.map(|value| value / 2).repeat(size.texels());
-    let mut color = |x: u32, y: u32, color: [u8; 3]| {
-        let at = (y as usize * PANEL as usize + x as usize) * 3;
-        canvas[at..at + 3].copy_from_slice(&color);
-    };
+    let mut panel = Picture::new(size, BACKGROUND.map(|value| value / 2));
     let everything = uvgraft::Pair::by_vertex_map(
         mesh.clone(),
         mesh.clone(),
@@ -89,7 +69,7 @@ fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
     let linked = SamplingMap::new(&file.pair, direction, size, &options);
     for y in 0..PANEL {
         for run in all.row(y) {
-            (run.x..run.x + run.len).for_each(|x| color(x, y, UNLINKED));
+            (run.x..run.x + run.len).for_each(|x| panel.set(x, y, UNLINKED));
         }
         for run in linked.row(y) {
             let patch = &linked.patches()[run.patch as usize];
@@ -99,11 +79,12 @@ fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
                     Direction::Forward => patch.src_uv_from_tgt_px.at(here),
                     Direction::Reverse => here.map(|coordinate| coordinate / f64::from(PANEL)),
                 };
-                color(x, y, place_color(source_uv));
+                panel.set(x, y, place_color(source_uv));
             }
         }
     }
-    draw_lines(mesh, &canvas, size)
+    draw_lines(mesh, &mut panel)?;
+    panel.into_texture()
 }
 
 /// A colour that tells a place in the unit square: four corner colours blended, in squares.
@@ -122,9 +103,7 @@ fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
 }
 
 /// Draws a layout's wireframe faintly and the borders of its islands clearly.
-fn draw_lines(mesh: &Mesh, canvas: &[u8], size: Size) -> anyhow::Result<Texture> {
-    let mut rgba: Vec<u8> =
-        canvas.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
     let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);
     let mut wires = PathBuilder::new();
     for corners in mesh.uv_faces() {
@@ -141,20 +120,19 @@ fn draw_lines(mesh: &Mesh, canvas: &[u8], size: Size) -> anyhow::Result<Texture>
         borders.move_to(a[0], a[1]);
         borders.line_to(b[0], b[1]);
     }
-    let mut pixmap = PixmapMut::from_bytes(&mut rgba, size.width, size.height)
-        .ok_or_else(|| anyhow::anyhow!("no canvas of {size}"))?;
-    for (path, color, width) in [
+    let strokes = [
         (wires, Color::from_rgba8(0, 0, 0, 70), 0.6),
         (borders, Color::from_rgba8(255, 255, 255, 220), 1.4),
-    ] {
-        let mut paint = Paint::default();
-        paint.set_color(color);
-        paint.anti_alias = true;
-        let stroke = Stroke { width, ..Stroke::default() };
-        if let Some(path) = path.finish() {
-            pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    ];
+    panel.draw(|pixmap| {
+        for (path, color, width) in strokes {
+            let mut paint = Paint::default();
+            paint.set_color(color);
+            paint.anti_alias = true;
+            let stroke = Stroke { width, ..Stroke::default() };
+            if let Some(path) = path.finish() {
+                pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+            }
         }
-    }
-    let rgb = rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect();
-    Ok(Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(rgb))?)
+    })
 }

@@ -56,6 +56,7 @@ pub mod report;
 pub mod resample;
 mod resize;
 mod rotation;
+pub mod seams;
 mod simd;
 mod surface;
 pub mod tangents;

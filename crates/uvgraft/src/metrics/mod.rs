@@ -11,9 +11,12 @@
 //! | `flip` | lower | 0 | `flip` |
 //! | `lpips` | lower | 0 | `lpips`, and weights |
 //!
+//! [`delta_e`] is of two colours alone.
+//!
 //! Results do not depend on the number of threads.
 
 mod colors;
+mod delta_e;
 mod difference;
 #[cfg(feature = "flip")]
 mod flip;
@@ -29,6 +32,7 @@ mod ssimulacra2;
 mod testing;
 
 pub use colors::Colors;
+pub use delta_e::delta_e;
 #[cfg(feature = "flip")]
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use l1::l1;

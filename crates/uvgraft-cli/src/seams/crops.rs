@@ -1,0 +1,113 @@
+//! Bad places from close by: the texture on both sides of an edge, and both together as they lie on
+//! the surface.
+
+use uvgraft::seams::{SeamEdge, Step, Unfolded};
+use uvgraft::{Size, Texture};
+
+use super::lines::{BEHIND, line, ring, shown};
+use super::report::texel;
+use crate::picture::{Picture, Rgb};
+
+/// Side of a crop, in pixels.
+pub(super) const CROP: u32 = 156;
+/// Texels across a crop, unless colours were taken farther away than fits.
+const TEXELS: f64 = 20.0;
+
+const WHITE: Rgb = [255; 3];
+const BLACK: Rgb = [0; 3];
+
+/// A bad place, and how large it is drawn.
+pub(super) struct Place<'a> {
+    texture: &'a Texture,
+    edge: &'a SeamEdge,
+    step: Step,
+    /// Texels across a crop.
+    texels: f64,
+}
+
+impl<'a> Place<'a> {
+    pub fn new(texture: &'a Texture, edge: &'a SeamEdge, step: Step) -> Self {
+        let reach = |k: usize| distance(texel(step.uv[k], texture.size()), taken(texture, step, k));
+        let texels = TEXELS.max(3.0 * reach(0).max(reach(1)));
+        Self { texture, edge, step, texels }
+    }
+
+    /// The texture around the place on one side, with the edge and where the colour was taken.
+    pub fn side(&self, side: usize) -> anyhow::Result<Picture> {
+        let center = texel(self.step.uv[side], self.texture.size());
+        let mut picture = Picture::new(Size::square(CROP), BEHIND);
+        for y in 0..CROP {
+            for x in 0..CROP {
+                let [right, down] = [x, y].map(|pixel| self.texels_from_middle(pixel));
+                let color = self.texel_at([center[0] + right, center[1] + down]);
+                picture.set(x, y, color.unwrap_or(BEHIND));
+            }
+        }
+        let pixel = |at: [f64; 2]| {
+            let zoom = f64::from(CROP) / self.texels;
+            [0, 1].map(|k| f64::from(CROP) / 2.0 + (at[k] - center[k]) * zoom)
+        };
+        let ends =
+            self.edge.sides[side].uv.map(|uv| pixel(texel(uv.map(f64::from), self.texture.size())));
+        let taken = pixel(taken(self.texture, self.step, side));
+        picture.draw(|pixmap| {
+            line(pixmap, ends, BLACK, 150, 3.6);
+            line(pixmap, ends, WHITE, 255, 1.6);
+            ring(pixmap, taken, 4.0, BLACK, 170, 3.2);
+            ring(pixmap, taken, 4.0, WHITE, 255, 1.4);
+        })?;
+        Ok(picture)
+    }
+
+    /// Both sides as they lie on the surface: the first left of the edge, which stands upright
+    /// between two marks, the second right of it.
+    pub fn unfolded(&self, surface: &Unfolded<'_>) -> anyhow::Result<Picture> {
+        // As many texels across as on that side of the edge that has more of them.
+        let texels_along = |k: usize| {
+            let [a, b] =
+                self.edge.sides[k].uv.map(|uv| texel(uv.map(f64::from), self.texture.size()));
+            distance(a, b)
+        };
+        let per_texel = self.edge.length / texels_along(0).max(texels_along(1)).max(1e-9);
+        let mut picture = Picture::new(Size::square(CROP), BEHIND);
+        for y in 0..CROP {
+            for x in 0..CROP {
+                let [across, forward] =
+                    [x, y].map(|pixel| self.texels_from_middle(pixel) * per_texel);
+                let uv = surface.uv(self.edge, self.step.along, across, forward);
+                let color = uv.and_then(|uv| self.texel_at(texel(uv, self.texture.size())));
+                picture.set(x, y, color.unwrap_or(BEHIND));
+            }
+        }
+        let middle = f64::from(CROP) / 2.0;
+        picture.draw(|pixmap| {
+            for ends in [[0.0, 12.0], [f64::from(CROP) - 12.0, f64::from(CROP)]] {
+                let ends = ends.map(|y| [middle, y]);
+                line(pixmap, ends, BLACK, 150, 3.6);
+                line(pixmap, ends, WHITE, 255, 1.6);
+            }
+        })?;
+        Ok(picture)
+    }
+
+    /// How far a column or row of pixels is from a crop's middle.
+    fn texels_from_middle(&self, pixel: u32) -> f64 {
+        (f64::from(pixel) + 0.5 - f64::from(CROP) / 2.0) * self.texels / f64::from(CROP)
+    }
+
+    /// The texel that has a position in it, so that texels are seen as they are.
+    fn texel_at(&self, [x, y]: [f64; 2]) -> Option<Rgb> {
+        let size = self.texture.size();
+        let is_inside = x >= 0.0 && y >= 0.0 && x < size.width.into() && y < size.height.into();
+        is_inside.then(|| shown(self.texture, x as u32, y as u32))
+    }
+}
+
+/// Where the colour of a side was taken, in texels.
+fn taken(texture: &Texture, step: Step, side: usize) -> [f64; 2] {
+    texel(step.sampled[side], texture.size())
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}

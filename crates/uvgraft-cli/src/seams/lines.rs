@@ -1,0 +1,111 @@
+//! Lines over textures, and the colours that tell how large a step is.
+
+use tiny_skia::{Color, LineCap, Paint, Path, PathBuilder, PixmapMut, Stroke, Transform};
+use uvgraft::seams::SeamEdge;
+use uvgraft::{Encoding, Texture, color};
+
+use crate::picture::Rgb;
+
+/// Steps from this on have the last colour of their scale. The scale is the same for all pictures, so
+/// that they can be compared.
+pub(super) const TOP: f64 = 10.0;
+
+/// Colours of steps from 0 to [`TOP`], for UV seams and for the rim.
+const SEAM: [Rgb; 4] = [[46, 180, 92], [190, 214, 56], [250, 156, 40], [226, 36, 40]];
+const RIM: [Rgb; 4] = [[90, 226, 244], [74, 134, 255], [150, 80, 250], [252, 70, 226]];
+/// The colour of edges that could not be measured.
+pub(super) const UNKNOWN: Rgb = [128, 131, 138];
+/// What shows through where a texture is not opaque.
+pub(super) const BEHIND: Rgb = [12, 13, 15];
+
+/// The colour of a step.
+pub(super) fn step_color(delta_e: f64, is_rim: bool) -> Rgb {
+    let anchors = if is_rim { RIM } else { SEAM };
+    let at = (delta_e / TOP).clamp(0.0, 1.0) * (anchors.len() - 1) as f64;
+    let low = (at as usize).min(anchors.len() - 2);
+    blend(anchors[low], anchors[low + 1], at - low as f64)
+}
+
+/// The colour of an edge: that of the mean of its steps.
+pub(super) fn edge_color(edge: &SeamEdge) -> Rgb {
+    edge.mean.map_or(UNKNOWN, |mean| step_color(mean, edge.is_rim))
+}
+
+/// `share` of the second colour, the rest of the first.
+pub(super) fn blend(a: Rgb, b: Rgb, share: f64) -> Rgb {
+    std::array::from_fn(|k| {
+        let [a, b] = [a, b].map(|color| f64::from(color[k]));
+        (a + (b - a) * share + 0.5) as u8
+    })
+}
+
+/// A texel as a display shows it over the dark.
+pub(super) fn shown(texture: &Texture, x: u32, y: u32) -> Rgb {
+    let channels = texture.channels();
+    let encode = |value: f32| match texture.encoding() {
+        Encoding::Linear => color::srgb_from_linear(value),
+        Encoding::Srgb | Encoding::Data => value,
+    };
+    let rgb = std::array::from_fn(|k| {
+        let value = encode(texture.get(x, y, if channels.has_color() { k } else { 0 }));
+        (value * 255.0 + 0.5) as u8
+    });
+    let opacity = if channels.has_alpha() { texture.get(x, y, channels.count() - 1) } else { 1.0 };
+    blend(BEHIND, rgb, f64::from(opacity.clamp(0.0, 1.0)))
+}
+
+/// Draws a line from one pixel position to another.
+pub(super) fn line(
+    pixmap: &mut PixmapMut<'_>,
+    [from, to]: [[f64; 2]; 2],
+    color: Rgb,
+    opacity: u8,
+    width: f32,
+) {
+    let mut path = PathBuilder::new();
+    let [from, to] = [from, to].map(near);
+    path.move_to(from[0], from[1]);
+    path.line_to(to[0], to[1]);
+    stroke(pixmap, path.finish(), color, opacity, width);
+}
+
+/// Draws a circle around a pixel position.
+pub(super) fn ring(
+    pixmap: &mut PixmapMut<'_>,
+    center: [f64; 2],
+    radius: f32,
+    color: Rgb,
+    opacity: u8,
+    width: f32,
+) {
+    let [x, y] = near(center);
+    stroke(pixmap, PathBuilder::from_circle(x, y, radius), color, opacity, width);
+}
+
+/// Positions far outside, as UV coordinates may be, are not for a rasteriser.
+fn near(position: [f64; 2]) -> [f32; 2] {
+    position.map(|value| value.clamp(-20_000.0, 20_000.0) as f32)
+}
+
+fn stroke(pixmap: &mut PixmapMut<'_>, path: Option<Path>, rgb: Rgb, opacity: u8, width: f32) {
+    let mut paint = Paint::default();
+    paint.set_color(Color::from_rgba8(rgb[0], rgb[1], rgb[2], opacity));
+    paint.anti_alias = true;
+    let stroke = Stroke { width, line_cap: LineCap::Round, ..Stroke::default() };
+    if let Some(path) = path {
+        pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_of_steps() {
+        assert_eq!(step_color(0.0, false), SEAM[0]);
+        assert_eq!(step_color(TOP / 3.0, false), SEAM[1]);
+        assert_eq!(step_color(55.0, false), SEAM[3]);
+        assert_eq!(step_color(TOP * 0.5, true), [112, 107, 253]);
+    }
+}

@@ -1,0 +1,108 @@
+//! `uvgraft seams`: how visible the seams of a texture are.
+
+mod crops;
+mod lines;
+mod picture;
+mod region;
+mod report;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Context;
+use uvgraft::Direction;
+use uvgraft::seams::{Offset, SeamOptions, measure};
+use uvgraft_io::{image, pair_file};
+
+use crate::failure::OrBadInput;
+use crate::outputs::Outputs;
+use crate::picture::check_name;
+
+/// Measures how visible seams are in a texture
+///
+/// Looks at the colours on both sides of edges and tells how different they look (CIEDE2000): along
+/// UV seams, where the surface goes on in another island; along the rim of the region, which is what
+/// the pair's links reach; and for comparison along ordinary edges, where the texture's own detail is
+/// all there is. Every edge counts with its length on the surface.
+///
+/// Colours are compared as sRGB, whatever their opacity; where one side has none, nothing is compared.
+/// Colour profiles are not applied. Textures that hold no colours, such as normals, have no answer.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The pair file
+    pair: PathBuf,
+    /// The texture, in the layout of the pair's target
+    texture: PathBuf,
+    /// The texture is in the layout of the pair's source
+    #[arg(long)]
+    reverse: bool,
+    /// Take colours this many texels from the edge on each side, without leaving the island
+    /// [default: 1]
+    #[arg(long, value_name = "TEXELS", value_parser = parse_distance, conflicts_with = "distance")]
+    offset: Option<f64>,
+    /// Take colours this far from the edge on each side, on the surface and in the mesh's own unit:
+    /// 0.003 for 3 mm if that is metres
+    #[arg(long, value_name = "LENGTH", value_parser = parse_distance)]
+    distance: Option<f64>,
+    /// Name the worst edges, by their mean: this many UV seams, and as many of the rim
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1000))]
+    worst: u16,
+    /// Draw the layout with its seams, and the worst places from close by, into an image
+    #[arg(long, value_name = "out.png")]
+    picture: Option<PathBuf>,
+    /// Print the result as JSON. Under `edges` there are `uv_seams`, `uv_seams_inside` the region,
+    /// `rim`, ordinary edges `beside_` each of these, and all that are `ordinary`, with `edges`,
+    /// `length`, `points` and `delta_e`: null where no point could be measured. Lengths are in the
+    /// mesh's unit, `uv` is in the texture's unit square, from its top left corner
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_distance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(distance) if distance.is_finite() && distance >= 0.0 => Ok(distance),
+        _ => Err("wanted a number from 0".to_owned()),
+    }
+}
+
+impl Args {
+    fn offset(&self) -> Offset {
+        match (self.distance, self.offset) {
+            (Some(distance), _) => Offset::Distance(distance),
+            (None, texels) => Offset::Texels(texels.unwrap_or(1.0)),
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if let Some(picture) = &args.picture {
+        check_name(picture, "a picture of seams")?;
+        Outputs::new([&*args.pair, &*args.texture]).check(picture)?;
+    }
+    let file = pair_file::read(&args.pair).or_bad_input()?;
+    let texture = image::read(&args.texture).or_bad_input()?.texture;
+    let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
+    let region = region::linked(&file.pair, direction);
+    let options = SeamOptions { offset: args.offset(), worst: usize::from(args.worst) };
+    let mesh = file.pair.to(direction);
+    let seams = measure(mesh, &texture, &region.inside, &options)
+        .with_context(|| args.texture.display().to_string())
+        .or_bad_input()?;
+    let mesh_name = match direction {
+        Direction::Forward => &file.target_name,
+        Direction::Reverse => &file.source_name,
+    };
+    let subject = report::Subject {
+        texture: args.texture.display().to_string(),
+        mesh: mesh_name.clone(),
+        region: region.name,
+        size: texture.size(),
+        offset: options.offset,
+    };
+    report::print(&subject, &seams, args.json)?;
+    if let Some(path) = &args.picture {
+        picture::draw(&subject, mesh, &texture, &seams)?.write(path)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,267 @@
+//! Printing what seams are like.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use uvgraft::Size;
+use uvgraft::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step};
+
+use crate::report::{grouped, to_stdout};
+use crate::table::{Align, table};
+
+/// What was measured.
+pub(super) struct Subject {
+    pub texture: String,
+    pub mesh: String,
+    pub region: String,
+    pub size: Size,
+    pub offset: Offset,
+}
+
+impl Subject {
+    /// How far from the edge colours were taken.
+    pub fn offset(&self) -> String {
+        match self.offset {
+            Offset::Texels(1.0) => "1 texel".to_owned(),
+            Offset::Texels(texels) => format!("{texels} texels"),
+            Offset::Distance(distance) => format!("{distance} of the mesh's unit"),
+        }
+    }
+}
+
+/// What an edge is called.
+pub(super) fn kind(edge: &SeamEdge) -> &'static str {
+    match (edge.is_uv_seam, edge.is_rim) {
+        (true, true) => "rim and UV seam",
+        (true, false) => "UV seam",
+        (false, _) => "rim",
+    }
+}
+
+/// The edges with the largest mean steps, the worst first, and the largest step of each.
+pub(super) fn worst(seams: &SeamReport) -> impl Iterator<Item = (&SeamEdge, Step)> {
+    seams.worst.iter().filter_map(|&index| {
+        let edge = seams.edges.get(index)?;
+        Some((edge, edge.worst?))
+    })
+}
+
+pub(super) fn print(subject: &Subject, seams: &SeamReport, json: bool) -> anyhow::Result<()> {
+    let text = if json {
+        serde_json::to_string_pretty(&Document::new(subject, seams))? + "\n"
+    } else {
+        text(subject, seams)
+    };
+    to_stdout(&text)
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    texture: &'a str,
+    mesh: &'a str,
+    size: Size,
+    /// Whose rim was measured.
+    region: &'a str,
+    /// `{"texels": number}` or `{"distance": number}`.
+    offset: serde_json::Value,
+    edges: Groups,
+    /// The edges with the largest mean, each apart from those before it.
+    worst: Vec<Place>,
+    /// What could not be measured as it should; counts of edges, triangles and points.
+    notes: SeamNotes,
+}
+
+#[derive(Serialize)]
+struct Groups {
+    uv_seams: EdgeGroup,
+    uv_seams_inside: EdgeGroup,
+    rim: EdgeGroup,
+    beside_uv_seams: EdgeGroup,
+    beside_uv_seams_inside: EdgeGroup,
+    beside_rim: EdgeGroup,
+    ordinary: EdgeGroup,
+}
+
+/// A bad edge, and the place of its largest step. Pairs have both sides, the region's first.
+#[derive(Serialize)]
+struct Place {
+    /// The mean of the steps along the edge.
+    edge_mean: f64,
+    /// The largest of them.
+    delta_e: f64,
+    /// The edge's length on the surface.
+    edge_length: f64,
+    is_uv_seam: bool,
+    is_rim: bool,
+    faces: [u32; 2],
+    /// The ends of the edge on the surface.
+    ends: [[f32; 3]; 2],
+    /// Where on the edge the step is: from 0 at its first end to 1 at its second.
+    along: f64,
+    /// That place in the texture.
+    uv: [[f64; 2]; 2],
+    /// Where colours were taken.
+    sampled_uv: [[f64; 2]; 2],
+    /// sRGB, 1.0 for full.
+    colors: [[f32; 3]; 2],
+}
+
+impl<'a> Document<'a> {
+    fn new(subject: &'a Subject, seams: &SeamReport) -> Self {
+        let place = |(edge, step): (&SeamEdge, Step)| Place {
+            edge_mean: edge.mean.unwrap_or(step.delta_e),
+            delta_e: step.delta_e,
+            edge_length: edge.length,
+            is_uv_seam: edge.is_uv_seam,
+            is_rim: edge.is_rim,
+            faces: edge.sides.map(|side| side.face),
+            ends: edge.ends,
+            along: step.along,
+            uv: step.uv,
+            sampled_uv: step.sampled,
+            colors: step.colors,
+        };
+        Self {
+            texture: &subject.texture,
+            mesh: &subject.mesh,
+            size: subject.size,
+            region: &subject.region,
+            offset: match subject.offset {
+                Offset::Texels(texels) => serde_json::json!({ "texels": texels }),
+                Offset::Distance(distance) => serde_json::json!({ "distance": distance }),
+            },
+            edges: Groups {
+                uv_seams: seams.uv_seams,
+                uv_seams_inside: seams.uv_seams_inside,
+                rim: seams.rim,
+                beside_uv_seams: seams.beside_uv_seams,
+                beside_uv_seams_inside: seams.beside_uv_seams_inside,
+                beside_rim: seams.beside_rim,
+                ordinary: seams.ordinary,
+            },
+            worst: worst(seams).map(place).collect(),
+            notes: seams.notes,
+        }
+    }
+}
+
+fn text(subject: &Subject, seams: &SeamReport) -> String {
+    let mut text = format!(
+        "{}, {} texels, on {}; the region is {}\n\
+         steps between colours (CIEDE2000) from {} on one side of an edge to as much on the other\n\n",
+        subject.texture,
+        subject.size,
+        subject.mesh,
+        subject.region,
+        subject.offset(),
+    );
+    text += &groups(seams);
+    text += "\nBeside: ordinary edges that have a vertex in common with these, where steps are the\n\
+             texture's own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.\n";
+    let places = places(subject, seams);
+    if !places.is_empty() {
+        let _ = write!(
+            text,
+            "\nThe worst edges, and where in texels their largest step is:\n\n{places}"
+        );
+    }
+    let notes = notes(&seams.notes);
+    if !notes.is_empty() {
+        let _ = write!(text, "\n{notes}");
+    }
+    text
+}
+
+fn groups(seams: &SeamReport) -> String {
+    let head = ["edges", "count", "length", "mean", "median", "95 %", "99 %", "largest"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for (name, group) in [
+        ("UV seams", &seams.uv_seams),
+        ("beside them", &seams.beside_uv_seams),
+        ("UV seams in the region", &seams.uv_seams_inside),
+        ("beside them", &seams.beside_uv_seams_inside),
+        ("rim of the region", &seams.rim),
+        ("beside it", &seams.beside_rim),
+        ("all that are neither", &seams.ordinary),
+    ] {
+        let mut row = vec![name.to_owned(), grouped(group.edges), length(group.length)];
+        match &group.delta_e {
+            Some(steps) => row.extend(
+                [steps.mean, steps.median, steps.p95, steps.p99, steps.max]
+                    .map(|step| format!("{step:.2}")),
+            ),
+            None => row.extend(["–"; 5].map(str::to_owned)),
+        }
+        rows.push(row);
+    }
+    table(&rows, &[Align::Left])
+}
+
+/// A length in an unknown unit, to about four digits.
+fn length(length: f64) -> String {
+    let decimals = match length {
+        l if l >= 1000.0 || l == 0.0 => 0,
+        l if l >= 100.0 => 1,
+        l if l >= 10.0 => 2,
+        l if l >= 1.0 => 3,
+        _ => 4,
+    };
+    format!("{length:.decimals$}")
+}
+
+fn places(subject: &Subject, seams: &SeamReport) -> String {
+    let head = ["", "mean", "largest", "what", "triangles", "one side", "other side"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for (index, (edge, step)) in worst(seams).enumerate() {
+        let [a, b] = edge.sides.map(|side| side.face);
+        let [here, there] = step.uv.map(|uv| {
+            let [x, y] = texel(uv, subject.size);
+            format!("{x:.1}, {y:.1}")
+        });
+        rows.push(vec![
+            (index + 1).to_string(),
+            format!("{:.2}", edge.mean.unwrap_or(step.delta_e)),
+            format!("{:.2}", step.delta_e),
+            kind(edge).to_owned(),
+            format!("{a}, {b}"),
+            here,
+            there,
+        ]);
+    }
+    if rows.len() == 1 {
+        return String::new();
+    }
+    table(&rows, &[Align::Right, Align::Right, Align::Right, Align::Left])
+}
+
+/// A place in the unit square in texels.
+pub(super) fn texel([u, v]: [f64; 2], size: Size) -> [f64; 2] {
+    [u * f64::from(size.width), v * f64::from(size.height)]
+}
+
+fn notes(notes: &SeamNotes) -> String {
+    let SeamNotes {
+        single_edges,
+        collapsed_triangles,
+        no_area,
+        clear,
+        not_finite,
+        shortened,
+        outside,
+    } = *notes;
+    let mut text = String::new();
+    for (count, what) in [
+        (no_area, "points left out: a triangle has no area to take a colour from"),
+        (clear, "points left out: one side has no opacity"),
+        (not_finite, "points left out: a colour is no number, or infinite"),
+        (shortened, "points measured closer to the edge, because what they are on ends before"),
+        (outside, "points outside the texture, at whose edge colours were taken"),
+        (collapsed_triangles, "triangles left out: two corners are in one place"),
+        (single_edges, "edges with a triangle on one side only"),
+    ] {
+        if count > 0 {
+            let _ = writeln!(text, "{} {what}", grouped(count));
+        }
+    }
+    text
+}

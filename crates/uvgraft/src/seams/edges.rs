@@ -1,0 +1,237 @@
+//! Which triangles meet at which edges of the surface.
+//!
+//! Vertices count as one where their positions are the same to the bit, so meshes whose vertices are
+//! split at UV seams are whole again.
+
+use crate::mesh::Mesh;
+
+/// A triangle's edge: number `3 * face + corner` runs from that corner to the next.
+pub(super) type Half = u32;
+
+/// No edge.
+pub(super) const NONE: Half = u32::MAX;
+
+/// More triangles than this at one edge are not paired; a sound mesh has two.
+const MOST_AT_AN_EDGE: usize = 16;
+
+/// The edges of a mesh that two triangles share.
+#[derive(Debug)]
+pub(super) struct Edges {
+    /// `[faces]` for each corner, which position it has: the same number for the same position.
+    pub vertices: Vec<[u32; 3]>,
+    /// How many different positions there are.
+    pub vertex_count: usize,
+    /// Edges with a triangle on both sides, in the order of their first triangle's edge.
+    pub shared: Vec<Shared>,
+    /// `[3 * faces]` for each triangle's edge the one on its other side, or [`NONE`].
+    pub opposite: Vec<Half>,
+    /// Edges of triangles without a triangle on the other side.
+    pub single: usize,
+    /// Triangles that have one position at two corners; they are passed over.
+    pub collapsed: usize,
+}
+
+/// An edge that two triangles share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Shared {
+    /// The edge in each of them, the lower one first.
+    pub halves: [Half; 2],
+    /// Whether the two run along it in opposite directions, as they do where both wind alike.
+    pub opposed: bool,
+}
+
+impl Edges {
+    /// Finds the edges of a mesh.
+    ///
+    /// Where more than two triangles meet at an edge, those are paired first that name the same two
+    /// vertices, which the mesh itself thus says to be neighbours; then those that run along the edge
+    /// in opposite directions; then those that lie flattest to each other. A triangle that is left
+    /// over has nothing on its other side.
+    pub fn new(mesh: &Mesh) -> Self {
+        let (vertices, vertex_count) = weld(mesh);
+        let is_collapsed = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+        let mut keyed: Vec<(u32, u32, Half)> = Vec::with_capacity(vertices.len() * 3);
+        for (face, corners) in (0u32..).zip(&vertices) {
+            if !is_collapsed(corners) {
+                let [a, b, c] = *corners;
+                let ends = [(a, b), (b, c), (c, a)];
+                let key = |(from, to): (u32, u32)| (from.min(to), from.max(to));
+                let halves = (face * 3..).zip(ends.map(key));
+                keyed.extend(halves.map(|(half, (low, high))| (low, high, half)));
+            }
+        }
+        keyed.sort_unstable();
+        let from = |half: Half| vertices[half as usize / 3][half as usize % 3];
+        let mut opposite = vec![NONE; vertices.len() * 3];
+        let mut shared = Vec::with_capacity(keyed.len() / 2);
+        let mut crowd = Vec::new();
+        for group in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            crowd.clear();
+            crowd.extend(group.iter().map(|&(_, _, half)| half));
+            crowd.truncate(MOST_AT_AN_EDGE);
+            for [a, b] in pairs(mesh, &crowd, from) {
+                opposite[a as usize] = b;
+                opposite[b as usize] = a;
+                shared.push(Shared { halves: [a, b], opposed: from(a) != from(b) });
+            }
+        }
+        shared.sort_unstable_by_key(|edge| edge.halves);
+        let single = keyed.len() - 2 * shared.len();
+        let collapsed = vertices.iter().filter(|corners| is_collapsed(corners)).count();
+        Self { vertices, vertex_count, shared, opposite, single, collapsed }
+    }
+
+    /// The two ends of a triangle's edge.
+    pub fn ends(&self, half: Half) -> [u32; 2] {
+        let corners = self.vertices[half as usize / 3];
+        [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]]
+    }
+}
+
+/// One number for each distinct position, per corner of the triangles; and how many there are.
+fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, usize) {
+    // Adding 0.0 makes one zero of the two.
+    let bits = |position: &[f32; 3]| position.map(|value| (value + 0.0).to_bits());
+    let mut sorted: Vec<([u32; 3], u32)> = mesh.positions().iter().map(bits).zip(0..).collect();
+    sorted.sort_unstable();
+    let mut numbers = vec![0; sorted.len()];
+    let mut count = 0;
+    for alike in sorted.chunk_by(|a, b| a.0 == b.0) {
+        for &(_, vertex) in alike {
+            numbers[vertex as usize] = count;
+        }
+        count += 1;
+    }
+    let number = |corners: &[u32; 3]| corners.map(|vertex| numbers[vertex as usize]);
+    (mesh.faces().iter().map(number).collect(), count as usize)
+}
+
+/// Pairs the triangles that meet at one edge, each with one other at most.
+fn pairs(mesh: &Mesh, halves: &[Half], from: impl Fn(Half) -> u32) -> Vec<[Half; 2]> {
+    if let &[a, b] = halves {
+        return vec![[a, b]];
+    }
+    let vertices = |half: Half| {
+        let (face, corner) = (half as usize / 3, half as usize % 3);
+        let corners = mesh.faces()[face];
+        let [a, b] = [corners[corner], corners[(corner + 1) % 3]];
+        (a.min(b), a.max(b))
+    };
+    let mut candidates = Vec::new();
+    for (index, &a) in halves.iter().enumerate() {
+        for &b in &halves[index + 1..] {
+            let [x, y] = [a, b].map(|half| away(mesh, half));
+            let fold = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+            candidates.push((vertices(a) != vertices(b), from(a) == from(b), fold, [a, b]));
+        }
+    }
+    candidates
+        .sort_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)).then(x.3.cmp(&y.3)));
+    let mut taken: Vec<Half> = Vec::new();
+    let mut pairs = Vec::new();
+    for (_, _, _, [a, b]) in candidates {
+        if !taken.contains(&a) && !taken.contains(&b) {
+            taken.extend([a, b]);
+            pairs.push([a, b]);
+        }
+    }
+    pairs
+}
+
+/// The direction from an edge into its triangle, of length 1; 0 for a triangle without area.
+fn away(mesh: &Mesh, half: Half) -> [f64; 3] {
+    let (face, corner) = (half as usize / 3, half as usize % 3);
+    let at =
+        |k: usize| mesh.positions()[mesh.faces()[face][(corner + k) % 3] as usize].map(f64::from);
+    let [a, b, c] = [at(0), at(1), at(2)];
+    let minus = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let (edge, side) = (minus(b, a), minus(c, a));
+    let along = dot(side, edge) / dot(edge, edge);
+    let across = minus(side, edge.map(|value| value * along));
+    let length = dot(across, across).sqrt();
+    let unit = across.map(|value| value / length);
+    if unit.iter().all(|value| value.is_finite()) { unit } else { [0.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Mesh {
+        let uv = positions.iter().map(|&[x, y, _]| [x, y]).collect();
+        Mesh::from_triangles(positions.to_vec(), uv, faces, faces).unwrap()
+    }
+
+    fn found(edges: &Edges) -> Vec<([Half; 2], bool)> {
+        edges.shared.iter().map(|edge| (edge.halves, edge.opposed)).collect()
+    }
+
+    #[test]
+    fn split_vertices_are_one() {
+        // The diagonal of a square, its ends repeated for each half; one zero is negative.
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [-0.0, 0.0, -0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ];
+        let edges = Edges::new(&mesh(&positions, &[[0, 1, 2], [3, 4, 5]]));
+        assert_eq!(found(&edges), [([2, 3], true)]);
+        assert_eq!(edges.ends(2), [edges.vertices[0][2], edges.vertices[0][0]]);
+        assert_eq!(edges.ends(3), [edges.vertices[0][0], edges.vertices[0][2]]);
+        assert_eq!(edges.opposite, [NONE, NONE, 3, 2, NONE, NONE]);
+        assert_eq!((edges.single, edges.collapsed, edges.vertex_count), (4, 0, 4));
+        // The same, one of them turned over.
+        let edges = Edges::new(&mesh(&positions, &[[0, 1, 2], [4, 3, 5]]));
+        assert_eq!(found(&edges), [([2, 3], false)]);
+    }
+
+    /// Four triangles around the edge from vertex 0 to vertex 1.
+    fn crowd(outer: [[f32; 3]; 4]) -> Vec<[f32; 3]> {
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]].into_iter().chain(outer).collect()
+    }
+
+    #[test]
+    fn the_flattest_are_paired() {
+        let cross = crowd([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+        // All wind so that any two could be neighbours.
+        let edges = Edges::new(&mesh(&cross, &[[0, 1, 2], [0, 1, 3], [1, 0, 4], [1, 0, 5]]));
+        assert_eq!(found(&edges), [([0, 6], true), ([3, 9], true)]);
+        // Three: the odd one has nothing on its other side.
+        let edges = Edges::new(&mesh(&cross, &[[0, 1, 3], [0, 1, 2], [1, 0, 4]]));
+        assert_eq!(found(&edges), [([3, 6], true)]);
+        assert_eq!(edges.single, 7);
+    }
+
+    #[test]
+    fn what_the_mesh_says_comes_first() {
+        // Flattest would be 0 with 2; but 0 and 1 name the same vertices, and so do 2 and 3.
+        let mut positions =
+            crowd([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+        positions.extend_from_within(0..2);
+        let faces = [[0, 1, 2], [1, 0, 3], [7, 6, 4], [6, 7, 5]];
+        let edges = Edges::new(&mesh(&positions, &faces));
+        assert_eq!(found(&edges), [([0, 3], true), ([6, 9], true)]);
+    }
+
+    #[test]
+    fn collapsed_triangles_are_passed_over() {
+        // Between two triangles lies one that has the same position twice.
+        let positions =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+        let edges = Edges::new(&mesh(&positions, &[[0, 1, 2], [0, 3, 1], [1, 3, 4]]));
+        assert_eq!(found(&edges), [([0, 6], true)]);
+        assert_eq!(edges.collapsed, 1);
+    }
+
+    #[test]
+    fn thousands_of_triangles_at_one_edge_take_no_time() {
+        let positions = crowd([[1.0, 0.0, 0.0]; 4]);
+        let edges = Edges::new(&mesh(&positions, &vec![[0, 1, 2]; 20_000]));
+        assert!(edges.shared.len() <= 3 * MOST_AT_AN_EDGE / 2);
+        assert_eq!(edges.single + 2 * edges.shared.len(), 60_000);
+    }
+}

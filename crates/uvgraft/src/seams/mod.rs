@@ -1,0 +1,277 @@
+//! How visible seams are: steps between the colours on both sides of edges.
+//!
+//! A texture is continuous on the surface only as far as its islands go. Where an island ends, the
+//! surface goes on in another one, whose texels somebody painted, filtered or carried separately; and
+//! where a transferred region ends, two textures meet. [`measure`] walks along those edges, looks at
+//! the colours on both sides, and tells how different they look ([`delta_e`](crate::metrics::delta_e)). Ordinary edges, at
+//! which nothing ends, tell how different neighbouring colours of the texture are anyway.
+
+mod along;
+mod edges;
+mod probe;
+mod report;
+mod sample;
+mod shared;
+mod statistics;
+mod unfold;
+mod walk;
+mod worst;
+
+pub use probe::Offset;
+pub use report::{EdgeGroup, SeamEdge, SeamNotes, SeamReport, Side, Step};
+pub use statistics::Steps;
+pub use unfold::Unfolded;
+
+use crate::color::Encoding;
+use crate::mesh::Mesh;
+use crate::texture::Texture;
+use crate::threads;
+use along::{Walked, along, step};
+use edges::{Edges, NONE, Shared};
+use probe::Probe;
+use shared::{Kind, kinds_by_half};
+use worst::worst;
+
+/// How seams are measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeamOptions {
+    /// How far from the edge colours are taken, on each side.
+    pub offset: Offset,
+    /// How many of the worst places to name at most, at UV seams and at the rim each.
+    pub worst: usize,
+}
+
+impl Default for SeamOptions {
+    /// One texel, five places of each kind.
+    fn default() -> Self {
+        Self { offset: Offset::Texels(1.0), worst: 5 }
+    }
+}
+
+/// Why seams were not measured.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SeamError {
+    /// The texture holds normals, roughness, a mask.
+    #[error("the texture holds data, wanted colours")]
+    NotColor,
+    /// The region is of another mesh.
+    #[error("the region tells of {found} triangles, the mesh has {wanted}")]
+    Region {
+        /// Triangles that the region tells of.
+        found: usize,
+        /// Triangles of the mesh.
+        wanted: usize,
+    },
+    /// An offset that is negative or no number.
+    #[error("the offset from the edge is {0}, wanted a finite number from 0")]
+    Offset(f64),
+}
+
+/// Groups to compare with are measured at this many points at most, evenly along all their edges.
+const MOST_CONTROLS: usize = 1 << 13;
+/// Points of these groups are so many texels away from vertices of seams, because filtering reads one
+/// texel beyond a place in both directions.
+const CONTROL_MARGIN: f64 = 1.5;
+/// Edges and points that a thread takes at once.
+const CHUNK: usize = 64;
+
+/// Measures the steps between colours at UV seams and at the rim of a region.
+///
+/// - `mesh`: its surface tells what is beside what, its layout where that is in the texture. Vertices
+///   in one place are one vertex; see [`SeamNotes`] for edges that more than two triangles share.
+/// - `texture`: sRGB or linear, as [`delta_e`](crate::metrics::delta_e) sees it; texels are read bilinearly, and places outside
+///   the unit square at the texture's edge.
+/// - `inside`: `[triangles]`, whether each belongs to the region.
+///
+/// Points lie along each edge about a texel apart, on the side that has more. On each side the colour
+/// is taken at [`SeamOptions::offset`] from there. Every point counts as the length on the surface
+/// that it stands for. The result does not depend on the number of threads.
+///
+/// # Errors
+/// [`SeamError`] for a texture of data, a region that does not fit the mesh, or an offset that is no
+/// distance.
+pub fn measure(
+    mesh: &Mesh,
+    texture: &Texture,
+    inside: &[bool],
+    options: &SeamOptions,
+) -> Result<SeamReport, SeamError> {
+    if texture.encoding() == Encoding::Data {
+        return Err(SeamError::NotColor);
+    }
+    if inside.len() != mesh.faces().len() {
+        return Err(SeamError::Region { found: inside.len(), wanted: mesh.faces().len() });
+    }
+    options.offset.check()?;
+    let edges = Edges::new(mesh);
+    let kinds: Vec<Kind> = edges.shared.iter().map(|edge| Kind::of(mesh, edge, inside)).collect();
+    let by_half = kinds_by_half(&edges, &kinds);
+    let probe = Probe::new(mesh, &edges, &by_half, texture, options.offset);
+    let survey = Survey { mesh, edges: &edges, kinds: &kinds, probe };
+    let measured = survey.measured(inside);
+    let mut notes = SeamNotes {
+        single_edges: edges.single,
+        collapsed_triangles: edges.collapsed,
+        ..SeamNotes::default()
+    };
+    measured.iter().for_each(|edge| notes.add(&edge.notes));
+    let of_kind = |wanted: &dyn Fn(Kind) -> bool| {
+        EdgeGroup::of(measured.iter().filter(|edge| wanted(edge.kind)))
+    };
+    let mut report = SeamReport {
+        uv_seams: of_kind(&|kind| kind.is_uv_seam),
+        uv_seams_inside: of_kind(&|kind| kind.is_uv_seam && kind.is_inside),
+        rim: of_kind(&|kind| kind.is_rim),
+        beside_uv_seams: survey.ordinary(|_| true, Some(&|kind| kind.is_uv_seam)),
+        beside_uv_seams_inside: survey
+            .ordinary(|kind| kind.is_inside, Some(&|kind| kind.is_uv_seam && kind.is_inside)),
+        beside_rim: survey.ordinary(|_| true, Some(&|kind| kind.is_rim)),
+        ordinary: survey.ordinary(|_| true, None),
+        edges: Vec::new(),
+        worst: Vec::new(),
+        notes,
+    };
+    report.edges = measured.into_iter().map(|edge| edge.seam).collect();
+    report.worst = worst(&report.edges, options.worst);
+    Ok(report)
+}
+
+/// What is measured, and with what.
+struct Survey<'a> {
+    mesh: &'a Mesh,
+    edges: &'a Edges,
+    /// `[shared edges]`
+    kinds: &'a [Kind],
+    probe: Probe<'a>,
+}
+
+impl Survey<'_> {
+    /// Steps at UV seams and at the rim, edge by edge.
+    fn measured(&self, inside: &[bool]) -> Vec<Walked> {
+        let oriented = |edge: &Shared| {
+            let [a, b] = edge.halves.map(|half| inside[half as usize / 3]);
+            if b && !a { edge.turned() } else { *edge }
+        };
+        let members: Vec<(Shared, Kind)> = self
+            .with_kinds()
+            .filter(|(_, kind)| kind.is_uv_seam || kind.is_rim)
+            .map(|(edge, kind)| (oriented(edge), kind))
+            .collect();
+        let chunks = threads::map_indices(members.len().div_ceil(CHUNK), |chunk| {
+            let part = &members[chunk * CHUNK..members.len().min((chunk + 1) * CHUNK)];
+            let measure =
+                |(edge, kind): &(Shared, Kind)| along(self.mesh, &self.probe, edge, *kind);
+            part.iter().map(measure).collect::<Vec<_>>()
+        });
+        chunks.into_iter().flatten().collect()
+    }
+
+    /// Steps at edges that are neither: of those that are wanted, and have a vertex in common with an
+    /// edge of the kind that they should be beside.
+    fn ordinary(
+        &self,
+        is_wanted: impl Fn(Kind) -> bool,
+        beside: Option<&dyn Fn(Kind) -> bool>,
+    ) -> EdgeGroup {
+        let is_near = beside.map(|wanted| {
+            let mut is_near = vec![false; self.edges.vertex_count];
+            for (edge, _) in self.with_kinds().filter(|(_, kind)| wanted(*kind)) {
+                for vertex in self.edges.ends(edge.halves[0]) {
+                    is_near[vertex as usize] = true;
+                }
+            }
+            is_near
+        });
+        let is_beside = |edge: &Shared| {
+            let ends = self.edges.ends(edge.halves[0]);
+            is_near.as_ref().is_none_or(|near| ends.iter().any(|&vertex| near[vertex as usize]))
+        };
+        let members: Vec<Shared> = self
+            .with_kinds()
+            .filter(|(_, kind)| !kind.is_uv_seam && !kind.is_rim)
+            .filter(|(edge, kind)| is_wanted(*kind) && is_beside(edge))
+            .map(|(edge, _)| *edge)
+            .collect();
+        self.control(&members)
+    }
+
+    /// Steps at points that lie evenly along edges, as if these were one. Points at which a seam or the
+    /// rim would be seen too are left out.
+    fn control(&self, members: &[Shared]) -> EdgeGroup {
+        let (mesh, texture) = (self.mesh, self.probe.texture());
+        let mut length = 0.0;
+        let mut wanted = 0;
+        let mut starts = Vec::with_capacity(members.len());
+        for edge in members {
+            starts.push(length);
+            length += edge.length(mesh);
+            wanted += edge.points(mesh, texture);
+        }
+        let is_disturbed = self.disturbed_vertices();
+        let count = wanted.min(MOST_CONTROLS);
+        let step_at = |point: usize| {
+            let at = (point as f64 + 0.5) / count as f64 * length;
+            let index = starts.partition_point(|&start| start <= at).checked_sub(1)?;
+            let edge = &members[index];
+            let along = ((at - starts[index]) / edge.length(mesh)).clamp(0.0, 1.0);
+            let texels = edge.texels(mesh, texture);
+            let [from, to] = self.edges.ends(edge.halves[0]);
+            let ends = [(from, along), (to, 1.0 - along)];
+            let is_near = |(vertex, away): (u32, f64)| {
+                is_disturbed[vertex as usize] && away * texels < CONTROL_MARGIN
+            };
+            let texel = edge.length(mesh) / texels;
+            if ends.into_iter().any(is_near)
+                || !edge
+                    .places(along)
+                    .iter()
+                    .all(|&(half, at)| self.probe.is_undisturbed(half, at, texel))
+            {
+                return None;
+            }
+            let step = step(mesh, &self.probe, edge, along, &mut SeamNotes::default())?;
+            // All stand for equally much.
+            Some((step.delta_e, 1.0))
+        };
+        let chunks = threads::map_indices(count.div_ceil(CHUNK), |chunk| {
+            let points = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            points.filter_map(step_at).collect::<Vec<_>>()
+        });
+        let steps: Vec<(f64, f64)> = chunks.into_iter().flatten().collect();
+        let points = steps.len();
+        EdgeGroup { edges: members.len(), length, points, delta_e: Steps::of(steps) }
+    }
+
+    /// The vertices at which UV seams, the rim or the surface end.
+    fn disturbed_vertices(&self) -> Vec<bool> {
+        let mut is_disturbed = vec![false; self.edges.vertex_count];
+        let seams = self.with_kinds().filter(|(_, kind)| kind.is_uv_seam || kind.is_rim);
+        let ends = self.edges.opposite.iter().zip(0..).filter(|(other, _)| **other == NONE);
+        let halves = seams.map(|(edge, _)| edge.halves[0]).chain(ends.map(|(_, half)| half));
+        for vertex in halves.flat_map(|half| self.edges.ends(half)) {
+            is_disturbed[vertex as usize] = true;
+        }
+        is_disturbed
+    }
+
+    fn with_kinds(&self) -> impl Iterator<Item = (&Shared, Kind)> {
+        self.edges.shared.iter().zip(self.kinds.iter().copied())
+    }
+}
+
+impl EdgeGroup {
+    fn of<'a>(members: impl Iterator<Item = &'a Walked>) -> Self {
+        let (mut edges, mut length, mut steps) = (0, 0.0, Vec::new());
+        for edge in members {
+            edges += 1;
+            length += edge.seam.length;
+            let weight = edge.seam.length / edge.points as f64;
+            steps.extend(edge.steps.iter().map(|&step| (step, weight)));
+        }
+        Self { edges, length, points: steps.len(), delta_e: Steps::of(steps) }
+    }
+}
+
+#[cfg(test)]
+mod tests;
