@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use tiny_skia::{Color, Paint, PathBuilder, Stroke, Transform};
+use uvgraft::blend::Blend;
 use uvgraft::islands::Islands;
 use uvgraft::{Direction, MapOptions, Mesh, SamplingMap, Size, Texture};
 use uvgraft_io::pair_file::PairFile;
@@ -21,8 +22,50 @@ const CAPTION: u32 = 56;
 const BACKGROUND: [u8; 3] = [24, 26, 30];
 const UNLINKED: [u8; 3] = [74, 78, 86];
 
+/// Draws how much of a texture a blend lays over each texel, on both layouts, and writes the picture.
+pub(crate) fn write_region(
+    file: &PairFile,
+    direction: Direction,
+    blend: &Blend<'_>,
+    path: &Path,
+) -> anyhow::Result<()> {
+    let size = Size::square(PANEL);
+    let map = SamplingMap::new(&file.pair, direction, size, &MapOptions::with_gutter(0));
+    let weights = blend.on(&map).weights(&map);
+    let to_color = |uv: [f64; 2]| {
+        let [x, y] = uv.map(|at| (at * f64::from(PANEL)).clamp(0.0, f64::from(PANEL - 1)) as u32);
+        weight_color(weights.get(x, y, 0))
+    };
+    draw(file, path, |shown, here_uv, there_uv| {
+        to_color(if shown == direction { here_uv } else { there_uv })
+    })
+}
+
+/// From the grey of what is left alone, by dark blue for a little, to yellow for all.
+fn weight_color(weight: f32) -> [u8; 3] {
+    if weight == 0.0 {
+        return UNLINKED.map(|value| value + 34);
+    }
+    let mix = |from: f32, to: f32| from + (to - from) * weight;
+    [mix(36.0, 250.0) as u8, mix(52.0, 196.0) as u8, mix(140.0, 60.0) as u8]
+}
+
 /// Draws a pair and writes the picture.
 pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
+    draw(file, path, |shown, here_uv, there_uv| {
+        place_color(if shown == Direction::Forward { there_uv } else { here_uv })
+    })
+}
+
+/// Draws both layouts.
+///
+/// - `color`: of a linked texel, by the direction that leads to the layout, its UV coordinate there and in
+///   the other layout.
+fn draw(
+    file: &PairFile,
+    path: &Path,
+    color: impl Fn(Direction, [f64; 2], [f64; 2]) -> [u8; 3],
+) -> anyhow::Result<()> {
     let size = Size::new(2 * PANEL + 3 * MARGIN, PANEL + CAPTION + 2 * MARGIN);
     let mut picture = Picture::new(size, BACKGROUND);
     for (index, (title, direction)) in (0u32..).zip([
@@ -30,7 +73,8 @@ pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
         (format!("target: {}", file.target_name), Direction::Forward),
     ]) {
         let left = MARGIN + index * (PANEL + MARGIN);
-        picture.paste(&panel(file, direction)?, left, CAPTION + MARGIN);
+        let panel = panel(file, direction, |here, there| color(direction, here, there))?;
+        picture.paste(&panel, left, CAPTION + MARGIN);
         picture.text(&title, left, MARGIN, 2, [236, 238, 242]);
         let mesh = file.pair.to(direction);
         let linked = match direction {
@@ -54,18 +98,18 @@ fn distinct(mut faces: Vec<u32>) -> usize {
     faces.len()
 }
 
-/// The layout that `direction` leads to: what is linked in colour, the rest grey, under its lines.
-fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
+/// The layout that `direction` leads to: what is linked in colours by the UV coordinates there and in the
+/// other layout, the rest grey, under its lines.
+fn panel(
+    file: &PairFile,
+    direction: Direction,
+    color: impl Fn([f64; 2], [f64; 2]) -> [u8; 3],
+) -> anyhow::Result<Texture> {
     let mesh = file.pair.to(direction);
     let size = Size::square(PANEL);
     let mut panel = Picture::new(size, BACKGROUND.map(|value| value / 2));
-    let everything = uvgraft::Pair::by_vertex_map(
-        mesh.clone(),
-        mesh.clone(),
-        &(0..mesh.positions().len() as i64).collect::<Vec<_>>(),
-    )?;
     let options = MapOptions::with_gutter(0);
-    let all = SamplingMap::new(&everything, Direction::Forward, size, &options);
+    let all = SamplingMap::of_layout(mesh, size, &options);
     let linked = SamplingMap::new(&file.pair, direction, size, &options);
     for y in 0..PANEL {
         for run in all.row(y) {
@@ -75,11 +119,8 @@ fn panel(file: &PairFile, direction: Direction) -> anyhow::Result<Texture> {
             let patch = &linked.patches()[run.patch as usize];
             for x in run.x..run.x + run.len {
                 let here = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-                let source_uv = match direction {
-                    Direction::Forward => patch.src_uv_from_tgt_px.at(here),
-                    Direction::Reverse => here.map(|coordinate| coordinate / f64::from(PANEL)),
-                };
-                panel.set(x, y, place_color(source_uv));
+                let there_uv = patch.src_uv_from_tgt_px.at(here);
+                panel.set(x, y, color(here.map(|at| at / f64::from(PANEL)), there_uv));
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::color::Encoding;
 use crate::map::SamplingMap;
 use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::{self, Paths, store};
-use crate::texture::{Depth, TexelFormat, Texels, Texture, Value};
+use crate::texture::{Channels, Depth, TexelFormat, Texels, Texture, Value};
 use crate::threads::for_each_chunk;
 use crate::transfer::{Beneath, TransferError};
 
@@ -57,6 +57,14 @@ impl<'a> Overlay<'a> {
         Self { normals: Some((frames, options)), ..self }
     }
 
+    /// The same without opacity in the result: what it is laid over has none, and nothing is seen
+    /// through.
+    #[must_use]
+    pub fn opaque(mut self) -> Self {
+        self.formats.stored = Channels::new(self.formats.result.channels.has_color(), false);
+        self
+    }
+
     /// The same, laid over as a blend says: only in its region, with its weights, and in the tone that
     /// was found.
     ///
@@ -78,7 +86,7 @@ impl<'a> Overlay<'a> {
     /// What results are stored as: all channels of the source and the base, the greater depth of
     /// both, and the base's encoding.
     pub fn format(&self) -> TexelFormat {
-        self.formats.result
+        TexelFormat { channels: self.formats.stored, ..self.formats.result }
     }
 
     /// Lays the texture over a band of the base, whose first row is row `first_row` of the target.
@@ -287,6 +295,8 @@ fn copy<T: Value, const C: usize, const OPACITY: bool>(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Formats {
     result: TexelFormat,
+    /// The channels that a result is stored with.
+    stored: Channels,
     /// Whether colours are worked on as light.
     as_light: bool,
     /// Whether values are worked on as floats: those of normals, which are turned before they are rounded.
@@ -302,14 +312,14 @@ impl Formats {
             encoding: base.encoding,
         };
         let as_light = linear_light && base.encoding == Encoding::Srgb;
-        Self { result, as_light, as_floats: false }
+        Self { result, stored: result.channels, as_light, as_floats: false }
     }
 
     /// The same for normals.
     #[must_use]
     pub fn of_normals(self) -> Self {
         let result = TexelFormat { encoding: Encoding::Data, ..self.result };
-        Self { result, as_light: false, as_floats: true }
+        Self { result, as_light: false, as_floats: true, ..self }
     }
 
     /// In which encoding values are worked on.
@@ -324,7 +334,7 @@ impl Formats {
 
     /// Brings a source or a base to the format that both are worked on in.
     pub fn working(&self, texture: Texture) -> Texture {
-        let Self { result, as_light, as_floats } = *self;
+        let Self { result, as_light, as_floats, .. } = *self;
         // Anything next to data is data: converting one of the two would tear them apart.
         let texture = match result.encoding {
             Encoding::Data => texture,
@@ -339,7 +349,7 @@ impl Formats {
 
     /// Brings a result to what it is stored as.
     pub fn restore(&self, texture: Texture) -> Texture {
-        let TexelFormat { channels, depth, encoding } = self.result;
-        texture.encoded_as(encoding).converted(channels, depth)
+        let TexelFormat { depth, encoding, .. } = self.result;
+        texture.encoded_as(encoding).converted(self.stored, depth)
     }
 }

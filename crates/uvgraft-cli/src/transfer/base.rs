@@ -1,6 +1,7 @@
 //! What textures are laid over: an image, a colour, or nothing.
 
-use std::path::Path;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context;
@@ -8,6 +9,7 @@ use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texture};
 use uvgraft_io::image::{BandReader, ReadError};
 
 use super::Args;
+use super::treatment::Treatment;
 use crate::failure::{OrBadInput, bad_input};
 
 /// What textures are laid over.
@@ -38,10 +40,19 @@ struct Known {
 }
 
 impl Base {
-    /// - `again`: whether more than one texture is laid over it.
-    pub(super) fn new(args: &Args, path: Option<&Path>, again: bool) -> anyhow::Result<Self> {
-        let Some(path) = path else {
-            let unit = args.onto.as_deref().map_or(Ok([0.0; 4]), parse_color)?;
+    /// - `onto`: an image's path, a colour, or nothing.
+    /// - `again`: whether more than one texture is laid over it, or it is looked at before.
+    pub(super) fn new(
+        args: &Args,
+        treatment: Treatment,
+        onto: Option<&Onto>,
+        again: bool,
+    ) -> anyhow::Result<Self> {
+        let Some(Onto::Image(path)) = onto else {
+            let unit = match onto {
+                Some(Onto::Color(unit)) => *unit,
+                _ => treatment.nothing(),
+            };
             let size = args.size.ok_or_else(|| {
                 bad_input(
                     "without a base image the result needs a size: give --size N or --onto IMAGE",
@@ -50,7 +61,7 @@ impl Base {
             return Ok(Self { content: Content::Color(unit), size });
         };
         let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
-        let format = meant_format(reader.spec().format(), args);
+        let format = treatment.meant(reader.spec().format());
         let name = path.display().to_string();
         let known = Known { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
         let found = reader.spec().size;
@@ -65,7 +76,7 @@ impl Base {
         }
         let texture = texture.with_encoding(format.encoding);
         let texture = match args.size {
-            Some(size) => texture.resized(size, args.filter(), args.linear_light).or_bad_input()?,
+            Some(size) => texture.resized(size, treatment.filter(args), args.linear_light).or_bad_input()?,
             None => texture,
         };
         Ok(Self { content: Content::Image { texture, known }, size })
@@ -80,6 +91,19 @@ impl Base {
         match &self.content {
             Content::Image { texture, .. } => bytes_of(texture.size(), texture.format()),
             Content::File { .. } | Content::Color(_) => 0,
+        }
+    }
+
+    /// Its colours: an image's if it is in memory, or one texel of a colour.
+    pub(super) fn colors(&self) -> anyhow::Result<Cow<'_, Texture>> {
+        match &self.content {
+            Content::Image { texture, .. } => Ok(Cow::Borrowed(texture)),
+            Content::Color(unit) => {
+                let (size, depth) = (Size::square(1), Depth::F32);
+                let texel = Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, unit)?;
+                Ok(Cow::Owned(texel))
+            }
+            Content::File { .. } => anyhow::bail!("the base is not in memory"),
         }
     }
 
@@ -252,9 +276,29 @@ fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
     Ok([unit(0), unit(1), unit(2), unit(3)])
 }
 
-/// What the options say that a texture is.
-pub(super) fn meant_format(format: TexelFormat, args: &Args) -> TexelFormat {
-    if args.data { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
+/// What an option names as a base.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Onto {
+    Image(PathBuf),
+    /// Values with 1.0 for full.
+    Color([f32; 4]),
+}
+
+impl Onto {
+    pub(super) fn parse(text: &str) -> anyhow::Result<Self> {
+        if text.starts_with('#') {
+            parse_color(text).map(Self::Color)
+        } else {
+            Ok(Self::Image(PathBuf::from(text)))
+        }
+    }
+
+    pub(super) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Image(path) => Some(path),
+            Self::Color(_) => None,
+        }
+    }
 }
 
 #[cfg(test)]

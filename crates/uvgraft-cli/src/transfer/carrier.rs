@@ -7,27 +7,35 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
 use uvgraft::{
-    Direction, Fit, FitOptions, MapOptions, Overlay, Pair, SamplingMap, Size, TexelFormat, Texture,
-    Transfer, TransferError, TransferOptions,
+    BlendMap, Encoding, Fit, FitOptions, MapOptions, NormalFrames, NormalOptions, Overlay, Pair,
+    SamplingMap, Size, TexelFormat, Texture, Toning, Transfer, TransferOptions,
 };
 use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, WriteOptions, Written,
 };
 
 use super::Args;
-use super::base::{Base, bytes_of, meant_format};
+use super::base::{Base, bytes_of};
+use super::blending::{Blending, Known, direction};
 use super::pipeline::{self, Ahead};
 use super::plan::Job;
+use super::treatment::Treatment;
 use crate::failure::{OrBadInput, bad_input};
 use crate::fitting::{self, FitSummary};
 
 /// Carries textures, keeping what they share.
 pub(super) struct Carrier<'a> {
     args: &'a Args,
+    treatment: Treatment,
     pair: &'a Pair,
     base: &'a Base,
-    carriages: Mutex<HashMap<Size, Arc<OnceLock<Arc<Carriage>>>>>,
+    blending: Option<&'a Blending<'a>>,
+    known: &'a Known,
+    carriages: Mutex<Carriages<'a>>,
 }
+
+/// One place for each size of sources.
+type Carriages<'a> = HashMap<Size, Arc<OnceLock<anyhow::Result<Arc<Carriage<'a>>>>>>;
 
 /// How carrying a texture went.
 pub(super) struct Outcome {
@@ -38,8 +46,15 @@ pub(super) struct Outcome {
 }
 
 impl<'a> Carrier<'a> {
-    pub(super) fn new(args: &'a Args, pair: &'a Pair, base: &'a Base) -> Self {
-        Self { args, pair, base, carriages: Mutex::default() }
+    pub(super) fn new(
+        args: &'a Args,
+        treatment: Treatment,
+        pair: &'a Pair,
+        base: &'a Base,
+        blending: Option<&'a Blending<'a>>,
+        known: &'a Known,
+    ) -> Self {
+        Self { args, treatment, pair, base, blending, known, carriages: Mutex::default() }
     }
 
     /// Carries a texture.
@@ -59,7 +74,9 @@ impl<'a> Carrier<'a> {
         warnings: &mut Vec<String>,
     ) -> anyhow::Result<Option<FitSummary>> {
         let source = BandReader::open(&job.source).or_bad_input()?;
-        let format = meant_format(source.spec().format(), self.args);
+        let found = source.spec().format();
+        let depth = self.treatment.depth(found.depth, &job.output);
+        let format = self.treatment.meant(TexelFormat { depth, ..found });
         warnings.extend(self.base.mismatch(source.icc(), &job.source));
         let (base, mut icc) = self.base.under(format, source.icc());
         let channels = format.channels.union(base.channels);
@@ -89,9 +106,9 @@ impl<'a> Carrier<'a> {
                 source.read_while(is_wanted).or_bad_input()
             };
             let prepare = || {
-                let carriage = self.carriage(size);
+                let carriage = self.carriage(size)?;
                 wanted.store(carriage.source_rows_end(), Ordering::Relaxed);
-                carriage
+                anyhow::Ok(carriage)
             };
             let (carriage, texture) = if alone {
                 thread::scope(|scope| {
@@ -103,7 +120,7 @@ impl<'a> Carrier<'a> {
             } else {
                 (prepare(), read())
             };
-            let (texture, failure) = texture?;
+            let ((texture, failure), carriage) = (texture?, carriage?);
             // Decoding may have gone further than is read, before that was known: damage there is
             // none of this texture's, whichever was faster.
             if let Some((row, error)) = failure
@@ -111,8 +128,14 @@ impl<'a> Carrier<'a> {
             {
                 return Err(bad_input(error));
             }
-            let texture = texture.with_encoding(format.encoding);
-            let (overlay, fit) = carriage.overlay(texture, base)?;
+            let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
+            let texture = self.known.complete(texture, self.treatment)?;
+            let (toning, warning) = self.toning(&carriage, &texture, base)?;
+            warnings.extend(warning.map(|why| format!("{}: {why}", job.source.display())));
+            let (mut overlay, fit) = carriage.overlay(texture, base, toning.as_ref())?;
+            if self.known.adds_opacity() && !channels.has_alpha() {
+                overlay = overlay.opaque();
+            }
             let spec = TextureSpec::new(self.base.size(), overlay.format());
             let options = self.write_options();
             let written = match BandWriter::create(&job.output, spec, icc.as_deref(), &options) {
@@ -146,46 +169,81 @@ impl<'a> Carrier<'a> {
         ))
     }
 
+    /// The tone that a texture and the base are to have, or why there is none.
+    fn toning(
+        &self,
+        carriage: &Carriage<'_>,
+        texture: &Texture,
+        base: TexelFormat,
+    ) -> anyhow::Result<(Option<Toning>, Option<String>)> {
+        let wants = self.treatment.is_toned() && self.args.blending.needs_colors();
+        let Some(blending) = self.blending.filter(|_| wants && carriage.at.is_some()) else {
+            return Ok((None, None));
+        };
+        let is_light = self.args.linear_light && base.encoding == Encoding::Srgb;
+        let encoding = if is_light { Encoding::Linear } else { base.encoding };
+        let colors = self.base.colors()?;
+        Ok(match blending.blend().toning(texture, &colors, encoding) {
+            Ok(toning) => (toning, None),
+            Err(why) => (None, Some(format!("{why}; colours are left as they are"))),
+        })
+    }
+
     /// The carriage for sources of `size`, made at the first of them while the others wait.
-    fn carriage(&self, size: Size) -> Arc<Carriage> {
+    fn carriage(&self, size: Size) -> anyhow::Result<Arc<Carriage<'a>>> {
         let place = {
             let mut carriages = self.carriages.lock().unwrap_or_else(PoisonError::into_inner);
             carriages.entry(size).or_default().clone()
         };
-        place.get_or_init(|| Arc::new(self.make_carriage(size))).clone()
+        let made = place.get_or_init(|| self.make_carriage(size).map(Arc::new));
+        made.as_ref().map(Arc::clone).map_err(|error| anyhow::anyhow!("{error:#}"))
     }
 
-    fn make_carriage(&self, size: Size) -> Carriage {
-        let Self { args, pair, base, .. } = *self;
+    fn make_carriage(&self, size: Size) -> anyhow::Result<Carriage<'a>> {
+        let Self { args, treatment, pair, base, .. } = *self;
         let target = base.size();
-        let direction = self.direction();
+        let direction = direction(args);
         let options = TransferOptions {
-            filter: args.filter(),
+            filter: treatment.filter(args),
             map: MapOptions { gutter_px: args.gutter, prefer: args.prefer.into() },
             linear_light: args.linear_light,
+            overlap: args.overlap.into(),
         };
-        if args.fit {
+        let how = if args.fit {
             let fit = FitOptions { max_steps: args.fit_steps, ..FitOptions::default() };
-            Carriage::Fitted(Box::new(Fit::new(pair, direction, size, target, &options, fit)))
+            How::Fitted(Box::new(Fit::new(pair, direction, size, target, &options, fit)))
         } else {
-            Carriage::Sampled(Box::new(Transfer::new(pair, direction, size, target, &options)))
-        }
+            let transfer = Box::new(Transfer::new(pair, direction, size, target, &options));
+            match treatment.normals() {
+                Some(options) => {
+                    let frames = Box::new(NormalFrames::new(pair, direction));
+                    How::Turned(transfer, frames, options)
+                }
+                None => How::Sampled(transfer),
+            }
+        };
+        let at = self.blending.map(|blending| blending.on(how.transfer().map())).transpose()?;
+        Ok(Carriage { how, at })
     }
 
-    /// Which texels are covered, the same for sources of every size.
-    pub(super) fn mask(&self, target: Size) -> Texture {
+    /// Which texels are covered, and how much, the same for sources of every size.
+    pub(super) fn mask(&self, target: Size) -> anyhow::Result<Texture> {
         let carriages = self.carriages.lock().unwrap_or_else(PoisonError::into_inner);
-        match carriages.values().find_map(|carriage| carriage.get()) {
-            Some(carriage) => carriage.transfer().map().mask(),
-            None => {
+        let known = carriages.values().find_map(|carriage| carriage.get()?.as_ref().ok());
+        match (known, self.blending) {
+            (Some(carriage), _) => {
+                let map = carriage.how.transfer().map();
+                Ok(carriage.at.as_ref().map_or_else(|| map.mask(), |at| at.weights(map)))
+            }
+            (None, blending) => {
                 let options = MapOptions { gutter_px: 0, prefer: self.args.prefer.into() };
-                SamplingMap::new(self.pair, self.direction(), target, &options).mask()
+                let map = SamplingMap::new(self.pair, direction(self.args), target, &options);
+                match blending {
+                    Some(blending) => Ok(blending.on(&map)?.weights(&map)),
+                    None => Ok(map.mask()),
+                }
             }
         }
-    }
-
-    fn direction(&self) -> Direction {
-        if self.args.reverse { Direction::Reverse } else { Direction::Forward }
     }
 }
 
@@ -204,24 +262,36 @@ pub(super) fn losses(
 }
 
 /// What textures of one size are carried by.
-enum Carriage {
-    Sampled(Box<Transfer>),
-    Fitted(Box<Fit>),
+struct Carriage<'a> {
+    how: How,
+    /// The blend at the texels of its map.
+    at: Option<BlendMap<'a>>,
 }
 
-impl Carriage {
+enum How {
+    Sampled(Box<Transfer>),
+    Fitted(Box<Fit>),
+    /// Normals, which are turned with the layout.
+    Turned(Box<Transfer>, Box<NormalFrames>, NormalOptions),
+}
+
+impl How {
     fn transfer(&self) -> &Transfer {
         match self {
-            Self::Sampled(transfer) => transfer,
+            Self::Sampled(transfer) | Self::Turned(transfer, ..) => transfer,
             Self::Fitted(fit) => fit.transfer(),
         }
     }
+}
 
+impl Carriage<'_> {
     /// The row of a source after the last that counts.
     fn source_rows_end(&self) -> u32 {
-        match self {
-            Self::Sampled(transfer) => transfer.source_rows().end,
-            Self::Fitted(fit) => fit.transfer().source_size().height,
+        match &self.how {
+            // Colours are measured wherever the region is, which the map may not read.
+            _ if self.at.is_some() => self.how.transfer().source_size().height,
+            How::Sampled(transfer) | How::Turned(transfer, ..) => transfer.source_rows().end,
+            How::Fitted(fit) => fit.transfer().source_size().height,
         }
     }
 
@@ -229,12 +299,22 @@ impl Carriage {
         &self,
         source: Texture,
         base: TexelFormat,
-    ) -> Result<(Overlay<'_>, Option<FitSummary>), TransferError> {
-        match self {
-            Self::Sampled(transfer) => Ok((transfer.overlay(source, base)?, None)),
-            Self::Fitted(fit) => {
-                fitting::overlay(fit, source, base).map(|(overlay, how)| (overlay, Some(how)))
+        toning: Option<&Toning>,
+    ) -> anyhow::Result<(Overlay<'_>, Option<FitSummary>)> {
+        let (overlay, fit) = match &self.how {
+            How::Sampled(transfer) => (transfer.overlay(source, base)?, None),
+            How::Turned(transfer, frames, options) => {
+                let overlay = transfer.normal_overlay(source, base, frames, *options);
+                (overlay.or_bad_input()?, None)
             }
-        }
+            How::Fitted(fit) => {
+                let (overlay, how) = fitting::overlay(fit, source, base)?;
+                (overlay, Some(how))
+            }
+        };
+        Ok(match &self.at {
+            Some(at) => (overlay.blended(at, toning), fit),
+            None => (overlay, fit),
+        })
     }
 }

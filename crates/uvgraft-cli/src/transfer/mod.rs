@@ -2,15 +2,18 @@
 
 mod base;
 mod batch;
+mod blending;
 mod carrier;
 mod pipeline;
 mod plan;
+mod treatment;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft::{Filter, FitOptions, MapOptions, Size, TransferOptions};
+use uvgraft::blend::Ground;
+use uvgraft::{Filter, FitOptions, MapOptions, Overlap, Size};
 use uvgraft_io::image::{self, Format, Image};
 use uvgraft_io::pair_file;
 
@@ -19,9 +22,14 @@ use crate::filters::FilterName;
 use crate::outputs::Outputs;
 use crate::preference::PreferName;
 use crate::report::{parse_size, to_stdout};
-use base::Base;
+use crate::picture::check_name;
+use crate::preview;
+use crate::region::RegionArgs;
+use base::{Base, Onto};
+use blending::{BlendArgs, Blending, Known, direction};
 use carrier::{Carrier, losses};
-use plan::{Plan, format_of};
+use plan::{Job, Plan, format_of};
+use treatment::{NormalYName, RoleFile, Treatment};
 
 /// Carries textures from one layout onto a base in the other.
 ///
@@ -32,12 +40,17 @@ pub(crate) struct Args {
     /// The pair file
     pair: PathBuf,
     /// Textures in the source's layout, or one folder of them
-    #[arg(required = true, value_name = "SRC")]
+    #[arg(required_unless_present = "maps", conflicts_with = "maps", value_name = "SRC")]
     sources: Vec<PathBuf>,
+    /// A map of a material and what it is, such as albedo=a.png, normal=n.png, roughness=r.png or
+    /// displacement=d.exr; each is treated accordingly and written to the output folder under that name
+    #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
+    maps: Vec<RoleFile>,
     /// What the texture is laid over: an image in the target's layout, or a colour such as #808080
-    /// or #80808000 [default: transparent]
-    #[arg(long, value_name = "IMAGE|COLOUR")]
-    onto: Option<String>,
+    /// or #80808000; with --map for each role, as ROLE=IMAGE [default: transparent, for data 0, for
+    /// normals flat]
+    #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR")]
+    onto: Vec<String>,
     /// Where to write the result: a file, or a folder for several sources
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -60,6 +73,15 @@ pub(crate) struct Args {
     /// Write which texels the textures are carried to, white on black; the gutter is black
     #[arg(long, value_name = "OUT_MASK.png")]
     mask: Option<PathBuf>,
+    /// What shows where islands overlap, as two eyes do that share one disc
+    #[arg(long, value_enum, default_value = "first")]
+    overlap: OverlapName,
+    /// Which way the green channel of normal maps points, with --map normal
+    #[arg(long, value_enum, default_value = "opengl")]
+    normal_y: NormalYName,
+    /// Which way it points in the base and in the result [default: as --normal-y]
+    #[arg(long, value_enum)]
+    normal_y_out: Option<NormalYName>,
     /// Average colours as light, not as they are encoded
     #[arg(long)]
     linear_light: bool,
@@ -94,15 +116,25 @@ pub(crate) struct Args {
     /// Quality of JPEG files, 1 to 100
     #[arg(long, default_value_t = 95, value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
+    #[command(flatten)]
+    region: RegionArgs,
+    #[command(flatten)]
+    blending: BlendArgs,
 }
 
-impl Args {
-    fn filter(&self) -> Filter {
-        match self.filter {
-            Some(name) => name.into(),
-            // Overshoot would put values into data that none of its texels has.
-            None if self.data => Filter::Bilinear,
-            None => TransferOptions::default().filter,
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum OverlapName {
+    /// The island that --prefer says
+    First,
+    /// The mean of both
+    Average,
+}
+
+impl From<OverlapName> for Overlap {
+    fn from(name: OverlapName) -> Self {
+        match name {
+            OverlapName::First => Self::First,
+            OverlapName::Average => Self::Average,
         }
     }
 }
@@ -133,23 +165,36 @@ fn parse_format(text: &str) -> Result<String, String> {
         .ok_or_else(|| format!("wanted {}", Format::extension_list()))
 }
 
+/// Textures that are treated alike and laid over one base.
+struct Batch {
+    treatment: Treatment,
+    onto: Option<Onto>,
+    jobs: Vec<Job>,
+}
+
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.fit && args.filter() == Filter::Nearest {
-        return Err(bad_input(
-            "--fit would blend texels, and --filter nearest never does: leave one of them out",
-        ));
-    }
-    let Plan { mut jobs, new_folder } = Plan::new(args)?;
-    let base_path = args.onto.as_deref().filter(|onto| !onto.starts_with('#')).map(Path::new);
-    let shared = || [&*args.pair].into_iter().chain(base_path);
-    let mut outputs = Outputs::new(shared().chain(jobs.iter().map(|job| &*job.source)));
+    check(args)?;
+    let (mut batches, new_folder) = batches(args)?;
+    let sources = batches.iter().flat_map(|batch| &batch.jobs).map(|job| job.source.clone());
+    let regions = args.region.inputs();
+    let bases = batches.iter().filter_map(|batch| batch.onto.as_ref()?.path()).map(Path::to_path_buf);
+    let masks = args.blending.inputs().map(Path::to_path_buf);
+    let shared: Vec<PathBuf> =
+        [args.pair.clone()].into_iter().chain(regions).chain(bases).chain(masks).collect();
+    let inputs: Vec<PathBuf> = shared.iter().cloned().chain(sources).collect();
+    let mut outputs = Outputs::new(inputs.iter().map(PathBuf::as_path));
     if new_folder.is_none() {
-        jobs.iter().try_for_each(|job| outputs.check(&job.output))?;
+        let mut jobs = batches.iter().flat_map(|batch| &batch.jobs);
+        jobs.try_for_each(|job| outputs.check(&job.output))?;
     }
-    let planned = jobs.len();
+    let count = |batches: &[Batch]| batches.iter().map(|batch| batch.jobs.len()).sum::<usize>();
+    let planned = count(&batches);
     if args.skip_existing {
-        jobs.retain(|job| !job.is_done(shared()));
+        for batch in &mut batches {
+            batch.jobs.retain(|job| !job.is_done(shared.iter().map(PathBuf::as_path)));
+        }
     }
+    let left = count(&batches);
     if let Some(mask) = &args.mask {
         if format_of(mask)? == Format::Jpeg {
             let mask = mask.display();
@@ -157,26 +202,103 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         outputs.check(mask)?;
     }
+    if let Some(preview) = &args.blending.preview {
+        check_name(preview, "a preview")?;
+        outputs.check(preview)?;
+    }
     if args.skip_existing {
-        to_stdout(&format!("{} of {planned} were up to date\n", planned - jobs.len()))?;
-        if jobs.is_empty() && args.mask.is_none() {
+        to_stdout(&format!("{} of {planned} were up to date\n", planned - left))?;
+        if left == 0 && args.mask.is_none() {
             return Ok(ExitCode::SUCCESS);
         }
     }
-    let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
-    let base = Base::new(args, base_path, jobs.len() > 1)?;
+    let file = pair_file::read(&args.pair).or_bad_input()?;
+    let ground = args.blends().then(|| Ground::new(&file.pair, direction(args)));
+    let with_maps = !args.maps.is_empty();
+    let blending =
+        ground.as_ref().map(|ground| Blending::new(args, ground, with_maps)).transpose()?;
+    let known = Known::new(&args.blending)?;
     if let Some(folder) = new_folder {
         std::fs::create_dir(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))
             .or_bad_input()?;
     }
-    let carrier = Carrier::new(args, &pair, &base);
-    let carried = batch::run(&carrier, &jobs, &base, args)?;
-    if let Some(path) = &args.mask
-        && (carried.count > 0 || jobs.is_empty())
-    {
-        let mask = Image::from(carrier.mask(base.size()));
-        losses(image::write(&mask, path, &carrier.write_options()), path)?.iter().for_each(warn);
+    if let (Some(path), Some(blending)) = (&args.blending.preview, &blending) {
+        preview::write_region(&file, direction(args), blending.blend(), path)?;
     }
-    Ok(carried.code.map_or(ExitCode::SUCCESS, ExitCode::from))
+    let mut code = None;
+    let mut mask = args.mask.as_deref();
+    for Batch { treatment, onto, jobs } in batches {
+        let in_memory =
+            jobs.len() > 1 || (treatment.is_toned() && args.blending.needs_colors());
+        let base = Base::new(args, treatment, onto.as_ref(), in_memory)?;
+        let carrier =
+            Carrier::new(args, treatment, &file.pair, &base, blending.as_ref(), &known);
+        let carried = batch::run(&carrier, &jobs, &base, args)?;
+        code = code.max(carried.code);
+        if carried.count > 0 || left == 0 {
+            // The same for all: of the first that was carried.
+            if let Some(path) = mask.take() {
+                let mask = Image::from(carrier.mask(base.size())?);
+                let written = image::write(&mask, path, &carrier.write_options());
+                losses(written, path)?.iter().for_each(warn);
+            }
+        }
+    }
+    Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+}
+
+fn check(args: &Args) -> anyhow::Result<()> {
+    if args.fit && Treatment::plain(args).filter(args) == Filter::Nearest {
+        return Err(bad_input(
+            "--fit would blend texels, and --filter nearest never does: leave one of them out",
+        ));
+    }
+    if args.fit && args.overlap == OverlapName::Average {
+        return Err(bad_input("--fit solves for one of the islands that overlap: leave out --overlap"));
+    }
+    if args.fit && !args.maps.is_empty() {
+        return Err(bad_input("--fit is for textures that are named without --map"));
+    }
+    if args.data && !args.maps.is_empty() {
+        return Err(bad_input("--map says what each texture is: leave out --data"));
+    }
+    if args.data && args.blending.inputs().next().is_some() {
+        return Err(bad_input("--data has no opacity and no tone: leave out --skin, --source-mask, --fill"));
+    }
+    Ok(())
+}
+
+/// What is to be done, and the folder that has to be made for it.
+fn batches(args: &Args) -> anyhow::Result<(Vec<Batch>, Option<&Path>)> {
+    if args.maps.is_empty() {
+        if let [_, second, ..] = &args.onto[..] {
+            return Err(bad_input(format!("--onto {second}: textures are laid over one base")));
+        }
+        let Plan { jobs, new_folder } = Plan::new(args)?;
+        let onto = args.onto.first().map(|text| Onto::parse(text)).transpose()?;
+        return Ok((vec![Batch { treatment: Treatment::plain(args), onto, jobs }], new_folder));
+    }
+    let mut bases = Vec::with_capacity(args.onto.len());
+    for text in &args.onto {
+        let base = RoleFile::parse(text).map_err(|_| {
+            bad_input(format!("--onto {text}: with --map wanted ROLE=IMAGE or ROLE=COLOUR"))
+        })?;
+        if !args.maps.iter().any(|map| map.role == base.role) {
+            return Err(bad_input(format!("--onto {text}: there is no --map {}", base.role)));
+        }
+        bases.push(base);
+    }
+    let (jobs, new_folder) = plan::of_maps(args)?;
+    let mut batches = Vec::with_capacity(jobs.len());
+    for (map, job) in args.maps.iter().zip(jobs) {
+        let mut of_role = bases.iter().filter(|base| base.role == map.role);
+        let onto = of_role.next().map(|base| Onto::parse(&base.path.to_string_lossy())).transpose()?;
+        if of_role.next().is_some() {
+            return Err(bad_input(format!("--onto {}= is given twice", map.role)));
+        }
+        let treatment = Treatment::of_role(&map.role, args)?;
+        batches.push(Batch { treatment, onto, jobs: vec![job] });
+    }
+    Ok((batches, new_folder))
 }

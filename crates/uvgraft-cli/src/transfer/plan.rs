@@ -7,6 +7,7 @@ use anyhow::Context;
 use uvgraft_io::image::Format;
 
 use super::Args;
+use super::treatment::RoleFile;
 use crate::failure::{OrBadInput, bad_input};
 
 /// A texture to carry and where its result goes.
@@ -93,6 +94,37 @@ impl<'a> Plan<'a> {
         }
         Ok(Self { jobs, new_folder: is_new.then_some(output) })
     }
+}
+
+/// One job for each map of a material, each named for its role, in the format of its file; and the folder
+/// that has to be made for them.
+pub(super) fn of_maps(args: &Args) -> anyhow::Result<(Vec<Job>, Option<&Path>)> {
+    let folder = &*args.output;
+    let is_new = !folder.is_dir();
+    let says_folder = folder.as_os_str().as_encoded_bytes().ends_with(b"/");
+    if is_new && (folder.exists() || (Format::from_path(folder).is_some() && !says_folder)) {
+        let folder = folder.display();
+        return Err(bad_input(format!("output {folder} is no folder; maps are written into one")));
+    }
+    let mut jobs: Vec<Job> = Vec::with_capacity(args.maps.len());
+    for RoleFile { role, path } in &args.maps {
+        let extension = match &args.format {
+            Some(extension) => extension.clone(),
+            None => path.extension().unwrap_or_default().to_string_lossy().into_owned(),
+        };
+        if Format::from_extension(&extension).is_none() {
+            return Err(bad_input(format!(
+                "{}: its name says no format to write {role} in; say --format png, for instance",
+                path.display()
+            )));
+        }
+        let output = folder.join(role).with_extension(extension);
+        if jobs.iter().any(|job| job.output.file_stem() == output.file_stem()) {
+            return Err(bad_input(format!("--map {role}= is given twice")));
+        }
+        jobs.push(Job { source: path.clone(), output });
+    }
+    Ok((jobs, is_new.then_some(folder)))
 }
 
 /// The files of a folder whose names say that they are images, sorted. Hidden ones are left out:

@@ -29,11 +29,12 @@ mod undercoat;
 pub(crate) use compose::Finish;
 pub use selection::{Ground, Growth, RegionError, Selection, Side};
 pub use toning::{Toning, ToningError};
-pub(crate) use undercoat::Undercoat;
+pub(crate) use undercoat::{Skin, Undercoat};
 
 use crate::color::Encoding;
+use crate::filter::Filter;
 use crate::map::{MapOptions, SamplingMap};
-use crate::texture::{Channels, Texels, Texture};
+use crate::texture::{Channels, Depth, Texels, Texture, TextureError};
 use field::{Slope, slopes};
 use harmonic::Harmonic;
 use rim::Rim;
@@ -51,6 +52,8 @@ pub struct BlendOptions {
     pub match_skin: bool,
     /// Which side the tone is taken from.
     pub tone: Tone,
+    /// Whether a mask says what is skin in the base, by [`BlendMap::with_skin`]; else it is estimated.
+    pub skin_mask: bool,
     /// Texels beyond the islands in which a base's skin changes too: as many as its own gutter has.
     pub gutter_px: u32,
 }
@@ -59,7 +62,14 @@ impl Default for BlendOptions {
     /// A hard border, and no colour changed.
     fn default() -> Self {
         let gutter_px = MapOptions::default().gutter_px;
-        Self { feather: 0.0, membrane: false, match_skin: false, tone: Tone::Base, gutter_px }
+        Self {
+            feather: 0.0,
+            membrane: false,
+            match_skin: false,
+            tone: Tone::Base,
+            skin_mask: false,
+            gutter_px,
+        }
     }
 }
 
@@ -99,6 +109,8 @@ pub struct BlendMap<'a> {
     inside: Vec<[Slope; 1]>,
     /// All of the target's layout, if the base changes too.
     layout: Option<SamplingMap>,
+    /// How far each texel is skin.
+    skin: Option<Vec<u8>>,
 }
 
 impl<'a> Blend<'a> {
@@ -157,11 +169,26 @@ impl<'a> Blend<'a> {
             let options = MapOptions { gutter_px: self.options.gutter_px, ..MapOptions::default() };
             SamplingMap::of_layout(self.ground.mesh(), map.size(), &options)
         });
-        BlendMap { blend: self, inside, layout }
+        BlendMap { blend: self, inside, layout, skin: None }
     }
 }
 
 impl BlendMap<'_> {
+    /// The same with a mask of what is skin in the base: white for all, black for none. It is brought to
+    /// the map's size.
+    ///
+    /// # Errors
+    /// [`TextureError`] if there is no memory for that.
+    pub fn with_skin(self, mask: Texture, map: &SamplingMap) -> Result<Self, TextureError> {
+        let mask =
+            mask.with_encoding(Encoding::Data).resized(map.size(), Filter::Bilinear, false)?;
+        let skin = match mask.converted(Channels::Grey, Depth::U8).into_texels() {
+            Texels::U8(values) => Some(values),
+            Texels::U16(_) | Texels::F32(_) => None,
+        };
+        Ok(Self { skin, ..self })
+    }
+
     /// How the texels of its map are laid over a base, with a toning if there is one.
     ///
     /// # Panics
@@ -185,10 +212,15 @@ impl BlendMap<'_> {
 
     /// What is done to the base first, with a toning that changes it.
     pub(crate) fn undercoat(&self, toning: Option<&Toning>) -> Option<Undercoat<'_>> {
-        let (recolor, skin) = toning?.base.as_ref()?;
+        let (recolor, model) = toning?.base.as_ref()?;
         let map = self.layout.as_ref()?;
         let gains = self.gains(map, Some(recolor));
-        Some(Undercoat { map, gains, matrix: recolor.matrix, skin: *skin })
+        let skin = match (&self.skin, model) {
+            (Some(mask), _) => Skin::Mask(mask),
+            (None, Some(model)) => Skin::Model(*model),
+            (None, None) => return None,
+        };
+        Some(Undercoat { map, gains, matrix: recolor.matrix, skin })
     }
 
     /// The gains of each patch of a map.

@@ -15,7 +15,7 @@ use super::{Blend, Tone};
 #[derive(Debug, Clone)]
 pub struct Toning {
     pub(super) source: Option<Recolor>,
-    pub(super) base: Option<(Recolor, SkinModel)>,
+    pub(super) base: Option<(Recolor, Option<SkinModel>)>,
 }
 
 /// Another tone for the colours at every point of a surface.
@@ -87,7 +87,8 @@ impl Blend<'_> {
         let tone = self.options.tone;
         let in_srgb =
             |colors: &[Rgb]| colors.iter().map(|&rgb| srgb(rgb, encoding)).collect::<Vec<_>>();
-        let base_skin = if self.options.match_skin || tone == Tone::Source {
+        let estimates = tone == Tone::Source && !self.options.skin_mask;
+        let base_skin = if self.options.match_skin || estimates {
             let all = self.base_colors(base, encoding);
             let model = SkinModel::new(&in_srgb(&seeds(&of_base)), &in_srgb(&all))
                 .map_err(|reason| ToningError::Skin { what: "base", reason })?;
@@ -128,11 +129,12 @@ impl Blend<'_> {
             }
         };
         let recolor = Recolor { matrix, gains };
-        Ok(Some(match (tone, base_skin) {
-            (Tone::Source, Some((model, _))) => {
+        Ok(Some(match tone {
+            Tone::Base => Toning { source: Some(recolor), base: None },
+            Tone::Source => {
+                let model = base_skin.map(|(model, _)| model);
                 Toning { source: None, base: Some((recolor, model)) }
             }
-            _ => Toning { source: Some(recolor), base: None },
         }))
     }
 

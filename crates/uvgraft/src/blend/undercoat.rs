@@ -19,8 +19,17 @@ pub(crate) struct Undercoat<'a> {
     pub gains: Vec<[Slope; 3]>,
     /// What is done to colours before that.
     pub matrix: Option<[[f32; 4]; 3]>,
-    /// Which colours change.
-    pub skin: SkinModel,
+    /// Which texels change.
+    pub skin: Skin<'a>,
+}
+
+/// What is skin in a base.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Skin<'a> {
+    /// What looks like it.
+    Model(SkinModel),
+    /// For each texel, 255 if it is.
+    Mask(&'a [u8]),
 }
 
 impl Undercoat<'_> {
@@ -42,10 +51,12 @@ impl Undercoat<'_> {
                     .gains
                     .get(run.patch as usize)
                     .map_or([Line::ONE; 3], |gains| [0, 1, 2].map(|k| gains[k].line(run.x, row)));
+                let first = row as usize * self.map.size().width as usize + run.x as usize;
                 let part = run.x as usize * count..(run.x + run.len) as usize * count;
                 let texels = texels[part].chunks_exact_mut(count);
                 for (k, texel) in (0..).zip(texels) {
-                    self.texel(channels, encoding, gains.map(|gain| gain.at(k)), texel);
+                    let gains = gains.map(|gain| gain.at(k));
+                    self.texel(channels, encoding, first + k as usize, gains, texel);
                 }
             }
         });
@@ -56,12 +67,16 @@ impl Undercoat<'_> {
         &self,
         channels: Channels,
         encoding: Encoding,
+        index: usize,
         gains: [f32; 3],
         texel: &mut [T],
     ) {
         let of = |channel: usize| if channels.has_color() { texel[channel] } else { texel[0] };
         let rgb = [0, 1, 2].map(|channel| of(channel).to_unit());
-        let weight = self.skin.weight(srgb(rgb, encoding));
+        let weight = match self.skin {
+            Skin::Model(model) => model.weight(srgb(rgb, encoding)),
+            Skin::Mask(mask) => f32::from(mask[index]) / 255.0,
+        };
         // Written as it is asked: a weight that is no number is none.
         if !(weight > 0.0) {
             return;

@@ -1,0 +1,232 @@
+//! How a texture becomes one with what it is laid over, as options say it.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use uvgraft::blend::{Blend, BlendMap, BlendOptions, Ground, Tone};
+use uvgraft::{Direction, SamplingMap, Texture};
+use uvgraft_io::image;
+
+use super::Args;
+use super::treatment::Treatment;
+use crate::failure::{OrBadInput, bad_input};
+use crate::length::Length;
+use crate::region::side_from;
+
+#[derive(clap::Args)]
+#[command(next_help_heading = "Blending")]
+pub(crate) struct BlendArgs {
+    /// How the region's rim is hidden [default: none, with --feather feather]
+    #[arg(long, value_enum)]
+    blend: Option<BlendName>,
+    /// Over which length along the surface the base gives way to the texture, inwards from the rim
+    /// [default: 10mm where --blend is]
+    #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
+    feather: Option<Length>,
+    /// Which side the tone of the skin is taken from, with --blend membrane and --match
+    #[arg(long, value_enum, default_value = "base")]
+    tone: ToneName,
+    /// Which texels of the base are skin, white on black, with --tone source [default: estimated from the
+    /// colours beside the rim]
+    #[arg(long, value_name = "IMAGE")]
+    pub(crate) skin: Option<PathBuf>,
+    /// Give one side's skin the mean and the covariance of the other's
+    #[arg(long = "match", value_enum, value_name = "WHAT")]
+    matched: Option<MatchName>,
+    /// Where the texture can be trusted, white on black, in its own layout; the base shows elsewhere
+    #[arg(long, value_name = "IMAGE")]
+    pub(crate) source_mask: Option<PathBuf>,
+    /// A mean texture, in the texture's layout, for what the texture lacks: where it is clear, and where
+    /// --source-mask is dark
+    #[arg(long, value_name = "IMAGE")]
+    pub(crate) fill: Option<PathBuf>,
+    /// Draw what is transferred, and how much, on both layouts
+    #[arg(long, value_name = "OUT.png")]
+    pub(crate) preview: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum BlendName {
+    /// A hard border
+    None,
+    /// The base shows through near the rim
+    Feather,
+    /// Feathered, and the ratio of the colours along the rim goes on over the surface, so that one side
+    /// takes on the other's tone
+    Membrane,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ToneName {
+    /// The texture takes on the base's tone
+    Base,
+    /// The base's skin takes on the texture's tone
+    Source,
+    /// Neither
+    None,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MatchName {
+    /// Of skin, as it is estimated
+    Skin,
+}
+
+/// What is blended, and with what.
+pub(super) struct Blending<'a> {
+    blend: Blend<'a>,
+    skin: Option<Texture>,
+}
+
+impl BlendArgs {
+    fn mode(&self) -> BlendName {
+        self.blend.unwrap_or(match self.feather {
+            Some(_) => BlendName::Feather,
+            None => BlendName::None,
+        })
+    }
+
+    fn feather(&self) -> Length {
+        let default = match self.mode() {
+            BlendName::None => 0.0,
+            BlendName::Feather | BlendName::Membrane => 10.0,
+        };
+        self.feather.unwrap_or(Length::millimeters(default))
+    }
+
+    fn tone(&self) -> Option<Tone> {
+        match self.tone {
+            ToneName::Base => Some(Tone::Base),
+            ToneName::Source => Some(Tone::Source),
+            ToneName::None => None,
+        }
+    }
+
+    /// Whether colours of the base are looked at before anything is laid over it.
+    pub(super) fn needs_colors(&self) -> bool {
+        self.tone().is_some() && (self.mode() == BlendName::Membrane || self.matched.is_some())
+    }
+
+    /// The images that are named.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        [&self.skin, &self.source_mask, &self.fill].into_iter().flatten().map(|path| &**path)
+    }
+
+    fn check(&self) -> anyhow::Result<()> {
+        if self.mode() == BlendName::None && self.feather.is_some() {
+            return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
+        }
+        if self.skin.is_some() && !(self.needs_colors() && self.tone() == Some(Tone::Source)) {
+            return Err(bad_input(
+                "--skin says which part of the base changes, which takes --tone source and --blend membrane \
+                 or --match skin",
+            ));
+        }
+        if self.tone() == Some(Tone::Source) && !self.needs_colors() {
+            return Err(bad_input("--tone source needs --blend membrane or --match skin"));
+        }
+        Ok(())
+    }
+}
+
+impl Args {
+    /// Whether anything is asked for that is done on the surface.
+    pub(super) fn blends(&self) -> bool {
+        let BlendArgs { blend, feather, matched, preview, .. } = &self.blending;
+        !self.region.is_everything()
+            || blend.is_some()
+            || feather.is_some()
+            || matched.is_some()
+            || preview.is_some()
+    }
+}
+
+impl<'a> Blending<'a> {
+    /// - `always`: whether maps that have no opacity end where the mask of the source does.
+    pub(super) fn new(args: &Args, ground: &'a Ground<'a>, always: bool) -> anyhow::Result<Self> {
+        let options = &args.blending;
+        options.check()?;
+        let mesh = ground.pair().to(ground.direction());
+        let unit = args.region.unit(mesh, [options.feather()]);
+        let feather = options.feather().in_unit(unit);
+        let mut selection = args.region.select(ground, unit)?;
+        if let Some(path) = &options.source_mask
+            && (always || feather > 0.0)
+        {
+            let mask = image::read(path).or_bad_input()?.texture;
+            let known = ground.painted(side_from(ground.direction()), &mask);
+            let known = known.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+            selection = selection.within(&known, ground);
+        }
+        let skin = options.skin.as_ref().map(|path| image::read(path).or_bad_input()).transpose()?;
+        let blend = Blend::new(
+            ground,
+            &selection,
+            BlendOptions {
+                feather,
+                membrane: options.mode() == BlendName::Membrane && options.tone().is_some(),
+                match_skin: options.matched.is_some() && options.tone().is_some(),
+                tone: options.tone().unwrap_or(Tone::Base),
+                skin_mask: skin.is_some(),
+                gutter_px: args.gutter,
+            },
+        );
+        let blend = blend.map_err(bad_input)?;
+        Ok(Self { blend, skin: skin.map(|image| image.texture) })
+    }
+
+    pub(super) fn blend(&self) -> &Blend<'a> {
+        &self.blend
+    }
+
+    /// The blend at the texels of a map.
+    pub(super) fn on<'b>(&'b self, map: &SamplingMap) -> anyhow::Result<BlendMap<'b>>
+    where
+        'a: 'b,
+    {
+        let at = self.blend.on(map);
+        Ok(match &self.skin {
+            Some(mask) => at.with_skin(mask.clone(), map)?,
+            None => at,
+        })
+    }
+}
+
+/// What the source is known by, or made up from.
+pub(super) struct Known {
+    mask: Option<Texture>,
+    mean: Option<Texture>,
+}
+
+impl Known {
+    pub(super) fn new(args: &BlendArgs) -> anyhow::Result<Self> {
+        let read = |path: &Option<PathBuf>| {
+            let image = path.as_ref().map(|path| image::read(path).or_bad_input()).transpose();
+            image.map(|image| image.map(|image| image.texture))
+        };
+        Ok(Self { mask: read(&args.source_mask)?, mean: read(&args.fill)? })
+    }
+
+    /// Whether textures get an opacity that their files do not have.
+    pub(super) fn adds_opacity(&self) -> bool {
+        self.mask.is_some() && self.mean.is_none()
+    }
+
+    /// A texture with what it lacks, or with opacity that says what it lacks.
+    pub(super) fn complete(&self, texture: Texture, how: Treatment) -> anyhow::Result<Texture> {
+        match (&self.mask, &self.mean) {
+            (mask, Some(mean)) if how.is_toned() => {
+                uvgraft::fill::fill(texture, mask.as_ref(), mean).or_bad_input()
+            }
+            (Some(mask), None) if !how.is_data() => {
+                uvgraft::fill::with_confidence(texture, mask).or_bad_input()
+            }
+            _ => Ok(texture),
+        }
+    }
+}
+
+/// Which way the options say.
+pub(super) fn direction(args: &Args) -> Direction {
+    if args.reverse { Direction::Reverse } else { Direction::Forward }
+}
