@@ -265,7 +265,8 @@ mod tests {
             }
         }
         let faces: Vec<[u32; 3]> = (0..36).map(|face| [0, 1, 2].map(|k| face * 3 + k)).collect();
-        Mesh::from_triangles(vec![[0.0; 3]; uv.len()], uv, &faces, &faces).unwrap()
+        let positions = uv.iter().map(|_| [rng.f32() - 0.5, 0.0, 0.0]).collect();
+        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
     }
 
     #[test]
@@ -277,9 +278,15 @@ mod tests {
                 let vertex_map: Vec<i64> = (0..36 * 3).collect();
                 let pair = Pair::by_vertex_map(source, target, &vertex_map).unwrap();
                 let size = Size::new(rng.u32(1..90), rng.u32(1..90));
-                let options = MapOptions::with_gutter(rng.u32(0..20));
+                let prefer = [Prefer::First, Prefer::Left, Prefer::Right][rng.usize(0..3)];
+                let options = MapOptions { gutter_px: rng.u32(0..20), prefer };
                 let map = SamplingMap::new(&pair, Direction::Forward, size, &options);
-                for row in 0..size.height {
+                let beneath = map.beneath(&pair, &options);
+                for (map, row) in [Some(&map), beneath.as_ref()]
+                    .into_iter()
+                    .flatten()
+                    .flat_map(|map| (0..size.height).map(move |row| (map, row)))
+                {
                     let runs = map.row(row);
                     assert!(runs.iter().all(|run| run.len > 0 && run.x + run.len <= size.width));
                     assert!(runs.windows(2).all(|pair| pair[0].x + pair[0].len <= pair[1].x));
