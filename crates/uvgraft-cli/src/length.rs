@@ -86,7 +86,8 @@ impl Length {
 }
 
 fn wanted() -> String {
-    "wanted a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the mesh's own unit".into()
+    "wanted a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the mesh's own unit"
+        .into()
 }
 
 /// What is to be said where a mesh names no unit and one is taken for it.

@@ -167,7 +167,9 @@ fn selection(ground: &Ground<'_>, part: &Part<'_>) -> anyhow::Result<Selection> 
             let mask = image::read(path).or_bad_input()?.texture;
             ground.painted(*side, &mask).map_err(|error| bad_input(format!("{name}: {error}")))
         }
-        "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(path, vertices).or_bad_input()?),
+        "npy" | "txt" | "csv" | "" => {
+            of_vertices(&vertex_list::read(path, vertices).or_bad_input()?)
+        }
         _ => Err(bad_input(format!(
             "{name}: wanted vertices (.npy, .txt), vertex groups (.pkl, .json) or a painted mask ({})",
             Format::extension_list()
@@ -202,7 +204,10 @@ mod tests {
             names: names.to_vec(),
         };
         assert_eq!(Part::parse("a.npy"), part(Side::Source, "a.npy", &[]));
-        assert_eq!(Part::parse("target:b.pkl#face,neck"), part(Side::Target, "b.pkl", &["face", "neck"]));
+        assert_eq!(
+            Part::parse("target:b.pkl#face,neck"),
+            part(Side::Target, "b.pkl", &["face", "neck"])
+        );
         assert_eq!(Part::parse("C:\\x.txt"), part(Side::Source, "C:\\x.txt", &[]));
         assert_eq!(parse_growth("-2rings"), Ok(Grow::Rings(-2)));
         assert_eq!(parse_growth("1ring"), Ok(Grow::Rings(1)));

@@ -15,8 +15,10 @@ use uvgraft::seams::{Offset, SeamOptions, measure};
 use uvgraft_io::{image, pair_file};
 
 use crate::failure::OrBadInput;
+use crate::length::{Length, Unit};
 use crate::outputs::Outputs;
 use crate::picture::check_name;
+use crate::region::RegionArgs;
 
 /// Measures how visible seams are in a texture
 ///
@@ -40,10 +42,9 @@ pub(crate) struct Args {
     /// [default: 1]
     #[arg(long, value_name = "TEXELS", value_parser = parse_distance, conflicts_with = "distance")]
     offset: Option<f64>,
-    /// Take colours this far from the edge on each side, on the surface and in the mesh's own unit:
-    /// 0.003 for 3 mm if that is metres
-    #[arg(long, value_name = "LENGTH", value_parser = parse_distance)]
-    distance: Option<f64>,
+    /// Take colours this far from the edge on each side, on the surface, such as 3mm
+    #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
+    distance: Option<Length>,
     /// Name the worst edges, by their mean: this many UV seams, and as many of the rim
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1000))]
@@ -57,6 +58,8 @@ pub(crate) struct Args {
     /// mesh's unit, `uv` is in the texture's unit square, from its top left corner
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    region: RegionArgs,
 }
 
 fn parse_distance(text: &str) -> Result<f64, String> {
@@ -67,9 +70,9 @@ fn parse_distance(text: &str) -> Result<f64, String> {
 }
 
 impl Args {
-    fn offset(&self) -> Offset {
+    fn offset(&self, unit: Unit) -> Offset {
         match (self.distance, self.offset) {
-            (Some(distance), _) => Offset::Distance(distance),
+            (Some(distance), _) => Offset::Distance(distance.in_unit(unit)),
             (None, texels) => Offset::Texels(texels.unwrap_or(1.0)),
         }
     }
@@ -78,14 +81,17 @@ impl Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(picture) = &args.picture {
         check_name(picture, "a picture of seams")?;
-        Outputs::new([&*args.pair, &*args.texture]).check(picture)?;
+        let regions: Vec<PathBuf> = args.region.inputs().collect();
+        let inputs = [&*args.pair, &*args.texture].into_iter();
+        Outputs::new(inputs.chain(regions.iter().map(PathBuf::as_path))).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let region = region::linked(&file.pair, direction);
-    let options = SeamOptions { offset: args.offset(), worst: usize::from(args.worst) };
     let mesh = file.pair.to(direction);
+    let unit = args.region.unit(mesh, args.distance);
+    let region = region::of(&args.region, &file.pair, direction, unit)?;
+    let options = SeamOptions { offset: args.offset(unit), worst: usize::from(args.worst) };
     let seams = measure(mesh, &texture, &region.inside, &options)
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;

@@ -1,6 +1,11 @@
 //! The region whose rim is measured.
 
-use uvgraft::{Direction, Pair};
+use uvgraft::blend::Ground;
+use uvgraft::{Blend, BlendOptions, Direction, Pair};
+
+use crate::failure::bad_input;
+use crate::length::Unit;
+use crate::region::RegionArgs;
 
 /// A part of a layout.
 pub(super) struct Region {
@@ -10,15 +15,17 @@ pub(super) struct Region {
     pub inside: Vec<bool>,
 }
 
-/// What transfers reach: the triangles with a counterpart, of the layout that `direction` leads to.
-pub(super) fn linked(pair: &Pair, direction: Direction) -> Region {
-    let mut inside = vec![false; pair.to(direction).faces().len()];
-    for link in pair.links() {
-        let face = match direction {
-            Direction::Forward => link.target,
-            Direction::Reverse => link.source,
-        };
-        inside[face as usize] = true;
-    }
-    Region { name: "the linked triangles".to_owned(), inside }
+/// What options select of what transfers reach, of the layout that `direction` leads to: the triangles that
+/// are in it, wholly or in part.
+pub(super) fn of(
+    args: &RegionArgs,
+    pair: &Pair,
+    direction: Direction,
+    unit: Unit,
+) -> anyhow::Result<Region> {
+    let ground = Ground::new(pair, direction);
+    let selection = args.select(&ground, unit)?;
+    let blend = Blend::new(&ground, &selection, BlendOptions::default()).map_err(bad_input)?;
+    let name = if args.is_everything() { "the linked triangles" } else { "the selected triangles" };
+    Ok(Region { name: name.to_owned(), inside: blend.touched().to_vec() })
 }

@@ -76,7 +76,9 @@ impl Base {
         }
         let texture = texture.with_encoding(format.encoding);
         let texture = match args.size {
-            Some(size) => texture.resized(size, treatment.filter(args), args.linear_light).or_bad_input()?,
+            Some(size) => {
+                texture.resized(size, treatment.filter(args), args.linear_light).or_bad_input()?
+            }
             None => texture,
         };
         Ok(Self { content: Content::Image { texture, known }, size })

@@ -158,7 +158,8 @@ impl<'a> Blending<'a> {
             let known = known.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
             selection = selection.within(&known, ground);
         }
-        let skin = options.skin.as_ref().map(|path| image::read(path).or_bad_input()).transpose()?;
+        let skin =
+            options.skin.as_ref().map(|path| image::read(path).or_bad_input()).transpose()?;
         let blend = Blend::new(
             ground,
             &selection,

@@ -20,11 +20,11 @@ use uvgraft_io::pair_file;
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::outputs::Outputs;
-use crate::preference::PreferName;
-use crate::report::{parse_size, to_stdout};
 use crate::picture::check_name;
+use crate::preference::PreferName;
 use crate::preview;
 use crate::region::RegionArgs;
+use crate::report::{parse_size, to_stdout};
 use base::{Base, Onto};
 use blending::{BlendArgs, Blending, Known, direction};
 use carrier::{Carrier, losses};
@@ -177,7 +177,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (mut batches, new_folder) = batches(args)?;
     let sources = batches.iter().flat_map(|batch| &batch.jobs).map(|job| job.source.clone());
     let regions = args.region.inputs();
-    let bases = batches.iter().filter_map(|batch| batch.onto.as_ref()?.path()).map(Path::to_path_buf);
+    let bases =
+        batches.iter().filter_map(|batch| batch.onto.as_ref()?.path()).map(Path::to_path_buf);
     let masks = args.blending.inputs().map(Path::to_path_buf);
     let shared: Vec<PathBuf> =
         [args.pair.clone()].into_iter().chain(regions).chain(bases).chain(masks).collect();
@@ -229,11 +230,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut code = None;
     let mut mask = args.mask.as_deref();
     for Batch { treatment, onto, jobs } in batches {
-        let in_memory =
-            jobs.len() > 1 || (treatment.is_toned() && args.blending.needs_colors());
+        let in_memory = jobs.len() > 1 || (treatment.is_toned() && args.blending.needs_colors());
         let base = Base::new(args, treatment, onto.as_ref(), in_memory)?;
-        let carrier =
-            Carrier::new(args, treatment, &file.pair, &base, blending.as_ref(), &known);
+        let carrier = Carrier::new(args, treatment, &file.pair, &base, blending.as_ref(), &known);
         let carried = batch::run(&carrier, &jobs, &base, args)?;
         code = code.max(carried.code);
         if carried.count > 0 || left == 0 {
@@ -255,7 +254,9 @@ fn check(args: &Args) -> anyhow::Result<()> {
         ));
     }
     if args.fit && args.overlap == OverlapName::Average {
-        return Err(bad_input("--fit solves for one of the islands that overlap: leave out --overlap"));
+        return Err(bad_input(
+            "--fit solves for one of the islands that overlap: leave out --overlap",
+        ));
     }
     if args.fit && !args.maps.is_empty() {
         return Err(bad_input("--fit is for textures that are named without --map"));
@@ -264,7 +265,9 @@ fn check(args: &Args) -> anyhow::Result<()> {
         return Err(bad_input("--map says what each texture is: leave out --data"));
     }
     if args.data && args.blending.inputs().next().is_some() {
-        return Err(bad_input("--data has no opacity and no tone: leave out --skin, --source-mask, --fill"));
+        return Err(bad_input(
+            "--data has no opacity and no tone: leave out --skin, --source-mask, --fill",
+        ));
     }
     Ok(())
 }
@@ -293,7 +296,8 @@ fn batches(args: &Args) -> anyhow::Result<(Vec<Batch>, Option<&Path>)> {
     let mut batches = Vec::with_capacity(jobs.len());
     for (map, job) in args.maps.iter().zip(jobs) {
         let mut of_role = bases.iter().filter(|base| base.role == map.role);
-        let onto = of_role.next().map(|base| Onto::parse(&base.path.to_string_lossy())).transpose()?;
+        let onto =
+            of_role.next().map(|base| Onto::parse(&base.path.to_string_lossy())).transpose()?;
         if of_role.next().is_some() {
             return Err(bad_input(format!("--onto {}= is given twice", map.role)));
         }

@@ -9,7 +9,7 @@ use crate::threads::for_each_chunk;
 
 use super::field::{Line, Slope};
 use super::stretch;
-use super::tone::toned;
+use super::tone::{Matrix, toned};
 
 /// How the texels of a map are laid over a base.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub(crate) struct Finish<'a> {
     /// For each patch, the gains of red, green and blue; empty where none is to be applied.
     pub gains: Vec<[Slope; 3]>,
     /// What is done to all colours before that.
-    pub matrix: Option<[[f32; 4]; 3]>,
+    pub matrix: Option<Matrix>,
     /// Whether values are encoded normals, which are given their length again where they were mixed.
     pub normals: bool,
 }
@@ -131,10 +131,9 @@ impl Finish<'_> {
         if let Some(matrix) = &self.matrix
             && colors == 3
         {
-            let rgb = [0, 1, 2].map(|channel| levels[channel] / one);
-            for (channel, row) in matrix.iter().enumerate() {
-                let value = row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2] + row[3];
-                levels[channel] = value.max(0.0) * one;
+            let changed = matrix.apply([0, 1, 2].map(|channel| levels[channel] / one));
+            for (level, value) in levels.iter_mut().zip(changed) {
+                *level = value * one;
             }
         }
         for channel in 0..colors {

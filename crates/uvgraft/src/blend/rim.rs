@@ -213,7 +213,7 @@ impl Rim {
             .iter()
             .map(|measured| {
                 measured.map_or(0.0, |d| {
-                    (-0.5 * (norm(sub(d, overall)) / (2.5 * spread)).powi(2)).exp()
+                    (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
                 })
             })
             .collect();

@@ -38,6 +38,29 @@ pub(super) fn bent(plain: f32, bend: f32, one: f32) -> f32 {
     KNEE * one + beyond / (1.0 + bend / one * beyond)
 }
 
+/// An affine change of colours: rows of a matrix, with what is added last. What is darker than skin changes
+/// less and black not at all: hair and pupils would else get the colour that is added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Matrix {
+    pub rows: [[f32; 4]; 3],
+    /// From this sum of red, green and blue on, 1.0 each, it acts wholly.
+    pub whole_from: f32,
+}
+
+impl Matrix {
+    /// The colour in place of another; 1.0 is full.
+    #[inline(always)]
+    pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
+        let share = ((rgb[0] + rgb[1] + rgb[2]) / self.whole_from).clamp(0.0, 1.0);
+        let mut changed = [0.0; 3];
+        for (channel, row) in self.rows.iter().enumerate() {
+            let value = row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2] + row[3];
+            changed[channel] = (rgb[channel] + (value - rgb[channel]) * share).max(0.0);
+        }
+        changed
+    }
+}
+
 /// The gain that takes one value to another, within bounds.
 pub(super) fn gain_between(from: f32, to: f32) -> f32 {
     let added = BLACK * (1.0 - from / DARK).max(0.0);

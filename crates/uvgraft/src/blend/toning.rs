@@ -8,7 +8,7 @@ use super::rim::{Difference, Side};
 use super::sample::Sampler;
 use super::skin::{SkinError, SkinModel};
 use super::statistics::{ColorMatch, ColorMatchError};
-use super::tone::GAINS;
+use super::tone::{GAINS, Matrix};
 use super::{Blend, Tone};
 
 /// What a blend does to the colours of one texture and its base.
@@ -21,8 +21,8 @@ pub struct Toning {
 /// Another tone for the colours at every point of a surface.
 #[derive(Debug, Clone)]
 pub(super) struct Recolor {
-    /// What is done to all colours first: rows of a matrix, with what is added last.
-    pub matrix: Option<[[f32; 4]; 3]>,
+    /// What is done to all colours first.
+    pub matrix: Option<Matrix>,
     /// The gains of red, green and blue at each point; empty for none.
     pub gains: Vec<[f32; 3]>,
 }
@@ -103,17 +103,22 @@ impl Blend<'_> {
                 .map_err(|reason| ToningError::Skin { what: "texture", reason })?;
             let [texture, body] = [(&source_model, &of_texture), (model, all)]
                 .map(|(model, colors)| only_skin(model, colors, encoding));
-            let (found, changed) = match tone {
-                Tone::Base => (ColorMatch::new(&texture, &body)?, &mut of_source),
-                Tone::Source => (ColorMatch::new(&body, &texture)?, &mut of_base),
+            let (from, to, changed) = match tone {
+                Tone::Base => (&texture, &body, &mut of_source),
+                Tone::Source => (&body, &texture, &mut of_base),
+            };
+            let found = ColorMatch::new(from, to)?;
+            let (rows, offset) = (found.matrix(), found.offset());
+            let mean =
+                from.iter().map(|rgb| rgb.iter().sum::<f32>()).sum::<f32>() / from.len() as f32;
+            let found = Matrix {
+                rows: [0, 1, 2].map(|k| [rows[k][0], rows[k][1], rows[k][2], offset[k]]),
+                whole_from: (0.5 * mean).max(1e-3),
             };
             for (color, _) in changed {
-                *color = found
-                    .apply(color.map(|value| value as f32))
-                    .map(|value| f64::from(value.max(0.0)));
+                *color = found.apply(color.map(|value| value as f32)).map(f64::from);
             }
-            let (rows, offset) = (found.matrix(), found.offset());
-            matrix = Some([0, 1, 2].map(|k| [rows[k][0], rows[k][1], rows[k][2], offset[k]]));
+            matrix = Some(found);
         }
         let gains = match (&measure.harmonic, tone) {
             (None, _) => Vec::new(),

@@ -7,7 +7,7 @@ use crate::threads::for_each_chunk;
 
 use super::field::{Line, Slope};
 use super::skin::SkinModel;
-use super::tone::toned;
+use super::tone::{Matrix, toned};
 use super::toning::srgb;
 
 /// What is done to the texels of a base.
@@ -18,7 +18,7 @@ pub(crate) struct Undercoat<'a> {
     /// For each patch, the gains of red, green and blue; empty for none.
     pub gains: Vec<[Slope; 3]>,
     /// What is done to colours before that.
-    pub matrix: Option<[[f32; 4]; 3]>,
+    pub matrix: Option<Matrix>,
     /// Which texels change.
     pub skin: Skin<'a>,
 }
@@ -81,11 +81,7 @@ impl Undercoat<'_> {
         if !(weight > 0.0) {
             return;
         }
-        let changed = match &self.matrix {
-            None => rgb,
-            Some(matrix) => matrix
-                .map(|row| (row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2] + row[3]).max(0.0)),
-        };
+        let changed = self.matrix.map_or(rgb, |matrix| matrix.apply(rgb));
         let colors = if channels.has_color() { 3 } else { 1 };
         for channel in 0..colors {
             let value = toned(changed[channel], gains[channel], 1.0);
