@@ -6,6 +6,8 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
+pub mod plane;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -120,7 +122,22 @@ impl Bench {
         self.save(name, Texture::new(size, channels, encoding, texels).unwrap());
     }
 
-    fn save(&self, name: &str, texture: Texture) {
+    /// Writes an 8-bit image, its texels by their place.
+    pub fn draw<const C: usize>(
+        &self,
+        name: &str,
+        size: (u32, u32),
+        color: impl Fn(u32, u32) -> [u8; C],
+    ) {
+        let channels = [Channels::Grey, Channels::GreyAlpha, Channels::Rgb, Channels::Rgba][C - 1];
+        let size = Size::new(size.0, size.1);
+        let count = size.texels() as u32;
+        let texels = (0..count).flat_map(|k| color(k % size.width, k / size.width)).collect();
+        self.save(name, Texture::new(size, channels, Encoding::Srgb, Texels::U8(texels)).unwrap());
+    }
+
+    /// Writes an image without loss.
+    pub fn save(&self, name: &str, texture: Texture) {
         let written =
             image::write(&texture.into(), &self.path(name), &WriteOptions::default()).unwrap();
         assert_eq!(written.losses, [], "{name}");

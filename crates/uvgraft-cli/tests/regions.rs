@@ -1,0 +1,375 @@
+//! Which part of the surface is transferred, through the program.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use bench::Bench;
+use bench::plane::{self, LINKED, source_columns, target_columns};
+use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+use uvgraft_io::vertex_map;
+
+/// A bench with a white texture for the source, and masks and lists of its left half.
+fn bench() -> Bench {
+    let bench = plane::bench();
+    bench.paint("white.png", (64, 64), Channels::Grey, &[255]);
+    let half = source_columns(0..=4);
+    vertex_map::save_npy(&half, &bench.path("half.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(5..=8), &bench.path("right.npy")).unwrap();
+    bench.write("half.txt", text(&half));
+    // Of the target it is in columns 4 to 8, and what is not linked does not count.
+    bench.write("body.txt", text(&target_columns(0..=8)));
+    bench.write(
+        "parts.json",
+        format!(
+            "{{\"left\": {half:?}, \"right\": {:?}, \"corner\": [0, 1, 9, 10]}}",
+            source_columns(4..=8)
+        ),
+    );
+    // Over the middle of a column of quads, where no vertex is.
+    bench.draw("painted.png", (64, 64), |x, _| [if x < 28 { 255 } else { 0 }]);
+    bench.draw("on_target.png", (128, 128), |x, _| [if x < 60 { 255 } else { 0 }]);
+    bench
+}
+
+fn text(ids: &[u32]) -> String {
+    ids.iter().map(|id| format!("{id}\n")).collect()
+}
+
+/// Transfers white onto black, and gives the white texels of the middle row and column.
+fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
+    bench.succeed(&format!(
+        "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --filter nearest \
+         --unit m {options} -o out.png"
+    ));
+    let out = bench.texture("out.png");
+    let is_white = |x, y| match out.get(x, y, 0) {
+        0.0 => false,
+        1.0 => true,
+        grey => panic!("{options}: {grey} at {x}, {y}"),
+    };
+    [(0..128).filter(|&x| is_white(x, 63)).collect(), (0..128).filter(|&y| is_white(40, y)).collect()]
+}
+
+#[test]
+fn vertices_groups_and_masks() {
+    let bench = bench();
+    let all: Vec<u32> = LINKED.collect();
+    let half: Vec<u32> = (32..64).collect();
+    assert_eq!(white(&bench, "")[0], all);
+    for region in
+        ["half.npy", "half.txt", "source:half.npy", "target:body.txt", "parts.json#left"]
+    {
+        assert_eq!(white(&bench, &format!("--region {region}")), [half.clone(), all.clone()]);
+    }
+    for regions in [
+        "parts.json#left,right",
+        "parts.json#left --region parts.json#right",
+        "parts.json#right --region target:body.txt",
+    ] {
+        assert_eq!(white(&bench, &format!("--region {regions}"))[0], all, "{regions}");
+    }
+    // What is painted is followed to half a texel or so, over the middle of triangles too.
+    for region in ["painted.png", "source:painted.png", "target:on_target.png"] {
+        let [row, column] = white(&bench, &format!("--region {region}"));
+        let wanted: Vec<u32> = (32..60).collect();
+        assert!(row.len().abs_diff(wanted.len()) <= 1, "{region}: {row:?}");
+        assert_eq!((row[0], column), (32, all.clone()), "{region}");
+    }
+    // A file may be called as if it named parts.
+    bench.derive("odd#name.txt", "half.txt", |_| {});
+    assert_eq!(white(&bench, "--region odd#name.txt")[0], half);
+}
+
+#[test]
+fn a_part_is_left_out() {
+    let bench = bench();
+    let right: Vec<u32> = (64..96).collect();
+    for exclude in ["half.npy", "target:body.txt", "parts.json#left,corner"] {
+        assert_eq!(white(&bench, &format!("--exclude {exclude}"))[0], right, "{exclude}");
+    }
+    let [row, _] = white(&bench, "--exclude painted.png");
+    assert!((35..=37).contains(&row.len()) && row.last() == Some(&95), "{row:?}");
+    let [row, column] = white(&bench, "--region half.npy --exclude parts.json#corner");
+    assert_eq!((row.len(), column.len()), (32, 64));
+}
+
+#[test]
+fn regions_grow_and_shrink() {
+    let bench = bench();
+    let end = |options: &str| {
+        let [row, column] = white(&bench, &format!("--region half.npy {options}"));
+        (row[0], row[row.len() - 1] + 1, column.len())
+    };
+    // A ring is a quad of 8 texels; a region never leaves what is linked.
+    assert_eq!(end("--grow 1ring"), (32, 72, 64));
+    assert_eq!(end("--grow 3rings"), (32, 88, 64));
+    assert_eq!(end("--grow 1000rings"), (32, 96, 64));
+    // Shrinking goes on from the edge of what is linked too.
+    assert_eq!(end("--grow -1ring"), (40, 56, 48));
+    assert_eq!(end("--grow 0rings"), (32, 64, 64));
+    assert_eq!(end("--grow 0"), (32, 64, 64));
+    // Lengths: 5 mm are 4 texels, in any unit.
+    for grow in ["5mm", "0.5cm", "0.005m", "0.005", "0.19685039in"] {
+        assert_eq!(end(&format!("--grow {grow}")), (32, 68, 64), "{grow}");
+        assert_eq!(end(&format!("--grow -{grow}")), (36, 60, 56), "-{grow}");
+    }
+    assert_eq!(end("--unit mm --grow 0.005mm").1, 68, "the last unit counts");
+}
+
+/// A length says nothing without the mesh's unit, which is taken for metres and said to be.
+#[test]
+fn the_unit_is_said_where_it_counts() {
+    let bench = bench();
+    let note = |options: &str| {
+        let run = bench.run(&format!(
+            "transfer plane.uvpair white.png --onto #000 --size 128 {options} -o out.png"
+        ));
+        assert_eq!(run.code, Some(0), "{options}: {}", run.stderr);
+        run.stderr
+    };
+    for silent in [
+        "",
+        "--region half.npy",
+        "--region half.npy --grow 2rings",
+        "--feather 0.01",
+        "--feather 0mm",
+        "--grow -0.01",
+        "--feather 10mm --unit m",
+        "--blend membrane --unit cm --tone none",
+        "--blend none",
+        "--preview preview.png",
+    ] {
+        assert_eq!(note(silent), "", "{silent}");
+    }
+    for said in ["--feather 10mm", "--grow -5mm", "--blend feather", "--feather 0.01 --grow 1cm"] {
+        let note = note(said);
+        assert_eq!(
+            note,
+            "note: the mesh names no unit and is taken to be in metres, which makes it 16.0 cm across \
+             at its widest; --unit says otherwise\n",
+            "{said}"
+        );
+    }
+    bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
+    let run = bench.run("seams plane.uvpair sheet.png --distance 3mm");
+    assert!(run.code == Some(0) && run.stderr.starts_with("note: the mesh names"), "{run:?}");
+    let run = bench.run("seams plane.uvpair sheet.png");
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn seams_take_regions() {
+    let bench = bench();
+    // Two colours that meet along the half's edge.
+    bench.draw("sheet.png", (128, 128), |x, _| if x < 64 { [200, 60, 60] } else { [60, 60, 200] });
+    let rim = |options: &str| {
+        let printed = bench.succeed(&format!("seams plane.uvpair sheet.png --json {options}"));
+        let value: serde_json::Value = serde_json::from_str(&printed).unwrap();
+        let rim = &value["edges"]["rim"];
+        let [length, mean] =
+            [&rim["length"], &rim["delta_e"]["mean"]].map(|v| v.as_f64().unwrap_or(f64::NAN));
+        assert!(length.is_finite() && mean.is_finite(), "{options}: {rim}");
+        (length, mean)
+    };
+    let (length, all) = rim("");
+    assert!((length - 0.32).abs() < 1e-6, "{length}");
+    let (length, half) = rim("--region half.npy");
+    assert!((length - 0.24).abs() < 1e-6, "{length}");
+    assert!(half > 10.0 && half > all + 5.0, "{half} {all}");
+    let (length, inner) = rim("--region half.npy --grow -1ring");
+    assert!((length - 0.16).abs() < 1e-6, "{length}");
+    assert_eq!(inner, 0.0);
+    bench.refuse(
+        "seams plane.uvpair sheet.png --region half.npy --exclude half.txt",
+        &["region is empty"],
+    );
+    bench.refuse(
+        "seams plane.uvpair sheet.png --region half.npy --picture half.npy",
+        &["half.npy", ".png"],
+    );
+    bench.refuse(
+        "seams plane.uvpair sheet.png --region painted.png --picture painted.png",
+        &["painted.png is also an input"],
+    );
+}
+
+#[test]
+fn empty_regions_are_refused() {
+    let bench = bench();
+    bench.write("one.txt", "3\n");
+    bench.write("beyond.txt", text(&target_columns(13..=16)));
+    bench.paint("black.png", (8, 8), Channels::Grey, &[0]);
+    bench.paint("clear.png", (8, 8), Channels::Rgba, &[255, 255, 255, 0]);
+    let cases: &[(&str, &[&str])] = &[
+        ("--region half.npy --exclude half.npy", &["the region is empty"]),
+        ("--exclude parts.json#left,right", &["the region is empty"]),
+        ("--grow -1m", &["the region is empty"]),
+        ("--grow -9rings", &["the region is empty"]),
+        ("--region one.txt", &["one.txt: the region is empty", "corners of no linked triangle"]),
+        ("--region target:beyond.txt", &["beyond.txt: the region is empty", "linked"]),
+        ("--region black.png", &["black.png: the region is empty", "dark at every vertex"]),
+        ("--region target:clear.png", &["clear.png: the region is empty", "dark"]),
+        ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
+    ];
+    for (options, wanted) in cases {
+        bench.refuse(
+            &format!("transfer plane.uvpair white.png --size 32 --unit m {options} -o out.png"),
+            wanted,
+        );
+    }
+}
+
+#[test]
+fn files_that_are_no_regions() {
+    let bench = bench();
+    let half = bench.bytes("half.npy").len();
+    bench.derive("cut.npy", "half.npy", |bytes| bytes.truncate(half - 3));
+    bench.derive("head.npy", "half.npy", |bytes| bytes.truncate(40));
+    bench.derive("text.png", "half.txt", |_| {});
+    bench.derive("image.npy", "white.png", |_| {});
+    bench.derive("list.json", "half.npy", |_| {});
+    bench.derive("list.pkl", "half.npy", |_| {});
+    bench.write("beyond.txt", "0 1 81");
+    bench.write("below.txt", "0 -1");
+    bench.write("words.txt", "left ear");
+    bench.write("empty.txt", "");
+    bench.write("float.txt", "0.5 1.0");
+    bench.write("array.json", "[1, 2, 3]");
+    bench.write("deep.json", "{\"left\": {\"more\": [1]}}");
+    bench.write("cut.json", "{\"left\": [1, 2");
+    bench.write("beyond.json", "{\"left\": [1, 2, 100000]}");
+    // What `pickle.dumps` makes of an object whose `__reduce__` gives os.system.
+    bench.write("evil.pkl", b"\x80\x04cos\nsystem\n\x8c\x08touch oh!\x85R.");
+    bench.write("posix.pkl", b"cposix\nsystem\n(S'touch owned'\ntR.");
+    bench.make_folder("folder");
+    bench.make_folder("folder.png");
+    let nan = Texture::new(
+        Size::square(8),
+        Channels::Grey,
+        Encoding::Linear,
+        Texels::F32(vec![f32::NAN; 64]),
+    );
+    bench.save("nan.exr", nan.unwrap());
+    let cases: &[(&str, &[&str])] = &[
+        ("none.npy", &["none.npy: ", "No such file"]),
+        ("none.png", &["none.png", "No such file"]),
+        ("none.json#left", &["none.json: ", "No such file"]),
+        ("target:none.npy", &["none.npy: ", "No such file"]),
+        ("source:", &["--region source:", "wanted a file"]),
+        ("", &["--region", "wanted a file"]),
+        ("#left", &["--region #left", "wanted a file"]),
+        ("folder", &["folder: "]),
+        ("folder.png", &["folder.png"]),
+        ("source.obj", &["source.obj: wanted vertices (.npy, .txt), vertex groups (.pkl, .json)"]),
+        ("plane.uvpair", &["plane.uvpair: wanted vertices"]),
+        ("cut.npy", &["cut.npy: ", "bytes"]),
+        ("head.npy", &["head.npy: ", "cut short"]),
+        ("image.npy", &["image.npy: "]),
+        ("text.png", &["text.png: not an image"]),
+        ("beyond.txt", &["beyond.txt: entry 3: found 81, wanted a vertex of the mesh, from 0 to 80"]),
+        ("target:body.txt --region body.txt", &["body.txt: ", "from 0 to 80"]),
+        ("below.txt", &["below.txt: entry 2: found -1"]),
+        ("words.txt", &["words.txt: line 1: found `left`"]),
+        ("empty.txt", &["empty.txt: ", "empty"]),
+        ("float.txt", &["float.txt: line 1: ", "`0.5`"]),
+        ("half.npy#left", &["half.npy has no named parts", "#left", ".pkl or .json"]),
+        ("painted.png#left", &["painted.png has no named parts"]),
+        ("parts.json", &["parts.json holds named parts", "parts.json#corner", "corner, left, right"]),
+        ("parts.json#", &["parts.json holds named parts", "corner, left, right"]),
+        ("parts.json#,", &["parts.json holds named parts", "corner, left, right"]),
+        ("parts.json#ear", &["parts.json: there is no group `ear`; there are corner, left, right"]),
+        ("parts.json#left,ear", &["no group `ear`"]),
+        ("array.json#left", &["array.json: JSON: "]),
+        ("deep.json#left", &["deep.json: "]),
+        ("cut.json#left", &["cut.json: JSON: ", "EOF"]),
+        ("beyond.json#left", &["beyond.json: group `left`: entry 3: found 100000", "0 to 80"]),
+        ("list.json#left", &["list.json: found an NPY array"]),
+        ("list.pkl#left", &["list.pkl: found an NPY array"]),
+        ("evil.pkl#left", &["evil.pkl: ", "os.system"]),
+        ("posix.pkl#left", &["posix.pkl: ", "posix.system"]),
+        ("nan.exr", &["nan.exr: the region is empty"]),
+    ];
+    for (region, wanted) in cases {
+        for option in ["--region", "--exclude"] {
+            let line = "transfer plane.uvpair white.png --size 32 --unit m";
+            let mut args: Vec<&str> = line.split_whitespace().collect();
+            args.push(option);
+            // Some cases are two regions.
+            let mut parts = region.split(' ');
+            args.push(parts.next().unwrap());
+            args.extend(parts);
+            args.extend(["-o", "out.png"]);
+            let wanted: Vec<String> =
+                wanted.iter().map(|text| text.replace("--region", option)).collect();
+            bench.refuse_args(&args, &wanted.iter().map(String::as_str).collect::<Vec<_>>());
+        }
+    }
+    assert!(!bench.exists("owned") && !bench.exists("oh!"));
+}
+
+#[test]
+fn lengths_that_are_none() {
+    let bench = bench();
+    let cases: &[(&str, &[&str])] = &[
+        ("--grow five", &["'five'", "--grow", "15mm", "2rings"]),
+        ("--grow 5miles", &["'5miles'", "15mm"]),
+        ("--grow 1e400m", &["'1e400m'"]),
+        ("--grow nanmm", &["'nanmm'"]),
+        ("--grow infm", &["'infm'"]),
+        ("--grow 2.5rings", &["'2.5rings'", "such as 2rings"]),
+        ("--grow 99999rings", &["'99999rings'", "from -1000 to 1000"]),
+        ("--grow --region", &["--grow"]),
+        ("--feather -5mm", &["--feather", "-5mm"]),
+        ("--feather=-5mm", &["'-5mm'", "--feather", "from 0"]),
+        ("--unit feet --feather 1mm", &["'feet'", "mm, cm, m, in"]),
+        ("--unit m --feather 1e308m --unit mm", &["--feather", "1e308m", "too long"]),
+        ("--grow 1e308m --unit mm", &["--grow", "1e308m", "too long"]),
+    ];
+    for (options, wanted) in cases {
+        bench.refuse(
+            &format!("transfer plane.uvpair white.png --size 32 {options} -o out.png"),
+            wanted,
+        );
+    }
+    // As long as numbers go is everything, or a feather that nothing is beyond.
+    for length in ["1e308", "1e30m", "1e-300mm", "1e300"] {
+        bench.succeed(&format!(
+            "transfer plane.uvpair white.png --size 32 --unit m --grow {length} -o out.png"
+        ));
+        bench.succeed(&format!(
+            "transfer plane.uvpair white.png --size 32 --unit m --feather {length} -o out.png"
+        ));
+    }
+}
+
+#[test]
+fn other_options_go_with_regions() {
+    let bench = bench();
+    let all: Vec<u32> = LINKED.collect();
+    // The way back: the region is of the pair's source still.
+    bench.paint("sheet.png", (128, 128), Channels::Grey, &[255]);
+    bench.succeed(
+        "transfer plane.uvpair sheet.png --reverse --onto #000 --size 64 --gutter 0 --filter nearest \
+         --region half.npy -o out.png",
+    );
+    let out = bench.texture("out.png");
+    let row: Vec<u32> = (0..64).filter(|&x| out.get(x, 31, 0) == 1.0).collect();
+    assert_eq!(row, (0..32).collect::<Vec<u32>>());
+    bench.succeed(
+        "transfer plane.uvpair sheet.png --reverse --onto #000 --size 64 --gutter 0 --filter nearest \
+         --region target:body.txt --feather 0.01 -o out.png",
+    );
+    let out = bench.texture("out.png");
+    assert!((0..64).all(|x| (out.get(x, 31, 0) > 0.0) == (1..31).contains(&x) || x == 0 || x == 31));
+    assert_eq!(white(&bench, "--data --region half.npy")[0].len(), 32);
+    assert_eq!(white(&bench, "--data")[0], all);
+    bench.succeed(
+        "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --fit --filter bilinear \
+         --region half.npy -o out.png",
+    );
+    let out = bench.texture("out.png");
+    for (x, wanted) in [(31, 0.0), (34, 1.0), (60, 1.0), (66, 0.0), (96, 0.0)] {
+        assert_eq!(out.get(x, 63, 0), wanted, "{x}");
+    }
+}
