@@ -3,6 +3,9 @@
 use clap::ValueEnum;
 use uvgraft::Mesh;
 
+/// Longer than any mesh in any unit, and short enough for single precision.
+const LONGEST: f64 = 1e9;
+
 /// A unit of length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Unit {
@@ -59,7 +62,8 @@ impl Length {
             _ => return Err(wanted()),
         };
         match digits.trim_end().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(Self { value, unit }),
+            Ok(value) if value.abs() <= LONGEST => Ok(Self { value, unit }),
+            Ok(value) if value.is_finite() => Err(format!("{}, up to {LONGEST:e}", wanted())),
             _ => Err(wanted()),
         }
     }
@@ -126,7 +130,7 @@ mod tests {
             assert!((length(text).unwrap() - wanted).abs() < 1e-12, "{text}");
         }
         assert!((Length::parse("15mm").unwrap().in_unit(Unit::Cm) - 1.5).abs() < 1e-12);
-        for bad in ["", "mm", "15 foot", "1e400", "nan", "15mmm", "ä"] {
+        for bad in ["", "mm", "15 foot", "1e400", "1e10", "-1e308m", "nan", "inf", "15mmm", "ä"] {
             assert!(length(bad).is_err(), "{bad}");
         }
         assert!(Length::parse_distance("-1mm").is_err());

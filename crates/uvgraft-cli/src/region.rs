@@ -16,10 +16,10 @@ pub(crate) struct RegionArgs {
     /// Only this part of what is linked: vertices (.npy, .txt), a painted mask (an image), or parts of a
     /// file of vertex groups (.pkl, .json): masks.pkl#face,neck. They are of the pair's source, or with
     /// `target:` before them of its target. Several add up
-    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]")]
+    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]", value_parser = parse_part)]
     pub(crate) region: Vec<String>,
     /// Not this part; given like --region
-    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]")]
+    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]", value_parser = parse_part)]
     pub(crate) exclude: Vec<String>,
     /// Widen the region, or narrow it: by a length along the surface such as 5mm or -5mm, or by rings of
     /// triangles such as 2rings
@@ -44,6 +44,14 @@ fn parse_growth(text: &str) -> Result<Grow, String> {
             _ => Err("wanted a number of rings such as 2rings or -1ring".to_owned()),
         },
         None => Length::parse(text).map(Grow::By).map_err(|wanted| format!("{wanted}; or 2rings")),
+    }
+}
+
+fn parse_part(text: &str) -> Result<String, String> {
+    if Part::parse(text).path.as_os_str().is_empty() {
+        Err("wanted a file such as face.npy, target:mask.png or parts.json#face".to_owned())
+    } else {
+        Ok(text.to_owned())
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context;
 use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texture};
-use uvgraft_io::image::{BandReader, ReadError};
+use uvgraft_io::image::{self, BandReader, ReadError};
 
 use super::Args;
 use super::treatment::Treatment;
@@ -53,12 +53,7 @@ impl Base {
                 Some(Onto::Color(unit)) => *unit,
                 _ => treatment.nothing(),
             };
-            let size = args.size.ok_or_else(|| {
-                bad_input(
-                    "without a base image the result needs a size: give --size N or --onto IMAGE",
-                )
-            })?;
-            return Ok(Self { content: Content::Color(unit), size });
+            return Ok(Self { content: Content::Color(unit), size: size_without_image(args)? });
         };
         let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
         let format = treatment.meant(reader.spec().format());
@@ -82,6 +77,18 @@ impl Base {
             None => texture,
         };
         Ok(Self { content: Content::Image { texture, known }, size })
+    }
+
+    /// Refuses what [`Base::new`] would, as far as that shows without decoding.
+    pub(super) fn check(args: &Args, onto: Option<&Onto>) -> anyhow::Result<()> {
+        match onto.and_then(Onto::path) {
+            // A pipe can be read only once.
+            Some(path) if path.exists() && !path.is_file() => Ok(()),
+            Some(path) => {
+                image::read_header(path).map(drop).map_err(|error| not_a_base(&error, path))
+            }
+            None => size_without_image(args).map(drop),
+        }
     }
 
     pub(super) fn size(&self) -> Size {
@@ -237,6 +244,16 @@ impl Bands<'_> {
             Self::Color { .. } => {}
         }
     }
+}
+
+fn size_without_image(args: &Args) -> anyhow::Result<Size> {
+    args.size.ok_or_else(|| {
+        bad_input(if args.maps.is_empty() {
+            "without a base image the result needs a size: give --size N or --onto IMAGE"
+        } else {
+            "a map without a base image needs a size: give --size N, or --onto ROLE=IMAGE for each"
+        })
+    })
 }
 
 fn not_a_base(error: &ReadError, path: &Path) -> anyhow::Error {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use uvgraft::blend::{Blend, BlendMap, BlendOptions, Ground, Tone};
+use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, SamplingMap, Texture};
 use uvgraft_io::image;
 
@@ -112,7 +113,8 @@ impl BlendArgs {
         [&self.skin, &self.source_mask, &self.fill].into_iter().flatten().map(|path| &**path)
     }
 
-    fn check(&self) -> anyhow::Result<()> {
+    /// Refuses options that contradict each other.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
             return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
         }
@@ -124,6 +126,9 @@ impl BlendArgs {
         }
         if self.tone() == Some(Tone::Source) && !self.needs_colors() {
             return Err(bad_input("--tone source needs --blend membrane or --match skin"));
+        }
+        if self.tone().is_none() && self.matched.is_some() {
+            return Err(bad_input("--match skin changes one side's tone, --tone none says neither"));
         }
         Ok(())
     }
@@ -145,7 +150,6 @@ impl<'a> Blending<'a> {
     /// - `always`: whether maps that have no opacity end where the mask of the source does.
     pub(super) fn new(args: &Args, ground: &'a Ground<'a>, always: bool) -> anyhow::Result<Self> {
         let options = &args.blending;
-        options.check()?;
         let mesh = ground.pair().to(ground.direction());
         let unit = args.region.unit(mesh, [options.feather()]);
         let feather = options.feather().in_unit(unit);
@@ -195,15 +199,24 @@ impl<'a> Blending<'a> {
 
 /// What the source is known by, or made up from.
 pub(super) struct Known {
-    mask: Option<Texture>,
-    mean: Option<Texture>,
+    mask: Option<Named>,
+    mean: Option<Named>,
+}
+
+/// An image and the file that it was read from.
+struct Named {
+    path: PathBuf,
+    texture: Texture,
 }
 
 impl Known {
     pub(super) fn new(args: &BlendArgs) -> anyhow::Result<Self> {
         let read = |path: &Option<PathBuf>| {
-            let image = path.as_ref().map(|path| image::read(path).or_bad_input()).transpose();
-            image.map(|image| image.map(|image| image.texture))
+            let image = path.as_ref().map(|path| {
+                let texture = image::read(path).or_bad_input()?.texture;
+                anyhow::Ok(Named { path: path.clone(), texture })
+            });
+            image.transpose()
         };
         Ok(Self { mask: read(&args.source_mask)?, mean: read(&args.fill)? })
     }
@@ -214,16 +227,32 @@ impl Known {
     }
 
     /// A texture with what it lacks, or with opacity that says what it lacks.
-    pub(super) fn complete(&self, texture: Texture, how: Treatment) -> anyhow::Result<Texture> {
-        match (&self.mask, &self.mean) {
-            (mask, Some(mean)) if how.is_toned() => {
-                uvgraft::fill::fill(texture, mask.as_ref(), mean).or_bad_input()
-            }
-            (Some(mask), None) if !how.is_data() => {
-                uvgraft::fill::with_confidence(texture, mask).or_bad_input()
-            }
-            _ => Ok(texture),
-        }
+    ///
+    /// - `path`: the texture's file.
+    pub(super) fn complete(
+        &self,
+        texture: Texture,
+        how: Treatment,
+        path: &Path,
+    ) -> anyhow::Result<Texture> {
+        let mask = self.mask.as_ref().map(|mask| &mask.texture);
+        let completed = match (mask, &self.mean) {
+            (mask, Some(mean)) if how.is_toned() => fill::fill(texture, mask, &mean.texture),
+            (Some(mask), None) if !how.is_data() => fill::with_confidence(texture, mask),
+            _ => return Ok(texture),
+        };
+        completed.map_err(|error| self.refusal(&error, path))
+    }
+
+    /// Names the file that is meant.
+    fn refusal(&self, error: &FillError, path: &Path) -> anyhow::Error {
+        let FillError::Shape { found, .. } = error else {
+            return bad_input(format!("{}: {error}", path.display()));
+        };
+        let mut named = self.mask.iter().chain(&self.mean);
+        let culprit = named.find(|named| named.texture.size() == *found);
+        let culprit = culprit.map_or(path, |named| &*named.path).display();
+        bad_input(format!("{culprit}: {error} ({})", path.display()))
     }
 }
 

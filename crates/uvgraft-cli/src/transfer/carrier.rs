@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
+use anyhow::Context;
 use uvgraft::{
     BlendMap, Encoding, Fit, FitOptions, MapOptions, NormalFrames, NormalOptions, Overlay, Pair,
     SamplingMap, Size, TexelFormat, Texture, Toning, Transfer, TransferOptions,
@@ -129,10 +130,11 @@ impl<'a> Carrier<'a> {
                 return Err(bad_input(error));
             }
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
-            let texture = self.known.complete(texture, self.treatment)?;
+            let texture = self.known.complete(texture, self.treatment, &job.source)?;
             let (toning, warning) = self.toning(&carriage, &texture, base)?;
             warnings.extend(warning.map(|why| format!("{}: {why}", job.source.display())));
-            let (mut overlay, fit) = carriage.overlay(texture, base, toning.as_ref())?;
+            let (mut overlay, fit) =
+                carriage.overlay(texture, base, toning.as_ref(), &job.source)?;
             if self.known.adds_opacity() && !channels.has_alpha() {
                 overlay = overlay.opaque();
             }
@@ -300,12 +302,13 @@ impl Carriage<'_> {
         source: Texture,
         base: TexelFormat,
         toning: Option<&Toning>,
+        path: &Path,
     ) -> anyhow::Result<(Overlay<'_>, Option<FitSummary>)> {
         let (overlay, fit) = match &self.how {
             How::Sampled(transfer) => (transfer.overlay(source, base)?, None),
             How::Turned(transfer, frames, options) => {
                 let overlay = transfer.normal_overlay(source, base, frames, *options);
-                (overlay.or_bad_input()?, None)
+                (overlay.with_context(|| path.display().to_string()).or_bad_input()?, None)
             }
             How::Fitted(fit) => {
                 let (overlay, how) = fitting::overlay(fit, source, base)?;

@@ -174,7 +174,7 @@ struct Batch {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     check(args)?;
-    let (mut batches, new_folder) = batches(args)?;
+    let (mut batches, mut new_folder) = batches(args)?;
     let sources = batches.iter().flat_map(|batch| &batch.jobs).map(|job| job.source.clone());
     let regions = args.region.inputs();
     let bases =
@@ -209,7 +209,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     if args.skip_existing {
         to_stdout(&format!("{} of {planned} were up to date\n", planned - left))?;
-        if left == 0 && args.mask.is_none() {
+        if left == 0 && args.mask.is_none() && args.blending.preview.is_none() {
             return Ok(ExitCode::SUCCESS);
         }
     }
@@ -219,22 +219,24 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let blending =
         ground.as_ref().map(|ground| Blending::new(args, ground, with_maps)).transpose()?;
     let known = Known::new(&args.blending)?;
-    if let Some(folder) = new_folder {
-        std::fs::create_dir(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))
-            .or_bad_input()?;
+    if batches.len() > 1 {
+        batches.iter().try_for_each(|batch| Base::check(args, batch.onto.as_ref()))?;
     }
-    if let (Some(path), Some(blending)) = (&args.blending.preview, &blending) {
-        preview::write_region(&file, direction(args), blending.blend(), path)?;
-    }
-    let mut code = None;
+    let (mut code, mut count) = (None, 0);
     let mut mask = args.mask.as_deref();
     for Batch { treatment, onto, jobs } in batches {
         let in_memory = jobs.len() > 1 || (treatment.is_toned() && args.blending.needs_colors());
         let base = Base::new(args, treatment, onto.as_ref(), in_memory)?;
+        if let Some(folder) = new_folder.take() {
+            std::fs::create_dir(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))
+                .or_bad_input()?;
+        }
         let carrier = Carrier::new(args, treatment, &file.pair, &base, blending.as_ref(), &known);
         let carried = batch::run(&carrier, &jobs, &base, args)?;
-        code = code.max(carried.code);
+        // A failure at work weighs more than a bad file.
+        code = code.into_iter().chain(carried.code).min();
+        count += carried.count;
         if carried.count > 0 || left == 0 {
             // The same for all: of the first that was carried.
             if let Some(path) = mask.take() {
@@ -243,6 +245,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 losses(written, path)?.iter().for_each(warn);
             }
         }
+    }
+    if let (Some(path), Some(blending)) = (&args.blending.preview, &blending)
+        && (count > 0 || left == 0)
+    {
+        preview::write_region(&file, direction(args), blending.blend(), path)?;
     }
     Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
 }
@@ -269,7 +276,12 @@ fn check(args: &Args) -> anyhow::Result<()> {
             "--data has no opacity and no tone: leave out --skin, --source-mask, --fill",
         ));
     }
-    Ok(())
+    if args.data && args.blending.needs_colors() {
+        return Err(bad_input(
+            "--data has no tone: leave out --match, and say --blend feather or --tone none",
+        ));
+    }
+    args.blending.check()
 }
 
 /// What is to be done, and the folder that has to be made for it.

@@ -1,0 +1,504 @@
+//! Textures that become one with what they are laid over, through the program.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use bench::plane::{self, LINKED, source_columns};
+use bench::{Bench, texel_u8};
+use uvgraft::{Channels, Depth, Size, Texture};
+use uvgraft_io::vertex_map;
+
+const SKIN: [u8; 3] = [200, 150, 130];
+const OTHER_SKIN: [u8; 3] = [150, 105, 85];
+const CLOTH: [u8; 3] = [40, 60, 140];
+
+/// Runs a transfer of the plane, its unit known.
+fn transfer(bench: &Bench, options: &str) -> Texture {
+    bench.succeed(&format!("transfer plane.uvpair --unit m {options} -o out.png"));
+    bench.texture("out.png")
+}
+
+fn is_linked(x: u32, y: u32) -> bool {
+    LINKED.contains(&x) && LINKED.contains(&y)
+}
+
+/// Every place of a target of 128 texels a side.
+fn places() -> impl Iterator<Item = (u32, u32)> {
+    (0..128 * 128).map(|k| (k % 128, k / 128))
+}
+
+fn difference(a: &[u8], b: &[u8]) -> u8 {
+    a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+/// A colour with some grain, so that it has a covariance.
+fn grain(color: [u8; 3], x: u32, y: u32) -> [u8; 3] {
+    let [a, b] = [(x * 7 + y * 13) % 11, (x * 5 + y * 3) % 7].map(|value| value as u8);
+    [color[0] + a, color[1] + b, color[2] + (a + b) / 2]
+}
+
+#[test]
+fn a_feather_is_as_wide_as_it_says() {
+    let bench = plane::bench();
+    bench.paint_noise("face.png", (64, 64), Channels::Rgb, Depth::U8);
+    bench.paint_noise("base.png", (128, 128), Channels::Rgb, Depth::U8);
+    let base = bench.texture("base.png");
+    let plain = transfer(&bench, "face.png --onto base.png");
+    for feather in ["--feather 10mm", "--blend feather", "--blend feather --feather 1cm"] {
+        let found = transfer(&bench, &format!("face.png --onto base.png {feather}"));
+        for (x, y) in places() {
+            let [found, plain, base] = [&found, &plain, &base].map(|of| texel_u8(of, x, y));
+            if !is_linked(x, y) {
+                assert_eq!(found, base, "{feather}: {x}, {y}");
+                continue;
+            }
+            let to_rim = |k: u32| f64::from((k - 32).min(95 - k)) + 0.5;
+            let inside = to_rim(x).min(to_rim(y)) * 1.25;
+            if inside >= 10.0 {
+                assert_eq!(found, plain, "{feather}: {x}, {y}");
+            } else if (48..80).contains(&x) || (48..80).contains(&y) {
+                // Away from corners distances along the mesh are exact. Half a level is rounding, which
+                // the plain result has as well.
+                let t = inside / 10.0;
+                let weight = t * t * (3.0 - 2.0 * t);
+                for k in 0..3 {
+                    let [found, plain, base] = [&found, &plain, &base].map(|of| f64::from(of[k]));
+                    let wanted = base + (plain - base) * weight;
+                    assert!((found - wanted).abs() <= 1.0, "{x}, {y}: {found}, wanted {wanted}");
+                }
+            }
+        }
+    }
+    // No feather is a hard border.
+    for none in ["--blend none", "--blend feather --feather 0", "--feather 0mm"] {
+        assert!(transfer(&bench, &format!("face.png --onto base.png {none}")) == plain, "{none}");
+    }
+    // Of 16 bits and with opacity it is the same.
+    bench.paint_noise("deep.png", (64, 64), Channels::Rgba, Depth::U16);
+    let plain = transfer(&bench, "deep.png --onto base.png");
+    let found = transfer(&bench, "deep.png --onto base.png --feather 10mm");
+    assert_eq!((found.channels(), found.depth()), (Channels::Rgba, Depth::U16));
+    for (x, y) in places() {
+        for channel in 0..4 {
+            let values = [&found, &plain].map(|of| of.get(x, y, channel));
+            let inner = |k: u32| (40..88).contains(&k);
+            if !is_linked(x, y) || (inner(x) && inner(y)) {
+                assert_eq!(values[0], values[1], "{x}, {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_mask_holds_the_weights() {
+    let bench = plane::bench();
+    bench.paint("white.png", (64, 64), Channels::Grey, &[255]);
+    vertex_map::save_npy(&source_columns(2..=6), &bench.path("part.npy")).unwrap();
+    for options in
+        ["--feather 10mm", "--region part.npy", "--region part.npy --feather 5mm --grow 1ring"]
+    {
+        let line = format!("white.png --onto #000 --size 128 {options} --mask mask.png --gutter 0");
+        let out = transfer(&bench, &line);
+        let mask = bench.texture("mask.png");
+        assert_eq!((mask.channels(), mask.depth()), (Channels::Grey, Depth::U8));
+        for (x, y) in places() {
+            assert_eq!(texel_u8(&mask, x, y), texel_u8(&out, x, y), "{options}: {x}, {y}");
+        }
+        let in_between = places().filter(|&(x, y)| !matches!(texel_u8(&mask, x, y)[0], 0 | 255));
+        assert_eq!(in_between.count() > 0, options.contains("feather"), "{options}");
+    }
+}
+
+#[test]
+fn a_membrane_between_equal_rims_changes_nothing() {
+    let bench = plane::bench();
+    // Smooth colours, with detail 25 mm from the rim.
+    let smooth = |x: u32, y: u32| [120 + (x / 2) as u8, 90 + (y / 2) as u8, 100];
+    bench.draw("base.png", (128, 128), smooth);
+    bench.draw("face.png", (64, 64), |x, y| {
+        if (20..44).contains(&x) && (20..44).contains(&y) {
+            [(x * 37 % 251) as u8, (y * 53 % 241) as u8, ((x * y) % 255) as u8]
+        } else {
+            smooth(x + 32, y + 32)
+        }
+    });
+    let plain = transfer(&bench, "face.png --onto base.png");
+    for options in ["", "--feather 10mm", "--feather 0", "--tone base", "--tone none"] {
+        let line = format!("face.png --onto base.png --blend membrane {options}");
+        let found = transfer(&bench, &line);
+        for (x, y) in places() {
+            let [found, plain] = [&found, &plain].map(|of| texel_u8(of, x, y));
+            assert!(difference(&found, &plain) <= 1, "{options} at {x}, {y}: {found:?} {plain:?}");
+        }
+    }
+    // A result that is its own base.
+    bench.derive("before.png", "out.png", |_| {});
+    let again = transfer(&bench, "face.png --onto before.png --blend membrane");
+    let before = bench.texture("before.png");
+    for (x, y) in places() {
+        let [again, before] = [&again, &before].map(|of| texel_u8(of, x, y));
+        assert!(difference(&again, &before) <= 1, "{x}, {y}: {again:?} {before:?}");
+    }
+}
+
+#[test]
+fn a_membrane_takes_on_the_tone_of_the_base() {
+    let bench = plane::bench();
+    bench.paint("base.png", (128, 128), Channels::Rgb, &SKIN);
+    bench.paint("face.png", (64, 64), Channels::Rgb, &OTHER_SKIN);
+    let found = transfer(&bench, "face.png --onto base.png --blend membrane");
+    // The whole texture is one ratio away from the base.
+    for (x, y) in places() {
+        let found = texel_u8(&found, x, y);
+        assert!(difference(&found, &SKIN) <= 1, "{x}, {y}: {found:?}");
+    }
+    // Of one colour as a base there is one texel to compare with.
+    let on_color = transfer(&bench, "face.png --onto #c89682 --size 128 --blend membrane");
+    assert!(on_color == found);
+    // It is left alone where neither side may change.
+    let alone = transfer(&bench, "face.png --onto base.png --blend membrane --tone none");
+    assert_eq!(texel_u8(&alone, 64, 64), OTHER_SKIN);
+    let feathered = transfer(&bench, "face.png --onto base.png --blend feather");
+    assert!(alone == feathered);
+}
+
+/// A base of skin with a belt of cloth, and a face of another skin.
+fn dressed() -> Bench {
+    let bench = plane::bench();
+    let is_cloth = |y: u32| (104..120).contains(&y);
+    bench.draw("base.png", (128, 128), |x, y| {
+        grain(if is_cloth(y) { CLOTH } else { SKIN }, x, y)
+    });
+    bench.draw("face.png", (64, 64), |x, y| grain(OTHER_SKIN, x, y));
+    bench
+}
+
+#[test]
+fn the_skin_of_the_base_takes_on_the_tone() {
+    let bench = dressed();
+    let base = bench.texture("base.png");
+    for how in ["--blend membrane", "--match skin", "--blend membrane --match skin"] {
+        let line = format!("face.png --onto base.png {how} --tone source --gutter 0");
+        let found = transfer(&bench, &line);
+        for (x, y) in places().filter(|&(x, y)| !is_linked(x, y)) {
+            let [found, base] = [&found, &base].map(|of| texel_u8(of, x, y));
+            if (104..120).contains(&y) {
+                assert_eq!(found, base, "{how}: cloth at {x}, {y}");
+            } else {
+                // Grain and rounding are a few levels of 50.
+                let wanted = grain(OTHER_SKIN, x, y);
+                assert!(difference(&found, &wanted) <= 8, "{how} at {x}, {y}: {found:?} {wanted:?}");
+            }
+        }
+        // The texture keeps its colours.
+        let kept = texel_u8(&found, 64, 64);
+        assert!(difference(&kept, &grain(OTHER_SKIN, 32, 32)) <= 1, "{how}: {kept:?}");
+    }
+}
+
+#[test]
+fn a_mask_says_what_is_skin() {
+    let bench = dressed();
+    let base = bench.texture("base.png");
+    bench.draw("skin.png", (128, 128), |x, _| [if x < 64 { 255 } else { 0 }]);
+    let found = transfer(
+        &bench,
+        "face.png --onto base.png --blend membrane --tone source --skin skin.png --gutter 0",
+    );
+    for (x, y) in places().filter(|&(x, y)| !is_linked(x, y)) {
+        let [found, base] = [&found, &base].map(|of| texel_u8(of, x, y));
+        if x >= 64 {
+            assert_eq!(found, base, "{x}, {y}");
+        } else {
+            // The mask's word counts for cloth as well.
+            assert!(base[0] - found[0] >= 5, "{x}, {y}: {found:?} {base:?}");
+        }
+    }
+    // A black one leaves all as it is.
+    bench.paint("none.png", (8, 8), Channels::Grey, &[0]);
+    let found = transfer(
+        &bench,
+        "face.png --onto base.png --blend membrane --tone source --skin none.png --gutter 0",
+    );
+    for (x, y) in places().filter(|&(x, y)| !is_linked(x, y)) {
+        assert_eq!(texel_u8(&found, x, y), texel_u8(&base, x, y), "{x}, {y}");
+    }
+}
+
+#[test]
+fn skins_are_matched() {
+    let bench = dressed();
+    let mean = |of: &Texture| {
+        let inner: Vec<Vec<u8>> =
+            places().filter(|&(x, y)| is_linked(x, y)).map(|(x, y)| texel_u8(of, x, y)).collect();
+        let sum = |k: usize| inner.iter().map(|rgb| f64::from(rgb[k])).sum::<f64>();
+        [0, 1, 2].map(|k| sum(k) / inner.len() as f64)
+    };
+    let base = mean(&bench.texture("base.png"));
+    let plain = mean(&transfer(&bench, "face.png --onto base.png"));
+    for how in ["--match skin", "--match skin --feather 5mm", "--match skin --linear-light"] {
+        let found = mean(&transfer(&bench, &format!("face.png --onto base.png {how}")));
+        for k in 0..3 {
+            let (before, after) = ((plain[k] - base[k]).abs(), (found[k] - base[k]).abs());
+            assert!(before > 30.0 && after < 3.0, "{how}: {found:?}, wanted {base:?}");
+        }
+    }
+}
+
+/// On the demo's figure: dark skin goes on from the face to the body, and clothes stay as they are.
+#[test]
+fn the_demos_body_takes_on_the_tone() {
+    let bench = Bench::new();
+    bench.succeed("demo -o demo --size 512");
+    let face = bench.texture("demo/face.png");
+    bench.draw("dark.png", (512, 512), |x, y| {
+        let rgb = texel_u8(&face, x, y);
+        [(0, 0.62), (1, 0.55), (2, 0.5)].map(|(k, gain)| (f64::from(rgb[k]) * gain) as u8)
+    });
+    bench.succeed(
+        "transfer demo/head_to_body.uvpair dark.png --onto demo/body_base.png --blend membrane \
+         --tone source --unit m --mask mask.png -o out.png",
+    );
+    let [base, out, mask] =
+        ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
+    let (mut skin, mut blue, mut changed) = (0, 0, 0);
+    for (x, y) in (0..512 * 512).map(|k| (k % 512, k / 512)) {
+        let [base, out] = [&base, &out].map(|of| texel_u8(of, x, y));
+        if texel_u8(&mask, x, y) != [0] {
+            continue;
+        }
+        // Bare skin is far redder than blue; trousers are bluer than red.
+        if base[0] > 170 && base[0] > base[1] + 25 && base[1] > base[2] {
+            skin += 1;
+            changed += u32::from(f64::from(out[0]) < 0.8 * f64::from(base[0]));
+        } else if base[2] > base[0] + 20 {
+            blue += 1;
+            assert_eq!(out, base, "{x}, {y}");
+        }
+    }
+    assert!(skin > 1000 && blue > 1000, "{skin} {blue}");
+    assert!(changed * 10 > skin * 9, "{changed} of {skin}");
+}
+
+#[test]
+fn a_mask_says_what_is_known() {
+    let bench = plane::bench();
+    bench.paint("face.png", (64, 64), Channels::Rgb, &OTHER_SKIN);
+    bench.paint("base.png", (128, 128), Channels::Rgb, &SKIN);
+    bench.paint("mean.png", (32, 32), Channels::Rgb, &CLOTH);
+    bench.draw("known.png", (64, 64), |x, _| [if x < 32 { 0 } else { 255 }]);
+    let row = |of: &Texture| [31, 36, 60, 68, 92, 96].map(|x| texel_u8(of, x, 64));
+    let masked = "face.png --source-mask known.png --gutter 0";
+    let found = transfer(&bench, &format!("{masked} --onto base.png"));
+    assert_eq!(found.channels(), Channels::Rgb);
+    assert_eq!(row(&found), [SKIN, SKIN, SKIN, OTHER_SKIN, OTHER_SKIN, SKIN]);
+    let found = transfer(&bench, &format!("{masked} --onto base.png --fill mean.png"));
+    assert_eq!(found.channels(), Channels::Rgb);
+    assert_eq!(row(&found), [SKIN, CLOTH, CLOTH, OTHER_SKIN, OTHER_SKIN, SKIN]);
+    // With a feather the rim is where the known ends, 25 mm from the linked edge's first texel.
+    let found = transfer(&bench, &format!("{masked} --onto base.png --feather 5mm"));
+    let [.., at_68, at_92, _] = row(&found);
+    assert!(texel_u8(&found, 63, 64) == SKIN && texel_u8(&found, 80, 64) == OTHER_SKIN);
+    assert!(at_68 != OTHER_SKIN && at_68 != SKIN && at_92 != OTHER_SKIN, "{at_68:?} {at_92:?}");
+    // Nothing behind it: what is unknown is clear, and without opacity there is no place for that.
+    let found = transfer(&bench, &format!("{masked} --size 128"));
+    assert_eq!(found.channels(), Channels::Rgba);
+    assert_eq!([texel_u8(&found, 36, 64)[3], texel_u8(&found, 92, 64)[3]], [0, 255]);
+    bench.refuse(
+        &format!("transfer plane.uvpair {masked} --size 128 -o out.jpg"),
+        &["out.jpg", "alpha", "JPEG"],
+    );
+    // Opaque as both are, JPEG holds them.
+    for options in ["", "--fill mean.png", "--feather 5mm --unit m", "--blend membrane --unit m"] {
+        bench.succeed(&format!(
+            "transfer plane.uvpair {masked} --onto base.png {options} -o out.jpg"
+        ));
+        let out = bench.texture("out.jpg");
+        assert!(difference(&texel_u8(&out, 40, 8), &SKIN) <= 3, "{options}");
+    }
+    // Where a texture itself is clear.
+    bench.draw("clear.png", (64, 64), |x, _| {
+        let [r, g, b] = OTHER_SKIN;
+        [r, g, b, if x < 32 { 0 } else { 255 }]
+    });
+    let found = transfer(&bench, "clear.png --fill mean.png --onto base.png --gutter 0");
+    assert_eq!(found.channels(), Channels::Rgb);
+    assert_eq!(row(&found), [SKIN, CLOTH, CLOTH, OTHER_SKIN, OTHER_SKIN, SKIN]);
+}
+
+#[test]
+fn several_are_blended_as_each_alone() {
+    let bench = dressed();
+    bench.make_folder("in");
+    bench.derive("in/a.png", "face.png", |_| {});
+    bench.draw("in/b.png", (48, 48), |x, y| grain([180, 140, 100], x, y));
+    bench.draw("in/c.png", (64, 64), |x, y| {
+        let [r, g, b] = grain([140, 110, 90], x, y);
+        [r, g, b, if x < 40 { 255 } else { 90 }]
+    });
+    bench.draw("known.png", (32, 32), |x, y| [if x + y < 40 { 255 } else { 30 }]);
+    vertex_map::save_npy(&source_columns(0..=6), &bench.path("part.npy")).unwrap();
+    for options in [
+        "--blend membrane --match skin --source-mask known.png --region part.npy",
+        "--blend membrane --tone source --feather 3mm --exclude part.npy",
+        "--feather 8mm --fill face.png --source-mask known.png --fit --fit-steps 3",
+    ] {
+        let common = format!("--onto base.png --unit m {options}");
+        let alone: Vec<Vec<u8>> = ["a", "b", "c"]
+            .map(|name| {
+                let run =
+                    bench.run(&format!("transfer plane.uvpair in/{name}.png {common} -o one.png"));
+                assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{options}");
+                bench.bytes("one.png")
+            })
+            .into();
+        for how in ["--threads 1", "--threads 4", "--threads 4 --jobs 1", "--threads 1 --jobs 3"] {
+            let run = bench.run(&format!("transfer plane.uvpair in {common} {how} -o out"));
+            assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{options} {how}");
+            for (name, alone) in ["a", "b", "c"].iter().zip(&alone) {
+                let found = bench.bytes(&format!("out/{name}.png"));
+                assert!(found == *alone, "{options} {how}: {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_preview_is_drawn() {
+    let bench = dressed();
+    vertex_map::save_npy(&source_columns(0..=4), &bench.path("part.npy")).unwrap();
+    let preview = |options: &str| {
+        transfer(&bench, &format!("face.png --onto base.png {options} --preview seen.png"));
+        bench.texture("seen.png")
+    };
+    let [all, part, soft] =
+        ["", "--region part.npy", "--region part.npy --feather 10mm"].map(preview);
+    for picture in [&all, &part, &soft] {
+        assert_eq!(picture.channels(), Channels::Rgb);
+        assert!(picture.size().width > 2000 && picture.size().height > 1000);
+    }
+    assert!(all != part && part != soft);
+    // Yellow is what is taken: all of the source, or the left half of it.
+    let yellow = |of: &Texture| {
+        let Size { width, height } = of.size();
+        let texels = (0..width * height).map(|k| texel_u8(of, k % width, k / width));
+        texels.filter(|rgb| rgb[0] > 220 && rgb[1] > 160 && rgb[2] < 110).count()
+    };
+    let [all, part, soft] = [&all, &part, &soft].map(yellow);
+    assert!(part * 10 > all * 4 && part * 10 < all * 6, "{part} of {all}");
+    assert!(soft < part, "{soft} {part}");
+
+    // The other way, from the other layout.
+    bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
+    bench.succeed(
+        "transfer plane.uvpair base.png --reverse --onto small.png --preview seen.png -o out.png",
+    );
+
+    let line = "transfer plane.uvpair face.png --onto base.png";
+    for (options, wanted) in [
+        ("--preview base.png -o out.png", &["output base.png is also an input"][..]),
+        ("--preview ./face.png -o out.png", &["output ./face.png is also an input"]),
+        ("--preview plane.uvpair -o out.png", &["plane.uvpair", "a preview is an image"]),
+        ("--preview out.png -o out.png", &["out.png is named for two outputs"]),
+        ("--preview seen.txt -o out.png", &["seen.txt: a preview is an image", ".png"]),
+        ("--preview none/seen.png -o out.png", &["none/seen.png: there is no folder none"]),
+        ("--mask m.png --preview m.png -o out.png", &["m.png is named for two outputs"]),
+        ("--source-mask seen.png -o seen.png", &["output seen.png is also an input"]),
+        ("--fill seen.png -o seen.png", &["output seen.png is also an input"]),
+        ("--region seen.png -o seen.png", &["output seen.png is also an input"]),
+        ("--exclude target:seen.png --mask seen.png -o out.png", &["seen.png is also an input"]),
+        (
+            "--blend membrane --tone source --skin seen.png -o seen.png",
+            &["output seen.png is also an input"],
+        ),
+    ] {
+        bench.refuse(&format!("{line} {options}"), wanted);
+    }
+    // Where all is up to date it is drawn still.
+    std::fs::remove_file(bench.path("seen.png")).unwrap();
+    let line = format!("{line} --skip-existing -o out.png");
+    bench.succeed(&line);
+    assert_eq!(
+        bench.succeed(&format!("{line} --preview seen.png")),
+        "1 of 1 were up to date\n"
+    );
+    assert!(bench.exists("seen.png"));
+}
+
+#[test]
+fn failed_runs_leave_nothing() {
+    let bench = dressed();
+    bench.derive("cut.png", "face.png", |bytes| bytes.truncate(bytes.len() / 2));
+    bench.derive("cut_base.png", "base.png", |bytes| bytes.truncate(bytes.len() / 2));
+    let options = "--blend membrane --unit m --mask mask.png --preview seen.png -o out.png";
+    for (files, wanted) in [
+        ("cut.png --onto base.png", "cut.png: PNG is cut short"),
+        ("face.png --onto cut_base.png", "cut_base.png: PNG is cut short"),
+        ("face.png --onto base.png --source-mask cut.png", "cut.png: PNG is cut short"),
+        ("face.png --onto base.png --fill cut.png", "cut.png: PNG is cut short"),
+        ("face.png --onto base.png --region cut.png", "cut.png: PNG is cut short"),
+        ("face.png --onto base.png --tone source --skin cut.png", "cut.png: PNG is cut short"),
+    ] {
+        bench.refuse(&format!("transfer plane.uvpair {files} {options}"), &[wanted]);
+    }
+}
+
+#[test]
+fn masks_that_do_not_fit() {
+    let bench = dressed();
+    bench.paint("wide.png", (64, 32), Channels::Grey, &[255]);
+    bench.write("text.png", "no image");
+    let line = "transfer plane.uvpair face.png --onto base.png --unit m";
+    for (options, wanted) in [
+        (
+            "--source-mask wide.png",
+            &["wide.png: the confidence mask is 64×32", "64×64", "(face.png)"][..],
+        ),
+        ("--fill wide.png", &["wide.png: the mean texture is 64×32", "64×64", "(face.png)"]),
+        ("--source-mask none.png", &["none.png", "No such file"]),
+        ("--source-mask text.png", &["text.png: not an image"]),
+        ("--fill source.obj", &["source.obj: not an image"]),
+        ("--blend membrane --tone source --skin text.png", &["text.png: not an image"]),
+        ("--skin wide.png", &["--skin", "--tone source"]),
+        ("--blend feather --tone source", &["--tone source needs --blend membrane or --match skin"]),
+        ("--tone source", &["--tone source needs --blend membrane or --match skin"]),
+        ("--match skin --tone none", &["--match skin", "--tone none"]),
+        ("--blend none --feather 3mm", &["--feather", "--blend none"]),
+        ("--blend soft", &["'soft'", "none, feather, membrane"]),
+        ("--tone both", &["'both'", "base, source, none"]),
+        ("--match hair", &["'hair'", "skin"]),
+        ("--data --fill wide.png", &["--data", "--fill"]),
+        ("--data --source-mask wide.png", &["--data", "--source-mask"]),
+        ("--data --blend membrane", &["--data", "--blend feather or --tone none"]),
+        ("--data --match skin", &["--data", "--match"]),
+        ("--fit --overlap average", &["--fit", "--overlap"]),
+    ] {
+        bench.refuse(&format!("{line} {options} -o out.png"), wanted);
+    }
+    // Rounding to whole texels makes no other shape, and other sizes are none.
+    bench.paint("near.png", (63, 64), Channels::Grey, &[255]);
+    bench.paint("half.png", (32, 32), Channels::Grey, &[255]);
+    for mask in ["near.png", "half.png"] {
+        transfer(&bench, &format!("face.png --onto base.png --source-mask {mask}"));
+    }
+}
+
+/// What cannot be compared is said, and the texture is laid over as it is.
+#[test]
+fn colours_that_cannot_be_compared_are_left() {
+    let bench = dressed();
+    bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
+    bench.draw("clear.png", (64, 64), |_, _| [1, 2, 3, 0]);
+    for (line, why) in [
+        ("base.png --reverse --onto small.png --blend membrane", "base.png: the region has no rim"),
+        ("clear.png --onto base.png --blend membrane", "clear.png: the texture has no colours beside"),
+        ("face.png --size 128 --blend membrane", "face.png: the base has no colours beside"),
+    ] {
+        let run = bench.run(&format!("transfer plane.uvpair {line} --unit m -o out.png"));
+        assert_eq!(run.code, Some(0), "{line}: {}", run.stderr);
+        assert!(run.stderr.starts_with(&format!("warning: {why}")), "{line}: {}", run.stderr);
+        assert!(run.stderr.ends_with("colours are left as they are\n"), "{line}: {}", run.stderr);
+        assert_eq!(run.stderr.lines().count(), 1, "{line}: {}", run.stderr);
+    }
+}
