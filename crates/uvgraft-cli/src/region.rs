@@ -41,7 +41,7 @@ fn parse_growth(text: &str) -> Result<Grow, String> {
     match rings {
         Some(count) => match count.trim_end().parse() {
             Ok(count) if (-1000..=1000).contains(&count) => Ok(Grow::Rings(count)),
-            _ => Err("wanted a number of rings such as 2rings or -1ring".to_owned()),
+            _ => Err("wanted from -1000 to 1000 rings such as 2rings or -1ring".to_owned()),
         },
         None => Length::parse(text).map(Grow::By).map_err(|wanted| format!("{wanted}; or 2rings")),
     }

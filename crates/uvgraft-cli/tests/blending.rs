@@ -55,11 +55,11 @@ fn a_feather_is_as_wide_as_it_says() {
             }
             let to_rim = |k: u32| f64::from((k - 32).min(95 - k)) + 0.5;
             let inside = to_rim(x).min(to_rim(y)) * 1.25;
-            if inside >= 10.0 {
+            // Near corners distances over triangles are no closer than these are small.
+            let is_near_a_corner = !(56..72).contains(&x) && !(56..72).contains(&y);
+            if inside >= if is_near_a_corner { 20.0 } else { 10.0 } {
                 assert_eq!(found, plain, "{feather}: {x}, {y}");
-            } else if (48..80).contains(&x) || (48..80).contains(&y) {
-                // Away from corners distances along the mesh are exact. Half a level is rounding, which
-                // the plain result has as well.
+            } else if !is_near_a_corner {
                 let t = inside / 10.0;
                 let weight = t * t * (3.0 - 2.0 * t);
                 for k in 0..3 {
@@ -82,7 +82,7 @@ fn a_feather_is_as_wide_as_it_says() {
     for (x, y) in places() {
         for channel in 0..4 {
             let values = [&found, &plain].map(|of| of.get(x, y, channel));
-            let inner = |k: u32| (40..88).contains(&k);
+            let inner = |k: u32| (48..80).contains(&k);
             if !is_linked(x, y) || (inner(x) && inner(y)) {
                 assert_eq!(values[0], values[1], "{x}, {y}");
             }
@@ -113,14 +113,17 @@ fn the_mask_holds_the_weights() {
 #[test]
 fn a_membrane_between_equal_rims_changes_nothing() {
     let bench = plane::bench();
-    // Smooth colours, with detail 25 mm from the rim.
-    let smooth = |x: u32, y: u32| [120 + (x / 2) as u8, 90 + (y / 2) as u8, 100];
-    bench.draw("base.png", (128, 128), smooth);
+    // One colour, with detail 25 mm from the rim on either side: farther than colours are compared.
+    let is_middle = |k: u32| (20..44).contains(&k);
+    bench.draw("base.png", (128, 128), |x, y| match x < 12 || y < 12 {
+        true => [y as u8, x as u8, 77],
+        false => [160, 120, 100],
+    });
     bench.draw("face.png", (64, 64), |x, y| {
-        if (20..44).contains(&x) && (20..44).contains(&y) {
+        if is_middle(x) && is_middle(y) {
             [(x * 37 % 251) as u8, (y * 53 % 241) as u8, ((x * y) % 255) as u8]
         } else {
-            smooth(x + 32, y + 32)
+            [160, 120, 100]
         }
     });
     let plain = transfer(&bench, "face.png --onto base.png");
@@ -264,14 +267,15 @@ fn the_demos_body_takes_on_the_tone() {
         ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
     let (mut skin, mut blue, mut changed) = (0, 0, 0);
     for (x, y) in (0..512 * 512).map(|k| (k % 512, k / 512)) {
-        let [base, out] = [&base, &out].map(|of| texel_u8(of, x, y));
+        let [base, out] =
+            [&base, &out].map(|of| texel_u8(of, x, y).into_iter().map(i32::from).collect::<Vec<_>>());
         if texel_u8(&mask, x, y) != [0] {
             continue;
         }
         // Bare skin is far redder than blue; trousers are bluer than red.
         if base[0] > 170 && base[0] > base[1] + 25 && base[1] > base[2] {
             skin += 1;
-            changed += u32::from(f64::from(out[0]) < 0.8 * f64::from(base[0]));
+            changed += u32::from(out[0] * 10 < base[0] * 8);
         } else if base[2] > base[0] + 20 {
             blue += 1;
             assert_eq!(out, base, "{x}, {y}");
@@ -296,11 +300,13 @@ fn a_mask_says_what_is_known() {
     let found = transfer(&bench, &format!("{masked} --onto base.png --fill mean.png"));
     assert_eq!(found.channels(), Channels::Rgb);
     assert_eq!(row(&found), [SKIN, CLOTH, CLOTH, OTHER_SKIN, OTHER_SKIN, SKIN]);
-    // With a feather the rim is where the known ends, 25 mm from the linked edge's first texel.
+    // With a feather, where the known ends is a rim like that of what is linked.
     let found = transfer(&bench, &format!("{masked} --onto base.png --feather 5mm"));
-    let [.., at_68, at_92, _] = row(&found);
-    assert!(texel_u8(&found, 63, 64) == SKIN && texel_u8(&found, 80, 64) == OTHER_SKIN);
-    assert!(at_68 != OTHER_SKIN && at_68 != SKIN && at_92 != OTHER_SKIN, "{at_68:?} {at_92:?}");
+    let at = |x: u32| texel_u8(&found, x, 64);
+    assert!(at(63) == SKIN && at(72) == OTHER_SKIN && at(88) == OTHER_SKIN);
+    for x in [66, 94] {
+        assert!(at(x) != OTHER_SKIN && at(x) != SKIN, "{x}: {:?}", at(x));
+    }
     // Nothing behind it: what is unknown is clear, and without opacity there is no place for that.
     let found = transfer(&bench, &format!("{masked} --size 128"));
     assert_eq!(found.channels(), Channels::Rgba);
@@ -335,7 +341,7 @@ fn several_are_blended_as_each_alone() {
     bench.draw("in/b.png", (48, 48), |x, y| grain([180, 140, 100], x, y));
     bench.draw("in/c.png", (64, 64), |x, y| {
         let [r, g, b] = grain([140, 110, 90], x, y);
-        [r, g, b, if x < 40 { 255 } else { 90 }]
+        [r, g, b, if x < 40 { 255 } else { 190 }]
     });
     bench.draw("known.png", (32, 32), |x, y| [if x + y < 40 { 255 } else { 30 }]);
     vertex_map::save_npy(&source_columns(0..=6), &bench.path("part.npy")).unwrap();

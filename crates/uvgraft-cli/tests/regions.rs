@@ -36,11 +36,12 @@ fn text(ids: &[u32]) -> String {
     ids.iter().map(|id| format!("{id}\n")).collect()
 }
 
-/// Transfers white onto black, and gives the white texels of the middle row and column.
+/// Transfers white onto black, and gives the white texels of the linked part's middle row, and of the
+/// middle column of its left half.
 fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
     bench.succeed(&format!(
         "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --filter nearest \
-         --unit m {options} -o out.png"
+         {options} -o out.png"
     ));
     let out = bench.texture("out.png");
     let is_white = |x, y| match out.get(x, y, 0) {
@@ -48,7 +49,7 @@ fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
         1.0 => true,
         grey => panic!("{options}: {grey} at {x}, {y}"),
     };
-    [(0..128).filter(|&x| is_white(x, 63)).collect(), (0..128).filter(|&y| is_white(40, y)).collect()]
+    [(0..128).filter(|&x| is_white(x, 63)).collect(), (0..128).filter(|&y| is_white(48, y)).collect()]
 }
 
 #[test]
@@ -91,7 +92,9 @@ fn a_part_is_left_out() {
     let [row, _] = white(&bench, "--exclude painted.png");
     assert!((35..=37).contains(&row.len()) && row.last() == Some(&95), "{row:?}");
     let [row, column] = white(&bench, "--region half.npy --exclude parts.json#corner");
+    // The corner is one quad, which the column is not in.
     assert_eq!((row.len(), column.len()), (32, 64));
+    assert_eq!(bench.texture("out.png").get(33, 33, 0), 0.0);
 }
 
 #[test]
@@ -111,10 +114,12 @@ fn regions_grow_and_shrink() {
     assert_eq!(end("--grow 0"), (32, 64, 64));
     // Lengths: 5 mm are 4 texels, in any unit.
     for grow in ["5mm", "0.5cm", "0.005m", "0.005", "0.19685039in"] {
-        assert_eq!(end(&format!("--grow {grow}")), (32, 68, 64), "{grow}");
-        assert_eq!(end(&format!("--grow -{grow}")), (36, 60, 56), "-{grow}");
+        assert_eq!(end(&format!("--unit m --grow {grow}")), (32, 68, 64), "{grow}");
+        assert_eq!(end(&format!("--unit m --grow -{grow}")), (36, 60, 56), "-{grow}");
     }
-    assert_eq!(end("--unit mm --grow 0.005mm").1, 68, "the last unit counts");
+    // The same numbers in another unit.
+    assert_eq!(end("--unit mm --grow 0.005mm").1, 68);
+    assert_eq!(end("--unit in --grow -0.0127cm").1, 60);
 }
 
 /// A length says nothing without the mesh's unit, which is taken for metres and said to be.
@@ -207,7 +212,7 @@ fn empty_regions_are_refused() {
         ("--grow -1m", &["the region is empty"]),
         ("--grow -9rings", &["the region is empty"]),
         ("--region one.txt", &["one.txt: the region is empty", "corners of no linked triangle"]),
-        ("--region target:beyond.txt", &["beyond.txt: the region is empty", "linked"]),
+        ("--region target:beyond.txt", &["the region is empty: nothing of it is linked"]),
         ("--region black.png", &["black.png: the region is empty", "dark at every vertex"]),
         ("--region target:clear.png", &["clear.png: the region is empty", "dark"]),
         ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
@@ -256,9 +261,9 @@ fn files_that_are_no_regions() {
         ("none.png", &["none.png", "No such file"]),
         ("none.json#left", &["none.json: ", "No such file"]),
         ("target:none.npy", &["none.npy: ", "No such file"]),
-        ("source:", &["--region source:", "wanted a file"]),
+        ("source:", &["'source:'", "--region", "wanted a file"]),
         ("", &["--region", "wanted a file"]),
-        ("#left", &["--region #left", "wanted a file"]),
+        ("#left", &["'#left'", "--region", "wanted a file"]),
         ("folder", &["folder: "]),
         ("folder.png", &["folder.png"]),
         ("source.obj", &["source.obj: wanted vertices (.npy, .txt), vertex groups (.pkl, .json)"]),
@@ -278,7 +283,7 @@ fn files_that_are_no_regions() {
         ("parts.json", &["parts.json holds named parts", "parts.json#corner", "corner, left, right"]),
         ("parts.json#", &["parts.json holds named parts", "corner, left, right"]),
         ("parts.json#,", &["parts.json holds named parts", "corner, left, right"]),
-        ("parts.json#ear", &["parts.json: there is no group `ear`; there are corner, left, right"]),
+        ("parts.json#ear", &["parts.json: there is no group `ear`; there are `corner`, `left`, `right`"]),
         ("parts.json#left,ear", &["no group `ear`"]),
         ("array.json#left", &["array.json: JSON: "]),
         ("deep.json#left", &["deep.json: "]),
@@ -320,11 +325,11 @@ fn lengths_that_are_none() {
         ("--grow 2.5rings", &["'2.5rings'", "such as 2rings"]),
         ("--grow 99999rings", &["'99999rings'", "from -1000 to 1000"]),
         ("--grow --region", &["--grow"]),
-        ("--feather -5mm", &["--feather", "-5mm"]),
+        ("--feather -5mm", &["'-5mm'", "--feather", "from 0"]),
         ("--feather=-5mm", &["'-5mm'", "--feather", "from 0"]),
         ("--unit feet --feather 1mm", &["'feet'", "mm, cm, m, in"]),
-        ("--unit m --feather 1e308m --unit mm", &["--feather", "1e308m", "too long"]),
-        ("--grow 1e308m --unit mm", &["--grow", "1e308m", "too long"]),
+        ("--feather 1e308m --unit mm", &["'1e308m'", "--feather", "up to 1e9"]),
+        ("--grow -1e308m", &["'-1e308m'", "--grow", "up to 1e9"]),
     ];
     for (options, wanted) in cases {
         bench.refuse(
@@ -333,13 +338,11 @@ fn lengths_that_are_none() {
         );
     }
     // As long as numbers go is everything, or a feather that nothing is beyond.
-    for length in ["1e308", "1e30m", "1e-300mm", "1e300"] {
-        bench.succeed(&format!(
-            "transfer plane.uvpair white.png --size 32 --unit m --grow {length} -o out.png"
-        ));
-        bench.succeed(&format!(
-            "transfer plane.uvpair white.png --size 32 --unit m --feather {length} -o out.png"
-        ));
+    for length in ["1e9", "1e9m", "1e-300mm", "1e-9"] {
+        for option in ["--grow", "--feather", "--blend membrane --feather"] {
+            let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit mm";
+            bench.succeed(&format!("{line} {option} {length} -o out.png"));
+        }
     }
 }
 

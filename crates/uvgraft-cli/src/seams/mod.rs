@@ -44,6 +44,7 @@ pub(crate) struct Args {
     offset: Option<f64>,
     /// Take colours this far from the edge on each side, on the surface, such as 3mm
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
+    #[arg(allow_hyphen_values = true)]
     distance: Option<Length>,
     /// Name the worst edges, by their mean: this many UV seams, and as many of the rim
     #[arg(long, value_name = "N", default_value_t = 5)]

@@ -23,6 +23,7 @@ pub(crate) struct BlendArgs {
     /// Over which length along the surface the base gives way to the texture, inwards from the rim
     /// [default: 10mm where --blend is]
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
+    #[arg(allow_hyphen_values = true)]
     feather: Option<Length>,
     /// Which side the tone of the skin is taken from, with --blend membrane and --match
     #[arg(long, value_enum, default_value = "base")]

@@ -113,7 +113,9 @@ impl Treatment {
     pub(super) fn nothing(self) -> [f32; 4] {
         match self.kind {
             Kind::Normal => [0.5, 0.5, 1.0, 1.0],
-            _ => [0.0; 4],
+            // No channel of data says that there is nothing.
+            Kind::Data | Kind::Displacement => [0.0, 0.0, 0.0, 1.0],
+            Kind::Albedo | Kind::Color => [0.0; 4],
         }
     }
 
