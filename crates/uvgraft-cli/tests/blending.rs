@@ -6,7 +6,7 @@ mod bench;
 
 use bench::plane::{self, LINKED, source_columns};
 use bench::{Bench, texel_u8};
-use uvgraft::{Channels, Depth, Size, Texture};
+use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 use uvgraft_io::vertex_map;
 
 const SKIN: [u8; 3] = [200, 150, 130];
@@ -170,9 +170,7 @@ fn a_membrane_takes_on_the_tone_of_the_base() {
 fn dressed() -> Bench {
     let bench = plane::bench();
     let is_cloth = |y: u32| (104..120).contains(&y);
-    bench.draw("base.png", (128, 128), |x, y| {
-        grain(if is_cloth(y) { CLOTH } else { SKIN }, x, y)
-    });
+    bench.draw("base.png", (128, 128), |x, y| grain(if is_cloth(y) { CLOTH } else { SKIN }, x, y));
     bench.draw("face.png", (64, 64), |x, y| grain(OTHER_SKIN, x, y));
     bench
 }
@@ -191,7 +189,10 @@ fn the_skin_of_the_base_takes_on_the_tone() {
             } else {
                 // Grain and rounding are a few levels of 50.
                 let wanted = grain(OTHER_SKIN, x, y);
-                assert!(difference(&found, &wanted) <= 8, "{how} at {x}, {y}: {found:?} {wanted:?}");
+                assert!(
+                    difference(&found, &wanted) <= 8,
+                    "{how} at {x}, {y}: {found:?} {wanted:?}"
+                );
             }
         }
         // The texture keeps its colours.
@@ -267,8 +268,8 @@ fn the_demos_body_takes_on_the_tone() {
         ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
     let (mut skin, mut blue, mut changed) = (0, 0, 0);
     for (x, y) in (0..512 * 512).map(|k| (k % 512, k / 512)) {
-        let [base, out] =
-            [&base, &out].map(|of| texel_u8(of, x, y).into_iter().map(i32::from).collect::<Vec<_>>());
+        let [base, out] = [&base, &out]
+            .map(|of| texel_u8(of, x, y).into_iter().map(i32::from).collect::<Vec<_>>());
         if texel_u8(&mask, x, y) != [0] {
             continue;
         }
@@ -425,10 +426,7 @@ fn a_preview_is_drawn() {
     std::fs::remove_file(bench.path("seen.png")).unwrap();
     let line = format!("{line} --skip-existing -o out.png");
     bench.succeed(&line);
-    assert_eq!(
-        bench.succeed(&format!("{line} --preview seen.png")),
-        "1 of 1 were up to date\n"
-    );
+    assert_eq!(bench.succeed(&format!("{line} --preview seen.png")), "1 of 1 were up to date\n");
     assert!(bench.exists("seen.png"));
 }
 
@@ -467,7 +465,10 @@ fn masks_that_do_not_fit() {
         ("--fill source.obj", &["source.obj: not an image"]),
         ("--blend membrane --tone source --skin text.png", &["text.png: not an image"]),
         ("--skin wide.png", &["--skin", "--tone source"]),
-        ("--blend feather --tone source", &["--tone source needs --blend membrane or --match skin"]),
+        (
+            "--blend feather --tone source",
+            &["--tone source needs --blend membrane or --match skin"],
+        ),
         ("--tone source", &["--tone source needs --blend membrane or --match skin"]),
         ("--match skin --tone none", &["--match skin", "--tone none"]),
         ("--blend none --feather 3mm", &["--feather", "--blend none"]),
@@ -490,6 +491,86 @@ fn masks_that_do_not_fit() {
     }
 }
 
+/// Values that are no numbers are no colours, say nothing and hide nothing.
+#[test]
+fn what_is_no_number_is_left_out() {
+    let bench = dressed();
+    let floats = |name: &str, side: u32, value: &dyn Fn(u32, u32) -> f32| {
+        let texels = (0..side * side).flat_map(|k| [value(k % side, k / side); 3]).collect();
+        let texture =
+            Texture::new(Size::square(side), Channels::Rgb, Encoding::Linear, Texels::F32(texels));
+        bench.save(name, texture.unwrap());
+    };
+    floats("nan.exr", 64, &|_, _| f32::NAN);
+    floats("spotted.exr", 64, &|x, y| match (x * 7 + y * 3) % 19 {
+        0 => f32::NAN,
+        1 => f32::INFINITY,
+        2 => -f32::INFINITY,
+        3 => -3.0,
+        4 => f32::MAX,
+        _ => 0.4,
+    });
+    let base = bench.texture("base.png");
+    // A mask without numbers trusts nothing.
+    let masked = transfer(&bench, "face.png --onto base.png --source-mask nan.exr");
+    assert!(masked == base);
+    let skinless = transfer(
+        &bench,
+        "face.png --onto base.png --blend membrane --tone source --skin nan.exr --gutter 0",
+    );
+    for (x, y) in places().filter(|&(x, y)| !is_linked(x, y)) {
+        assert_eq!(texel_u8(&skinless, x, y), texel_u8(&base, x, y), "{x}, {y}");
+    }
+    let blends = [
+        "--blend membrane",
+        "--blend membrane --tone source",
+        "--match skin",
+        "--match skin --tone source --linear-light",
+        "--blend membrane --source-mask spotted.exr",
+        "--blend membrane --fill spotted.exr --source-mask spotted.exr",
+        "--feather 5mm --region spotted.exr --exclude target:spotted.exr --grow 2mm",
+        "--preview seen.png --mask mask.png --region spotted.exr",
+    ];
+    for files in [
+        "nan.exr --onto base.png",
+        "spotted.exr --onto base.png",
+        "face.png --onto spotted.exr",
+        "spotted.exr --onto nan.exr --size 40",
+    ] {
+        for blend in blends {
+            let line = format!("transfer plane.uvpair {files} {blend} --unit m -o out.exr");
+            let run = bench.run(&line);
+            let clean = !run.stderr.contains("panicked") && matches!(run.code, Some(0 | 2));
+            assert!(clean, "{line}: {run:?}");
+            assert!(run.code == Some(0) || run.stderr.starts_with("error: "), "{line}: {run:?}");
+        }
+    }
+}
+
+/// Masks, regions and means are inputs like others: what is older than they are is made anew.
+#[test]
+fn changed_masks_count_where_outputs_exist() {
+    let bench = dressed();
+    bench.paint("known.png", (64, 64), Channels::Grey, &[255]);
+    bench.paint("skin.png", (64, 64), Channels::Grey, &[255]);
+    bench.paint("mean.png", (64, 64), Channels::Rgb, &SKIN);
+    vertex_map::save_npy(&source_columns(0..=4), &bench.path("part.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=1), &bench.path("less.npy")).unwrap();
+    let line = "transfer plane.uvpair face.png --onto base.png --unit m --source-mask known.png \
+                --fill mean.png --blend membrane --tone source --skin skin.png --region part.npy \
+                --exclude less.npy --skip-existing -o out.png";
+    assert_eq!(bench.succeed(line), "0 of 1 were up to date\n");
+    for input in ["known.png", "skin.png", "mean.png", "part.npy", "less.npy", "base.png"] {
+        assert_eq!(bench.succeed(line), "1 of 1 were up to date\n", "{input}");
+        // A second more than what clocks of files tell apart.
+        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(2);
+        let file = std::fs::File::options().append(true).open(bench.path(input)).unwrap();
+        file.set_modified(later).unwrap();
+        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
+        file.set_modified(std::time::UNIX_EPOCH).unwrap();
+    }
+}
+
 /// What cannot be compared is said, and the texture is laid over as it is.
 #[test]
 fn colours_that_cannot_be_compared_are_left() {
@@ -498,7 +579,10 @@ fn colours_that_cannot_be_compared_are_left() {
     bench.draw("clear.png", (64, 64), |_, _| [1, 2, 3, 0]);
     for (line, why) in [
         ("base.png --reverse --onto small.png --blend membrane", "base.png: the region has no rim"),
-        ("clear.png --onto base.png --blend membrane", "clear.png: the texture has no colours beside"),
+        (
+            "clear.png --onto base.png --blend membrane",
+            "clear.png: the texture has no colours beside",
+        ),
         ("face.png --size 128 --blend membrane", "face.png: the base has no colours beside"),
     ] {
         let run = bench.run(&format!("transfer plane.uvpair {line} --unit m -o out.png"));

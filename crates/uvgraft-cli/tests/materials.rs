@@ -73,7 +73,10 @@ fn maps_keep_what_they_are() {
 #[test]
 fn outputs_are_named_for_roles() {
     let bench = bench();
-    carry(&bench, "--map Base-Color=a.png --map AO=r.png --map height=d.exr --size 16 --format tif");
+    carry(
+        &bench,
+        "--map Base-Color=a.png --map AO=r.png --map height=d.exr --size 16 --format tif",
+    );
     for name in ["base-color.tif", "ao.tif", "height.tif"] {
         assert!(bench.exists(&format!("out/{name}")), "{name}");
     }
@@ -81,7 +84,8 @@ fn outputs_are_named_for_roles() {
     assert_eq!(bench.texture("out/height.tif").depth(), Depth::F32);
     assert_eq!(bench.texture("out/ao.tif").depth(), Depth::U16);
     bench.paint("d8.png", (64, 64), Channels::Grey, &[77]);
-    bench.succeed("transfer plane.uvpair --map displacement=d8.png --format exr --size 128 -o deep");
+    bench
+        .succeed("transfer plane.uvpair --map displacement=d8.png --format exr --size 128 -o deep");
     let deep = bench.texture("deep/displacement.exr");
     assert!((deep.get(64, 64, 0) - 77.0 / 255.0).abs() < 1e-6);
     bench.succeed("transfer plane.uvpair --map displacement=d8.png --size 128 -o deep");
@@ -119,7 +123,10 @@ fn roles_that_are_none() {
             "--map albedo=a.png --map normal=n.png --onto albedo=a.png -o out",
             &["needs a size", "--onto ROLE=IMAGE"],
         ),
-        ("--map albedo=a.png --onto normal=n.png -o out", &["--onto normal=n.png", "no --map normal"]),
+        (
+            "--map albedo=a.png --onto normal=n.png -o out",
+            &["--onto normal=n.png", "no --map normal"],
+        ),
         ("--map albedo=a.png --onto a.png -o out", &["--onto a.png: with --map wanted ROLE=IMAGE"]),
         ("--map albedo=a.png --onto #808080 --size 8 -o out", &["--onto #808080", "ROLE=COLOUR"]),
         (
@@ -256,7 +263,8 @@ fn all_maps_have_the_same_weights() {
     let one = Texture::new(Size::square(64), Channels::Grey, Encoding::Linear, texels);
     bench.save("one.exr", one.unwrap());
     bench.paint("x.png", (64, 64), Channels::Rgb, &[255, 128, 128]);
-    for options in ["--feather 10mm", "--blend membrane", "--feather 10mm --source-mask known.png"] {
+    for options in ["--feather 10mm", "--blend membrane", "--feather 10mm --source-mask known.png"]
+    {
         carry(
             &bench,
             &format!(
@@ -300,10 +308,8 @@ fn only_colours_are_toned() {
     bench.paint("face.png", (64, 64), Channels::Rgb, &[150, 105, 85]);
     bench.paint("base.png", (128, 128), Channels::Rgb, &[200, 150, 130]);
     let maps = ["albedo", "emissive", "orm"];
-    let options: Vec<String> = maps
-        .iter()
-        .map(|role| format!("--map {role}=face.png --onto {role}=base.png"))
-        .collect();
+    let options: Vec<String> =
+        maps.iter().map(|role| format!("--map {role}=face.png --onto {role}=base.png")).collect();
     carry(&bench, &format!("{} --blend membrane", options.join(" ")));
     let middle = |role: &str| texel_u8(&bench.texture(&format!("out/{role}.png")), 64, 64);
     assert!(middle("albedo").iter().zip([200_u8, 150, 130]).all(|(a, b)| a.abs_diff(b) <= 1));

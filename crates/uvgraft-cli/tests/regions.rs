@@ -49,7 +49,10 @@ fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
         1.0 => true,
         grey => panic!("{options}: {grey} at {x}, {y}"),
     };
-    [(0..128).filter(|&x| is_white(x, 63)).collect(), (0..128).filter(|&y| is_white(48, y)).collect()]
+    [
+        (0..128).filter(|&x| is_white(x, 63)).collect(),
+        (0..128).filter(|&y| is_white(48, y)).collect(),
+    ]
 }
 
 #[test]
@@ -58,8 +61,7 @@ fn vertices_groups_and_masks() {
     let all: Vec<u32> = LINKED.collect();
     let half: Vec<u32> = (32..64).collect();
     assert_eq!(white(&bench, "")[0], all);
-    for region in
-        ["half.npy", "half.txt", "source:half.npy", "target:body.txt", "parts.json#left"]
+    for region in ["half.npy", "half.txt", "source:half.npy", "target:body.txt", "parts.json#left"]
     {
         assert_eq!(white(&bench, &format!("--region {region}")), [half.clone(), all.clone()]);
     }
@@ -210,9 +212,9 @@ fn empty_regions_are_refused() {
         ("--region half.npy --exclude half.npy", &["the region is empty"]),
         ("--exclude parts.json#left,right", &["the region is empty"]),
         ("--grow -1m", &["the region is empty"]),
-        ("--grow -9rings", &["the region is empty"]),
+        ("--grow -9rings", &["the region is empty: no linked triangle is left in it"]),
         ("--region one.txt", &["one.txt: the region is empty", "corners of no linked triangle"]),
-        ("--region target:beyond.txt", &["the region is empty: nothing of it is linked"]),
+        ("--region target:beyond.txt", &["the region is empty: no linked triangle is left in it"]),
         ("--region black.png", &["black.png: the region is empty", "dark at every vertex"]),
         ("--region target:clear.png", &["clear.png: the region is empty", "dark"]),
         ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
@@ -272,7 +274,10 @@ fn files_that_are_no_regions() {
         ("head.npy", &["head.npy: ", "cut short"]),
         ("image.npy", &["image.npy: "]),
         ("text.png", &["text.png: not an image"]),
-        ("beyond.txt", &["beyond.txt: entry 3: found 81, wanted a vertex of the mesh, from 0 to 80"]),
+        (
+            "beyond.txt",
+            &["beyond.txt: entry 3: found 81, wanted a vertex of the mesh, from 0 to 80"],
+        ),
         ("target:body.txt --region body.txt", &["body.txt: ", "from 0 to 80"]),
         ("below.txt", &["below.txt: entry 2: found -1"]),
         ("words.txt", &["words.txt: line 1: found `left`"]),
@@ -280,10 +285,16 @@ fn files_that_are_no_regions() {
         ("float.txt", &["float.txt: line 1: ", "`0.5`"]),
         ("half.npy#left", &["half.npy has no named parts", "#left", ".pkl or .json"]),
         ("painted.png#left", &["painted.png has no named parts"]),
-        ("parts.json", &["parts.json holds named parts", "parts.json#corner", "corner, left, right"]),
+        (
+            "parts.json",
+            &["parts.json holds named parts", "parts.json#corner", "corner, left, right"],
+        ),
         ("parts.json#", &["parts.json holds named parts", "corner, left, right"]),
         ("parts.json#,", &["parts.json holds named parts", "corner, left, right"]),
-        ("parts.json#ear", &["parts.json: there is no group `ear`; there are `corner`, `left`, `right`"]),
+        (
+            "parts.json#ear",
+            &["parts.json: there is no group `ear`; there are `corner`, `left`, `right`"],
+        ),
         ("parts.json#left,ear", &["no group `ear`"]),
         ("array.json#left", &["array.json: JSON: "]),
         ("deep.json#left", &["deep.json: "]),
@@ -364,7 +375,9 @@ fn other_options_go_with_regions() {
          --region target:body.txt --feather 0.01 -o out.png",
     );
     let out = bench.texture("out.png");
-    assert!((0..64).all(|x| (out.get(x, 31, 0) > 0.0) == (1..31).contains(&x) || x == 0 || x == 31));
+    assert!(
+        (0..64).all(|x| (out.get(x, 31, 0) > 0.0) == (1..31).contains(&x) || x == 0 || x == 31)
+    );
     assert_eq!(white(&bench, "--data --region half.npy")[0].len(), 32);
     assert_eq!(white(&bench, "--data")[0], all);
     bench.succeed(

@@ -129,7 +129,9 @@ impl BlendArgs {
             return Err(bad_input("--tone source needs --blend membrane or --match skin"));
         }
         if self.tone().is_none() && self.matched.is_some() {
-            return Err(bad_input("--match skin changes one side's tone, --tone none says neither"));
+            return Err(bad_input(
+                "--match skin changes one side's tone, --tone none says neither",
+            ));
         }
         Ok(())
     }

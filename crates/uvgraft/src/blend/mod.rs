@@ -126,7 +126,7 @@ impl<'a> Blend<'a> {
         let selection = selection.within(&ground.linked(), ground);
         let touched = ground.touched(&selection);
         if !touched.contains(&true) {
-            return Err(RegionError::Empty("nothing of it is linked"));
+            return Err(RegionError::Empty("no linked triangle is left in it"));
         }
         // Farther points are as good as endless; a triangle's corners must be told apart up to there.
         let limit = options.feather + ground.longest_edge();
