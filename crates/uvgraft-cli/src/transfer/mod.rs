@@ -70,7 +70,8 @@ pub(crate) struct Args {
     /// Which UV island is shown where several share texels, such as two eyes on one disc
     #[arg(long, value_enum, default_value_t = PreferName::First)]
     prefer: PreferName,
-    /// Write which texels the textures are carried to, white on black; the gutter is black
+    /// Write which texels the textures are carried to, white on black, and grey where the base shows
+    /// through a feather; the gutter is black
     #[arg(long, value_name = "OUT_MASK.png")]
     mask: Option<PathBuf>,
     /// What shows where islands overlap, as two eyes do that share one disc
@@ -100,7 +101,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", requires = "fit", default_value_t = FitOptions::default().max_steps)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     fit_steps: u32,
-    /// Leave out outputs that are newer than their source, the base and the pair
+    /// Leave out outputs that are newer than everything they are made from: source, base, pair, masks
     #[arg(long)]
     skip_existing: bool,
     /// How many textures are carried at once, where there are several [default: one a thread]
