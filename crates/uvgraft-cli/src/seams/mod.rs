@@ -89,11 +89,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let mesh = file.pair.to(direction);
-    let unit = args.region.unit(mesh, args.distance);
+    let unit = args.region.unit(file.pair.to(direction), args.distance);
     let region = region::of(&args.region, &file.pair, direction, unit)?;
     let options = SeamOptions { offset: args.offset(unit), worst: usize::from(args.worst) };
-    let seams = measure(mesh, &texture, &region.inside, &options)
+    let mesh = &region.cut.mesh;
+    let seams = measure(mesh, &texture, &region.cut.inside, &options)
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
     let mesh_name = match direction {
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let subject = report::Subject {
         texture: args.texture.display().to_string(),
         mesh: mesh_name.clone(),
-        region: region.name,
+        region: region.name.to_owned(),
         size: texture.size(),
         offset: options.offset,
     };

@@ -1,6 +1,6 @@
 //! The region whose rim is measured.
 
-use uvgraft::blend::Ground;
+use uvgraft::blend::{CutMesh, Ground};
 use uvgraft::{Blend, BlendOptions, Direction, Pair};
 
 use crate::failure::bad_input;
@@ -10,13 +10,12 @@ use crate::region::RegionArgs;
 /// A part of a layout.
 pub(super) struct Region {
     /// What it is, for people.
-    pub name: String,
-    /// `[triangles]` whether each belongs to it.
-    pub inside: Vec<bool>,
+    pub name: &'static str,
+    /// The mesh of the layout, cut along the region's rim, and which triangles are in the region.
+    pub cut: CutMesh,
 }
 
-/// What options select of what transfers reach, of the layout that `direction` leads to: the triangles that
-/// are in it, wholly or in part.
+/// What options select of what transfers reach, of the layout that `direction` leads to.
 pub(super) fn of(
     args: &RegionArgs,
     pair: &Pair,
@@ -26,6 +25,6 @@ pub(super) fn of(
     let ground = Ground::new(pair, direction);
     let selection = args.select(&ground, unit)?;
     let blend = Blend::new(&ground, &selection, BlendOptions::default()).map_err(bad_input)?;
-    let name = if args.is_everything() { "the linked triangles" } else { "the selected triangles" };
-    Ok(Region { name: name.to_owned(), inside: blend.touched().to_vec() })
+    let name = if args.is_everything() { "the linked triangles" } else { "the selected part" };
+    Ok(Region { name, cut: blend.cut()? })
 }

@@ -12,6 +12,7 @@
 //!   editing", 2003, on a mesh and with ratios for differences).
 
 mod compose;
+mod cut;
 mod field;
 mod geodesic;
 mod harmonic;
@@ -27,6 +28,7 @@ mod toning;
 mod undercoat;
 
 pub(crate) use compose::Finish;
+pub use cut::CutMesh;
 pub use selection::{Ground, Growth, RegionError, Selection, Side};
 pub use toning::{Toning, ToningError};
 pub(crate) use undercoat::{Skin, Undercoat};

@@ -184,7 +184,14 @@ impl Rim {
 
     /// The gains that take one side to the other along the rim; none where one of them has no colours
     /// at all.
-    pub fn difference(&self, from: &Side, to: &Side) -> Option<Difference> {
+    ///
+    /// - `counts`: how far a colour of the first side, and one of the second, is of the kind that
+    ///   decides, from 0 to 1.
+    pub fn difference(
+        &self,
+        [from, to]: [&Side; 2],
+        counts: [&dyn Fn([f32; 3]) -> f32; 2],
+    ) -> Option<Difference> {
         let mean = |around: &[(u32, f64)], side: &Side| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
             for &(place, weight) in around {
@@ -197,23 +204,38 @@ impl Rim {
             }
             (total > 0.0).then(|| sum.map(|sum| (sum / total) as f32))
         };
-        let measured: Vec<Option<[f64; 3]>> = self
+        let colors: Vec<_> = self
             .around
             .iter()
-            .map(|around| {
-                let (from, to) = (mean(around, from)?, mean(around, to)?);
+            .map(|around| Some([mean(around, from)?, mean(around, to)?]))
+            .collect();
+        let measured: Vec<Option<[f64; 3]>> = colors
+            .iter()
+            .map(|colors| {
+                let [from, to] = (*colors)?;
                 Some([0, 1, 2].map(|k| f64::from(gain_between(from[k], to[k])).ln()))
             })
             .collect();
-        let overall = median(measured.iter().flatten())?;
+        let kind: Vec<f64> = colors
+            .iter()
+            .map(|colors| {
+                colors.map_or(0.0, |[from, to]| f64::from(counts[0](from).min(counts[1](to))))
+            })
+            .collect();
+        // Where hardly anything is of that kind, the kind is not what decides.
+        let is_of_kind = kind.iter().filter(|&&kind| kind > 0.5).count() * 4 >= kind.len();
+        let kind = if is_of_kind { kind } else { vec![1.0; kind.len()] };
+        let of_kind = measured.iter().zip(&kind).filter(|(_, kind)| **kind > 0.5);
+        let overall = median(of_kind.filter_map(|(measured, _)| measured.as_ref()))?;
         let far: Vec<f64> = measured.iter().flatten().map(|&d| norm(sub(d, overall))).collect();
         let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
         // How much each is like the others: a brow, hair or a collar is not.
         let likeness: Vec<f64> = measured
             .iter()
-            .map(|measured| {
+            .zip(&kind)
+            .map(|(measured, kind)| {
                 measured.map_or(0.0, |d| {
-                    (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
+                    kind * (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
                 })
             })
             .collect();

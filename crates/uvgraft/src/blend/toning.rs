@@ -122,15 +122,22 @@ impl Blend<'_> {
         }
         let gains = match (&measure.harmonic, tone) {
             (None, _) => Vec::new(),
-            (Some(_), Tone::Base) => {
-                let found = rim.difference(&of_source, &of_base);
-                self.gains(&found.ok_or(ToningError::NoColors("texture"))?, [0.0; 3])
-            }
-            (Some(_), Tone::Source) => {
-                let found = rim.difference(&of_base, &of_source);
+            (Some(_), tone) => {
+                let sides = match tone {
+                    Tone::Base => [&of_source, &of_base],
+                    Tone::Source => [&of_base, &of_source],
+                };
+                // Hair at the nape and a collar are no skin; without an estimate of that all counts.
+                let models = sides.map(|side| SkinModel::new(&in_srgb(&seeds(side)), &[]).ok());
+                let counts = models.map(|model| {
+                    move |rgb| model.map_or(1.0, |model| model.weight(srgb(rgb, encoding)))
+                });
+                let found = rim.difference(sides, [&counts[0], &counts[1]]);
                 let found = found.ok_or(ToningError::NoColors("texture"))?;
-                // Parts of the body that no way leads to are of the same person.
-                self.gains(&found, found.overall)
+                // Parts of a body that no way leads to are of the same person; an eye in a face is not
+                // skin.
+                let elsewhere = if tone == Tone::Base { [0.0; 3] } else { found.overall };
+                self.gains(&found, elsewhere)
             }
         };
         let recolor = Recolor { matrix, gains };
