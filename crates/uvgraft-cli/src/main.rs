@@ -51,7 +51,7 @@ struct Cli {
 enum Command {
     Pair(pair::Args),
     Inspect(inspect::Args),
-    Transfer(transfer::Args),
+    Transfer(Box<transfer::Args>),
     Map(map::Args),
     Compare(compare::Args),
     Seams(seams::Args),

@@ -286,9 +286,10 @@ fn typical(
 }
 
 /// The median of each component; none of nothing.
-fn median<'a>(values: impl Iterator<Item = &'a [f64; 3]> + Clone) -> Option<[f64; 3]> {
-    values.clone().next()?;
-    Some([0, 1, 2].map(|k| middle(values.clone().map(|value| value[k]).collect())))
+fn median<'a>(values: impl Iterator<Item = &'a [f64; 3]>) -> Option<[f64; 3]> {
+    let values: Vec<&[f64; 3]> = values.collect();
+    values.first()?;
+    Some([0, 1, 2].map(|k| middle(values.iter().map(|value| value[k]).collect())))
 }
 
 fn middle(mut values: Vec<f64>) -> f64 {
