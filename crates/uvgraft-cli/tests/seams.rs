@@ -205,7 +205,8 @@ fn refused() {
         ("row.uvpair", &["required", "<TEXTURE>"]),
         ("row.uvpair paint.png --offset -1", &["-1"]),
         ("row.uvpair paint.png --offset=-1", &["--offset", "wanted a number from 0"]),
-        ("row.uvpair paint.png --distance nan", &["--distance", "wanted a number from 0"]),
+        ("row.uvpair paint.png --distance nan", &["'nan'", "--distance", "wanted a length"]),
+        ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "from 0"]),
         ("row.uvpair paint.png --offset 1 --distance 1", &["--offset", "cannot be used with"]),
         ("row.uvpair paint.png --worst 5000", &["--worst", "5000"]),
     ];
