@@ -1,7 +1,6 @@
 //! Lengths as options give them, and the unit of a mesh.
 
 use clap::ValueEnum;
-use uvgraft::Mesh;
 
 /// Longer than any mesh in any unit, and short enough for single precision.
 const LONGEST: f64 = 1e9;
@@ -95,16 +94,10 @@ fn wanted() -> String {
 }
 
 /// What is to be said where a mesh names no unit and one is taken for it.
-pub(crate) fn assumption(mesh: &Mesh, unit: Unit) -> String {
-    let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    for position in mesh.positions() {
-        for axis in 0..3 {
-            bounds[0][axis] = bounds[0][axis].min(position[axis]);
-            bounds[1][axis] = bounds[1][axis].max(position[axis]);
-        }
-    }
-    let extents = [0, 1, 2].map(|axis| f64::from(bounds[1][axis] - bounds[0][axis]));
-    let longest = extents.into_iter().fold(0.0, f64::max) * unit.meters();
+///
+/// - `extent`: of the mesh, in that unit.
+pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
+    let longest = extent * unit.meters();
     let size = if longest >= 1.0 {
         format!("{longest:.2} m")
     } else {

@@ -93,7 +93,11 @@ impl RegionArgs {
     }
 
     /// The unit of the meshes. Says which one is taken, if a length depends on it and none was named.
-    pub(crate) fn unit(&self, mesh: &Mesh, lengths: impl IntoIterator<Item = Length>) -> Unit {
+    pub(crate) fn unit(
+        &self,
+        ground: &Ground<'_>,
+        lengths: impl IntoIterator<Item = Length>,
+    ) -> Unit {
         let grow = match self.grow {
             Some(Grow::By(length)) => Some(length),
             _ => None,
@@ -101,7 +105,7 @@ impl RegionArgs {
         let matters = lengths.into_iter().chain(grow).any(Length::has_unit);
         self.unit.unwrap_or_else(|| {
             if matters {
-                note(assumption(mesh, Unit::M));
+                note(assumption(ground.extent(), Unit::M));
             }
             Unit::M
         })

@@ -4,6 +4,7 @@
 use std::io::Cursor;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
 use uvgraft::metrics::lpips::Lpips;
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
 use uvgraft::{
@@ -103,6 +104,61 @@ fn operators(criterion: &mut Criterion, pair: &Pair) {
     group.finish();
 }
 
+/// What blending adds to a transfer, and what it is prepared by, once for a pair and region.
+fn blends(criterion: &mut Criterion, pair: &Pair) {
+    let mut group = criterion.benchmark_group("blend");
+    let direction = Direction::Forward;
+    let source = synthetic::detailed(SOURCE, 1);
+    let base = Texture::filled(TARGET, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.4, 0.3, 0.2])
+        .expect("a sound size");
+    let ground = Ground::new(pair, direction);
+    let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
+    let transfer = Transfer::new(pair, direction, SOURCE, TARGET, &options);
+    let whole = ground.linked();
+    // A fiftieth of the mesh, about: 2 cm of a body.
+    let feather = ground.extent() * 0.01;
+    let plain = BlendOptions::default();
+    let membrane = BlendOptions { feather, membrane: true, ..plain };
+    for (name, options) in [
+        ("hard", plain),
+        ("feather", BlendOptions { feather, ..plain }),
+        ("membrane", membrane),
+        (
+            "membrane, tone of the source",
+            BlendOptions { tone: Tone::Source, skin_mask: true, ..membrane },
+        ),
+    ] {
+        group.bench_function(format!("prepare {name}"), |bencher| {
+            bencher.iter(|| Blend::new(&ground, &whole, options).map(drop));
+        });
+        let blend = Blend::new(&ground, &whole, options).expect("a region");
+        let at = blend.on(transfer.map());
+        let white =
+            Texture::filled(Size::square(1), Channels::Grey, Encoding::Data, Depth::U8, &[1.0]);
+        let white = white.expect("a sound size");
+        let at = at.with_skin(white, transfer.map()).expect("enough memory");
+        group.bench_function(format!("transfer {name}"), |bencher| {
+            bencher.iter_batched(
+                || (source.clone(), base.clone()),
+                |(source, base)| {
+                    let toning = blend.toning(&source, &base, Encoding::Srgb).ok().flatten();
+                    let overlay = transfer.overlay(source, base.format()).expect("its size");
+                    overlay.blended(&at, toning.as_ref()).lay(0, base)
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.bench_function("transfer without blend", |bencher| {
+        bencher.iter_batched(
+            || (source.clone(), base.clone()),
+            |(source, base)| transfer.apply(source, base),
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+}
+
 /// Turning the normals of a target that has been filtered.
 fn normals(criterion: &mut Criterion, pair: &Pair) {
     let mut group = criterion.benchmark_group("normals");
@@ -175,6 +231,7 @@ fn stages(criterion: &mut Criterion) {
     maps(criterion, &pair);
     transfers(criterion, &pair);
     operators(criterion, &pair);
+    blends(criterion, &pair);
     normals(criterion, &pair);
     metrics(criterion);
     files(criterion);

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::Direction;
+use uvgraft::blend::Ground;
 use uvgraft::seams::{Offset, SeamOptions, measure};
 use uvgraft_io::{image, pair_file};
 
@@ -89,8 +90,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let unit = args.region.unit(file.pair.to(direction), args.distance);
-    let region = region::of(&args.region, &file.pair, direction, unit)?;
+    let ground = Ground::new(&file.pair, direction);
+    let unit = args.region.unit(&ground, args.distance);
+    let region = region::of(&args.region, &ground, unit)?;
     let options = SeamOptions { offset: args.offset(unit), worst: usize::from(args.worst) };
     let mesh = &region.cut.mesh;
     let seams = measure(mesh, &texture, &region.cut.inside, &options)

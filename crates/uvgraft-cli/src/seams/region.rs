@@ -1,7 +1,7 @@
 //! The region whose rim is measured.
 
 use uvgraft::blend::{CutMesh, Ground};
-use uvgraft::{Blend, BlendOptions, Direction, Pair};
+use uvgraft::{Blend, BlendOptions};
 
 use crate::failure::bad_input;
 use crate::length::Unit;
@@ -15,16 +15,10 @@ pub(super) struct Region {
     pub cut: CutMesh,
 }
 
-/// What options select of what transfers reach, of the layout that `direction` leads to.
-pub(super) fn of(
-    args: &RegionArgs,
-    pair: &Pair,
-    direction: Direction,
-    unit: Unit,
-) -> anyhow::Result<Region> {
-    let ground = Ground::new(pair, direction);
-    let selection = args.select(&ground, unit)?;
-    let blend = Blend::new(&ground, &selection, BlendOptions::default()).map_err(bad_input)?;
+/// What options select of what transfers reach.
+pub(super) fn of(args: &RegionArgs, ground: &Ground<'_>, unit: Unit) -> anyhow::Result<Region> {
+    let selection = args.select(ground, unit)?;
+    let blend = Blend::new(ground, &selection, BlendOptions::default()).map_err(bad_input)?;
     let name = if args.is_everything() { "the linked triangles" } else { "the selected part" };
     Ok(Region { name, cut: blend.cut()? })
 }

@@ -153,8 +153,7 @@ impl<'a> Blending<'a> {
     /// - `always`: whether maps that have no opacity end where the mask of the source does.
     pub(super) fn new(args: &Args, ground: &'a Ground<'a>, always: bool) -> anyhow::Result<Self> {
         let options = &args.blending;
-        let mesh = ground.pair().to(ground.direction());
-        let unit = args.region.unit(mesh, [options.feather()]);
+        let unit = args.region.unit(ground, [options.feather()]);
         let feather = options.feather().in_unit(unit);
         let mut selection = args.region.select(ground, unit)?;
         if let Some(path) = &options.source_mask

@@ -195,6 +195,18 @@ impl<'a> Ground<'a> {
             .collect()
     }
 
+    /// The longest side of the box around the target's mesh, in its unit.
+    pub fn extent(&self) -> f64 {
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for position in self.surface.positions() {
+            for axis in 0..3 {
+                bounds[0][axis] = bounds[0][axis].min(position[axis]);
+                bounds[1][axis] = bounds[1][axis].max(position[axis]);
+            }
+        }
+        (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max)
+    }
+
     pub(super) fn longest_edge(&self) -> f64 {
         let lengths = self.surface.triangles().iter().flat_map(|&[a, b, c]| {
             [(a, b), (b, c), (c, a)].map(|(a, b)| self.surface.length(a, b))

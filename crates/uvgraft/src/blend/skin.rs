@@ -146,7 +146,7 @@ impl SkinModel {
     ///
     /// Some forty operations without a branch, which compilers make vectors of in loops over
     /// texels.
-    #[inline]
+    #[inline(always)]
     pub fn weight(&self, rgb: [f32; 3]) -> f32 {
         fade(self.squared_distance(coordinates(rgb, self.lightness)), NEAR, FAR)
     }
@@ -167,9 +167,12 @@ impl SkinModel {
     }
 
     /// In standard deviations.
-    #[inline]
+    #[inline(always)]
     fn squared_distance(&self, at: [f32; 3]) -> f32 {
-        let [x, y, u] = [0, 1, 2].map(|axis| at[axis] - self.center[axis]);
+        // Closures would not be compiled for the vectors of the loop around this.
+        let x = at[0] - self.center[0];
+        let y = at[1] - self.center[1];
+        let u = at[2] - self.center[2];
         let [xx, yx, yy, ux, uy, uu] = self.whiten;
         let a = xx * x;
         let b = yx * x + yy * y;
@@ -202,7 +205,7 @@ impl SkinModel {
 }
 
 /// From 1 to 0 while a squared distance goes from that of `near` to that of `far`; 0 for NaN.
-#[inline]
+#[inline(always)]
 fn fade(squared: f32, near: f32, far: f32) -> f32 {
     let inside = (far * far - squared) / (far * far - near * near);
     let inside = if inside > 0.0 { inside } else { 0.0 };
@@ -211,7 +214,7 @@ fn fade(squared: f32, near: f32, far: f32) -> f32 {
 }
 
 /// Not `max`, which would make a number of NaN.
-#[inline]
+#[inline(always)]
 fn positive(value: f32) -> f32 {
     if value < 0.0 { 0.0 } else { value }
 }
@@ -221,9 +224,9 @@ fn sum(rgb: [f32; 3]) -> f32 {
 }
 
 /// Where a colour is beside skin of some lightness.
-#[inline]
+#[inline(always)]
 fn coordinates(rgb: [f32; 3], lightness: f32) -> [f32; 3] {
-    let [r, g, b] = rgb.map(positive);
+    let (r, g, b) = (positive(rgb[0]), positive(rgb[1]), positive(rgb[2]));
     let sum = r + g + b;
     let scale = 1.0 / (sum + DARK);
     [(r - g) * scale, (b - g) * scale, (sum - lightness) / (sum + lightness)]
