@@ -49,6 +49,10 @@ pub(super) struct Difference {
 /// Colours of the triangles beside a rim: means and the areas that they stand for.
 pub(super) type Side = Vec<([f64; 3], f64)>;
 
+/// Beside a point of the rim colours are looked at no farther away than so many of the rim's edges:
+/// some 1900 triangles.
+const MOST_ACROSS: f64 = 16.0;
+
 /// Sides of the grid of triangles in which each one is looked at.
 const GRID: u32 = 4;
 
@@ -96,17 +100,19 @@ impl Rim {
             outside_uv: Vec::new(),
             points,
         };
+        // A wide feather on a fine mesh would have each point look at most triangles there are.
+        let across = reach.min(MOST_ACROSS * mean_edge);
         let mut known = HashMap::new();
         for index in 0..rim.points.len() {
             let point = rim.points[index];
-            let around = triangles_near(ground, point, reach)
+            let around = triangles_near(ground, point, across)
                 .into_iter()
                 .map(|(triangle, distance)| {
                     let places = *known.entry(triangle).or_insert_with(|| {
                         rim.look_at(ground, touched, inside, triangle);
                         rim.places.len() as u32 - 1
                     });
-                    (places, (-(distance / reach).powi(2)).exp())
+                    (places, (-(distance / across).powi(2)).exp())
                 })
                 .collect();
             rim.around.push(around);
@@ -412,6 +418,16 @@ mod tests {
             let again = rim(&ground, 24, 0.0);
             assert!(again.along == first.along && again.around == first.around);
         }
+    }
+
+    #[test]
+    fn wide_feathers_do_not_make_every_point_look_at_everything() {
+        let pair = sheet(64);
+        let ground = Ground::new(&pair, Direction::Forward);
+        let wide = rim(&ground, 64, 1000.0);
+        let most = wide.around.iter().map(Vec::len).max();
+        // Of 7938 triangles.
+        assert!(most < Some(2000), "{most:?}");
     }
 
     #[test]
