@@ -435,3 +435,53 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
         assert!(most <= 3, "{most}");
     }
 }
+
+/// Where the weight is nothing the base stays, where it is all the source does, whatever the other
+/// one holds.
+#[test]
+fn what_is_not_finite_stays_on_its_side() {
+    let sheet = Sheet::WHOLE;
+    let pair = to_itself(&sheet.mesh(flat));
+    let ground = Ground::new(&pair, FORWARD);
+    let mask = picture(256, |[u, v]| [if (u - 0.5).hypot(v - 0.5) < 0.3 { 255 } else { 0 }; 3]);
+    let region = ground.painted(Side::Target, &mask).unwrap();
+    let size = Size::square(128);
+    let transfer = TransferOptions { filter: Filter::Nearest, ..TransferOptions::default() };
+    let transfer = Transfer::new(&pair, FORWARD, size, size, &transfer);
+    let filled = |value| {
+        Texture::filled(size, Channels::Rgb, Encoding::Linear, Depth::F32, &[value; 3]).unwrap()
+    };
+    for membrane in [false, true] {
+        let blend = Blend::new(&ground, &region, BlendOptions { membrane, ..feathered(0.1) });
+        let blend = blend.unwrap();
+        let at = blend.on(transfer.map());
+        let weights = at.weights(transfer.map());
+        let toning = blend.toning(&filled(0.25), &filled(0.5), Encoding::Linear).unwrap();
+        for wild in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let lay = |source: f32, base: f32| {
+                let overlay = transfer.overlay(filled(source), filled(base).format()).unwrap();
+                overlay.blended(&at, toning.as_ref()).lay(0, filled(base)).unwrap()
+            };
+            let [over_wild, wild_over] = [lay(0.25, wild), lay(wild, 0.5)];
+            let (mut whole, mut nothing) = (0, 0);
+            for y in 0..size.height {
+                for x in 0..size.width {
+                    let [u, v] = [x, y].map(|k| (f64::from(k) + 0.5) / 128.0);
+                    let from_middle = (u - 0.5).hypot(v - 0.5);
+                    if from_middle < 0.15 {
+                        assert_eq!(weights.get(x, y, 0), 1.0);
+                        // Of the base there is nothing; with a membrane, twice as light.
+                        let wanted = if membrane { 0.5 } else { 0.25 };
+                        let found = over_wild.get(x, y, 1);
+                        assert!((found - wanted).abs() < 0.01, "{found} over {wild}");
+                        whole += 1;
+                    } else if from_middle > 0.31 {
+                        assert_eq!(wild_over.get(x, y, 1), 0.5, "{wild} above");
+                        nothing += 1;
+                    }
+                }
+            }
+            assert!(whole > 500 && nothing > 500);
+        }
+    }
+}

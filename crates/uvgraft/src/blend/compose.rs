@@ -98,10 +98,8 @@ impl Finish<'_> {
                 let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
                 for (k, (texel, layer)) in (0..).zip(texels) {
                     let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
-                    if weight > 0.0 {
-                        let gains = gains.map(|gain| gain.at(k));
-                        self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
-                    }
+                    let gains = gains.map(|gain| gain.at(k));
+                    self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
                 }
             }
         });
@@ -125,6 +123,9 @@ impl Finish<'_> {
         gains: [f32; 3],
         texel: &mut [T],
     ) {
+        if weight <= 0.0 {
+            return;
+        }
         let one = T::ONE.to_level();
         let mut levels = load::<T, C, false>(layer);
         let colors = if OPACITY { C - 1 } else { C };
@@ -149,7 +150,9 @@ impl Finish<'_> {
         } else {
             for channel in 0..colors {
                 let below = texel[channel].to_level();
-                levels[channel] = below + (levels[channel] - below) * weight;
+                if weight < 1.0 {
+                    levels[channel] = below + (levels[channel] - below) * weight;
+                }
             }
             if self.normals && weight < 1.0 {
                 lengthen(&mut levels, one);

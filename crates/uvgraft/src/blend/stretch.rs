@@ -82,7 +82,10 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], t
                 let bent = bent(level, bend(gains[i]), one);
                 level = if gains[i] > 1.0 && level > KNEE * one { bent } else { level };
             }
-            above[i] = below[i] + (level - below[i]) * weights[i];
+            // Where one side is nothing, it may be no number.
+            let mixed = below[i] + (level - below[i]) * weights[i];
+            let whole = if weights[i] < 1.0 { mixed } else { level };
+            above[i] = if weights[i] > 0.0 { whole } else { below[i] };
         }
         for (to, &from) in texels.iter_mut().zip(&above) {
             *to = T::from_level(from);
