@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use uvgraft::blend::Side;
+use uvgraft::blend::{Growth, Side};
 use uvgraft::{
     Blend, BlendOptions, Channels, Depth, Direction, Encoding, Filter, Ground, MapOptions, Mesh,
     NormalFrames, NormalOptions, Overlap, Pair, SamplingMap, Size, Texels, Texture, Tone, Transfer,
@@ -483,5 +483,35 @@ fn what_is_not_finite_stays_on_its_side() {
             }
             assert!(whole > 500 && nothing > 500);
         }
+    }
+}
+
+#[test]
+fn options_that_make_no_sense_do_no_harm() {
+    let sheet = Sheet { side: 6, ..Sheet::WHOLE };
+    let pair = to_itself(&sheet.mesh(flat));
+    let ground = Ground::new(&pair, FORWARD);
+    let region = ground.vertices(Side::Target, &sheet.vertices(|[x, _]| x < 0.6)).unwrap();
+    let map = map(&pair, 32);
+    let hard = Blend::new(&ground, &region, feathered(0.0)).unwrap().on(&map).weights(&map);
+    for feather in [-1.0, f64::NEG_INFINITY, f64::NAN] {
+        for membrane in [false, true] {
+            let options = BlendOptions { membrane, ..feathered(feather) };
+            let blend = Blend::new(&ground, &region, options).unwrap();
+            assert!(blend.on(&map).weights(&map) == hard, "{feather}");
+        }
+    }
+    for feather in [1e300, f64::INFINITY] {
+        let options = BlendOptions { membrane: true, ..feathered(feather) };
+        let blend = Blend::new(&ground, &region, options).unwrap();
+        assert!(bytes(&blend.on(&map).weights(&map)).iter().all(|&weight| weight == 0));
+    }
+    let grown = |by| ground.grown(&region, by);
+    for by in [i32::MIN, i32::MAX] {
+        let all = Blend::new(&ground, &grown(Growth::Rings(by)), feathered(0.0));
+        assert_eq!(all.is_ok(), by > 0);
+    }
+    for by in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
+        let _ = Blend::new(&ground, &grown(Growth::Length(by)), feathered(0.1));
     }
 }

@@ -154,6 +154,8 @@ impl<'a> Ground<'a> {
         match by {
             Growth::Length(0.0) | Growth::Rings(0) => selection.clone(),
             Growth::Length(by) => {
+                // Finite, so that what is endlessly far outside stays there; what is no number is 0.
+                let by = if by.is_nan() { 0.0 } else { by.clamp(-f64::MAX, f64::MAX) };
                 let inside = self.signed_distances(selection, by.abs() + self.longest_edge());
                 Selection(Shape::Level(inside.into_iter().map(|inside| inside + by).collect()))
             }
@@ -168,7 +170,11 @@ impl<'a> Ground<'a> {
                     }
                 };
                 for _ in 0..rings.unsigned_abs() {
-                    faces = self.next_ring(&faces, rings > 0);
+                    let next = self.next_ring(&faces, rings > 0);
+                    if next == faces {
+                        break;
+                    }
+                    faces = next;
                 }
                 Selection(Shape::Faces(faces))
             }
