@@ -515,3 +515,40 @@ fn options_that_make_no_sense_do_no_harm() {
         let _ = Blend::new(&ground, &grown(Growth::Length(by)), feathered(0.1));
     }
 }
+
+/// Of two islands on one place the last is clear; the mean has the first one's colour.
+#[test]
+fn what_is_clear_has_no_color_in_a_mean() {
+    let uv = |left: f32| [[left, 0.3], [left + 0.3, 0.3], [left + 0.3, 0.6], [left, 0.6]];
+    let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    let square = |lefts: [f32; 2]| {
+        let uv: Vec<[f32; 2]> = lefts.into_iter().flat_map(uv).collect();
+        let positions = (0..8_u8).map(|k| [f32::from(k % 4), f32::from(k), 0.0]).collect();
+        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
+    };
+    let map: Vec<i64> = (0..8).collect();
+    let pair = Pair::by_vertex_map(square([0.1, 0.6]), square([0.3, 0.3]), &map).unwrap();
+    let size = Size::square(64);
+    let options = TransferOptions {
+        overlap: Overlap::Average,
+        filter: Filter::Nearest,
+        ..TransferOptions::default()
+    };
+    let transfer = Transfer::new(&pair, FORWARD, size, size, &options);
+    let values =
+        (0..64 * 64).flat_map(|k| if k % 64 < 32 { [200, 100, 50, 255] } else { [0, 0, 0, 0] });
+    let source =
+        Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(values.collect())).unwrap();
+    let clear = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]);
+    let result = transfer.apply(source.clone(), clear.unwrap()).unwrap();
+    let at = |texture: &Texture| [0, 1, 2, 3].map(|k| (texture.get(28, 28, k) * 255.0).round());
+    assert_eq!(at(&result), [200.0, 100.0, 50.0, 128.0]);
+    // Blended over something it is half of both.
+    let ground = Ground::new(&pair, FORWARD);
+    let blend = Blend::new(&ground, &ground.linked(), feathered(0.0)).unwrap();
+    let at_map = blend.on(transfer.map());
+    let base = picture(64, |_| [100; 3]);
+    let overlay = transfer.overlay(source, base.format()).unwrap();
+    let result = overlay.blended(&at_map, None).lay(0, base).unwrap();
+    assert_eq!(at(&result), [150.0, 100.0, 75.0, 255.0]);
+}
