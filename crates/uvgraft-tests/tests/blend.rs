@@ -552,3 +552,37 @@ fn what_is_clear_has_no_color_in_a_mean() {
     let result = overlay.blended(&at_map, None).lay(0, base).unwrap();
     assert_eq!(at(&result), [150.0, 100.0, 75.0, 255.0]);
 }
+
+/// A grey texture gets the base's statistics as one with three equal channels does.
+#[test]
+fn grey_is_matched_as_equal_channels_are() {
+    let sheet = Sheet::WHOLE;
+    let pair = to_itself(&sheet.mesh(flat));
+    let ground = Ground::new(&pair, FORWARD);
+    let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
+    let region = ground.vertices(Side::Target, &inside).unwrap();
+    let size = Size::square(128);
+    let transfer = Transfer::new(&pair, FORWARD, size, size, &TransferOptions::default());
+    let noisy = |level: f32, seed| {
+        let mut rng = fastrand::Rng::with_seed(seed);
+        let values = (0..size.texels()).map(|_| (level + 12.0 * rng.f32()) as u8).collect();
+        Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap()
+    };
+    let (source, base) = (noisy(180.0, 1), noisy(120.0, 2));
+    for membrane in [false, true] {
+        let options = BlendOptions { match_skin: true, membrane, ..feathered(0.05) };
+        let blend = Blend::new(&ground, &region, options).unwrap();
+        let at = blend.on(transfer.map());
+        let lay = |channels| {
+            let [source, base] =
+                [&source, &base].map(|it| it.clone().converted(channels, it.depth()));
+            let toning = blend.toning(&source, &base, Encoding::Srgb).unwrap();
+            let overlay = transfer.overlay(source, base.format()).unwrap();
+            overlay.blended(&at, toning.as_ref()).lay(0, base).unwrap()
+        };
+        let (grey, rgb) = (lay(Channels::Grey), lay(Channels::Rgb));
+        for (k, &value) in bytes(&grey).iter().enumerate() {
+            assert!(value.abs_diff(bytes(&rgb)[3 * k]) <= 1, "{membrane}: {value} at {k}");
+        }
+    }
+}

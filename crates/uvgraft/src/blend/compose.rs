@@ -129,11 +129,10 @@ impl Finish<'_> {
         let one = T::ONE.to_level();
         let mut levels = load::<T, C, false>(layer);
         let colors = if OPACITY { C - 1 } else { C };
-        if let Some(matrix) = &self.matrix
-            && colors == 3
-        {
-            let changed = matrix.apply([0, 1, 2].map(|channel| levels[channel] / one));
-            for (level, value) in levels.iter_mut().zip(changed) {
+        if let (Some(matrix), 1 | 3) = (&self.matrix, colors) {
+            // Grey is a colour whose channels are equal.
+            let rgb = [0, 1, 2].map(|channel| levels[channel.min(colors - 1)] / one);
+            for (level, value) in levels[..colors].iter_mut().zip(matrix.apply(rgb)) {
                 *level = value * one;
             }
         }
