@@ -5,8 +5,8 @@
 use uvgraft::blend::{Growth, Side};
 use uvgraft::{
     Blend, BlendOptions, Channels, Depth, Direction, Encoding, Filter, Ground, MapOptions, Mesh,
-    NormalFrames, NormalOptions, Overlap, Pair, SamplingMap, Size, Texels, Texture, Tone, Transfer,
-    TransferOptions,
+    NormalFrames, NormalOptions, Overlap, Pair, SamplingMap, Selection, Size, Texels, Texture,
+    Tone, Transfer, TransferOptions,
 };
 use uvgraft_tests::synthetic;
 
@@ -584,5 +584,27 @@ fn grey_is_matched_as_equal_channels_are() {
         for (k, &value) in bytes(&grey).iter().enumerate() {
             assert!(value.abs_diff(bytes(&rgb)[3 * k]) <= 1, "{membrane}: {value} at {k}");
         }
+    }
+}
+
+/// Selections give the same region as whole triangles and by levels.
+#[test]
+fn triangles_in_corners_of_the_region_are_kept() {
+    let sheet = Sheet { side: 8, ..Sheet::WHOLE };
+    let pair = to_itself(&sheet.mesh(flat));
+    let ground = Ground::new(&pair, FORWARD);
+    let faces =
+        ground.vertices(Side::Target, &sheet.vertices(|[x, y]| x < 0.63 && y < 0.51)).unwrap();
+    let white = ground.painted(Side::Target, &picture(16, |_| [255; 3])).unwrap();
+    let count = |selection: &Selection| {
+        let blend = Blend::new(&ground, selection, feathered(0.0)).unwrap();
+        blend.touched().iter().filter(|&&touched| touched).count()
+    };
+    let leveled = faces.within(&white, &ground);
+    assert_eq!(count(&leveled), count(&faces));
+    assert_eq!(count(&white.without(&faces, &ground)), 2 * 8 * 8 - count(&faces));
+    for rings in [-2, -1, 1, 2] {
+        let [leveled, wanted] = [&leveled, &faces].map(|it| ground.grown(it, Growth::Rings(rings)));
+        assert_eq!(leveled, wanted, "{rings}");
     }
 }
