@@ -213,7 +213,7 @@ impl Rim {
                 Some([0, 1, 2].map(|k| f64::from(gain_between(from[k], to[k])).ln()))
             })
             .collect();
-        let overall = median(measured.iter().flatten())?;
+        let overall = median(&measured.iter().flatten())?;
         let far: Vec<f64> = measured.iter().flatten().map(|&d| norm(sub(d, overall))).collect();
         let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
         // How much each is like the others: a brow, hair or a collar is not.
@@ -272,7 +272,7 @@ fn typical(
 }
 
 /// The median of each component; none of nothing.
-fn median<'a>(values: impl Iterator<Item = &'a [f64; 3]> + Clone) -> Option<[f64; 3]> {
+fn median<'a>(values: &(impl Iterator<Item = &'a [f64; 3]> + Clone)) -> Option<[f64; 3]> {
     values.clone().next()?;
     Some([0, 1, 2].map(|k| middle(values.clone().map(|value| value[k]).collect())))
 }
@@ -433,7 +433,8 @@ mod tests {
     #[test]
     fn outliers_do_not_count() {
         let along: Vec<(u32, f64)> = (0..20).map(|other| (other, 1.0)).collect();
-        let of = |other: u32| if other % 3 == 0 { [1.5, 1.0, 2.0] } else { [0.2, 0.1, -0.1] };
+        let of =
+            |other: u32| if other.is_multiple_of(3) { [1.5, 1.0, 2.0] } else { [0.2, 0.1, -0.1] };
         let measured: Vec<Option<[f64; 3]>> = (0..20).map(|other| Some(of(other))).collect();
         let found = typical(&along, &measured, &[1.0; 20], [0.2, 0.1, -0.1]);
         assert!(norm(sub(found, [0.2, 0.1, -0.1])) < 0.02, "{found:?}");

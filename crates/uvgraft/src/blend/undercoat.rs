@@ -77,8 +77,7 @@ impl Undercoat<'_> {
             Skin::Model(model) => model.weight(srgb(rgb, encoding)),
             Skin::Mask(mask) => f32::from(mask[index]) / 255.0,
         };
-        // Written as it is asked: a weight that is no number is none.
-        if !(weight > 0.0) {
+        if weight.is_nan() || weight <= 0.0 {
             return;
         }
         let changed = self.matrix.map_or(rgb, |matrix| matrix.apply(rgb));
