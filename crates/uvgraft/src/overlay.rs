@@ -170,7 +170,9 @@ impl<'a> Overlay<'a> {
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
             if let Some(undercoat) = undercoat {
-                undercoat.lay(channels, self.formats.working_encoding(), first_row, rows);
+                let encoding = self.formats.working_encoding();
+                let hiding = (!has_opacity).then_some(finish);
+                undercoat.lay(channels, encoding, hiding, first_row, rows);
             }
             // What has opacity is laid over what is there, so nothing must be.
             if has_opacity {
@@ -210,7 +212,7 @@ impl<'a> Overlay<'a> {
                 self.turn(self.map, first_row, rows);
                 sample(format, &below.map, &below.paths, source, first_row, &mut others);
                 self.turn(&below.map, first_row, &mut others);
-                average(&below.map, channels, first_row, &others, rows);
+                average(&below.map, (channels, has_opacity), first_row, &others, rows);
             }
             Values::Solved(layer) => self.copy((channels, has_opacity), layer, first_row, rows),
         }
@@ -250,21 +252,33 @@ fn sample<T: Value>(
     resample(Level::new(), map, paths, source, first_row, rows);
 }
 
-/// Takes the mean with other rows at the texels of a map.
+/// Takes the mean with other rows at the texels of a map; colours count by their opacity. `format` is as
+/// in [`sample`].
 fn average<T: Value>(
     map: &SamplingMap,
-    channels: usize,
+    format: (usize, bool),
     first_row: u32,
     others: &[T],
     rows: &mut [T],
 ) {
+    let (channels, has_opacity) = format;
     let width = map.size().width as usize * channels;
     for_each_chunk(rows, width, |index, texels| {
         for run in map.row(first_row + index as u32) {
             let part = run.x as usize * channels..(run.x + run.len) as usize * channels;
             let others = &others[index * width..][part.clone()];
-            for (value, other) in texels[part].iter_mut().zip(others) {
-                *value = T::from_level((value.to_level() + other.to_level()) * 0.5);
+            let texels = texels[part].chunks_exact_mut(channels);
+            for (texel, other) in texels.zip(others.chunks_exact(channels)) {
+                let opacity = |texel: &[T]| texel[channels - 1].to_level().max(0.0);
+                let share = match (opacity(texel), opacity(other)) {
+                    (ours, theirs) if has_opacity && ours != theirs => theirs / (ours + theirs),
+                    _ => 0.5,
+                };
+                for (channel, (value, other)) in texel.iter_mut().zip(other).enumerate() {
+                    let share = if channel + 1 == channels { 0.5 } else { share };
+                    let [ours, theirs] = [value.to_level(), other.to_level()];
+                    *value = T::from_level(ours * (1.0 - share) + theirs * share);
+                }
             }
         }
     });

@@ -1,5 +1,7 @@
 //! Laying sampled values over a base: weighted, and in the tone that they are to have.
 
+use std::ops::Range;
+
 use fearless_simd::Level;
 
 use crate::map::SamplingMap;
@@ -52,6 +54,21 @@ impl Finish<'_> {
         lay(self, first_row, layer, rows);
     }
 
+    /// Adds the columns of a row at which nothing is left of the base, if the layer is opaque.
+    pub fn push_full(&self, row: u32, columns: &mut Vec<Range<u32>>) {
+        for run in self.map.row(row) {
+            let inside = self.inside[run.patch as usize][0].line(run.x, row);
+            let ends = [inside.at(0), inside.at(run.len - 1)];
+            if !ends.iter().all(|&end| end >= self.feather) {
+                continue;
+            }
+            match columns.last_mut() {
+                Some(last) if last.end == run.x => last.end += run.len,
+                _ => columns.push(run.x..run.x + run.len),
+            }
+        }
+    }
+
     fn lay_rows<T: Value, const C: usize, const OPACITY: bool>(
         &self,
         first_row: u32,
@@ -98,10 +115,8 @@ impl Finish<'_> {
                 let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
                 for (k, (texel, layer)) in (0..).zip(texels) {
                     let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
-                    if weight > 0.0 {
-                        let gains = gains.map(|gain| gain.at(k));
-                        self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
-                    }
+                    let gains = gains.map(|gain| gain.at(k));
+                    self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
                 }
             }
         });
@@ -125,14 +140,16 @@ impl Finish<'_> {
         gains: [f32; 3],
         texel: &mut [T],
     ) {
+        if weight <= 0.0 {
+            return;
+        }
         let one = T::ONE.to_level();
         let mut levels = load::<T, C, false>(layer);
         let colors = if OPACITY { C - 1 } else { C };
-        if let Some(matrix) = &self.matrix
-            && colors == 3
-        {
-            let changed = matrix.apply([0, 1, 2].map(|channel| levels[channel] / one));
-            for (level, value) in levels.iter_mut().zip(changed) {
+        if let (Some(matrix), 1 | 3) = (&self.matrix, colors) {
+            // Grey is a colour whose channels are equal.
+            let rgb = [0, 1, 2].map(|channel| levels[channel.min(colors - 1)] / one);
+            for (level, value) in levels[..colors].iter_mut().zip(matrix.apply(rgb)) {
                 *level = value * one;
             }
         }
@@ -149,7 +166,9 @@ impl Finish<'_> {
         } else {
             for channel in 0..colors {
                 let below = texel[channel].to_level();
-                levels[channel] = below + (levels[channel] - below) * weight;
+                if weight < 1.0 {
+                    levels[channel] = below + (levels[channel] - below) * weight;
+                }
             }
             if self.normals && weight < 1.0 {
                 lengthen(&mut levels, one);

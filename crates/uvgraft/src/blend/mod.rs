@@ -46,7 +46,7 @@ use toning::Recolor;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlendOptions {
     /// Over which length along the surface the base gives way to the texture, inwards from the rim, in
-    /// the target mesh's unit.
+    /// the target mesh's unit. What is negative or no number is 0.
     pub feather: f64,
     /// Whether a membrane takes the tone of one side along the rim to the other.
     pub membrane: bool,
@@ -126,6 +126,9 @@ impl<'a> Blend<'a> {
         options: BlendOptions,
     ) -> Result<Self, RegionError> {
         let selection = selection.within(&ground.linked(), ground);
+        // Far beyond any mesh, and so that 32 bits hold it.
+        let feather = if options.feather > 0.0 { options.feather.min(1e30) } else { 0.0 };
+        let options = BlendOptions { feather, ..options };
         let touched = ground.touched(&selection);
         if !touched.contains(&true) {
             return Err(RegionError::Empty("no linked triangle is left in it"));

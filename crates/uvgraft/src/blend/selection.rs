@@ -53,8 +53,9 @@ pub(super) enum Shape {
     /// Whole triangles.
     Faces(Vec<bool>),
     /// Where a value at the points, linear between them, is greater than 0. Near there it is a
-    /// distance in the mesh's unit.
-    Level(Vec<f64>),
+    /// distance in the mesh's unit. Triangles all of whose corners are at 0 are in it if they are
+    /// listed: in the corners of regions of whole triangles, whose rim all their points are part of.
+    Level(Vec<f64>, Vec<bool>),
 }
 
 /// How far a selection is widened, or narrowed where it is negative.
@@ -142,7 +143,7 @@ impl<'a> Ground<'a> {
             .collect();
         let level = painted::level(&self.surface, &uv, mask);
         if level.iter().any(|&level| level > 0.0) {
-            Ok(Selection(Shape::Level(level)))
+            Ok(self.above(level))
         } else {
             Err(RegionError::Empty("the mask is dark at every vertex"))
         }
@@ -154,21 +155,25 @@ impl<'a> Ground<'a> {
         match by {
             Growth::Length(0.0) | Growth::Rings(0) => selection.clone(),
             Growth::Length(by) => {
+                // Finite, so that what is endlessly far outside stays there; what is no number is 0.
+                let by = if by.is_nan() { 0.0 } else { by.clamp(-f64::MAX, f64::MAX) };
                 let inside = self.signed_distances(selection, by.abs() + self.longest_edge());
-                Selection(Shape::Level(inside.into_iter().map(|inside| inside + by).collect()))
+                self.above(inside.into_iter().map(|inside| inside + by).collect())
             }
             Growth::Rings(rings) => {
-                let mut faces = match &selection.0 {
-                    Shape::Faces(faces) => faces.clone(),
-                    Shape::Level(level) => {
-                        let is_in = |corners: &[u32; 3]| {
-                            corners.iter().all(|&point| level[point as usize] > 0.0)
-                        };
-                        self.surface.triangles().iter().map(is_in).collect()
+                let mut faces = self.touched(selection);
+                if let Shape::Level(level, _) = &selection.0 {
+                    // Only those that are in it wholly.
+                    for (face, corners) in faces.iter_mut().zip(self.surface.triangles()) {
+                        *face &= corners.iter().all(|&point| level[point as usize] >= 0.0);
                     }
-                };
+                }
                 for _ in 0..rings.unsigned_abs() {
-                    faces = self.next_ring(&faces, rings > 0);
+                    let next = self.next_ring(&faces, rings > 0);
+                    if next == faces {
+                        break;
+                    }
+                    faces = next;
                 }
                 Selection(Shape::Faces(faces))
             }
@@ -217,7 +222,7 @@ impl<'a> Ground<'a> {
     /// A value at the points that is positive inside and 0 at the rim of whole triangles.
     pub(super) fn level(&self, selection: &Selection) -> Vec<f64> {
         let faces = match &selection.0 {
-            Shape::Level(level) => return level.clone(),
+            Shape::Level(level, _) => return level.clone(),
             Shape::Faces(faces) => faces,
         };
         (0..self.surface.positions().len() as u32)
@@ -237,13 +242,26 @@ impl<'a> Ground<'a> {
     pub(super) fn touched(&self, selection: &Selection) -> Vec<bool> {
         match &selection.0 {
             Shape::Faces(faces) => faces.clone(),
-            Shape::Level(level) => self
-                .surface
-                .triangles()
-                .iter()
-                .map(|corners| corners.iter().any(|&point| level[point as usize] > 0.0))
-                .collect(),
+            Shape::Level(level, flat) => {
+                let above = self.faces_above(level);
+                let is_flat =
+                    |corners: &[u32; 3]| corners.iter().all(|&k| level[k as usize] == 0.0);
+                let faces = self.surface.triangles().iter().zip(flat).zip(above);
+                faces.map(|((corners, &flat), above)| above || (flat && is_flat(corners))).collect()
+            }
         }
+    }
+
+    /// The triangles at any corner of which a level is above 0.
+    fn faces_above(&self, level: &[f64]) -> Vec<bool> {
+        let is_above =
+            |corners: &[u32; 3]| corners.iter().any(|&point| level[point as usize] > 0.0);
+        self.surface.triangles().iter().map(is_above).collect()
+    }
+
+    fn above(&self, level: Vec<f64>) -> Selection {
+        let faces = self.faces_above(&level);
+        Selection(Shape::Level(level, faces))
     }
 
     fn next_ring(&self, faces: &[bool], wider: bool) -> Vec<bool> {
@@ -311,7 +329,10 @@ impl Selection {
         if let (Shape::Faces(a), Shape::Faces(b)) = (&self.0, &other.0) {
             return Self(Shape::Faces(a.iter().zip(b).map(|(&a, &b)| of_faces(a, b)).collect()));
         }
+        let faces = ground.touched(self).into_iter().zip(ground.touched(other));
+        let faces = faces.map(|(a, b)| of_faces(a, b)).collect();
         let (a, b) = (ground.level(self), ground.level(other));
-        Self(Shape::Level(a.into_iter().zip(b).map(|(a, b)| of_levels(a, b)).collect()))
+        let level = a.into_iter().zip(b).map(|(a, b)| of_levels(a, b)).collect();
+        Self(Shape::Level(level, faces))
     }
 }

@@ -82,7 +82,10 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], t
                 let bent = bent(level, bend(gains[i]), one);
                 level = if gains[i] > 1.0 && level > KNEE * one { bent } else { level };
             }
-            above[i] = below[i] + (level - below[i]) * weights[i];
+            // Where one side is nothing, it may be no number.
+            let mixed = below[i] + (level - below[i]) * weights[i];
+            let whole = if weights[i] < 1.0 { mixed } else { level };
+            above[i] = if weights[i] > 0.0 { whole } else { below[i] };
         }
         for (to, &from) in texels.iter_mut().zip(&above) {
             *to = T::from_level(from);
@@ -94,6 +97,7 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], t
 #[inline(always)]
 #[expect(clippy::manual_clamp, reason = "what is no number weighs nothing; `clamp` would keep it")]
 pub(super) fn weight(inside: f32, feather: f32) -> f32 {
+    #[expect(clippy::manual_clamp, reason = "a clamp would keep what is no number")]
     let t = (inside / feather).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -8,6 +8,7 @@ use crate::simd::dispatch;
 use crate::texture::{Channels, Value};
 use crate::threads::for_each_chunk;
 
+use super::compose::Finish;
 use super::field::{Line, Slope};
 use super::skin::SkinModel;
 use super::tone::{KNEE, Matrix, bend, bent, toned};
@@ -41,10 +42,13 @@ pub(crate) enum Skin<'a> {
 impl Undercoat<'_> {
     /// Changes the rows of a base from `first_row` on. Grey textures are left as they are where their
     /// lightness is not that of skin.
+    ///
+    /// - `hiding`: what is laid over it, if that is opaque; what it hides need not change.
     pub fn lay<T: Value>(
         &self,
         channels: Channels,
         encoding: Encoding,
+        hiding: Option<&Finish<'_>>,
         first_row: u32,
         rows: &mut [T],
     ) {
@@ -53,7 +57,17 @@ impl Undercoat<'_> {
         let level = Level::new();
         for_each_chunk(rows, width, |index, texels| {
             let row = first_row + index as u32;
+            let mut hidden = Vec::new();
+            if let Some(finish) = hiding {
+                finish.push_full(row, &mut hidden);
+            }
+            let mut hidden = hidden.iter().peekable();
             for run in self.map.row(row) {
+                let end = run.x + run.len;
+                while hidden.next_if(|hidden| hidden.end < end).is_some() {}
+                if hidden.peek().is_some_and(|hidden| hidden.start <= run.x && end <= hidden.end) {
+                    continue;
+                }
                 let gains = self
                     .gains
                     .get(run.patch as usize)
@@ -189,7 +203,7 @@ mod tests {
             }
             assert!(wanted != base);
             let mut found = base.clone();
-            undercoat.lay(channels, Encoding::Srgb, 0, &mut found);
+            undercoat.lay(channels, Encoding::Srgb, None, 0, &mut found);
             assert_eq!(found, wanted);
         }
     }
