@@ -27,4 +27,4 @@ mod wardrobe;
 
 pub use face::paint_head;
 pub use figure::Figure;
-pub use wardrobe::paint_body;
+pub use wardrobe::{paint_body, paint_body_in_tone};

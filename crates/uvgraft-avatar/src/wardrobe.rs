@@ -31,6 +31,26 @@ pub fn paint_body(figure: &Figure, size: Size) -> Texture {
     bake(&figure.body, &figure.body_parts, size, BACKGROUND, color)
 }
 
+/// Paints the body as [`paint_body`] does, with skin of another tone.
+///
+/// - `gain`: what the skin's red, green and blue are multiplied by.
+///
+/// # Panics
+/// As [`paint_body`].
+pub fn paint_body_in_tone(figure: &Figure, size: Size, gain: [f32; 3]) -> Texture {
+    bake(&figure.body, &figure.body_parts, size, BACKGROUND, |spot| {
+        let color = color(spot);
+        if !matches!(spot.part.kind, Kind::Face | Kind::Chest | Kind::Arm | Kind::Finger(_)) {
+            return color;
+        }
+        // Sleeves, nails and the mannequin's head are told by how far they are from skin.
+        let plain = skin(spot.position);
+        let far = (0..3).map(|k| (color[k] - plain[k]).abs()).fold(0.0, f32::max);
+        let share = smoothstep(0.16, 0.06, far);
+        [0, 1, 2].map(|k| color[k] * (1.0 + (gain[k] - 1.0) * share))
+    })
+}
+
 fn color(spot: &Spot) -> Color {
     let p = spot.position;
     match spot.part.kind {

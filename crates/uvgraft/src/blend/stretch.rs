@@ -95,9 +95,11 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], t
 
 /// From 0 at the rim to 1 where a feather ends, even at both.
 #[inline(always)]
-#[expect(clippy::manual_clamp, reason = "what is no number weighs nothing; `clamp` would keep it")]
 pub(super) fn weight(inside: f32, feather: f32) -> f32 {
-    #[expect(clippy::manual_clamp, reason = "a clamp would keep what is no number")]
+    #[expect(
+        clippy::manual_clamp,
+        reason = "what is no number weighs nothing; `clamp` would keep it"
+    )]
     let t = (inside / feather).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -1,5 +1,7 @@
 //! `uvgraft demo`: the whole road on an embedded example.
 
+mod blending;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,6 +19,7 @@ use crate::failure::OrBadInput;
 use crate::picture::Picture;
 use crate::preview;
 use crate::report::{grouped, parse_size, to_stdout};
+use blending::Blends;
 
 /// Shows the main job on an embedded example that needs no file.
 ///
@@ -71,7 +74,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     steps.done("reverse", "body back onto head".to_owned());
 
     let shots = Shots::new(&figure, &face, &base, &body);
-    steps.done("rendering", "before and after".to_owned());
+    let blends = Blends::new(&figure, &pair, &face, &forward)?;
+    steps.done("rendering", "before and after, and blending onto darker skin".to_owned());
 
     let file = PairFile {
         pair,
@@ -96,6 +100,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .texture("face_back.png", "the face carried back from the body", back)?
         .file("before_after.png", "the head before, the body after", |path| {
             shots.picture().write(path)
+        })?
+        .file("blending.png", "the face on a body of darker skin, blended", |path| {
+            blends.picture().write(path)
         })?;
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs)?;

@@ -1,0 +1,70 @@
+//! A face on a body whose skin is darker, in every way of hiding the border.
+
+use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
+use uvgraft::{Direction, Encoding, Pair, Size, Texture, Transfer};
+use uvgraft_avatar::render::{View, render};
+use uvgraft_avatar::{Figure, paint_body_in_tone};
+
+use crate::picture::Picture;
+
+/// What the skin of the body is multiplied by.
+const DARKER: [f32; 3] = [0.62, 0.52, 0.46];
+
+const SHOT: Size = Size::new(440, 440);
+
+/// The face on a darker body: with a hard border, a feather, and either side taking on the other's tone.
+pub(super) struct Blends {
+    shots: Vec<(&'static str, [Texture; 2])>,
+}
+
+impl Blends {
+    /// - `transfer`: forward, for the face's size and one of the body's.
+    pub(super) fn new(
+        figure: &Figure,
+        pair: &Pair,
+        face: &Texture,
+        transfer: &Transfer,
+    ) -> anyhow::Result<Self> {
+        let body = paint_body_in_tone(figure, transfer.map().size(), DARKER);
+        let ground = Ground::new(pair, Direction::Forward);
+        let hard = BlendOptions::default();
+        // The figure is in metres.
+        let feather = BlendOptions { feather: 0.015, ..hard };
+        let membrane = BlendOptions { membrane: true, ..feather };
+        let mut shots = Vec::new();
+        for (caption, options) in [
+            ("pasted", hard),
+            ("--feather 15mm", feather),
+            ("--blend membrane", membrane),
+            ("--blend membrane --tone source", BlendOptions { tone: Tone::Source, ..membrane }),
+        ] {
+            let blend = Blend::new(&ground, &ground.linked(), options)?;
+            let at = blend.on(transfer.map());
+            let toning = blend.toning(face, &body, Encoding::Srgb)?;
+            let overlay = transfer.overlay(face.clone(), body.format())?;
+            let result = overlay.blended(&at, toning.as_ref()).lay(0, body.clone())?;
+            let views = [20.0, -75.0].map(|azimuth| View { azimuth, ..View::bust() });
+            shots.push((caption, views.map(|view| render(&figure.body, &result, &view, SHOT))));
+        }
+        Ok(Self { shots })
+    }
+
+    pub(super) fn picture(&self) -> Picture {
+        const CAPTION: u32 = 44;
+        const GAP: u32 = 8;
+        let columns = self.shots.len() as u32;
+        let width = columns * SHOT.width + (columns - 1) * GAP;
+        let mut picture = Picture::new(Size::new(width, CAPTION + 2 * SHOT.height), [24, 26, 30]);
+        for (column, (caption, shots)) in (0..).zip(&self.shots) {
+            let left = column * (SHOT.width + GAP);
+            for (row, shot) in (0..).zip(shots) {
+                picture.paste(shot, left, CAPTION + row * SHOT.height);
+            }
+            // The longest does not fit at twice the font's size.
+            let scale = if Picture::text_width(caption, 2) > SHOT.width { 1 } else { 2 };
+            let space = SHOT.width.saturating_sub(Picture::text_width(caption, scale));
+            picture.text(caption, left + space / 2, 22 - 4 * scale, scale, [236, 238, 242]);
+        }
+        picture
+    }
+}
