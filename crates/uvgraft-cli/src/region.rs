@@ -118,15 +118,16 @@ impl RegionArgs {
             Some(selection) => selection,
             None => linked.clone(),
         };
-        if let Some(excluded) = united(ground, &self.exclude)? {
-            selection = selection.without(&excluded, ground);
-        }
         if let Some(grow) = self.grow {
             let by = match grow {
                 Grow::By(length) => Growth::Length(length.in_unit(unit)),
                 Grow::Rings(rings) => Growth::Rings(rings),
             };
             selection = ground.grown(&selection.within(&linked, ground), by);
+        }
+        // Last, so that what is widened does not come back to it.
+        if let Some(excluded) = united(ground, &self.exclude)? {
+            selection = selection.without(&excluded, ground);
         }
         Ok(selection.within(&linked, ground))
     }

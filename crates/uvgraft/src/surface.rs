@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use crate::mesh::Mesh;
 use crate::vector::{cross, norm, sub};
 
-/// The triangles of a mesh over points. Vertices at the same position are one point: exporters that
-/// split vertices along UV seams do not cut the surface.
+/// The triangles of a mesh over points. Vertices at the same position that lie on open edges are one
+/// point: exporters that split vertices along UV seams do not cut the surface, and sheets that lie on each
+/// other stay two.
 #[derive(Debug, Clone)]
 pub(crate) struct Surface {
     positions: Vec<[f64; 3]>,
@@ -19,18 +20,24 @@ pub(crate) struct Surface {
 
 impl Surface {
     pub fn new(mesh: &Mesh) -> Self {
-        let mut known = HashMap::with_capacity(mesh.positions().len());
+        let is_open = on_open_edges(mesh);
+        let mut known = HashMap::new();
         let mut positions = Vec::with_capacity(mesh.positions().len());
+        let mut push = |position: &[f32; 3]| {
+            positions.push(position.map(f64::from));
+            positions.len() as u32 - 1
+        };
         let point_of_vertex: Vec<u32> = mesh
             .positions()
             .iter()
-            .map(|position| {
+            .zip(is_open)
+            .map(|(position, is_open)| {
+                if !is_open {
+                    return push(position);
+                }
                 // Adding 0.0 makes one zero of the two.
                 let key = position.map(|value| (value + 0.0).to_bits());
-                *known.entry(key).or_insert_with(|| {
-                    positions.push(position.map(f64::from));
-                    positions.len() as u32 - 1
-                })
+                *known.entry(key).or_insert_with(|| push(position))
             })
             .collect();
         let triangles: Vec<[u32; 3]> = mesh
@@ -95,6 +102,19 @@ impl Surface {
     }
 }
 
+/// For each vertex, whether it is on an edge that has one triangle.
+fn on_open_edges(mesh: &Mesh) -> Vec<bool> {
+    let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let mut edges: Vec<(u32, u32)> = sides.map(|(a, b)| (a.min(b), a.max(b))).collect();
+    edges.sort_unstable();
+    let mut is_open = vec![false; mesh.positions().len()];
+    for edge in edges.chunk_by(PartialEq::eq).filter(|edge| edge.len() == 1) {
+        is_open[edge[0].0 as usize] = true;
+        is_open[edge[0].1 as usize] = true;
+    }
+    is_open
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,5 +132,20 @@ mod tests {
         assert_eq!(surface.around(3), [1]);
         assert_eq!(surface.area(0), 0.5);
         assert_eq!(surface.length(0, 3), 2.0_f64.sqrt());
+    }
+
+    #[test]
+    fn sheets_on_one_place_stay_two() {
+        // A tetrahedron twice: no edge is open.
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let positions = [corners, corners].concat();
+        let sides = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
+        let faces: Vec<[u32; 3]> = [0, 4]
+            .into_iter()
+            .flat_map(|first| sides.map(|side| side.map(|k| k + first)))
+            .collect();
+        let uv = vec![[0.0; 2]; 8];
+        let surface = Surface::new(&Mesh::from_triangles(positions, uv, &faces, &faces).unwrap());
+        assert_eq!(surface.positions().len(), 8);
     }
 }

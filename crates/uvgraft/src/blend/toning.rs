@@ -134,9 +134,17 @@ impl Blend<'_> {
                 });
                 let found = rim.difference(sides, [&counts[0], &counts[1]]);
                 let found = found.ok_or(ToningError::NoColors("texture"))?;
-                // Parts of a body that no way leads to are of the same person; an eye in a face is not
-                // skin.
-                let elsewhere = if tone == Tone::Base { [0.0; 3] } else { found.overall };
+                // Parts that no way leads to are of the same person: ears that are meshes of their own
+                // are skin, eyes are not. Of a base only skin changes in any case.
+                let all = self.source_colors(source, encoding);
+                let of_face = SkinModel::new(&in_srgb(&seeds(&of_source)), &in_srgb(&all)).ok();
+                let of_part = |rgb| of_face.map_or(0.0, |model| model.weight(srgb(rgb, encoding)));
+                let is_skin = match tone {
+                    Tone::Base => self.parts_of_skin(source, encoding, of_part),
+                    Tone::Source => vec![true; self.inside.len()],
+                };
+                let elsewhere =
+                    |point: usize| if is_skin[point] { found.overall } else { [0.0; 3] };
                 self.gains(&found, elsewhere)
             }
         };
@@ -152,8 +160,8 @@ impl Blend<'_> {
 
     /// The gains at every point, from their logarithms along the rim.
     ///
-    /// - `elsewhere`: the logarithms where no way leads to the rim.
-    fn gains(&self, difference: &Difference, elsewhere: [f64; 3]) -> Vec<Rgb> {
+    /// - `elsewhere`: the logarithms at a point from which no way leads to the rim.
+    fn gains(&self, difference: &Difference, elsewhere: impl Fn(usize) -> [f64; 3]) -> Vec<Rgb> {
         let Some((rim, harmonic)) = self
             .measure
             .as_ref()
@@ -165,12 +173,64 @@ impl Blend<'_> {
         let gains_of =
             |logs: [f64; 3]| logs.map(|log| log.clamp(bounds[0], bounds[1]).exp() as f32);
         let extended = harmonic.extend(&difference.log_gains);
+        let all = extended.into_iter().enumerate();
         let mut gains: Vec<Rgb> =
-            extended.into_iter().map(|logs| gains_of(logs.unwrap_or(elsewhere))).collect();
+            all.map(|(point, logs)| gains_of(logs.unwrap_or_else(|| elsewhere(point)))).collect();
         for (&point, &logs) in rim.points.iter().zip(&difference.log_gains) {
             gains[point as usize] = gains_of(logs);
         }
         gains
+    }
+
+    /// For each point, whether a good share of the connected part of the region that it belongs to is skin in a
+    /// source.
+    fn parts_of_skin(
+        &self,
+        source: &Texture,
+        encoding: Encoding,
+        weight: impl Fn(Rgb) -> f32,
+    ) -> Vec<bool> {
+        let ground = self.ground;
+        let surface = &ground.surface;
+        let mesh = ground.pair().from(ground.direction());
+        let sampler = Sampler::new(source);
+        let mut is_skin = vec![false; self.inside.len()];
+        let mut is_known = vec![false; self.touched.len()];
+        for first in 0..self.touched.len() {
+            if !self.touched[first] || is_known[first] {
+                continue;
+            }
+            is_known[first] = true;
+            let (mut part, mut next) = (vec![first as u32], 0);
+            let (mut skin, mut all) = (0.0, 0.0);
+            while let Some(&face) = part.get(next) {
+                next += 1;
+                if let Some(counterpart) = ground.from_face[face as usize] {
+                    let uv = middle(mesh.uv_triangle(counterpart.face as usize));
+                    let [rgb @ .., opacity] = sampler.rgba_as(uv, encoding);
+                    let area = surface.area(face);
+                    if opacity >= 0.5 {
+                        skin += area * f64::from(weight(rgb));
+                        all += area;
+                    }
+                }
+                for &point in &surface.triangles()[face as usize] {
+                    for &other in surface.around(point) {
+                        if self.touched[other as usize]
+                            && !std::mem::replace(&mut is_known[other as usize], true)
+                        {
+                            part.push(other);
+                        }
+                    }
+                }
+            }
+            if skin > SKIN_SHARE * all {
+                for &point in part.iter().flat_map(|&face| &surface.triangles()[face as usize]) {
+                    is_skin[point as usize] = true;
+                }
+            }
+        }
+        is_skin
     }
 
     /// Colours of a source at the middles of all triangles of the region.
@@ -202,13 +262,18 @@ fn colors(
     let sampler = Sampler::new(texture);
     let found = map_indices(faces, |face| {
         let corners = uv(face)?;
-        let middle =
-            [0, 1].map(|k| corners.iter().map(|corner| f64::from(corner[k])).sum::<f64>() / 3.0);
-        let [r, g, b, opacity] = sampler.rgba_as(middle, encoding);
+        let [r, g, b, opacity] = sampler.rgba_as(middle(corners), encoding);
         (opacity >= 0.5).then_some([r, g, b])
     });
     found.into_iter().flatten().collect()
 }
+
+fn middle(corners: [[f32; 2]; 3]) -> [f64; 2] {
+    [0, 1].map(|k| corners.iter().map(|corner| f64::from(corner[k])).sum::<f64>() / 3.0)
+}
+
+/// So much of a part is skin at least, if it is one: ears are redder than the face, and eyes have none.
+const SKIN_SHARE: f64 = 0.2;
 
 /// The colours beside a rim, for what skin looks like.
 fn seeds(side: &Side) -> Vec<Rgb> {
