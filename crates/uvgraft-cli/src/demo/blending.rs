@@ -14,6 +14,8 @@ const SHOT: Size = Size::new(440, 440);
 
 /// The face on a darker body: with a hard border, a feather, and either side taking on the other's tone.
 pub(super) struct Blends {
+    /// The body with darker skin and nothing on it.
+    pub(super) body: Texture,
     shots: Vec<(&'static str, [Texture; 2])>,
 }
 
@@ -46,7 +48,7 @@ impl Blends {
             let views = [20.0, -75.0].map(|azimuth| View { azimuth, ..View::bust() });
             shots.push((caption, views.map(|view| render(&figure.body, &result, &view, SHOT))));
         }
-        Ok(Self { shots })
+        Ok(Self { body, shots })
     }
 
     pub(super) fn picture(&self) -> Picture {

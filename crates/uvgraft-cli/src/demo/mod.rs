@@ -75,6 +75,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     let shots = Shots::new(&figure, &face, &base, &body);
     let blends = Blends::new(&figure, &pair, &face, &forward)?;
+    let blended = blends.picture();
+    let darker = blends.body;
     steps.done("rendering", "before and after, and blending onto darker skin".to_owned());
 
     let file = PairFile {
@@ -102,8 +104,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             shots.picture().write(path)
         })?
         .file("blending.png", "the face on a body of darker skin, blended", |path| {
-            blends.picture().write(path)
-        })?;
+            blended.write(path)
+        })?
+        .texture("body_darker.png", "that body before", darker)?;
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs)?;
     Ok(ExitCode::SUCCESS)
