@@ -69,7 +69,8 @@ fn color(spot: &Spot) -> Color {
 const MANNEQUIN: Color = [0.80, 0.755, 0.72];
 
 fn mannequin(p: Vec3) -> Color {
-    let neck = smoothstep(-12.5, -15.5, p.y - EYE_LEVEL);
+    // The head is cut off along a plane that rises towards the nape.
+    let neck = smoothstep(-11.8, -14.8, p.y + 0.26 * p.z - EYE_LEVEL);
     if neck > 0.0 { blend(MANNEQUIN, skin(p), neck) } else { MANNEQUIN }
 }
 
