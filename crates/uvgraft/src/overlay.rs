@@ -107,42 +107,19 @@ impl<'a> Overlay<'a> {
         let mut band = formats.working(band);
         match (&self.layer, band.texels_mut()) {
             (Layer::Sampled { paths, beneath, source, is_opaque }, target) => {
+                let (beneath, is_opaque) = (*beneath, *is_opaque);
                 match (source.texels(), target) {
                     (Texels::U8(source), Texels::U8(target)) => {
-                        self.lay_values(
-                            first_row,
-                            target,
-                            Values::Sampled {
-                                paths,
-                                beneath: *beneath,
-                                source,
-                                is_opaque: *is_opaque,
-                            },
-                        );
+                        let values = Values::Sampled { paths, beneath, source, is_opaque };
+                        self.lay_values(first_row, target, values);
                     }
                     (Texels::U16(source), Texels::U16(target)) => {
-                        self.lay_values(
-                            first_row,
-                            target,
-                            Values::Sampled {
-                                paths,
-                                beneath: *beneath,
-                                source,
-                                is_opaque: *is_opaque,
-                            },
-                        );
+                        let values = Values::Sampled { paths, beneath, source, is_opaque };
+                        self.lay_values(first_row, target, values);
                     }
                     (Texels::F32(source), Texels::F32(target)) => {
-                        self.lay_values(
-                            first_row,
-                            target,
-                            Values::Sampled {
-                                paths,
-                                beneath: *beneath,
-                                source,
-                                is_opaque: *is_opaque,
-                            },
-                        );
+                        let values = Values::Sampled { paths, beneath, source, is_opaque };
+                        self.lay_values(first_row, target, values);
                     }
                     _ => unreachable!("both were converted to one depth"),
                 }

@@ -1,9 +1,10 @@
 //! Which triangles meet at which edges of the surface.
 //!
-//! Vertices count as one where their positions are the same to the bit, so meshes whose vertices are
-//! split at UV seams are whole again.
+//! Vertices count as one where [`Surface`] takes them for one point, so meshes whose vertices are split
+//! at UV seams are whole again.
 
 use crate::mesh::Mesh;
+use crate::surface::Surface;
 
 /// A triangle's edge: number `3 * face + corner` runs from that corner to the next.
 pub(super) type Half = u32;
@@ -17,9 +18,9 @@ const MOST_AT_AN_EDGE: usize = 16;
 /// The edges of a mesh that two triangles share.
 #[derive(Debug)]
 pub(super) struct Edges {
-    /// `[faces]` for each corner, which position it has: the same number for the same position.
+    /// `[faces]` for each corner, which point of the surface it is.
     pub vertices: Vec<[u32; 3]>,
-    /// How many different positions there are.
+    /// How many points there are.
     pub vertex_count: usize,
     /// Edges with a triangle on both sides, in the order of their first triangle's edge.
     pub shared: Vec<Shared>,
@@ -27,7 +28,7 @@ pub(super) struct Edges {
     pub opposite: Vec<Half>,
     /// Edges of triangles without a triangle on the other side.
     pub single: usize,
-    /// Triangles that have one position at two corners; they are passed over.
+    /// Triangles that have one point at two corners; they are passed over.
     pub collapsed: usize,
 }
 
@@ -48,7 +49,8 @@ impl Edges {
     /// in opposite directions; then those that lie flattest to each other. A triangle that is left
     /// over has nothing on its other side.
     pub fn new(mesh: &Mesh) -> Self {
-        let (vertices, vertex_count) = weld(mesh);
+        let surface = Surface::new(mesh);
+        let (vertices, vertex_count) = (surface.triangles().to_vec(), surface.positions().len());
         let is_collapsed = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
         let mut keyed: Vec<(u32, u32, Half)> = Vec::with_capacity(vertices.len() * 3);
         for (face, corners) in (0u32..).zip(&vertices) {
@@ -86,24 +88,6 @@ impl Edges {
         let corners = self.vertices[half as usize / 3];
         [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]]
     }
-}
-
-/// One number for each distinct position, per corner of the triangles; and how many there are.
-fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, usize) {
-    // Adding 0.0 makes one zero of the two.
-    let bits = |position: &[f32; 3]| position.map(|value| (value + 0.0).to_bits());
-    let mut sorted: Vec<([u32; 3], u32)> = mesh.positions().iter().map(bits).zip(0..).collect();
-    sorted.sort_unstable();
-    let mut numbers = vec![0; sorted.len()];
-    let mut count = 0;
-    for alike in sorted.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, vertex) in alike {
-            numbers[vertex as usize] = count;
-        }
-        count += 1;
-    }
-    let number = |corners: &[u32; 3]| corners.map(|vertex| numbers[vertex as usize]);
-    (mesh.faces().iter().map(number).collect(), count as usize)
 }
 
 /// Pairs the triangles that meet at one edge, each with one other at most.
