@@ -2,10 +2,10 @@
 
 mod bench;
 
+use bench::charts;
 use bench::plane::{self, LINKED};
 use bench::{Bench, texel_u8};
-use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
-use uvgraft_io::pair_file;
+use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 
 /// A bench with the maps of a material, values other than flat ones by chance.
 fn bench() -> Bench {
@@ -318,24 +318,7 @@ fn only_colours_are_toned() {
 /// Two squares side by side in the source, in the target half one on the other.
 #[test]
 fn overlaps_are_averaged() {
-    let squares = |lefts: [f32; 2]| {
-        let (mut uv, mut positions) = (Vec::new(), Vec::new());
-        for (left, x) in lefts.into_iter().zip([-1.0, 1.0]) {
-            uv.extend([[left, 0.0], [left + 0.5, 0.0], [left + 0.5, 1.0], [left, 1.0]]);
-            positions.extend([[x; 3]; 4]);
-        }
-        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
-        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
-    };
-    let ids: Vec<i64> = (0..8).collect();
-    let file = pair_file::PairFile {
-        pair: Pair::by_vertex_map(squares([0.0, 0.5]), squares([0.0, 0.25]), &ids).unwrap(),
-        source_name: "source.obj".to_owned(),
-        target_name: "target.obj".to_owned(),
-        note: String::new(),
-    };
-    let bench = Bench::new();
-    pair_file::write(&file, &bench.path("eyes.uvpair")).unwrap();
+    let bench = charts::bench(0.25);
     bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
     for how in ["", "--region target:all.txt", "--data"] {
         bench.write("all.txt", "0 1 2 3 4 5 6 7");

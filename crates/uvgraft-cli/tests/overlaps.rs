@@ -1,34 +1,13 @@
 //! Which of two charts on one place is shown, through the program.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
-
 mod bench;
 
-use bench::Bench;
-use uvgraft::{Channels, Mesh, Pair};
-use uvgraft_io::pair_file;
+use bench::{Bench, charts};
+use uvgraft::Channels;
 
-/// Two squares, side by side in the source and one on the other in the target, where the first is to
-/// the right of the person.
+/// The second chart exactly on the first.
 fn bench() -> Bench {
-    let squares = |lefts: [f32; 2]| {
-        let (mut uv, mut positions) = (Vec::new(), Vec::new());
-        for (left, x) in lefts.into_iter().zip([-1.0, 1.0]) {
-            uv.extend([[left, 0.0], [left + 0.5, 0.0], [left + 0.5, 1.0], [left, 1.0]]);
-            positions.extend([[x; 3]; 4]);
-        }
-        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
-        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
-    };
-    let ids: Vec<i64> = (0..8).collect();
-    let file = pair_file::PairFile {
-        pair: Pair::by_vertex_map(squares([0.0, 0.5]), squares([0.0, 0.0]), &ids).unwrap(),
-        source_name: "source.obj".to_owned(),
-        target_name: "target.obj".to_owned(),
-        note: String::new(),
-    };
-    let bench = Bench::new();
-    pair_file::write(&file, &bench.path("eyes.uvpair")).unwrap();
+    let bench = charts::bench(0.0);
     bench.paint_halves("source.png", [200, 10]);
     bench
 }

@@ -6,6 +6,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
+pub mod charts;
 pub mod plane;
 
 use std::collections::BTreeMap;

@@ -4,7 +4,8 @@ use crate::color::{Encoding, srgb_from_linear};
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
-use super::rim::{Difference, Side};
+use super::harmonic::Harmonic;
+use super::rim::{Difference, Rim, Side};
 use super::sample::Sampler;
 use super::skin::{SkinError, SkinModel};
 use super::statistics::{ColorMatch, ColorMatchError};
@@ -103,26 +104,18 @@ impl Blend<'_> {
                 .map_err(|reason| ToningError::Skin { what: "texture", reason })?;
             let [texture, body] = [(&source_model, &of_texture), (model, all)]
                 .map(|(model, colors)| only_skin(model, colors, encoding));
-            let (from, to, changed) = match tone {
-                Tone::Base => (&texture, &body, &mut of_source),
-                Tone::Source => (&body, &texture, &mut of_base),
-            };
-            let found = ColorMatch::new(from, to)?;
-            let (rows, offset) = (found.matrix(), found.offset());
-            let mean =
-                from.iter().map(|rgb| rgb.iter().sum::<f32>()).sum::<f32>() / from.len() as f32;
-            let found = Matrix {
-                rows: [0, 1, 2].map(|k| [rows[k][0], rows[k][1], rows[k][2], offset[k]]),
-                whole_from: (0.5 * mean).max(1e-3),
+            let (found, changed) = match tone {
+                Tone::Base => (matched(&texture, &body)?, &mut of_source),
+                Tone::Source => (matched(&body, &texture)?, &mut of_base),
             };
             for (color, _) in changed {
                 *color = found.apply(color.map(|value| value as f32)).map(f64::from);
             }
             matrix = Some(found);
         }
-        let gains = match (&measure.harmonic, tone) {
-            (None, _) => Vec::new(),
-            (Some(_), tone) => {
+        let gains = match &measure.harmonic {
+            None => Vec::new(),
+            Some(harmonic) => {
                 let sides = match tone {
                     Tone::Base => [&of_source, &of_base],
                     Tone::Source => [&of_base, &of_source],
@@ -136,16 +129,15 @@ impl Blend<'_> {
                 let found = found.ok_or(ToningError::NoColors("texture"))?;
                 // Parts that no way leads to are of the same person: ears that are meshes of their own
                 // are skin, eyes are not. Of a base only skin changes in any case.
-                let all = self.source_colors(source, encoding);
-                let of_face = SkinModel::new(&in_srgb(&seeds(&of_source)), &in_srgb(&all)).ok();
-                let of_part = |rgb| of_face.map_or(0.0, |model| model.weight(srgb(rgb, encoding)));
                 let is_skin = match tone {
-                    Tone::Base => self.parts_of_skin(source, encoding, of_part),
+                    Tone::Base => {
+                        let all = self.source_colors(source, encoding);
+                        let model = SkinModel::new(&in_srgb(&seeds(&of_source)), &in_srgb(&all));
+                        self.parts_of_skin(source, encoding, model.ok())
+                    }
                     Tone::Source => vec![true; self.inside.len()],
                 };
-                let elsewhere =
-                    |point: usize| if is_skin[point] { found.overall } else { [0.0; 3] };
-                self.gains(&found, elsewhere)
+                Self::gains(rim, harmonic, &found, &is_skin)
             }
         };
         let recolor = Recolor { matrix, gains };
@@ -160,41 +152,43 @@ impl Blend<'_> {
 
     /// The gains at every point, from their logarithms along the rim.
     ///
-    /// - `elsewhere`: the logarithms at a point from which no way leads to the rim.
-    fn gains(&self, difference: &Difference, elsewhere: impl Fn(usize) -> [f64; 3]) -> Vec<Rgb> {
-        let Some((rim, harmonic)) = self
-            .measure
-            .as_ref()
-            .and_then(|measure| Some((&measure.rim, measure.harmonic.as_ref()?)))
-        else {
-            return Vec::new();
-        };
+    /// - `is_skin`: of a point from which no way leads to the rim, whether it changes as the rim does on
+    ///   the whole.
+    fn gains(
+        rim: &Rim,
+        harmonic: &Harmonic,
+        difference: &Difference,
+        is_skin: &[bool],
+    ) -> Vec<Rgb> {
         let bounds = GAINS.map(|gain| f64::from(gain.ln()));
         let gains_of =
             |logs: [f64; 3]| logs.map(|log| log.clamp(bounds[0], bounds[1]).exp() as f32);
-        let extended = harmonic.extend(&difference.log_gains);
-        let all = extended.into_iter().enumerate();
-        let mut gains: Vec<Rgb> =
-            all.map(|(point, logs)| gains_of(logs.unwrap_or_else(|| elsewhere(point)))).collect();
+        let elsewhere = |is_skin: bool| if is_skin { difference.overall } else { [0.0; 3] };
+        let extended = harmonic.extend(&difference.log_gains).into_iter();
+        let mut gains: Vec<Rgb> = extended
+            .zip(is_skin)
+            .map(|(logs, &is_skin)| gains_of(logs.unwrap_or_else(|| elsewhere(is_skin))))
+            .collect();
         for (&point, &logs) in rim.points.iter().zip(&difference.log_gains) {
             gains[point as usize] = gains_of(logs);
         }
         gains
     }
 
-    /// For each point, whether a good share of the connected part of the region that it belongs to is skin in a
-    /// source.
+    /// For each point, whether a good share of the connected part of the region that it belongs to is
+    /// skin in a source; nothing is without a model of skin.
     fn parts_of_skin(
         &self,
         source: &Texture,
         encoding: Encoding,
-        weight: impl Fn(Rgb) -> f32,
+        model: Option<SkinModel>,
     ) -> Vec<bool> {
         let ground = self.ground;
         let surface = &ground.surface;
         let mesh = ground.pair().from(ground.direction());
         let sampler = Sampler::new(source);
         let mut is_skin = vec![false; self.inside.len()];
+        let Some(model) = model else { return is_skin };
         let mut is_known = vec![false; self.touched.len()];
         for first in 0..self.touched.len() {
             if !self.touched[first] || is_known[first] {
@@ -210,7 +204,7 @@ impl Blend<'_> {
                     let [rgb @ .., opacity] = sampler.rgba_as(uv, encoding);
                     let area = surface.area(face);
                     if opacity >= 0.5 {
-                        skin += area * f64::from(weight(rgb));
+                        skin += area * f64::from(model.weight(srgb(rgb, encoding)));
                         all += area;
                     }
                 }
@@ -279,6 +273,17 @@ const SKIN_SHARE: f64 = 0.2;
 fn seeds(side: &Side) -> Vec<Rgb> {
     let with_color = side.iter().filter(|&&(_, area)| area > 0.0);
     with_color.map(|(color, _)| color.map(|value| value as f32)).collect()
+}
+
+/// What gives one side's skin the statistics of the other's.
+fn matched(from: &[Rgb], to: &[Rgb]) -> Result<Matrix, ColorMatchError> {
+    let found = ColorMatch::new(from, to)?;
+    let (rows, offset) = (found.matrix(), found.offset());
+    let mean = from.iter().map(|rgb| rgb.iter().sum::<f32>()).sum::<f32>() / from.len() as f32;
+    Ok(Matrix {
+        rows: [0, 1, 2].map(|k| [rows[k][0], rows[k][1], rows[k][2], offset[k]]),
+        whole_from: (0.5 * mean).max(1e-3),
+    })
 }
 
 fn only_skin(model: &SkinModel, colors: &[Rgb], encoding: Encoding) -> Vec<Rgb> {
