@@ -2,15 +2,15 @@
 
 use uvgraft::{Size, Texture};
 
-use crate::bake::{Color, Spot, bake, blend, scaled};
-use crate::complexion::{HAIR, ear, eye, flushed, freckles, hair, hair_cover, skin};
-use crate::figure::Figure;
-use crate::head_shape::{
+use super::Figure;
+use super::bake::{Color, Spot, bake, blend, scaled};
+use super::complexion::{HAIR, ear, eye, flushed, freckles, hair, hair_cover, skin};
+use super::head_shape::{
     EYE, EYE_LEVEL, LID_WIDTH, LIP_WIDTH, MOUTH_Y, lip_bottom, lip_line, lip_top, lower_lid,
     upper_lid,
 };
+use super::surface::{Kind, Side};
 use crate::noise::{noise2, random};
-use crate::surface::{Kind, Side};
 use crate::vector::{Vec3, bell, curve, mix, smoothstep, vec3};
 
 const BACKGROUND: Color = [0.42, 0.31, 0.26];

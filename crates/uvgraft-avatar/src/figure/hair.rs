@@ -3,10 +3,10 @@
 
 use std::f32::consts::{PI, TAU};
 
-use crate::features::disc;
-use crate::head_shape::skin;
-use crate::sdf::leave;
-use crate::surface::{Kind, Part, Side, Surface};
+use super::features::disc;
+use super::head_shape::skin;
+use super::sdf::leave;
+use super::surface::{Kind, Part, Side, Surface};
 use crate::vector::{Vec3, bell, curve, mix, smoothstep, vec3};
 
 const CENTRE: Vec3 = vec3(0.0, 2.0, -1.0);

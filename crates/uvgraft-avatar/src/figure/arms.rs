@@ -2,9 +2,9 @@
 
 use std::f32::consts::TAU;
 
-use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
-use crate::clothes::tube;
-use crate::surface::{Kind, Part, Side, Surface};
+use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
+use super::clothes::tube;
+use super::surface::{Kind, Part, Side, Surface};
 use crate::vector::{Vec3, curve, mix, vec3};
 
 /// Distance of the wrist from the shoulder.

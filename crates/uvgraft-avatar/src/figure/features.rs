@@ -4,8 +4,8 @@
 
 use std::f32::consts::TAU;
 
-use crate::head_shape::{EYE, EYE_RADIUS, IRIS_RADIUS};
-use crate::surface::{Kind, Knot, Part, Side, Surface};
+use super::head_shape::{EYE, EYE_RADIUS, IRIS_RADIUS};
+use super::surface::{Kind, Knot, Part, Side, Surface};
 use crate::vector::{Vec3, bell, curve, mix, smoothstep, vec3};
 
 /// A point of the unit disc as chart parameters; `radius` up to 1, angle from +x to up.

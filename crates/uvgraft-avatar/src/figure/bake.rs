@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value};
 
-use crate::figure::PartFaces;
-use crate::surface::{Part, vertex_normals};
+use super::PartFaces;
+use super::surface::Part;
+use crate::normals::vertex_normals;
 use crate::vector::Vec3;
 
 /// sRGB values, 1.0 for white.

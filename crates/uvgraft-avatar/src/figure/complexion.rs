@@ -1,9 +1,9 @@
 //! Skin, hair and eyes as colours of points in space: what face and body have in common.
 
-use crate::bake::{Color, blend, scaled};
-use crate::features::ear_depth;
-use crate::hair::{Bearing, lock_middle};
-use crate::head_shape::{EYE, IRIS_RADIUS};
+use super::bake::{Color, blend, scaled};
+use super::features::ear_depth;
+use super::hair::{Bearing, lock_middle};
+use super::head_shape::{EYE, IRIS_RADIUS};
 use crate::noise::{fractal, noise, noise2, random};
 use crate::vector::{Vec3, bell, smoothstep, vec3};
 

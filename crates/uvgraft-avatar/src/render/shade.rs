@@ -2,7 +2,7 @@
 
 use uvgraft::Size;
 
-use crate::depth::{Camera, DepthBuffer};
+use super::depth::{Camera, DepthBuffer};
 use crate::vector::{Vec3, smoothstep, vec3};
 
 /// How a surface answers light.

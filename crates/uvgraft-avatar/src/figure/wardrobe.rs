@@ -4,15 +4,15 @@ use std::f32::consts::TAU;
 
 use uvgraft::{Size, Texture};
 
-use crate::arms::on_finger;
-use crate::bake::{Color, Spot, bake, blend, scaled};
-use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
-use crate::clothes::{HEM, SHIRT_CENTRE, collar};
-use crate::complexion::{flushed, skin};
-use crate::figure::Figure;
-use crate::head_shape::EYE_LEVEL;
+use super::Figure;
+use super::arms::on_finger;
+use super::bake::{Color, Spot, bake, blend, scaled};
+use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
+use super::clothes::{HEM, SHIRT_CENTRE, collar};
+use super::complexion::{flushed, skin};
+use super::head_shape::EYE_LEVEL;
+use super::surface::Kind;
 use crate::noise::{noise, noise2};
-use crate::surface::Kind;
 use crate::vector::{Vec3, bell, smoothstep, vec3};
 
 const BACKGROUND: Color = [0.36, 0.37, 0.40];

@@ -3,7 +3,7 @@
 //! Head space: centimetres, the origin between the ears at the height of the pupils, Y up, Z out of
 //! the face, `+x` the figure's own left.
 
-use crate::sdf::{capsule, carve, ellipsoid, join, sphere};
+use super::sdf::{capsule, carve, ellipsoid, join, sphere};
 use crate::vector::{Vec3, bell, mix, vec3};
 
 /// Height of the head space's origin above the ground, in centimetres.

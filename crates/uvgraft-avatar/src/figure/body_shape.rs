@@ -1,8 +1,8 @@
 //! The trunk and what it wears as smooth solids. World space in centimetres, the ground at 0.
 
-use crate::head_shape::{EYE_LEVEL, neck};
+use super::head_shape::{EYE_LEVEL, neck};
+use super::sdf::{capsule, carve, ellipsoid, join};
 use crate::noise::noise;
-use crate::sdf::{capsule, carve, ellipsoid, join};
 use crate::vector::{Vec3, smoothstep, vec3};
 
 /// The left shoulder joint.

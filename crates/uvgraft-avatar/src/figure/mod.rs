@@ -1,17 +1,34 @@
 //! The example figure: a head, and a body that contains the same head under other vertex numbers
 //! and another layout.
 
+mod arms;
+mod bake;
+mod body_shape;
+mod clothes;
+mod complexion;
+mod face;
+mod features;
+mod hair;
+mod head;
+mod head_shape;
+mod layout;
+mod sdf;
+mod surface;
+mod wardrobe;
+
+pub use face::paint_head;
+pub use wardrobe::{paint_body, paint_body_in_tone};
+
 use std::collections::HashMap;
 use std::ops::Range;
 
 use uvgraft::{Corner, Mesh};
 
-use crate::head_shape::{EYE, EYE_LEVEL};
-use crate::layout::{Layout, corners};
+use self::head_shape::{EYE, EYE_LEVEL};
+use self::layout::{Layout, corners};
+use self::surface::{Kind, Part, Polygon, Side, Surface};
 use crate::noise::hash;
-use crate::surface::{Kind, Part, Polygon, Side, Surface};
 use crate::vector::vec3;
-use crate::{arms, clothes, features, hair, head};
 
 /// A synthetic person: two meshes and how they correspond.
 ///

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use uvgraft::Size;
 use uvgraft::raster::ScanTriangle;
 
+use super::View;
 use crate::noise::random;
-use crate::render::View;
 use crate::vector::{Vec3, smoothstep, vec3};
 
 /// No triangle.

@@ -3,8 +3,8 @@
 //! The two divide the head differently: its own layout has one chart for the skin, cut at the back;
 //! the body's has one for the face and one, turned on its side, for the rest.
 
-use crate::head::COLUMNS;
-use crate::surface::{Kind, Part, Polygon, Side};
+use super::head::COLUMNS;
+use super::surface::{Kind, Part, Polygon, Side};
 use crate::vector::{mix, smoothstep};
 
 /// Which of the two textures.

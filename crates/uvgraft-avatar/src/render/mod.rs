@@ -3,14 +3,18 @@
 //! Visibility is a depth buffer with 2 × 2 samples a pixel. Light comes from a key with a shadow
 //! map, a fill, a rim light and the sky, with occlusion estimated from the depth buffer.
 
+mod depth;
+mod mipmap;
+mod shade;
+
 use rayon::prelude::*;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value};
 
-use crate::depth::{Camera, DepthBuffer, EMPTY};
-use crate::mipmap::Mipmap;
-use crate::shade::{Lights, Material, background};
-use crate::surface::vertex_normals;
+use self::depth::{Camera, DepthBuffer, EMPTY};
+use self::mipmap::Mipmap;
+use self::shade::{Lights, Material, background};
+use crate::normals::vertex_normals;
 use crate::vector::{Vec3, vec3};
 
 /// From where a mesh is seen. Angles are in degrees, lengths in the mesh's unit.

@@ -9,12 +9,12 @@
 
 use std::f32::consts::PI;
 
-use crate::head_shape::{
+use super::head_shape::{
     EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, LIP_WIDTH, lip_bottom, lip_line, lip_top, lower_lid,
     neck_axis, skin, upper_lid,
 };
-use crate::sdf::{leave, meet};
-use crate::surface::{Kind, Knot, Part, Side, Surface};
+use super::sdf::{leave, meet};
+use super::surface::{Kind, Knot, Part, Side, Surface};
 use crate::vector::{Vec3, mix, smoothstep, vec3};
 
 pub(crate) const COLUMNS: usize = 72;

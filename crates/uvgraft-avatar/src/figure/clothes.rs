@@ -2,10 +2,10 @@
 
 use std::f32::consts::TAU;
 
-use crate::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER, shirt, shoe, sleeve, trousers, trunk};
-use crate::head::{COLUMNS, azimuth};
-use crate::sdf::leave;
-use crate::surface::{Kind, Knot, Part, Side, Surface};
+use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER, shirt, shoe, sleeve, trousers, trunk};
+use super::head::{COLUMNS, azimuth};
+use super::sdf::leave;
+use super::surface::{Kind, Knot, Part, Side, Surface};
 use crate::vector::{Vec3, curve, mix, vec3};
 
 /// A tube of `rings` rings, each with `around` vertices. `position` gets a turn in `0.0..1.0`,
