@@ -2,10 +2,13 @@
 //! synthetic body that contains the same head, their painted textures, and an offline renderer to
 //! look at them.
 
+mod avatar;
 pub mod figure;
 mod noise;
 mod normals;
 pub mod render;
+pub mod rig;
 mod vector;
 
+pub use avatar::Avatar;
 pub use figure::{Figure, paint_body, paint_body_in_tone, paint_head};
