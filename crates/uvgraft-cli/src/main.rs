@@ -5,6 +5,7 @@
 //! reports go to standard output, errors, warnings and progress to standard error.
 
 mod bench;
+mod blending;
 mod compare;
 mod demo;
 mod failure;
@@ -15,6 +16,7 @@ mod inspect;
 mod interruption;
 mod length;
 mod map;
+mod onto;
 mod opacity;
 mod outputs;
 mod pair;
