@@ -31,6 +31,7 @@ mod scores;
 mod seams;
 mod table;
 mod transfer;
+mod view;
 mod weights;
 
 use std::process::ExitCode;
@@ -58,6 +59,7 @@ enum Command {
     Compare(compare::Args),
     Seams(seams::Args),
     Roundtrip(roundtrip::Args),
+    View(view::Args),
     Bench(bench::Args),
     Demo(demo::Args),
     Weights(weights::Args),
@@ -84,6 +86,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Compare(args) => compare::run(args),
         Command::Seams(args) => seams::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        Command::View(args) => view::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),

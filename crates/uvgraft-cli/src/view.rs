@@ -1,0 +1,106 @@
+//! `uvgraft view`: one HTML file that shows an avatar, opened in the browser.
+
+use std::convert::Infallible;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use uvgraft_io::input::{self, ReadError};
+use uvgraft_io::output;
+use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
+
+use crate::failure::{OrBadInput, bad_input, note};
+use crate::outputs::Outputs;
+use crate::report;
+
+/// Shows a GLB or VRM in the browser: one HTML file that works offline
+///
+/// The file holds the avatar and the viewer: turn it, play its motions, choose poses, expressions and
+/// textures, and save pictures. It needs no network and no server, and sends nothing anywhere.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The avatar, a GLB or VRM
+    model: PathBuf,
+    /// HTML file to write; beside the avatar if not given
+    #[arg(short, long, value_name = "me.html")]
+    output: Option<PathBuf>,
+    /// A texture to choose instead of the avatar's own, PNG, JPEG or WebP; may be repeated
+    #[arg(long = "texture", value_name = "FILE")]
+    textures: Vec<PathBuf>,
+    /// Write the file without opening it
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Browsers keep a text of at most half a gigabyte, and base64 is a third longer than what it encodes.
+const MOST_MODEL_BYTES: u64 = 256 << 20;
+const MOST_TEXTURE_BYTES: u64 = 64 << 20;
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let Some(page) = PAGE else {
+        anyhow::bail!(
+            "this uvgraft was built without its viewer; in its sources, run scripts/build-viewer.sh \
+             (it needs npm), then cargo install --path crates/uvgraft-cli --features viewer"
+        );
+    };
+    let template = Template::new(page)?;
+    let output = args.output.clone().unwrap_or_else(|| args.model.with_extension("html"));
+    if !output.extension().is_some_and(|ending| {
+        ["html", "htm"].iter().any(|wanted| ending.eq_ignore_ascii_case(wanted))
+    }) {
+        let name = output.display();
+        return Err(bad_input(format!(
+            "{name}: a page's name ends in .html, or browsers show text"
+        )));
+    }
+    let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
+    Outputs::new(inputs).check(&output)?;
+
+    let model = read(&args.model, MOST_MODEL_BYTES)?;
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let in_model = || format!("cannot show {}", args.model.display());
+    let model = Glb::new(&model).with_context(in_model).or_bad_input()?;
+    let files = args
+        .textures
+        .iter()
+        .map(|path| Ok((path, name(path), read(path, MOST_TEXTURE_BYTES)?)))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let textures = files
+        .iter()
+        .map(|(path, name, bytes)| {
+            let picture = Picture::new(bytes).ok_or_else(|| {
+                bad_input(format!("{}: no picture, wanted {}", path.display(), Picture::KINDS))
+            })?;
+            Ok((name.as_str(), picture))
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let page = Page { name: &name(&args.model), model, textures };
+    output::write_atomically::<io::Error>(&output, |out| page.write(&template, out))
+        .with_context(|| format!("cannot write {}", output.display()))?;
+
+    report::to_stdout(&format!("wrote {}\n", output.display()))?;
+    if !args.no_open {
+        if !can_open() {
+            note("there is no display to open it on; open it in a browser");
+        } else if let Err(error) = open::that_detached(&output) {
+            // The page is there, which is what was asked for.
+            note(format!("found nothing to open it with ({error}); open it in a browser"));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn read(path: &Path, max: u64) -> anyhow::Result<Vec<u8>> {
+    let all = |bytes: &[u8]| Ok(bytes.to_vec());
+    input::read_file::<_, Infallible>(path, max, all)
+        .map_err(|error: ReadError<Infallible>| error)
+        .or_bad_input()
+}
+
+/// Whether somebody sits in front of this machine.
+fn can_open() -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let needs_display = cfg!(all(unix, not(target_os = "macos")));
+    !is_set("CI") && (!needs_display || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY"))
+}

@@ -1,0 +1,22 @@
+// Looks at avatars with other people's programs: Khronos' validator, three.js and three-vrm in Chromium.
+//
+//     node browser.mjs validate '{"files": [...]}'
+//     node browser.mjs shoot '{"file": ..., "shots": [...]}'
+//     node browser.mjs viewer '{"file": ..., ...}'
+//
+// Takes one JSON object and prints one; progress and errors go to standard error, and failures end with
+// code 1. What the objects hold is told in validate.mjs, shoot.mjs and viewer.mjs.
+
+import { shoot } from "./shoot.mjs";
+import { validate } from "./validate.mjs";
+import { viewer } from "./viewer.mjs";
+
+const commands = { validate, shoot, viewer };
+const [command, json] = process.argv.slice(2);
+try {
+  if (!Object.hasOwn(commands, command)) throw new Error(`no command ${command}`);
+  process.stdout.write(`${JSON.stringify(await commands[command](JSON.parse(json)))}\n`);
+} catch (error) {
+  console.error(error);
+  process.exitCode = 1;
+}

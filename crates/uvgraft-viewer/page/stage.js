@@ -1,0 +1,170 @@
+// The camera, the studio's lights and the ground. It draws when something changed, not all the time.
+
+import {
+  AmbientLight, Box3, Color, DirectionalLight, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera,
+  PlaneGeometry, Scene, ShadowMaterial, SkeletonHelper, Spherical, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+/// Degrees from top to bottom.
+const FIELD_OF_VIEW = 28;
+
+export class Stage {
+  constructor(place) {
+    this.place = place;
+    // Backgrounds are the page's, behind a transparent picture.
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setClearAlpha(0);
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.canvas = this.renderer.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", "The avatar");
+    place.prepend(this.canvas);
+
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.enableDamping = true;
+    this.controls.addEventListener("change", () => this.draw());
+    this.isStale = true;
+    this.extras = new Group();
+    this.scene.add(this.extras);
+    new ResizeObserver(() => this.#fill()).observe(place);
+  }
+
+  /// Puts the figure onto the stage, and light around it.
+  show(root) {
+    this.root = root;
+    this.scene.add(root);
+    this.box = new Box3().setFromObject(root, true);
+    const size = this.box.getSize(new Vector3());
+    this.radius = Math.max(size.length() / 2, 1e-6);
+    this.centre = this.box.getCenter(new Vector3());
+    this.#light();
+    this.skeleton = new SkeletonHelper(root);
+    this.skeleton.material.depthTest = false;
+    this.skeleton.setColors?.(new Color("#ffb000"), new Color("#ffe3a0"));
+    this.skeleton.visible = false;
+    this.skeleton.renderOrder = 1;
+    this.extras.add(this.skeleton);
+  }
+
+  // A key from the person's front left with a shadow, a fill from the other side, and light from
+  // behind that parts the figure from the ground.
+  #light() {
+    const { radius, centre, box } = this;
+    const at = (x, y, z) => new Vector3(x, y, z).multiplyScalar(radius * 2.5).add(centre);
+    const lamp = (color, intensity, x, y, z) => {
+      const light = new DirectionalLight(color, intensity);
+      light.position.copy(at(x, y, z));
+      light.target.position.copy(centre);
+      this.extras.add(light, light.target);
+      return light;
+    };
+    this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.15), new AmbientLight("#ffffff", 0.35));
+    const key = lamp("#fff4e6", 1.9, 0.55, 0.9, 0.9);
+    lamp("#e3ecff", 0.55, -0.9, 0.25, 0.6);
+    lamp("#ffffff", 0.9, -0.3, 0.7, -1);
+    key.castShadow = true;
+    key.shadow.mapSize.set(2048, 2048);
+    key.shadow.radius = 5;
+    key.shadow.normalBias = radius * 0.01;
+    const view = key.shadow.camera;
+    Object.assign(view, { left: -radius, right: radius, top: radius, bottom: -radius, near: radius, far: radius * 6 });
+
+    this.ground = new Mesh(new PlaneGeometry(radius * 40, radius * 40), new ShadowMaterial({ opacity: 0.28 }));
+    this.ground.rotation.x = -Math.PI / 2;
+    this.ground.position.y = box.min.y - radius * 1e-3;
+    this.ground.receiveShadow = true;
+    this.extras.add(this.ground);
+  }
+
+  /// Looks at a box from the front, with some air around it.
+  frame({ centre, width, height }, fromAbove = 0.04) {
+    const aspect = this.#size()[0] / this.#size()[1];
+    const half = Math.tan((FIELD_OF_VIEW / 2) * (Math.PI / 180));
+    const distance = (1.12 * Math.max(height, width / aspect)) / 2 / half;
+    const eye = centre.clone().add(new Vector3(0, fromAbove * distance, distance));
+    this.setCamera({ eye: eye.toArray(), target: centre.toArray(), fovY: FIELD_OF_VIEW });
+  }
+
+  /// {eye, target, up, fovY}: metres, and degrees from top to bottom; what is left out stays.
+  setCamera({ eye, target, up, fovY }) {
+    if (up) this.camera.up.fromArray(up);
+    if (eye) this.camera.position.fromArray(eye);
+    if (target) this.controls.target.fromArray(target);
+    if (fovY) this.camera.fov = fovY;
+    this.controls.update();
+    // Without this, motion that a drag left over would go on.
+    this.camera.lookAt(this.controls.target);
+    this.draw();
+  }
+
+  /// Turns the camera around what it looks at, by angles in radians to the right and down.
+  orbit(right, down) {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const at = new Spherical().setFromVector3(offset);
+    at.theta += right;
+    at.phi += down;
+    offset.setFromSpherical(at.makeSafe());
+    this.setCamera({ eye: offset.add(this.controls.target).toArray() });
+  }
+
+  /// Moves the camera so that its distance is so many times what it was.
+  approach(factor) {
+    const { target } = this.controls;
+    this.setCamera({ eye: this.camera.position.clone().sub(target).multiplyScalar(factor).add(target).toArray() });
+  }
+
+  draw() {
+    this.isStale = true;
+  }
+
+  /// Draws if something changed since.
+  render() {
+    this.controls.update();
+    if (!this.isStale) return;
+    this.isStale = false;
+    this.#clip();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /// A picture of a size of its own, as a canvas with a transparent background.
+  picture(width, height) {
+    this.renderer.setPixelRatio(1);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.#clip();
+    this.renderer.render(this.scene, this.camera);
+    const copy = document.createElement("canvas");
+    Object.assign(copy, { width, height });
+    // What was drawn is there until this task ends.
+    copy.getContext("2d").drawImage(this.canvas, 0, 0);
+    this.#fill();
+    return copy;
+  }
+
+  /// Planes before and behind the figure, as near as they can be, so that depth is exact.
+  #clip() {
+    const distance = this.camera.position.distanceTo(this.centre ?? new Vector3());
+    const radius = this.radius ?? 1;
+    this.camera.near = Math.max(distance - radius * 4, radius * 1e-2);
+    this.camera.far = distance + radius * 30;
+    this.camera.updateProjectionMatrix();
+  }
+
+  #size() {
+    return [Math.max(this.place.clientWidth, 1), Math.max(this.place.clientHeight, 1)];
+  }
+
+  #fill() {
+    const [width, height] = this.#size();
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.isStale = true;
+    this.render();
+  }
+}

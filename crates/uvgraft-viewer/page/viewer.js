@@ -1,0 +1,146 @@
+// The viewer without its controls: one figure on a stage, and all that can be done with it.
+
+import { Quaternion } from "three";
+import { Expressions } from "./expressions.js";
+import * as frames from "./frames.js";
+import { Looks } from "./looks.js";
+import { Motion } from "./motion.js";
+import { backdrop, laid } from "./picture.js";
+import { POSES, rotationsOf } from "./poses.js";
+import { Rig } from "./rig.js";
+
+export class Viewer extends EventTarget {
+  constructor(stage, model) {
+    super();
+    this.stage = stage;
+    this.model = model;
+    const { root, vrm, clips } = model;
+    this.rig = new Rig(root, vrm);
+    this.expressions = new Expressions(root, vrm);
+    this.motion = new Motion(root, clips);
+    this.looks = new Looks(root);
+    stage.show(root);
+    root.userData.restTop = stage.box.max.y;
+    this.pose = "rest";
+    this.setBackground("studio");
+    this.frame("body");
+  }
+
+  #changed() {
+    this.stage.draw();
+    this.dispatchEvent(new Event("change"));
+  }
+
+  /// A pose by its name, or rotations by VRM's names for bones: [x, y, z, w] or quaternions.
+  setPose(pose) {
+    const isNamed = typeof pose === "string";
+    if (isNamed && !Object.hasOwn(POSES, pose)) throw new RangeError(`no pose ${pose}, only ${Object.keys(POSES).join(", ")}`);
+    this.motion.choose(null);
+    const rotations = isNamed
+      ? rotationsOf(POSES[pose], this.rig)
+      : Object.fromEntries(Object.entries(pose).map(([name, value]) => [name, new Quaternion(...value).normalize()]));
+    this.rig.turn(rotations);
+    this.pose = isNamed ? pose : null;
+    this.#settle();
+    this.#changed();
+  }
+
+  setClip(which) {
+    this.rig.rest();
+    this.motion.choose(null);
+    const found = this.motion.choose(which);
+    this.pose = found ? null : "rest";
+    this.#settle();
+    this.#changed();
+    return found;
+  }
+
+  play(isPlaying) {
+    this.motion.playing = isPlaying && this.motion.action !== null;
+    this.#changed();
+  }
+
+  /// Pauses at a time in seconds, in a clip by its number or name where one is given.
+  setTime(seconds, clip) {
+    if (clip !== undefined || !this.motion.action) this.setClip(clip ?? 0);
+    this.motion.playing = false;
+    this.motion.seek(seconds);
+    this.#settle();
+    this.#changed();
+  }
+
+  setExpression(name, weight) {
+    if (!this.expressions.set(name, weight)) throw new RangeError(`no expression ${name}`);
+    this.#changed();
+  }
+
+  setUnlit(isUnlit) {
+    this.looks.setUnlit(isUnlit);
+    this.#changed();
+  }
+
+  setWireframe(isOn) {
+    this.isWireframe = isOn;
+    this.looks.setWireframe(isOn);
+    this.#changed();
+  }
+
+  setSkeleton(isOn) {
+    this.stage.skeleton.visible = isOn;
+    this.#changed();
+  }
+
+  setGround(isOn) {
+    this.stage.ground.visible = isOn;
+    this.#changed();
+  }
+
+  /// One of the backgrounds, or a colour as CSS writes it.
+  setBackground(name) {
+    this.background = name;
+    this.stage.place.style.setProperty("--backdrop", backdrop(name));
+    this.#changed();
+  }
+
+  setTexture(part, image) {
+    this.looks.setTexture(part, image);
+    this.#changed();
+  }
+
+  /// "body" or "head".
+  frame(what) {
+    const { root } = this.model;
+    this.stage.frame(what === "head" ? frames.head(root, this.rig) : frames.body(root), what === "head" ? 0 : 0.04);
+  }
+
+  /// A canvas of the picture, with the background unless it is to be transparent.
+  picture(width, height, { transparent = false } = {}) {
+    const canvas = this.stage.picture(width, height);
+    return transparent ? canvas : laid(canvas, this.background);
+  }
+
+  /// Goes on by a time in seconds.
+  advance(seconds) {
+    const { vrm } = this.model;
+    if (this.motion.advance(seconds)) {
+      this.#settle(seconds);
+      this.stage.draw();
+      this.dispatchEvent(new Event("time"));
+    } else if (vrm?.springBoneManager?.joints.size) {
+      vrm.springBoneManager.update(seconds);
+      this.stage.draw();
+    }
+    this.stage.render();
+  }
+
+  // What follows the bones and the face: constraints, eyes, hair that swings.
+  #settle(seconds = 0) {
+    const { vrm } = this.model;
+    this.expressions.update();
+    vrm?.lookAt?.update(seconds);
+    vrm?.nodeConstraintManager?.update();
+    if (seconds > 0) vrm?.springBoneManager?.update(seconds);
+    else vrm?.springBoneManager?.reset();
+    for (const material of vrm?.materials ?? []) material.update?.(seconds);
+  }
+}

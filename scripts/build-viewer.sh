@@ -1,0 +1,52 @@
+#!/bin/sh
+# Makes target/viewer/viewer.html, the page that `uvgraft view` puts avatars into. The program holds it
+# if it is built with the feature `viewer`:
+#
+#   scripts/build-viewer.sh && cargo build --release -p uvgraft-cli --features viewer
+#
+# Wants npm, and a network for its packages the first time; their versions are pinned by
+# crates/uvgraft-viewer/package-lock.json. Does nothing where the page is up to date. Without npm or a
+# network it says what is skipped and succeeds; where CI is set it fails instead.
+set -eu
+
+cd "$(dirname "$0")/.."
+sources=crates/uvgraft-viewer
+folder=target/viewer
+
+skip() {
+    echo "build-viewer: $1" >&2
+    echo "build-viewer: skipped, so \`uvgraft view\` is left out" >&2
+    # An old page may not fit the program.
+    rm -f "$folder/viewer.html" "$folder/made-from"
+    if [ -n "${CI:-}" ]; then exit 1; fi
+    exit 0
+}
+
+made_from=$(cksum "$sources"/package-lock.json "$sources"/bundle.mjs "$sources"/page/*)
+if [ -s "$folder/viewer.html" ] && [ "$made_from" = "$(cat "$folder/made-from" 2>/dev/null)" ]; then
+    exit 0
+fi
+
+command -v node >/dev/null && command -v npm >/dev/null || skip "there is no node or no npm"
+mkdir -p "$folder"
+temporary=$(mktemp -d "$folder/build.XXXXXX")
+trap 'rm -rf "$temporary"' EXIT
+trap 'exit 1' HUP INT TERM
+
+# Installed are exactly the versions of this lock file.
+packages=$folder/packages
+if ! cmp -s "$sources/package-lock.json" "$packages/package-lock.json"; then
+    echo "build-viewer: npm packages, 50 MB" >&2
+    mkdir "$temporary/packages"
+    cp "$sources/package.json" "$sources/package-lock.json" "$temporary/packages/"
+    # Nothing of a package is run: esbuild's program is a package of its own.
+    npm ci --prefix "$temporary/packages" --silent --ignore-scripts --no-audit --no-fund >&2 ||
+        skip "could not install npm packages"
+    rm -rf "$packages"
+    mv "$temporary/packages" "$packages"
+fi
+
+node "$sources/bundle.mjs" "$packages/node_modules" "$temporary/viewer.html" >&2
+mv "$temporary/viewer.html" "$folder/viewer.html"
+printf '%s\n' "$made_from" >"$folder/made-from"
+echo "build-viewer: $folder/viewer.html, $(wc -c <"$folder/viewer.html") bytes" >&2
