@@ -4,7 +4,6 @@
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves the old file or the new one and never half of it.
 
-pub mod arrays;
 pub mod image;
 pub mod input;
 pub mod integers;
