@@ -3,7 +3,9 @@
 //! look at them.
 
 mod avatar;
+pub mod body;
 pub mod figure;
+pub mod motion;
 mod noise;
 mod normals;
 pub mod render;
