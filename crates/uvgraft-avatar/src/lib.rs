@@ -4,6 +4,7 @@
 
 mod avatar;
 pub mod figure;
+pub mod glb;
 mod noise;
 mod normals;
 pub mod render;
