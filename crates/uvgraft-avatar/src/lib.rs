@@ -5,6 +5,7 @@
 mod avatar;
 pub mod body;
 pub mod figure;
+pub mod glb;
 pub mod motion;
 mod noise;
 mod normals;
