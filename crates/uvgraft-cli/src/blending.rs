@@ -12,7 +12,7 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::length::Length;
 use crate::region::{RegionArgs, side_from};
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Blending")]
 pub(crate) struct BlendArgs {
     /// How the region's rim is hidden [default: none, with --feather feather]
@@ -102,6 +102,12 @@ impl BlendArgs {
         }
     }
 
+    /// The same, with a membrane if no other way is named.
+    pub(crate) fn or_membrane(mut self) -> Self {
+        self.blend = self.blend.or(Some(BlendName::Membrane));
+        self
+    }
+
     /// Whether colours of the base are looked at before anything is laid over it.
     pub(crate) fn needs_colors(&self) -> bool {
         self.tone().is_some() && (self.mode() == BlendName::Membrane || self.matched.is_some())
@@ -151,16 +157,16 @@ impl<'a> Blending<'a> {
         region: &RegionArgs,
         gutter_px: u32,
         ground: &'a Ground<'a>,
+        known: &Known,
         always: bool,
     ) -> anyhow::Result<Self> {
         let unit = region.unit(ground, [options.feather()]);
         let feather = options.feather().in_unit(unit);
         let mut selection = region.select(ground, unit)?;
-        if let Some(path) = &options.source_mask
+        if let Some(Named { path, texture }) = &known.mask
             && (always || feather > 0.0)
         {
-            let mask = image::read(path).or_bad_input()?.texture;
-            let known = ground.painted(side_from(ground.direction()), &mask);
+            let known = ground.painted(side_from(ground.direction()), texture);
             let known = known.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
             selection = selection.within(&known, ground);
         }
@@ -232,6 +238,13 @@ impl Known {
             image.transpose()
         };
         Ok(Self { mask: read(&args.source_mask)?, mean: read(&args.fill)? })
+    }
+
+    /// The same, with a mask for a texture that brings one along; the options' own comes first.
+    pub(crate) fn or_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
+        let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
+        self.mask = self.mask.or(brought);
+        self
     }
 
     /// Whether textures get an opacity that their files do not have.

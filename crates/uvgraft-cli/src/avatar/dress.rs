@@ -1,7 +1,5 @@
 //! A face on a body's texture.
 
-use std::path::Path;
-
 use uvgraft::blend::Ground;
 use uvgraft::{Direction, Filter, MapOptions, Pair, Size, Texture, Transfer, TransferOptions};
 use uvgraft_io::image;
@@ -45,14 +43,13 @@ pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Resul
 
 /// Carries a face onto a base, and hides the border as the options say.
 ///
-/// - `path`: the face's file, for messages.
 pub(super) fn dress(
     args: &Args,
     pair: &Pair,
     face: Face,
-    path: &Path,
     base: Texture,
 ) -> anyhow::Result<Texture> {
+    let path = &*face.file;
     let known = Known::new(&args.blending)?.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let options = TransferOptions {

@@ -218,11 +218,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let blends = args.blending.blends(&args.region);
     let ground = blends.then(|| Ground::new(&file.pair, direction(args)));
     let with_maps = !args.maps.is_empty();
-    let blending = ground
-        .as_ref()
-        .map(|ground| Blending::new(&args.blending, &args.region, args.gutter, ground, with_maps));
-    let blending = blending.transpose()?;
     let known = Known::new(&args.blending)?;
+    let blending = ground.as_ref().map(|ground| {
+        Blending::new(&args.blending, &args.region, args.gutter, ground, &known, with_maps)
+    });
+    let blending = blending.transpose()?;
     if batches.len() > 1 {
         batches.iter().try_for_each(|batch| Base::check(args, batch.onto.as_ref()))?;
     }
