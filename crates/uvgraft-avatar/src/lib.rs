@@ -7,6 +7,7 @@ pub mod figure;
 pub mod glb;
 mod noise;
 mod normals;
+pub mod preset;
 pub mod render;
 pub mod rig;
 mod vector;
