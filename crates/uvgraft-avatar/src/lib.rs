@@ -9,6 +9,7 @@ pub mod glb;
 pub mod motion;
 mod noise;
 mod normals;
+pub mod preset;
 pub mod render;
 pub mod rig;
 mod vector;

@@ -13,13 +13,15 @@ mod clips;
 mod container;
 mod json;
 mod looks;
-mod shading;
+pub(crate) mod shading;
 pub(crate) mod skin;
 mod t_pose;
 mod textures;
-mod vertices;
+pub(crate) mod vertices;
 pub mod vrm;
 
+#[cfg(test)]
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 

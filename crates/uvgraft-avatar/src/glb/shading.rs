@@ -11,7 +11,7 @@ use uvgraft::Mesh;
 
 /// Where triangles meet: vertices at the same place are one point, whatever seams of the layout or the
 /// file made of them.
-pub(super) struct Shading<'a> {
+pub(crate) struct Shading<'a> {
     mesh: &'a Mesh,
     point_of_vertex: Vec<u32>,
     points: usize,

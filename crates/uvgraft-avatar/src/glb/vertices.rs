@@ -7,7 +7,7 @@ use uvgraft::{Mesh, TangentFrames};
 
 use super::shading::Shading;
 
-pub(super) struct Vertices {
+pub(crate) struct Vertices {
     /// The mesh's vertex that each is.
     pub from: Vec<u32>,
     pub positions: Vec<[f32; 3]>,

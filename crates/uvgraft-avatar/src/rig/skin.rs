@@ -106,6 +106,16 @@ impl Skin {
         (pruned, pruning)
     }
 
+    /// The weights of some vertices, as they are.
+    pub(crate) fn of_vertices(&self, vertices: &[u32]) -> Self {
+        let mut some = Self { starts: vec![0], influences: Vec::new() };
+        for &vertex in vertices {
+            some.influences.extend_from_slice(self.of(vertex as usize));
+            some.starts.push(some.influences.len() as u32);
+        }
+        some
+    }
+
     /// Where vertices come to be.
     ///
     /// - `positions`: at rest, one for each vertex.
