@@ -196,7 +196,7 @@ fn broken_models_are_refused() {
         NumericArray::new_f32(shape.to_vec(), vec![0.0; shape.iter().product()]).unwrap()
     };
     let error = BodyModel::from_arrays(&NamedArrays::new()).unwrap_err().to_string();
-    assert!(error.starts_with("a body model needs the array `v_template`"), "{error}");
+    assert!(error.starts_with("no body model: there is no array `v_template`"), "{error}");
     let error = refused("v_template", zeros(&[5023, 2]));
     assert_eq!(error, "`v_template` has the shape [5023, 2], wanted [vertices, 3]");
     let error = refused("weights", zeros(&[5022, 5]));
@@ -222,7 +222,8 @@ fn broken_models_are_refused() {
     assert_eq!(error, "`f` names 5023 at 2, wanted 0 or more and less than 5023");
     let error = refused("f", integers(&[1, 3], vec![0, -1, 2]));
     assert_eq!(error, "`f` names -1 at 1, wanted 0 or more and less than 5023");
-    assert_eq!(refused("f", zeros(&[1, 3])), "`f` must hold whole numbers");
+    let halves = NumericArray::new_f32(vec![1, 3], vec![0.5; 3]).unwrap();
+    assert_eq!(refused("f", halves), "`f` must hold whole numbers");
     let error = refused("kintree_table", integers(&[2, 6], vec![0; 12]));
     assert!(error.starts_with("`kintree_table` has 6 joints, wanted 24 (SMPL)"), "{error}");
     let tree = |parents: [i64; 5]| integers(&[2, 5], parents.into_iter().chain(0..5).collect());
