@@ -1,7 +1,5 @@
 //! Files of arrays that NumPy, SciPy, chumpy and torch wrote; `array_samples/make.py` tells how.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
-
 use std::path::{Path, PathBuf};
 
 use uvgraft_io::arrays::{self, ArraysError, NamedArrays, NumericArray};

@@ -151,17 +151,25 @@ impl<'p> Array<'p> {
 
 /// Brings numbers whose first axis runs fastest into the usual order.
 pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
-    let mut place = vec![0; shape.len()];
+    let mut step = 1;
+    let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());
+    for &length in shape {
+        axes.push((0, length, step));
+        step *= length;
+    }
+    let mut at = 0;
     let mut next = || {
-        let at = place.iter().zip(shape).rev().fold(0, |at, (place, length)| at * length + place);
-        for (place, &length) in place.iter_mut().zip(shape).rev() {
+        let value = values[at];
+        for (place, length, step) in axes.iter_mut().rev() {
             *place += 1;
-            if *place < length {
+            at += *step;
+            if *place < *length {
                 break;
             }
             *place = 0;
+            at -= *step * *length;
         }
-        values[at]
+        value
     };
     (0..values.len()).map(|_| next()).collect()
 }
