@@ -1,0 +1,78 @@
+//! Jaw and lips.
+
+use super::{Spot, slid};
+use crate::figure::head_shape::{LIP_WIDTH, MOUTH_Y, lip_line};
+use crate::figure::rigging::head::jaw;
+use crate::figure::rigging::joints::JAW;
+use crate::vector::{Vec3, bell, smoothstep, vec3};
+
+/// The jaw turns about its hinge, which opens the mouth; the corners of the mouth come together.
+pub(super) fn jaw_open(spot: Spot) -> Vec3 {
+    const ANGLE: f32 = 0.24;
+    let p = spot.p;
+    let share = jaw(p, spot.lower);
+    let (sin, cos) = ANGLE.sin_cos();
+    let q = p - JAW;
+    let turned = vec3(q.x, q.y * cos - q.z * sin, q.y * sin + q.z * cos);
+    let narrow = slid(p, -0.16 * across(p.x) * near_lips(p, 1.8), 0.0);
+    (turned - q) * share + narrow
+}
+
+/// The corners of the mouth go out and up, cheeks rise.
+pub(super) fn smile(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let near = near_lips(p, 2.0);
+    let a = across(p.x);
+    let mut dx = 0.78 * a * near;
+    let mut dy = (0.72 * a * a - 0.12 * (1.0 - a * a)) * near;
+    let side = p.x.signum();
+    let cheek = bell(p.x.abs() - 3.9, 1.7) * bell(p.y + 3.9, 1.7);
+    dx += side * 0.12 * cheek;
+    dy += 0.34 * cheek;
+    slid(p, dx, dy) + vec3(0.0, 0.0, 0.22 * cheek)
+}
+
+/// The corners of the mouth go down.
+pub(super) fn frown(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.6);
+    slid(p, -0.10 * a * near, (-0.42 * a * a + 0.10 * (1.0 - a * a)) * near)
+}
+
+/// Lips come together to a ring and forward.
+pub(super) fn lips_round(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.5);
+    let middle = (1.0 - a * a) * near;
+    let apart = if spot.lower { -0.20 } else { 0.12 };
+    slid(p, -0.95 * a * near, apart * middle)
+        + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
+}
+
+/// The corners of the mouth go out, lips part a little.
+pub(super) fn lips_wide(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.7);
+    let apart = if spot.lower { -0.22 } else { 0.13 };
+    slid(p, 0.55 * a * near, apart * (1.0 - a * a) * near)
+}
+
+/// From -1 at the right corner of the mouth to 1 at the left one, back to 0 farther out.
+fn across(x: f32) -> f32 {
+    let t = x.abs() / LIP_WIDTH;
+    // Joins the straight rise without a kink at the corners.
+    let rise = t.min(1.0) * smoothstep(2.5, 0.95, t);
+    x.signum() * rise
+}
+
+/// 1 on the lips, falling off above and below; the inside of the mouth comes along.
+fn near_lips(p: Vec3, reach: f32) -> f32 {
+    let line = lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH));
+    let off = (p.y - line).abs();
+    // The nose stays where it is.
+    bell((off - 0.7).max(0.0), reach * 0.75) * smoothstep(-4.7, -6.0, p.y + 0.15 * p.x.abs().min(4.0))
+        * smoothstep(MOUTH_Y - 4.2, MOUTH_Y - 2.6, p.y)
+}

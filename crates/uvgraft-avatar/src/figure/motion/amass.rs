@@ -1,0 +1,112 @@
+//! A clip of the figure as AMASS stores motions: what SMPL-H's joints do, Z up.
+
+use glam::{Quat, Vec3};
+
+use crate::rig::{Clip, HumanBone, Skeleton};
+
+/// The arrays of a motion file in AMASS's form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AmassArrays {
+    /// `poses`, `[frames, 156]`: a rotation vector in radians for each of SMPL-H's 52 joints.
+    pub poses: Vec<f32>,
+    /// `trans`, `[frames, 3]`: how far the body is moved, in metres.
+    pub trans: Vec<f32>,
+    /// `mocap_framerate`: frames a second.
+    pub mocap_framerate: f32,
+    /// How many frames there are.
+    pub frames: usize,
+}
+
+macro_rules! hand {
+    ($($bone:ident)*) => { [$(HumanBone::$bone),*] };
+}
+
+/// SMPL-H's joints, in its order.
+///
+/// # Source
+/// `smplx` (Python package), `joint_names.py`.
+const SMPL_H: [HumanBone; 22] = [
+    HumanBone::Hips,
+    HumanBone::LeftUpperLeg,
+    HumanBone::RightUpperLeg,
+    HumanBone::Spine,
+    HumanBone::LeftLowerLeg,
+    HumanBone::RightLowerLeg,
+    HumanBone::Chest,
+    HumanBone::LeftFoot,
+    HumanBone::RightFoot,
+    HumanBone::UpperChest,
+    HumanBone::LeftToes,
+    HumanBone::RightToes,
+    HumanBone::Neck,
+    HumanBone::LeftShoulder,
+    HumanBone::RightShoulder,
+    HumanBone::Head,
+    HumanBone::LeftUpperArm,
+    HumanBone::RightUpperArm,
+    HumanBone::LeftLowerArm,
+    HumanBone::RightLowerArm,
+    HumanBone::LeftHand,
+    HumanBone::RightHand,
+];
+
+/// Index, middle, little, ring finger and thumb.
+const HANDS: [[HumanBone; 15]; 2] = [
+    hand!(LeftIndexProximal LeftIndexIntermediate LeftIndexDistal
+        LeftMiddleProximal LeftMiddleIntermediate LeftMiddleDistal
+        LeftLittleProximal LeftLittleIntermediate LeftLittleDistal
+        LeftRingProximal LeftRingIntermediate LeftRingDistal
+        LeftThumbMetacarpal LeftThumbProximal LeftThumbDistal),
+    hand!(RightIndexProximal RightIndexIntermediate RightIndexDistal
+        RightMiddleProximal RightMiddleIntermediate RightMiddleDistal
+        RightLittleProximal RightLittleIntermediate RightLittleDistal
+        RightRingProximal RightRingIntermediate RightRingDistal
+        RightThumbMetacarpal RightThumbProximal RightThumbDistal),
+];
+
+/// The mean body of SMPL-H to a centimetre: its pelvis at rest, and hip to knee to ankle, in metres.
+const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
+const MEAN_LEG: f32 = 0.78;
+
+/// A clip as AMASS stores it, as if SMPL-H's mean body had moved: places are scaled to its legs.
+///
+/// `skeleton` has all of VRM's bones but eyes and jaw, aligned with the world in T-pose, and the
+/// clip's frames are evenly spaced; bones it lacks are at rest. Of a clip that loops, the last frame
+/// is the first again.
+pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
+    // From Y up, facing +Z, to Z up, facing -Y.
+    let tilted = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let place = |bone| skeleton.human(bone).map(|joint| Vec3::from(skeleton.joints()[joint].position));
+    let hips = place(HumanBone::Hips).unwrap_or_default();
+    let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(place);
+    let scale = match leg {
+        [Some(hip), Some(knee), Some(ankle)] => {
+            MEAN_LEG / (hip.distance(knee) + knee.distance(ankle)).max(1e-3)
+        }
+        _ => 1.0,
+    };
+    let joints: Vec<Option<usize>> =
+        SMPL_H.iter().chain(HANDS.iter().flatten()).map(|&bone| skeleton.human(bone)).collect();
+    let frames = clip.poses.len();
+    let mut arrays = AmassArrays {
+        poses: Vec::with_capacity(frames * 3 * joints.len()),
+        trans: Vec::with_capacity(frames * 3),
+        mocap_framerate: (frames.max(2) - 1) as f32 / clip.seconds().max(1e-3),
+        frames,
+    };
+    for pose in &clip.poses {
+        for (number, joint) in joints.iter().enumerate() {
+            let local = joint.map_or(Quat::IDENTITY, |joint| Quat::from_array(pose.rotations[joint]));
+            let turn = if number == 0 { tilted * local } else { local };
+            arrays.poses.extend(shortest(turn).to_scaled_axis().to_array());
+        }
+        let moved = tilted * ((hips + Vec3::from(pose.translation)) * scale) - MEAN_PELVIS;
+        arrays.trans.extend(moved.to_array());
+    }
+    arrays
+}
+
+/// The same rotation, by at most half a turn.
+fn shortest(rotation: Quat) -> Quat {
+    if rotation.w < 0.0 { -rotation } else { rotation }
+}
