@@ -25,8 +25,8 @@ pub fn hidden(avatar: &Avatar) -> Vec<bool> {
     let pieces = pieces(avatar);
     for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
         let Some(joint) = avatar.skeleton.human(bone) else { continue };
-        for piece in eyeballs(avatar, joint, &pieces) {
-            mark(avatar, piece, &pieces, &mut is_hidden);
+        for eyeball in eyeballs(avatar, joint, &pieces) {
+            mark(avatar, &eyeball, &pieces, &mut is_hidden);
         }
     }
     is_hidden
@@ -97,8 +97,8 @@ fn eyeballs(avatar: &Avatar, joint: usize, pieces: &[u32]) -> Vec<Eyeball> {
     eyeballs
 }
 
-fn mark(avatar: &Avatar, eyeball: Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
-    let Eyeball { piece, center } = eyeball;
+fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
+    let &Eyeball { piece, center } = eyeball;
     let mesh = &avatar.mesh;
     let corners = |face: usize| {
         mesh.faces()[face].map(|vertex| Vec3::from(mesh.positions()[vertex as usize]) - center)
