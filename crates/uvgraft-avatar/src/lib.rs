@@ -3,9 +3,11 @@
 //! look at them.
 
 pub mod figure;
+pub mod film;
 mod noise;
 mod normals;
 pub mod render;
+pub mod scene;
 mod vector;
 
 pub use figure::{Figure, paint_body, paint_body_in_tone, paint_head};

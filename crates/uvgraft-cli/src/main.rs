@@ -23,6 +23,7 @@ mod preference;
 mod preview;
 mod progress;
 mod region;
+mod render;
 mod report;
 mod roundtrip;
 mod scores;
@@ -57,6 +58,7 @@ enum Command {
     Seams(seams::Args),
     Roundtrip(roundtrip::Args),
     Bench(bench::Args),
+    Render(Box<render::Args>),
     Demo(demo::Args),
     Weights(weights::Args),
 }
@@ -83,6 +85,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Seams(args) => seams::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Render(args) => render::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),
     }
