@@ -206,7 +206,8 @@ fn a_figure_stands_in_light_with_its_shadow_on_the_floor() {
         let is_background = texel(&without, x, y) == [255; 3];
         is_background && with.get(x, y, 1) < 0.95
     });
-    assert!(darker.count() > 100);
+    let darker = darker.count();
+    assert!(darker > 40, "{darker}");
     // Corners of the picture are far from it.
     assert_eq!(texel(&with, 0, 0), [255; 3]);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();

@@ -43,6 +43,10 @@ pub(super) fn deformed(
     }
     if let Normals::Missing(first) = &primitive.normals {
         normals = made_from_triangles(&positions, &primitive.triangles, first);
+        // Corners of what is mirrored go round the wrong way.
+        if joints.is_none() && node.determinant() < 0.0 {
+            normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
     }
     let plain = |vectors: Vec<Vec3>| vectors.into_iter().map(Into::into).collect();
     (plain(positions), plain(normals))
