@@ -176,7 +176,9 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
     match output.extension().map(|extension| extension.to_ascii_lowercase()) {
         Some(extension) if extension == "glb" => Ok(false),
         Some(extension) if extension == "vrm" => Ok(true),
-        _ => Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display()))),
+        _ => {
+            Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display())))
+        }
     }
 }
 
