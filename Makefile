@@ -21,7 +21,7 @@ test:
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
-	$(CARGO) bench --locked -p uvgraft-tests --bench stages
+	$(CARGO) bench --locked -p uvgraft-tests --bench stages --bench bodies
 
 # How costs grow with the size of a texture and with the triangles of a mesh.
 bench-scaling:
@@ -45,7 +45,8 @@ lint:
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 
-# Reference values that metrics are tested against, by Python packages of 6 GB under target/.
+# Reference values that metrics and body models are tested against, by Python packages of 6 GB
+# under target/.
 FIXTURES := crates/uvgraft-tests/fixtures
 fixtures:
 	CI=1 scripts/fetch-test-data.sh
@@ -53,3 +54,5 @@ fixtures:
 	target/fixtures-venv/bin/pip install --quiet --requirement $(FIXTURES)/requirements.txt
 	target/fixtures-venv/bin/python $(FIXTURES)/metrics.py target/test-data > target/metrics.json
 	mv target/metrics.json $(FIXTURES)/metrics.json
+	target/fixtures-venv/bin/python $(FIXTURES)/bodies.py > target/bodies.json
+	mv target/bodies.json $(FIXTURES)/bodies.json

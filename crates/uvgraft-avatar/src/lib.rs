@@ -2,10 +2,17 @@
 //! synthetic body that contains the same head, their painted textures, and an offline renderer to
 //! look at them.
 
+mod avatar;
+pub mod body;
 pub mod figure;
+pub mod glb;
+pub mod motion;
 mod noise;
 mod normals;
+pub mod preset;
 pub mod render;
+pub mod rig;
 mod vector;
 
+pub use avatar::Avatar;
 pub use figure::{Figure, paint_body, paint_body_in_tone, paint_head};

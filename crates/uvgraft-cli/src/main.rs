@@ -4,7 +4,9 @@
 //! told to stop (Ctrl-C, SIGTERM, SIGHUP). Results and
 //! reports go to standard output, errors, warnings and progress to standard error.
 
+mod avatar;
 mod bench;
+mod blending;
 mod compare;
 mod demo;
 mod failure;
@@ -15,6 +17,7 @@ mod inspect;
 mod interruption;
 mod length;
 mod map;
+mod onto;
 mod opacity;
 mod outputs;
 mod pair;
@@ -58,6 +61,7 @@ enum Command {
     Seams(seams::Args),
     Roundtrip(roundtrip::Args),
     View(view::Args),
+    Avatar(Box<avatar::Args>),
     Bench(bench::Args),
     Demo(demo::Args),
     Weights(weights::Args),
@@ -85,6 +89,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Seams(args) => seams::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::View(args) => view::run(args),
+        Command::Avatar(args) => avatar::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),

@@ -1,9 +1,12 @@
 //! Files in, files out: OBJ meshes, vertex maps, lists and groups, images, pair files, sampling maps as
-//! arrays, and weights of LPIPS (feature `lpips`).
+//! arrays, arrays by name (NPZ, pickles, torch's files), FATE's textures, and weights of LPIPS
+//! (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves the old file or the new one and never half of it.
 
+pub mod arrays;
+pub mod fate;
 pub mod image;
 pub mod input;
 pub mod integers;
@@ -15,6 +18,7 @@ pub mod output;
 pub mod pair_file;
 pub mod pickle;
 pub mod sampling_map;
+pub mod torch;
 pub mod vertex_groups;
 pub mod vertex_list;
 pub mod vertex_map;

@@ -1,6 +1,7 @@
 //! What the tests and benches share: synthetic pairs and textures, real data where there is some,
 //! and an independent implementation to compare with.
 
+pub mod bodies;
 pub mod downloads;
 pub mod fixtures;
 pub mod independent;

@@ -93,7 +93,7 @@ fn paint(size: Size, value: impl Fn(i64, i64, i64) -> i64) -> Texture {
 }
 
 /// A number of 32 bits for each place, without a visible pattern.
-fn hashed(x: i64, y: i64, channel: i64, seed: u32) -> i64 {
+pub(crate) fn hashed(x: i64, y: i64, channel: i64, seed: u32) -> i64 {
     let mut value = (x as u32)
         .wrapping_mul(0x9e37_79b1)
         .wrapping_add((y as u32).wrapping_mul(0x85eb_ca77))

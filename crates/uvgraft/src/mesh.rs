@@ -183,6 +183,19 @@ impl Mesh {
         self
     }
 
+    /// The same faces and layout in another shape.
+    ///
+    /// # Errors
+    /// [`MeshError::NotFinite`].
+    ///
+    /// # Panics
+    /// If there are not as many positions as the mesh has.
+    pub fn with_positions(self, positions: Vec<[f32; 3]>) -> Result<Self, MeshError> {
+        assert_eq!(positions.len(), self.positions.len(), "a position for each vertex");
+        check_finite("vertex", &positions)?;
+        Ok(Self { positions, ..self })
+    }
+
     /// `[vertices]` positions in the mesh's own unit.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions

@@ -15,12 +15,12 @@ use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, WriteOptions, Written,
 };
 
-use super::Args;
 use super::base::{Base, bytes_of};
-use super::blending::{Blending, Known, direction};
 use super::pipeline::{self, Ahead};
 use super::plan::Job;
 use super::treatment::Treatment;
+use super::{Args, direction};
+use crate::blending::{Blending, Known};
 use crate::failure::{OrBadInput, bad_input};
 use crate::fitting::{self, FitSummary};
 
@@ -130,7 +130,7 @@ impl<'a> Carrier<'a> {
                 return Err(bad_input(error));
             }
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
-            let texture = self.known.complete(texture, self.treatment, &job.source)?;
+            let texture = self.known.complete(texture, self.treatment.values(), &job.source)?;
             let (toning, warning) = self.toning(&carriage, &texture, base)?;
             warnings.extend(warning.map(|why| format!("{}: {why}", job.source.display())));
             let (mut overlay, fit) =

@@ -2,7 +2,6 @@
 
 mod base;
 mod batch;
-mod blending;
 mod carrier;
 mod pipeline;
 mod plan;
@@ -13,20 +12,21 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::blend::Ground;
-use uvgraft::{Filter, FitOptions, MapOptions, Overlap, Size};
+use uvgraft::{Direction, Filter, FitOptions, MapOptions, Overlap, Size};
 use uvgraft_io::image::{self, Format, Image};
 use uvgraft_io::pair_file;
 
+use crate::blending::{BlendArgs, Blending, Known};
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
+use crate::onto::Onto;
 use crate::outputs::Outputs;
 use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::preview;
 use crate::region::RegionArgs;
 use crate::report::{parse_size, to_stdout};
-use base::{Base, Onto};
-use blending::{BlendArgs, Blending, Known, direction};
+use base::Base;
 use carrier::{Carrier, losses};
 use plan::{Job, Plan, format_of};
 use treatment::{NormalYName, RoleFile, Treatment};
@@ -215,11 +215,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
-    let ground = args.blends().then(|| Ground::new(&file.pair, direction(args)));
+    let blends = args.blending.blends(&args.region);
+    let ground = blends.then(|| Ground::new(&file.pair, direction(args)));
     let with_maps = !args.maps.is_empty();
-    let blending =
-        ground.as_ref().map(|ground| Blending::new(args, ground, with_maps)).transpose()?;
     let known = Known::new(&args.blending)?;
+    let blending = ground.as_ref().map(|ground| {
+        Blending::new(&args.blending, &args.region, args.gutter, ground, &known, with_maps)
+    });
+    let blending = blending.transpose()?;
     if batches.len() > 1 {
         batches.iter().try_for_each(|batch| Base::check(args, batch.onto.as_ref()))?;
     }
@@ -253,6 +256,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         preview::write_region(&file, direction(args), blending.blend(), path)?;
     }
     Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+}
+
+/// Which way the options say.
+fn direction(args: &Args) -> Direction {
+    if args.reverse { Direction::Reverse } else { Direction::Forward }
 }
 
 fn check(args: &Args) -> anyhow::Result<()> {

@@ -7,6 +7,7 @@ use uvgraft::{Depth, Encoding, Filter, NormalOptions, NormalY, TexelFormat, Tran
 use uvgraft_io::image::Format;
 
 use super::Args;
+use crate::blending::Values;
 use crate::failure::bad_input;
 
 /// What is done to a texture.
@@ -94,6 +95,15 @@ impl Treatment {
             let names: Vec<&str> = ROLES.iter().map(|(name, _)| *name).collect();
             bad_input(format!("--map {role}: wanted one of {}", names.join(", ")))
         })
+    }
+
+    /// What its values are.
+    pub(super) fn values(self) -> Values {
+        match self.kind {
+            Kind::Albedo => Values::Albedo,
+            Kind::Color => Values::Color,
+            Kind::Data | Kind::Normal | Kind::Displacement => Values::Data,
+        }
     }
 
     pub(super) fn is_data(self) -> bool {

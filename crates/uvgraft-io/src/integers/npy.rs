@@ -1,15 +1,12 @@
-//! NumPy's NPY arrays, as far as a list of integers needs them.
-//!
-//! The header is a Python dictionary with a shape that may claim anything. It is read here, without
-//! recursion or allocation, and compared with the bytes that follow before any value is read. A
-//! general NPY reader was tried and left out: it multiplied the dimensions unchecked, so that a
-//! hostile shape overflowed, and reserved what a header claims for its own length.
-//!
-//! Source: `numpy.lib.format`, versions 1.0 to 3.0.
+//! NumPy's NPY arrays, as far as a list of integers needs them. The shape is compared with the bytes
+//! that follow before any value is read.
 
 use super::{IntegersError, List};
-use crate::npy::MAGIC;
+use crate::npy::header::{Header, HeaderError, axes, unquoted};
 use crate::obj::shown;
+
+/// As many axes as an array has, in any version of NumPy.
+const MOST_AXES: usize = 64;
 
 /// What arrays are read as.
 const INTEGERS: &str = "integers (i1 to i8 or u1 to u8)";
@@ -25,32 +22,9 @@ pub(super) struct Array<'a> {
 impl<'a> Array<'a> {
     /// Reads what follows the magic, but for the values.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, IntegersError> {
-        let cut_short = |wanted: u64| {
-            let before = MAGIC.len();
-            IntegersError::NpyCutShort {
-                wanted: wanted + before as u64,
-                found: bytes.len() + before,
-            }
-        };
-        let (start, length) = match *bytes {
-            [1, 0, a, b, ..] => (4, u64::from(u16::from_le_bytes([a, b]))),
-            [2 | 3, 0, a, b, c, d, ..] => (6, u64::from(u32::from_le_bytes([a, b, c, d]))),
-            [1, 0, ..] | [] | [_] => return Err(cut_short(4)),
-            [2 | 3, 0, ..] => return Err(cut_short(6)),
-            [major, minor, ..] => return Err(IntegersError::NpyVersion { major, minor }),
-        };
-        let end = start + length;
-        let Some((head, values)) =
-            usize::try_from(end).ok().and_then(|end| bytes.split_at_checked(end))
-        else {
-            return Err(cut_short(end));
-        };
-        let header = Header::parse(&head[start as usize..])?;
+        let Header { descr, shape, values, .. } = Header::parse(bytes)?;
         // With one axis longer than 1 at most, C and Fortran order are the same.
-        if !matches!(header.fortran_order, b"True" | b"False") {
-            return Err(wrong(header.fortran_order, "True or False as 'fortran_order'"));
-        }
-        Ok(Self { descr: header.descr, length: list_length(header.shape)?, values })
+        Ok(Self { descr, length: list_length(shape)?, values })
     }
 
     /// Its values as integers.
@@ -92,69 +66,13 @@ impl<'a> Array<'a> {
     }
 }
 
-fn wrong(found: &[u8], wanted: &'static str) -> IntegersError {
-    IntegersError::NpyHeader { found: shown(found), wanted }
-}
-
-/// The three entries of the dictionary, as they are written.
-struct Header<'a> {
-    descr: &'a [u8],
-    fortran_order: &'a [u8],
-    shape: &'a [u8],
-}
-
-impl<'a> Header<'a> {
-    fn parse(text: &'a [u8]) -> Result<Self, IntegersError> {
-        let text = text.trim_ascii();
-        let body = text.strip_prefix(b"{").and_then(|text| text.strip_suffix(b"}"));
-        let mut rest = body.ok_or_else(|| wrong(text, "a dictionary in braces"))?.trim_ascii();
-        let [mut descr, mut fortran_order, mut shape] = [None; 3];
-        while !rest.is_empty() {
-            let entry;
-            (entry, rest) = split_at_comma(rest);
-            let colon = entry.iter().position(|&byte| byte == b':').unwrap_or(entry.len());
-            let (key, value) = entry.split_at(colon);
-            let slot = match unquoted(key.trim_ascii()) {
-                Some(b"descr") => &mut descr,
-                Some(b"fortran_order") => &mut fortran_order,
-                Some(b"shape") => &mut shape,
-                _ => return Err(wrong(entry, "'descr', 'fortran_order' or 'shape'")),
-            };
-            *slot = Some(value.get(1..).unwrap_or_default().trim_ascii());
+impl From<HeaderError> for IntegersError {
+    fn from(error: HeaderError) -> Self {
+        match error {
+            HeaderError::Version { major, minor } => Self::NpyVersion { major, minor },
+            HeaderError::CutShort { wanted, found } => Self::NpyCutShort { wanted, found },
+            HeaderError::Header { found, wanted } => Self::NpyHeader { found, wanted },
         }
-        let entry = |slot: Option<&'a [u8]>, wanted| slot.ok_or_else(|| wrong(text, wanted));
-        Ok(Self {
-            descr: entry(descr, "an entry 'descr'")?,
-            fortran_order: entry(fortran_order, "an entry 'fortran_order'")?,
-            shape: entry(shape, "an entry 'shape'")?,
-        })
-    }
-}
-
-/// What stands before the first comma outside quotes and brackets, and what after it.
-fn split_at_comma(text: &[u8]) -> (&[u8], &[u8]) {
-    let mut depth = 0_usize;
-    let mut quote = None;
-    for (at, &byte) in text.iter().enumerate() {
-        match (quote, byte) {
-            (Some(open), _) if byte == open => quote = None,
-            (Some(_), _) => {}
-            (None, b'\'' | b'"') => quote = Some(byte),
-            (None, b'(' | b'[' | b'{') => depth += 1,
-            (None, b')' | b']' | b'}') => depth = depth.saturating_sub(1),
-            (None, b',') if depth == 0 => {
-                return (text[..at].trim_ascii(), text[at + 1..].trim_ascii());
-            }
-            _ => {}
-        }
-    }
-    (text, b"")
-}
-
-fn unquoted(text: &[u8]) -> Option<&[u8]> {
-    match text {
-        [b'\'', inner @ .., b'\''] | [b'"', inner @ .., b'"'] => Some(inner),
-        _ => None,
     }
 }
 
@@ -202,32 +120,19 @@ impl Number {
 /// The number of values in a shape with one axis that is not 1 long at most.
 fn list_length(shape: &[u8]) -> Result<u64, IntegersError> {
     let refused = || IntegersError::NpyShape { found: shown(shape) };
-    let inner = shape.strip_prefix(b"(").and_then(|shape| shape.strip_suffix(b")"));
-    let mut rest = inner.ok_or_else(refused)?.trim_ascii();
-    if rest.is_empty() {
-        return Err(refused());
+    let axes = axes(shape, MOST_AXES).filter(|axes| !axes.is_empty()).ok_or_else(refused)?;
+    let mut long = axes.into_iter().filter(|&length| length != 1);
+    match (long.next(), long.next()) {
+        (length, None) => Ok(length.unwrap_or(1)),
+        _ => Err(refused()),
     }
-    let mut length = 1;
-    while !rest.is_empty() {
-        let axis;
-        (axis, rest) = split_at_comma(rest);
-        // Python 2 wrote long integers as `5023L`.
-        let digits = axis.strip_suffix(b"L").unwrap_or(axis);
-        let axis: u64 = std::str::from_utf8(digits)
-            .ok()
-            .and_then(|digits| digits.parse().ok())
-            .ok_or_else(refused)?;
-        if axis != 1 && std::mem::replace(&mut length, axis) != 1 {
-            return Err(refused());
-        }
-    }
-    Ok(length)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::{parse, parse_or_mask};
     use super::*;
+    use crate::npy::MAGIC;
 
     fn file(version: u8, header: &str, values: &[u8]) -> Vec<u8> {
         let mut bytes = [MAGIC, &[version, 0]].concat();

@@ -1,5 +1,6 @@
 //! NumPy arrays of numbers.
 
+use super::texts::TextDtype;
 use super::value::Id;
 use crate::integers::Number;
 
@@ -32,7 +33,7 @@ pub struct Dtype {
 
 impl Dtype {
     /// From NumPy's notation, such as `f4` or `>i8`; nothing for what is no number.
-    pub(super) fn from_text(text: &str) -> Option<Self> {
+    pub(crate) fn from_text(text: &str) -> Option<Self> {
         let (order, text) = match text.as_bytes() {
             [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order, rest),
             rest => (b'=', rest),
@@ -45,6 +46,27 @@ impl Dtype {
             _ => return None,
         };
         Some(Self { kind, width: usize::from(width), big_endian: order == b'>' })
+    }
+}
+
+/// What an array holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Items {
+    Numbers(Dtype),
+    Texts(TextDtype),
+    /// Whatever the pickle holds, one by one.
+    Objects,
+}
+
+impl Items {
+    /// From NumPy's notation; nothing for structures, dates and other rare things.
+    pub(super) fn from_text(text: &str) -> Option<Self> {
+        match text {
+            "O" | "O8" | "O4" | "|O" | "|O8" => Some(Self::Objects),
+            _ => Dtype::from_text(text)
+                .map(Self::Numbers)
+                .or_else(|| TextDtype::from_text(text.as_bytes()).map(Self::Texts)),
+        }
     }
 }
 
@@ -83,6 +105,16 @@ impl<'p> Array<'p> {
         self.layout.dtype
     }
 
+    /// Its numbers as they are written.
+    pub const fn bytes(&self) -> &'p [u8] {
+        self.data
+    }
+
+    /// Whether the first axis runs fastest.
+    pub const fn is_fortran_order(&self) -> bool {
+        self.layout.fortran_order
+    }
+
     /// Its numbers, the last axis running fastest, if they are 32-bit floats.
     pub fn f32s(&self) -> Option<Vec<f32>> {
         let Dtype { kind: NumberKind::Float, width: 4, big_endian } = self.layout.dtype else {
@@ -118,18 +150,26 @@ impl<'p> Array<'p> {
 }
 
 /// Brings numbers whose first axis runs fastest into the usual order.
-fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
-    let mut place = vec![0; shape.len()];
+pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
+    let mut step = 1;
+    let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());
+    for &length in shape {
+        axes.push((0, length, step));
+        step *= length;
+    }
+    let mut at = 0;
     let mut next = || {
-        let at = place.iter().zip(shape).rev().fold(0, |at, (place, length)| at * length + place);
-        for (place, &length) in place.iter_mut().zip(shape).rev() {
+        let value = values[at];
+        for (place, length, step) in axes.iter_mut().rev() {
             *place += 1;
-            if *place < length {
+            at += *step;
+            if *place < *length {
                 break;
             }
             *place = 0;
+            at -= *step * *length;
         }
-        values[at]
+        value
     };
     (0..values.len()).map(|_| next()).collect()
 }

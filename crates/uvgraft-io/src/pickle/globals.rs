@@ -4,8 +4,10 @@
 use std::borrow::Cow;
 
 use super::PickleError;
-use super::array::{Dtype, Layout, MOST_AXES};
+use super::array::{Dtype, Items, Layout, MOST_AXES};
+use super::class::{Class, Making, StorageKind};
 use super::machine::Machine;
+use super::texts::TextDtype;
 use super::value::{Id, Node, Value};
 use crate::obj::shown;
 
@@ -25,10 +27,20 @@ pub(super) enum Global {
     Encode,
     /// Bytes in such protocols where there are none.
     NoBytes,
+    /// Makes an object of a class, in protocols that have no instruction for it.
+    Reconstructor,
+    /// The class that all others come from, which is only ever handed to the one before.
+    Object,
+    OrderedDict,
+    /// Sets in protocols that have no instruction for them.
+    Set,
+    /// A tuple of torch's, made of a plain one.
+    Size,
+    Class(Class),
 }
 
-/// NumPy 2 moved its inner modules from `core` to `_core`.
-const ALLOWED: [(&str, &str, Global); 11] = [
+/// NumPy 2 moved its inner modules from `core` to `_core`; SciPy's have been there since 1.8.
+const ALLOWED: [(&str, &str, Global); 47] = [
     ("numpy", "ndarray", Global::Ndarray),
     ("numpy", "dtype", Global::Dtype),
     ("numpy.core.multiarray", "_reconstruct", Global::Reconstruct),
@@ -40,6 +52,42 @@ const ALLOWED: [(&str, &str, Global); 11] = [
     ("_codecs", "encode", Global::Encode),
     ("__builtin__", "bytes", Global::NoBytes),
     ("builtins", "bytes", Global::NoBytes),
+    ("copy_reg", "_reconstructor", Global::Reconstructor),
+    ("copyreg", "_reconstructor", Global::Reconstructor),
+    ("__builtin__", "object", Global::Object),
+    ("builtins", "object", Global::Object),
+    ("__builtin__", "set", Global::Set),
+    ("builtins", "set", Global::Set),
+    ("collections", "OrderedDict", Global::OrderedDict),
+    ("scipy.sparse.csc", "csc_matrix", Global::Class(Class::SparseColumns)),
+    ("scipy.sparse._csc", "csc_matrix", Global::Class(Class::SparseColumns)),
+    ("scipy.sparse._csc", "csc_array", Global::Class(Class::SparseColumns)),
+    ("scipy.sparse._arrays", "csc_array", Global::Class(Class::SparseColumns)),
+    ("scipy.sparse.csr", "csr_matrix", Global::Class(Class::SparseRows)),
+    ("scipy.sparse._csr", "csr_matrix", Global::Class(Class::SparseRows)),
+    ("scipy.sparse._csr", "csr_array", Global::Class(Class::SparseRows)),
+    ("scipy.sparse._arrays", "csr_array", Global::Class(Class::SparseRows)),
+    ("scipy.sparse.coo", "coo_matrix", Global::Class(Class::SparsePlaces)),
+    ("scipy.sparse._coo", "coo_matrix", Global::Class(Class::SparsePlaces)),
+    ("scipy.sparse._coo", "coo_array", Global::Class(Class::SparsePlaces)),
+    ("scipy.sparse._arrays", "coo_array", Global::Class(Class::SparsePlaces)),
+    ("chumpy.ch", "Ch", Global::Class(Class::Chumpy)),
+    ("chumpy", "Ch", Global::Class(Class::Chumpy)),
+    ("chumpy.reordering", "Select", Global::Class(Class::ChumpySelect)),
+    ("torch._utils", "_rebuild_tensor", Global::Class(Class::Tensor)),
+    ("torch._utils", "_rebuild_tensor_v2", Global::Class(Class::Tensor)),
+    ("torch._utils", "_rebuild_parameter", Global::Class(Class::Parameter)),
+    ("torch", "DoubleStorage", Global::Class(Class::Storage(StorageKind::Double))),
+    ("torch", "FloatStorage", Global::Class(Class::Storage(StorageKind::Float))),
+    ("torch", "HalfStorage", Global::Class(Class::Storage(StorageKind::Half))),
+    ("torch", "BFloat16Storage", Global::Class(Class::Storage(StorageKind::BFloat16))),
+    ("torch", "LongStorage", Global::Class(Class::Storage(StorageKind::Long))),
+    ("torch", "IntStorage", Global::Class(Class::Storage(StorageKind::Int))),
+    ("torch", "ShortStorage", Global::Class(Class::Storage(StorageKind::Short))),
+    ("torch", "CharStorage", Global::Class(Class::Storage(StorageKind::Char))),
+    ("torch", "ByteStorage", Global::Class(Class::Storage(StorageKind::Byte))),
+    ("torch", "BoolStorage", Global::Class(Class::Storage(StorageKind::Bool))),
+    ("torch", "Size", Global::Size),
 ];
 
 impl Global {
@@ -64,11 +112,11 @@ impl<'a> Machine<'a> {
             {
                 Ok(Node::Array(None))
             }
-            (Global::Dtype, &[name, ..]) => self.dtype_named(name).map(Node::Dtype),
-            (Global::Scalar, &[dtype, data]) => {
-                let dtype = self.dtype(dtype)?;
-                self.array(dtype, Vec::new(), false, data)
-            }
+            (Global::Dtype, &[name, ..]) => self.items_named(name).map(Node::Dtype),
+            (Global::Scalar, &[dtype, data]) => match self.items(dtype)? {
+                Items::Texts(dtype) => self.texts(dtype, &[], data),
+                _ => self.array(self.dtype(dtype)?, Vec::new(), false, data),
+            },
             (Global::FromBuffer, &[data, dtype, shape, order]) => {
                 let fortran_order = match self.value(order).as_str() {
                     Some("C") => false,
@@ -84,32 +132,46 @@ impl<'a> Machine<'a> {
                 self.latin1(text)
             }
             (Global::NoBytes, []) => Ok(Node::Bytes(Cow::Borrowed(b""))),
+            (Global::Reconstructor, &[class, base, _])
+                if matches!(self.value(base).node(), Node::Global(Global::Object)) =>
+            {
+                match self.value(class).as_class() {
+                    Some(class) => Ok(made(class, &[])),
+                    None => Err(self.scan.malformed("an object has no known class")),
+                }
+            }
+            (Global::OrderedDict, []) => Ok(Node::Dict(Vec::new())),
+            (Global::OrderedDict, &[items]) => self.dict_of_pairs(items),
+            // What a set holds is never asked for.
+            (Global::Set, [] | [_]) => Ok(Node::Set),
+            (Global::Size, &[shape]) => {
+                let shape = self.arguments(shape)?;
+                Ok(Node::Tuple(shape))
+            }
+            (Global::Class(Class::Storage(_)), _) => {
+                Err(self.scan.malformed("a storage of torch's stands inside the pickle"))
+            }
+            (Global::Class(class), args) => Ok(made(class, args)),
             _ => Err(self.scan.malformed(format!("{global:?} is called in an unknown way"))),
         }
     }
 
-    /// Fills what a call made: NumPy's dtypes and arrays take a tuple.
+    /// Fills what a call made: NumPy's dtypes and arrays take a tuple, objects a dict.
     pub(super) fn build(&mut self, object: Id, state: Id) -> Result<(), PickleError> {
-        let state = self.arguments(state)?;
-        let filled = match (self.value(object).node(), &state[..]) {
-            (Node::Dtype(dtype), &[_, order, nested, names, fields, _, _, _]) => {
-                if ![nested, names, fields].iter().all(|&id| self.value(id).is_none()) {
-                    return Err(self.scan.malformed("an array's dtype has parts"));
-                }
-                let big_endian = match self.value(order).as_str() {
-                    Some("<" | "|") => false,
-                    Some(">") => true,
-                    _ => return Err(self.scan.malformed("a dtype's byte order is unknown")),
-                };
-                Node::Dtype(Dtype { big_endian, ..*dtype })
+        let filled = match self.value(object).node() {
+            Node::Dtype(items) => {
+                let items = *items;
+                self.filled_dtype(items, state)?
             }
-            (Node::Array(_), &[_, shape, dtype, fortran_order, data]) => {
-                let fortran_order = self.flag(fortran_order)?;
-                let (dtype, shape) = (self.dtype(dtype)?, self.shape(shape)?);
-                self.array(dtype, shape, fortran_order, data)?
+            Node::Array(_) => self.filled_array(state)?,
+            Node::Made(making) if matches!(self.value(state).node(), Node::Dict(_)) => {
+                let (class, args) = (making.class, making.args.clone());
+                Node::Made(Box::new(Making { class, args, state: Some(state) }))
             }
-            (found, _) => {
-                let what = if matches!(found, Node::Array(_) | Node::Dtype(_)) {
+            // Torch's dicts of tensors have attributes that tell of versions.
+            Node::Dict(_) if matches!(self.value(state).node(), Node::Dict(_)) => return Ok(()),
+            found => {
+                let what = if matches!(found, Node::Made(_) | Node::Dict(_)) {
                     "in an unknown way"
                 } else {
                     "that takes nothing"
@@ -120,6 +182,45 @@ impl<'a> Machine<'a> {
         };
         self.replace(object, filled);
         Ok(())
+    }
+
+    fn filled_dtype(&self, items: Items, state: Id) -> Result<Node<'a>, PickleError> {
+        let [_, order, nested, names, fields, _, _, _] = self.arguments(state)?[..] else {
+            return Err(self.scan.malformed("a dtype is filled in an unknown way"));
+        };
+        if ![nested, names, fields].iter().all(|&id| self.value(id).is_none()) {
+            return Err(self.scan.malformed("an array's dtype has parts"));
+        }
+        let big_endian = match self.value(order).as_str() {
+            Some("<" | "|") => false,
+            Some(">") => true,
+            _ => return Err(self.scan.malformed("a dtype's byte order is unknown")),
+        };
+        Ok(Node::Dtype(match items {
+            Items::Numbers(dtype) => Items::Numbers(Dtype { big_endian, ..dtype }),
+            Items::Texts(dtype) => Items::Texts(TextDtype { big_endian, ..dtype }),
+            Items::Objects => Items::Objects,
+        }))
+    }
+
+    fn filled_array(&mut self, state: Id) -> Result<Node<'a>, PickleError> {
+        let [_, shape, dtype, fortran_order, data] = self.arguments(state)?[..] else {
+            return Err(self.scan.malformed("an array is filled in an unknown way"));
+        };
+        let fortran_order = self.flag(fortran_order)?;
+        let (items, shape) = (self.items(dtype)?, self.shape(shape)?);
+        match items {
+            Items::Numbers(dtype) => self.array(dtype, shape, fortran_order, data),
+            Items::Texts(dtype) => self.texts(dtype, &shape, data),
+            Items::Objects => {
+                let count = shape.iter().copied().try_fold(1, usize::checked_mul);
+                let found = self.value(data).items().map(|items| items.len());
+                if count.is_none() || count != found {
+                    return Err(self.scan.malformed("an array of objects has another number"));
+                }
+                Ok(Node::Objects(data))
+            }
+        }
     }
 
     fn array(
@@ -143,19 +244,66 @@ impl<'a> Machine<'a> {
         Ok(Node::Array(Some(Box::new(layout))))
     }
 
-    fn dtype_named(&self, name: Id) -> Result<Dtype, PickleError> {
+    /// An array of texts. Only a single text is kept.
+    fn texts(
+        &mut self,
+        dtype: TextDtype,
+        shape: &[usize],
+        data: Id,
+    ) -> Result<Node<'a>, PickleError> {
+        let bytes = self.value(data).as_bytes().unwrap_or_default();
+        let count = shape.iter().copied().try_fold(1, usize::checked_mul);
+        let wanted = count.zip(dtype.width()).and_then(|(count, width)| count.checked_mul(width));
+        if wanted != Some(bytes.len()) {
+            return Err(self.scan.malformed("an array of texts has another number of bytes"));
+        }
+        if count != Some(1) {
+            return Ok(Node::Texts);
+        }
+        let (length, text) = (bytes.len(), dtype.read(bytes));
+        let text = text.ok_or_else(|| self.scan.malformed("a text has no such character"))?;
+        self.count_copy(length)?;
+        Ok(Node::Text(Cow::Owned(text)))
+    }
+
+    fn items_named(&self, name: Id) -> Result<Items, PickleError> {
         let name = self.value(name).as_str().unwrap_or_default();
-        Dtype::from_text(name).ok_or_else(|| {
+        Items::from_text(name).ok_or_else(|| {
             let name = shown(name.as_bytes());
             self.scan.malformed(format!("found an array of dtype `{name}`, wanted numbers"))
         })
     }
 
-    fn dtype(&self, id: Id) -> Result<Dtype, PickleError> {
+    fn items(&self, id: Id) -> Result<Items, PickleError> {
         match self.value(id).node() {
-            Node::Dtype(dtype) => Ok(*dtype),
+            Node::Dtype(items) => Ok(*items),
             _ => Err(self.scan.malformed("an array has no dtype")),
         }
+    }
+
+    fn dtype(&self, id: Id) -> Result<Dtype, PickleError> {
+        match self.items(id)? {
+            Items::Numbers(dtype) => Ok(dtype),
+            Items::Objects => Err(self.scan.malformed("found an array of objects, wanted numbers")),
+            Items::Texts(_) => Err(self.scan.malformed("found an array of texts, wanted numbers")),
+        }
+    }
+
+    /// A dict from pairs of keys and values, as Python 2 wrote those that keep their order.
+    fn dict_of_pairs(&mut self, items: Id) -> Result<Node<'a>, PickleError> {
+        let pair = |item: Value<'_>| match item.node() {
+            Node::List(pair) | Node::Tuple(pair) => match pair[..] {
+                [key, value] => Some((key, value)),
+                _ => None,
+            },
+            _ => None,
+        };
+        let pairs = self.value(items).items();
+        let pairs: Option<Vec<(Id, Id)>> = pairs.and_then(|pairs| pairs.map(pair).collect());
+        let pairs = pairs.ok_or_else(|| self.scan.malformed("a dict is made of no pairs"))?;
+        // One list may be made into any number of dicts.
+        self.count_copy(size_of_val(&pairs[..]))?;
+        Ok(Node::Dict(pairs))
     }
 
     fn shape(&mut self, id: Id) -> Result<Vec<usize>, PickleError> {
@@ -190,4 +338,8 @@ impl<'a> Machine<'a> {
         self.count_copy(length)?;
         Ok(Node::Bytes(Cow::Owned(bytes)))
     }
+}
+
+fn made<'a>(class: Class, args: &[Id]) -> Node<'a> {
+    Node::Made(Box::new(Making { class, args: args.to_vec(), state: None }))
 }

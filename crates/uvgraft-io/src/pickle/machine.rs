@@ -25,11 +25,13 @@ pub(super) struct Machine<'a> {
     /// As many bytes as the pickle has: each is copied once at most, unless one text is decoded
     /// again and again to fill the memory.
     most_copied: usize,
+    /// Whether values outside of the pickle may be referred to.
+    persistent: bool,
 }
 
 /// Runs the program. Each instruction adds one value, one reference and one entry of the memo at
 /// most, so the limit of instructions bounds them all.
-pub(super) fn run(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
+pub(super) fn run(bytes: &[u8], persistent: bool) -> Result<Pickle<'_>, PickleError> {
     let mut machine = Machine {
         scan: Scan::new(bytes),
         nodes: Vec::new(),
@@ -38,6 +40,7 @@ pub(super) fn run(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
         memo: HashMap::new(),
         copied: 0,
         most_copied: bytes.len(),
+        persistent,
     };
     for _ in 0..MOST_INSTRUCTIONS {
         let instruction = machine.scan.next_instruction()?;
@@ -95,6 +98,14 @@ impl<'a> Machine<'a> {
             }
             b'p' | b'q' | b'r' | b'g' | b'h' | b'j' | 0x94 => self.memo(instruction)?,
             b'a' | b'e' | b's' | b'u' => self.fill(instruction)?,
+            0x90 => {
+                drop(self.pop_to_mark()?);
+                let set = self.value(self.top()?);
+                if !matches!(set.node(), Node::Set) {
+                    let found = set.kind();
+                    return Err(self.scan.malformed(format!("found {found}, wanted a set")));
+                }
+            }
             0x80 => {
                 let version = self.scan.byte()?;
                 if version > NEWEST_PROTOCOL {
@@ -176,6 +187,12 @@ impl<'a> Machine<'a> {
                 items.reverse();
                 Node::Tuple(items)
             }
+            0x8f => Node::Set,
+            0x91 => {
+                drop(self.pop_to_mark()?);
+                Node::Set
+            }
+            b'Q' if self.persistent => Node::Persistent(self.pop()?),
             b'c' => self.global_lines()?,
             0x93 => {
                 let (name, module) = (self.pop()?, self.pop()?);

@@ -1,4 +1,5 @@
-//! Python pickles, as far as they are data: numbers, texts, containers and NumPy arrays.
+//! Python pickles, as far as they are data: numbers, texts, containers, NumPy arrays, and what SciPy's
+//! sparse matrices, chumpy's arrays and torch's tensors consist of.
 //!
 //! A pickle is a program for a small machine that may call whatever Python can import. Here the
 //! program builds plain values and calls nothing: each name that it asks for is looked up in a short
@@ -11,14 +12,18 @@
 //! Source: the instructions' descriptions in Python's `pickletools`.
 
 mod array;
+mod class;
 mod globals;
 mod machine;
 mod scan;
 #[cfg(test)]
 mod tests;
+pub(crate) mod texts;
 mod value;
 
+pub(crate) use array::last_axis_fastest;
 pub use array::{Array, Dtype, NumberKind};
+pub use class::{Class, Made, StorageKind};
 pub use value::{Pickle, Value};
 
 /// As many instructions as a pickle may have. Files of arrays have some thousands.
@@ -81,5 +86,13 @@ pub enum PickleError {
 /// # Errors
 /// [`PickleError`]; nothing that a pickle holds is ever run.
 pub fn parse(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
-    machine::run(bytes)
+    machine::run(bytes, false)
+}
+
+/// As [`parse`], for pickles that refer to what lies outside of them; see [`Value::persistent`].
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with_outside(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
+    machine::run(bytes, true)
 }

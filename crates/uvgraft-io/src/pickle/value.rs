@@ -3,7 +3,8 @@
 
 use std::borrow::Cow;
 
-use super::array::{Array, Dtype, Layout};
+use super::array::{Array, Items, Layout};
+use super::class::Making;
 use super::globals::Global;
 
 /// The number of a value.
@@ -23,9 +24,19 @@ pub(super) enum Node<'a> {
     Tuple(Vec<Id>),
     Dict(Vec<(Id, Id)>),
     Global(Global),
-    Dtype(Dtype),
+    Dtype(Items),
     /// An array; `None` between its creation and its filling.
     Array(Option<Box<Layout>>),
+    /// An array of whatever the list of that number holds.
+    Objects(Id),
+    /// An array of several texts, which nobody asks for.
+    Texts,
+    /// A set, of which nobody asks what it holds.
+    Set,
+    /// An object of a known class.
+    Made(Box<Making>),
+    /// What lies outside of the pickle, under a name.
+    Persistent(Id),
 }
 
 /// A pickle that was read.
@@ -54,6 +65,11 @@ impl<'p> Value<'p> {
         Self { nodes, id }
     }
 
+    /// Another value of the same pickle.
+    pub(super) const fn other(self, id: Id) -> Self {
+        Self { id, ..self }
+    }
+
     pub(super) const fn node(self) -> &'p Node<'p> {
         &self.nodes[self.id.0 as usize]
     }
@@ -73,6 +89,11 @@ impl<'p> Value<'p> {
             Node::Global(_) => "a name of Python's",
             Node::Dtype(_) => "a dtype",
             Node::Array(_) => "an array",
+            Node::Objects(_) => "an array of objects",
+            Node::Texts => "an array of texts",
+            Node::Set => "a set",
+            Node::Made(making) => making.class.kind(),
+            Node::Persistent(_) => "something outside of the pickle",
         }
     }
 
@@ -164,6 +185,22 @@ impl<'p> Value<'p> {
                 let data = Self { id: layout.data, ..self }.as_bytes()?;
                 Some(Array { layout, data })
             }
+            _ => None,
+        }
+    }
+
+    /// What an array of objects holds, whatever its shape.
+    pub fn objects(self) -> Option<impl ExactSizeIterator<Item = Self>> {
+        match self.node() {
+            Node::Objects(items) => self.other(*items).items(),
+            _ => None,
+        }
+    }
+
+    /// What something outside of the pickle is called by.
+    pub const fn persistent(self) -> Option<Self> {
+        match self.node() {
+            Node::Persistent(id) => Some(self.other(*id)),
             _ => None,
         }
     }

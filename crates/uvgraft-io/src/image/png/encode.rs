@@ -34,7 +34,7 @@ pub(in crate::image) struct RowEncoder {
 /// Which way rows are compressed.
 enum Rows {
     Fast(Pieces, Writer<Pipe>),
-    Small(StreamWriter<'static, Pipe>),
+    Small(Box<StreamWriter<'static, Pipe>>),
 }
 
 /// The conversion to what the file holds.
@@ -75,7 +75,7 @@ impl RowEncoder {
         let writer = encoder.write_header().map_err(to_encode_error)?;
         let rows = if compress {
             let stream = writer.into_stream_writer_with_size(1 << 18).map_err(to_encode_error)?;
-            Rows::Small(stream)
+            Rows::Small(Box::new(stream))
         } else {
             Rows::Fast(Pieces::new(bytes, bytes / spec.size.width as usize), writer)
         };

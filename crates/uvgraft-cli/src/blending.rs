@@ -5,16 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use uvgraft::blend::{Blend, BlendMap, BlendOptions, Ground, Tone};
 use uvgraft::fill::{self, FillError};
-use uvgraft::{Direction, SamplingMap, Texture};
+use uvgraft::{SamplingMap, Texture};
 use uvgraft_io::image;
 
-use super::Args;
-use super::treatment::Treatment;
 use crate::failure::{OrBadInput, bad_input};
 use crate::length::Length;
-use crate::region::side_from;
+use crate::region::{RegionArgs, side_from};
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Blending")]
 pub(crate) struct BlendArgs {
     /// How the region's rim is hidden [default: none, with --feather feather]
@@ -75,7 +73,7 @@ enum MatchName {
 }
 
 /// What is blended, and with what.
-pub(super) struct Blending<'a> {
+pub(crate) struct Blending<'a> {
     blend: Blend<'a>,
     skin: Option<Texture>,
 }
@@ -104,18 +102,33 @@ impl BlendArgs {
         }
     }
 
+    /// The same, with a membrane if no other way is named.
+    pub(crate) fn or_membrane(mut self) -> Self {
+        self.blend = self.blend.or(Some(BlendName::Membrane));
+        self
+    }
+
     /// Whether colours of the base are looked at before anything is laid over it.
-    pub(super) fn needs_colors(&self) -> bool {
+    pub(crate) fn needs_colors(&self) -> bool {
         self.tone().is_some() && (self.mode() == BlendName::Membrane || self.matched.is_some())
     }
 
     /// The images that are named.
-    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         [&self.skin, &self.source_mask, &self.fill].into_iter().flatten().map(|path| &**path)
     }
 
+    /// Whether anything is asked for, here or by the region, that is done on the surface.
+    pub(crate) fn blends(&self, region: &RegionArgs) -> bool {
+        !region.is_everything()
+            || self.blend.is_some()
+            || self.feather.is_some()
+            || self.matched.is_some()
+            || self.preview.is_some()
+    }
+
     /// Refuses options that contradict each other.
-    pub(super) fn check(&self) -> anyhow::Result<()> {
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
             return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
         }
@@ -137,30 +150,23 @@ impl BlendArgs {
     }
 }
 
-impl Args {
-    /// Whether anything is asked for that is done on the surface.
-    pub(super) fn blends(&self) -> bool {
-        let BlendArgs { blend, feather, matched, preview, .. } = &self.blending;
-        !self.region.is_everything()
-            || blend.is_some()
-            || feather.is_some()
-            || matched.is_some()
-            || preview.is_some()
-    }
-}
-
 impl<'a> Blending<'a> {
     /// - `always`: whether maps that have no opacity end where the mask of the source does.
-    pub(super) fn new(args: &Args, ground: &'a Ground<'a>, always: bool) -> anyhow::Result<Self> {
-        let options = &args.blending;
-        let unit = args.region.unit(ground, [options.feather()]);
+    pub(crate) fn new(
+        options: &BlendArgs,
+        region: &RegionArgs,
+        gutter_px: u32,
+        ground: &'a Ground<'a>,
+        known: &Known,
+        always: bool,
+    ) -> anyhow::Result<Self> {
+        let unit = region.unit(ground, [options.feather()]);
         let feather = options.feather().in_unit(unit);
-        let mut selection = args.region.select(ground, unit)?;
-        if let Some(path) = &options.source_mask
+        let mut selection = region.select(ground, unit)?;
+        if let Some(Named { path, texture }) = &known.mask
             && (always || feather > 0.0)
         {
-            let mask = image::read(path).or_bad_input()?.texture;
-            let known = ground.painted(side_from(ground.direction()), &mask);
+            let known = ground.painted(side_from(ground.direction()), texture);
             let known = known.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
             selection = selection.within(&known, ground);
         }
@@ -175,19 +181,19 @@ impl<'a> Blending<'a> {
                 match_skin: options.matched.is_some() && options.tone().is_some(),
                 tone: options.tone().unwrap_or(Tone::Base),
                 skin_mask: skin.is_some(),
-                gutter_px: args.gutter,
+                gutter_px,
             },
         );
         let blend = blend.map_err(bad_input)?;
         Ok(Self { blend, skin: skin.map(|image| image.texture) })
     }
 
-    pub(super) fn blend(&self) -> &Blend<'a> {
+    pub(crate) fn blend(&self) -> &Blend<'a> {
         &self.blend
     }
 
     /// The blend at the texels of a map.
-    pub(super) fn on<'b>(&'b self, map: &SamplingMap) -> anyhow::Result<BlendMap<'b>>
+    pub(crate) fn on<'b>(&'b self, map: &SamplingMap) -> anyhow::Result<BlendMap<'b>>
     where
         'a: 'b,
     {
@@ -199,8 +205,19 @@ impl<'a> Blending<'a> {
     }
 }
 
+/// What the values of a texture are, as far as completing it goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Values {
+    /// The surface's own colour, which takes part in finding a common tone.
+    Albedo,
+    /// Another colour.
+    Color,
+    /// No colour.
+    Data,
+}
+
 /// What the source is known by, or made up from.
-pub(super) struct Known {
+pub(crate) struct Known {
     mask: Option<Named>,
     mean: Option<Named>,
 }
@@ -212,7 +229,7 @@ struct Named {
 }
 
 impl Known {
-    pub(super) fn new(args: &BlendArgs) -> anyhow::Result<Self> {
+    pub(crate) fn new(args: &BlendArgs) -> anyhow::Result<Self> {
         let read = |path: &Option<PathBuf>| {
             let image = path.as_ref().map(|path| {
                 let texture = image::read(path).or_bad_input()?.texture;
@@ -223,24 +240,33 @@ impl Known {
         Ok(Self { mask: read(&args.source_mask)?, mean: read(&args.fill)? })
     }
 
+    /// The same, with a mask for a texture that brings one along; the options' own comes first.
+    pub(crate) fn or_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
+        let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
+        self.mask = self.mask.or(brought);
+        self
+    }
+
     /// Whether textures get an opacity that their files do not have.
-    pub(super) fn adds_opacity(&self) -> bool {
+    pub(crate) fn adds_opacity(&self) -> bool {
         self.mask.is_some() && self.mean.is_none()
     }
 
     /// A texture with what it lacks, or with opacity that says what it lacks.
     ///
     /// - `path`: the texture's file.
-    pub(super) fn complete(
+    pub(crate) fn complete(
         &self,
         texture: Texture,
-        how: Treatment,
+        values: Values,
         path: &Path,
     ) -> anyhow::Result<Texture> {
         let mask = self.mask.as_ref().map(|mask| &mask.texture);
         let completed = match (mask, &self.mean) {
-            (mask, Some(mean)) if how.is_toned() => fill::fill(texture, mask, &mean.texture),
-            (Some(mask), None) if !how.is_data() => fill::with_confidence(texture, mask),
+            (mask, Some(mean)) if values == Values::Albedo => {
+                fill::fill(texture, mask, &mean.texture)
+            }
+            (Some(mask), None) if values != Values::Data => fill::with_confidence(texture, mask),
             _ => return Ok(texture),
         };
         completed.map_err(|error| self.refusal(&error, path))
@@ -256,9 +282,4 @@ impl Known {
         let culprit = culprit.map_or(path, |named| &*named.path).display();
         bad_input(format!("{culprit}: {error} ({})", path.display()))
     }
-}
-
-/// Which way the options say.
-pub(super) fn direction(args: &Args) -> Direction {
-    if args.reverse { Direction::Reverse } else { Direction::Forward }
 }

@@ -2,6 +2,8 @@
 //!
 //! Source: `numpy.lib.format`, version 1.0.
 
+pub(crate) mod header;
+
 use std::io::{self, Write};
 
 /// What every NPY file begins with.

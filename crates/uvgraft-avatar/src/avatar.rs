@@ -1,0 +1,184 @@
+//! A mesh with a rig: what becomes a GLB or VRM file.
+
+use glam::{Quat, Vec3};
+use uvgraft::Mesh;
+
+use crate::rig::{Clip, Expression, Morph, Pose, RigError, Skeleton, Skin};
+
+/// A rigged body. Its mesh is in the pose of rest, in metres, Y up, facing +Z.
+#[derive(Debug, Clone)]
+pub struct Avatar {
+    /// Shape and layout at rest.
+    pub mesh: Mesh,
+    /// What moves it.
+    pub skeleton: Skeleton,
+    /// How its vertices follow.
+    pub skin: Skin,
+    /// Shapes that can be mixed in.
+    pub morphs: Vec<Morph>,
+    /// Mixes of them that have names.
+    pub expressions: Vec<Expression>,
+    /// Animations.
+    pub clips: Vec<Clip>,
+}
+
+impl Avatar {
+    /// Checks that the parts fit each other.
+    ///
+    /// # Errors
+    /// [`RigError`] where counts disagree, numbers name what is not there, or values are not finite.
+    pub fn check(&self) -> Result<(), RigError> {
+        let count = |what, found, wanted| {
+            if found == wanted { Ok(()) } else { Err(RigError::Count { what, found, wanted }) }
+        };
+        let vertices = self.mesh.positions().len();
+        count("vertices with weights", self.skin.vertices(), vertices)?;
+        let joints = self.skeleton.joints().len();
+        for vertex in 0..vertices {
+            if self.skin.of(vertex).iter().any(|&(joint, _)| usize::from(joint) >= joints) {
+                let problem = "follows a joint that is not there";
+                return Err(RigError::Weights { vertex, problem });
+            }
+        }
+        for morph in &self.morphs {
+            for (vertex, offset) in &morph.offsets {
+                if *vertex as usize >= vertices || !offset.iter().all(|value| value.is_finite()) {
+                    let what = format!("morph `{}` at vertex {vertex}", morph.name);
+                    return Err(RigError::NotFinite { what });
+                }
+            }
+        }
+        for expression in &self.expressions {
+            let known = |&(morph, _): &(usize, f32)| morph < self.morphs.len();
+            let found = expression.morphs.iter().filter(|entry| known(entry)).count();
+            count("morphs of an expression", found, expression.morphs.len())?;
+        }
+        self.clips.iter().try_for_each(|clip| clip.check(joints))
+    }
+
+    /// Where the vertices are in a pose, with expressions mixed in by the weights of `morphs`.
+    ///
+    /// # Errors
+    /// As [`Pose::check`].
+    pub fn posed(&self, pose: &Pose, morphs: &[f32]) -> Result<Vec<[f32; 3]>, RigError> {
+        let motions = self.skeleton.motions(pose)?;
+        let mut positions = self.mesh.positions().to_vec();
+        for (morph, &weight) in self.morphs.iter().zip(morphs) {
+            morph.add(weight, &mut positions);
+        }
+        Ok(self.skin.pose(&positions, &motions))
+    }
+
+    /// The same avatar with a pose of it as its rest: the T-pose that VRM wants from a figure in
+    /// A-pose, say. Joints are aligned with the world in the new rest too; morphs turn along, and
+    /// clips show what they showed.
+    ///
+    /// # Errors
+    /// As [`Pose::check`].
+    pub fn rested_in(mut self, rest: &Pose) -> Result<Self, RigError> {
+        let motions = self.skeleton.motions(rest)?;
+        let positions = self.skin.pose(self.mesh.positions(), &motions);
+        let turns = self.skin.turns(&motions);
+        for morph in &mut self.morphs {
+            for (vertex, offset) in &mut morph.offsets {
+                *offset = (turns[*vertex as usize] * Vec3::from(*offset)).into();
+            }
+        }
+        let mut joints = self.skeleton.joints().to_vec();
+        for (joint, motion) in joints.iter_mut().zip(&motions) {
+            joint.position = motion.point(joint.position);
+        }
+        let parents: Vec<Option<usize>> = joints.iter().map(|joint| joint.parent).collect();
+        let turned: Vec<Quat> =
+            motions.iter().map(|motion| Quat::from_array(motion.rotation)).collect();
+        let root_shift = Vec3::from(rest.translation);
+        for pose in self.clips.iter_mut().flat_map(|clip| &mut clip.poses) {
+            // What a joint's parent turned by, times its own turn, without what rest now has.
+            let local: Vec<Quat> = pose.rotations.iter().map(|&q| Quat::from_array(q)).collect();
+            for (joint, rotation) in pose.rotations.iter_mut().enumerate() {
+                let before = parents[joint].map_or(Quat::IDENTITY, |parent| turned[parent]);
+                *rotation = (before * local[joint] * turned[joint].inverse()).normalize().into();
+            }
+            pose.translation = (Vec3::from(pose.translation) - root_shift).into();
+        }
+        self.mesh = self
+            .mesh
+            .with_positions(positions)
+            .map_err(|_| RigError::NotFinite { what: "a vertex of the pose".to_owned() })?;
+        self.skeleton = Skeleton::new(joints)?;
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::FRAC_PI_4;
+
+    use uvgraft::Mesh;
+
+    use super::*;
+    use crate::rig::Joint;
+
+    /// A triangle on two joints, with a morph and a clip.
+    fn avatar() -> Avatar {
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.5, 0.0]];
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
+        let joint = |name: &str, parent, position| Joint {
+            name: name.to_owned(),
+            parent,
+            position,
+            human: None,
+        };
+        let joints = vec![joint("a", None, [0.0; 3]), joint("b", Some(0), [1.0, 0.0, 0.0])];
+        let skin = [vec![(0, 1.0)], vec![(0, 0.5), (1, 0.5)], vec![(1, 1.0)]];
+        let turns = [[0.1, 0.2, 0.3], [-0.5, 0.4, 0.2]];
+        Avatar {
+            mesh,
+            skeleton: Skeleton::new(joints).unwrap(),
+            skin: Skin::new(skin, 2).unwrap(),
+            morphs: vec![Morph { name: "m".to_owned(), offsets: vec![(2, [0.0, 1.0, 0.0])] }],
+            expressions: Vec::new(),
+            clips: vec![Clip {
+                name: "c".to_owned(),
+                times: vec![0.0],
+                poses: vec![Pose::from_axis_angles([0.3, 0.0, 0.0], &turns)],
+            }],
+        }
+    }
+
+    #[test]
+    fn a_clip_shows_the_same_from_a_new_rest() {
+        let before = avatar();
+        let rest = Pose::from_axis_angles([0.0, 0.7, 0.0], &[[0.0, 0.0, FRAC_PI_4]; 2]);
+        let after = before.clone().rested_in(&rest).unwrap();
+        assert_eq!(after.mesh.positions(), before.posed(&rest, &[]).unwrap());
+        // The last vertex follows one joint alone; blended ones differ between bindings.
+        for vertex in [0, 2] {
+            for weight in [0.0, 1.0] {
+                let of = |avatar: &Avatar| {
+                    Vec3::from(avatar.posed(&avatar.clips[0].poses[0], &[weight]).unwrap()[vertex])
+                };
+                assert!(of(&before).abs_diff_eq(of(&after), 1e-5), "{vertex} {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        avatar().check().unwrap();
+        let mut wrong = avatar();
+        wrong.morphs[0].offsets[0].0 = 3;
+        wrong.check().unwrap_err();
+        let mut wrong = avatar();
+        wrong.clips[0].poses[0].rotations.pop();
+        wrong.check().unwrap_err();
+        let mut wrong = avatar();
+        wrong.expressions.push(Expression {
+            name: "e".to_owned(),
+            preset: None,
+            morphs: vec![(1, 1.0)],
+        });
+        wrong.check().unwrap_err();
+    }
+}

@@ -1,0 +1,104 @@
+//! Reads the arrays of a model and checks their shapes and values.
+
+use std::borrow::Cow;
+
+use uvgraft_io::arrays::{NamedArrays, NumericArray};
+
+use super::BodyError;
+
+/// How long an axis must be.
+#[derive(Clone, Copy)]
+pub(super) enum Axis {
+    Is(usize),
+    /// At least one.
+    Any(&'static str),
+}
+
+/// Arrays by their keys.
+pub(super) struct Fields<'a>(pub &'a NamedArrays);
+
+impl<'a> Fields<'a> {
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.0.get(key).is_some()
+    }
+
+    /// The array, with as many axes as wanted and each as long.
+    fn shaped(&self, key: &'static str, wanted: &[Axis]) -> Result<&'a NumericArray, BodyError> {
+        let array = self.0.get(key).ok_or_else(|| self.missing(key))?;
+        let shape = array.shape();
+        let fits = |(&found, wanted): (&usize, &Axis)| match *wanted {
+            Axis::Is(wanted) => found == wanted,
+            Axis::Any(_) => found > 0,
+        };
+        if shape.len() == wanted.len() && shape.iter().zip(wanted).all(fits) {
+            return Ok(array);
+        }
+        let wanted = wanted.iter().map(|axis| match axis {
+            Axis::Is(length) => length.to_string(),
+            Axis::Any(name) => (*name).to_owned(),
+        });
+        let wanted = format!("[{}]", wanted.collect::<Vec<_>>().join(", "));
+        Err(BodyError::Shape { key, found: shape.to_vec(), wanted })
+    }
+
+    fn missing(&self, key: &'static str) -> BodyError {
+        const MOST: usize = 40;
+        let mut names: Vec<&str> = self.0.names().take(MOST + 1).collect();
+        if names.len() > MOST {
+            names[MOST] = "...";
+        }
+        BodyError::Missing { key, found: names.join(", ") }
+    }
+
+    /// Finite numbers, and the shape they are in.
+    pub(super) fn floats(
+        &self,
+        key: &'static str,
+        wanted: &[Axis],
+    ) -> Result<(Cow<'a, [f32]>, &'a [usize]), BodyError> {
+        let array = self.shaped(key, wanted)?;
+        let values = array.f32s();
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(at) => Err(BodyError::NotFinite { key, at, found: values[at] }),
+            None => Ok((values, array.shape())),
+        }
+    }
+
+    /// Points, a row each.
+    pub(super) fn points(&self, key: &'static str) -> Result<Vec<[f32; 3]>, BodyError> {
+        let (values, _) = self.floats(key, &[Axis::Any("vertices"), Axis::Is(3)])?;
+        Ok(values.as_chunks::<3>().0.to_vec())
+    }
+
+    /// Whole numbers, and the shape they are in.
+    pub(super) fn integers(
+        &self,
+        key: &'static str,
+        wanted: &[Axis],
+    ) -> Result<(Vec<i64>, &'a [usize]), BodyError> {
+        let array = self.shaped(key, wanted)?;
+        let values = array.integers().ok_or(BodyError::NotIntegers { key })?;
+        Ok((values, array.shape()))
+    }
+
+    /// Triangles of vertices.
+    pub(super) fn triangles(
+        &self,
+        key: &'static str,
+        vertices: usize,
+    ) -> Result<Vec<[u32; 3]>, BodyError> {
+        let (values, _) = self.integers(key, &[Axis::Any("triangles"), Axis::Is(3)])?;
+        let index = |(at, &found): (usize, &i64)| {
+            let wanted = vertices;
+            let index = usize::try_from(found).ok().filter(|&index| index < wanted);
+            index.map(|index| index as u32).ok_or(BodyError::Index {
+                key,
+                at,
+                found,
+                below: wanted,
+            })
+        };
+        let corners: Vec<u32> = values.iter().enumerate().map(index).collect::<Result<_, _>>()?;
+        Ok(corners.as_chunks::<3>().0.to_vec())
+    }
+}

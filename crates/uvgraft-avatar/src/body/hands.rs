@@ -1,0 +1,81 @@
+//! Poses of hands from a few components, as SMPL-H and SMPL-X have them.
+
+use super::fields::{Axis, Fields};
+use super::{BodyError, BodyModel};
+
+/// Which hand; the person's own left is left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "nothing more to say")]
+pub enum Side {
+    Left,
+    Right,
+}
+
+/// Rotation vectors of the 15 joints of a hand, one after the other.
+const VALUES: usize = 45;
+
+/// What a model knows about a hand: the turns that most poses are made of, and the mean pose.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Hand {
+    /// `[components][VALUES]`, the first components tell most.
+    components: Vec<f32>,
+    mean: Option<[[f32; 3]; 15]>,
+}
+
+impl Hand {
+    /// Nothing where the file has nothing: models are posed by joints then.
+    pub(super) fn read(
+        fields: &Fields<'_>,
+        components: &'static str,
+        mean: &'static str,
+    ) -> Result<Self, BodyError> {
+        let mut hand = Self::default();
+        if fields.has(components) {
+            let wanted = [Axis::Any("components"), Axis::Is(VALUES)];
+            hand.components = fields.floats(components, &wanted)?.0.into_owned();
+        }
+        if fields.has(mean) {
+            let (values, _) = fields.floats(mean, &[Axis::Is(VALUES)])?;
+            hand.mean = <[[f32; 3]; 15]>::try_from(values.as_chunks::<3>().0).ok();
+        }
+        Ok(hand)
+    }
+}
+
+impl BodyModel {
+    fn hand(&self, side: Side) -> &Hand {
+        &self.hands[side as usize]
+    }
+
+    /// How many components it has for poses of a hand; 0 where its file had none.
+    pub fn hand_components(&self, side: Side) -> usize {
+        self.hand(side).components.len() / VALUES
+    }
+
+    /// The mean pose of a hand, a rotation vector for each of its 15 joints, where the file had one.
+    pub fn hand_mean(&self, side: Side) -> Option<[[f32; 3]; 15]> {
+        self.hand(side).mean
+    }
+
+    /// The rotation vectors of a hand's 15 joints: components times coefficients, without the mean.
+    /// With `k` coefficients it is what `smplx` does with `use_pca` and `num_pca_comps` of `k`.
+    ///
+    /// # Errors
+    /// [`BodyError::Coefficients`] for more coefficients than the model has components,
+    /// [`BodyError::Coefficient`] for one that is not finite.
+    pub fn hand_turns(
+        &self,
+        side: Side,
+        coefficients: &[f32],
+    ) -> Result<[[f32; 3]; 15], BodyError> {
+        self.check_coefficients("hand components", coefficients, self.hand_components(side))?;
+        let mut turns = [[0.0; 3]; 15];
+        let components = self.hand(side).components.as_chunks::<VALUES>().0;
+        for (&coefficient, component) in coefficients.iter().zip(components) {
+            for (value, part) in turns.as_flattened_mut().iter_mut().zip(component) {
+                *value += coefficient * part;
+            }
+        }
+        Ok(turns)
+    }
+}

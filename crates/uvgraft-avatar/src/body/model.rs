@@ -1,0 +1,311 @@
+//! A body model as its file has it.
+
+use rayon::prelude::*;
+use uvgraft_io::arrays::NamedArrays;
+
+use super::correctives::Correctives;
+use super::fields::{Axis, Fields};
+use super::hands::Hand;
+use super::{BodyError, BodyKind, Shaped};
+use crate::rig::{Joint, Skeleton, Skin};
+
+/// The most vertices that are accepted: as many as indices of 24 bits name.
+const MOST_VERTICES: usize = 1 << 24;
+/// Where a model has shape and expression in one array of as many components or more, expression
+/// begins after the first number of them; with fewer, it begins after the second.
+const WHOLE: usize = 400;
+const SHAPES: usize = 300;
+const FEW_SHAPES: usize = 10;
+
+/// A body model: what it looks like for any shape, expression and pose.
+#[derive(Debug, Clone)]
+pub struct BodyModel {
+    pub(super) kind: BodyKind,
+    pub(super) template: Vec<[f32; 3]>,
+    /// Components of shape, then of expression.
+    directions: Directions,
+    betas: usize,
+    pub(super) correctives: Correctives,
+    /// For each joint the vertices that it lies between, and their parts.
+    regressor: Vec<Vec<(u32, f32)>>,
+    pub(super) skin: Skin,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) hands: [Hand; 2],
+}
+
+/// Offsets of all coordinates, a row for each component.
+#[derive(Debug, Clone)]
+struct Directions {
+    rows: Vec<f32>,
+    width: usize,
+}
+
+/// What a person looks like: coefficients of a model's components, in standard deviations of the
+/// people it was learnt from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shape {
+    /// Of the body's shape; those that are missing are 0.
+    pub betas: Vec<f32>,
+    /// Of the face's expression; those that are missing are 0.
+    pub expression: Vec<f32>,
+}
+
+impl BodyModel {
+    /// From the arrays of a model's file.
+    ///
+    /// - `v_template` `[V, 3]`, metres, Y up, facing +Z.
+    /// - `shapedirs` `[V, 3, S]`. SMPL-X and FLAME have expression in it too: of 400 components or
+    ///   more the first 300 are shape and the next 100 expression, of fewer the first 10 and the next
+    ///   10, unless there is an array `exprdirs` `[V, 3, E]`.
+    /// - `posedirs` `[V, 3, 9 * (J - 1)]`, `J_regressor` `[J, V]`, `weights` `[V, J]`, `f` `[F, 3]`.
+    /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints tells the kind.
+    /// - Where there are any, `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`,
+    ///   `hands_meanr` `[45]`.
+    ///
+    /// # Errors
+    /// [`BodyError`] for arrays that are missing or have other shapes, values that are not finite,
+    /// indices out of range, joints that hang on other ones than in models of the kind, or weights
+    /// that are negative or sum to nothing.
+    pub fn from_arrays(arrays: &NamedArrays) -> Result<Self, BodyError> {
+        let fields = Fields(arrays);
+        let template = fields.points("v_template")?;
+        let vertices = template.len();
+        if vertices > MOST_VERTICES {
+            let (key, what, most) = ("v_template", "vertices", MOST_VERTICES);
+            return Err(BodyError::TooMany { key, what, found: vertices, most });
+        }
+        let kind = read_kind(&fields)?;
+        let joints = kind.joint_count();
+
+        let (weights, _) = fields.floats("weights", &[Axis::Is(vertices), Axis::Is(joints)])?;
+        let influences = weights.chunks_exact(joints).map(|row| row.iter().copied().enumerate());
+        let skin = Skin::new(influences, joints)?;
+        drop(weights);
+
+        let (parts, _) = fields.floats("J_regressor", &[Axis::Is(joints), Axis::Is(vertices)])?;
+        let some = |row: &[f32]| {
+            let row = (0..).zip(row.iter().copied());
+            row.filter(|&(_, part)| part != 0.0).collect()
+        };
+        let regressor = parts.chunks_exact(vertices).map(some).collect();
+        drop(parts);
+
+        let (directions, betas) = read_directions(&fields, kind, vertices)?;
+        let features = 9 * (joints - 1);
+        let wanted = [Axis::Is(vertices), Axis::Is(3), Axis::Is(features)];
+        let correctives = Correctives::new(&fields.floats("posedirs", &wanted)?.0, features);
+        let triangles = fields.triangles("f", vertices)?;
+        let hands = match kind.fingers() {
+            None => [Hand::default(), Hand::default()],
+            Some(_) => [
+                Hand::read(&fields, "hands_componentsl", "hands_meanl")?,
+                Hand::read(&fields, "hands_componentsr", "hands_meanr")?,
+            ],
+        };
+        Ok(Self {
+            kind,
+            template,
+            directions,
+            betas,
+            correctives,
+            regressor,
+            skin,
+            triangles,
+            hands,
+        })
+    }
+
+    /// Which one of the family it is.
+    pub const fn kind(&self) -> BodyKind {
+        self.kind
+    }
+
+    /// How many vertices it has.
+    pub fn vertices(&self) -> usize {
+        self.template.len()
+    }
+
+    /// Its triangles.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// How many components of shape it has.
+    pub const fn betas(&self) -> usize {
+        self.betas
+    }
+
+    /// How many components of expression it has.
+    pub fn expressions(&self) -> usize {
+        self.directions.count() - self.betas
+    }
+
+    /// How vertices follow joints.
+    pub const fn skin(&self) -> &Skin {
+        &self.skin
+    }
+
+    /// One person: the template with components of shape and expression added, and joints where the
+    /// vertices say.
+    ///
+    /// # Errors
+    /// [`BodyError::Coefficients`] for more coefficients than there are components,
+    /// [`BodyError::Coefficient`] for one that is not finite, [`BodyError::Rig`] where a shape has no
+    /// size that can be counted.
+    pub fn shaped(&self, shape: &Shape) -> Result<Shaped<'_>, BodyError> {
+        self.check_coefficients("betas", &shape.betas, self.betas)?;
+        let expressions = self.expressions();
+        self.check_coefficients("expression coefficients", &shape.expression, expressions)?;
+        let numbered = (0..).zip(shape.betas.iter().copied());
+        let expression = (self.betas..).zip(shape.expression.iter().copied());
+        let coefficients: Vec<(usize, f32)> =
+            numbered.chain(expression).filter(|&(_, coefficient)| coefficient != 0.0).collect();
+        let mut positions = self.template.clone();
+        self.directions.add(&coefficients, positions.as_flattened_mut());
+        let joint = |((name, parent, human), parts): (_, &Vec<(u32, f32)>)| Joint {
+            name: str::to_owned(name),
+            parent,
+            position: between(parts, &positions),
+            human,
+        };
+        let joints = self.kind.joints().into_iter().zip(&self.regressor).map(joint);
+        let skeleton = Skeleton::new(joints.collect())?;
+        Ok(Shaped { model: self, positions, skeleton })
+    }
+
+    /// How far a component of expression moves the vertices.
+    pub(super) fn expression(&self, component: usize) -> &[[f32; 3]] {
+        self.directions.row(self.betas + component).as_chunks::<3>().0
+    }
+
+    pub(super) fn check_coefficients(
+        &self,
+        what: &'static str,
+        coefficients: &[f32],
+        most: usize,
+    ) -> Result<(), BodyError> {
+        let (found, kind) = (coefficients.len(), self.kind.name());
+        if found > most {
+            return Err(BodyError::Coefficients { what, found, most, kind });
+        }
+        match coefficients.iter().position(|value| !value.is_finite()) {
+            Some(at) => Err(BodyError::Coefficient { what, at, found: coefficients[at] }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Directions {
+    fn count(&self) -> usize {
+        self.rows.len() / self.width
+    }
+
+    fn row(&self, component: usize) -> &[f32] {
+        &self.rows[component * self.width..][..self.width]
+    }
+
+    /// Adds components by their coefficients, in their order.
+    fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
+        const CHUNK: usize = 1536;
+        coordinates.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, coordinates)| {
+            for &(component, coefficient) in coefficients {
+                let row = &self.row(component)[chunk * CHUNK..];
+                for (value, offset) in coordinates.iter_mut().zip(row) {
+                    *value += coefficient * offset;
+                }
+            }
+        });
+    }
+}
+
+/// A weighted mean of points, or rather a sum: the parts of models sum to 1.
+fn between(parts: &[(u32, f32)], positions: &[[f32; 3]]) -> [f32; 3] {
+    let mut sum = [0.0_f64; 3];
+    for &(vertex, part) in parts {
+        for (sum, value) in sum.iter_mut().zip(positions[vertex as usize]) {
+            *sum += f64::from(part) * f64::from(value);
+        }
+    }
+    sum.map(|value| value as f32)
+}
+
+/// The kind that has so many joints, if they hang on each other as its do.
+fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
+    let key = "kintree_table";
+    let (table, shape) = fields.integers(key, &[Axis::Is(2), Axis::Any("joints")])?;
+    let found = shape[1];
+    let kind = BodyKind::with_joints(found).ok_or(BodyError::Joints { found })?;
+    let (parents, numbers) = table.split_at(found);
+    for (joint, &number) in numbers.iter().enumerate() {
+        if number != joint as i64 {
+            return Err(BodyError::Index {
+                key,
+                at: found + joint,
+                found: number,
+                below: joint + 1,
+            });
+        }
+    }
+    // Files write the root's parent in several ways: as -1, which is 2³² - 1 without a sign, or 0.
+    for ((joint, (name, parent, _)), &found) in kind.joints().iter().enumerate().zip(parents) {
+        if let Some(wanted) = parent.filter(|&wanted| wanted as i64 != found) {
+            return Err(BodyError::Parent { joint, name, kind: kind.name(), found, wanted });
+        }
+    }
+    Ok(kind)
+}
+
+/// The components, and how many of them are of shape.
+fn read_directions(
+    fields: &Fields<'_>,
+    kind: BodyKind,
+    vertices: usize,
+) -> Result<(Directions, usize), BodyError> {
+    let wanted = |name| [Axis::Is(vertices), Axis::Is(3), Axis::Any(name)];
+    let (shapes, shape) = fields.floats("shapedirs", &wanted("components"))?;
+    let all = shape[2];
+    let apart = fields.has("exprdirs");
+    let (betas, last) = match kind {
+        _ if apart => (all, all),
+        BodyKind::Smpl | BodyKind::SmplH => (all, all),
+        BodyKind::SmplX | BodyKind::Flame if all >= WHOLE => (SHAPES, WHOLE),
+        BodyKind::SmplX | BodyKind::Flame => (all.min(FEW_SHAPES), all.min(2 * FEW_SHAPES)),
+    };
+    let mut rows = transposed(&shapes, all, last);
+    if apart {
+        let (expressions, shape) = fields.floats("exprdirs", &wanted("components"))?;
+        rows.extend(transposed(&expressions, shape[2], shape[2]));
+    }
+    Ok((Directions { rows, width: vertices * 3 }, betas))
+}
+
+/// The first columns of a table as rows.
+fn transposed(table: &[f32], columns: usize, kept: usize) -> Vec<f32> {
+    // As many rows of the table are read at once as stay in the cache meanwhile.
+    const BLOCK: usize = 64;
+    let height = table.len() / columns;
+    let mut rows = vec![0.0; height * kept];
+    for (block, lines) in table.chunks(BLOCK * columns).enumerate() {
+        for column in 0..kept {
+            let row = &mut rows[column * height + block * BLOCK..];
+            for (value, line) in row.iter_mut().zip(lines.chunks_exact(columns)) {
+                *value = line[column];
+            }
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_become_rows() {
+        let table: Vec<f32> = (0..200 * 3).map(|value| value as f32).collect();
+        let rows = transposed(&table, 3, 2);
+        assert_eq!(rows.len(), 400);
+        assert_eq!((rows[0], rows[1], rows[199]), (0.0, 3.0, 597.0));
+        assert_eq!((rows[200], rows[201], rows[399]), (1.0, 4.0, 598.0));
+    }
+}

@@ -1,0 +1,71 @@
+//! Poses as body models state them: a rotation vector for each joint.
+
+use super::{BodyError, BodyModel, Side};
+use crate::rig::Pose;
+
+/// A pose of a body model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyPose {
+    /// How far the body is moved, in metres.
+    pub translation: [f32; 3],
+    /// For each joint the axis that it turns about, as long as the angle in radians.
+    pub turns: Vec<[f32; 3]>,
+}
+
+impl BodyPose {
+    /// The pose at rest.
+    pub fn rest(model: &BodyModel) -> Self {
+        Self { translation: [0.0; 3], turns: vec![[0.0; 3]; model.kind().joint_count()] }
+    }
+
+    /// With a hand posed by components, in place of what its joints were turned by; see
+    /// [`BodyModel::hand_turns`].
+    ///
+    /// # Errors
+    /// As [`BodyModel::hand_turns`].
+    pub fn with_hand(
+        mut self,
+        model: &BodyModel,
+        side: Side,
+        coefficients: &[f32],
+    ) -> Result<Self, BodyError> {
+        let turns = model.hand_turns(side, coefficients)?;
+        for (turn, hand) in self.fingers(model, side)?.iter_mut().zip(turns) {
+            *turn = hand;
+        }
+        Ok(self)
+    }
+
+    /// With the mean poses of the hands added to what their joints are turned by. `smplx` does so
+    /// unless it is told `flat_hand_mean`; AMASS's poses have it in them already.
+    ///
+    /// # Errors
+    /// [`BodyError::Count`] if the pose is not the model's.
+    pub fn with_hand_means(mut self, model: &BodyModel) -> Result<Self, BodyError> {
+        for side in [Side::Left, Side::Right] {
+            let Some(mean) = model.hand_mean(side) else { continue };
+            for (turn, mean) in self.fingers(model, side)?.iter_mut().zip(mean) {
+                for (value, mean) in turn.iter_mut().zip(mean) {
+                    *value += mean;
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    fn fingers(&mut self, model: &BodyModel, side: Side) -> Result<&mut [[f32; 3]], BodyError> {
+        let (found, wanted) = (self.turns.len(), model.kind().joint_count());
+        if found != wanted {
+            return Err(BodyError::Count { what: "turns of a pose", found, wanted });
+        }
+        Ok(match model.kind().fingers() {
+            Some(first) => &mut self.turns[first[side as usize]..][..15],
+            None => &mut [],
+        })
+    }
+
+    /// As a pose of the skeleton.
+    pub fn to_pose(&self) -> Pose {
+        Pose::from_axis_angles(self.translation, &self.turns)
+    }
+}

@@ -1,0 +1,213 @@
+//! The binary part of a file as it grows: bytes, the views into them, and the accessors of views.
+
+use super::json::{
+    Accessor, BufferView, FLOAT, Sparse, SparseIndices, SparseValues, UNSIGNED_INT, UNSIGNED_SHORT,
+};
+
+/// Views start at multiples of this, which suits every component type.
+const ALIGNMENT: usize = 4;
+
+#[derive(Default)]
+pub(super) struct Buffer {
+    pub bytes: Vec<u8>,
+    pub views: Vec<BufferView>,
+    pub accessors: Vec<Accessor>,
+}
+
+/// Values of one sampler among others in a view.
+pub(super) struct Track {
+    pub values: Vec<f32>,
+    /// How many make one element.
+    pub components: usize,
+    /// Whether the accessor tells the least and the largest value; inputs of samplers must.
+    pub bounds: bool,
+}
+
+impl Buffer {
+    /// Appends bytes as a view; returns its number.
+    pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
+        self.align();
+        let byte_offset = self.bytes.len();
+        self.bytes.extend_from_slice(bytes);
+        self.views.push(BufferView { buffer: 0, byte_offset, byte_length: bytes.len(), target });
+        self.views.len() - 1
+    }
+
+    fn align(&mut self) {
+        self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+    }
+
+    /// Appends vectors as an accessor; returns its number.
+    pub fn floats<const N: usize>(
+        &mut self,
+        values: &[[f32; N]],
+        target: Option<u32>,
+        bounds: bool,
+    ) -> usize {
+        let view = self.view(&float_bytes(values.as_flattened()), target);
+        let (min, max) =
+            if bounds { extremes(values.as_flattened(), N) } else { Default::default() };
+        self.accessor(Accessor { min, max, ..plain(view, FLOAT, values.len(), kind(N)) })
+    }
+
+    /// Appends whole numbers as an accessor, 16 bits wide where they fit, else 32.
+    pub fn indices(&mut self, indices: &[u32], target: Option<u32>) -> usize {
+        let (component_type, bytes) = index_bytes(indices);
+        let view = self.view(&bytes, target);
+        self.accessor(plain(view, component_type, indices.len(), "SCALAR"))
+    }
+
+    /// Appends integers in bytes of their own as an accessor of vectors of four.
+    pub fn fours(&mut self, bytes: &[u8], component_type: u32, count: usize, target: u32) -> usize {
+        let view = self.view(bytes, Some(target));
+        self.accessor(plain(view, component_type, count, "VEC4"))
+    }
+
+    /// Appends an accessor of `count` offsets of which the others are 0: sparse where that takes less.
+    ///
+    /// - `offsets`: vertices, rising, and values.
+    pub fn offsets(&mut self, offsets: &[(u32, [f32; 3])], count: usize, bounds: bool) -> usize {
+        // An accessor of nothing at all is allowed, but not every reader knows that.
+        let nothing = [(0, [0.0; 3])];
+        let offsets = if offsets.is_empty() { &nothing } else { offsets };
+        let vertices: Vec<u32> = offsets.iter().map(|&(vertex, _)| vertex).collect();
+        let values: Vec<[f32; 3]> = offsets.iter().map(|&(_, value)| value).collect();
+        let (component_type, indices) = index_bytes(&vertices);
+        const VALUE_BYTES: usize = 12;
+        if indices.len() + values.len() * VALUE_BYTES >= count * VALUE_BYTES {
+            let mut dense = vec![[0.0; 3]; count];
+            for &(vertex, value) in offsets {
+                dense[vertex as usize] = value;
+            }
+            return self.floats(&dense, Some(super::json::ARRAY_BUFFER), bounds);
+        }
+        let (mut min, mut max) = (Vec::new(), Vec::new());
+        if bounds {
+            // The vertices that stay where they are count as well.
+            let stay = if values.len() < count { &[[0.0; 3]][..] } else { &[] };
+            (min, max) = extremes([&values[..], stay].concat().as_flattened(), 3);
+        }
+        let indices = SparseIndices { buffer_view: self.view(&indices, None), component_type };
+        let bytes = float_bytes(values.as_flattened());
+        let values = SparseValues { buffer_view: self.view(&bytes, None) };
+        let sparse = Some(Sparse { count: vertices.len(), indices, values });
+        let accessor = Accessor {
+            buffer_view: None,
+            byte_offset: 0,
+            component_type: FLOAT,
+            count,
+            kind: "VEC3",
+            min,
+            max,
+            sparse,
+        };
+        self.accessor(accessor)
+    }
+
+    /// Appends tracks as one view with an accessor for each; returns their numbers.
+    pub fn tracks(&mut self, tracks: &[Track]) -> Vec<usize> {
+        let all: Vec<f32> = tracks.iter().flat_map(|track| &track.values).copied().collect();
+        let view = self.view(&float_bytes(&all), None);
+        let mut byte_offset = 0;
+        let mut numbers = Vec::with_capacity(tracks.len());
+        for Track { values, components, bounds } in tracks {
+            let (min, max) =
+                if *bounds { extremes(values, *components) } else { Default::default() };
+            let count = values.len() / components;
+            let accessor = plain(view, FLOAT, count, kind(*components));
+            numbers.push(self.accessor(Accessor { byte_offset, min, max, ..accessor }));
+            byte_offset += values.len() * size_of::<f32>();
+        }
+        numbers
+    }
+
+    fn accessor(&mut self, accessor: Accessor) -> usize {
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+}
+
+fn plain(view: usize, component_type: u32, count: usize, kind: &'static str) -> Accessor {
+    let (min, max) = (Vec::new(), Vec::new());
+    let buffer_view = Some(view);
+    Accessor { buffer_view, byte_offset: 0, component_type, count, kind, min, max, sparse: None }
+}
+
+const fn kind(components: usize) -> &'static str {
+    match components {
+        1 => "SCALAR",
+        2 => "VEC2",
+        3 => "VEC3",
+        4 => "VEC4",
+        _ => "MAT4",
+    }
+}
+
+/// For each component the least and the largest value.
+fn extremes(values: &[f32], components: usize) -> (Vec<f32>, Vec<f32>) {
+    let (mut min, mut max) = (vec![f32::INFINITY; components], vec![f32::NEG_INFINITY; components]);
+    for element in values.chunks_exact(components) {
+        for (k, &value) in element.iter().enumerate() {
+            min[k] = min[k].min(value);
+            max[k] = max[k].max(value);
+        }
+    }
+    (min, max)
+}
+
+fn float_bytes(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// 16 bits wide if no index is the largest of them, which some graphics interfaces take for a break.
+fn index_bytes(indices: &[u32]) -> (u32, Vec<u8>) {
+    if indices.iter().all(|&index| index < u32::from(u16::MAX)) {
+        let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
+        (UNSIGNED_SHORT, bytes.collect())
+    } else {
+        (UNSIGNED_INT, indices.iter().flat_map(|index| index.to_le_bytes()).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_are_aligned_and_bounds_exact() {
+        let mut buffer = Buffer::default();
+        assert_eq!(buffer.view(&[1, 2, 3], None), 0);
+        let accessor = buffer.floats(&[[1.0, -2.0], [0.5, 4.0]], None, true);
+        let BufferView { byte_offset, byte_length, .. } = buffer.views[1];
+        assert_eq!((byte_offset, byte_length), (4, 16));
+        assert_eq!(buffer.bytes[..8], [1, 2, 3, 0, 0, 0, 0x80, 0x3f]);
+        let Accessor { min, max, count, kind, .. } = &buffer.accessors[accessor];
+        assert_eq!((&min[..], &max[..], *count), (&[0.5, -2.0][..], &[1.0, 4.0][..], 2));
+        assert_eq!(*kind, "VEC2");
+    }
+
+    #[test]
+    fn indices_are_as_narrow_as_they_can_be() {
+        let mut buffer = Buffer::default();
+        buffer.indices(&[0, 65_534], None);
+        buffer.indices(&[0, 65_535], None);
+        let types: Vec<u32> = buffer.accessors.iter().map(|a| a.component_type).collect();
+        assert_eq!(types, [UNSIGNED_SHORT, UNSIGNED_INT]);
+    }
+
+    #[test]
+    fn few_offsets_are_sparse_and_many_are_not() {
+        let mut buffer = Buffer::default();
+        let offset = |vertex| (vertex, [1.0, 2.0, -3.0]);
+        buffer.offsets(&[offset(7)], 100, true);
+        let few = &buffer.accessors[0];
+        assert_eq!((&few.min[..], &few.max[..]), (&[0.0, 0.0, -3.0][..], &[1.0, 2.0, 0.0][..]));
+        assert!(few.sparse.as_ref().is_some_and(|sparse| sparse.count == 1));
+        // 14 bytes each where dense values take 12: from 6 of 7 on dense is smaller.
+        let many: Vec<_> = (0..6).map(offset).collect();
+        buffer.offsets(&many, 7, true);
+        assert!(buffer.accessors[1].sparse.is_none());
+        buffer.offsets(&many[..5], 7, true);
+        assert!(buffer.accessors[2].sparse.is_some());
+    }
+}

@@ -1,0 +1,355 @@
+//! Motions in the form of AMASS.
+//!
+//! # Source
+//! Mahmood et al., "AMASS: Archive of Motion Capture as Surface Shapes", 2019, and its files: Z up,
+//! the root's rotation vector first, hands with their mean pose in them.
+
+use std::borrow::Cow;
+
+use uvgraft_io::arrays::{NamedArrays, NumericArray};
+
+use super::MotionError;
+use crate::body::{BODY, BodyKind, JointEntry};
+
+/// The most frames of a motion: half an hour at 120 frames a second.
+const MOST_FRAMES: usize = 216_000;
+/// The highest frame rate, in frames a second.
+const MOST_RATE: f64 = 10_000.0;
+/// The most coefficients of shape that are kept.
+const MOST_BETAS: usize = 1000;
+
+/// A recorded motion of a body of the SMPL family. Rotations are as in the file: Z up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    joints: Vec<JointEntry>,
+    rate: f64,
+    /// `[frames][joints]` rotation vectors.
+    turns: Vec<[f32; 3]>,
+    /// `[frames]` translations of the body, in metres.
+    places: Vec<[f32; 3]>,
+    betas: Option<Vec<f32>>,
+    gender: Option<String>,
+}
+
+impl Motion {
+    /// From the arrays of a file.
+    ///
+    /// - `poses` `[T, C]`: rotation vectors in radians, the root's first. `C` is 66 (a body), 72
+    ///   (SMPL), 156 (SMPL-H) or 165 (SMPL-X), or 63 (a body without its root) beside `root_orient`
+    ///   `[T, 3]`. Files without `poses` have its parts: `root_orient`, `pose_body` `[T, 63]`, and
+    ///   perhaps `pose_hand` `[T, 90]`, `pose_jaw` `[T, 3]` and `pose_eye` `[T, 6]`.
+    /// - `trans` `[T, 3]`, metres.
+    /// - `mocap_framerate` or `mocap_frame_rate`: frames a second.
+    /// - Where there are any, `betas` and `gender`.
+    ///
+    /// # Errors
+    /// [`MotionError`] for arrays that are missing or have other shapes, values that are not finite, a
+    /// frame rate that is none, or more than 216,000 frames.
+    pub fn from_arrays(arrays: &NamedArrays) -> Result<Self, MotionError> {
+        let rate = read_rate(arrays)?;
+        let (turns, joints) = read_turns(arrays)?;
+        let frames = turns.len() / joints.len();
+        if !(1..=MOST_FRAMES).contains(&frames) {
+            return Err(MotionError::Frames { found: frames, most: MOST_FRAMES });
+        }
+        let places = rows(arrays, "trans", Some(frames), 3)?.as_chunks::<3>().0.to_vec();
+        let betas = arrays.get("betas").map(|betas| {
+            let betas = betas.f32s();
+            betas.iter().copied().take(MOST_BETAS).collect::<Vec<f32>>()
+        });
+        if let Some((column, &found)) =
+            betas.iter().flatten().enumerate().find(|(_, value)| !value.is_finite())
+        {
+            return Err(MotionError::NotFinite { key: "betas", frame: 0, column, found });
+        }
+        let gender = arrays.text("gender").map(str::to_owned);
+        Ok(Self { joints: joints.to_vec(), rate, turns, places, betas, gender })
+    }
+
+    /// How many frames it has.
+    pub const fn frames(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Frames a second.
+    pub const fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// From the first frame to the last, in seconds.
+    pub fn seconds(&self) -> f64 {
+        (self.frames() - 1) as f64 / self.rate
+    }
+
+    /// The names of its joints, in the order of the file.
+    pub fn joint_names(&self) -> impl ExactSizeIterator<Item = &'static str> {
+        self.joints.iter().map(|&(name, _, _)| name)
+    }
+
+    /// The shape of the person who moved, where the file has it.
+    pub fn betas(&self) -> Option<&[f32]> {
+        self.betas.as_deref()
+    }
+
+    /// Of which gender the model was that the shape is for: `neutral`, `male` or `female`.
+    pub fn gender(&self) -> Option<&str> {
+        self.gender.as_deref()
+    }
+
+    pub(super) fn joints(&self) -> &[JointEntry] {
+        &self.joints
+    }
+
+    /// The rotation vectors of a frame.
+    pub(super) fn turns(&self, frame: usize) -> &[[f32; 3]] {
+        &self.turns[frame * self.joints.len()..][..self.joints.len()]
+    }
+
+    /// The translation in a frame, Z up.
+    pub(super) fn place(&self, frame: usize) -> [f32; 3] {
+        self.places[frame]
+    }
+}
+
+fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
+    let names = ["mocap_framerate", "mocap_frame_rate"];
+    let rate = names.iter().find_map(|name| arrays.get(name));
+    let wanted = "a frame rate (`mocap_framerate` or `mocap_frame_rate`)";
+    let rate = rate.ok_or_else(|| missing(arrays, wanted))?;
+    let found = match rate.f64s().as_ref() {
+        &[rate] => rate,
+        _ => {
+            let (key, wanted) = ("mocap_framerate", "one number".to_owned());
+            return Err(MotionError::Shape { key, found: rate.shape().to_vec(), wanted });
+        }
+    };
+    if found.is_finite() && found > 0.0 && found <= MOST_RATE {
+        Ok(found)
+    } else {
+        Err(MotionError::Rate { found, most: MOST_RATE })
+    }
+}
+
+/// Rotation vectors of all frames, and which joints they are of.
+fn read_turns(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), MotionError> {
+    let points = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
+    let Some(poses) = arrays.get("poses") else {
+        return read_parts(arrays);
+    };
+    let &[frames, columns] = poses.shape() else {
+        return Err(wrong_poses(poses));
+    };
+    let joints = match columns {
+        63 | 66 => BODY.to_vec(),
+        72 => BodyKind::Smpl.joints(),
+        156 => BodyKind::SmplH.joints(),
+        165 => BodyKind::SmplX.joints(),
+        _ => return Err(wrong_poses(poses)),
+    };
+    let values = rows(arrays, "poses", None, columns)?;
+    if columns != 63 {
+        return Ok((points(&values), joints));
+    }
+    let roots = rows(arrays, "root_orient", Some(frames), 3)?;
+    Ok((points(&side_by_side(&[(&roots, 3), (&values, 63)])), joints))
+}
+
+fn wrong_poses(poses: &NumericArray) -> MotionError {
+    MotionError::Shape {
+        key: "poses",
+        found: poses.shape().to_vec(),
+        wanted: "[frames, 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X)], or [frames, 63] beside \
+                 `root_orient`"
+            .to_owned(),
+    }
+}
+
+/// The same of a file that has the parts of poses.
+fn read_parts(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), MotionError> {
+    if arrays.get("root_orient").is_none() || arrays.get("pose_body").is_none() {
+        return Err(missing(arrays, "`poses`, or `root_orient` and `pose_body`"));
+    }
+    let roots = rows(arrays, "root_orient", None, 3)?;
+    let frames = Some(roots.len() / 3);
+    let body = rows(arrays, "pose_body", frames, 63)?;
+    let optional = |key, columns| match arrays.get(key) {
+        Some(_) => rows(arrays, key, frames, columns).map(Some),
+        None => Ok(None),
+    };
+    let [jaw, eyes, hands] =
+        [optional("pose_jaw", 3)?, optional("pose_eye", 6)?, optional("pose_hand", 90)?];
+    let (parts, joints): (Vec<(&[f32], usize)>, _) = match (&jaw, &eyes, &hands) {
+        (Some(jaw), Some(eyes), Some(hands)) => (
+            vec![(&roots, 3), (&body, 63), (jaw, 3), (eyes, 6), (hands, 90)],
+            BodyKind::SmplX.joints(),
+        ),
+        (_, _, Some(hands)) => {
+            (vec![(&roots, 3), (&body, 63), (hands, 90)], BodyKind::SmplH.joints())
+        }
+        _ => (vec![(&roots, 3), (&body, 63)], BODY.to_vec()),
+    };
+    Ok((side_by_side(&parts).as_chunks::<3>().0.to_vec(), joints))
+}
+
+/// Tables of as many rows as one table; each comes with how many columns it has.
+fn side_by_side(parts: &[(&[f32], usize)]) -> Vec<f32> {
+    let rows = parts.first().map_or(0, |(values, columns)| values.len() / columns);
+    let row =
+        |row: usize| parts.iter().flat_map(move |(v, columns)| &v[row * columns..][..*columns]);
+    (0..rows).flat_map(row).copied().collect()
+}
+
+/// A table of finite numbers with so many rows, if that is known, and so many columns.
+fn rows<'a>(
+    arrays: &'a NamedArrays,
+    key: &'static str,
+    frames: Option<usize>,
+    columns: usize,
+) -> Result<Cow<'a, [f32]>, MotionError> {
+    let wanted = match key {
+        "trans" => "`trans`",
+        _ => "`root_orient` beside poses of 63 columns",
+    };
+    let array = arrays.get(key).ok_or_else(|| missing(arrays, wanted))?;
+    let fits = match array.shape() {
+        &[rows, found] => found == columns && frames.is_none_or(|frames| rows == frames),
+        _ => false,
+    };
+    if !fits {
+        let frames = frames.map_or("frames".to_owned(), |frames| frames.to_string());
+        let wanted = format!("[{frames}, {columns}]");
+        return Err(MotionError::Shape { key, found: array.shape().to_vec(), wanted });
+    }
+    // Before anything is converted, so that no file asks for more than its motion is worth.
+    let found = array.shape()[0];
+    if found > MOST_FRAMES {
+        return Err(MotionError::Frames { found, most: MOST_FRAMES });
+    }
+    let values = array.f32s();
+    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        let (frame, column) = (at / columns, at % columns);
+        return Err(MotionError::NotFinite { key, frame, column, found: values[at] });
+    }
+    Ok(values)
+}
+
+fn missing(arrays: &NamedArrays, wanted: &'static str) -> MotionError {
+    const MOST: usize = 40;
+    let found = arrays.names().take(MOST).collect::<Vec<_>>().join(", ");
+    MotionError::Missing { wanted, found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(rows: usize, columns: usize) -> NumericArray {
+        let values = (0..rows * columns).map(|value| value as f32 / 1000.0).collect();
+        NumericArray::new_f32(vec![rows, columns], values).unwrap()
+    }
+
+    fn rate(rate: f64) -> NumericArray {
+        NumericArray::new_f64(vec![], vec![rate]).unwrap()
+    }
+
+    fn motion(columns: usize) -> NamedArrays {
+        let mut arrays = NamedArrays::new();
+        arrays.insert("poses", table(4, columns));
+        arrays.insert("trans", table(4, 3));
+        arrays.insert("mocap_framerate", rate(60.0));
+        arrays
+    }
+
+    #[test]
+    fn the_columns_tell_the_joints() {
+        for (columns, joints, last) in [
+            (66, 22, "right_wrist"),
+            (72, 24, "right_hand"),
+            (156, 52, "right_thumb3"),
+            (165, 55, "right_thumb3"),
+        ] {
+            let motion = Motion::from_arrays(&motion(columns)).unwrap();
+            assert_eq!((motion.frames(), motion.joint_names().len()), (4, joints));
+            assert_eq!(motion.joint_names().last(), Some(last));
+            assert_eq!(motion.seconds(), 0.05);
+            // The third value of the second joint in the second frame.
+            assert_eq!(motion.turns(1)[1][2], (columns + 5) as f32 / 1000.0);
+            assert_eq!(motion.place(2), [0.006, 0.007, 0.008]);
+        }
+    }
+
+    #[test]
+    fn parts_are_put_together() {
+        let mut arrays = motion(63);
+        arrays.insert("root_orient", table(4, 3));
+        let body = Motion::from_arrays(&arrays).unwrap();
+        assert_eq!(
+            (body.turns(1)[0], body.turns(1)[1]),
+            ([0.003, 0.004, 0.005], [0.063, 0.064, 0.065])
+        );
+        let mut parts = NamedArrays::new();
+        for (name, array) in [
+            ("trans", table(4, 3)),
+            ("mocap_frame_rate", rate(60.0)),
+            ("root_orient", table(4, 3)),
+            ("pose_body", table(4, 63)),
+        ] {
+            parts.insert(name, array);
+        }
+        assert_eq!(Motion::from_arrays(&parts).unwrap(), body);
+        parts.insert("pose_hand", table(4, 90));
+        let hands = Motion::from_arrays(&parts).unwrap();
+        assert_eq!((hands.joint_names().len(), hands.turns(1)[22][0]), (52, 0.09));
+        parts.insert("pose_jaw", table(4, 3));
+        parts.insert("pose_eye", table(4, 6));
+        let face = Motion::from_arrays(&parts).unwrap();
+        assert_eq!(face.joint_names().nth(22), Some("jaw"));
+        let [jaw, eye, finger] = [22, 24, 25].map(|joint| face.turns(1)[joint][0]);
+        assert_eq!((jaw, eye, finger), (0.003, 0.009, 0.09));
+    }
+
+    #[test]
+    fn what_is_no_motion_is_refused() {
+        let refused = |change: &dyn Fn(&mut NamedArrays)| {
+            let mut arrays = motion(156);
+            change(&mut arrays);
+            Motion::from_arrays(&arrays).unwrap_err().to_string()
+        };
+        let nan = |columns: usize| {
+            let mut values = vec![0.0; 4 * columns];
+            values[2 * columns + 1] = f32::NAN;
+            NumericArray::new_f32(vec![4, columns], values).unwrap()
+        };
+        let text = refused(&|arrays| arrays.insert("poses", nan(156)));
+        assert_eq!(text, "`poses` is not finite: value 1 of frame 2 is NaN");
+        let text = refused(&|arrays| arrays.insert("trans", nan(3)));
+        assert_eq!(text, "`trans` is not finite: value 1 of frame 2 is NaN");
+        let text = refused(&|arrays| arrays.insert("trans", table(5, 3)));
+        assert_eq!(text, "`trans` has the shape [5, 3], wanted [4, 3]");
+        let text = refused(&|arrays| arrays.insert("poses", table(4, 75)));
+        assert!(text.contains("[4, 75]") && text.contains("156 (SMPL-H)"), "{text}");
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
+            let text = refused(&|arrays| arrays.insert("mocap_framerate", rate(bad)));
+            assert!(text.starts_with(&format!("the frame rate is {bad}, wanted")), "{text}");
+        }
+        let text = refused(&|arrays| arrays.insert("mocap_framerate", table(2, 1)));
+        assert!(text.contains("[2, 1], wanted one number"), "{text}");
+        let text = refused(&|arrays| arrays.insert("betas", nan(4)));
+        assert_eq!(text, "`betas` is not finite: value 9 of frame 0 is NaN");
+        let text = refused(&|arrays| {
+            arrays.insert("poses", NumericArray::new_f32(vec![0, 156], vec![]).unwrap());
+        });
+        assert_eq!(text, "found 0 frames, wanted 1 to 216000");
+        let text = refused(&|arrays| arrays.insert("poses", table(MOST_FRAMES + 1, 66)));
+        assert_eq!(text, "found 216001 frames, wanted 1 to 216000");
+        let text = Motion::from_arrays(&NamedArrays::new()).unwrap_err().to_string();
+        assert!(text.contains("mocap_framerate"), "{text}");
+        let mut arrays = motion(63);
+        let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
+        assert!(text.contains("needs `root_orient`") && text.contains("poses, trans"), "{text}");
+        arrays = NamedArrays::new();
+        arrays.insert("mocap_framerate", rate(30.0));
+        let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
+        assert!(text.contains("needs `poses`") && text.contains("mocap_framerate"), "{text}");
+    }
+}

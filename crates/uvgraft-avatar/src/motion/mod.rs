@@ -1,0 +1,90 @@
+//! Recorded motions, and how they are brought onto bodies.
+
+mod amass;
+mod resample;
+mod retarget;
+
+pub use amass::Motion;
+pub use retarget::{ClipOptions, Retarget};
+
+use crate::rig::RigError;
+
+/// Why a motion was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// An array that a motion needs is not there, or is no array of numbers.
+    #[error("a motion needs {wanted}; found {found}")]
+    Missing {
+        /// Its name, and others it may have.
+        wanted: &'static str,
+        /// The names that there are.
+        found: String,
+    },
+    /// An array has another shape than a motion's.
+    #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
+    Shape {
+        /// Its name.
+        key: &'static str,
+        /// The lengths of its axes.
+        found: Vec<usize>,
+        /// What they must be.
+        wanted: String,
+    },
+    /// A value is NaN or infinite.
+    #[error("`{key}` is not finite: value {column} of frame {frame} is {found}")]
+    NotFinite {
+        /// The array's name.
+        key: &'static str,
+        /// Which frame, counted from 0.
+        frame: usize,
+        /// Which value of the frame, counted from 0.
+        column: usize,
+        /// What was found.
+        found: f32,
+    },
+    /// A frame rate that no recording has.
+    #[error("the frame rate is {found}, wanted more than 0 and at most {most} frames a second")]
+    Rate {
+        /// What was found.
+        found: f64,
+        /// The most that is accepted.
+        most: f64,
+    },
+    /// More frames than are accepted.
+    #[error("found {found} frames, wanted 1 to {most}")]
+    Frames {
+        /// How many.
+        found: usize,
+        /// The most that are accepted.
+        most: usize,
+    },
+    /// A part of the motion that has no frames, or a length that is none.
+    #[error("from {start_s} s for {seconds} s there is nothing of a motion of {length_s:.2} s")]
+    Part {
+        /// Where the part starts.
+        start_s: f64,
+        /// How long it is.
+        seconds: f64,
+        /// How long the motion is.
+        length_s: f64,
+    },
+    /// A body that cannot move as people do.
+    #[error(
+        "this motion is of a whole body of {joints} joints; the skeleton (`{root}` and {others} more) \
+         has no {missing}"
+    )]
+    OtherSkeleton {
+        /// The joints of the motion.
+        joints: usize,
+        /// The skeleton's first joint.
+        root: String,
+        /// How many more it has.
+        others: usize,
+        /// VRM's names of the bones that are missing.
+        missing: String,
+    },
+    /// The clip does not fit the skeleton.
+    #[error("{0}")]
+    Rig(#[from] RigError),
+}

@@ -1,0 +1,229 @@
+//! Triangles that nobody sees: the backs of eyeballs.
+
+use glam::Vec3;
+
+use crate::Avatar;
+use crate::rig::HumanBone;
+
+/// How far eyes turn from straight ahead, in degrees; with it the part of an eyeball that may show grows.
+const TURN: f32 = 35.0;
+
+/// What lids open further in a surprised face, and the width of a triangle, in degrees.
+const MARGIN: f32 = 10.0;
+
+/// How far an eyeball's vertices may be from a sphere, in parts of its radius: corneas bulge.
+const ROUNDNESS: f32 = 0.2;
+
+/// Which triangles nobody sees.
+///
+/// An eyeball is a piece of the mesh that follows an eye's joint alone and is about a sphere. How wide
+/// the lids are open is measured from its centre: a direction in the front half that meets nothing but
+/// the eyeball is open. Triangles farther from straight ahead (+Z) than the widest open direction, the
+/// 35° that eyes turn and 10° to be safe stay behind the lids.
+pub fn hidden(avatar: &Avatar) -> Vec<bool> {
+    let mut is_hidden = vec![false; avatar.mesh.faces().len()];
+    let pieces = pieces(avatar);
+    for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
+        let Some(joint) = avatar.skeleton.human(bone) else { continue };
+        for piece in eyeballs(avatar, joint, &pieces) {
+            mark(avatar, piece, &pieces, &mut is_hidden);
+        }
+    }
+    is_hidden
+}
+
+/// For each vertex the piece that it is in: vertices that triangles join, or that are at one place.
+fn pieces(avatar: &Avatar) -> Vec<u32> {
+    let mesh = &avatar.mesh;
+    let mut parents: Vec<u32> = (0..mesh.positions().len() as u32).collect();
+    let mut join = |a: u32, b: u32| {
+        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+        // The lowest vertex stands for its piece.
+        parents[a.max(b) as usize] = a.min(b);
+    };
+    let mut known = std::collections::HashMap::new();
+    for (vertex, position) in (0..).zip(mesh.positions()) {
+        let key = position.map(|value| (value + 0.0).to_bits());
+        join(vertex, *known.entry(key).or_insert(vertex));
+    }
+    for &[a, b, c] in mesh.faces() {
+        join(a, b);
+        join(b, c);
+    }
+    (0..mesh.positions().len() as u32).map(|vertex| root(&mut parents, vertex)).collect()
+}
+
+fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+    while parents[vertex as usize] != vertex {
+        let above = parents[parents[vertex as usize] as usize];
+        parents[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
+}
+
+/// A piece of the mesh that is about a sphere.
+struct Eyeball {
+    piece: u32,
+    center: Vec3,
+}
+
+/// The pieces all of whose vertices follow a joint alone and that are round.
+fn eyeballs(avatar: &Avatar, joint: usize, pieces: &[u32]) -> Vec<Eyeball> {
+    let follows = |vertex: usize| {
+        matches!(avatar.skin.of(vertex), [(first, weight), ..]
+            if usize::from(*first) == joint && *weight > 0.99)
+    };
+    let mut found: Vec<u32> =
+        (0..pieces.len()).filter(|&v| follows(v)).map(|v| pieces[v]).collect();
+    found.sort_unstable();
+    found.dedup();
+    let mut eyeballs = Vec::new();
+    for piece in found {
+        let own: Vec<usize> = (0..pieces.len()).filter(|&v| pieces[v] == piece).collect();
+        if !own.iter().all(|&vertex| follows(vertex)) {
+            continue;
+        }
+        let places: Vec<Vec3> =
+            own.iter().map(|&vertex| avatar.mesh.positions()[vertex].into()).collect();
+        let least = places.iter().copied().reduce(Vec3::min).unwrap_or_default();
+        let most = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
+        let (center, radius) = ((least + most) / 2.0, (most - least).element_sum() / 6.0);
+        let off = |place: &Vec3| (place.distance(center) - radius).abs();
+        if radius > 0.0 && places.iter().all(|place| off(place) < ROUNDNESS * radius) {
+            eyeballs.push(Eyeball { piece, center });
+        }
+    }
+    eyeballs
+}
+
+fn mark(avatar: &Avatar, eyeball: Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
+    let Eyeball { piece, center } = eyeball;
+    let mesh = &avatar.mesh;
+    let corners = |face: usize| {
+        mesh.faces()[face].map(|vertex| Vec3::from(mesh.positions()[vertex as usize]) - center)
+    };
+    let is_own = |face: &usize| pieces[mesh.faces()[*face][0] as usize] == piece;
+    let (own, others): (Vec<usize>, Vec<usize>) = (0..mesh.faces().len()).partition(is_own);
+    // Whatever is behind the eye covers nothing in front.
+    let before = |triangle: &[Vec3; 3]| triangle.iter().any(|corner| corner.z > 0.0);
+    let covers: Vec<[Vec3; 3]> = others.into_iter().map(corners).filter(before).collect();
+    let open = |direction: &Vec3| !covers.iter().any(|cover| is_hit(*direction, cover));
+    let ahead: Vec<Vec3> = (0..pieces.len())
+        .filter(|&vertex| pieces[vertex] == piece)
+        .map(|vertex| Vec3::from(mesh.positions()[vertex]) - center)
+        .filter(|direction| direction.z > 0.0)
+        .collect();
+    let widest =
+        ahead.into_iter().filter(open).map(|d| d.angle_between(Vec3::Z)).fold(0.0, f32::max);
+    let limit = widest + (TURN + MARGIN).to_radians();
+    for face in own {
+        is_hidden[face] = corners(face).iter().all(|corner| corner.angle_between(Vec3::Z) > limit);
+    }
+}
+
+/// Whether a ray from the origin meets a triangle.
+///
+/// Based on Möller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997.
+fn is_hit(direction: Vec3, &[a, b, c]: &[Vec3; 3]) -> bool {
+    let (p, q) = (b - a, c - a);
+    let across = direction.cross(q);
+    let determinant = p.dot(across);
+    if determinant == 0.0 {
+        return false;
+    }
+    let u = -a.dot(across) / determinant;
+    let turned = (-a).cross(p);
+    let v = direction.dot(turned) / determinant;
+    let distance = q.dot(turned) / determinant;
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::Mesh;
+
+    use super::*;
+    use crate::rig::{Joint, Skeleton, Skin};
+
+    const RINGS: usize = 18;
+    const SIDES: usize = 12;
+
+    /// A ball around the Z axis with a vertex every 10° and 30°, and before it a square frame whose opening
+    /// reaches `opening` degrees to either side.
+    fn eye(opening: f32) -> Avatar {
+        let (mut positions, mut faces) = (Vec::new(), Vec::new());
+        for ring in 0..=RINGS {
+            let (sin, cos) = (10.0 * ring as f32).to_radians().sin_cos();
+            for side in 0..SIDES {
+                let (y, x) = (30.0 * side as f32).to_radians().sin_cos();
+                positions.push([0.012 * sin * x, 1.6 + 0.012 * sin * y, 0.012 * cos]);
+            }
+        }
+        let quad = |a, b, c, d| [[a, b, c], [a, c, d]];
+        for ring in 0..RINGS {
+            for side in 0..SIDES {
+                let v = |up, on| ((ring + up) * SIDES + (side + on) % SIDES) as u32;
+                faces.extend(quad(v(0, 0), v(1, 0), v(1, 1), v(0, 1)));
+            }
+        }
+        let balls = positions.len();
+        let inner = 0.02 * opening.to_radians().tan();
+        for half in [inner, 100.0] {
+            let corner = |[x, y]: [f32; 2]| [half * x, 1.6 + half * y, 0.02];
+            positions.extend([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner));
+        }
+        for side in 0..4 {
+            let v = |up: usize, on: usize| (balls + 4 * up + (side + on) % 4) as u32;
+            faces.extend(quad(v(0, 0), v(0, 1), v(1, 1), v(1, 0)));
+        }
+        let joint = |name: &str, parent, human| Joint {
+            name: name.to_owned(),
+            parent,
+            position: [0.0, 1.6, 0.0],
+            human,
+        };
+        let joints =
+            vec![joint("head", None, None), joint("eye", Some(0), Some(HumanBone::LeftEye))];
+        let weights = (0..positions.len()).map(|vertex| [(usize::from(vertex < balls), 1.0)]);
+        let skin = Skin::new(weights, 2).unwrap();
+        let uv = vec![[0.0; 2]; positions.len()];
+        Avatar {
+            mesh: Mesh::from_triangles(positions, uv, &faces, &faces).unwrap(),
+            skeleton: Skeleton::new(joints).unwrap(),
+            skin,
+            morphs: Vec::new(),
+            expressions: Vec::new(),
+            clips: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_lids_never_show_is_hidden() {
+        let hidden = hidden(&eye(42.0));
+        // Along the opening's diagonal vertices at 45° and more might show: tan 42° · √2 is tan 51.9°,
+        // but vertices stand at 30° around and their corners are covered. Straight up the last open
+        // ring is at 40°; at 30° and 60° around, the opening reaches 42° / cos 30° or 46.1°.
+        // So 40° + 45° = 85°, and rings from 90° on may go: nine bands of 24 triangles.
+        let count = hidden.iter().filter(|&&is_hidden| is_hidden).count();
+        assert_eq!(count, 9 * 2 * SIDES);
+        assert!(hidden[9 * 2 * SIDES..RINGS * 2 * SIDES].iter().all(|&is_hidden| is_hidden));
+    }
+
+    #[test]
+    fn more_stays_where_lids_are_wide_and_what_is_no_eyeball_stays() {
+        let count = |avatar: &Avatar| hidden(avatar).into_iter().filter(|&h| h).count();
+        // 60° and 45°: from 110° on.
+        assert_eq!(count(&eye(62.0)), 7 * 2 * SIDES);
+        let mut other = eye(42.0);
+        let joints = other.skeleton.joints().to_vec();
+        let joints = joints.into_iter().map(|joint| Joint { human: None, ..joint });
+        other.skeleton = Skeleton::new(joints.collect()).unwrap();
+        assert_eq!(count(&other), 0);
+        // An ellipsoid.
+        let mut flat = eye(42.0);
+        let positions = flat.mesh.positions().iter().map(|&[x, y, z]| [2.0 * x, y, z]).collect();
+        flat.mesh = flat.mesh.with_positions(positions).unwrap();
+        assert_eq!(count(&flat), 0);
+    }
+}

@@ -1,0 +1,197 @@
+//! Avatars for platforms: how large their textures and how many triangles they may have, and where that
+//! stands against what the platforms publish ([`Limits`]).
+//!
+//! | preset | texture | triangles | what for |
+//! |---|---|---|---|
+//! | [`QUEST`] | 1024, PNG | 10,000 | VRChat's mobile ranks: "Good", which every headset shows |
+//! | [`PCVR`] | 2048, PNG | 32,000 | VRChat's PC ranks: "Excellent" |
+//! | [`WEB`] | 2048, JPEG | 30,000 | pages on phones: a small download |
+//! | [`VISIONOS`] | 2048, PNG | 100,000 | AR Quick Look, after conversion to USDZ |
+//!
+//! Unity compresses textures at import, so VRChat's get them lossless.
+
+mod hidden;
+mod limits;
+#[cfg(feature = "simplify")]
+mod simplify;
+mod subset;
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
+
+use uvgraft::{Filter, MeshError, Size, Texture, TextureError};
+
+pub use self::hidden::hidden;
+pub use self::limits::{
+    AR_QUICK_LOOK, Figure, Limits, Line, Measured, SCENE_VIEWER, VRCHAT_MOBILE, VRCHAT_PC,
+};
+#[cfg(feature = "simplify")]
+pub use self::simplify::{Simplified, simplify};
+
+use crate::Avatar;
+use crate::glb::{Picture, PictureError, PictureFormat};
+
+/// What a platform wants.
+#[derive(Debug, PartialEq)]
+pub struct Preset {
+    /// What users call it.
+    pub name: &'static str,
+    /// The longest side of a texture, in texels.
+    pub texture_side: u32,
+    /// How textures are encoded.
+    pub format: PictureFormat,
+    /// The most triangles.
+    pub triangles: usize,
+    /// What the platform publishes.
+    pub limits: &'static Limits,
+}
+
+/// VRChat on phones and headsets of their own.
+pub const QUEST: Preset = Preset {
+    name: "quest",
+    texture_side: 1024,
+    format: PictureFormat::Png,
+    triangles: 10_000,
+    limits: &VRCHAT_MOBILE,
+};
+
+/// VRChat on Windows.
+pub const PCVR: Preset = Preset {
+    name: "pcvr",
+    texture_side: 2048,
+    format: PictureFormat::Png,
+    triangles: 32_000,
+    limits: &VRCHAT_PC,
+};
+
+/// Web pages.
+pub const WEB: Preset = Preset {
+    name: "web",
+    texture_side: 2048,
+    format: PictureFormat::Jpeg,
+    triangles: 30_000,
+    limits: &SCENE_VIEWER,
+};
+
+/// Apple's headset.
+pub const VISIONOS: Preset = Preset {
+    name: "visionos",
+    texture_side: 2048,
+    format: PictureFormat::Png,
+    triangles: 100_000,
+    limits: &AR_QUICK_LOOK,
+};
+
+/// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
+const JPEG_QUALITY: u8 = 92;
+
+/// Why an avatar does not fit a preset.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PresetError {
+    /// This build cannot simplify.
+    #[error(
+        "the avatar has {found} triangles, more than the {wanted} of `{preset}`, and this build \
+         cannot simplify: build it with the feature `simplify`"
+    )]
+    Budget {
+        /// The preset's name.
+        preset: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        wanted: usize,
+    },
+    /// Nothing is left of the mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The texture cannot be resized.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+    /// The texture cannot be encoded.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+}
+
+/// An avatar within a preset's budget.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The avatar.
+    pub avatar: Avatar,
+    /// Its triangles before.
+    pub before: usize,
+    /// Triangles that are gone because nobody sees them.
+    pub hidden: usize,
+    /// Triangles that are left.
+    pub after: usize,
+    /// How many the preset allows. Simplifying may miss it, by 5 % at most in most cases.
+    pub wanted: usize,
+}
+
+impl Preset {
+    /// All of them.
+    pub const ALL: [&'static Self; 4] = [&QUEST, &PCVR, &WEB, &VISIONOS];
+
+    /// The preset with this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        Self::ALL.into_iter().find(|preset| preset.name == name)
+    }
+
+    /// Brings an avatar within the budget of triangles: first by leaving out what nobody sees, then by
+    /// simplifying. One that is within it stays as it is.
+    ///
+    /// # Errors
+    /// [`PresetError::Budget`] if that is not enough and the feature `simplify` is off.
+    pub fn fit(&self, avatar: Avatar) -> Result<Fitted, PresetError> {
+        let (before, wanted) = (avatar.mesh.faces().len(), self.triangles);
+        if before <= wanted {
+            return Ok(Fitted { avatar, before, hidden: 0, after: before, wanted });
+        }
+        let is_hidden = hidden(&avatar);
+        let seen = |faces: &[[u32; 3]]| -> Vec<[u32; 3]> {
+            let seen = faces.iter().zip(&is_hidden).filter(|(_, is_hidden)| !**is_hidden);
+            seen.map(|(&face, _)| face).collect()
+        };
+        let (faces, uv_faces) = (seen(avatar.mesh.faces()), seen(avatar.mesh.uv_faces()));
+        let hidden = before - faces.len();
+        let avatar =
+            if hidden == 0 { avatar } else { subset::with_faces(avatar, &faces, &uv_faces)? };
+        self.simplified(Fitted { avatar, before, hidden, after: before - hidden, wanted })
+    }
+
+    #[cfg(feature = "simplify")]
+    fn simplified(&self, fitted: Fitted) -> Result<Fitted, PresetError> {
+        let Simplified { avatar, after, .. } = simplify(fitted.avatar, self.triangles)?;
+        Ok(Fitted { avatar, after, ..fitted })
+    }
+
+    #[cfg(not(feature = "simplify"))]
+    #[expect(clippy::unnecessary_wraps, reason = "with the feature it can fail otherwise")]
+    fn simplified(&self, fitted: Fitted) -> Result<Fitted, PresetError> {
+        let (found, wanted) = (fitted.after, fitted.wanted);
+        if found <= wanted {
+            return Ok(fitted);
+        }
+        Err(PresetError::Budget { preset: self.name, found, wanted })
+    }
+
+    /// Brings a texture to the preset's size, unless it is smaller, and encodes it.
+    ///
+    /// # Errors
+    /// [`PresetError`] if the texture cannot be encoded.
+    pub fn picture(&self, texture: Texture) -> Result<Picture, PresetError> {
+        let Size { width, height } = texture.size();
+        let longest = width.max(height);
+        let texture = if longest > self.texture_side {
+            let scaled = |side: u32| {
+                let scaled = u64::from(side) * u64::from(self.texture_side) / u64::from(longest);
+                (scaled as u32).max(1)
+            };
+            texture.resized(Size::new(scaled(width), scaled(height)), Filter::Lanczos3, false)?
+        } else {
+            texture
+        };
+        Ok(Picture::encode(texture, self.format, JPEG_QUALITY)?)
+    }
+}

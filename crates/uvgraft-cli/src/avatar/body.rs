@@ -1,0 +1,131 @@
+//! The body: the figure of the demo, or a model of the SMPL family.
+
+use std::path::Path;
+
+use uvgraft::Mesh;
+use uvgraft_avatar::body::{Apart, BodyModel, Shape};
+use uvgraft_avatar::motion::{ClipOptions, Motion};
+use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_io::arrays;
+
+use super::Args;
+use crate::failure::{OrBadInput, bad_input, note};
+
+/// As many components of a model's expression become morph targets.
+const EXPRESSIONS: usize = 10;
+
+/// A rigged body with its animations.
+pub(super) struct Body {
+    pub(super) avatar: Avatar,
+    /// What it is, for people.
+    pub(super) name: String,
+    /// How far each clip is from the model, for want of pose correctives.
+    pub(super) apart: Vec<(String, Apart)>,
+}
+
+impl Body {
+    /// - `mesh`: the mesh of the pair's target, which the body must be.
+    pub(super) fn new(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+        if args.body == Path::new("demo") {
+            Self::figure(args, mesh)
+        } else {
+            Self::model(args, mesh)
+        }
+    }
+
+    fn figure(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+        if args.betas.is_some() {
+            return Err(bad_input("--betas shape body models; --body demo has one shape"));
+        }
+        let figure = Figure::new();
+        if (mesh.faces(), mesh.uv_faces()) != (figure.body.faces(), figure.body.uv_faces()) {
+            let (found, wanted) = (mesh.faces().len(), figure.body.faces().len());
+            return Err(bad_input(format!(
+                "{}: --body demo wants the pair that `uvgraft demo` writes, whose body has {wanted} \
+                 triangles in its own layout; found another of {found}. For other bodies name a model file",
+                args.pair.display()
+            )));
+        }
+        let mut avatar = figure.avatar();
+        if !args.motion.is_empty() {
+            avatar.clips.clear();
+        }
+        for path in &args.motion {
+            add_clip(args, path, &mut avatar)?;
+        }
+        Ok(Self { avatar, name: "the demo's figure".to_owned(), apart: Vec::new() })
+    }
+
+    fn model(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+        let path = &args.body;
+        let refused = |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
+        let found = arrays::read(path).or_bad_input()?;
+        let model = BodyModel::from_arrays(&found).map_err(|error| refused(&error))?;
+        let betas = args.betas.as_deref().map(betas).transpose()?.unwrap_or_default();
+        let shape = Shape { betas, ..Shape::default() };
+        let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
+        let mut avatar = shaped.avatar(mesh.clone(), EXPRESSIONS).map_err(|error| {
+            let (body, pair) = (path.display(), args.pair.display());
+            bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
+        })?;
+        let mut apart = Vec::new();
+        for path in &args.motion {
+            add_clip(args, path, &mut avatar)?;
+            if let Some(clip) = avatar.clips.last() {
+                apart.push((clip.name.clone(), shaped.apart(&avatar, clip)?));
+            }
+        }
+        let name = format!("{} of {}", model.kind(), path.display());
+        Ok(Self { avatar, name, apart })
+    }
+}
+
+/// Reads a motion and adds it to an avatar's clips.
+fn add_clip(args: &Args, path: &Path, avatar: &mut Avatar) -> anyhow::Result<()> {
+    let refused = |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
+    let found = arrays::read(path).or_bad_input()?;
+    let motion = Motion::from_arrays(&found).map_err(|error| refused(&error))?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let taken = |name: &str| avatar.clips.iter().any(|clip| clip.name == name);
+    let name = (1..)
+        .map(|count| if count == 1 { stem.clone() } else { format!("{stem} {count}") })
+        .find(|name| !taken(name))
+        .unwrap_or_default();
+    let fps = (args.fps > 0).then_some(f64::from(args.fps));
+    let options = ClipOptions { fps, ..ClipOptions::default() };
+    let (clip, retarget) =
+        motion.clip(&avatar.skeleton, &name, &options).map_err(|error| refused(&error))?;
+    if !retarget.missing.is_empty() {
+        let missing = retarget.missing.join(", ");
+        note(format_args!("{}: the body has no {missing}; those are left out", path.display()));
+    }
+    avatar.clips.push(clip);
+    Ok(())
+}
+
+/// Numbers, or the array `betas` of a file.
+fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
+    let numbers: Result<Vec<f32>, _> =
+        text.split([',', ' ']).filter(|part| !part.is_empty()).map(str::parse).collect();
+    let values = match numbers {
+        Ok(numbers) => numbers,
+        Err(_) if Path::new(text).exists() => {
+            let found = arrays::read(Path::new(text)).or_bad_input()?;
+            let array = found.get("betas").ok_or_else(|| {
+                let names: Vec<&str> = found.names().collect();
+                let names = names.join(", ");
+                bad_input(format!("{text} has no array `betas`; found {names}"))
+            })?;
+            array.f32s().into_owned()
+        }
+        Err(_) => {
+            return Err(bad_input(format!(
+                "--betas {text}: wanted numbers such as 0.5,-1.2, or a file that is there"
+            )));
+        }
+    };
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(bad_input(format!("--betas {text}: found {value}, wanted finite numbers"))),
+        None => Ok(values),
+    }
+}

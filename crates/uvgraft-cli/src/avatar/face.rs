@@ -1,0 +1,37 @@
+//! The face: a picture, or what FATE baked.
+
+use std::path::{Path, PathBuf};
+
+use uvgraft::Texture;
+use uvgraft_io::{fate, image};
+
+use crate::failure::OrBadInput;
+
+/// A texture in the head's layout.
+pub(super) struct Face {
+    pub(super) texture: Texture,
+    /// Where it can be trusted, if it says so.
+    pub(super) confidence: Option<Texture>,
+    /// The file that it came from.
+    pub(super) file: PathBuf,
+}
+
+impl Face {
+    /// Twice what FATE bakes at: its texels lie on the corners of the texture, ours between, and at
+    /// this size the lookup between them loses next to nothing.
+    const SIDE_OF_DUMPS: u32 = 2 * fate::BAKED_SIZE;
+
+    /// From an image, a texture dump, or a workspace of FATE's.
+    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+        let is_dump = path.extension().is_some_and(|extension| {
+            ["pth", "pt"].iter().any(|name| extension.eq_ignore_ascii_case(name))
+        });
+        if !(is_dump || path.is_dir()) {
+            let texture = image::read(path).or_bad_input()?.texture;
+            return Ok(Self { texture, confidence: None, file: path.to_path_buf() });
+        }
+        let read = fate::read(path, Self::SIDE_OF_DUMPS).or_bad_input()?;
+        let fate::FateTexture { color, confidence } = read.texture;
+        Ok(Self { texture: color, confidence, file: read.file })
+    }
+}

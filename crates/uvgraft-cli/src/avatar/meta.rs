@@ -1,0 +1,61 @@
+//! What a VRM file says of itself, as options give it.
+
+use std::path::Path;
+
+use uvgraft_avatar::glb::{Permissions, VrmMeta};
+
+use crate::failure::bad_input;
+
+/// Who made an avatar, and who may do what with it. A VRM file must say so; nothing is taken for granted.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Whose avatar it is")]
+pub(super) struct MetaArgs {
+    /// What the avatar is called [default: the output's name]
+    #[arg(long)]
+    title: Option<String>,
+    /// Who made it; may be repeated. A .vrm needs one
+    #[arg(long = "author", value_name = "NAME")]
+    authors: Vec<String>,
+    /// What others may do with it; a .vrm needs it: `only-author` is for the author alone,
+    /// `non-commercial` for everyone to use, change and give on without profit and with the author's name,
+    /// `everyone` to earn with too
+    #[arg(long, alias = "licence", value_name = "TERMS")]
+    #[arg(value_parser = Permissions::NAMED.map(|(name, _)| name))]
+    license: Option<String>,
+    /// Where further terms are
+    #[arg(long, value_name = "URL")]
+    license_url: Option<String>,
+    /// Licences of what it was made from, such as the body model's
+    #[arg(long, value_name = "TEXT")]
+    made_from: Option<String>,
+}
+
+impl MetaArgs {
+    /// The avatar's name.
+    pub(super) fn title(&self, output: &Path) -> String {
+        let stem = || output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        self.title.clone().unwrap_or_else(stem)
+    }
+
+    /// Who has rights in it, as GLB files say it.
+    pub(super) fn copyright(&self) -> Option<String> {
+        (!self.authors.is_empty()).then(|| self.authors.join(", "))
+    }
+
+    /// What a VRM file needs.
+    pub(super) fn vrm(&self, output: &Path) -> anyhow::Result<VrmMeta> {
+        let license = self.license.as_deref().and_then(Permissions::named);
+        let Some(permissions) = license.filter(|_| !self.authors.is_empty()) else {
+            let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
+            return Err(bad_input(format!(
+                "{}: a VRM file says whose it is and what others may do with it: give --author NAME and \
+                 --license TERMS ({terms})",
+                output.display()
+            )));
+        };
+        let mut meta = VrmMeta::new(self.title(output), self.authors.clone(), permissions);
+        meta.other_license_url.clone_from(&self.license_url);
+        meta.third_party_licenses.clone_from(&self.made_from);
+        Ok(meta)
+    }
+}

@@ -1,0 +1,92 @@
+//! What became of an avatar, for people.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::body::Apart;
+use uvgraft_avatar::glb::{Looks, Report};
+use uvgraft_avatar::preset::{Limits, Measured};
+
+use crate::report::grouped;
+
+/// An avatar that was written.
+pub(super) struct Made<'a> {
+    pub(super) output: &'a Path,
+    pub(super) body: &'a str,
+    pub(super) avatar: &'a Avatar,
+    pub(super) looks: &'a Looks,
+    pub(super) report: &'a Report,
+    /// How far clips are from the body model.
+    pub(super) apart: &'a [(String, Apart)],
+    /// Triangles before, hidden ones, those that are left, and those that are wanted.
+    pub(super) fitted: Option<(usize, usize, usize, usize)>,
+    pub(super) limits: Option<&'a Limits>,
+}
+
+impl Made<'_> {
+    pub(super) fn text(&self) -> String {
+        let (report, avatar) = (self.report, self.avatar);
+        let mut text = String::new();
+        let mut row = |name: &str, value: String| {
+            let _ = writeln!(text, "{name:<14} {value}");
+        };
+        let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
+        row("body", self.body.to_owned());
+        let (triangles, vertices) = (grouped(report.triangles), grouped(report.vertices));
+        row("mesh", format!("{triangles} triangles, {vertices} vertices"));
+        if let Some((before, hidden, after, wanted)) = self.fitted.filter(|fitted| fitted.0 != fitted.2) {
+            let mut how = format!("{} before", grouped(before));
+            if hidden > 0 {
+                let _ = write!(how, ", {} of them hidden in the eyes", grouped(hidden));
+            }
+            if after > wanted {
+                let _ = write!(how, "; wanted {}", grouped(wanted));
+            }
+            row("simplified", how);
+        }
+        row("joints", grouped(report.joints));
+        let texture = self.looks.color.size();
+        row("texture", format!("{texture}, {}", megabytes(report.image_bytes)));
+        let names: Vec<&str> = avatar.morphs.iter().map(|morph| &*morph.name).collect();
+        row("morph targets", listed(&names));
+        let names: Vec<&str> = avatar.expressions.iter().map(|expression| &*expression.name).collect();
+        row("expressions", listed(&names));
+        let clips: Vec<String> = avatar
+            .clips
+            .iter()
+            .map(|clip| format!("{} ({:.1} s, {} frames)", clip.name, clip.seconds(), clip.times.len()))
+            .collect();
+        row("animations", listed(&clips.iter().map(String::as_str).collect::<Vec<_>>()));
+        if report.pruning.vertices > 0 {
+            row("four joints", format!(
+                "a vertex: {} followed more, which moves them by {:.2} mm at most",
+                grouped(report.pruning.vertices),
+                report.pruning_most * 1e3,
+            ));
+        }
+        for (clip, apart) in self.apart {
+            row("from the model", format!(
+                "{:.1} mm in the mean and {:.1} mm at most in {clip}, for want of pose correctives",
+                apart.mean_mm, apart.max_mm
+            ));
+        }
+        if report.posed_as_t {
+            row("rest", "turned into a T-pose".to_owned());
+        }
+        row("written", format!("{}, {}", self.output.display(), megabytes(report.bytes)));
+        if let Some(limits) = self.limits {
+            let measured = Measured::new(report, self.looks);
+            let rank = limits.rank(&measured).unwrap_or("beyond its limits");
+            let _ = writeln!(text, "\n{}: {rank}", limits.platform);
+            for line in limits.report(&measured) {
+                let _ = writeln!(text, "  {line}");
+            }
+        }
+        text
+    }
+}
+
+fn listed(names: &[&str]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,67 @@
+//! What textures are laid over, as an option names it.
+
+use std::path::{Path, PathBuf};
+
+use crate::failure::bad_input;
+
+/// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
+fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
+    let digits = text.strip_prefix('#').unwrap_or_default();
+    let wanted = || bad_input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
+    if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Err(wanted());
+    }
+    let value = |text: &str| u8::from_str_radix(text, 16).map_err(|_| wanted());
+    let values = match digits.len() {
+        3 => {
+            (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<anyhow::Result<Vec<u8>>>()?
+        }
+        6 | 8 => (0..digits.len() / 2)
+            .map(|k| value(&digits[2 * k..2 * k + 2]))
+            .collect::<anyhow::Result<Vec<u8>>>()?,
+        _ => return Err(wanted()),
+    };
+    let unit = |channel: usize| f32::from(values.get(channel).copied().unwrap_or(255)) / 255.0;
+    Ok([unit(0), unit(1), unit(2), unit(3)])
+}
+
+/// What an option names as a base.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Onto {
+    Image(PathBuf),
+    /// Values with 1.0 for full.
+    Color([f32; 4]),
+}
+
+impl Onto {
+    pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
+        if text.starts_with('#') {
+            parse_color(text).map(Self::Color)
+        } else {
+            Ok(Self::Image(PathBuf::from(text)))
+        }
+    }
+
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Image(path) => Some(path),
+            Self::Color(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colors() {
+        let grey = 128.0 / 255.0;
+        assert_eq!(parse_color("#808080").unwrap(), [grey, grey, grey, 1.0]);
+        assert_eq!(parse_color("#f00").unwrap(), [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(parse_color("#00ff0000").unwrap(), [0.0, 1.0, 0.0, 0.0]);
+        for bad in ["#", "#12", "##123", "#12345", "#gggggg", "#ééé"] {
+            assert!(parse_color(bad).unwrap_err().to_string().contains(bad), "{bad}");
+        }
+    }
+}

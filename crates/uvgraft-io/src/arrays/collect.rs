@@ -1,0 +1,369 @@
+//! What a pickle holds, as arrays by name.
+
+use super::named::{Held, NamedArrays};
+use super::numeric::{Numbers, NumericArray, count};
+use super::{ArraysError, MOST_NAMES, MOST_NUMBERS, sparse};
+use crate::pickle::texts::lenient;
+use crate::pickle::{Array, Class, Made, NumberKind, Value};
+
+/// As deep as dicts, lists and objects are followed. A pickle may hold itself.
+const MOST_DEPTH: usize = 16;
+
+/// As many items as all lists of a file may have together, each time one is met.
+const MOST_ITEMS: usize = 1 << 20;
+
+/// Bytes of the longest name.
+const LONGEST_NAME: usize = 1024;
+
+/// Why something is no array.
+#[derive(Debug)]
+pub(crate) enum Unread {
+    /// It is sound, and something else: it is left out, for that reason.
+    LeftOut(String),
+    /// It is damaged, and so is the file.
+    Broken(String),
+    /// It is too much.
+    Refused(ArraysError),
+}
+
+/// Reads tensors, whose numbers lie outside of the pickle.
+pub(crate) trait Outside {
+    /// The numbers of a tensor, of which `spend` is told how many there will be.
+    fn tensor(
+        &mut self,
+        tensor: Made<'_>,
+        spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
+    ) -> Result<NumericArray, Unread>;
+}
+
+/// Collects arrays within the limits of a file.
+pub(crate) struct Collector<'o> {
+    found: NamedArrays,
+    outside: Option<&'o mut dyn Outside>,
+    budget: Budget,
+    names: usize,
+}
+
+/// What may still be read.
+struct Budget {
+    numbers: usize,
+    items: usize,
+}
+
+impl Budget {
+    fn spend(&mut self, count: usize) -> Result<(), Unread> {
+        let left = self.numbers.checked_sub(count);
+        let most = MOST_NUMBERS as u64;
+        self.numbers =
+            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "numbers", most }))?;
+        Ok(())
+    }
+
+    fn spend_items(&mut self, count: usize) -> Result<(), Unread> {
+        let left = self.items.checked_sub(count);
+        let most = MOST_ITEMS as u64;
+        self.items =
+            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "items of lists", most }))?;
+        Ok(())
+    }
+}
+
+impl<'o> Collector<'o> {
+    pub(crate) fn new(outside: Option<&'o mut dyn Outside>) -> Self {
+        let budget = Budget { numbers: MOST_NUMBERS, items: MOST_ITEMS };
+        Self { found: NamedArrays::new(), outside, budget, names: 0 }
+    }
+
+    pub(crate) fn finish(self) -> NamedArrays {
+        self.found
+    }
+
+    /// All of a dict, or a single array under an empty name.
+    pub(crate) fn collect(mut self, root: Value<'_>) -> Result<NamedArrays, ArraysError> {
+        if root.entries().is_some() {
+            self.add_dict("", root, MOST_DEPTH)?;
+        } else {
+            match self.convert(root, MOST_DEPTH) {
+                Ok(held @ Held::Array(_)) => self.hold("", held),
+                Ok(_) => return Err(ArraysError::NoDict { found: root.kind().to_owned() }),
+                Err(Unread::LeftOut(found)) => return Err(ArraysError::NoDict { found }),
+                Err(unread) => self.unread("", unread)?,
+            }
+        }
+        Ok(self.found)
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.found.entries().any(|(found, _)| found == name)
+    }
+
+    /// Adds what a name stands for; a dict adds what it holds.
+    pub(super) fn add(&mut self, name: &str, value: Value<'_>) -> Result<(), ArraysError> {
+        self.add_within(name, value, MOST_DEPTH)
+    }
+
+    fn add_within(
+        &mut self,
+        name: &str,
+        value: Value<'_>,
+        depth: usize,
+    ) -> Result<(), ArraysError> {
+        let inner = single(value);
+        if inner.entries().is_some() {
+            return match depth.checked_sub(1) {
+                Some(depth) => self.add_dict(&format!("{name}."), inner, depth),
+                None => {
+                    self.leave_out(name, "a dict in too many dicts".to_owned());
+                    Ok(())
+                }
+            };
+        }
+        match self.convert(value, depth) {
+            Ok(held) => self.hold(name, held),
+            Err(unread) => self.unread(name, unread)?,
+        }
+        Ok(())
+    }
+
+    fn add_dict(&mut self, before: &str, dict: Value<'_>, depth: usize) -> Result<(), ArraysError> {
+        for (key, value) in dict.entries().into_iter().flatten() {
+            // Numbers are names in dicts of torch's optimisers.
+            let name = match (key.as_str(), key.as_int()) {
+                (Some(text), _) => text.to_owned(),
+                (None, Some(number)) => number.to_string(),
+                (None, None) => format!("({})", key.kind()),
+            };
+            if before.len() + name.len() > LONGEST_NAME {
+                return Err(ArraysError::TooMany {
+                    what: "bytes in a name",
+                    most: LONGEST_NAME as u64,
+                });
+            }
+            self.count_name()?;
+            self.add_within(&format!("{before}{name}"), value, depth)?;
+        }
+        Ok(())
+    }
+
+    /// Counts a name that is met, as often as it is: one dict may be held by many.
+    fn count_name(&mut self) -> Result<(), ArraysError> {
+        self.names += 1;
+        if self.names > MOST_NAMES {
+            return Err(ArraysError::TooMany { what: "names", most: MOST_NAMES as u64 });
+        }
+        Ok(())
+    }
+
+    pub(super) fn hold(&mut self, name: &str, held: Held) {
+        self.found.hold(name.to_owned(), held);
+    }
+
+    pub(super) fn leave_out(&mut self, name: &str, reason: String) {
+        self.hold(name, Held::LeftOut(reason));
+    }
+
+    pub(super) fn unread(&mut self, name: &str, unread: Unread) -> Result<(), ArraysError> {
+        match unread {
+            Unread::LeftOut(reason) => self.leave_out(name, reason),
+            Unread::Broken(problem) => return Err(ArraysError::array(name, problem)),
+            Unread::Refused(error) => return Err(error),
+        }
+        Ok(())
+    }
+
+    /// Counts numbers that are about to be read.
+    pub(super) fn spend(&mut self, count: usize) -> Result<(), Unread> {
+        self.budget.spend(count)
+    }
+
+    fn convert(&mut self, value: Value<'_>, depth: usize) -> Result<Held, Unread> {
+        let value = single(value);
+        let text = value.as_str().map(str::to_owned);
+        let text = text.or_else(|| value.as_bytes().map(|bytes| lenient(bytes).into_owned()));
+        if let Some(text) = text {
+            // A text may be held by any number of names.
+            self.spend(text.len())?;
+            return Ok(Held::Text(text));
+        }
+        self.array(value, depth).map(Held::Array)
+    }
+
+    fn array(&mut self, value: Value<'_>, depth: usize) -> Result<NumericArray, Unread> {
+        let Some(depth) = depth.checked_sub(1) else {
+            return Err(Unread::LeftOut("arrays in too many lists or objects".to_owned()));
+        };
+        let value = single(value);
+        let scalar = match (value.as_bool(), value.as_int(), value.as_float()) {
+            (Some(flag), _, _) => NumericArray::new_i64(Vec::new(), vec![flag.into()]),
+            (_, Some(number), _) => NumericArray::new_i64(Vec::new(), vec![number]),
+            (_, _, Some(number)) => NumericArray::new_f64(Vec::new(), vec![number]),
+            _ => None,
+        };
+        if let Some(scalar) = scalar {
+            self.spend(1)?;
+            return Ok(scalar);
+        }
+        if let Some(array) = value.as_array() {
+            self.spend(array.count())?;
+            return plain(&array);
+        }
+        if let Some(made) = value.as_made() {
+            return self.made(made, depth);
+        }
+        if let Some(items) = value.objects() {
+            return self.stacked(items, depth);
+        }
+        match value.items() {
+            Some(items) => self.stacked(items, depth),
+            None => Err(Unread::LeftOut(value.kind().to_owned())),
+        }
+    }
+
+    fn made(&mut self, made: Made<'_>, depth: usize) -> Result<NumericArray, Unread> {
+        let broken = |problem: &str| Unread::Broken(problem.to_owned());
+        // One object may be met again and again through others.
+        self.budget.spend_items(1)?;
+        match made.class() {
+            Class::SparseColumns | Class::SparseRows | Class::SparsePlaces => {
+                // Both closures count, one after the other.
+                let budget = std::cell::RefCell::new(&mut self.budget);
+                let numbers = |value: Value<'_>| {
+                    let array = value.as_array();
+                    let array = array.ok_or_else(|| broken("a sparse matrix is of no arrays"))?;
+                    budget.borrow_mut().spend(array.count())?;
+                    plain(&array)
+                };
+                sparse::dense(made, numbers, |count| budget.borrow_mut().spend(count))
+            }
+            Class::Chumpy => {
+                let x = made.attribute("x");
+                self.array(x.ok_or_else(|| broken("a chumpy array has no `x`"))?, depth)
+            }
+            Class::ChumpySelect => {
+                let (a, places) = (made.attribute("a"), made.attribute("idxs"));
+                let (Some(a), Some(places)) = (a, places) else {
+                    return Err(broken("a choice of a chumpy array has no `a` or no `idxs`"));
+                };
+                let (a, places) = (self.array(a, depth)?, self.array(places, depth)?);
+                let shape = match made.attribute("preferred_shape") {
+                    Some(shape) => Some(self.array(shape, depth)?),
+                    None => None,
+                };
+                self.spend(places.numbers().len())?;
+                chosen(a, &places, shape.as_ref())
+            }
+            Class::Parameter => match made.arg(0).and_then(Value::as_made) {
+                Some(tensor) if tensor.class() == Class::Tensor => self.made(tensor, depth),
+                _ => Err(broken("a parameter has no tensor")),
+            },
+            Class::Tensor => match &mut self.outside {
+                Some(outside) => outside.tensor(made, &mut |count| self.budget.spend(count)),
+                None => Err(Unread::LeftOut("a tensor, outside of a torch file".to_owned())),
+            },
+            Class::Storage(_) => Err(Unread::LeftOut("a storage of torch's".to_owned())),
+        }
+    }
+
+    /// An array of arrays of one shape.
+    fn stacked<'p>(
+        &mut self,
+        items: impl ExactSizeIterator<Item = Value<'p>>,
+        depth: usize,
+    ) -> Result<NumericArray, Unread> {
+        let length = items.len();
+        self.budget.spend_items(length)?;
+        let mut stack: Option<(Vec<usize>, Numbers)> = None;
+        for item in items {
+            let (shape, numbers) = self.array(item, depth)?.into_parts();
+            match &mut stack {
+                None => stack = Some((shape, numbers)),
+                Some((first, stacked)) if *first == shape => stacked.append(numbers),
+                Some((first, _)) => {
+                    let found = format!("a list of arrays of shapes {first:?} and {shape:?}");
+                    return Err(Unread::LeftOut(found));
+                }
+            }
+        }
+        let (mut shape, numbers) = stack.unwrap_or((Vec::new(), Numbers::I64(Vec::new())));
+        shape.insert(0, length);
+        NumericArray::new(shape, numbers)
+            .ok_or_else(|| Unread::Broken("a list is not as long as it says".to_owned()))
+    }
+}
+
+/// What an array of a single object holds.
+fn single(value: Value<'_>) -> Value<'_> {
+    let objects = value.objects().filter(|objects| objects.len() == 1);
+    objects.and_then(|mut objects| objects.next()).unwrap_or(value)
+}
+
+/// NumPy's array.
+fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
+    let numbers = Numbers::decode(array.dtype(), array.bytes()).ok_or_else(|| {
+        debug_assert_eq!(array.dtype().kind, NumberKind::Unsigned, "all others are read");
+        Unread::LeftOut("an array of integers beyond 63 bits".to_owned())
+    })?;
+    let shape = array.shape().to_vec();
+    let array = if array.is_fortran_order() {
+        NumericArray::new_in_fortran_order(shape, numbers)
+    } else {
+        NumericArray::new(shape, numbers)
+    };
+    array.ok_or_else(|| Unread::Broken("shape and numbers disagree".to_owned()))
+}
+
+/// Some numbers of an array; places below 0 count from its end.
+///
+/// Source: chumpy's `Select`, which stands for `a.ravel()[idxs].reshape(preferred_shape)`.
+fn chosen(
+    a: NumericArray,
+    places: &NumericArray,
+    shape: Option<&NumericArray>,
+) -> Result<NumericArray, Unread> {
+    fn choose<T: Copy>(values: &[T], places: &[i64]) -> Option<Vec<T>> {
+        let length = i64::try_from(values.len()).ok()?;
+        let at = |place: i64| if place < 0 { place.checked_add(length) } else { Some(place) };
+        let value = |&place: &i64| values.get(usize::try_from(at(place)?).ok()?).copied();
+        places.iter().map(value).collect()
+    }
+    let outside = || Unread::Broken("a chumpy array chooses numbers that are not there".to_owned());
+    let places = places.integers().ok_or_else(outside)?;
+    let numbers = match a.into_parts().1 {
+        Numbers::F32(values) => Numbers::F32(choose(&values, &places).ok_or_else(outside)?),
+        Numbers::F64(values) => Numbers::F64(choose(&values, &places).ok_or_else(outside)?),
+        Numbers::I64(values) => Numbers::I64(choose(&values, &places).ok_or_else(outside)?),
+    };
+    let shape: Option<Vec<usize>> = match shape.map(NumericArray::integers) {
+        None => Some(vec![numbers.len()]),
+        Some(lengths) => lengths.and_then(|lengths| {
+            lengths.into_iter().map(|length| usize::try_from(length).ok()).collect()
+        }),
+    };
+    let shape = shape.filter(|shape| count(shape).is_some());
+    let array = shape.and_then(|shape| NumericArray::new(shape, numbers));
+    array.ok_or_else(|| Unread::Broken("a chumpy array does not have its shape".to_owned()))
+}
+
+impl Numbers {
+    /// Adds more numbers; of different kinds all become doubles.
+    fn append(&mut self, more: Self) {
+        match (&mut *self, more) {
+            (Self::F32(values), Self::F32(more)) => values.extend(more),
+            (Self::F64(values), Self::F64(more)) => values.extend(more),
+            (Self::I64(values), Self::I64(more)) => values.extend(more),
+            (_, more) => {
+                let mut values = std::mem::replace(self, Self::I64(Vec::new())).into_doubles();
+                values.extend(more.into_doubles());
+                *self = Self::F64(values);
+            }
+        }
+    }
+
+    fn into_doubles(self) -> Vec<f64> {
+        match self {
+            Self::F32(values) => values.into_iter().map(f64::from).collect(),
+            Self::F64(values) => values,
+            Self::I64(values) => values.into_iter().map(|value| value as f64).collect(),
+        }
+    }
+}

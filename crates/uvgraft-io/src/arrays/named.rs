@@ -1,0 +1,120 @@
+//! Arrays and texts by name.
+
+use super::{ArraysError, NumericArray};
+
+/// Arrays of numbers and texts by name, in the order of their file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NamedArrays {
+    entries: Vec<(String, Held)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Held {
+    Array(NumericArray),
+    Text(String),
+    /// Neither of them, and why.
+    LeftOut(String),
+}
+
+impl NamedArrays {
+    /// None at all.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The names of arrays and texts, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let is_read = |held: &Held| !matches!(held, Held::LeftOut(_));
+        self.entries.iter().filter(move |(_, held)| is_read(held)).map(|(name, _)| name.as_str())
+    }
+
+    /// The array of that name. Single numbers are arrays without axes.
+    pub fn get(&self, name: &str) -> Option<&NumericArray> {
+        match self.held(name)? {
+            Held::Array(array) => Some(array),
+            _ => None,
+        }
+    }
+
+    /// The text of that name.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match self.held(name)? {
+            Held::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Why what the file has under that name was not read.
+    pub fn left_out(&self, name: &str) -> Option<&str> {
+        match self.held(name)? {
+            Held::LeftOut(reason) => Some(reason),
+            _ => None,
+        }
+    }
+
+    /// The array of that name.
+    ///
+    /// # Errors
+    /// [`ArraysError::LeftOut`] with the reason, if the file has something else under that name,
+    /// and [`ArraysError::Missing`] with the names there are, if it has nothing.
+    pub fn require(&self, name: &str) -> Result<&NumericArray, ArraysError> {
+        let reason = match self.held(name) {
+            Some(Held::Array(array)) => return Ok(array),
+            Some(Held::Text(_)) => "it is a text".to_owned(),
+            Some(Held::LeftOut(reason)) => reason.clone(),
+            None => {
+                let names = self.names().map(str::to_owned).collect();
+                return Err(ArraysError::Missing { name: name.to_owned(), names });
+            }
+        };
+        Err(ArraysError::LeftOut { name: name.to_owned(), reason })
+    }
+
+    /// Adds an array, in place of what had its name.
+    pub fn insert(&mut self, name: impl Into<String>, array: NumericArray) {
+        self.hold(name.into(), Held::Array(array));
+    }
+
+    /// Adds a text, in place of what had its name.
+    pub fn insert_text(&mut self, name: impl Into<String>, text: impl Into<String>) {
+        self.hold(name.into(), Held::Text(text.into()));
+    }
+
+    pub(super) fn hold(&mut self, name: String, held: Held) {
+        match self.entries.iter_mut().find(|(found, _)| *found == name) {
+            Some(entry) => entry.1 = held,
+            None => self.entries.push((name, held)),
+        }
+    }
+
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&str, &Held)> {
+        self.entries.iter().map(|(name, held)| (name.as_str(), held))
+    }
+
+    fn held(&self, name: &str) -> Option<&Held> {
+        self.entries.iter().find(|(found, _)| found == name).map(|(_, held)| held)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_names_say_why() {
+        let mut arrays = NamedArrays::new();
+        arrays.insert("f", NumericArray::new_i64(vec![1], vec![3]).unwrap());
+        arrays.insert_text("gender", "male");
+        arrays.hold("joints".to_owned(), Held::LeftOut("a dict".to_owned()));
+        let why = |name| arrays.require(name).unwrap_err().to_string();
+        assert_eq!(arrays.require("f").unwrap().integers(), Some(vec![3]));
+        assert_eq!(why("weights"), "there is no array `weights`; there are `f`, `gender`");
+        assert_eq!(why("joints"), "array `joints` was not read: a dict");
+        assert_eq!(why("gender"), "array `gender` was not read: it is a text");
+        assert_eq!(arrays.left_out("joints"), Some("a dict"));
+        assert_eq!((arrays.text("f"), arrays.get("gender")), (None, None));
+        assert_eq!(arrays.names().collect::<Vec<_>>(), ["f", "gender"]);
+        arrays.insert_text("f", "again");
+        assert_eq!((arrays.text("f"), arrays.names().count()), (Some("again"), 2));
+    }
+}

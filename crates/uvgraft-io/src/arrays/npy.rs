@@ -1,0 +1,83 @@
+//! NPY files of any array.
+//!
+//! Source: `numpy.lib.format`, versions 1.0 to 3.0.
+
+use super::collect::Unread;
+use super::numeric::{Numbers, count};
+use super::{NumericArray, named::Held};
+use crate::npy::MAGIC;
+use crate::npy::header::{Header, axes, unquoted};
+use crate::obj::shown;
+use crate::pickle::Dtype;
+use crate::pickle::texts::TextDtype;
+
+/// As many axes as an array has, in any version of NumPy.
+const MOST_AXES: usize = 64;
+
+/// What an NPY file holds.
+pub(super) enum Content<'a> {
+    Held(Held),
+    /// A pickle of an array of objects.
+    Pickle(&'a [u8]),
+}
+
+/// Reads an NPY file. `spend` is told how many numbers there will be before they are read.
+pub(super) fn read<'a>(
+    bytes: &'a [u8],
+    spend: impl FnOnce(usize) -> Result<(), Unread>,
+) -> Result<Content<'a>, Unread> {
+    let Some(rest) = bytes.strip_prefix(MAGIC) else {
+        let found = shown(bytes);
+        return Err(Unread::Broken(format!("found `{found}`, wanted an NPY array")));
+    };
+    let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
+    let Some(descr) = unquoted(header.descr) else {
+        return Err(Unread::LeftOut("an array of structures".to_owned()));
+    };
+    if matches!(descr, b"|O" | b"O" | b"|O8" | b"O8") {
+        return Ok(Content::Pickle(header.values));
+    }
+    let shape = axes(header.shape, MOST_AXES).and_then(|axes| {
+        axes.into_iter().map(|length| usize::try_from(length).ok()).collect::<Option<Vec<_>>>()
+    });
+    let shape = shape.ok_or_else(|| {
+        let found = shown(header.shape);
+        Unread::Broken(format!("found shape {found}, wanted at most {MOST_AXES} lengths"))
+    })?;
+    let check = |width: Option<usize>| {
+        let wanted = count(&shape).zip(width).and_then(|(count, width)| count.checked_mul(width));
+        let found = header.values.len();
+        if wanted == Some(found) {
+            return Ok(());
+        }
+        let wanted = wanted.map_or("more".to_owned(), |wanted| wanted.to_string());
+        Err(Unread::Broken(format!("shape {shape:?} needs {wanted} bytes, found {found}")))
+    };
+    if let Some(dtype) = TextDtype::from_text(descr) {
+        check(dtype.width())?;
+        return match count(&shape) {
+            Some(1) => match dtype.read(header.values) {
+                Some(text) => Ok(Content::Held(Held::Text(text))),
+                None => Err(Unread::Broken("found a text with no such character".to_owned())),
+            },
+            _ => Err(Unread::LeftOut(format!("an array of texts of shape {shape:?}"))),
+        };
+    }
+    let dtype = std::str::from_utf8(descr).ok().and_then(Dtype::from_text);
+    let Some(dtype) = dtype else {
+        return Err(Unread::LeftOut(format!("an array of dtype `{}`", shown(descr))));
+    };
+    check(Some(dtype.width))?;
+    spend(header.values.len() / dtype.width)?;
+    let numbers = Numbers::decode(dtype, header.values)
+        .ok_or_else(|| Unread::LeftOut("an array of integers beyond 63 bits".to_owned()))?;
+    let array = if header.fortran_order {
+        NumericArray::new_in_fortran_order(shape, numbers)
+    } else {
+        NumericArray::new(shape, numbers)
+    };
+    match array {
+        Some(array) => Ok(Content::Held(Held::Array(array))),
+        None => Err(Unread::Broken("shape and numbers disagree".to_owned())),
+    }
+}

@@ -1,0 +1,33 @@
+//! NumPy's NPZ: a ZIP archive with an NPY file for each array.
+
+use super::collect::Collector;
+use super::npy::{self, Content};
+use super::{Archive, ArraysError, NamedArrays};
+use crate::obj::shown;
+use crate::pickle;
+
+/// Reads all arrays. An entry that holds objects rather than numbers is a pickle.
+pub(super) fn read(archive: &mut Archive<'_>) -> Result<NamedArrays, ArraysError> {
+    let mut collector = Collector::new(None);
+    for index in 0..archive.names().len() {
+        let file = archive.names()[index].clone();
+        let Some(name) = file.strip_suffix(".npy") else {
+            // Folders and whatever else was packed beside the arrays.
+            collector.leave_out(&file, "it is no .npy file".to_owned());
+            continue;
+        };
+        if collector.has(name) {
+            return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
+        }
+        let bytes = archive.read(index)?;
+        match npy::read(&bytes, |count| collector.spend(count)) {
+            Ok(Content::Held(held)) => collector.hold(name, held),
+            Ok(Content::Pickle(bytes)) => match pickle::parse(bytes) {
+                Ok(pickle) => collector.add(name, pickle.root())?,
+                Err(reason) => collector.leave_out(name, reason.to_string()),
+            },
+            Err(unread) => collector.unread(name, unread)?,
+        }
+    }
+    Ok(collector.finish())
+}

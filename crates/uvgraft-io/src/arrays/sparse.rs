@@ -1,0 +1,135 @@
+//! SciPy's sparse matrices, made dense.
+
+use std::ops::AddAssign;
+
+use super::MOST_DENSE_NUMBERS;
+use super::collect::Unread;
+use super::numeric::{Numbers, NumericArray};
+use crate::pickle::{Class, Made, Value};
+
+fn broken(problem: impl Into<String>) -> Unread {
+    Unread::Broken(problem.into())
+}
+
+/// Where the numbers of a matrix belong, in their order: the row and the column of each.
+struct Places {
+    rows: Vec<i64>,
+    columns: Vec<i64>,
+}
+
+/// The dense matrix, in which numbers of one place are added up, as SciPy does. `spend` is told how
+/// many numbers there will be before they are reserved; `numbers` reads the arrays of the state.
+pub(super) fn dense<'p>(
+    matrix: Made<'p>,
+    mut numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
+    spend: impl FnOnce(usize) -> Result<(), Unread>,
+) -> Result<NumericArray, Unread> {
+    let shape = matrix.attribute("_shape").or_else(|| matrix.attribute("shape"));
+    let side = |value: Value<'_>| value.as_int().and_then(|side| usize::try_from(side).ok());
+    let shape: Option<Vec<usize>> = shape
+        .and_then(Value::items)
+        .filter(|sides| sides.len() == 2)
+        .and_then(|sides| sides.map(side).collect());
+    let Some(&[height, width]) = shape.as_deref() else {
+        return Err(broken("a sparse matrix has no shape of two lengths"));
+    };
+    let count = height.checked_mul(width).filter(|&count| count <= MOST_DENSE_NUMBERS);
+    let count = count.ok_or_else(|| {
+        Unread::LeftOut(format!(
+            "a sparse matrix of {height} x {width}, at most {MOST_DENSE_NUMBERS} numbers are read"
+        ))
+    })?;
+    spend(count)?;
+    let mut attribute = |name: &'static str| {
+        let value = matrix.attribute(name);
+        numbers(value.ok_or_else(|| broken(format!("a sparse matrix has no `{name}`")))?)
+    };
+    let (_, data) = attribute("data")?.into_parts();
+    let mut integers = |name| {
+        let found = attribute(name)?.integers();
+        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix is not of integers")))
+    };
+    let places = match matrix.class() {
+        Class::SparseColumns => {
+            let columns = spread(&integers("indptr")?, width, data.len())?;
+            Places { rows: begin(integers("indices")?, columns.len())?, columns }
+        }
+        Class::SparseRows => {
+            let rows = spread(&integers("indptr")?, height, data.len())?;
+            Places { columns: begin(integers("indices")?, rows.len())?, rows }
+        }
+        _ => match matrix.attribute("coords").and_then(Value::items) {
+            Some(coords) => {
+                let both: Vec<Value<'_>> = coords.take(3).collect();
+                let [rows, columns] = both[..] else {
+                    return Err(broken("`coords` of a sparse matrix are not two"));
+                };
+                let mut integers = |value| {
+                    let found = numbers(value)?.integers();
+                    found.ok_or_else(|| broken("`coords` of a sparse matrix are not integers"))
+                };
+                Places { rows: integers(rows)?, columns: integers(columns)? }
+            }
+            None => Places { rows: integers("row")?, columns: integers("col")? },
+        },
+    };
+    let numbers = match data {
+        Numbers::F32(values) => Numbers::F32(fill(&values, &places, height, width)?),
+        Numbers::F64(values) => Numbers::F64(fill(&values, &places, height, width)?),
+        Numbers::I64(values) => {
+            let values: Vec<f64> = values.iter().map(|&value| value as f64).collect();
+            Numbers::F64(fill(&values, &places, height, width)?)
+        }
+    };
+    NumericArray::new(vec![height, width], numbers)
+        .ok_or_else(|| broken("a sparse matrix has another shape than numbers"))
+}
+
+/// For each number the line that it belongs to: line `i` has those from `starts[i]` to
+/// `starts[i + 1]`.
+fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unread> {
+    let steps = starts.windows(2).all(|pair| pair[0] <= pair[1]);
+    let ends = (starts.first(), starts.last());
+    // Beyond the last start there may be numbers that were reserved and not used.
+    let fits = matches!(ends, (Some(0), Some(&last)) if last as u64 <= numbers as u64);
+    if starts.len().checked_sub(1) != Some(lines) || !steps || !fits {
+        return Err(broken("`indptr` of a sparse matrix does not fit its shape and `data`"));
+    }
+    let mut found = Vec::with_capacity(numbers);
+    for (line, pair) in starts.windows(2).enumerate() {
+        found.extend(std::iter::repeat_n(line as i64, (pair[1] - pair[0]) as usize));
+    }
+    Ok(found)
+}
+
+/// The first of some indices, of which there may be more than are used.
+fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
+    if indices.len() < used {
+        return Err(broken("a sparse matrix has fewer `indices` than numbers"));
+    }
+    indices.truncate(used);
+    Ok(indices)
+}
+
+fn fill<T: Copy + Default + AddAssign>(
+    values: &[T],
+    places: &Places,
+    height: usize,
+    width: usize,
+) -> Result<Vec<T>, Unread> {
+    let Places { rows, columns } = places;
+    if rows.len() != columns.len() || rows.len() > values.len() {
+        return Err(broken("a sparse matrix has another number of places than of numbers"));
+    }
+    let mut dense = vec![T::default(); height * width];
+    for ((&row, &column), &value) in rows.iter().zip(columns).zip(values) {
+        let inside = |at: i64, length| usize::try_from(at).ok().filter(|&at| at < length);
+        let (Some(row), Some(column)) = (inside(row, height), inside(column, width)) else {
+            return Err(broken(format!(
+                "a sparse matrix of {height} x {width} has a number at {row}, {column}"
+            )));
+        };
+        dense[row * width + column] += value;
+    }
+    Ok(dense)
+}

@@ -1,0 +1,211 @@
+//! Head textures as FATE bakes them from a video.
+//!
+//! A workspace holds them in two forms: the tensors that were trained, exactly
+//! (`baking*/dump_texture/*_tex_dump.pth`), and pictures of them, of 8 bits
+//! (`baking*/visualize_texture/*_color.png`). Both become textures in the conventions of this program.
+//!
+//! Source: FATE (Zhang et al., "FATE: Full-head Gaussian Avatar with Textural Editing from Monocular
+//! Video", CVPR 2025), as its published program bakes:
+//! - `color` is `[1, 3, N, N]`, red = 0.5 + 0.5 tanh; `opacity` is `[1, 1, N, N]`, opacity =
+//!   1 / (1 + exp(-value)). The colour is looked up after its tanh, the opacity before its sigmoid.
+//! - Row 0 is v = 0 of the OBJ file, the bottom of a picture. Textures are looked up with their
+//!   corners aligned: texel `i` of a row lies at `i / (N - 1)`, and between texels the lookup is linear.
+//! - Pictures stand upright, and show colours of spherical harmonics, which are (red - 0.5) / 0.2821,
+//!   from -1.78 to 1.78.
+
+mod find;
+mod resample;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use uvgraft::texture::{Channels, Texture, TextureError};
+
+pub use self::find::{Found, Kind, find};
+use self::resample::{Planes, Upright};
+use crate::arrays::{ArraysError, MAX_FILE_BYTES, NamedArrays};
+use crate::image::{self, ImageError};
+use crate::input::{ReadError, read_file};
+use crate::torch;
+
+/// The size that FATE bakes at.
+pub const BAKED_SIZE: u32 = 512;
+
+/// Half the range of colours in pictures.
+const PICTURE_RANGE: f32 = 1.78;
+
+/// The first basis function of spherical harmonics, 1 / (2 sqrt(pi)).
+const HARMONIC: f32 = 0.282_094_8;
+
+/// Why a texture of FATE's was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FateError {
+    /// No dump.
+    #[error(transparent)]
+    Arrays(#[from] ArraysError),
+    /// A tensor of another shape.
+    #[error("`{name}` has shape {found:?}, wanted {wanted}")]
+    Shape {
+        /// Which tensor.
+        name: &'static str,
+        /// Its shape.
+        found: Vec<usize>,
+        /// What was wanted.
+        wanted: String,
+    },
+    /// A training that failed.
+    #[error("`{name}` has {count} values that are no numbers, wanted none")]
+    NoNumbers {
+        /// Which tensor.
+        name: &'static str,
+        /// How many.
+        count: usize,
+    },
+    /// A folder without textures.
+    #[error(
+        "found neither baking*/dump_texture/*tex_dump.pth nor baking*/visualize_texture/*color.png, \
+         wanted a workspace of FATE's after its baking"
+    )]
+    Nothing,
+    /// A picture that cannot be read.
+    #[error(transparent)]
+    Picture(#[from] ImageError),
+    /// A size that no texture has.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+}
+
+/// A head's texture and how sure it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FateTexture {
+    /// The colours, as 32-bit floats of sRGB.
+    pub color: Texture,
+    /// The opacity of the head where it has that colour, as data of 32-bit floats of one channel.
+    /// Where it is near 0 the video showed nothing of the head.
+    pub confidence: Option<Texture>,
+}
+
+/// A texture that was read, and where from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FateRead {
+    /// The texture.
+    pub texture: FateTexture,
+    /// The file of the colours.
+    pub file: PathBuf,
+    /// What kind of file it is.
+    pub kind: Kind,
+}
+
+/// Reads a dump, resampled to `size` × `size` texels; see the module. Tensors other than `color` and
+/// `opacity` are ignored, and without `opacity` there is no confidence.
+///
+/// Each texel has what FATE itself looks up at its centre, so a size that is much smaller than the
+/// dump's, of which [`BAKED_SIZE`] is usual, leaves texels out.
+///
+/// # Errors
+/// [`FateError`] for what is no dump of square tensors, and for a size of 0 or beyond
+/// [`Texture::MAX_SIDE`].
+pub fn parse_dump(bytes: &[u8], size: u32) -> Result<FateTexture, FateError> {
+    let arrays = torch::parse(bytes)?;
+    let color = planes(&arrays, "color", 3, None, |value| 0.5 + 0.5 * value.tanh())?;
+    let confidence = match arrays.get("opacity") {
+        Some(_) => {
+            // Infinite values cannot be mixed; the curve is flat far before.
+            let finite = |value: f32| value.clamp(-1e30, 1e30);
+            let raw = planes(&arrays, "opacity", 1, Some(color.side), finite)?;
+            Some(raw.texture(size, |value| 1.0 / (1.0 + (-value).exp()))?)
+        }
+        None => None,
+    };
+    Ok(FateTexture { color: color.texture(size, |value| value)?, confidence })
+}
+
+/// Reads a dump, or the newest texture of a workspace, resampled to `size` × `size` texels; see
+/// [`find`] for which, and [`parse_dump`].
+///
+/// # Errors
+/// [`ReadError`], with the path, if there is no texture, or it cannot be read or is refused.
+pub fn read(path: &Path, size: u32) -> Result<FateRead, ReadError<FateError>> {
+    let (file, kind) = if path.is_dir() {
+        let Found { file, kind, .. } = find(path)?;
+        (file, kind)
+    } else {
+        (path.to_owned(), Kind::Dump)
+    };
+    let texture = match kind {
+        Kind::Dump => read_file(&file, MAX_FILE_BYTES, |bytes| parse_dump(bytes, size))?,
+        Kind::Picture => read_pictures(&file, size)?,
+    };
+    Ok(FateRead { texture, file, kind })
+}
+
+/// The `C` planes of a tensor of shape `[1, C, N, N]`, where `N` may have to be `side`.
+fn planes(
+    arrays: &NamedArrays,
+    name: &'static str,
+    channels: usize,
+    side: Option<usize>,
+    activated: impl Fn(f32) -> f32,
+) -> Result<Planes, FateError> {
+    let array = arrays.require(name)?;
+    let found = array.shape();
+    let square = match *found {
+        [1, count, height, width] if count == channels && height == width && height > 0 => {
+            side.is_none_or(|side| side == height).then_some(height)
+        }
+        _ => None,
+    };
+    let side = square.ok_or_else(|| {
+        let side = side.map_or("N".to_owned(), |side| side.to_string());
+        let wanted = format!("[1, {channels}, {side}, {side}]");
+        FateError::Shape { name, found: found.to_vec(), wanted }
+    })?;
+    let values = array.f32s();
+    let count = values.iter().filter(|value| value.is_nan()).count();
+    if count > 0 {
+        return Err(FateError::NoNumbers { name, count });
+    }
+    let values = values.iter().map(|&value| activated(value)).collect();
+    Ok(Planes { values, channels, side, upright: Upright::No })
+}
+
+fn read_pictures(color: &Path, size: u32) -> Result<FateTexture, ReadError<FateError>> {
+    // The picture of the opacity has the same number before its name.
+    let name = color.file_name().unwrap_or_default().to_string_lossy();
+    let opacity = name.strip_suffix("color.png").map(|start| format!("{start}opacity.png"));
+    let opacity = opacity.map(|name| color.with_file_name(name)).filter(|path| path.is_file());
+    // Undoes the range of the picture, and makes colours of the harmonics again.
+    let color = read_picture(color, Channels::Rgb, size, |value| {
+        (0.5 + HARMONIC * PICTURE_RANGE * (2.0 * value - 1.0)).clamp(0.0, 1.0)
+    })?;
+    let confidence = match opacity {
+        Some(path) => Some(read_picture(&path, Channels::Grey, size, |value| value)?),
+        None => None,
+    };
+    Ok(FateTexture { color, confidence })
+}
+
+fn read_picture(
+    path: &Path,
+    channels: Channels,
+    size: u32,
+    meaning: impl Fn(f32) -> f32,
+) -> Result<Texture, ReadError<FateError>> {
+    let content = |reason| ReadError::Content { path: path.to_owned(), reason };
+    let image = image::read(path).map_err(|error| match error {
+        ReadError::Io { path, reason } => ReadError::Io { path, reason },
+        ReadError::Content { path, reason } => {
+            ReadError::Content { path, reason: FateError::Picture(reason) }
+        }
+    })?;
+    let found = image.texture.size();
+    if found.width != found.height {
+        let found = vec![found.height as usize, found.width as usize];
+        let wanted = "a square picture".to_owned();
+        return Err(content(FateError::Shape { name: "picture", found, wanted }));
+    }
+    let planes = Planes::of_texture(&image.texture, channels, meaning);
+    planes.texture(size, |value| value).map_err(|error| content(error.into()))
+}

@@ -1,0 +1,103 @@
+//! What a pickle makes of classes that this crate knows the data of.
+
+use super::value::{Id, Node, Value};
+
+/// A class or function that a pickle may name, of which only the arguments and the state are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Class {
+    /// SciPy's matrices by columns: state `data`, `indices`, `indptr`, `_shape`.
+    SparseColumns,
+    /// SciPy's matrices by rows, with the same state.
+    SparseRows,
+    /// SciPy's matrices by places: state `data`, `_shape`, and `row` and `col` or `coords`.
+    SparsePlaces,
+    /// `chumpy.ch.Ch`: an array, in the state's `x`.
+    Chumpy,
+    /// `chumpy.reordering.Select`: the numbers `idxs` of `a`, in shape `preferred_shape`.
+    ChumpySelect,
+    /// `torch._utils._rebuild_tensor` and `_rebuild_tensor_v2`: storage, offset, shape, strides.
+    Tensor,
+    /// `torch._utils._rebuild_parameter`: a tensor, and what training needs of it.
+    Parameter,
+    /// A class of torch's storages, which is only ever named.
+    Storage(StorageKind),
+}
+
+impl Class {
+    /// What an object of it is, for messages.
+    pub(super) const fn kind(self) -> &'static str {
+        match self {
+            Self::SparseColumns | Self::SparseRows | Self::SparsePlaces => "a sparse matrix",
+            Self::Chumpy | Self::ChumpySelect => "a chumpy array",
+            Self::Tensor | Self::Parameter => "a tensor",
+            Self::Storage(_) => "a storage",
+        }
+    }
+}
+
+/// What kind of number a torch storage holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "named as torch names them")]
+pub enum StorageKind {
+    Double,
+    Float,
+    Half,
+    BFloat16,
+    Long,
+    Int,
+    Short,
+    Char,
+    Byte,
+    Bool,
+}
+
+/// What a call of a class was given, and what it was filled with.
+#[derive(Debug)]
+pub(super) struct Making {
+    pub(super) class: Class,
+    pub(super) args: Vec<Id>,
+    pub(super) state: Option<Id>,
+}
+
+/// An object of one of the classes.
+#[derive(Debug, Clone, Copy)]
+pub struct Made<'p> {
+    making: &'p Making,
+    value: Value<'p>,
+}
+
+impl<'p> Made<'p> {
+    /// Of which class.
+    pub const fn class(self) -> Class {
+        self.making.class
+    }
+
+    /// One of the arguments that it was made with.
+    pub fn arg(self, index: usize) -> Option<Value<'p>> {
+        self.making.args.get(index).map(|&id| self.value.other(id))
+    }
+
+    /// One of the attributes that it was filled with.
+    pub fn attribute(self, name: &str) -> Option<Value<'p>> {
+        self.value.other(self.making.state?).get(name)
+    }
+}
+
+impl<'p> Value<'p> {
+    /// An object of a known class.
+    pub fn as_made(self) -> Option<Made<'p>> {
+        match self.node() {
+            Node::Made(making) => Some(Made { making, value: self }),
+            _ => None,
+        }
+    }
+
+    /// The class that a name stands for.
+    pub const fn as_class(self) -> Option<Class> {
+        match self.node() {
+            Node::Global(super::globals::Global::Class(class)) => Some(*class),
+            _ => None,
+        }
+    }
+}

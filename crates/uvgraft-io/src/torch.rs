@@ -1,0 +1,96 @@
+//! Torch's files: a ZIP archive with a pickle of tensors, and a file for each storage of numbers.
+//!
+//! The pickle is read, never run; see [`crate::pickle`].
+//!
+//! Source: `torch.save` since version 1.6: `NAME/data.pkl` refers to `NAME/data/KEY` by persistent
+//! identifiers `("storage", class, KEY, device, count)`; `NAME/byteorder` is `little` or `big`.
+
+mod tensor;
+mod write;
+
+use std::path::Path;
+
+use self::tensor::Storages;
+pub use self::write::{save_pth, write_pth};
+use crate::arrays::{
+    Archive, ArraysError, Collector, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays,
+};
+use crate::input::{ReadError, read_file};
+use crate::obj::shown;
+use crate::pickle;
+
+const WANTED: &str = "a file of tensors by torch.save";
+
+/// What files of versions before 1.6 begin with: the pickle of one large number.
+pub(crate) const OLD_MAGIC: &[u8] = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19.";
+
+fn foreign(found: &str) -> ArraysError {
+    ArraysError::Foreign { found: found.to_owned(), wanted: WANTED }
+}
+
+pub(crate) fn old() -> ArraysError {
+    foreign(
+        "torch's format from before version 1.6 (load it in Python and save it again to convert it)",
+    )
+}
+
+/// Reads the tensors of a file that `torch.save` wrote: of a dict by their names, those of a dict in
+/// a dict after its name and a dot, a single tensor under an empty name. Floats of 16 bits become
+/// such of 32. Numbers and texts of the dict are read too; see [`crate::arrays::parse`].
+///
+/// # Errors
+/// [`ArraysError`] for damaged files, for pickles that ask for anything but tensors and plain data,
+/// for TorchScript and for files of torch before version 1.6.
+pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
+    if bytes.starts_with(OLD_MAGIC) {
+        return Err(old());
+    }
+    if !bytes.starts_with(b"PK") {
+        let found = format!("a file that begins with `{}`", shown(bytes));
+        return Err(foreign(if bytes.is_empty() { "an empty file" } else { &found }));
+    }
+    from_archive(&mut Archive::open(bytes, MOST_UNPACKED_BYTES)?)
+}
+
+/// Reads the tensors of a file; see [`parse`].
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`parse`]. Each names the file.
+pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
+    read_file(path, MAX_FILE_BYTES, parse)
+}
+
+/// Which entry of an archive is the pickle, if there is one.
+pub(crate) fn pickle_of(archive: &Archive<'_>) -> Option<usize> {
+    let is_pickle = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
+    archive.names().iter().position(is_pickle)
+}
+
+pub(crate) fn from_archive(archive: &mut Archive<'_>) -> Result<NamedArrays, ArraysError> {
+    let Some(index) = pickle_of(archive) else {
+        return Err(foreign("an archive without a data.pkl"));
+    };
+    let folder = archive.names()[index].strip_suffix("data.pkl").unwrap_or_default().to_owned();
+    let code = [format!("{folder}constants.pkl"), format!("{folder}code/")];
+    if archive.names().iter().any(|name| *name == code[0] || name.starts_with(&code[1])) {
+        return Err(foreign("a program in TorchScript"));
+    }
+    let order = format!("{folder}byteorder");
+    let big_endian = match archive.names().iter().position(|name| *name == order) {
+        // Before version 2.1 there was none, and the numbers were the machine's.
+        None => false,
+        Some(index) => match &archive.read(index)?[..] {
+            b"little" => false,
+            b"big" => true,
+            found => {
+                let found = format!("found `{}`, wanted little or big", shown(found));
+                return Err(ArraysError::array("byteorder", found));
+            }
+        },
+    };
+    let bytes = archive.read(index)?;
+    let pickle = pickle::parse_with_outside(&bytes)?;
+    let mut storages = Storages::new(archive, &folder, big_endian);
+    Collector::new(Some(&mut storages)).collect(pickle.root())
+}

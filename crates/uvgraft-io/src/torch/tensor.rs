@@ -1,0 +1,169 @@
+//! Tensors: places in a storage of numbers, by an offset and a stride for each axis.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use crate::arrays::{Archive, NumericArray, Outside, Unread};
+use crate::obj::shown;
+use crate::pickle::{Class, Dtype, Made, NumberKind, StorageKind, Value};
+
+/// As many axes as torch's own tensors have at most.
+const MOST_AXES: usize = 64;
+
+/// The storages of an archive, each unpacked once.
+pub(super) struct Storages<'t, 'a> {
+    archive: &'t mut Archive<'a>,
+    folder: String,
+    big_endian: bool,
+    unpacked: HashMap<String, Rc<[u8]>>,
+}
+
+/// Where the numbers of a tensor lie in its storage.
+struct Strides {
+    offset: usize,
+    shape: Vec<usize>,
+    steps: Vec<usize>,
+}
+
+fn broken(problem: impl Into<String>) -> Unread {
+    Unread::Broken(problem.into())
+}
+
+impl<'t, 'a> Storages<'t, 'a> {
+    pub(super) fn new(archive: &'t mut Archive<'a>, folder: &str, big_endian: bool) -> Self {
+        Self { archive, folder: folder.to_owned(), big_endian, unpacked: HashMap::new() }
+    }
+
+    /// The kind of the numbers of a storage, and their bytes.
+    fn storage(&mut self, id: Value<'_>) -> Result<(StorageKind, Rc<[u8]>), Unread> {
+        let parts: Vec<Value<'_>> =
+            id.persistent().and_then(Value::items).into_iter().flatten().take(6).collect();
+        let [tag, class, key, _, count] = parts[..] else {
+            return Err(broken("a tensor has no storage of five entries"));
+        };
+        let (Some("storage"), Some(Class::Storage(kind)), Some(key), Some(count)) =
+            (tag.as_str(), class.as_class(), key.as_str(), count.as_int())
+        else {
+            return Err(broken("a tensor's storage is not named as torch does"));
+        };
+        let bytes = match self.unpacked.get(key) {
+            Some(bytes) => Rc::clone(bytes),
+            None => {
+                let name = format!("{}data/{key}", self.folder);
+                let index = self.archive.names().iter().position(|found| *found == name);
+                let index = index.ok_or_else(|| {
+                    broken(format!("the archive has no storage `{}`", shown(key.as_bytes())))
+                })?;
+                let bytes = self.archive.read(index).map_err(Unread::Refused)?;
+                let bytes: Rc<[u8]> = bytes.into();
+                self.unpacked.insert(key.to_owned(), Rc::clone(&bytes));
+                bytes
+            }
+        };
+        let wanted = usize::try_from(count).ok().and_then(|count| count.checked_mul(width(kind)));
+        if wanted != Some(bytes.len()) {
+            let (width, found) = (width(kind), bytes.len());
+            return Err(broken(format!(
+                "a storage of {count} numbers of {width} bytes has {found} bytes"
+            )));
+        }
+        Ok((kind, bytes))
+    }
+}
+
+impl Outside for Storages<'_, '_> {
+    fn tensor(
+        &mut self,
+        tensor: Made<'_>,
+        spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
+    ) -> Result<NumericArray, Unread> {
+        let arg = |index| tensor.arg(index).ok_or_else(|| broken("a tensor has too few entries"));
+        let (storage, offset, shape, strides) = (arg(0)?, arg(1)?, arg(2)?, arg(3)?);
+        let offset = size(offset).ok_or_else(|| broken("a tensor has no offset"))?;
+        let shape = sizes(shape).ok_or_else(|| broken("a tensor has no shape"))?;
+        let steps = sizes(strides).filter(|steps| steps.len() == shape.len());
+        let steps = steps.ok_or_else(|| broken("a tensor has no stride for each axis"))?;
+        let strides = Strides { offset, shape, steps };
+        let count = strides.shape.iter().copied().try_fold(1, usize::checked_mul);
+        let count = count.ok_or_else(|| {
+            broken(format!("a tensor of shape {:?} has too many numbers", strides.shape))
+        })?;
+        spend(count)?;
+        let (kind, bytes) = self.storage(storage)?;
+        let bytes = strides.gather(&bytes, width(kind), count)?;
+        let array = match dtype(kind, self.big_endian) {
+            Some(dtype) => NumericArray::decode(strides.shape, dtype, &bytes),
+            None => NumericArray::decode_brain(strides.shape, &bytes, self.big_endian),
+        };
+        array.ok_or_else(|| broken("shape and numbers disagree"))
+    }
+}
+
+impl Strides {
+    /// The bytes of the numbers, the last axis running fastest.
+    fn gather(&self, bytes: &[u8], width: usize, count: usize) -> Result<Vec<u8>, Unread> {
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let last =
+            self.shape.iter().zip(&self.steps).try_fold(self.offset, |at, (length, step)| {
+                at.checked_add((length - 1).checked_mul(*step)?)
+            });
+        let numbers = bytes.len() / width;
+        if last.is_none_or(|last| last >= numbers) {
+            let Self { offset, shape, steps } = self;
+            return Err(broken(format!(
+                "a tensor of shape {shape:?}, strides {steps:?} and offset {offset} reaches beyond \
+                 its storage of {numbers} numbers"
+            )));
+        }
+        let mut gathered = Vec::with_capacity(count * width);
+        let mut place = vec![0; self.shape.len()];
+        let mut at = self.offset;
+        for _ in 0..count {
+            gathered.extend_from_slice(&bytes[at * width..][..width]);
+            for axis in (0..place.len()).rev() {
+                place[axis] += 1;
+                at += self.steps[axis];
+                if place[axis] < self.shape[axis] {
+                    break;
+                }
+                place[axis] = 0;
+                at -= self.steps[axis] * self.shape[axis];
+            }
+        }
+        Ok(gathered)
+    }
+}
+
+fn size(value: Value<'_>) -> Option<usize> {
+    usize::try_from(value.as_int()?).ok()
+}
+
+fn sizes(value: Value<'_>) -> Option<Vec<usize>> {
+    value.items().filter(|items| items.len() <= MOST_AXES)?.map(size).collect()
+}
+
+/// Bytes of a number.
+const fn width(kind: StorageKind) -> usize {
+    match kind {
+        StorageKind::Double | StorageKind::Long => 8,
+        StorageKind::Float | StorageKind::Int => 4,
+        StorageKind::Half | StorageKind::BFloat16 | StorageKind::Short => 2,
+        StorageKind::Char | StorageKind::Byte | StorageKind::Bool => 1,
+    }
+}
+
+/// How NumPy would write such numbers; it has no `bfloat16`.
+const fn dtype(storage: StorageKind, big_endian: bool) -> Option<Dtype> {
+    let kind = match storage {
+        StorageKind::Double | StorageKind::Float | StorageKind::Half => NumberKind::Float,
+        StorageKind::BFloat16 => return None,
+        StorageKind::Long | StorageKind::Int | StorageKind::Short | StorageKind::Char => {
+            NumberKind::Signed
+        }
+        StorageKind::Byte => NumberKind::Unsigned,
+        StorageKind::Bool => NumberKind::Bool,
+    };
+    Some(Dtype { kind, width: width(storage), big_endian })
+}
