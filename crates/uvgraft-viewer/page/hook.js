@@ -6,7 +6,8 @@
 // - `setPose("wave")`, or `setPose({leftUpperArm: [x, y, z, w], …})`: rotations relative to the parent
 //   bone in axes that are aligned with the world at rest. Ends a motion.
 // - `setExpression("happy", 0.7)`; `setTime(1.5)` or `setTime(1.5, "walk")`: seconds, paused there.
-// - `setCamera({eye: [x, y, z], target: [x, y, z], up: [0, 1, 0], fovY: 28})`: metres, degrees.
+// - `setCamera({eye: [x, y, z], target: [x, y, z], up: [0, 1, 0], fovY: 28})`: metres,
+//   degrees; what is left out stays. The camera follows the figure no more then.
 // - `setUnlit(true)`, `setBackground("#ffffff")`, `setGround(false)`, `setTexture(1)`: a texture by its
 //   number in `info().textures`, of which 0 is the file's own.
 // - `screenshot(width, height, {transparent: true})`: a data URL of a PNG.
@@ -37,7 +38,7 @@ export function fill({ viewer, wardrobe, poses, name }) {
     setPose: (pose) => viewer.setPose(pose),
     setExpression: (expression, weight) => viewer.setExpression(expression, weight),
     setTime: (seconds, clip) => viewer.setTime(seconds, clip),
-    setCamera: (camera) => viewer.stage.setCamera(camera),
+    setCamera: (camera) => viewer.setCamera(camera),
     setUnlit: (isUnlit) => viewer.setUnlit(isUnlit),
     setBackground: (background) => viewer.setBackground(background),
     setGround: (isOn) => viewer.setGround(isOn),

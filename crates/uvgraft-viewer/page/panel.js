@@ -156,6 +156,7 @@ export class Panel {
     const { motion } = viewer;
     if (!motion.clips.length) return;
     find("motion").hidden = false;
+    viewer.covered = find("motion").offsetHeight + 12;
     find("motion").onsubmit = (event) => event.preventDefault();
     motion.clips.forEach(({ name }, index) => find("clip").append(new Option(name || `motion ${index + 1}`, index)));
     find("clip").append(new Option("none: a pose", ""));

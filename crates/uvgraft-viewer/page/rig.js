@@ -8,6 +8,8 @@ import { findBones } from "./bones.js";
 
 export class Rig {
   constructor(root, vrm) {
+    this.root = root;
+    this.rootHeight = root.position.y;
     root.updateWorldMatrix(true, true);
     this.bones = new Map();
     for (const [name, node] of findBones(root, vrm)) {
@@ -36,6 +38,7 @@ export class Rig {
 
   /// Puts all bones as they were at rest.
   rest() {
+    this.root.position.y = this.rootHeight;
     for (const { node, rest } of this.bones.values()) node.quaternion.copy(rest);
   }
 
@@ -48,6 +51,15 @@ export class Rig {
       bone.node.quaternion
         .copy(bone.parentFromWorld).multiply(rotation).multiply(bone.worldFromParent).multiply(bone.rest);
     }
+  }
+
+  /// Lets the figure down, or lifts it, so that its lower foot is as high as at rest.
+  stand() {
+    const heights = ["leftFoot", "rightFoot", "leftToes", "rightToes"]
+      .map((name) => this.bones.get(name))
+      .filter(Boolean)
+      .map(({ node, at }) => node.getWorldPosition(new Vector3()).y - at.y);
+    if (heights.length) this.root.position.y -= Math.min(...heights);
   }
 
   /// The direction from a bone to another at rest.

@@ -1,8 +1,8 @@
 // The camera, the studio's lights and the ground. It draws when something changed, not all the time.
 
 import {
-  AmbientLight, Box3, Color, DirectionalLight, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera,
-  PlaneGeometry, Scene, ShadowMaterial, SkeletonHelper, Spherical, Vector3, WebGLRenderer,
+  AmbientLight, Box3, CircleGeometry, Color, DirectionalLight, Group, HemisphereLight, Mesh, PerspectiveCamera,
+  Scene, ShadowMaterial, SkeletonHelper, Spherical, Vector3, VSMShadowMap, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
@@ -16,7 +16,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setClearAlpha(0);
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.shadowMap.type = VSMShadowMap;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -48,7 +48,17 @@ export class Stage {
     this.skeleton.setColors?.(new Color("#ffb000"), new Color("#ffe3a0"));
     this.skeleton.visible = false;
     this.skeleton.renderOrder = 1;
-    this.extras.add(this.skeleton);
+    this.scene.add(this.skeleton);
+  }
+
+  /// Lights and the ground go with the figure to where it is, and the camera too if wanted.
+  follow(x, z, withCamera) {
+    const step = new Vector3(x, 0, z).sub(this.extras.position);
+    if (step.lengthSq() === 0) return;
+    this.extras.position.add(step);
+    if (!withCamera) return;
+    this.camera.position.add(step);
+    this.controls.target.add(step);
   }
 
   // A key from the person's front left with a shadow, a fill from the other side, and light from
@@ -64,30 +74,38 @@ export class Stage {
       return light;
     };
     this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.15), new AmbientLight("#ffffff", 0.35));
-    const key = lamp("#fff4e6", 1.9, 0.55, 0.9, 0.9);
-    lamp("#e3ecff", 0.55, -0.9, 0.25, 0.6);
+    const key = lamp("#fff6ec", 2.1, 0.5, 1.05, 0.95);
+    lamp("#e6eeff", 0.7, -0.9, 0.25, 0.7);
     lamp("#ffffff", 0.9, -0.3, 0.7, -1);
     key.castShadow = true;
+    // Soft: only the ground shows it.
     key.shadow.mapSize.set(2048, 2048);
-    key.shadow.radius = 5;
-    key.shadow.normalBias = radius * 0.01;
-    const view = key.shadow.camera;
-    Object.assign(view, { left: -radius, right: radius, top: radius, bottom: -radius, near: radius, far: radius * 6 });
+    key.shadow.radius = 7;
+    key.shadow.blurSamples = 16;
+    const wide = radius * 2;
+    Object.assign(key.shadow.camera, { left: -wide, right: wide, top: wide, bottom: -wide, near: 0, far: radius * 8 });
 
-    this.ground = new Mesh(new PlaneGeometry(radius * 40, radius * 40), new ShadowMaterial({ opacity: 0.28 }));
+    // No wider than what the shadow's picture shows: its edges would be seen.
+    this.ground = new Mesh(new CircleGeometry(wide * 0.95, 48), new ShadowMaterial({ opacity: 0.34 }));
     this.ground.rotation.x = -Math.PI / 2;
-    this.ground.position.y = box.min.y - radius * 1e-3;
+    this.ground.position.set(centre.x, box.min.y - radius * 1e-3, centre.z);
     this.ground.receiveShadow = true;
     this.extras.add(this.ground);
   }
 
-  /// Looks at a box from the front, with some air around it.
-  frame({ centre, width, height }, fromAbove = 0.04) {
-    const aspect = this.#size()[0] / this.#size()[1];
+  /// Looks at a box from the front, with some air around it, above what covers the stage's lower edge.
+  ///
+  /// - `covered`: how much that is, in pixels.
+  frame({ centre, width, height }, { fromAbove = 0.04, covered = 0 } = {}) {
+    const [across, down] = this.#size();
+    const free = Math.max(1 - covered / down, 0.3);
     const half = Math.tan((FIELD_OF_VIEW / 2) * (Math.PI / 180));
-    const distance = (1.12 * Math.max(height, width / aspect)) / 2 / half;
-    const eye = centre.clone().add(new Vector3(0, fromAbove * distance, distance));
-    this.setCamera({ eye: eye.toArray(), target: centre.toArray(), fovY: FIELD_OF_VIEW });
+    // Height of what is seen at the box.
+    const seen = 1.12 * Math.max(height / free, (width * down) / across);
+    const target = centre.clone().add(new Vector3(0, (-seen * (1 - free)) / 2, 0));
+    const distance = seen / 2 / half;
+    const eye = target.clone().add(new Vector3(0, fromAbove * distance, distance));
+    this.setCamera({ eye: eye.toArray(), target: target.toArray(), up: [0, 1, 0], fovY: FIELD_OF_VIEW });
   }
 
   /// {eye, target, up, fovY}: metres, and degrees from top to bottom; what is left out stays.

@@ -1,6 +1,6 @@
 // The viewer without its controls: one figure on a stage, and all that can be done with it.
 
-import { Quaternion } from "three";
+import { Quaternion, Vector3 } from "three";
 import { Expressions } from "./expressions.js";
 import * as frames from "./frames.js";
 import { Looks } from "./looks.js";
@@ -22,6 +22,10 @@ export class Viewer extends EventTarget {
     stage.show(root);
     root.userData.restTop = stage.box.max.y;
     this.pose = "rest";
+    /// Whether the camera goes with the figure.
+    this.isFollowing = true;
+    /// Pixels at the stage's lower edge that controls cover.
+    this.covered = 0;
     this.setBackground("studio");
     this.frame("body");
   }
@@ -40,6 +44,7 @@ export class Viewer extends EventTarget {
       ? rotationsOf(POSES[pose], this.rig)
       : Object.fromEntries(Object.entries(pose).map(([name, value]) => [name, new Quaternion(...value).normalize()]));
     this.rig.turn(rotations);
+    if (isNamed) this.rig.stand();
     this.pose = isNamed ? pose : null;
     this.#settle();
     this.#changed();
@@ -85,6 +90,12 @@ export class Viewer extends EventTarget {
     this.#changed();
   }
 
+  /// Puts the camera somewhere, as `Stage.setCamera` does, where it stays.
+  setCamera(camera) {
+    this.isFollowing = false;
+    this.stage.setCamera(camera);
+  }
+
   setSkeleton(isOn) {
     this.stage.skeleton.visible = isOn;
     this.#changed();
@@ -109,8 +120,13 @@ export class Viewer extends EventTarget {
 
   /// "body" or "head".
   frame(what) {
+    this.isFollowing = true;
     const { root } = this.model;
-    this.stage.frame(what === "head" ? frames.head(root, this.rig) : frames.body(root), what === "head" ? 0 : 0.04);
+    const isHead = what === "head";
+    this.stage.frame(isHead ? frames.head(root, this.rig) : frames.body(root), {
+      fromAbove: isHead ? 0 : 0.04,
+      covered: this.covered,
+    });
   }
 
   /// A canvas of the picture, with the background unless it is to be transparent.
@@ -137,6 +153,11 @@ export class Viewer extends EventTarget {
   #settle(seconds = 0) {
     const { vrm } = this.model;
     this.expressions.update();
+    const hips = this.rig.bones.get("hips");
+    if (hips) {
+      const at = hips.node.getWorldPosition(new Vector3()).sub(hips.at);
+      this.stage.follow(at.x, at.z, this.isFollowing);
+    }
     vrm?.lookAt?.update(seconds);
     vrm?.nodeConstraintManager?.update();
     if (seconds > 0) vrm?.springBoneManager?.update(seconds);
