@@ -36,5 +36,8 @@ pub(super) fn sad(spot: Spot) -> Vec3 {
 /// 1 along the brows, 0 on lids, nose and under the hair.
 fn near_brow(p: Vec3) -> f32 {
     let x = p.x.abs();
-    smoothstep(0.75, 1.75, p.y) * smoothstep(5.2, 2.9, p.y) * smoothstep(7.0, 5.4, x) * smoothstep(2.0, 4.5, p.z)
+    smoothstep(0.75, 1.75, p.y)
+        * smoothstep(5.2, 2.9, p.y)
+        * smoothstep(7.0, 5.4, x)
+        * smoothstep(2.0, 4.5, p.z)
 }

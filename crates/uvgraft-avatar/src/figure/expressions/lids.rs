@@ -36,11 +36,8 @@ pub(super) fn close(p: Vec3, side: f32, share: f32) -> Vec3 {
     let shift = shift * share;
     let from_centre = (p - centre).length();
     // The lid's underside lies in the ball's surface and moves with the edge.
-    let depth = if from_centre < 0.5 * (EYE_RADIUS + LID_RADIUS) {
-        from_centre / LID_RADIUS
-    } else {
-        1.0
-    };
+    let depth =
+        if from_centre < 0.5 * (EYE_RADIUS + LID_RADIUS) { from_centre / LID_RADIUS } else { 1.0 };
     let on_lid = if depth < 1.0 { centre + (p - centre) * (1.0 / depth) } else { p };
     let goal = seen(on_lid.x, on_lid.y + shift);
     (goal - on_lid) * depth

@@ -76,9 +76,8 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
     SHAPES
         .into_iter()
         .map(|(name, shape)| {
-            let offset = |spot: &Option<Spot>| {
-                spot.map_or([0.0; 3], |spot| (shape(spot) * METRES).into())
-            };
+            let offset =
+                |spot: &Option<Spot>| spot.map_or([0.0; 3], |spot| (shape(spot) * METRES).into());
             Morph::from_dense(name, &spots.iter().map(offset).collect::<Vec<_>>())
         })
         .collect()
@@ -101,8 +100,6 @@ fn slid(p: Vec3, dx: f32, dy: f32) -> Vec3 {
     if dx * dx + dy * dy < 1e-8 {
         return Vec3::default();
     }
-    let depth = |x: f32, y: f32| {
-        meet(contour, vec3(x, y, 11.0), vec3(0.0, 0.0, -1.0), 11.0).z
-    };
+    let depth = |x: f32, y: f32| meet(contour, vec3(x, y, 11.0), vec3(0.0, 0.0, -1.0), 11.0).z;
     vec3(dx, dy, depth(p.x + dx, p.y + dy) - depth(p.x, p.y))
 }

@@ -47,8 +47,7 @@ pub(super) fn lips_round(spot: Spot) -> Vec3 {
     let near = near_lips(p, 1.5);
     let middle = (1.0 - a * a) * near;
     let apart = if spot.lower { -0.20 } else { 0.12 };
-    slid(p, -0.95 * a * near, apart * middle)
-        + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
+    slid(p, -0.95 * a * near, apart * middle) + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
 }
 
 /// The corners of the mouth go out, lips part a little.
@@ -73,6 +72,7 @@ fn near_lips(p: Vec3, reach: f32) -> f32 {
     let line = lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH));
     let off = (p.y - line).abs();
     // The nose stays where it is.
-    bell((off - 0.7).max(0.0), reach * 0.75) * smoothstep(-4.7, -6.0, p.y + 0.15 * p.x.abs().min(4.0))
+    bell((off - 0.7).max(0.0), reach * 0.75)
+        * smoothstep(-4.7, -6.0, p.y + 0.15 * p.x.abs().min(4.0))
         * smoothstep(MOUTH_Y - 4.2, MOUTH_Y - 2.6, p.y)
 }

@@ -76,7 +76,8 @@ const MEAN_LEG: f32 = 0.78;
 pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
     // From Y up, facing +Z, to Z up, facing -Y.
     let tilted = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
-    let place = |bone| skeleton.human(bone).map(|joint| Vec3::from(skeleton.joints()[joint].position));
+    let place =
+        |bone| skeleton.human(bone).map(|joint| Vec3::from(skeleton.joints()[joint].position));
     let hips = place(HumanBone::Hips).unwrap_or_default();
     let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(place);
     let scale = match leg {
@@ -96,7 +97,8 @@ pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
     };
     for pose in &clip.poses {
         for (number, joint) in joints.iter().enumerate() {
-            let local = joint.map_or(Quat::IDENTITY, |joint| Quat::from_array(pose.rotations[joint]));
+            let local =
+                joint.map_or(Quat::IDENTITY, |joint| Quat::from_array(pose.rotations[joint]));
             let turn = if number == 0 { tilted * local } else { local };
             arrays.poses.extend(shortest(turn).to_scaled_axis().to_array());
         }

@@ -71,7 +71,11 @@ fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
     let foot = degrees([pitch(phase), 0.0, 0.0]);
     posture.plant(limbs, place + inwards, foot);
     // Toes stay on the ground as the heel rises.
-    let toes = if phase < STANCE { pitch(phase).max(0.0) } else { mix(pitch(STANCE), 0.0, smoothstep(STANCE, STANCE + 0.1, phase)) };
+    let toes = if phase < STANCE {
+        pitch(phase).max(0.0)
+    } else {
+        mix(pitch(STANCE), 0.0, smoothstep(STANCE, STANCE + 0.1, phase))
+    };
     posture.set(limbs.toes, Quat::from_rotation_x(-toes.to_radians()));
 }
 

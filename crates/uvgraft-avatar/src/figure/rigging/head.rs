@@ -15,7 +15,8 @@ pub(crate) fn neck(shares: &mut Shares, p: Vec3, whole: f32) -> f32 {
     let off = p - neck_axis(p.y);
     // Shoulders that are as high are far from the axis.
     let beside = smoothstep(11.0, 6.0, (off.x * off.x + off.z * off.z).sqrt());
-    let neck = whole * smoothstep(-9.0, -3.0, height) * mix(beside, 1.0, smoothstep(-4.0, -2.0, height));
+    let neck =
+        whole * smoothstep(-9.0, -3.0, height) * mix(beside, 1.0, smoothstep(-4.0, -2.0, height));
     let head = neck * smoothstep(-5.0, 0.2, height);
     shares.add(HumanBone::Neck, neck - head);
     shares.add(HumanBone::Head, head);

@@ -35,11 +35,7 @@ pub(crate) const LEFT: Limbs = Limbs {
     lower_arm: HumanBone::LeftLowerArm,
     hand: HumanBone::LeftHand,
     fingers: [
-        [
-            HumanBone::LeftThumbMetacarpal,
-            HumanBone::LeftThumbProximal,
-            HumanBone::LeftThumbDistal,
-        ],
+        [HumanBone::LeftThumbMetacarpal, HumanBone::LeftThumbProximal, HumanBone::LeftThumbDistal],
         [
             HumanBone::LeftIndexProximal,
             HumanBone::LeftIndexIntermediate,

@@ -180,7 +180,8 @@ fn t_pose() -> Pose {
         turn(limbs.upper_arm, z(down - lifted));
         // Fingers are straight, and stay spread as they are.
         for number in 1..5 {
-            let joints = finger_joints(number).map(|p| if limbs.sign < 0.0 { p.mirrored() } else { p });
+            let joints =
+                finger_joints(number).map(|p| if limbs.sign < 0.0 { p.mirrored() } else { p });
             let mut inner = Quat::IDENTITY;
             for k in 0..3 {
                 let bone = Point::from(<[f32; 3]>::from(joints[k + 1] - joints[k]));
