@@ -1,6 +1,6 @@
 //! Avatars as GLB files, and as VRM 1.0, which is GLB that knows which joints make a human.
 //!
-//! [`write`] makes the bytes of a file. Its shape suits what reads such files: one mesh with one
+//! [`write()`] makes the bytes of a file. Its shape suits what reads such files: one mesh with one
 //! material (a draw call), at the root of the scene beside the joints; vertices split where the layout
 //! is; at most four joints a vertex; morph targets with names, sparse where that is smaller; clips as
 //! rotations, and translations of the root. Nodes have the numbers of joints, the mesh's comes last.

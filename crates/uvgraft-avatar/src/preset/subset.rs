@@ -38,6 +38,7 @@ pub(super) fn with_faces(
 }
 
 /// Values of vertices, without those of vertices that no triangle uses.
+#[cfg(feature = "simplify")]
 pub(super) fn kept<T: Copy>(faces: &[[u32; 3]], values: &[T]) -> Vec<T> {
     used(faces, values.len()).0.into_iter().map(|vertex| values[vertex as usize]).collect()
 }

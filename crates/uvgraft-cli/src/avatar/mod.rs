@@ -139,18 +139,19 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     );
     let (body, texture) = (body?, textures?);
     let Body { mut avatar, name, apart } = body;
-    let mut fitted = None;
+    let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
-        let Fitted { avatar: fit, before, hidden, after, wanted } =
-            preset.fit(avatar).map_err(of_build)?;
-        avatar = fit;
+        let fit = preset.fit(avatar).map_err(of_build)?;
+        let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
+        (avatar, normals) = (fit.avatar, fit.normals);
     }
     let picture = encode(args, own.as_ref(), texture)?;
     let looks = Looks::new(picture);
     let export = Export {
         name: args.meta.title(&args.output),
         copyright: args.meta.copyright(),
+        normals,
         vrm,
         ..Export::default()
     };
