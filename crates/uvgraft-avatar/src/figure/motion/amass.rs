@@ -21,7 +21,7 @@ macro_rules! hand {
     ($($bone:ident)*) => { [$(HumanBone::$bone),*] };
 }
 
-/// SMPL-H's joints, in its order.
+/// SMPL-H's joints without the fingers, in its order.
 ///
 /// # Source
 /// `smplx` (Python package), `joint_names.py`.
@@ -50,7 +50,7 @@ const SMPL_H: [HumanBone; 22] = [
     HumanBone::RightHand,
 ];
 
-/// Index, middle, little, ring finger and thumb.
+/// Those that follow, of both hands: index, middle, little and ring finger, and thumb.
 const HANDS: [[HumanBone; 15]; 2] = [
     hand!(LeftIndexProximal LeftIndexIntermediate LeftIndexDistal
         LeftMiddleProximal LeftMiddleIntermediate LeftMiddleDistal

@@ -269,7 +269,7 @@ mod tests {
                 let most = if to == limbs.lower_arm || to == limbs.hand { 0.1 } else { 2.5 };
                 assert!(off < most && along.y.abs() < 0.01, "{} is {off} deg off", from.name());
             }
-            // The back of the hand is above its bones' line, the palm below, the thumb in front.
+            // Palms are down if thumbs are in front.
             assert!(place(limbs.fingers[0][2]).z > place(limbs.hand).z + 0.03);
         }
         let lowest = avatar.mesh.positions().iter().map(|p| p[1]).fold(f32::INFINITY, f32::min);
