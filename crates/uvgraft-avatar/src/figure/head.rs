@@ -60,9 +60,10 @@ pub(crate) struct Skin {
     pub surface: Surface,
     /// The vertices of the rim at the base of the neck, by column.
     pub rim: Vec<u32>,
-    /// Those of the lower lip where it touches the upper one, and of the mouth's floor behind it:
-    /// closed lips lie in one place, so positions do not tell.
-    pub lower_lip: Vec<u32>,
+    /// Vertices inside the border of the lips and in the mouth, and where along the lips each is:
+    /// from 0 in the corners to 1 in the middle of the lower lip and -1 in that of the upper one.
+    /// Closed lips lie in one place, so positions do not tell.
+    pub lips: Vec<(u32, f32)>,
 }
 
 pub(crate) fn skin() -> Skin {
@@ -101,14 +102,13 @@ pub(crate) fn skin() -> Skin {
     set(&mut surface, LEFT_EYE, eye_rings);
     set(&mut surface, RIGHT_EYE, eye_rings);
     let mouth = set(&mut surface, MOUTH, mouth_rings);
-    let lower_lip = close_mouth(&mut surface, &mouth);
+    let lips = close_mouth(&mut surface, &mouth);
     let rim = (0..COLUMNS).map(|column| knot(&mut surface, column, ROWS).vertex).collect();
-    Skin { surface, rim, lower_lip }
+    Skin { surface, rim, lips }
 }
 
-/// Closes the mouth at the back, with quads from its roof to its floor; returns the vertices of the
-/// lower lip inside its border and of the floor.
-fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<u32> {
+/// Closes the mouth at the back, with quads from its roof to its floor; returns [`Skin::lips`].
+fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<(u32, f32)> {
     let around = rings[0].len();
     // Rings begin in the upper left corner of the block and go down; the corners of the mouth are
     // in the middle of its sides.
@@ -126,11 +126,19 @@ fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<u32> {
             surface.polygon(FACE, &knots);
         }
     }
-    let floors = 1..around / 2;
-    rings[LIP_RINGS..]
-        .iter()
-        .flat_map(|ring| floors.clone().map(|step| ring[floor(step)].vertex))
-        .collect()
+    let border = &rings[LIP_RINGS - 1];
+    let middle = |k: usize| {
+        let t = surface.positions[border[k].vertex as usize].x / LIP_WIDTH;
+        (1.0 - t * t).max(0.0)
+    };
+    let along: Vec<f32> = (0..around)
+        .map(|k| match k.checked_sub(corner) {
+            Some(step) if step <= around / 2 => middle(k),
+            _ => -middle(k),
+        })
+        .collect();
+    let inside = rings[LIP_RINGS..].iter();
+    inside.flat_map(|ring| ring.iter().map(|knot| knot.vertex).zip(along.iter().copied())).collect()
 }
 
 struct Grid {
@@ -219,7 +227,8 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>
         })
         .collect();
     let rings = rings(&points, &angles);
-    let count = rings.len() as f32;
+    // What is inside the mouth is flat anyway.
+    let count = rings.len().min(10) as f32;
     let mut outer: Vec<Knot> = rim.to_vec();
     let mut set = Vec::new();
     for (step, ring) in rings.into_iter().enumerate() {

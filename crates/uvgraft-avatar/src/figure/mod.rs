@@ -48,8 +48,8 @@ pub struct Figure {
     pub vertex_map: Vec<u32>,
     pub(crate) head_parts: Vec<PartFaces>,
     pub(crate) body_parts: Vec<PartFaces>,
-    /// Body vertices inside the border of the lower lip.
-    pub(crate) lower_lip: Vec<u32>,
+    /// Body vertices inside the border of the lips, and where along them; see [`head::Skin::lips`].
+    pub(crate) lips: Vec<(u32, f32)>,
 }
 
 /// A part's triangles.
@@ -70,7 +70,7 @@ impl Figure {
     pub fn new() -> Self {
         let head = head_surface();
         let body = body_surface(&head.surface, &head.rim);
-        let lower_lip = head.lower_lip;
+        let lips = head.lips;
         let head = head.surface;
         let head_vertices = head.positions.len();
         let body_number = renumbering(head_vertices, body.positions.len());
@@ -78,8 +78,9 @@ impl Figure {
         let (head_mesh, head_parts) = mesh(&head, Layout::Head, None);
         let (body_mesh, body_parts) = mesh(&body, Layout::Body, Some(&body_number));
         let vertex_map = body_number[..head_vertices].to_vec();
-        let lower_lip = lower_lip.iter().map(|&vertex| vertex_map[vertex as usize]).collect();
-        Self { head: head_mesh, body: body_mesh, vertex_map, head_parts, body_parts, lower_lip }
+        let lips =
+            lips.iter().map(|&(vertex, along)| (vertex_map[vertex as usize], along)).collect();
+        Self { head: head_mesh, body: body_mesh, vertex_map, head_parts, body_parts, lips }
     }
 }
 

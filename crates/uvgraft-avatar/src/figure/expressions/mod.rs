@@ -7,9 +7,10 @@ mod brows;
 mod lids;
 mod mouth;
 
+use rayon::prelude::*;
+
 use super::Figure;
 use super::head_shape::{EYE_LEVEL, contour};
-use super::rigging::head::is_lower;
 use super::sdf::meet;
 use super::surface::Kind;
 use crate::rig::{Expression, ExpressionPreset as Preset, Morph};
@@ -19,8 +20,8 @@ use crate::vector::{Vec3, vec3};
 #[derive(Debug, Clone, Copy)]
 struct Spot {
     p: Vec3,
-    /// Whether it belongs to the lower lip or what is below; closed lips lie in one place.
-    lower: bool,
+    /// Where along the lips; see [`Figure::lips`].
+    lip: Option<f32>,
 }
 
 type Shape = fn(Spot) -> Vec3;
@@ -61,7 +62,7 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
     /// Nothing behind the ears moves.
     const BEHIND: f32 = 0.0;
     let parts = figure.parts_of_vertices();
-    let lower_lip = figure.in_lower_lip();
+    let lips = figure.lips_of_vertices();
     let spots: Vec<Option<Spot>> = figure
         .body
         .positions()
@@ -70,7 +71,7 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
         .map(|(vertex, &position)| {
             let p = Vec3::from(position) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
             let face = parts[vertex].kind == Kind::Face && p.z > BEHIND;
-            face.then(|| Spot { p, lower: is_lower(p, lower_lip[vertex]) })
+            face.then(|| Spot { p, lip: lips[vertex] })
         })
         .collect();
     SHAPES
@@ -78,7 +79,7 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
         .map(|(name, shape)| {
             let offset =
                 |spot: &Option<Spot>| spot.map_or([0.0; 3], |spot| (shape(spot) * METRES).into());
-            Morph::from_dense(name, &spots.iter().map(offset).collect::<Vec<_>>())
+            Morph::from_dense(name, &spots.par_iter().map(offset).collect::<Vec<_>>())
         })
         .collect()
 }
@@ -101,5 +102,58 @@ fn slid(p: Vec3, dx: f32, dy: f32) -> Vec3 {
         return Vec3::default();
     }
     let depth = |x: f32, y: f32| meet(contour, vec3(x, y, 11.0), vec3(0.0, 0.0, -1.0), 11.0).z;
-    vec3(dx, dy, depth(p.x + dx, p.y + dy) - depth(p.x, p.y))
+    // Where the head turns away, depth says little.
+    let steepest = 1.5 * (dx * dx + dy * dy).sqrt();
+    let deeper = depth(p.x + dx, p.y + dy) - depth(p.x, p.y);
+    vec3(dx, dy, deeper.clamp(-steepest, steepest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn expressions_mix_morphs_that_move_the_face_alone() {
+        let figure = Figure::new();
+        let avatar = figure.avatar();
+        let parts = figure.parts_of_vertices();
+        assert_eq!(avatar.expressions.len(), EXPRESSIONS.len());
+        for (expression, (_, wanted)) in avatar.expressions.iter().zip(EXPRESSIONS) {
+            assert_eq!(expression.morphs.len(), wanted.len(), "{}", expression.name);
+        }
+        for morph in &avatar.morphs {
+            let most =
+                morph.offsets.iter().map(|(_, d)| Vec3::from(*d).length()).fold(0.0, f32::max);
+            // A few millimetres to a few centimetres.
+            assert!((0.002..0.04).contains(&most), "{} moves {most} m", morph.name);
+            for &(vertex, offset) in &morph.offsets {
+                let [x, y, z] = figure.body.positions()[vertex as usize];
+                assert_eq!(parts[vertex as usize].kind, Kind::Face, "{}", morph.name);
+                // Above the collar, in front of the ears.
+                assert!(y > 1.47 && z > 0.0, "{} moves {x} {y} {z} by {offset:?}", morph.name);
+            }
+        }
+    }
+
+    #[test]
+    fn shapes_are_symmetric() {
+        let figure = Figure::new();
+        let parts = figure.parts_of_vertices();
+        let faces = (0..parts.len()).filter(|&vertex| parts[vertex].kind == Kind::Face);
+        let mirrored = |name: &str| match name {
+            "blink_left" => "blink_right".to_owned(),
+            "blink_right" => "blink_left".to_owned(),
+            other => other.to_owned(),
+        };
+        for vertex in faces.step_by(7) {
+            let p = Vec3::from(figure.body.positions()[vertex]) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
+            for (name, shape) in SHAPES {
+                let other = SHAPES.into_iter().find(|(found, _)| *found == mirrored(name)).unwrap();
+                let here = shape(Spot { p, lip: None });
+                let there = other.1(Spot { p: p.mirrored(), lip: None }).mirrored();
+                // In centimetres: 1e-4 m.
+                assert!((here - there).length() < 1e-2, "{name} at {p:?}: {here:?} {there:?}");
+            }
+        }
+    }
 }

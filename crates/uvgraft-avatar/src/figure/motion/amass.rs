@@ -21,7 +21,7 @@ macro_rules! hand {
     ($($bone:ident)*) => { [$(HumanBone::$bone),*] };
 }
 
-/// SMPL-H's joints, in its order.
+/// SMPL-H's joints without the fingers, in its order.
 ///
 /// # Source
 /// `smplx` (Python package), `joint_names.py`.
@@ -50,7 +50,7 @@ const SMPL_H: [HumanBone; 22] = [
     HumanBone::RightHand,
 ];
 
-/// Index, middle, little, ring finger and thumb.
+/// Those that follow, of both hands: index, middle, little and ring finger, and thumb.
 const HANDS: [[HumanBone; 15]; 2] = [
     hand!(LeftIndexProximal LeftIndexIntermediate LeftIndexDistal
         LeftMiddleProximal LeftMiddleIntermediate LeftMiddleDistal
@@ -111,4 +111,45 @@ pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
 /// The same rotation, by at most half a turn.
 fn shortest(rotation: Quat) -> Quat {
     if rotation.w < 0.0 { -rotation } else { rotation }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Figure;
+
+    #[test]
+    fn rotations_stand_where_smpl_h_has_them() {
+        let avatar = Figure::new().avatar();
+        let clip = &avatar.clips[1];
+        let arrays = as_amass(&avatar.skeleton, clip);
+        assert_eq!((arrays.frames, arrays.poses.len()), (109, 109 * 156));
+        assert_eq!(arrays.trans.len(), 109 * 3);
+        assert!((arrays.mocap_framerate - 30.0).abs() < 1e-3);
+        let frame = &arrays.poses[50 * 156..51 * 156];
+        let turn = |joint: usize| {
+            Quat::from_scaled_axis(Vec3::new(
+                frame[3 * joint],
+                frame[3 * joint + 1],
+                frame[3 * joint + 2],
+            ))
+        };
+        let pose = &clip.poses[50];
+        for (joint, bone) in [
+            (19, HumanBone::RightLowerArm),
+            (15, HumanBone::Head),
+            (22, HumanBone::LeftIndexProximal),
+            (28, HumanBone::LeftLittleProximal),
+            (51, HumanBone::RightThumbDistal),
+        ] {
+            let wanted = Quat::from_array(pose.rotations[bone as usize]);
+            assert!(turn(joint).angle_between(wanted) < 2e-3, "{}", bone.name());
+        }
+        // Upright is a quarter turn about X where Z is up.
+        let up = turn(0) * Vec3::Y;
+        assert!(up.z > 0.99, "{up}");
+        // Hips of a mean body are 0.9 m high, which is less than the figure's.
+        let height = arrays.trans[2] + MEAN_PELVIS.z;
+        assert!((0.85..0.95).contains(&height), "{height}");
+    }
 }

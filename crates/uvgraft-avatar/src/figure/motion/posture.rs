@@ -29,7 +29,7 @@ impl<'a> Posture<'a> {
     pub fn hang(&mut self, limbs: &Limbs, swing: f32, bend: f32) {
         let s = limbs.sign;
         self.set(limbs.shoulder, degrees([0.0, 0.0, s * -5.0]));
-        let arm = degrees([-4.0 - swing, 0.0, 0.0]) * degrees([0.0, 0.0, s * -66.0]);
+        let arm = degrees([-4.0 - swing, 0.0, 0.0]) * degrees([0.0, 0.0, s * -70.0]);
         self.set(limbs.upper_arm, arm * degrees([12.0, 0.0, 0.0]));
         self.set(limbs.lower_arm, degrees([0.0, s * -bend, 0.0]));
         self.set(limbs.hand, degrees([0.0, 0.0, s * -4.0]));

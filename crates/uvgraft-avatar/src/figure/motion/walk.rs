@@ -12,11 +12,11 @@ use crate::vector::{curve, mix, smoothstep};
 /// Two steps.
 pub(super) const SECONDS: f32 = 1.2;
 /// How far the ground moves in a cycle, in metres.
-const STRIDE: f32 = 1.12;
+pub(super) const STRIDE: f32 = 1.12;
 /// The share of the cycle that a foot is on the ground.
-const STANCE: f32 = 0.62;
+pub(super) const STANCE: f32 = 0.62;
 /// Where a foot comes down, in front of its place at rest, in metres.
-const REACH: f32 = 0.40;
+const REACH: f32 = 0.36;
 
 pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     let phase = seconds / SECONDS;
@@ -24,7 +24,7 @@ pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     // The left heel comes down at 0. Hips are lowest then, and highest as the legs pass.
     let step = TAU * phase;
     let twice = 2.0 * step;
-    posture.move_hips([1.6 * (step - 0.5).sin(), -3.1 - 1.5 * (twice - 0.5).cos(), 0.0]);
+    posture.move_hips([1.6 * (step - 0.5).sin(), -3.5 - 1.4 * (twice - 0.5).cos(), 0.0]);
     let yaw = 5.0 * (step + 0.2).cos();
     let roll = 2.2 * (step - 0.5).sin();
     posture.turn(HumanBone::Hips, [2.0, -yaw, roll]);
@@ -59,7 +59,7 @@ fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
         let t = (phase - STANCE) / length;
         let speed = Vec3::NEG_Z * STRIDE * length;
         let (t2, t3) = (t * t, t * t * t);
-        let lift = 0.035 * (std::f32::consts::PI * t).sin().powi(2);
+        let lift = 0.05 * (std::f32::consts::PI * t.powf(0.75)).sin().powi(2);
         from * (2.0 * t3 - 3.0 * t2 + 1.0)
             + to * (3.0 * t2 - 2.0 * t3)
             + speed * (t3 - 2.0 * t2 + t)
@@ -74,7 +74,7 @@ fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
     let toes = if phase < STANCE {
         pitch(phase).max(0.0)
     } else {
-        mix(pitch(STANCE), 0.0, smoothstep(STANCE, STANCE + 0.1, phase))
+        mix(pitch(STANCE), 0.0, smoothstep(STANCE, STANCE + 0.18, phase))
     };
     posture.set(limbs.toes, Quat::from_rotation_x(-toes.to_radians()));
 }

@@ -35,7 +35,7 @@ pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     // The weight goes to the other leg, the head leans to the hand.
     posture.move_hips([2.6 * arm, -0.5 * arm, 0.0]);
     posture.turn(HumanBone::Hips, [0.0, -3.0 * arm, 1.6 * arm]);
-    posture.turn(HumanBone::Spine, [0.0, -1.0 * arm, 1.2 * arm]);
+    posture.turn(HumanBone::Spine, [0.0, -arm, 1.2 * arm]);
     posture.turn(HumanBone::Chest, [0.0, 0.0, 1.4 * arm + 0.4 * swing]);
     posture.turn(HumanBone::UpperChest, [0.0, 2.0 * arm, 0.0]);
     posture.turn(HumanBone::Neck, [0.0, 2.0 * hand, -3.0 * hand]);

@@ -24,17 +24,21 @@ pub(crate) fn neck(shares: &mut Shares, p: Vec3, whole: f32) -> f32 {
 }
 
 /// How far a point of the face's skin follows the jaw rather than the skull, in head space.
-/// `lower_lip` tells those that belong to the lower lip though they touch the upper one.
-pub(crate) fn jaw(p: Vec3, lower_lip: bool) -> f32 {
+/// `lip` tells upper and lower lip apart, which touch; see [`Figure::lips`](super::Figure::lips).
+pub(crate) fn jaw(p: Vec3, lip: Option<f32>) -> f32 {
     let x = p.x.abs();
     let (dy, dz) = (p.y - JAW.y, p.z - JAW.z);
     // Up to the skull: beside the mouth across a band that gets wider, within it at the lips.
-    let split = if x < LIP_WIDTH && dz > 0.0 {
-        let height = p.y - lip_line(x);
+    let split = if lip.is_some() || (x < LIP_WIDTH && dz > 0.0) {
         let t = x / LIP_WIDTH;
-        let open = (1.0 - t * t).max(0.0).powf(0.6);
-        let apart = mix(open, 1.0, smoothstep(0.0, 2.0, height.abs()));
-        if is_lower(p, lower_lip) { apart } else { -apart }
+        let height = p.y - lip_line(x);
+        let middle = lip.map_or(1.0 - t * t, f32::abs).max(0.0).powf(0.7);
+        let apart = if lip == Some(0.0) {
+            0.0
+        } else {
+            mix(middle, 1.0, smoothstep(0.0, 2.0, height.abs()))
+        };
+        if is_lower(p, lip) { apart } else { -apart }
     } else {
         // The line from the corner of the mouth to the hinge.
         let corner = lip_line(LIP_WIDTH);
@@ -49,11 +53,12 @@ pub(crate) fn jaw(p: Vec3, lower_lip: bool) -> f32 {
     let edge = mix(-7.5, -10.8, ((p.z - 0.5) / 6.5).clamp(0.0, 1.0));
     let above_throat = smoothstep(3.2, 0.0, edge - p.y);
     // Back to the ears.
-    let in_front = smoothstep(-1.0, 3.5, dz) * smoothstep(1.0, -3.0, dy);
+    let in_front = smoothstep(-1.0, 3.5, dz) * smoothstep(-0.2, -4.0, dy);
     opened * above_throat * in_front
 }
 
 /// Whether a point of the skin is below where the lips meet; see [`jaw`].
-pub(crate) fn is_lower(p: Vec3, lower_lip: bool) -> bool {
-    lower_lip || p.y < lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH)) - 1e-3
+pub(crate) fn is_lower(p: Vec3, lip: Option<f32>) -> bool {
+    let below = p.y < lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH));
+    lip.map_or(below, |along| along > 0.0)
 }

@@ -55,7 +55,7 @@ fn outwards(q: Vec3) -> f32 {
 /// Takes the legs' part of `whole`; `q` is on the left. Returns what remains.
 fn legs(shares: &mut Shares, own: &Limbs, other: &Limbs, q: Vec3, whole: f32) -> f32 {
     // Legs begin at the crotch in the middle and at the hip bone outside.
-    let middle = mix(81.0, HIP.y + 2.0, smoothstep(0.0, 11.0, q.x));
+    let middle = mix(81.0, HIP.y - 0.5, smoothstep(0.0, 11.0, q.x));
     let legs = whole * smoothstep(middle + 8.5, middle - 8.5, q.y);
     // Both have the crotch in common; the thighs below it have not.
     let shared = mix(0.3, 5.0, smoothstep(75.0, 84.0, q.y));
