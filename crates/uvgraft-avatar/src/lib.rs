@@ -5,6 +5,7 @@
 mod avatar;
 pub mod body;
 pub mod figure;
+pub mod film;
 pub mod glb;
 pub mod motion;
 mod noise;
@@ -12,6 +13,7 @@ mod normals;
 pub mod preset;
 pub mod render;
 pub mod rig;
+pub mod scene;
 mod vector;
 
 pub use avatar::Avatar;

@@ -26,6 +26,7 @@ mod preference;
 mod preview;
 mod progress;
 mod region;
+mod render;
 mod report;
 mod roundtrip;
 mod scores;
@@ -63,6 +64,7 @@ enum Command {
     View(view::Args),
     Avatar(Box<avatar::Args>),
     Bench(bench::Args),
+    Render(Box<render::Args>),
     Demo(demo::Args),
     Weights(weights::Args),
 }
@@ -91,6 +93,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::View(args) => view::run(args),
         Command::Avatar(args) => avatar::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Render(args) => render::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Weights(args) => weights::run(args),
     }

@@ -35,6 +35,7 @@ fn bodies(criterion: &mut Criterion) {
     for (name, poses) in [("all joints", &poses), ("22 joints", &body_only)] {
         // Poses take turns, so that none meets its own values in the cache.
         let mut turn = poses.iter().cycle();
+        group.throughput(Throughput::Elements(1));
         group.bench_function(format!("one frame, {name}"), |bencher| {
             bencher.iter(|| turn.next().map(|pose| shaped.posed(pose).expect("a sound pose")));
         });

@@ -155,7 +155,7 @@ mod tests {
         let offsets: Vec<f32> = (0..vertices * 3 * FEATURES).map(offset).collect();
         let correctives = Correctives::new(&offsets, FEATURES);
         assert_eq!(correctives.tiles[0].features.len(), FEATURES - 1);
-        let feature = |at: usize| if at % 3 == 0 { 0.0 } else { value(31 * at) };
+        let feature = |at: usize| if at.is_multiple_of(3) { 0.0 } else { value(31 * at) };
         let frames: Vec<Vec<f32>> = (0..BLOCK)
             .map(|frame| (0..FEATURES).map(|at| feature(at + 10 * frame)).collect())
             .collect();

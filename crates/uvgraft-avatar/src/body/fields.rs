@@ -18,13 +18,14 @@ pub(super) enum Axis {
 pub(super) struct Fields<'a>(pub &'a NamedArrays);
 
 impl<'a> Fields<'a> {
+    /// Whether the file has it, sound or not.
     pub(super) fn has(&self, key: &str) -> bool {
-        self.0.get(key).is_some()
+        self.0.get(key).is_some() || self.0.left_out(key).is_some()
     }
 
     /// The array, with as many axes as wanted and each as long.
     fn shaped(&self, key: &'static str, wanted: &[Axis]) -> Result<&'a NumericArray, BodyError> {
-        let array = self.0.get(key).ok_or_else(|| self.missing(key))?;
+        let array = self.0.require(key)?;
         let shape = array.shape();
         let fits = |(&found, wanted): (&usize, &Axis)| match *wanted {
             Axis::Is(wanted) => found == wanted,
@@ -39,15 +40,6 @@ impl<'a> Fields<'a> {
         });
         let wanted = format!("[{}]", wanted.collect::<Vec<_>>().join(", "));
         Err(BodyError::Shape { key, found: shape.to_vec(), wanted })
-    }
-
-    fn missing(&self, key: &'static str) -> BodyError {
-        const MOST: usize = 40;
-        let mut names: Vec<&str> = self.0.names().take(MOST + 1).collect();
-        if names.len() > MOST {
-            names[MOST] = "...";
-        }
-        BodyError::Missing { key, found: names.join(", ") }
     }
 
     /// Finite numbers, and the shape they are in.

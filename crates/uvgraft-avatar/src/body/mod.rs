@@ -28,20 +28,17 @@ pub use pose::BodyPose;
 pub use rigged::Apart;
 pub use shaped::Shaped;
 
+use uvgraft_io::arrays::ArraysError;
+
 use crate::rig::RigError;
 
 /// Why a body model, its parameters or a mesh for it were refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BodyError {
-    /// An array that every model of the kind has is not there, or is no array of numbers.
-    #[error("a body model needs the array `{key}`; found {found}")]
-    Missing {
-        /// Its name.
-        key: &'static str,
-        /// The names that there are.
-        found: String,
-    },
+    /// An array that every model of the kind has is not there, or was not read.
+    #[error("no body model: {0}")]
+    Arrays(#[from] ArraysError),
     /// An array has another shape than the others ask for.
     #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
     Shape {

@@ -11,8 +11,14 @@ use crate::vector::{Vec3, curve, mix, vec3};
 pub(crate) const WRIST: f32 = 52.0;
 
 /// A point given along the arm, towards the thumb and towards the back of the hand.
-fn on_arm(along: f32, front: f32, back: f32) -> Vec3 {
+pub(crate) fn on_arm(along: f32, front: f32, back: f32) -> Vec3 {
     SHOULDER + ARM * along + ARM_FRONT * front + ARM_BACK * back
+}
+
+/// A point's place along the left arm, towards the thumb and towards the back of the hand.
+pub(crate) fn in_arm(p: Vec3) -> Vec3 {
+    let q = p - SHOULDER;
+    vec3(q.dot(ARM), q.dot(ARM_FRONT), q.dot(ARM_BACK))
 }
 
 /// `(distance from the shoulder, half-width, half-thickness)`.
@@ -102,8 +108,7 @@ impl Finger {
 /// and the back in radii.
 pub(crate) fn on_finger(number: u8, p: Vec3) -> (f32, f32, f32) {
     let finger = &FINGERS[usize::from(number)];
-    let q = p - SHOULDER;
-    let local = vec3(q.dot(ARM), q.dot(ARM_FRONT), q.dot(ARM_BACK)) - finger.base;
+    let local = in_arm(p) - finger.base;
     let [along, side, _] = finger.frame();
     let mut t = (local.dot(along) / finger.length).clamp(0.0, 1.0);
     for _ in 0..3 {
@@ -113,6 +118,31 @@ pub(crate) fn on_finger(number: u8, p: Vec3) -> (f32, f32, f32) {
     let forward = (finger.spine(t + 0.01) - finger.spine(t - 0.01)).normalized();
     let off = (local - finger.spine(t)) * (1.0 / finger.radius);
     (t, off.dot(side), off.dot(forward.cross(side)))
+}
+
+/// Where a finger's three joints are along it, from 0 at its base inside the hand to 1 at its tip.
+pub(crate) const fn finger_bends(number: usize) -> [f32; 3] {
+    [if number == 0 { 0.04 } else { 0.16 }, 0.435, 0.70]
+}
+
+/// A finger's joints and its tip.
+pub(crate) fn finger_joints(number: usize) -> [Vec3; 4] {
+    let [first, second, third] = finger_bends(number);
+    let finger = &FINGERS[number];
+    [first, second, third, 1.0].map(|t| {
+        let p = finger.base + finger.spine(t);
+        on_arm(p.x, p.y, p.z)
+    })
+}
+
+/// How far a point of the left hand is from the line through the middle of a finger between two
+/// places along it, and its place along that line, from 0 to 1.
+pub(crate) fn beside_finger(number: usize, from: f32, to: f32, p: Vec3) -> (f32, f32) {
+    let finger = &FINGERS[number];
+    let (a, b) = (finger.base + finger.spine(from), finger.base + finger.spine(to));
+    let (line, off) = (b - a, in_arm(p) - a);
+    let t = (off.dot(line) / line.dot(line)).clamp(0.0, 1.0);
+    ((off - line * t).length(), t)
 }
 
 fn left_finger(surface: &mut Surface, number: u8, finger: &Finger) {

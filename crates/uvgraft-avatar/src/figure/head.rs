@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 
 use super::head_shape::{
     EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, LIP_WIDTH, lip_bottom, lip_line, lip_top, lower_lid,
-    neck_axis, skin, upper_lid,
+    neck_axis, skin as solid, upper_lid,
 };
 use super::sdf::{leave, meet};
 use super::surface::{Kind, Knot, Part, Side, Surface};
@@ -55,8 +55,18 @@ impl Block {
     }
 }
 
-/// The skin in head space, and the vertices of the rim at the base of the neck by column.
-pub(crate) fn skin_surface() -> (Surface, Vec<u32>) {
+/// The skin in head space.
+pub(crate) struct Skin {
+    pub surface: Surface,
+    /// The vertices of the rim at the base of the neck, by column.
+    pub rim: Vec<u32>,
+    /// Vertices inside the border of the lips and in the mouth, and where along the lips each is:
+    /// from 0 in the corners to 1 in the middle of the lower lip and -1 in that of the upper one.
+    /// Closed lips lie in one place, so positions do not tell.
+    pub lips: Vec<(u32, f32)>,
+}
+
+pub(crate) fn skin() -> Skin {
     let grid = Grid::new();
     let mut surface = Surface::default();
     let mut vertices = vec![[u32::MAX; COLUMNS]; ROWS + 1];
@@ -84,15 +94,51 @@ pub(crate) fn skin_surface() -> (Surface, Vec<u32>) {
             }
         }
     }
-    for (block, rings) in
-        [(LEFT_EYE, eye_rings as Rings), (RIGHT_EYE, eye_rings), (MOUTH, mouth_rings)]
-    {
+    let mut set = |surface: &mut Surface, block: Block, rings: Rings| {
         let rim: Vec<Knot> =
-            block.rim().into_iter().map(|(column, row)| knot(&mut surface, column, row)).collect();
-        set_rings(&mut surface, &rim, rings);
-    }
+            block.rim().into_iter().map(|(column, row)| knot(surface, column, row)).collect();
+        set_rings(surface, &rim, rings)
+    };
+    set(&mut surface, LEFT_EYE, eye_rings);
+    set(&mut surface, RIGHT_EYE, eye_rings);
+    let mouth = set(&mut surface, MOUTH, mouth_rings);
+    let lips = close_mouth(&mut surface, &mouth);
     let rim = (0..COLUMNS).map(|column| knot(&mut surface, column, ROWS).vertex).collect();
-    (surface, rim)
+    Skin { surface, rim, lips }
+}
+
+/// Closes the mouth at the back, with quads from its roof to its floor; returns [`Skin::lips`].
+fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<(u32, f32)> {
+    let around = rings[0].len();
+    // Rings begin in the upper left corner of the block and go down; the corners of the mouth are
+    // in the middle of its sides.
+    let corner = (MOUTH.rows.1 - MOUTH.rows.0) / 2;
+    let floor = |step: usize| corner + step;
+    let roof = |step: usize| (corner + around - step) % around;
+    if let Some(last) = rings.last() {
+        for step in 0..around / 2 {
+            let quad = [floor(step), floor(step + 1), roof(step + 1), roof(step)];
+            let mut knots: Vec<Knot> = quad.into_iter().map(|k| last[k]).collect();
+            knots.dedup_by_key(|knot| knot.vertex);
+            if knots[0].vertex == knots[knots.len() - 1].vertex {
+                knots.pop();
+            }
+            surface.polygon(FACE, &knots);
+        }
+    }
+    let border = &rings[LIP_RINGS - 1];
+    let middle = |k: usize| {
+        let t = surface.positions[border[k].vertex as usize].x / LIP_WIDTH;
+        (1.0 - t * t).max(0.0)
+    };
+    let along: Vec<f32> = (0..around)
+        .map(|k| match k.checked_sub(corner) {
+            Some(step) if step <= around / 2 => middle(k),
+            _ => -middle(k),
+        })
+        .collect();
+    let inside = rings[LIP_RINGS..].iter();
+    inside.flat_map(|ring| ring.iter().map(|knot| knot.vertex).zip(along.iter().copied())).collect()
 }
 
 struct Grid {
@@ -138,16 +184,16 @@ fn grid_position(column: usize, row: usize) -> Vec3 {
             degrees *= mix(1.0, 0.72, smoothstep(0.38 * PI, 0.85 * PI, around.abs()));
         }
         let (up, out) = degrees.to_radians().sin_cos();
-        return leave(skin, CENTRE, towards * out + vec3(0.0, up, 0.0), REACH);
+        return leave(solid, CENTRE, towards * out + vec3(0.0, up, 0.0), REACH);
     }
     let jaw = grid_position(column, JAW_ROWS);
     let rim_axis = neck_axis(mix(-13.8, -16.3, 0.5 + 0.5 * around.cos()));
-    let rim = leave(skin, rim_axis, towards, REACH);
+    let rim = leave(solid, rim_axis, towards, REACH);
     let down = (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32;
     let guide = jaw.lerp(rim, down);
     // Rays come from above as long as the jaw is beside them.
     let origin = CENTRE.lerp(neck_axis(guide.y), down);
-    leave(skin, origin, (guide - origin).normalized(), REACH)
+    leave(solid, origin, (guide - origin).normalized(), REACH)
 }
 
 /// A ring's point: where it is, and where on the front plane its chart parameters are taken.
@@ -159,7 +205,8 @@ struct RingPoint {
 /// Rings from the rim inwards; gets the rim points and their angles around the block.
 type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
 
-fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) {
+/// Returns the rings of knots.
+fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>> {
     let points: Vec<Vec3> = rim.iter().map(|k| surface.positions[k.vertex as usize]).collect();
     let extent = |values: &mut dyn Iterator<Item = f32>| {
         values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
@@ -180,8 +227,10 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) {
         })
         .collect();
     let rings = rings(&points, &angles);
-    let count = rings.len() as f32;
+    // What is inside the mouth is flat anyway.
+    let count = rings.len().min(10) as f32;
     let mut outer: Vec<Knot> = rim.to_vec();
+    let mut set = Vec::new();
     for (step, ring) in rings.into_iter().enumerate() {
         // Near the rim the chart is the grid's own, further in it is the flat front view.
         let flat = smoothstep(0.0, 0.45, (step as f32 + 1.0) / count);
@@ -217,13 +266,15 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) {
             surface.polygon(FACE, &[outer[m], outer[m + 1], inner[m + 1], inner[m]]);
         }
         inner.pop();
+        set.push(inner.clone());
         outer = inner;
     }
+    set
 }
 
 /// Where the front view's line of sight meets the skin.
-fn seen(x: f32, y: f32) -> Vec3 {
-    meet(skin, vec3(x, y, 13.0), vec3(0.0, 0.0, -1.0), 12.0)
+pub(crate) fn seen(x: f32, y: f32) -> Vec3 {
+    meet(solid, vec3(x, y, 13.0), vec3(0.0, 0.0, -1.0), 12.0)
 }
 
 fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
@@ -273,11 +324,14 @@ fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
     rings
 }
 
+/// Rings of the mouth on its outside, up to the border of the lips.
+const LIP_RINGS: usize = 5;
+
 fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
     let columns: Vec<(f32, bool)> =
         angles.iter().map(|angle| (angle.cos() * LIP_WIDTH, angle.sin() > 0.0)).collect();
     let border = |&(x, upper): &(f32, bool)| if upper { lip_top(x) } else { lip_bottom(x) };
-    let mut rings: Vec<Vec<RingPoint>> = [0.3, 0.55, 0.76, 0.91, 1.0]
+    let mut rings: Vec<Vec<RingPoint>> = ([0.3, 0.55, 0.76, 0.91, 1.0] as [f32; LIP_RINGS])
         .into_iter()
         .map(|t| {
             rim.iter()
@@ -289,13 +343,16 @@ fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                 .collect()
         })
         .collect();
-    // Over the lips to where they touch, then into the mouth. On the chart the slit stays open.
-    for (t, narrow, depth, open) in [
-        (0.4, 0.99, 0.0, 0.7),
-        (0.75, 0.975, 0.0, 0.45),
-        (0.97, 0.96, 0.1, 0.25),
-        (1.0, 0.93, 0.7, 0.14),
-        (1.0, 0.85, 1.6, 0.05),
+    // Over the lips to where they touch, then into the mouth, which has room between roof and floor.
+    // On the chart the slit stays open.
+    for (t, narrow, depth, room, open) in [
+        (0.4, 0.99, 0.0, 0.0, 0.7),
+        (0.75, 0.975, 0.0, 0.0, 0.45),
+        (0.97, 0.96, 0.1, 0.0, 0.25),
+        (1.0, 0.93, 0.7, 0.0, 0.17),
+        (1.0, 0.90, 1.3, 0.45, 0.12),
+        (1.0, 0.86, 2.3, 0.85, 0.08),
+        (1.0, 0.72, 3.6, 0.75, 0.04),
     ] {
         rings.push(
             columns
@@ -303,9 +360,11 @@ fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                 .map(|column| {
                     let x = column.0 * narrow;
                     let line = lip_line(x);
-                    let y = mix(border(column), line, t);
+                    // Its walls are as curved as the lips' border.
+                    let room = room * (border(column) - lip_line(column.0));
+                    let y = mix(border(column), line, t) + room;
                     let chart_y = line + (border(column) - lip_line(column.0)) * open;
-                    let position = seen(x, y) - vec3(0.0, 0.0, depth);
+                    let position = vec3(x, y, seen(x, y - room).z - depth);
                     RingPoint { position, chart_xy: [x, chart_y] }
                 })
                 .collect(),

@@ -72,6 +72,15 @@ pub(crate) fn cranium(p: Vec3) -> f32 {
 /// The head's skin, eyes closed over by their lids' sphere.
 pub(crate) fn skin(p: Vec3) -> f32 {
     let q = p.folded();
+    let mut d = contour(p);
+    d = carve(d, ellipsoid(q, vec3(3.3, -0.1, 9.15), vec3(2.1, 1.6, 1.5)), 1.2);
+    d = join(d, sphere(q, EYE, LID_RADIUS), 0.4);
+    lips(nose(d, p, q), p, q)
+}
+
+/// The head without eyes, nose and lips: what skin slides over.
+pub(crate) fn contour(p: Vec3) -> f32 {
+    let q = p.folded();
     let mut d = cranium(p);
     d = join(d, ellipsoid(p, vec3(0.0, -2.9, 2.2), vec3(5.75, 7.8, 6.5)), 2.5);
     d = join(d, capsule(q, vec3(4.0, -6.2, 0.6), vec3(1.1, -9.7, 6.2), 1.35, 1.4), 2.4);
@@ -81,10 +90,7 @@ pub(crate) fn skin(p: Vec3) -> f32 {
     d = join(d, capsule(q, vec3(1.2, 2.0, 7.4), vec3(4.3, 2.1, 6.2), 0.85, 0.6), 1.4);
     d = join(d, ellipsoid(p, vec3(0.0, -7.0, 6.3), vec3(3.0, 2.5, 2.65)), 1.6);
     d = join(d, neck(p), 2.0);
-    d = join(d, capsule(q, vec3(4.2, -6.0, -2.6), vec3(1.2, -19.0, 0.5), 0.8, 0.8), 1.4);
-    d = carve(d, ellipsoid(q, vec3(3.3, -0.1, 9.15), vec3(2.1, 1.6, 1.5)), 1.2);
-    d = join(d, sphere(q, EYE, LID_RADIUS), 0.4);
-    lips(nose(d, p, q), p, q)
+    join(d, capsule(q, vec3(4.2, -6.0, -2.6), vec3(1.2, -19.0, 0.5), 0.8, 0.8), 1.4)
 }
 
 fn nose(skin: f32, p: Vec3, q: Vec3) -> f32 {

@@ -6,12 +6,15 @@ mod bake;
 mod body_shape;
 mod clothes;
 mod complexion;
+mod expressions;
 mod face;
 mod features;
 mod hair;
 mod head;
 mod head_shape;
 mod layout;
+pub mod motion;
+mod rigging;
 mod sdf;
 mod surface;
 mod wardrobe;
@@ -45,6 +48,8 @@ pub struct Figure {
     pub vertex_map: Vec<u32>,
     pub(crate) head_parts: Vec<PartFaces>,
     pub(crate) body_parts: Vec<PartFaces>,
+    /// Body vertices inside the border of the lips, and where along them; see [`head::Skin::lips`].
+    pub(crate) lips: Vec<(u32, f32)>,
 }
 
 /// A part's triangles.
@@ -63,21 +68,26 @@ impl Default for Figure {
 impl Figure {
     /// Builds the figure; the same one every time.
     pub fn new() -> Self {
-        let (head, rim) = head_surface();
-        let body = body_surface(&head, &rim);
+        let head = head_surface();
+        let body = body_surface(&head.surface, &head.rim);
+        let lips = head.lips;
+        let head = head.surface;
         let head_vertices = head.positions.len();
         let body_number = renumbering(head_vertices, body.positions.len());
 
         let (head_mesh, head_parts) = mesh(&head, Layout::Head, None);
         let (body_mesh, body_parts) = mesh(&body, Layout::Body, Some(&body_number));
         let vertex_map = body_number[..head_vertices].to_vec();
-        Self { head: head_mesh, body: body_mesh, vertex_map, head_parts, body_parts }
+        let lips =
+            lips.iter().map(|&(vertex, along)| (vertex_map[vertex as usize], along)).collect();
+        Self { head: head_mesh, body: body_mesh, vertex_map, head_parts, body_parts, lips }
     }
 }
 
-/// The head in world space, and the rim at the base of its neck.
-fn head_surface() -> (Surface, Vec<u32>) {
-    let (mut surface, rim) = head::skin_surface();
+/// The head in world space.
+fn head_surface() -> head::Skin {
+    let mut skin = head::skin();
+    let surface = &mut skin.surface;
     let left_eye = features::eye();
     let mut right_eye = left_eye.clone();
     for position in &mut right_eye.positions {
@@ -94,7 +104,7 @@ fn head_surface() -> (Surface, Vec<u32>) {
     for position in &mut surface.positions {
         *position = *position + vec3(0.0, EYE_LEVEL, 0.0);
     }
-    (surface, rim)
+    skin
 }
 
 /// The body around a copy of the head, whose vertices come first here.

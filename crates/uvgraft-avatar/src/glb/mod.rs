@@ -1,6 +1,6 @@
 //! Avatars as GLB files, and as VRM 1.0, which is GLB that knows which joints make a human.
 //!
-//! [`write`] makes the bytes of a file. Its shape suits what reads such files: one mesh with one
+//! [`write()`] makes the bytes of a file. Its shape suits what reads such files: one mesh with one
 //! material (a draw call), at the root of the scene beside the joints; vertices split where the layout
 //! is; at most four joints a vertex; morph targets with names, sparse where that is smaller; clips as
 //! rotations, and translations of the root. Nodes have the numbers of joints, the mesh's comes last.
@@ -51,6 +51,9 @@ pub struct Export {
     pub extras: Map<String, Value>,
     /// Makes it a VRM file.
     pub vrm: Option<VrmMeta>,
+    /// Normals of the avatar's vertices at rest, such as those of a finer mesh that it was simplified
+    /// from. Without them, and with a normal map, they are smooth.
+    pub normals: Option<Vec<[f32; 3]>>,
 }
 
 /// A file, and what it holds.
@@ -142,11 +145,24 @@ pub enum GlbError {
 /// [`GlbError`] if the avatar is not sound, or is no human by VRM's rules where VRM is asked for.
 pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported, GlbError> {
     check(avatar, looks)?;
+    let mut normals = export.normals.as_deref().map(Cow::Borrowed);
+    if let Some(found) = normals.as_ref().map(|normals| normals.len()) {
+        let wanted = avatar.mesh.positions().len();
+        if found != wanted {
+            return Err(RigError::Count { what: "normals", found, wanted }.into());
+        }
+    }
     let mut avatar = Cow::Borrowed(avatar);
     let mut posed_as_t = false;
     if let Some(meta) = &export.vrm {
         vrm::check(meta, &avatar)?;
         if let Some(pose) = t_pose(&avatar.skeleton) {
+            if let Some(normals) = &mut normals {
+                let turns = avatar.skin.turns(&avatar.skeleton.motions(&pose)?);
+                for (normal, turn) in normals.to_mut().iter_mut().zip(turns) {
+                    *normal = (turn * glam::Vec3::from(*normal)).into();
+                }
+            }
             avatar = Cow::Owned(avatar.into_owned().rested_in(&pose)?);
             posed_as_t = true;
         }
@@ -155,7 +171,7 @@ pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported
     let (skin, pruning) = avatar.skin.pruned(skin::MOST_INFLUENCES);
     let (pruning_most, pruning_mean) = skin::error(avatar, &skin, &pruning)?;
 
-    let shading = Shading::new(&avatar.mesh);
+    let shading = Shading::new(&avatar.mesh).with_normals(normals.as_deref().unwrap_or(&[]));
     let vertices = Vertices::new(&avatar.mesh, &shading, looks.normal.is_some());
     if vertices.indices.is_empty() {
         return Err(GlbError::NoTriangles);

@@ -15,8 +15,10 @@ pub(crate) struct Shading<'a> {
     mesh: &'a Mesh,
     point_of_vertex: Vec<u32>,
     points: usize,
-    /// Normals at rest, of length 1.
+    /// Smooth normals at rest, of length 1.
     pub normals: Vec<Vec3>,
+    /// Those that are shown.
+    pub shown: Vec<Vec3>,
 }
 
 impl<'a> Shading<'a> {
@@ -28,9 +30,25 @@ impl<'a> Shading<'a> {
             *known.entry(position.map(|value| (value + 0.0).to_bits())).or_insert(next)
         };
         let point_of_vertex: Vec<u32> = mesh.positions().iter().map(point).collect();
-        let mut shading = Self { mesh, point_of_vertex, points: known.len(), normals: Vec::new() };
+        let mut shading = Self {
+            mesh,
+            point_of_vertex,
+            points: known.len(),
+            normals: Vec::new(),
+            shown: Vec::new(),
+        };
         shading.normals = shading.smooth(mesh.positions(), None);
-        shading
+        shading.with_normals(&[])
+    }
+
+    /// With other normals for vertices, as far as those have a length. Changes stay what they are of
+    /// smooth ones.
+    pub fn with_normals(mut self, normals: &[[f32; 3]]) -> Self {
+        self.shown.clone_from(&self.normals);
+        for (shown, &normal) in self.shown.iter_mut().zip(normals) {
+            *shown = Vec3::from(normal).try_normalize().unwrap_or(*shown);
+        }
+        self
     }
 
     /// Normals of vertices. One whose triangles have no area or cancel out takes that of its first

@@ -367,3 +367,23 @@ fn what_cannot_be_told_apart_is_refused() {
         Err(GlbError::Factor { what: "roughness", .. })
     ));
 }
+
+#[test]
+fn normals_that_are_given_are_kept() {
+    let mut normals = vec![[0.0, 2.0, 0.0]; RINGS * SIDES];
+    normals[0] = [f32::NAN; 3];
+    let export = Export { normals: Some(normals.clone()), ..Export::default() };
+    let exported = write(&tube(), &looks(), &export).unwrap();
+    let player = Player::new(&exported.bytes);
+    let primitive = player.primitive();
+    let reader = primitive.reader(|buffer| player.buffer(buffer));
+    let found: Vec<_> = reader.read_normals().unwrap().collect();
+    // What is none is made anew: the first vertex is in front.
+    assert!(Vec3::from(found[0]).abs_diff_eq(Vec3::Z, 1e-6));
+    assert!(found[1..].iter().filter(|&&normal| normal == [0.0, 1.0, 0.0]).count() > 50);
+
+    normals.pop();
+    let export = Export { normals: Some(normals), ..Export::default() };
+    let error = write(&tube(), &looks(), &export).unwrap_err();
+    assert_eq!(error.to_string(), "found 55 normals, wanted 56");
+}

@@ -55,7 +55,7 @@ impl Vertices {
                 let index = *known.entry(key).or_insert_with(|| {
                     vertices.from.push(vertex);
                     vertices.positions.push(mesh.positions()[vertex as usize]);
-                    let smooth = shading.normals[vertex as usize].into();
+                    let smooth = shading.shown[vertex as usize].into();
                     vertices.normals.push(frame.map_or(smooth, |frame| frame.normal));
                     if let (Some(tangents), Some(tangent)) = (&mut vertices.tangents, tangent) {
                         tangents.push(tangent);

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use uvgraft_io::arrays::{NamedArrays, NumericArray};
+use uvgraft_io::arrays::{ArraysError, NamedArrays, NumericArray};
 
 use super::MotionError;
 use crate::body::{BODY, BodyKind, JointEntry};
@@ -114,7 +114,7 @@ impl Motion {
 fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
     let names = ["mocap_framerate", "mocap_frame_rate"];
     let rate = names.iter().find_map(|name| arrays.get(name));
-    let wanted = "a frame rate (`mocap_framerate` or `mocap_frame_rate`)";
+    let wanted = "`mocap_framerate` or `mocap_frame_rate`";
     let rate = rate.ok_or_else(|| missing(arrays, wanted))?;
     let found = match rate.f64s().as_ref() {
         &[rate] => rate,
@@ -133,8 +133,10 @@ fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
 /// Rotation vectors of all frames, and which joints they are of.
 fn read_turns(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), MotionError> {
     let points = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
-    let Some(poses) = arrays.get("poses") else {
-        return read_parts(arrays);
+    let poses = match arrays.require("poses") {
+        Ok(poses) => poses,
+        Err(ArraysError::Missing { .. }) => return read_parts(arrays),
+        Err(error) => return Err(error.into()),
     };
     let &[frames, columns] = poses.shape() else {
         return Err(wrong_poses(poses));
@@ -206,11 +208,7 @@ fn rows<'a>(
     frames: Option<usize>,
     columns: usize,
 ) -> Result<Cow<'a, [f32]>, MotionError> {
-    let wanted = match key {
-        "trans" => "`trans`",
-        _ => "`root_orient` beside poses of 63 columns",
-    };
-    let array = arrays.get(key).ok_or_else(|| missing(arrays, wanted))?;
+    let array = arrays.require(key)?;
     let fits = match array.shape() {
         &[rows, found] => found == columns && frames.is_none_or(|frames| rows == frames),
         _ => false,
@@ -346,10 +344,10 @@ mod tests {
         assert!(text.contains("mocap_framerate"), "{text}");
         let mut arrays = motion(63);
         let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
-        assert!(text.contains("needs `root_orient`") && text.contains("poses, trans"), "{text}");
+        assert!(text.contains("no array `root_orient`") && text.contains("trans"), "{text}");
         arrays = NamedArrays::new();
         arrays.insert("mocap_framerate", rate(30.0));
         let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
-        assert!(text.contains("needs `poses`") && text.contains("mocap_framerate"), "{text}");
+        assert!(text.contains("no `poses`, or") && text.contains("mocap_framerate"), "{text}");
     }
 }

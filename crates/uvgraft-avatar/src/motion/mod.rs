@@ -7,16 +7,21 @@ mod retarget;
 pub use amass::Motion;
 pub use retarget::{ClipOptions, Retarget};
 
+use uvgraft_io::arrays::ArraysError;
+
 use crate::rig::RigError;
 
 /// Why a motion was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// An array that a motion needs is not there, or is no array of numbers.
-    #[error("a motion needs {wanted}; found {found}")]
+    /// An array that a motion needs is not there, or was not read.
+    #[error("no motion: {0}")]
+    Arrays(#[from] ArraysError),
+    /// None of several arrays is there, of which a motion needs one.
+    #[error("no motion: there is no {wanted}; there are {found}")]
     Missing {
-        /// Its name, and others it may have.
+        /// Their names.
         wanted: &'static str,
         /// The names that there are.
         found: String,

@@ -306,11 +306,12 @@ mod tests {
     /// A humanoid on the ground without a chest. Its arms are level, or hang down by 45°.
     fn humanoid(hanging: bool) -> Skeleton {
         use HumanBone as B;
+        type Entry = (&'static str, Option<usize>, [f32; 3], Option<HumanBone>);
         let reach = |length: f32| {
             let down = if hanging { length / 2_f32.sqrt() } else { 0.0 };
             [0.2 + if hanging { down } else { length }, 1.4 - down, 0.0]
         };
-        let joints: [(&str, Option<usize>, [f32; 3], Option<B>); 12] = [
+        let joints: [Entry; 12] = [
             ("root", None, [0.0; 3], None),
             ("hips", Some(0), [0.0, 0.9, 0.0], Some(B::Hips)),
             ("spine", Some(1), [0.0, 1.0, 0.0], Some(B::Spine)),
@@ -324,7 +325,7 @@ mod tests {
             ("left foot", Some(9), [0.1, 0.07, 0.0], Some(B::LeftFoot)),
             ("right thigh", Some(1), [-0.1, 0.85, 0.0], Some(B::RightUpperLeg)),
         ];
-        let joint = |(name, parent, position, human): (&str, _, _, _)| Joint {
+        let joint = |(name, parent, position, human): Entry| Joint {
             name: name.to_owned(),
             parent,
             position,

@@ -1,6 +1,6 @@
 //! Triangles that nobody sees: the backs of eyeballs.
 
-use glam::Vec3;
+use glam::{DMat3, DVec3, Vec3};
 
 use crate::Avatar;
 use crate::rig::HumanBone;
@@ -25,8 +25,8 @@ pub fn hidden(avatar: &Avatar) -> Vec<bool> {
     let pieces = pieces(avatar);
     for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
         let Some(joint) = avatar.skeleton.human(bone) else { continue };
-        for piece in eyeballs(avatar, joint, &pieces) {
-            mark(avatar, piece, &pieces, &mut is_hidden);
+        for eyeball in eyeballs(avatar, joint, &pieces) {
+            mark(avatar, &eyeball, &pieces, &mut is_hidden);
         }
     }
     is_hidden
@@ -86,19 +86,40 @@ fn eyeballs(avatar: &Avatar, joint: usize, pieces: &[u32]) -> Vec<Eyeball> {
         }
         let places: Vec<Vec3> =
             own.iter().map(|&vertex| avatar.mesh.positions()[vertex].into()).collect();
-        let least = places.iter().copied().reduce(Vec3::min).unwrap_or_default();
-        let most = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
-        let (center, radius) = ((least + most) / 2.0, (most - least).element_sum() / 6.0);
+        let Some((center, radius)) = sphere(&places) else { continue };
         let off = |place: &Vec3| (place.distance(center) - radius).abs();
-        if radius > 0.0 && places.iter().all(|place| off(place) < ROUNDNESS * radius) {
+        if places.iter().all(|place| off(place) < ROUNDNESS * radius) {
             eyeballs.push(Eyeball { piece, center });
         }
     }
     eyeballs
 }
 
-fn mark(avatar: &Avatar, eyeball: Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
-    let Eyeball { piece, center } = eyeball;
+/// The sphere that is nearest to points by least squares: its centre and radius. Eyeballs may be open at
+/// their backs, so the middle of a box would not do.
+///
+/// With points measured from their mean, |p|² = 2 c·p + constant is linear in the centre c.
+fn sphere(places: &[Vec3]) -> Option<(Vec3, f32)> {
+    let count = places.len() as f64;
+    let mean = places.iter().map(|place| place.as_dvec3()).sum::<DVec3>() / count;
+    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
+    for place in places {
+        let p = place.as_dvec3() - mean;
+        matrix += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
+        right += p * p.length_squared() / 2.0;
+    }
+    // What is flat has no sphere; the scale makes the determinant one of shape.
+    let scale = (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z) / 3.0;
+    if matrix.determinant() <= 1e-6 * scale.powi(3) {
+        return None;
+    }
+    let center = (mean + matrix.inverse() * right).as_vec3();
+    let radius = places.iter().map(|place| place.distance(center)).sum::<f32>() / count as f32;
+    Some((center, radius))
+}
+
+fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
+    let &Eyeball { piece, center } = eyeball;
     let mesh = &avatar.mesh;
     let corners = |face: usize| {
         mesh.faces()[face].map(|vertex| Vec3::from(mesh.positions()[vertex as usize]) - center)
@@ -208,6 +229,18 @@ mod tests {
         let count = hidden.iter().filter(|&&is_hidden| is_hidden).count();
         assert_eq!(count, 9 * 2 * SIDES);
         assert!(hidden[9 * 2 * SIDES..RINGS * 2 * SIDES].iter().all(|&is_hidden| is_hidden));
+    }
+
+    #[test]
+    fn part_of_a_sphere_is_enough_to_know_it() {
+        let center = Vec3::new(0.03, 1.6, 0.06);
+        let cap: Vec<Vec3> = eye(42.0).mesh.positions()[..8 * SIDES]
+            .iter()
+            .map(|&position| Vec3::from(position) + center - Vec3::new(0.0, 1.6, 0.0))
+            .collect();
+        let (found, radius) = sphere(&cap).unwrap();
+        assert!(found.distance(center) < 1e-6 && (radius - 0.012).abs() < 1e-6, "{found} {radius}");
+        assert_eq!(sphere(&cap[SIDES..2 * SIDES]), None);
     }
 
     #[test]

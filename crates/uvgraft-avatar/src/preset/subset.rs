@@ -37,6 +37,12 @@ pub(super) fn with_faces(
     Ok(Avatar { mesh, skin, morphs, ..avatar })
 }
 
+/// Values of vertices, without those of vertices that no triangle uses.
+#[cfg(feature = "simplify")]
+pub(super) fn kept<T: Copy>(faces: &[[u32; 3]], values: &[T]) -> Vec<T> {
+    used(faces, values.len()).0.into_iter().map(|vertex| values[vertex as usize]).collect()
+}
+
 const GONE: u32 = u32::MAX;
 
 /// What triangles use, rising, and the new number of each.

@@ -1,21 +1,31 @@
-//! A small offline renderer: a textured mesh in soft studio light, seen orthographically.
+//! A small offline renderer: textured meshes in soft studio light, or in none.
 //!
-//! Visibility is a depth buffer with 2 × 2 samples a pixel. Light comes from a key with a shadow
-//! map, a fill, a rim light and the sky, with occlusion estimated from the depth buffer.
+//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel; colours are computed for each
+//! triangle in each quarter of a pixel. Light comes from a key with a shadow map, a fill, a rim light
+//! and the sky, with occlusion estimated from the depth buffer.
 
-mod depth;
+mod camera;
+mod floor;
+mod frame;
+mod geometry;
+mod layers;
 mod mipmap;
+mod projection;
 mod shade;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod visibility;
 
-use rayon::prelude::*;
-use uvgraft::color::{linear_from_srgb, srgb_from_linear};
-use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value};
+use uvgraft::{Mesh, Size, Texture};
 
-use self::depth::{Camera, DepthBuffer, EMPTY};
+use self::camera::Camera;
+pub use self::camera::{Bounds, Perspective};
+use self::frame::Frame;
+use self::geometry::Geometry;
 use self::mipmap::Mipmap;
-use self::shade::{Lights, Material, background};
-use crate::normals::vertex_normals;
-use crate::vector::{Vec3, vec3};
+use self::surface::Surface;
+use crate::scene::{Drawn, Material, Scene};
 
 /// From where a mesh is seen. Angles are in degrees, lengths in the mesh's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,162 +65,107 @@ impl View {
     }
 }
 
-const SAMPLES: u32 = 2;
-
 /// Renders a mesh with its texture: 8-bit sRGB. A mesh that names its parts' materials (`skin`,
 /// `eye`, `hair`, `leather`) has them shaded accordingly; everything else is matt.
 ///
 /// # Panics
 /// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
 pub fn render(mesh: &Mesh, texture: &Texture, view: &View, size: Size) -> Texture {
-    let fine = Size::new(size.width * SAMPLES, size.height * SAMPLES);
-    let camera = Camera::new(view, fine);
-    let positions: Vec<Vec3> = mesh.positions().iter().map(|&p| Vec3::from(p)).collect();
-    let depth = DepthBuffer::new(&camera, &positions, mesh.faces(), fine);
-    let lights = Lights::new(&camera, &positions, mesh.faces());
-    let scene = Scene {
-        mesh,
-        normals: vertex_normals(mesh.positions(), mesh.faces()),
-        materials: materials(mesh),
-        mipmap: Mipmap::new(texture),
-        occlusion: depth.occlusion(camera.unit_per_px, size),
-        positions,
-        camera,
-        depth,
-        lights,
-        floor: view.floor,
-    };
-    let width = size.width as usize;
-    let mut texels = vec![0_u8; size.texels() * 3];
-    texels.par_chunks_mut(width * 3).enumerate().for_each(|(y, row)| {
-        for (x, texel) in row.chunks_exact_mut(3).enumerate() {
-            let color = scene.pixel(x as u32, y as u32, size);
-            for (value, linear) in texel.iter_mut().zip(color) {
-                *value = u8::from_unit(srgb_from_linear(linear));
-            }
-        }
-    });
-    Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
-        .expect("the buffer was made for this size")
-}
-
-/// The material of every triangle.
-fn materials(mesh: &Mesh) -> Vec<Material> {
-    let mut materials = vec![Material::Matt; mesh.faces().len()];
+    const SAMPLES: u32 = 2;
+    let mut surfaces = vec![Surface::of_part("")];
+    let mut of_faces = vec![0; mesh.faces().len()];
     for part in mesh.parts() {
-        let material = Material::named(&part.material);
+        let surface = surfaces.len() as u32;
+        surfaces.push(Surface::of_part(&part.material));
         for polygon in part.polygons.clone() {
-            materials[mesh.polygon(polygon as usize)].fill(material);
+            of_faces[mesh.polygon(polygon as usize)].fill(surface);
         }
     }
-    materials
+    let mipmaps = [Mipmap::new(texture)];
+    let geometry = Geometry::of_mesh(mesh, &of_faces);
+    let fine = Size::new(size.width * SAMPLES, size.height * SAMPLES);
+    let camera = Camera::orthographic(view, fine);
+    let floor = view.floor.then(|| geometry.bounds().0.y);
+    let look = Look { floor, samples: SAMPLES, ..Look::default() };
+    Frame::new(&surfaces, &mipmaps, geometry, camera, look, size).picture()
 }
 
-struct Scene<'a> {
-    mesh: &'a Mesh,
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    materials: Vec<Material>,
-    mipmap: Mipmap,
-    camera: Camera,
-    depth: DepthBuffer,
-    /// A pixel's share of the sky.
-    occlusion: Vec<f32>,
-    lights: Lights,
-    floor: bool,
+/// How a picture is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Whether there is light at all. Without it every surface has the plain colour of its texture,
+    /// and there are no shadows.
+    pub lit: bool,
+    /// What is behind everything.
+    pub background: Background,
+    /// Height of a floor that takes shadows, if there is one; seen from above only.
+    pub floor: Option<f32>,
+    /// Samples along each side of a pixel: 2, or 4 for smoother edges.
+    pub samples: u32,
 }
 
-impl Scene<'_> {
-    /// The mean of a pixel's samples, in linear light.
-    fn pixel(&self, x: u32, y: u32, size: Size) -> [f32; 3] {
-        let open = self.occlusion[(y * size.width + x) as usize];
-        let behind =
-            background((x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32)
-                .map(linear_from_srgb);
-        let on_sight = self
-            .camera
-            .unproject((x as f32 + 0.5) * SAMPLES as f32, (y as f32 + 0.5) * SAMPLES as f32);
-        let mut floor = None;
-        let mut sum = [0.0; 3];
-        for sample in 0..SAMPLES * SAMPLES {
-            let (sx, sy) = (x * SAMPLES + sample % SAMPLES, y * SAMPLES + sample / SAMPLES);
-            let face = self.depth.face(sx, sy);
-            let color = if face == EMPTY {
-                let floor = *floor.get_or_insert_with(|| {
-                    if self.floor { self.lights.floor(on_sight) } else { 1.0 }
-                });
-                behind.map(|value| value * floor)
-            } else {
-                self.sample(face, sx, sy, open)
-            };
-            for (sum, value) in sum.iter_mut().zip(color) {
-                *sum += value / (SAMPLES * SAMPLES) as f32;
-            }
-        }
-        sum
-    }
-
-    fn sample(&self, face: u32, sx: u32, sy: u32, open: f32) -> [f32; 3] {
-        let face = face as usize;
-        let vertices = self.mesh.faces()[face].map(|vertex| vertex as usize);
-        let corners = vertices.map(|vertex| self.camera.project(self.positions[vertex]));
-        let [a, b, c] = corners;
-        let (ab, ac) = (b - a, c - a);
-        let area = ab.x * ac.y - ab.y * ac.x;
-        let (dx, dy) = (sx as f32 + 0.5 - a.x, sy as f32 + 0.5 - a.y);
-        let wb = (dx * ac.y - dy * ac.x) / area;
-        let wc = (dy * ab.x - dx * ab.y) / area;
-        let weights = [1.0 - wb - wc, wb, wc];
-        let mut normal = vec3(0.0, 0.0, 0.0);
-        let mut position = vec3(0.0, 0.0, 0.0);
-        let mut uv = [0.0; 2];
-        let uv_corners = self.mesh.uv_triangle(face);
-        for k in 0..3 {
-            normal = normal + self.normals[vertices[k]] * weights[k];
-            position = position + self.positions[vertices[k]] * weights[k];
-            uv[0] += uv_corners[k][0] * weights[k];
-            uv[1] += uv_corners[k][1] * weights[k];
-        }
-        let mut normal = normal.normalized();
-        if normal.dot(self.camera.towards) < 0.0 {
-            normal = normal - self.camera.towards * (1.02 * normal.dot(self.camera.towards));
-            normal = normal.normalized();
-        }
-        let uv_area = {
-            let [p, q, r] = uv_corners;
-            ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])).abs()
-        };
-        let albedo = self.mipmap.sample(uv, uv_area / area.abs());
-        self.lights.shade(self.materials[face], albedo, position, normal, open)
+impl Default for Look {
+    fn default() -> Self {
+        Self { lit: true, background: Background::Studio, floor: None, samples: 4 }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Figure, paint_body, paint_head};
+/// What is behind everything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Background {
+    /// A neutral backdrop that is brighter in the middle.
+    Studio,
+    /// One colour, sRGB.
+    Plain([u8; 3]),
+    /// Nothing: the picture has opacity. A floor's shadow is black that one sees through.
+    Transparent,
+}
 
-    #[test]
-    fn shows_a_face_where_the_mannequin_has_none() {
-        let figure = Figure::new();
-        let (width, height) = (60_u32, 80_u32);
-        let size = Size::new(width, height);
-        let head = paint_head(&figure, Size::square(512));
-        let body = paint_body(&figure, Size::square(512));
-        let painted = render(&figure.head, &head, &View::face(), size);
-        let plain = render(&figure.body, &body, &View::face(), size);
-        assert_eq!(painted, render(&figure.head, &head, &View::face(), size));
-        let differing = |a: &Texture, b: &Texture| {
-            (0..size.texels() as u32)
-                .filter(|k| {
-                    let (x, y) = (k % width, k / width);
-                    (0..3).any(|c| (a.get(x, y, c) - b.get(x, y, c)).abs() > 0.05)
-                })
-                .count()
-        };
-        assert!(differing(&painted, &plain) > size.texels() / 8);
-        let away = View { target: [9.0, 9.0, 9.0], ..View::face() };
-        let empty = render(&figure.head, &head, &away, size);
-        assert!(differing(&plain, &empty) > size.texels() / 3);
+/// Draws scenes that share materials and textures.
+#[derive(Debug)]
+pub struct Renderer {
+    surfaces: Vec<Surface>,
+    mipmaps: Vec<Mipmap>,
+}
+
+impl Renderer {
+    /// Prepares textures for lookups.
+    ///
+    /// - `materials`: refer to `textures` by their numbers.
+    pub fn new(materials: &[Material], textures: &[Texture]) -> Self {
+        Self {
+            surfaces: materials.iter().map(|m| Surface::new(m, textures.len())).collect(),
+            mipmaps: textures.iter().map(Mipmap::new).collect(),
+        }
+    }
+
+    /// For everything in a scene.
+    pub fn of(scene: &Scene) -> Self {
+        Self::new(scene.materials(), scene.textures())
+    }
+
+    /// Draws a picture: 8-bit sRGB, with opacity where the background is transparent.
+    ///
+    /// What has no place, no material or no area is not seen.
+    ///
+    /// # Panics
+    /// If `size` has no texels or a side longer than a quarter of [`Texture::MAX_SIDE`].
+    pub fn render(
+        &self,
+        drawn: &[Drawn],
+        camera: &Perspective,
+        look: &Look,
+        size: Size,
+    ) -> Texture {
+        assert!(
+            size.texels() > 0 && size.width.max(size.height) <= Texture::MAX_SIDE / 4,
+            "{size}"
+        );
+        let samples = if look.samples >= 4 { 4 } else { 2 };
+        let look = Look { samples, ..*look };
+        let geometry = Geometry::of_drawn(drawn, &self.surfaces);
+        let fine = Size::new(size.width * samples, size.height * samples);
+        let camera = Camera::perspective(camera, fine);
+        Frame::new(&self.surfaces, &self.mipmaps, geometry, camera, look, size).picture()
     }
 }

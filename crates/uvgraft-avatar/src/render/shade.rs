@@ -2,12 +2,15 @@
 
 use uvgraft::Size;
 
-use super::depth::{Camera, DepthBuffer};
-use crate::vector::{Vec3, smoothstep, vec3};
+use super::camera::Camera;
+use super::geometry::Geometry;
+use super::projection::project;
+use super::visibility::DepthBuffer;
+use crate::vector::{Vec3, smoothstep};
 
 /// How a surface answers light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Material {
+pub(crate) enum Finish {
     Matt,
     Skin,
     Eye,
@@ -15,7 +18,7 @@ pub(crate) enum Material {
     Leather,
 }
 
-impl Material {
+impl Finish {
     pub fn named(name: &str) -> Self {
         match name {
             "skin" => Self::Skin,
@@ -47,84 +50,64 @@ impl Material {
     }
 }
 
+/// What stands beside the camera, and the shadows of its brightest light.
+#[derive(Debug)]
 pub(crate) struct Lights {
     key: Vec3,
     fill: Vec3,
     rim: Vec3,
-    towards: Vec3,
     shadow_camera: Camera,
     shadow: DepthBuffer,
-    /// Height of what the mesh stands on, and the middle and radius of its surroundings.
-    floor: f32,
-    middle: Vec3,
-    radius: f32,
+    /// Soft edges are as wide everywhere: half of it in texels of the shadow map.
+    softness: f32,
+    bias: f32,
 }
 
-const SHADOW_SIDE: u32 = 1024;
+const SHADOW_SIDE: u32 = 2048;
 
 impl Lights {
-    /// Lights that stand beside the camera, the key's shadows cast by the mesh.
-    pub fn new(camera: &Camera, positions: &[Vec3], faces: &[[u32; 3]]) -> Self {
+    /// Lights that stand beside the camera, the key's shadows cast by all opaque faces.
+    ///
+    /// - `seen`: middle and radius of what is in the picture; shadows elsewhere are missing.
+    /// - `metre`: how long a metre is in the mesh's unit.
+    pub fn new(
+        camera: &Camera,
+        geometry: &Geometry,
+        casts: impl Fn(usize) -> bool + Sync,
+        seen: (Vec3, f32),
+        metre: f32,
+    ) -> Self {
         let beside = |x: f32, y: f32, z: f32| {
             (camera.right * x + camera.up * y + camera.towards * z).normalized()
         };
         let key = beside(-0.55, 0.62, 0.75);
-        let (mut low, mut high) = (positions[0], positions[0]);
-        for p in positions {
-            low = vec3(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
-            high = vec3(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
-        }
         let size = Size::square(SHADOW_SIDE);
-        let across = (high - low).length() / SHADOW_SIDE as f32;
-        let shadow_camera = Camera::looking(key, low.lerp(high, 0.5), across, size);
-        let shadow = DepthBuffer::new(&shadow_camera, positions, faces, size);
+        let unit_per_px = (2.0 * seen.1 / SHADOW_SIDE as f32).max(f32::MIN_POSITIVE);
+        let shadow_camera = Camera::looking(key, seen.0, unit_per_px, size);
+        let parts = project(&shadow_camera, &geometry.positions, &geometry.faces, size, casts);
+        let shadow = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
         Self {
             key,
             fill: beside(0.85, 0.1, 0.6),
             rim: beside(0.75, 0.45, -0.62),
-            towards: camera.towards,
             shadow_camera,
             shadow,
-            floor: low.y,
-            middle: low.lerp(high, 0.5),
-            radius: 0.5 * (high - low).length(),
+            softness: (0.0022 * metre / unit_per_px).clamp(1.0, 6.0),
+            bias: 0.0035 * metre,
         }
-    }
-
-    /// How bright the floor is where a line of sight meets it: 1 out of the mesh's shadow and
-    /// where no floor is seen.
-    pub fn floor(&self, on_sight: Vec3) -> f32 {
-        let fall = self.towards.y;
-        if fall < 0.02 {
-            return 1.0;
-        }
-        let p = on_sight - self.towards * ((on_sight.y - self.floor) / fall);
-        let (dx, dz) = (p.x - self.middle.x, p.z - self.middle.z);
-        let near = smoothstep(1.0, 0.3, (dx * dx + dz * dz).sqrt() / self.radius);
-        if near == 0.0 {
-            return 1.0;
-        }
-        // A wide, coarse blur: the sum of shifted narrow ones.
-        const SHIFTS: i32 = 3;
-        let step = 0.009 * self.radius;
-        let mut lit = 0.0;
-        for i in -SHIFTS..=SHIFTS {
-            for j in -SHIFTS..=SHIFTS {
-                let shift = vec3(i as f32 * step, 0.0, j as f32 * step);
-                lit += self.lit(p + shift, vec3(0.0, 1.0, 0.0));
-            }
-        }
-        let count = (2 * SHIFTS + 1) * (2 * SHIFTS + 1);
-        1.0 - 0.5 * near * (1.0 - lit / count as f32)
     }
 
     /// Light that leaves a point towards the camera; linear in and out.
+    ///
+    /// - `towards`: from the point to the camera.
+    /// - `open`: the share of the sky that is not hidden by what is near.
     pub fn shade(
         &self,
-        material: Material,
+        finish: Finish,
         albedo: [f32; 3],
         position: Vec3,
         normal: Vec3,
+        towards: Vec3,
         open: f32,
     ) -> [f32; 3] {
         const KEY: [f32; 3] = [1.0, 0.955, 0.90];
@@ -136,14 +119,14 @@ impl Lights {
         let grazing = smoothstep(0.35, -0.1, normal.dot(self.key));
         let lit = self.lit(position, normal);
         let lit = lit + (1.0 - lit) * 0.8 * grazing;
-        let (strength, sharpness) = material.gloss();
-        let half = (self.key + self.towards).normalized();
+        let (strength, sharpness) = finish.gloss();
+        let half = (self.key + towards).normalized();
         let mut glint = strength * normal.dot(half).max(0.0).powf(sharpness) * lit;
-        let facing = normal.dot(self.towards).max(0.0);
+        let facing = normal.dot(towards).max(0.0);
         glint += 0.25 * strength * (1.0 - facing).powi(3) * open;
         let up = 0.5 + 0.5 * normal.y;
         let rim = normal.dot(self.rim).max(0.0) * (1.0 - facing).powi(2);
-        let wrap = material.wrap();
+        let wrap = finish.wrap();
         let shade = 0.35 + 0.65 * open;
         [0, 1, 2].map(|k| {
             let around = |light: Vec3| ((normal.dot(light) + wrap[k]) / (1.0 + wrap[k])).max(0.0);
@@ -153,39 +136,43 @@ impl Lights {
                 + FILL[k] * around(self.fill) * shade
                 + (GROUND[k] + (SKY[k] - GROUND[k]) * up) * shade * open
                 + RIM[k] * rim * open;
-            let tint = if material == Material::Hair { 0.35 + 3.5 * albedo[k] } else { 1.0 };
+            let tint = if finish == Finish::Hair { 0.35 + 3.5 * albedo[k] } else { 1.0 };
             soft(albedo[k] * light * 1.08 + glint * KEY[k] * tint)
         })
     }
 
     /// The part of the key light that reaches a point, with soft edges.
-    fn lit(&self, position: Vec3, normal: Vec3) -> f32 {
-        const BIAS: f32 = 0.004;
-        let p = self.shadow_camera.project(position + normal * 0.004);
-        let (left, top) = ((p.x - 0.5).floor(), (p.y - 0.5).floor());
-        let (fx, fy) = (p.x - 0.5 - left, p.y - 0.5 - top);
+    ///
+    /// - `normal`: of what lies there, so that it casts no shadow on itself.
+    pub fn lit(&self, position: Vec3, normal: Vec3) -> f32 {
+        /// Taps along each side.
+        const TAPS: i32 = 6;
+        let raised = position + normal * self.bias;
+        let [x, y, w] = self.shadow_camera.homogeneous(raised);
+        let [x, y] = [x, y].map(|at| (at / w) as f32);
+        let side = SHADOW_SIDE as f32;
+        if !(x >= 0.0 && y >= 0.0 && x < side && y < side) {
+            return 1.0;
+        }
+        let height = self.shadow_camera.depth_of(raised, w) as f32 + self.bias;
+        let step = 2.0 * self.softness / TAPS as f32;
         let mut sum = 0.0;
-        const REACH: i32 = 1;
-        for dy in -REACH..=REACH + 1 {
-            for dx in -REACH..=REACH + 1 {
-                // A box one texel wider than an even number, sliding with the point.
-                let weight = |d: i32, f: f32| {
-                    if d == -REACH {
-                        1.0 - f
-                    } else if d == REACH + 1 {
-                        f
-                    } else {
-                        1.0
-                    }
+        for row in 0..TAPS {
+            for column in 0..TAPS {
+                let at = |tap: i32| (tap as f32 - 0.5 * (TAPS - 1) as f32) * step;
+                let (px, py) = (x + at(column) - 0.5, y + at(row) - 0.5);
+                let (left, top) = (px.floor(), py.floor());
+                let (fx, fy) = (px - left, py - top);
+                let open = |dx: i32, dy: i32| {
+                    let depth = self.shadow.depth(left as i32 + dx, top as i32 + dy);
+                    f32::from(u8::from(depth <= height))
                 };
-                let depth = self.shadow.depth(left as i32 + dx, top as i32 + dy);
-                if depth <= p.z + BIAS {
-                    sum += weight(dx, fx) * weight(dy, fy);
-                }
+                let upper = open(0, 0) * (1.0 - fx) + open(1, 0) * fx;
+                let lower = open(0, 1) * (1.0 - fx) + open(1, 1) * fx;
+                sum += upper * (1.0 - fy) + lower * fy;
             }
         }
-        let side = (2 * REACH + 1) as f32;
-        sum / (side * side)
+        sum / (TAPS * TAPS) as f32
     }
 }
 
@@ -200,7 +187,7 @@ fn soft(value: f32) -> f32 {
 }
 
 /// A neutral studio backdrop, sRGB; `x` and `y` run from 0 to 1, `y` downwards.
-pub(crate) fn background(x: f32, y: f32) -> [f32; 3] {
+pub(crate) fn backdrop(x: f32, y: f32) -> [f32; 3] {
     let (dx, dy) = (x - 0.5, y - 0.42);
     let glow = smoothstep(0.85, 0.0, (dx * dx + dy * dy).sqrt());
     [0.66, 0.68, 0.71].map(|value| value + 0.22 * glow)

@@ -58,7 +58,8 @@ impl Body {
 
     fn model(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
         let path = &args.body;
-        let refused = |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
+        let refused =
+            |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
         let found = arrays::read(path).or_bad_input()?;
         let model = BodyModel::from_arrays(&found).map_err(|error| refused(&error))?;
         let betas = args.betas.as_deref().map(betas).transpose()?.unwrap_or_default();
@@ -75,7 +76,7 @@ impl Body {
                 apart.push((clip.name.clone(), shaped.apart(&avatar, clip)?));
             }
         }
-        let name = format!("{} of {}", model.kind(), path.display());
+        let name = format!("{} of {}", model.kind().name(), path.display());
         Ok(Self { avatar, name, apart })
     }
 }
@@ -125,7 +126,9 @@ fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
         }
     };
     match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(bad_input(format!("--betas {text}: found {value}, wanted finite numbers"))),
+        Some(value) => {
+            Err(bad_input(format!("--betas {text}: found {value}, wanted finite numbers")))
+        }
         None => Ok(values),
     }
 }

@@ -16,9 +16,8 @@ use crate::onto::Onto;
 pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Result<Texture> {
     let fit = |size: Size| match most.map(|most| (most, size.width.max(size.height))) {
         Some((most, side)) if side > most => {
-            let shrunk = |length: u32| {
-                (u64::from(length) * u64::from(most) / u64::from(side)).max(1) as u32
-            };
+            let shrunk =
+                |length: u32| (u64::from(length) * u64::from(most) / u64::from(side)).max(1) as u32;
             Size::new(shrunk(size.width), shrunk(size.height))
         }
         _ => size,
@@ -68,7 +67,9 @@ pub(super) fn dress(
     if how.needs_colors() {
         match blending.blend().toning(&face, &base, base.encoding()) {
             Ok(found) => toning = found,
-            Err(why) => warn(format_args!("{}: {why}; colours are left as they are", path.display())),
+            Err(why) => {
+                warn(format_args!("{}: {why}; colours are left as they are", path.display()))
+            }
         }
     }
     let overlay = transfer.overlay(face, base.format())?.blended(&at, toning.as_ref()).opaque();

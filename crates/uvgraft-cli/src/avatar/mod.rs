@@ -139,18 +139,19 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     );
     let (body, texture) = (body?, textures?);
     let Body { mut avatar, name, apart } = body;
-    let mut fitted = None;
+    let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
-        let Fitted { avatar: fit, before, hidden, after, wanted } =
-            preset.fit(avatar).map_err(of_build)?;
-        avatar = fit;
+        let fit = preset.fit(avatar).map_err(of_build)?;
+        let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
+        (avatar, normals) = (fit.avatar, fit.normals);
     }
     let picture = encode(args, own.as_ref(), texture)?;
     let looks = Looks::new(picture);
     let export = Export {
         name: args.meta.title(&args.output),
         copyright: args.meta.copyright(),
+        normals,
         vrm,
         ..Export::default()
     };
@@ -176,7 +177,9 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
     match output.extension().map(|extension| extension.to_ascii_lowercase()) {
         Some(extension) if extension == "glb" => Ok(false),
         Some(extension) if extension == "vrm" => Ok(true),
-        _ => Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display()))),
+        _ => {
+            Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display())))
+        }
     }
 }
 

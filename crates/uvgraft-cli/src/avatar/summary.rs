@@ -35,7 +35,9 @@ impl Made<'_> {
         row("body", self.body.to_owned());
         let (triangles, vertices) = (grouped(report.triangles), grouped(report.vertices));
         row("mesh", format!("{triangles} triangles, {vertices} vertices"));
-        if let Some((before, hidden, after, wanted)) = self.fitted.filter(|fitted| fitted.0 != fitted.2) {
+        if let Some((before, hidden, after, wanted)) =
+            self.fitted.filter(|fitted| fitted.0 != fitted.2)
+        {
             let mut how = format!("{} before", grouped(before));
             if hidden > 0 {
                 let _ = write!(how, ", {} of them hidden in the eyes", grouped(hidden));
@@ -50,26 +52,35 @@ impl Made<'_> {
         row("texture", format!("{texture}, {}", megabytes(report.image_bytes)));
         let names: Vec<&str> = avatar.morphs.iter().map(|morph| &*morph.name).collect();
         row("morph targets", listed(&names));
-        let names: Vec<&str> = avatar.expressions.iter().map(|expression| &*expression.name).collect();
+        let names: Vec<&str> =
+            avatar.expressions.iter().map(|expression| &*expression.name).collect();
         row("expressions", listed(&names));
         let clips: Vec<String> = avatar
             .clips
             .iter()
-            .map(|clip| format!("{} ({:.1} s, {} frames)", clip.name, clip.seconds(), clip.times.len()))
+            .map(|clip| {
+                format!("{} ({:.1} s, {} frames)", clip.name, clip.seconds(), clip.times.len())
+            })
             .collect();
         row("animations", listed(&clips.iter().map(String::as_str).collect::<Vec<_>>()));
         if report.pruning.vertices > 0 {
-            row("four joints", format!(
-                "a vertex: {} followed more, which moves them by {:.2} mm at most",
-                grouped(report.pruning.vertices),
-                report.pruning_most * 1e3,
-            ));
+            row(
+                "four joints",
+                format!(
+                    "a vertex: {} followed more, which moves them by {:.2} mm at most",
+                    grouped(report.pruning.vertices),
+                    report.pruning_most * 1e3,
+                ),
+            );
         }
         for (clip, apart) in self.apart {
-            row("from the model", format!(
-                "{:.1} mm in the mean and {:.1} mm at most in {clip}, for want of pose correctives",
-                apart.mean_mm, apart.max_mm
-            ));
+            row(
+                "from the model",
+                format!(
+                    "{:.1} mm in the mean and {:.1} mm at most in {clip}, for want of pose correctives",
+                    apart.mean_mm, apart.max_mm
+                ),
+            );
         }
         if report.posed_as_t {
             row("rest", "turned into a T-pose".to_owned());

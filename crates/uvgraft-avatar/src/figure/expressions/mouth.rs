@@ -1,0 +1,113 @@
+//! Jaw and lips.
+
+use super::{Spot, slid};
+use crate::figure::head_shape::{LIP_WIDTH, MOUTH_Y, lip_line};
+use crate::figure::rigging::head::{is_lower, jaw};
+use crate::figure::rigging::joints::JAW;
+use crate::vector::{Vec3, bell, smoothstep, vec3};
+
+/// The jaw turns about its hinge, which opens the mouth; the corners of the mouth come together.
+pub(super) fn jaw_open(spot: Spot) -> Vec3 {
+    const ANGLE: f32 = 0.24;
+    let p = spot.p;
+    let share = jaw(p, spot.lip);
+    let (sin, cos) = ANGLE.sin_cos();
+    let q = p - JAW;
+    let turned = vec3(q.x, q.y * cos - q.z * sin, q.y * sin + q.z * cos);
+    let narrow = slid(p, -0.16 * across(p.x) * near_lips(p, 1.8), 0.0);
+    (turned - q) * share + narrow
+}
+
+/// The corners of the mouth go out and up, cheeks rise.
+pub(super) fn smile(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let near = near_lips(p, 2.0);
+    let a = across(p.x);
+    let mut dx = 0.78 * a * near;
+    let mut dy = (0.72 * a * a - 0.12 * (1.0 - a * a)) * near;
+    let side = p.x.signum();
+    let cheek = bell(p.x.abs() - 3.9, 1.7) * bell(p.y + 3.9, 1.7) * smoothstep(1.5, 4.5, p.z);
+    dx += side * 0.12 * cheek;
+    dy += 0.34 * cheek;
+    slid(p, dx, dy) + vec3(0.0, 0.0, 0.22 * cheek)
+}
+
+/// The corners of the mouth go down.
+pub(super) fn frown(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.6);
+    slid(p, -0.10 * a * near, (-0.42 * a * a + 0.10 * (1.0 - a * a)) * near)
+}
+
+/// Lips come together to a ring and forward.
+pub(super) fn lips_round(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.5);
+    let middle = (1.0 - a * a) * near;
+    let apart = if is_lower(p, spot.lip) { -0.20 } else { 0.12 };
+    slid(p, -0.82 * a * near, apart * middle) + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
+}
+
+/// The corners of the mouth go out, lips part a little.
+pub(super) fn lips_wide(spot: Spot) -> Vec3 {
+    let p = spot.p;
+    let a = across(p.x);
+    let near = near_lips(p, 1.7);
+    let apart = if is_lower(p, spot.lip) { -0.22 } else { 0.13 };
+    slid(p, 0.55 * a * near, apart * (1.0 - a * a) * near)
+}
+
+/// From -1 at the right corner of the mouth to 1 at the left one, back to 0 farther out.
+fn across(x: f32) -> f32 {
+    let t = x.abs() / LIP_WIDTH;
+    // Joins the straight rise without a kink at the corners.
+    let rise = t.min(1.0) * smoothstep(2.1, 0.95, t);
+    x.signum() * rise
+}
+
+/// 1 on the lips, falling off above and below; the inside of the mouth comes along.
+fn near_lips(p: Vec3, reach: f32) -> f32 {
+    let line = lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH));
+    let off = (p.y - line).abs();
+    // The nose stays where it is.
+    bell((off - 0.7).max(0.0), reach * 0.75)
+        * smoothstep(-4.7, -6.0, p.y + 0.15 * p.x.abs().min(4.0))
+        * smoothstep(MOUTH_Y - 4.2, MOUTH_Y - 2.6, p.y)
+        * smoothstep(1.5, 4.0, p.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::head::seen;
+
+    fn spot(x: f32, lower: bool) -> Spot {
+        let along = 1.0 - (x / LIP_WIDTH).powi(2);
+        Spot { p: seen(x, lip_line(x)), lip: Some(if lower { along } else { -along }) }
+    }
+
+    #[test]
+    fn the_jaw_takes_the_lower_lip_along_and_leaves_the_upper_one() {
+        let (upper, lower) = (jaw_open(spot(0.0, false)), jaw_open(spot(0.0, true)));
+        assert!(upper.length() < 0.05, "{upper:?}");
+        assert!((-2.6..-1.4).contains(&lower.y) && lower.z < -0.5, "{lower:?}");
+        // At the corners both lips go the same way.
+        let corner = |lower| jaw_open(spot(LIP_WIDTH, lower));
+        assert!((corner(true) - corner(false)).length() < 0.02);
+        let nose = Spot { p: seen(0.0, -4.0), lip: None };
+        assert_eq!(jaw_open(nose), Vec3::default());
+    }
+
+    #[test]
+    fn a_smile_lifts_the_corners_outwards() {
+        let corner = smile(spot(LIP_WIDTH, false));
+        assert!(corner.x > 0.5 && corner.y > 0.5 && corner.z < 0.0, "{corner:?}");
+        let other = smile(spot(-LIP_WIDTH, false));
+        assert!((other.mirrored() - corner).length() < 1e-3);
+        assert!(frown(spot(LIP_WIDTH, false)).y < -0.3);
+        assert!(lips_round(spot(LIP_WIDTH, false)).x < -0.5);
+        assert!(lips_wide(spot(LIP_WIDTH, false)).x > 0.4);
+    }
+}

@@ -1,0 +1,324 @@
+//! Arrays in a file's buffers, checked against their real length before anything is allocated.
+//!
+//! # Source
+//! Khronos, "glTF 2.0 Specification", section 3.6, "Binary Data Storage".
+
+use std::borrow::Cow;
+
+use super::container::too_many;
+use super::document::{Accessor, Document};
+use super::error::SceneError;
+
+/// Numbers that are decoded of one file in all: 1 GiB of floats. Arrays may be named many times.
+const MAX_NUMBERS: u64 = 1 << 28;
+
+/// A file's arrays.
+pub(super) struct Accessors<'a> {
+    document: &'a Document,
+    buffers: &'a [Cow<'a, [u8]>],
+    decoded: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn new(code: u32, place: &str) -> Result<Self, SceneError> {
+        Ok(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => {
+                let reason = format!("found component type {code}, wanted 5120 to 5126");
+                return Err(SceneError::content(place, reason));
+            }
+        })
+    }
+
+    const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// A stored number; whole ones are spread over 0 to 1 or -1 to 1 where they are `normalized`.
+    fn float(self, bytes: &[u8], normalized: bool) -> f32 {
+        let word = |k: usize| bytes.get(k).copied().unwrap_or(0);
+        let two = [word(0), word(1)];
+        let four = [word(0), word(1), word(2), word(3)];
+        let (value, most) = match self {
+            Self::F32 => return f32::from_le_bytes(four),
+            Self::U32 => return u32::from_le_bytes(four) as f32,
+            Self::I8 => (f32::from(word(0) as i8), 127.0),
+            Self::U8 => (f32::from(word(0)), 255.0),
+            Self::I16 => (f32::from(i16::from_le_bytes(two)), 32_767.0),
+            Self::U16 => (f32::from(u16::from_le_bytes(two)), 65_535.0),
+        };
+        if normalized { (value / most).max(-1.0) } else { value }
+    }
+
+    fn whole(self, bytes: &[u8]) -> Option<u32> {
+        let word = |k: usize| u32::from(bytes.get(k).copied().unwrap_or(0));
+        match self {
+            Self::U8 => Some(word(0)),
+            Self::U16 => Some(word(0) | word(1) << 8),
+            Self::U32 => Some(word(0) | word(1) << 8 | word(2) << 16 | word(3) << 24),
+            _ => None,
+        }
+    }
+}
+
+/// Elements at even distances in a buffer, all of which are there.
+struct Strided<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+}
+
+impl<'a> Strided<'a> {
+    fn element(&self, index: usize) -> &'a [u8] {
+        &self.bytes[index * self.stride..][..self.size]
+    }
+}
+
+/// Which elements replace others, and by what.
+type Replacements<'a> = (Vec<u32>, Strided<'a>);
+
+impl<'a> Accessors<'a> {
+    pub const fn new(document: &'a Document, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+        Self { document, buffers, decoded: 0 }
+    }
+
+    /// Elements of `N` finite numbers each.
+    ///
+    /// - `wanted`: how many there must be, if that is known.
+    pub fn floats<const N: usize>(
+        &mut self,
+        index: u32,
+        wanted: Option<usize>,
+    ) -> Result<Vec<[f32; N]>, SceneError> {
+        let place = format!("accessor {index}");
+        let (accessor, component) = self.checked::<N>(index, wanted, &place)?;
+        let mut values = vec![[0.0; N]; accessor.count as usize];
+        let decode = |bytes: &[u8], value: &mut [f32; N]| {
+            for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
+                *value = component.float(bytes, accessor.normalized);
+            }
+        };
+        if let Some(dense) = self.dense(accessor, component.size() * N, &place)? {
+            for (at, value) in values.iter_mut().enumerate() {
+                decode(dense.element(at), value);
+            }
+        }
+        if let Some((indices, sparse)) = self.sparse(accessor, component.size() * N, &place)? {
+            for (at, &index) in indices.iter().enumerate() {
+                decode(sparse.element(at), &mut values[index as usize]);
+            }
+        }
+        if let Some(at) = values.iter().position(|value| !value.iter().all(|x| x.is_finite())) {
+            let reason = format!("element {at} is {:?}, wanted finite numbers", values[at]);
+            return Err(SceneError::content(place, reason));
+        }
+        Ok(values)
+    }
+
+    /// Elements of `N` whole numbers each.
+    pub fn wholes<const N: usize>(
+        &mut self,
+        index: u32,
+        wanted: Option<usize>,
+    ) -> Result<Vec<[u32; N]>, SceneError> {
+        let place = format!("accessor {index}");
+        let (accessor, component) = self.checked::<N>(index, wanted, &place)?;
+        let mut values = vec![[0; N]; accessor.count as usize];
+        let decode = |bytes: &[u8], value: &mut [u32; N]| {
+            for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
+                *value = component.whole(bytes).ok_or_else(|| {
+                    let reason = "found signed or floating numbers, wanted whole ones";
+                    SceneError::content(place.clone(), reason)
+                })?;
+            }
+            Ok::<_, SceneError>(())
+        };
+        if let Some(dense) = self.dense(accessor, component.size() * N, &place)? {
+            for (at, value) in values.iter_mut().enumerate() {
+                decode(dense.element(at), value)?;
+            }
+        }
+        if let Some((indices, sparse)) = self.sparse(accessor, component.size() * N, &place)? {
+            for (at, &index) in indices.iter().enumerate() {
+                decode(sparse.element(at), &mut values[index as usize])?;
+            }
+        }
+        Ok(values)
+    }
+
+    /// How many numbers an element has.
+    pub fn width(&self, index: u32) -> Result<usize, SceneError> {
+        width(self.accessor(index)?, &format!("accessor {index}"))
+    }
+
+    /// The bytes of a buffer view.
+    pub fn view(&self, index: u32, place: &str) -> Result<(&'a [u8], Option<u64>), SceneError> {
+        let views = &self.document.buffer_views;
+        let view = find(views, index, "buffer view", place)?;
+        let place = format!("buffer view {index}");
+        let buffer = find(self.buffers, view.buffer, "buffer", &place)?;
+        let end = view.byte_offset.checked_add(view.byte_length);
+        let range = end.filter(|&end| end <= buffer.len() as u64);
+        let Some(end) = range else {
+            let (start, length, found) = (view.byte_offset, view.byte_length, buffer.len());
+            let reason = format!(
+                "{length} bytes from {start} on do not fit into buffer {}, which has {found}",
+                view.buffer
+            );
+            return Err(SceneError::content(place, reason));
+        };
+        Ok((&buffer[view.byte_offset as usize..end as usize], view.byte_stride))
+    }
+
+    fn accessor(&self, index: u32) -> Result<&'a Accessor, SceneError> {
+        find(&self.document.accessors, index, "accessor", "the file")
+    }
+
+    /// An accessor whose shape, count and number of decoded values are acceptable.
+    fn checked<const N: usize>(
+        &mut self,
+        index: u32,
+        wanted: Option<usize>,
+        place: &str,
+    ) -> Result<(&'a Accessor, Component), SceneError> {
+        let accessor = self.accessor(index)?;
+        let component = Component::new(accessor.component_type, place)?;
+        let found = width(accessor, place)?;
+        if found != N {
+            let reason = format!("found {} ({found} numbers each), wanted {N}", accessor.shape);
+            return Err(SceneError::content(place, reason));
+        }
+        if let Some(wanted) = wanted
+            && accessor.count != wanted as u64
+        {
+            let reason = format!("found {} elements, wanted {wanted}", accessor.count);
+            return Err(SceneError::content(place, reason));
+        }
+        let numbers = accessor.count.saturating_mul(N as u64);
+        self.decoded = self.decoded.saturating_add(numbers);
+        too_many("numbers in arrays", self.decoded, MAX_NUMBERS)?;
+        Ok((accessor, component))
+    }
+
+    fn dense(
+        &self,
+        accessor: &Accessor,
+        size: usize,
+        place: &str,
+    ) -> Result<Option<Strided<'a>>, SceneError> {
+        let Some(view) = accessor.buffer_view else { return Ok(None) };
+        self.strided(view, accessor.byte_offset, accessor.count, size, place).map(Some)
+    }
+
+    fn sparse(
+        &mut self,
+        accessor: &Accessor,
+        size: usize,
+        place: &str,
+    ) -> Result<Option<Replacements<'a>>, SceneError> {
+        let Some(sparse) = &accessor.sparse else { return Ok(None) };
+        let component = Component::new(sparse.indices.component_type, place)?;
+        let (view, offset) = (sparse.indices.buffer_view, sparse.indices.byte_offset);
+        let stored = self.strided(view, offset, sparse.count, component.size(), place)?;
+        self.decoded = self.decoded.saturating_add(sparse.count);
+        too_many("numbers in arrays", self.decoded, MAX_NUMBERS)?;
+        let mut indices = Vec::with_capacity(sparse.count as usize);
+        for at in 0..sparse.count as usize {
+            let index = component.whole(stored.element(at));
+            match index.filter(|&index| u64::from(index) < accessor.count) {
+                Some(index) => indices.push(index),
+                None => {
+                    let reason = format!(
+                        "its sparse index {at} is {index:?}, wanted one below {}",
+                        accessor.count
+                    );
+                    return Err(SceneError::content(place, reason));
+                }
+            }
+        }
+        let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
+        let values = self.strided(view, offset, sparse.count, size, place)?;
+        Ok(Some((indices, values)))
+    }
+
+    fn strided(
+        &self,
+        view: u32,
+        offset: u64,
+        count: u64,
+        size: usize,
+        place: &str,
+    ) -> Result<Strided<'a>, SceneError> {
+        let (bytes, stride) = self.view(view, place)?;
+        let stride = stride.unwrap_or(size as u64);
+        if stride < size as u64 || stride > 4096 {
+            let reason = format!("found a stride of {stride} bytes for elements of {size}");
+            return Err(SceneError::content(place, reason));
+        }
+        // The last element may end before the stride does.
+        let end = match count {
+            0 => Some(offset),
+            _ => (count - 1)
+                .checked_mul(stride)
+                .and_then(|length| length.checked_add(size as u64))
+                .and_then(|length| length.checked_add(offset)),
+        };
+        if end.is_none_or(|end| end > bytes.len() as u64) {
+            let found = bytes.len();
+            let reason = format!(
+                "{count} elements of {size} bytes from {offset} on do not fit into buffer view \
+                 {view}, which has {found} bytes"
+            );
+            return Err(SceneError::content(place, reason));
+        }
+        Ok(Strided { bytes: &bytes[offset as usize..], stride: stride as usize, size })
+    }
+}
+
+fn width(accessor: &Accessor, place: &str) -> Result<usize, SceneError> {
+    Ok(match accessor.shape.as_str() {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        "MAT4" => 16,
+        other => {
+            let reason = format!("found the type {other:?}, wanted SCALAR, VEC2 to VEC4 or MAT4");
+            return Err(SceneError::content(place, reason));
+        }
+    })
+}
+
+/// An entry of one of the file's lists.
+///
+/// - `place`: what names it.
+pub(super) fn find<'a, T>(
+    list: &'a [T],
+    index: u32,
+    what: &str,
+    place: &str,
+) -> Result<&'a T, SceneError> {
+    list.get(index as usize).ok_or_else(|| {
+        let reason = format!("it names {what} {index}, the file has {}", list.len());
+        SceneError::content(place, reason)
+    })
+}

@@ -1,0 +1,211 @@
+//! Animations: values over time for nodes.
+//!
+//! # Source
+//! Khronos, "glTF 2.0 Specification", section 3.11 and appendix C, "Interpolation Modes".
+
+use super::accessor::{Accessors, find};
+use super::document::Document;
+use super::error::SceneError;
+use super::transform::{Placement, normalized, slerp};
+
+/// An animation of a scene.
+#[derive(Debug)]
+pub struct Clip {
+    /// Its name, which may be empty.
+    pub name: String,
+    /// When its last key is, in seconds; it starts at 0.
+    pub seconds: f32,
+    pub(super) channels: Vec<Channel>,
+}
+
+#[derive(Debug)]
+pub(super) struct Channel {
+    pub node: usize,
+    pub path: Path,
+    interpolation: Interpolation,
+    /// In rising order, at least one.
+    times: Vec<f32>,
+    /// `width` numbers a key; three times as many where it is cubic.
+    values: Vec<f32>,
+    width: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Path {
+    Translation,
+    Rotation,
+    Scale,
+    Weights,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Interpolation {
+    Linear,
+    Step,
+    Cubic,
+}
+
+/// All animations of a file.
+///
+/// - `targets`: how many morph targets each node has.
+pub(super) fn clips(
+    document: &Document,
+    accessors: &mut Accessors<'_>,
+    targets: &[usize],
+) -> Result<Vec<Clip>, SceneError> {
+    let mut clips = Vec::new();
+    for (index, animation) in document.animations.iter().enumerate() {
+        let mut clip = Clip {
+            name: animation.name.clone().unwrap_or_default(),
+            seconds: 0.0,
+            channels: Vec::new(),
+        };
+        for (number, channel) in animation.channels.iter().enumerate() {
+            let place = format!("animation {index}, channel {number}");
+            // Without a node it is for an extension.
+            let Some(node) = channel.target.node else { continue };
+            let path = match channel.target.path.as_str() {
+                "translation" => Path::Translation,
+                "rotation" => Path::Rotation,
+                "scale" => Path::Scale,
+                "weights" => Path::Weights,
+                _ => continue,
+            };
+            let &targets = find(targets, node, "node", &place)?;
+            let width = match path {
+                Path::Translation | Path::Scale => 3,
+                Path::Rotation => 4,
+                Path::Weights => targets,
+            };
+            let sampler = find(&animation.samplers, channel.sampler, "sampler", &place)?;
+            let interpolation = match sampler.interpolation.as_deref() {
+                None | Some("LINEAR") => Interpolation::Linear,
+                Some("STEP") => Interpolation::Step,
+                Some("CUBICSPLINE") => Interpolation::Cubic,
+                Some(other) => {
+                    let reason = format!("found {other:?}, wanted LINEAR, STEP or CUBICSPLINE");
+                    return Err(SceneError::content(place, reason));
+                }
+            };
+            let times: Vec<f32> = accessors.floats::<1>(sampler.input, None)?.concat();
+            if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
+                let (before, after) = (times[at - 1], times[at]);
+                let reason =
+                    format!("time {at} is {after}, before it {before}; wanted rising ones");
+                return Err(SceneError::content(place, reason));
+            }
+            let values = match path {
+                Path::Translation | Path::Scale => {
+                    accessors.floats::<3>(sampler.output, None)?.concat()
+                }
+                Path::Rotation => accessors.floats::<4>(sampler.output, None)?.concat(),
+                Path::Weights => accessors.floats::<1>(sampler.output, None)?.concat(),
+            };
+            let a_key = if interpolation == Interpolation::Cubic { 3 * width } else { width };
+            let wanted = times.len() * a_key;
+            if values.len() != wanted || times.is_empty() {
+                let (keys, found) = (times.len(), values.len());
+                let reason = format!("{keys} keys need {wanted} numbers, found {found}");
+                return Err(SceneError::content(place, reason));
+            }
+            clip.seconds = clip.seconds.max(times[times.len() - 1]);
+            let node = node as usize;
+            clip.channels.push(Channel { node, path, interpolation, times, values, width });
+        }
+        clips.push(clip);
+    }
+    Ok(clips)
+}
+
+impl Channel {
+    /// Puts the values of a time into a node; before the first key and after the last one they stand
+    /// still.
+    pub fn apply(&self, seconds: f32, placement: &mut Placement, weights: &mut [f32]) {
+        let rotation = self.path == Path::Rotation;
+        let mut sampled = vec![0.0; self.width];
+        self.sample(seconds, rotation, &mut sampled);
+        match (self.path, &sampled[..]) {
+            (Path::Translation, &[x, y, z]) => placement.translation = [x, y, z],
+            (Path::Scale, &[x, y, z]) => placement.scale = [x, y, z],
+            (Path::Rotation, &[x, y, z, w]) => placement.rotation = normalized([x, y, z, w]),
+            (Path::Weights, values) if values.len() == weights.len() => {
+                weights.copy_from_slice(values);
+            }
+            _ => {}
+        }
+    }
+
+    fn sample(&self, seconds: f32, rotation: bool, out: &mut [f32]) {
+        let cubic = self.interpolation == Interpolation::Cubic;
+        let after = self.times.partition_point(|&time| time <= seconds);
+        let (from, to) = (after.saturating_sub(1), after.min(self.times.len() - 1));
+        let value = |key: usize| {
+            let part = if cubic { 3 * key + 1 } else { key };
+            &self.values[part * self.width..][..self.width]
+        };
+        let span = self.times[to] - self.times[from];
+        if from == to || after == 0 || span <= 0.0 || self.interpolation == Interpolation::Step {
+            out.copy_from_slice(value(from));
+            return;
+        }
+        let t = (seconds - self.times[from]) / span;
+        let (a, b) = (value(from), value(to));
+        if cubic {
+            let tangent = |key: usize, side: usize| {
+                &self.values[(3 * key + side) * self.width..][..self.width]
+            };
+            let (leaving, arriving) = (tangent(from, 2), tangent(to, 0));
+            let (t2, t3) = (t * t, t * t * t);
+            for k in 0..self.width {
+                out[k] = (2.0 * t3 - 3.0 * t2 + 1.0) * a[k]
+                    + (t3 - 2.0 * t2 + t) * span * leaving[k]
+                    + (3.0 * t2 - 2.0 * t3) * b[k]
+                    + (t3 - t2) * span * arriving[k];
+            }
+        } else if rotation {
+            let quaternion = |q: &[f32]| normalized([q[0], q[1], q[2], q[3]]);
+            out.copy_from_slice(&slerp(quaternion(a), quaternion(b), t));
+        } else {
+            for k in 0..self.width {
+                out[k] = a[k] + (b[k] - a[k]) * t;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(interpolation: Interpolation, values: &[f32]) -> Channel {
+        let times = vec![1.0, 3.0];
+        Channel {
+            node: 0,
+            path: Path::Weights,
+            interpolation,
+            times,
+            values: values.to_vec(),
+            width: 1,
+        }
+    }
+
+    fn at(channel: &Channel, seconds: f32) -> f32 {
+        let mut weights = [9.0];
+        channel.apply(seconds, &mut Placement::default(), &mut weights);
+        weights[0]
+    }
+
+    #[test]
+    fn keys_are_joined_as_they_ask_for() {
+        let linear = channel(Interpolation::Linear, &[2.0, 6.0]);
+        let times = [0.0, 1.0, 1.5, 3.0, 9.0];
+        assert_eq!(times.map(|t| at(&linear, t)), [2.0, 2.0, 3.0, 6.0, 6.0]);
+        let step = channel(Interpolation::Step, &[2.0, 6.0]);
+        assert_eq!(times.map(|t| at(&step, t)), [2.0, 2.0, 2.0, 6.0, 6.0]);
+        // From 2, leaving at 1 a second, to 6, arriving at -1 a second, 2 seconds later: at half the
+        // way it is 0.5·2 + 0.125·2·1 + 0.5·6 - 0.125·2·(-1).
+        let cubic = channel(Interpolation::Cubic, &[0.0, 2.0, 1.0, -1.0, 6.0, 0.0]);
+        assert_eq!(at(&cubic, 2.0), 4.5);
+        assert_eq!([0.0, 1.0, 3.0, 4.0].map(|t| at(&cubic, t)), [2.0, 2.0, 6.0, 6.0]);
+    }
+}

@@ -1,0 +1,227 @@
+//! The outer form of a file: GLB or JSON, and the buffers that belong to it.
+//!
+//! # Source
+//! Khronos, "glTF 2.0 Specification", section 4, "GLB File Format Specification".
+
+use std::borrow::Cow;
+use std::path::{Component, Path, PathBuf};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use super::document::Document;
+use super::error::SceneError;
+
+/// Bytes of a file that is read, and of files beside it.
+pub(super) const MAX_BYTES: u64 = 1 << 30;
+/// Bytes of JSON: files with their buffers inside have hundreds of megabytes of it.
+const MAX_JSON_BYTES: u64 = 1 << 29;
+/// Objects in the JSON, each of which takes a few hundred bytes once read.
+const MAX_OBJECTS: u64 = 1 << 20;
+
+/// A file taken apart. What it holds is still to be checked.
+pub(super) struct Container<'a> {
+    pub document: Document,
+    /// The chunk behind the JSON of a GLB.
+    binary: Option<&'a [u8]>,
+    /// Where files are that it names; none are read without.
+    folder: Option<&'a Path>,
+}
+
+impl<'a> Container<'a> {
+    pub fn new(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
+        let (json, binary) =
+            if bytes.starts_with(b"glTF") { glb(bytes)? } else { (json(bytes)?, None) };
+        too_many("bytes of JSON", json.len() as u64, MAX_JSON_BYTES)?;
+        let objects = json.iter().filter(|&&byte| byte == b'{').count() as u64;
+        too_many("objects in the JSON", objects, MAX_OBJECTS)?;
+        let document: Document = serde_json::from_slice(json)?;
+        if !document.asset.version.starts_with("2.") {
+            let reason = format!("found version {:?}, wanted 2.0", document.asset.version);
+            return Err(SceneError::content("asset", reason));
+        }
+        for name in &document.extensions_required {
+            if !READ.contains(&name.as_str()) {
+                return Err(SceneError::Extension(name.clone()));
+            }
+        }
+        Ok(Self { document, binary, folder })
+    }
+
+    /// The bytes of every buffer, at least as long as it says.
+    pub fn buffers(&self) -> Result<Vec<Cow<'a, [u8]>>, SceneError> {
+        let mut total = 0;
+        let mut buffers = Vec::new();
+        for (index, buffer) in self.document.buffers.iter().enumerate() {
+            let place = || format!("buffer {index}");
+            let bytes = match (&buffer.uri, self.binary) {
+                (Some(uri), _) => {
+                    self.resource(uri).map_err(|why| SceneError::content(place(), why))?
+                }
+                (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
+                (None, _) => {
+                    return Err(SceneError::content(place(), "it has neither a URI nor a chunk"));
+                }
+            };
+            if (bytes.len() as u64) < buffer.byte_length {
+                let (found, wanted) = (bytes.len(), buffer.byte_length);
+                let reason = format!("it has {found} bytes, wanted {wanted}");
+                return Err(SceneError::content(place(), reason));
+            }
+            total += bytes.len() as u64;
+            too_many("bytes of buffers", total, 2 * MAX_BYTES)?;
+            buffers.push(bytes);
+        }
+        Ok(buffers)
+    }
+
+    /// What a URI names: data within it, or a file beside the one that is read.
+    pub fn resource(&self, uri: &str) -> Result<Cow<'a, [u8]>, String> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let (kind, text) = data.split_once(',').ok_or("its data URI has no comma")?;
+            if !kind.ends_with(";base64") {
+                return Err("its data URI is not in base64".to_owned());
+            }
+            let decoded = STANDARD.decode(text);
+            return decoded.map(Cow::Owned).map_err(|error| format!("its data URI: {error}"));
+        }
+        let folder =
+            self.folder.ok_or_else(|| format!("it is in another file, {:?}", shortened(uri)))?;
+        let path = folder.join(beside(uri)?);
+        read(&path).map(Cow::Owned).map_err(|error| format!("{}: {error}", path.display()))
+    }
+}
+
+/// Extensions that may be required: read, or of no effect on the picture.
+const READ: [&str; 16] = [
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "VRMC_materials_hdr_emissiveMultiplier",
+    "VRMC_materials_mtoon",
+    "VRMC_node_constraint",
+    "VRMC_springBone",
+    "VRMC_vrm",
+    "VRMC_vrm_animation",
+];
+
+pub(super) fn too_many(what: &'static str, found: u64, max: u64) -> Result<(), SceneError> {
+    if found > max { Err(SceneError::TooMany { what, found, max }) } else { Ok(()) }
+}
+
+/// The JSON and the binary chunk of a GLB.
+fn glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), SceneError> {
+    let found = bytes.len() as u64;
+    let cut = |what, wanted| SceneError::CutShort { what, wanted, found };
+    let word = |at: usize| {
+        let four = bytes.get(at..).and_then(|rest| rest.first_chunk());
+        four.map(|four| u32::from_le_bytes(*four))
+    };
+    let version = word(4).ok_or(cut("the GLB header", 12))?;
+    if version != 2 {
+        return Err(SceneError::content("GLB", format!("found version {version}, wanted 2")));
+    }
+    let length = word(8).ok_or(cut("the GLB header", 12))?;
+    let file = bytes.get(..length as usize).ok_or(cut("the GLB", u64::from(length)))?;
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while at + 8 <= file.len() {
+        let (Some(length), Some(kind)) = (word(at), word(at + 4)) else { break };
+        let end = (at as u64 + 8).saturating_add(u64::from(length));
+        let chunk = file.get(at + 8..end as usize).ok_or(cut("a chunk of the GLB", end))?;
+        match &kind.to_le_bytes() {
+            b"JSON" if json.is_none() => json = Some(chunk),
+            b"BIN\0" if binary.is_none() => binary = Some(chunk),
+            _ => {}
+        }
+        at = end as usize;
+    }
+    let json = json.ok_or_else(|| SceneError::content("GLB", "it has no chunk of JSON"))?;
+    Ok((json, binary))
+}
+
+/// The bytes of a JSON file, if they look like one.
+fn json(bytes: &[u8]) -> Result<&[u8], SceneError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
+        Some(b'{') => Ok(bytes),
+        _ => Err(SceneError::NotGltf { start: bytes[..bytes.len().min(8)].to_vec() }),
+    }
+}
+
+/// The relative path that a URI names, which never leaves the folder.
+fn beside(uri: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(unescaped(uri)?);
+    let inside = path.components().all(|part| matches!(part, Component::Normal(_)));
+    if !inside || path.as_os_str().is_empty() || uri.contains([':', '\\']) {
+        return Err(format!("{:?} is not a file beside it", shortened(uri)));
+    }
+    Ok(path)
+}
+
+/// Replaces `%20` and the like.
+fn unescaped(uri: &str) -> Result<String, String> {
+    let bad = || format!("{:?} is no URI", shortened(uri));
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let mut digit = || rest.next().and_then(|digit| char::from(digit).to_digit(16));
+        let (Some(high), Some(low)) = (digit(), digit()) else { return Err(bad()) };
+        bytes.push((16 * high + low) as u8);
+    }
+    String::from_utf8(bytes).map_err(|_| bad())
+}
+
+fn shortened(uri: &str) -> String {
+    const MOST: usize = 60;
+    if uri.chars().count() <= MOST { uri.to_owned() } else { uri.chars().take(MOST).collect() }
+}
+
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    use std::io::Read as _;
+    let file = std::fs::File::open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(std::io::Error::other("it is no regular file"));
+    }
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(std::io::Error::other(format!("it has more than {MAX_BYTES} bytes")));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_looked_for_beside_and_nowhere_else() {
+        for (uri, path) in [("a.bin", "a.bin"), ("b/c%20d.png", "b/c d.png")] {
+            assert_eq!(beside(uri), Ok(PathBuf::from(path)));
+        }
+        for uri in ["/etc/passwd", "../a.bin", "a/../../b", "http://x/y", "", ".", "%2e%2e/a", "%2"]
+        {
+            assert!(beside(uri).is_err(), "{uri}");
+        }
+    }
+
+    #[test]
+    fn what_is_required_is_refused_by_its_name() {
+        let json =
+            br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#;
+        let error = Container::new(json, None).err().map(|error| error.to_string());
+        assert!(error.is_some_and(|error| error.contains("KHR_draco_mesh_compression")));
+    }
+}

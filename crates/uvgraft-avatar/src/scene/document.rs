@@ -1,0 +1,346 @@
+//! The part of glTF's JSON that a picture needs. What is not named here is not looked at.
+//!
+//! # Source
+//! Khronos, "glTF 2.0 Specification", section 5, "Properties Reference".
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Document {
+    pub asset: Asset,
+    pub scene: Option<u32>,
+    #[serde(default)]
+    pub scenes: Vec<Root>,
+    #[serde(default)]
+    pub nodes: Vec<Node>,
+    #[serde(default)]
+    pub meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub skins: Vec<Skin>,
+    #[serde(default)]
+    pub animations: Vec<Animation>,
+    #[serde(default)]
+    pub accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub buffer_views: Vec<BufferView>,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    pub textures: Vec<Texture>,
+    #[serde(default)]
+    pub images: Vec<Image>,
+    #[serde(default)]
+    pub samplers: Vec<TextureSampler>,
+    #[serde(default)]
+    pub extensions_required: Vec<String>,
+    #[serde(default)]
+    pub extensions: RootExtensions,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Asset {
+    pub version: String,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Root {
+    #[serde(default)]
+    pub nodes: Vec<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub children: Vec<u32>,
+    pub matrix: Option<[f32; 16]>,
+    pub translation: Option<[f32; 3]>,
+    pub rotation: Option<[f32; 4]>,
+    pub scale: Option<[f32; 3]>,
+    pub mesh: Option<u32>,
+    pub skin: Option<u32>,
+    #[serde(default)]
+    pub weights: Vec<f32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Mesh {
+    pub primitives: Vec<Primitive>,
+    #[serde(default)]
+    pub weights: Vec<f32>,
+    #[serde(default, deserialize_with = "lenient")]
+    pub extras: MeshExtras,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct MeshExtras {
+    #[serde(default)]
+    pub target_names: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Primitive {
+    #[serde(default)]
+    pub attributes: BTreeMap<String, u32>,
+    pub indices: Option<u32>,
+    pub material: Option<u32>,
+    /// Triangles where it is missing.
+    pub mode: Option<u32>,
+    #[serde(default)]
+    pub targets: Vec<BTreeMap<String, u32>>,
+    #[serde(default, deserialize_with = "lenient")]
+    pub extras: MeshExtras,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub inverse_bind_matrices: Option<u32>,
+    pub joints: Vec<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Animation {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub channels: Vec<Channel>,
+    #[serde(default)]
+    pub samplers: Vec<Sampler>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Channel {
+    pub sampler: u32,
+    pub target: Target,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Target {
+    pub node: Option<u32>,
+    pub path: String,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Sampler {
+    pub input: u32,
+    pub output: u32,
+    pub interpolation: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub buffer_view: Option<u32>,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub component_type: u32,
+    #[serde(default)]
+    pub normalized: bool,
+    pub count: u64,
+    #[serde(rename = "type")]
+    pub shape: String,
+    pub sparse: Option<Sparse>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Sparse {
+    pub count: u64,
+    pub indices: SparseIndices,
+    pub values: SparseValues,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub buffer_view: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub component_type: u32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub buffer_view: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub buffer: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: Option<u64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub uri: Option<String>,
+    pub byte_length: u64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub pbr_metallic_roughness: Pbr,
+    pub alpha_mode: Option<String>,
+    pub alpha_cutoff: Option<f32>,
+    #[serde(default)]
+    pub double_sided: bool,
+    #[serde(default)]
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Pbr {
+    pub base_color_factor: Option<[f32; 4]>,
+    pub base_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_unlit")]
+    pub unlit: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub index: u32,
+    #[serde(default)]
+    pub tex_coord: u32,
+    #[serde(default)]
+    pub extensions: TextureInfoExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub transform: Option<TextureTransform>,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    #[serde(default)]
+    pub offset: [f32; 2],
+    #[serde(default)]
+    pub rotation: f32,
+    pub scale: Option<[f32; 2]>,
+    pub tex_coord: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Texture {
+    pub source: Option<u32>,
+    pub sampler: Option<u32>,
+    #[serde(default)]
+    pub extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: Option<Source>,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basisu: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Source {
+    pub source: u32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub uri: Option<String>,
+    pub buffer_view: Option<u32>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureSampler {
+    pub wrap_s: Option<u32>,
+    pub wrap_t: Option<u32>,
+    pub mag_filter: Option<u32>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct RootExtensions {
+    #[serde(rename = "VRMC_vrm")]
+    pub vrm: Option<Vrm>,
+}
+
+/// # Source
+/// VRM Consortium, "VRMC_vrm 1.0": `humanoid` and `expressions`.
+#[derive(Debug, Deserialize)]
+pub(super) struct Vrm {
+    #[serde(default)]
+    pub humanoid: Humanoid,
+    #[serde(default)]
+    pub expressions: Expressions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Humanoid {
+    #[serde(default)]
+    pub human_bones: BTreeMap<String, HumanBone>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct HumanBone {
+    pub node: u32,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct Expressions {
+    #[serde(default)]
+    pub preset: BTreeMap<String, Expression>,
+    #[serde(default)]
+    pub custom: BTreeMap<String, Expression>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Expression {
+    #[serde(default)]
+    pub morph_target_binds: Vec<MorphTargetBind>,
+    #[serde(default)]
+    pub is_binary: bool,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct MorphTargetBind {
+    pub node: u32,
+    pub index: u32,
+    pub weight: f32,
+}
+
+/// Extras may be anything; what does not look as expected counts as absent.
+fn lenient<'de, D: serde::Deserializer<'de>>(from: D) -> Result<MeshExtras, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Extras {
+        Known(MeshExtras),
+        Other(serde::de::IgnoredAny),
+    }
+    Ok(match Extras::deserialize(from)? {
+        Extras::Known(extras) => extras,
+        Extras::Other(_) => MeshExtras::default(),
+    })
+}

@@ -1,0 +1,112 @@
+//! Why a file is no scene, and why a scene does not take a pose.
+
+use uvgraft_io::image::ImageError;
+
+/// Why bytes were refused as a scene.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Neither GLB nor JSON.
+    #[error(
+        "not a glTF file: it starts with \"{}\"; wanted GLB (glTF 2.0) or glTF's JSON",
+        start.escape_ascii()
+    )]
+    NotGltf {
+        /// The first bytes, at most 8.
+        start: Vec<u8>,
+    },
+    /// The file ends before what it announces.
+    #[error("the file is cut short: {what} ends at byte {wanted}, the file has {found}")]
+    CutShort {
+        /// What does not fit.
+        what: &'static str,
+        /// Where it would end.
+        wanted: u64,
+        /// Bytes that are there.
+        found: u64,
+    },
+    /// The JSON is damaged, or not glTF's.
+    #[error("its JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// The file cannot be shown without an extension that is not read.
+    #[error("it needs the extension {0}, which uvgraft does not read")]
+    Extension(String),
+    /// Something refers to nothing, or contradicts itself.
+    #[error("{place}: {reason}")]
+    Content {
+        /// Where, such as "accessor 3".
+        place: String,
+        /// What was found and what was wanted.
+        reason: String,
+    },
+    /// More than is ever read, found before it is allocated.
+    #[error("{what}: {found} are too many, at most {max} are read")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are, or as many as were counted before giving up.
+        found: u64,
+        /// How many are read.
+        max: u64,
+    },
+    /// An embedded image was refused.
+    #[error("image {index}: {reason}")]
+    Image {
+        /// Its number in the file.
+        index: usize,
+        /// Why.
+        reason: ImageError,
+    },
+}
+
+impl SceneError {
+    pub(super) fn content(place: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Content { place: place.into(), reason: reason.into() }
+    }
+}
+
+/// A pose that asks for something the scene does not have.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PosingError {
+    /// There is nothing of that name.
+    #[error("there is no {what} {name:?}; {}", known(choices))]
+    Unknown {
+        /// What was looked for: "clip", "bone", ...
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// What there is.
+        choices: Vec<String>,
+    },
+    /// A pose that needs bones which the scene does not name.
+    #[error(
+        "the pose {pose} needs the bone {bone}, and neither VRM's humanoid nor the names of nodes \
+         tell which it is"
+    )]
+    NoBone {
+        /// Name of the pose.
+        pose: &'static str,
+        /// VRM's name of the bone.
+        bone: &'static str,
+    },
+    /// A time, an angle or a weight that is infinite or no number.
+    #[error("{what} must be finite, found {found}")]
+    NotFinite {
+        /// What it is.
+        what: &'static str,
+        /// What was given.
+        found: String,
+    },
+}
+
+/// "choose one of ...", with as many names as are readable.
+fn known(choices: &[String]) -> String {
+    const MOST: usize = 40;
+    if choices.is_empty() {
+        return "the file has none".to_owned();
+    }
+    let more = if choices.len() > MOST { ", ..." } else { "" };
+    let shown: Vec<&str> = choices.iter().take(MOST).map(String::as_str).collect();
+    format!("choose one of {}{more}", shown.join(", "))
+}

@@ -1,0 +1,102 @@
+//! Which node is which bone of a person, by VRM's names: as VRM says it, or by what nodes are called.
+
+use std::collections::BTreeMap;
+
+use super::accessor::find;
+use super::document::{Node, Vrm};
+use super::error::SceneError;
+
+/// Bones that poses and cameras ask for, as VRM calls them, and what two other families of skeletons
+/// call them: SMPL's, and Mixamo's. `left` stands for both sides. All in lower case.
+const BONES: [[&str; 3]; 17] = [
+    ["hips", "pelvis", "hips"],
+    ["spine", "spine1", "spine"],
+    ["chest", "spine2", "spine1"],
+    ["upperChest", "spine3", "spine2"],
+    ["neck", "neck", "neck"],
+    ["head", "head", "head"],
+    ["jaw", "jaw", "jaw"],
+    ["leftEye", "lefteyesmplhf", "lefteye"],
+    ["leftShoulder", "leftcollar", "leftshoulder"],
+    ["leftUpperArm", "leftshoulder", "leftarm"],
+    ["leftLowerArm", "leftelbow", "leftforearm"],
+    ["leftHand", "leftwrist", "lefthand"],
+    ["leftUpperLeg", "lefthip", "leftupleg"],
+    ["leftLowerLeg", "leftknee", "leftleg"],
+    ["leftFoot", "leftankle", "leftfoot"],
+    ["leftToes", "leftfoot", "lefttoebase"],
+    ["leftMiddleProximal", "leftmiddle1", "lefthandmiddle1"],
+];
+
+/// Nodes by the bone that they are.
+pub(super) fn bones(
+    vrm: Option<&Vrm>,
+    nodes: &[Node],
+) -> Result<BTreeMap<String, usize>, SceneError> {
+    let Some(vrm) = vrm.filter(|vrm| !vrm.humanoid.human_bones.is_empty()) else {
+        return Ok(by_name(nodes));
+    };
+    let mut bones = BTreeMap::new();
+    for (bone, human) in &vrm.humanoid.human_bones {
+        find(nodes, human.node, "node", &format!("VRM's bone {bone}"))?;
+        bones.insert(bone.clone(), human.node as usize);
+    }
+    Ok(bones)
+}
+
+fn by_name(nodes: &[Node]) -> BTreeMap<String, usize> {
+    let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
+    for (index, node) in nodes.iter().enumerate() {
+        let name = plain(node.name.as_deref().unwrap_or_default());
+        if !name.is_empty() {
+            numbers.entry(name).or_insert(index);
+        }
+    }
+    let family = |column: usize| {
+        let mut bones = BTreeMap::new();
+        for row in &BONES {
+            for side in ["left", "right"] {
+                let found = numbers.get(&row[column].to_lowercase().replace("left", side));
+                if let Some(&node) = found {
+                    bones.insert(row[0].replace("left", side), node);
+                }
+            }
+        }
+        bones
+    };
+    let families = [family(0), family(1), family(2)];
+    // Of equally good ones the first.
+    families.into_iter().rev().max_by_key(BTreeMap::len).unwrap_or_default()
+}
+
+/// A name without its prefix, case and punctuation.
+fn plain(name: &str) -> String {
+    let name = name.rsplit([':', '|']).next().unwrap_or_default();
+    let name = name.strip_prefix("mixamorig").unwrap_or(name);
+    name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(names: &[&str]) -> BTreeMap<String, usize> {
+        let nodes: Vec<Node> = names
+            .iter()
+            .map(|name| serde_json::from_value(serde_json::json!({ "name": name })).unwrap())
+            .collect();
+        by_name(&nodes)
+    }
+
+    #[test]
+    fn a_shoulder_is_what_the_skeleton_calls_so() {
+        let smpl = found(&["pelvis", "left_collar", "left_shoulder", "left_elbow", "head"]);
+        assert_eq!((smpl["leftUpperArm"], smpl["leftShoulder"], smpl["hips"]), (2, 1, 0));
+        let mixamo =
+            found(&["mixamorig:Hips", "mixamorig:LeftShoulder", "mixamorig:LeftArm", "Head"]);
+        assert_eq!((mixamo["leftUpperArm"], mixamo["leftShoulder"], mixamo["head"]), (2, 1, 3));
+        let vrm = found(&["hips", "leftShoulder", "leftUpperArm", "rightUpperArm"]);
+        assert_eq!((vrm["leftUpperArm"], vrm["rightUpperArm"]), (2, 3));
+        assert!(found(&["Cube", ""]).is_empty());
+    }
+}

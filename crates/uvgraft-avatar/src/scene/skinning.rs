@@ -1,0 +1,112 @@
+//! Linear blend skinning after morphing, vertex by vertex.
+//!
+//! # Source
+//! Magnenat-Thalmann et al., "Joint-dependent local deformations for hand animation and object
+//! grasping", 1988, in the form of glTF 2.0, section 3.7.3.
+
+use rayon::prelude::*;
+
+use super::geometry::{Influences, Normals, Primitive};
+use super::transform::Affine;
+use crate::vector::Vec3;
+
+/// Vertices that one task moves: enough to be worth one.
+const CHUNK: usize = 1024;
+
+/// World positions and unit normals of a primitive.
+///
+/// - `weights`: of the morph targets.
+/// - `joints`: for each joint of its skin, where that takes the bind pose.
+/// - `node`: where the node is, for what has no skin.
+pub(super) fn deformed(
+    primitive: &Primitive,
+    weights: &[f32],
+    joints: Option<&[Affine]>,
+    node: &Affine,
+) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+    let mut positions = primitive.positions.clone();
+    let mut normals = match &primitive.normals {
+        Normals::Given(normals) => normals.clone(),
+        Normals::Missing(_) => Vec::new(),
+    };
+    for (morph, &weight) in primitive.morphs.iter().zip(weights) {
+        if weight != 0.0 {
+            add(&mut positions, &morph.positions, weight);
+            add(&mut normals, &morph.normals, weight);
+        }
+    }
+    match (joints, &primitive.influences) {
+        (Some(joints), Some(influences)) => {
+            skin(&mut positions, &mut normals, influences, joints);
+        }
+        _ => place(&mut positions, &mut normals, node),
+    }
+    if let Normals::Missing(first) = &primitive.normals {
+        normals = made_from_triangles(&positions, &primitive.triangles, first);
+        // Corners of what is mirrored go round the wrong way.
+        if joints.is_none() && node.determinant() < 0.0 {
+            normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
+    }
+    let plain = |vectors: Vec<Vec3>| vectors.into_iter().map(Into::into).collect();
+    (plain(positions), plain(normals))
+}
+
+fn add(vectors: &mut [Vec3], deltas: &[(u32, Vec3)], weight: f32) {
+    for &(vertex, delta) in deltas {
+        if let Some(vector) = vectors.get_mut(vertex as usize) {
+            *vector = *vector + delta * weight;
+        }
+    }
+}
+
+fn turned(axes: &[Vec3; 3], normal: Vec3) -> Vec3 {
+    (axes[0] * normal.x + axes[1] * normal.y + axes[2] * normal.z).normalized()
+}
+
+fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine) {
+    let axes = node.of_normals();
+    positions.par_iter_mut().with_min_len(CHUNK).for_each(|p| *p = node.point(*p));
+    normals.par_iter_mut().with_min_len(CHUNK).for_each(|n| *n = turned(&axes, *n));
+}
+
+fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, joints: &[Affine]) {
+    let map = |vertex: usize| {
+        let mut sum = Affine::ZERO;
+        for &(joint, weight) in influences.of(vertex) {
+            sum = sum.plus(&joints[usize::from(joint)], weight);
+        }
+        sum
+    };
+    if normals.is_empty() {
+        let chunks = positions.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, positions)| {
+            for (k, p) in positions.iter_mut().enumerate() {
+                *p = map(chunk * CHUNK + k).point(*p);
+            }
+        });
+        return;
+    }
+    let chunks = positions.par_chunks_mut(CHUNK).zip(normals.par_chunks_mut(CHUNK)).enumerate();
+    chunks.for_each(|(chunk, (positions, normals))| {
+        for (k, (p, n)) in positions.iter_mut().zip(normals).enumerate() {
+            let map = map(chunk * CHUNK + k);
+            *p = map.point(*p);
+            *n = turned(&map.of_normals(), *n);
+        }
+    });
+}
+
+/// Means of the triangles' normals weighted by area, the same at all vertices of one place.
+fn made_from_triangles(positions: &[Vec3], triangles: &[[u32; 3]], first: &[u32]) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::default(); positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        let normal = (b - a).cross(c - a);
+        for &vertex in triangle {
+            let sum = &mut sums[first[vertex as usize] as usize];
+            *sum = *sum + normal;
+        }
+    }
+    first.iter().map(|&vertex| sums[vertex as usize].normalized()).collect()
+}

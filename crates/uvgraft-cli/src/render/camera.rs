@@ -1,0 +1,91 @@
+//! Where the camera stands: so that the body or the head fills the picture in every frame.
+
+use anyhow::Context;
+use uvgraft::Size;
+use uvgraft_avatar::render::{Bounds, Perspective};
+use uvgraft_avatar::scene::{Drawn, Posing, Scene};
+
+use crate::failure::OrBadInput;
+
+/// What fills the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Shot {
+    /// All of it
+    Body,
+    /// The head: by its bone, or the top seventh
+    Head,
+}
+
+/// What all frames show.
+pub(super) struct Cameras {
+    shot: Shot,
+    bounds: Option<Bounds>,
+    lowest: f32,
+}
+
+impl Cameras {
+    pub(super) const fn new(shot: Shot) -> Self {
+        Self { shot, bounds: None, lowest: f32::MAX }
+    }
+
+    /// Takes a frame into the picture.
+    pub(super) fn look_at(
+        &mut self,
+        scene: &Scene,
+        posing: &Posing,
+        drawn: &[Drawn],
+    ) -> anyhow::Result<()> {
+        let points = || drawn.iter().flat_map(corners);
+        let Some(body) = Bounds::of(points()) else { return Ok(()) };
+        self.lowest = self.lowest.min(body.low[1]);
+        let shown = match self.shot {
+            Shot::Body => body,
+            Shot::Head => {
+                let joint = scene.bone("head", posing).context("the head").or_bad_input()?;
+                Bounds::of(points().filter(|p| is_head(*p, joint, &body))).unwrap_or(body)
+            }
+        };
+        self.bounds = Some(self.bounds.map_or(shown, |bounds| bounds.union(shown)));
+        Ok(())
+    }
+
+    /// The smallest height of all frames.
+    pub(super) const fn lowest(&self) -> f32 {
+        self.lowest
+    }
+
+    /// A camera for each angle, all of them equally far away. `None` where there is nothing to see.
+    pub(super) fn views(
+        &self,
+        azimuths: &[f32],
+        elevation: f32,
+        fov: f32,
+        size: Size,
+        zoom: f32,
+    ) -> Option<Vec<Perspective>> {
+        let bounds = self.bounds?;
+        let aspect = size.width as f32 / size.height as f32;
+        let zoom = zoom.clamp(0.1, 50.0);
+        let view =
+            |&azimuth: &f32| Perspective::framing(&bounds, azimuth, elevation, fov, aspect, zoom);
+        let views: Vec<Perspective> = azimuths.iter().map(view).collect();
+        let farthest =
+            views.iter().copied().max_by(|a, b| a.distance().total_cmp(&b.distance()))?;
+        Some(views.into_iter().map(|view| view.as_far_as(&farthest)).collect())
+    }
+}
+
+/// The places of everything that a triangle uses.
+fn corners(drawn: &Drawn) -> impl Iterator<Item = [f32; 3]> {
+    drawn.triangles.iter().flatten().map(|&vertex| drawn.positions[vertex as usize])
+}
+
+/// Whether a point belongs to the head: what is over its joint, but not raised hands.
+fn is_head(p: [f32; 3], joint: Option<[f32; 3]>, body: &Bounds) -> bool {
+    let height = body.high[1] - body.low[1];
+    let Some(joint) = joint else { return p[1] > body.high[1] - height / 7.0 };
+    let beside = (p[0] - joint[0]).hypot(p[2] - joint[2]);
+    // Heads are about a seventh of a body; a model of a head alone is all head.
+    let reach = if joint[1] < body.low[1] + 0.6 * height { height } else { height / 8.0 };
+    beside < reach && p[1] > joint[1] - 0.2 * reach
+}

@@ -1,0 +1,85 @@
+//! Values of the command's options.
+
+use uvgraft_avatar::render::Background;
+use uvgraft_avatar::scene::Stance;
+
+/// A part of a pose.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Part {
+    Stance(Stance),
+    /// A bone and its turn in degrees.
+    Bone(String, [f32; 3]),
+}
+
+/// An expression and its weight.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Weight(pub String, pub f32);
+
+pub(super) fn part(text: &str) -> Result<Part, String> {
+    if let Some((bone, angles)) = text.split_once('=') {
+        let wanted = || format!("wanted BONE=X,Y,Z in degrees, found {text:?}");
+        let angles: Vec<f32> =
+            angles.split(',').map(finite).collect::<Result<_, _>>().map_err(|_| wanted())?;
+        let angles = <[f32; 3]>::try_from(angles).map_err(|_| wanted())?;
+        return Ok(Part::Bone(bone.trim().to_owned(), angles));
+    }
+    Stance::named(text).map(Part::Stance).ok_or_else(|| {
+        let names = Stance::ALL.map(Stance::name).join(", ");
+        format!("wanted one of {names}, or BONE=X,Y,Z in degrees")
+    })
+}
+
+pub(super) fn weight(text: &str) -> Result<Weight, String> {
+    match text.rsplit_once('=') {
+        Some((name, weight)) => Ok(Weight(name.trim().to_owned(), finite(weight)?)),
+        None => Ok(Weight(text.to_owned(), 1.0)),
+    }
+}
+
+pub(super) fn finite(text: &str) -> Result<f32, String> {
+    let value = text.trim().parse::<f32>().ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| format!("wanted a number, found {text:?}"))
+}
+
+pub(super) fn rate(text: &str) -> Result<f32, String> {
+    let rate = finite(text)?;
+    let sound = (0.1..=240.0).contains(&rate);
+    if sound { Ok(rate) } else { Err("wanted 0.1 to 240 frames a second".to_owned()) }
+}
+
+pub(super) fn background(text: &str) -> Result<Background, String> {
+    let wanted = || "wanted studio, transparent, or a colour as #rrggbb".to_owned();
+    match text {
+        "studio" => return Ok(Background::Studio),
+        "transparent" => return Ok(Background::Transparent),
+        _ => {}
+    }
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6).ok_or_else(wanted)?;
+    if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Err(wanted());
+    }
+    let color = u32::from_str_radix(digits, 16).map_err(|_| wanted())?;
+    let [_, r, g, b] = color.to_be_bytes();
+    Ok(Background::Plain([r, g, b]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_taken_apart() {
+        assert_eq!(part("T-Pose"), Ok(Part::Stance(Stance::TPose)));
+        assert_eq!(part("head=1,-2,.5"), Ok(Part::Bone("head".into(), [1.0, -2.0, 0.5])));
+        assert_eq!(weight("a=b=0.5"), Ok(Weight("a=b".into(), 0.5)));
+        assert_eq!(weight("blink"), Ok(Weight("blink".into(), 1.0)));
+        assert_eq!(background("#ff8000"), Ok(Background::Plain([255, 128, 0])));
+        for bad in ["dance", "head=1,2", "head=1,2,nan", "head=1,2,3,4", "="] {
+            assert!(part(bad).is_err(), "{bad}");
+        }
+        for bad in ["#12345", "#1234567", "#+12345", "red", "#ééé"] {
+            assert!(background(bad).is_err(), "{bad}");
+        }
+        assert!(weight("blink=inf").is_err() && rate("0").is_err());
+    }
+}

@@ -1,0 +1,125 @@
+//! Where pictures go: one file, or one for each frame.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::film::{FilmError, write_gif, write_webp};
+use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_io::output::write_atomically;
+
+use crate::failure::bad_input;
+use crate::outputs::Outputs;
+use crate::progress;
+
+/// Frames of a moving picture.
+pub(super) const MAX_FRAMES: usize = 3600;
+
+/// Bytes of the frames that are in memory together.
+const MAX_BYTES: usize = 1 << 30;
+
+/// Files that were found to be writable.
+pub(super) struct Output {
+    paths: Vec<PathBuf>,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// A file for each frame.
+    Images,
+    /// All frames in one, at so many a second.
+    Gif(f32),
+    WebP(f32),
+}
+
+impl Output {
+    /// - `moving`: frames a second of a moving picture.
+    pub(super) fn new(
+        path: &Path,
+        input: &Path,
+        frames: usize,
+        size: Size,
+        transparent: bool,
+        moving: Option<f32>,
+    ) -> anyhow::Result<Self> {
+        let name = path.display();
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let is_gif = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("gif"));
+        let format = Format::from_path(path);
+        let kind = match (moving, format) {
+            (fps, None) if is_gif => Kind::Gif(fps.unwrap_or(1.0)),
+            (_, None) => {
+                let known = Format::extension_list();
+                return Err(bad_input(format!(
+                    "{name}: wanted a name that ends in .gif or in one of {known}"
+                )));
+            }
+            (_, Some(Format::Jpeg)) if transparent => {
+                return Err(bad_input(format!(
+                    "{name}: JPEG has no transparency; use .png or .webp, or another --background"
+                )));
+            }
+            (Some(fps), Some(Format::WebP)) => Kind::WebP(fps),
+            (_, Some(_)) => Kind::Images,
+        };
+        let bytes =
+            frames.saturating_mul(size.texels()).saturating_mul(if transparent { 4 } else { 3 });
+        if kind != Kind::Images && bytes > MAX_BYTES {
+            return Err(bad_input(format!(
+                "{name}: {frames} frames of {size} are too many for one file; choose a smaller \
+                 --size or a lower --fps, or write .png files"
+            )));
+        }
+        let paths = match (moving, kind) {
+            (Some(_), Kind::Images) => {
+                (0..frames).map(|frame| numbered(path, frame, frames)).collect()
+            }
+            _ => vec![path.to_path_buf()],
+        };
+        let mut outputs = Outputs::new([input]);
+        for path in &paths {
+            outputs.check(path)?;
+        }
+        Ok(Self { paths, kind })
+    }
+
+    /// Draws all frames and writes them.
+    pub(super) fn write(
+        &self,
+        frames: usize,
+        draw: impl Fn(usize) -> anyhow::Result<Texture>,
+    ) -> anyhow::Result<()> {
+        let bar = progress::bar(frames as u64, "{bar:32} {pos}/{len} {eta:>4}");
+        let draw = |frame: usize| {
+            let texture = draw(frame)?;
+            bar.inc(1);
+            Ok::<_, anyhow::Error>(texture)
+        };
+        if self.kind == Kind::Images {
+            for (frame, path) in self.paths.iter().enumerate() {
+                let options = WriteOptions { compress: true, ..WriteOptions::default() };
+                let _ = image::write(&Image::from(draw(frame)?), path, &options)?;
+            }
+        } else {
+            let frames = (0..frames).map(draw).collect::<anyhow::Result<Vec<Texture>>>()?;
+            let path = &self.paths[0];
+            write_atomically::<FilmError>(path, |out| match self.kind {
+                Kind::Gif(fps) => write_gif(&frames, fps, out),
+                Kind::WebP(fps) => write_webp(&frames, fps, out),
+                Kind::Images => Ok(()),
+            })
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        bar.finish_and_clear();
+        Ok(())
+    }
+}
+
+/// `me_007.png` for the eighth frame of `me.png`.
+fn numbered(path: &Path, frame: usize, frames: usize) -> PathBuf {
+    let digits = (frames - 1).to_string().len().max(3);
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}_{frame:0digits$}.{extension}"))
+}
