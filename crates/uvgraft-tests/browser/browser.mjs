@@ -1,5 +1,6 @@
 // Looks at avatars with other people's programs: Khronos' validator, three.js and three-vrm in Chromium.
 //
+//     node browser.mjs check '{}'
 //     node browser.mjs validate '{"files": [...]}'
 //     node browser.mjs shoot '{"file": ..., "shots": [...]}'
 //     node browser.mjs viewer '{"file": ..., ...}'
@@ -7,11 +8,25 @@
 // Takes one JSON object and prints one; progress and errors go to standard error, and failures end with
 // code 1. What the objects hold is told in validate.mjs, shoot.mjs and viewer.mjs.
 
+import { executable, packages } from "./chromium.mjs";
 import { shoot } from "./shoot.mjs";
 import { validate } from "./validate.mjs";
 import { viewer } from "./viewer.mjs";
 
-const commands = { validate, shoot, viewer };
+// Fails where something is not installed.
+function check() {
+  for (const name of ["gltf-validator", "playwright-core", "three", "@pixiv/three-vrm"]) packages.resolve(name);
+  return { chromium: executable() };
+}
+
+/// What hangs ends with an error, long after a slow machine would be done.
+const MOST_MILLISECONDS = 300_000;
+setTimeout(() => {
+  console.error(`not done after ${MOST_MILLISECONDS / 1000} s`);
+  process.exit(1);
+}, MOST_MILLISECONDS).unref();
+
+const commands = { check, validate, shoot, viewer };
 const [command, json] = process.argv.slice(2);
 try {
   if (!Object.hasOwn(commands, command)) throw new Error(`no command ${command}`);

@@ -15,7 +15,8 @@ export const packages = createRequire(path.join(folder, "any.js"));
 
 const NAMES = ["chromium", "chromium-browser", "google-chrome"];
 
-function executable() {
+/// Where Chromium is.
+export function executable() {
   if (process.env.UVGRAFT_CHROMIUM) return process.env.UVGRAFT_CHROMIUM;
   const places = (process.env.PATH ?? "").split(path.delimiter);
   const found = places.flatMap((place) => NAMES.map((name) => path.join(place, name))).find((file) => existsSync(file));

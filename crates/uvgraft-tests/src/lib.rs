@@ -2,9 +2,11 @@
 //! and an independent implementation to compare with.
 
 pub mod bodies;
+pub mod browser;
 pub mod downloads;
 pub mod fixtures;
 pub mod independent;
+pub mod mannequin;
 pub mod normal_bake;
 pub mod photographs;
 pub mod pictures;
