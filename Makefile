@@ -1,23 +1,34 @@
-# `make demo` needs the Rust toolchain and nothing else; so does `make test`, which tests more where
-# there are a C++ compiler, Python and a network.
+# `make demo` needs the Rust toolchain and nothing else, and does more where there are a C++ compiler and
+# npm; so does `make test`, which tests more where there are Python, Chromium and a network too.
 
 CARGO ?= cargo
 
 # The metric FLIP is C++.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
+# So is what makes meshes simpler.
+SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
+# The viewer's page is made by npm; looked up when it is used, for it is made before.
+VIEWER = $(if $(wildcard target/viewer/viewer.html),--features uvgraft-cli/viewer)
+VIEWER_TESTED = $(if $(VIEWER),$(VIEWER) --features uvgraft-tests/viewer)
 
-.PHONY: demo test bench bench-scaling bench-peers lint fixtures
+.PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer
 
 # The main job on an embedded example; writes to uvgraft-demo/.
-demo:
-	$(CARGO) run --quiet --release --locked -p uvgraft-cli -- demo
+demo: viewer
+	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) -- demo
+
+# The page of `uvgraft view`.
+viewer:
+	@scripts/build-viewer.sh
 
 # Tests with real meshes run where UVGRAFT_DATA names their folder, and say so where they are skipped.
-test:
+test: viewer
 	@scripts/fetch-test-data.sh
-	@test -n "$(CXX_FOUND)" || echo "there is no C++ compiler (c++): tests of FLIP are skipped"
-	$(CARGO) test --locked --workspace $(FLIP)
+	@scripts/install-browser.sh
+	@test -n "$(CXX_FOUND)" || \
+		echo "there is no C++ compiler (c++): tests of FLIP and of presets are skipped"
+	$(CARGO) test --locked --workspace $(FLIP) $(SIMPLIFY) $(VIEWER_TESTED)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
@@ -41,7 +52,7 @@ bench-peers:
 
 lint:
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) $(SIMPLIFY) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 
