@@ -1,5 +1,5 @@
-# `make demo` needs the Rust toolchain and nothing else; so does `make test`, which tests more where
-# there are a C++ compiler, Python and a network.
+# `make demo` needs the Rust toolchain and nothing else, and with npm the program gets its viewer; so
+# does `make test`, which tests more where there are a C++ compiler, Python, npm and a network.
 
 CARGO ?= cargo
 
@@ -7,17 +7,25 @@ CARGO ?= cargo
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
 
+# The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
+# is known when that is done.
+VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
+VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
+
 .PHONY: demo test bench bench-scaling bench-peers lint fixtures
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo:
-	$(CARGO) run --quiet --release --locked -p uvgraft-cli -- demo
+	@scripts/build-viewer.sh
+	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(VIEWER) -- demo
 
 # Tests with real meshes run where UVGRAFT_DATA names their folder, and say so where they are skipped.
 test:
 	@scripts/fetch-test-data.sh
+	@scripts/install-browser.sh
+	@scripts/build-viewer.sh
 	@test -n "$(CXX_FOUND)" || echo "there is no C++ compiler (c++): tests of FLIP are skipped"
-	$(CARGO) test --locked --workspace $(FLIP)
+	$(CARGO) test --locked --workspace $(FLIP) $(VIEWER_TESTS)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
@@ -40,8 +48,9 @@ bench-peers:
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
 lint:
+	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) $(VIEWER_TESTS) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 

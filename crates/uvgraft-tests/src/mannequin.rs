@@ -75,7 +75,7 @@ pub fn avatar() -> Avatar {
         position,
         human: Some(bone),
     });
-    let weights = (0..PARTS.len()).flat_map(|joint| vec![[(joint as u16, 1.0f32)]; 8]);
+    let weights = (0..PARTS.len()).flat_map(|joint| vec![[(joint, 1.0f32)]; 8]);
     let head = number(HumanBone::Head);
     let aside = (0..8).map(|corner| ((head * 8 + corner) as u32, ASIDE)).collect();
     Avatar {
