@@ -123,7 +123,9 @@ fn three_js_shows_a_glb_as_it_is() {
     assert_eq!(found["errors"], json!([]));
     assert_eq!(found["isVrm"], false);
     assert_eq!(found["animations"], json!([{ "name": "bow", "duration": 1 }]));
-    assert_eq!(found["morphTargets"], json!({ "mannequin": ["aside"] }));
+    // three.js numbers names that it meets twice, as the node's and the mesh's are.
+    let morphs: Vec<&Value> = found["morphTargets"].as_object().unwrap().values().collect();
+    assert_eq!(morphs, [&json!(["aside"])]);
     let avatar = mannequin::avatar();
     let rest = Pose::rest(avatar.skeleton.joints().len());
     let wanted = [("rest.png", rest, 0.0), ("clip.png", mannequin::pose(0.5), 1.0)];

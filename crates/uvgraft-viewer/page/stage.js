@@ -17,6 +17,8 @@ export class Stage {
     this.renderer.setClearAlpha(0);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
+    // Only when the figure moved: to blur it costs more than all else on a phone.
+    this.renderer.shadowMap.autoUpdate = false;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -79,9 +81,10 @@ export class Stage {
     lamp("#ffffff", 0.9, -0.3, 0.7, -1);
     key.castShadow = true;
     // Soft: only the ground shows it.
-    key.shadow.mapSize.set(2048, 2048);
-    key.shadow.radius = 7;
-    key.shadow.blurSamples = 16;
+    key.shadow.mapSize.set(1024, 1024);
+    key.shadow.radius = 4;
+    key.shadow.blurSamples = 8;
+    this.key = key;
     const wide = radius * 2;
     Object.assign(key.shadow.camera, { left: -wide, right: wide, top: wide, bottom: -wide, near: 0, far: radius * 8 });
 
@@ -138,6 +141,18 @@ export class Stage {
 
   draw() {
     this.isStale = true;
+  }
+
+  /// Draws, because the figure is another or elsewhere.
+  drawFigure() {
+    this.renderer.shadowMap.needsUpdate = true;
+    this.draw();
+  }
+
+  setGround(isOn) {
+    this.ground.visible = isOn;
+    this.key.castShadow = isOn;
+    this.drawFigure();
   }
 
   /// Draws if something changed since.
