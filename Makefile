@@ -5,8 +5,8 @@ CARGO ?= cargo
 
 # The metric FLIP is C++, and so is what makes meshes simpler.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
-NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip,uvgraft-cli/simplify,uvgraft-tests/flip)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY))
 
 # The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
 # is known when that is done.
