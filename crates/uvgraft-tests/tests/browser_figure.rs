@@ -97,7 +97,6 @@ fn compare(browser: &Browser, bytes: &[u8], name: &str, shots: &[Shot]) -> Value
     let scene = Scene::read(bytes).unwrap();
     for shot in shots {
         let (shared, ssim) = likeness(&scene, shot, &picture(shot));
-        println!("{name} {}: silhouettes share {shared:.4}, SSIM {ssim:.4}", shot.name);
         // Both draw with several samples a pixel, but not at the same places, and both choose the
         // texture's levels in their own way.
         assert!(shared > 0.99, "{name} {}: silhouettes share {shared}", shot.name);
