@@ -1,31 +1,35 @@
-# `make demo` needs the Rust toolchain and nothing else, and with npm the program gets its viewer; so
-# does `make test`, which tests more where there are a C++ compiler, Python, npm and a network.
+# `make demo` needs the Rust toolchain and nothing else, and does more where there are a C++ compiler and
+# npm; so does `make test`, which tests more where there are Python, Chromium and a network too.
 
 CARGO ?= cargo
 
-# The metric FLIP is C++.
+# The metric FLIP is C++, and so is what makes meshes simpler.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
-FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip,uvgraft-cli/simplify,uvgraft-tests/flip)
+SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
 
 # The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
 # is known when that is done.
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
-.PHONY: demo test bench bench-scaling bench-peers lint fixtures
+.PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer
 
 # The main job on an embedded example; writes to uvgraft-demo/.
-demo:
+demo: viewer
+	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) -- demo
+
+# The page of `uvgraft view`.
+viewer:
 	@scripts/build-viewer.sh
-	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(VIEWER) -- demo
 
 # Tests with real meshes run where UVGRAFT_DATA names their folder, and say so where they are skipped.
-test:
+test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/install-browser.sh
-	@scripts/build-viewer.sh
-	@test -n "$(CXX_FOUND)" || echo "there is no C++ compiler (c++): tests of FLIP are skipped"
-	$(CARGO) test --locked --workspace $(FLIP) $(VIEWER_TESTS)
+	@test -n "$(CXX_FOUND)" || \
+		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
+	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
@@ -50,7 +54,7 @@ bench-peers:
 lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) $(VIEWER_TESTS) -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets $(NATIVE) $(VIEWER_TESTS) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 

@@ -91,6 +91,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The page of an avatar that this program made; nothing where it was built without its viewer.
+pub(crate) fn page(name: &str, glb: &[u8]) -> anyhow::Result<Option<Vec<u8>>> {
+    let Some(page) = PAGE else { return Ok(None) };
+    let page_of = Page { name, model: Glb::new(glb)?, textures: Vec::new() };
+    let mut bytes = Vec::new();
+    page_of.write(&Template::new(page)?, &mut bytes)?;
+    Ok(Some(bytes))
+}
+
 fn read(path: &Path, max: u64) -> anyhow::Result<Vec<u8>> {
     let all = |bytes: &[u8]| Ok(bytes.to_vec());
     input::read_file::<_, Infallible>(path, max, all)

@@ -1,12 +1,13 @@
 //! Animated WebP of lossless frames.
 //!
 //! # Source
-//! Google, "WebP Container Specification": `VP8X`, `ANIM` and one `ANMF` for each frame.
+//! Google, "WebP Container Specification": `VP8X`, `ANIM` and one `ANMF` for each frame, of which only the
+//! part that changes is stored.
 
 use std::io::{Cursor, Write};
 
 use rayon::prelude::*;
-use uvgraft::Texture;
+use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 
 use super::{FilmError, bytes_of, durations};
@@ -20,28 +21,39 @@ use super::{FilmError, bytes_of, durations};
 /// for what encoding and writing give.
 pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(), FilmError> {
     const MAX_SIDE: u32 = 16_383;
-    let (_, alpha) = bytes_of(frames)?;
+    let (bytes, alpha) = bytes_of(frames)?;
     let size = frames[0].size();
     if size.width.max(size.height) > MAX_SIDE {
         return Err(FilmError::TooLarge { format: "WebP", found: size, max: MAX_SIDE });
     }
-    let encoded: Vec<Vec<u8>> = frames.par_iter().map(still).collect::<Result<_, FilmError>>()?;
+    let width = size.width as usize;
+    let encoded: Vec<Part> = (0..frames.len())
+        .into_par_iter()
+        .map(|index| {
+            let before = index.checked_sub(1).map(|before| bytes[before]).filter(|_| !alpha);
+            match before {
+                Some(before) => Part::changed(bytes[index], before, width),
+                None => Part::whole(&frames[index]),
+            }
+        })
+        .collect::<Result<_, FilmError>>()?;
     let mut body = b"WEBP".to_vec();
-    // Animation, and opacity if there is any.
-    let flags = 0b10 | u8::from(alpha) << 4;
-    let sides = [size.width - 1, size.height - 1].map(three_bytes).concat();
-    chunk(&mut body, *b"VP8X", &[&[flags, 0, 0, 0], &sides[..]].concat());
+    // Animation and opacity, which parts of frames have where nothing changes.
+    const FLAGS: u8 = 0b1_0010;
+    let sides = [size.width, size.height].map(|side| three_bytes(side - 1)).concat();
+    chunk(&mut body, *b"VP8X", &[&[FLAGS, 0, 0, 0], &sides[..]].concat());
     // A clear background, and no end.
     chunk(&mut body, *b"ANIM", &[0; 6]);
-    for (frame, milliseconds) in encoded.iter().zip(durations(frames.len(), fps, 1000.0)) {
-        // At the top left corner; it replaces what was there, and stays.
-        const REPLACE: u8 = 0b10;
-        let mut part = [0; 6].to_vec();
-        part.extend(&sides);
-        part.extend(three_bytes(milliseconds.min((1 << 24) - 1)));
-        part.push(REPLACE);
-        chunk(&mut part, *b"VP8L", frame);
-        chunk(&mut body, *b"ANMF", &part);
+    for (part, milliseconds) in encoded.iter().zip(durations(frames.len(), fps, 1000.0)) {
+        // It stays; and it replaces what was there, or is laid over it.
+        let flags = if part.replaces { 0b10 } else { 0 };
+        let [left, top] = part.corner.map(|at| three_bytes(at / 2));
+        let [width, height] = part.size.map(|side| three_bytes(side - 1));
+        let time = three_bytes(milliseconds.min((1 << 24) - 1));
+        let mut frame = [left, top, width, height, time].concat();
+        frame.push(flags);
+        chunk(&mut frame, *b"VP8L", &part.bits);
+        chunk(&mut body, *b"ANMF", &frame);
     }
     let length = u32::try_from(body.len())
         .map_err(|_| FilmError::Encode("WebP holds at most 4 GiB".to_owned()))?;
@@ -51,7 +63,58 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
     Ok(())
 }
 
-/// A frame's lossless bitstream.
+/// What is stored of a frame.
+struct Part {
+    /// Left and top; even.
+    corner: [u32; 2],
+    size: [u32; 2],
+    replaces: bool,
+    bits: Vec<u8>,
+}
+
+impl Part {
+    fn whole(frame: &Texture) -> Result<Self, FilmError> {
+        let size = [frame.size().width, frame.size().height];
+        Ok(Self { corner: [0; 2], size, replaces: true, bits: still(frame)? })
+    }
+
+    /// The pixels of RGB that are not as in the frame before.
+    fn changed(now: &[u8], before: &[u8], width: usize) -> Result<Self, FilmError> {
+        let differs = |x: usize, y: usize| {
+            let at = (y * width + x) * 3;
+            now[at..at + 3] != before[at..at + 3]
+        };
+        let height = now.len() / 3 / width;
+        let (mut left, mut top, mut right, mut bottom) = (width, height, 0, 0);
+        for y in 0..height {
+            for x in (0..width).filter(|&x| differs(x, y)) {
+                (left, right) = (left.min(x), right.max(x + 1));
+                (top, bottom) = (top.min(y), y + 1);
+            }
+        }
+        if left >= right {
+            // A frame must have a pixel.
+            (left, top, right, bottom) = (0, 0, 1, 1);
+        }
+        (left, top) = (left / 2 * 2, top / 2 * 2);
+        let mut pixels = Vec::with_capacity((right - left) * (bottom - top) * 4);
+        for y in top..bottom {
+            for x in left..right {
+                let at = (y * width + x) * 3;
+                let [r, g, b] = [now[at], now[at + 1], now[at + 2]];
+                pixels.extend(if differs(x, y) { [r, g, b, 255] } else { [0; 4] });
+            }
+        }
+        let size = Size::new((right - left) as u32, (bottom - top) as u32);
+        let texels = Texels::U8(pixels);
+        let part = Texture::new(size, Channels::Rgba, Encoding::Srgb, texels)
+            .map_err(|error| FilmError::Encode(error.to_string()))?;
+        let corner = [left as u32, top as u32];
+        Ok(Self { corner, size: [size.width, size.height], replaces: false, bits: still(&part)? })
+    }
+}
+
+/// An image's lossless bitstream.
 fn still(frame: &Texture) -> Result<Vec<u8>, FilmError> {
     let mut file = Cursor::new(Vec::new());
     let image = Image::from(frame.clone());
@@ -88,8 +151,6 @@ fn chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
 
 #[cfg(test)]
 mod tests {
-    use uvgraft::{Channels, Encoding, Size, Texels};
-
     use super::*;
 
     #[test]
@@ -109,5 +170,25 @@ mod tests {
         assert_eq!(anmf.len(), 2);
         // 250 ms, after the place and the size.
         assert_eq!(bytes[anmf[1] + 8 + 6..][..9], [4, 0, 0, 2, 0, 0, 250, 0, 0]);
+    }
+
+    #[test]
+    fn only_changes_are_stored() {
+        let frame = |at: [usize; 2]| {
+            let mut pixels = vec![9; 8 * 6 * 3];
+            pixels[(at[1] * 8 + at[0]) * 3] = 77;
+            let texels = Texels::U8(pixels);
+            Texture::new(Size::new(8, 6), Channels::Rgb, Encoding::Srgb, texels).unwrap()
+        };
+        let (a, b) = (frame([3, 3]), frame([5, 4]));
+        let frames = [a.clone(), b, a];
+        let (bytes, _) = bytes_of(&frames).unwrap();
+        let part = Part::changed(bytes[1], bytes[0], 8).unwrap();
+        assert_eq!((part.corner, part.size, part.replaces), ([2, 2], [4, 3], false));
+        let none = Part::changed(bytes[2], bytes[0], 8).unwrap();
+        assert_eq!((none.corner, none.size), ([0, 0], [1, 1]));
+        let mut file = Vec::new();
+        write_webp(&frames, 10.0, &mut file).unwrap();
+        assert_eq!(image::decode(&file).unwrap().texture.get(3, 3, 0), 77.0 / 255.0);
     }
 }

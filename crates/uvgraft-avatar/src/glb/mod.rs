@@ -317,7 +317,11 @@ fn nodes(avatar: &Avatar, name: &str) -> Vec<json::Node> {
             nodes[parent].children.push(index);
         }
     }
-    let name = name.to_owned();
+    // Players find nodes by name, so it must not be that of a joint.
+    let mut name = name.to_owned();
+    while joints.iter().any(|joint| joint.name == name) {
+        name.push_str(" mesh");
+    }
     nodes.push(json::Node { name, mesh: Some(0), skin: Some(0), ..json::Node::default() });
     nodes
 }

@@ -387,3 +387,13 @@ fn normals_that_are_given_are_kept() {
     let error = write(&tube(), &looks(), &export).unwrap_err();
     assert_eq!(error.to_string(), "found 55 normals, wanted 56");
 }
+
+#[test]
+fn the_mesh_has_a_name_of_its_own() {
+    let export = Export { name: "joint 3".to_owned(), ..Export::default() };
+    let exported = write(&tube(), &looks(), &export).unwrap();
+    let player = Player::new(&exported.bytes);
+    let names: Vec<_> =
+        player.document.nodes().skip(5).map(|n| n.name().unwrap().to_owned()).collect();
+    assert_eq!(names, ["joint 5", "joint 3 mesh"]);
+}

@@ -2,12 +2,12 @@
 //!
 //! | platform | figures | source |
 //! |---|---|---|
-//! | VRChat mobile, VRChat PC | ranks | VRChat, "Performance Ranks" (creators.vrchat.com/avatars/avatar-performance-ranking-system) |
+//! | VRChat mobile, VRChat PC | ranks | VRChat, "Performance Ranks" (creators.vrchat.com/avatars/avatar-performance-ranking-system; its text is `avatar-performance-ranking-system.md` of github.com/vrchat-community/creator-docs) |
 //! | the same | size of downloads | VRChat, "Avatar Size Limits" (creators.vrchat.com/avatars/avatar-size-limits) |
-//! | Scene Viewer | recommended limits | Google, "Scene Viewer" (developers.google.com/ar/develop/scene-viewer) |
+//! | Scene Viewer | recommended limits | Google, "Scene Viewer" (developers.google.com/ar/develop/scene-viewer), as presented in 2019 |
 //! | AR Quick Look | recommended limits | Apple, WWDC 2018, "Integrating Apps and Content with AR Quick Look", confirmed in 2021 (developer.apple.com/forums/thread/693867) |
 //!
-//! As read in 2026. Platforms change their numbers; they are meant to tell early what an upload will say.
+//! Platforms change their numbers; these are meant to tell early what an upload will say.
 
 use std::fmt;
 
@@ -150,8 +150,8 @@ pub const AR_QUICK_LOOK: Limits = Limits {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     report: Report,
-    /// Bytes of textures with their mip levels, one byte a texel: block compression as Unity chooses it
-    /// at import (BC7, ASTC 4×4 and coarser), as KTX2 has it, and as VRChat counts it.
+    /// Bytes of textures with their mip levels, one byte a texel: block compression as KTX2 has it, and
+    /// Unity at import (BC7, ASTC 4×4; coarser ones take less). VRChat counts what Unity made.
     pub texture_memory: u64,
     /// The same where nothing compresses, four bytes a texel: PNG, JPEG and WebP in browsers.
     pub texture_memory_raw: u64,

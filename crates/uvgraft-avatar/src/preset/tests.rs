@@ -35,6 +35,23 @@ fn textures_are_made_smaller_and_never_larger() {
 }
 
 #[test]
+fn half_the_size_is_the_mean_of_four_texels() {
+    let values = (0..16 * 16 * 3).map(|k: usize| (k * k * 7 % 251) as u8).collect();
+    let size = Size::square(16);
+    let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, uvgraft::Texels::U8(values));
+    let texture = texture.unwrap();
+    let small = Preset { texture_side: 8, ..QUEST };
+    let picture = small.picture(texture.clone()).unwrap();
+    let found = uvgraft_io::image::decode(picture.bytes()).unwrap().texture;
+    for (x, y) in [(0, 0), (3, 5), (7, 7)] {
+        let level = |dx, dy| texture.get(2 * x + dx, 2 * y + dy, 1);
+        let wanted = (level(0, 0) + level(1, 0) + level(0, 1) + level(1, 1)) / 4.0;
+        // Rounded to a level.
+        assert!((found.get(x, y, 1) - wanted).abs() < 0.51 / 255.0, "{x} {y}");
+    }
+}
+
+#[test]
 fn what_fits_stays() {
     let fitted = tiny(96).fit(tube()).unwrap();
     assert_eq!((fitted.before, fitted.hidden, fitted.after), (96, 0, 96));

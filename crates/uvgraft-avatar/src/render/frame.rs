@@ -254,7 +254,7 @@ impl<'a> Frame<'a> {
         let (width, height) = (self.size.width as f32, self.size.height as f32);
         let color = match self.look.background {
             Background::Studio => backdrop(px / width, py / height),
-            Background::Plain(color) => color.map(|value| value.to_unit()),
+            Background::Plain(color) => color.map(Value::to_unit),
             Background::Transparent => return [0.0, 0.0, 0.0, 1.0 - brightness],
         };
         let [r, g, b] = color.map(|value| linear_from_srgb(value) * brightness);

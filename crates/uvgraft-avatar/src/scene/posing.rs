@@ -208,7 +208,7 @@ impl Scene {
         };
         let mut added: Vec<(usize, usize, f32)> = by(|a, b| a == b);
         if added.is_empty() {
-            added = by(|a, b| a.eq_ignore_ascii_case(b));
+            added = by(str::eq_ignore_ascii_case);
         }
         let known = self.expressions.iter().any(|e| e.name.eq_ignore_ascii_case(name));
         if added.is_empty() && !known {

@@ -38,15 +38,17 @@ impl Body {
             return Err(bad_input("--betas shape body models; --body demo has one shape"));
         }
         let figure = Figure::new();
-        if (mesh.faces(), mesh.uv_faces()) != (figure.body.faces(), figure.body.uv_faces()) {
-            let (found, wanted) = (mesh.faces().len(), figure.body.faces().len());
+        if !is_same(mesh, &figure.body) {
+            let (found, wanted) = (mesh.positions().len(), figure.body.positions().len());
             return Err(bad_input(format!(
-                "{}: --body demo wants the pair that `uvgraft demo` writes, whose body has {wanted} \
-                 triangles in its own layout; found another of {found}. For other bodies name a model file",
+                "{}: --body demo wants the pair that `uvgraft demo` writes, whose body has {wanted} vertices \
+                 in its own layout; found another of {found}. For other bodies name a model file",
                 args.pair.display()
             )));
         }
         let mut avatar = figure.avatar();
+        // A pair may have turned quads the other way, where that is how the head has them.
+        avatar.mesh = mesh.clone().with_positions(avatar.mesh.positions().to_vec())?;
         if !args.motion.is_empty() {
             avatar.clips.clear();
         }
@@ -79,6 +81,16 @@ impl Body {
         let name = format!("{} of {}", model.kind().name(), path.display());
         Ok(Self { avatar, name, apart })
     }
+}
+
+/// Whether two meshes have the same vertices and the same layout, as far as files keep them.
+fn is_same(a: &Mesh, b: &Mesh) -> bool {
+    fn is_near<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> bool {
+        const NEAR: f32 = 1e-5;
+        let near = |(a, b): (&[f32; N], &[f32; N])| (0..N).all(|k| (a[k] - b[k]).abs() < NEAR);
+        a.len() == b.len() && a.iter().zip(b).all(near)
+    }
+    is_near(a.positions(), b.positions()) && is_near(a.uv(), b.uv())
 }
 
 /// Reads a motion and adds it to an avatar's clips.

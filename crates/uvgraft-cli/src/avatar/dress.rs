@@ -65,11 +65,10 @@ pub(super) fn dress(
     let at = blending.on(transfer.map())?;
     let mut toning = None;
     if how.needs_colors() {
+        let name = path.display();
         match blending.blend().toning(&face, &base, base.encoding()) {
             Ok(found) => toning = found,
-            Err(why) => {
-                warn(format_args!("{}: {why}; colours are left as they are", path.display()))
-            }
+            Err(why) => warn(format_args!("{name}: {why}; colours are left as they are")),
         }
     }
     let overlay = transfer.overlay(face, base.format())?.blended(&at, toning.as_ref()).opaque();

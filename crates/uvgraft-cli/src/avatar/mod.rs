@@ -6,6 +6,7 @@ mod face;
 mod meta;
 mod summary;
 
+use std::ffi::OsStr;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -174,7 +175,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// Whether the output is to be a VRM file, by its name.
 fn is_vrm(output: &Path) -> anyhow::Result<bool> {
-    match output.extension().map(|extension| extension.to_ascii_lowercase()) {
+    match output.extension().map(OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "glb" => Ok(false),
         Some(extension) if extension == "vrm" => Ok(true),
         _ => {

@@ -1,8 +1,10 @@
 //! `uvgraft demo`: the whole road on an embedded example.
 
+mod avatar;
 mod blending;
 
 use std::fmt::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -12,13 +14,16 @@ use uvgraft::{Direction, Mesh, Pair, Size, Texture, Transfer, TransferOptions};
 use uvgraft_avatar::render::{View, render};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::output::write_atomically;
 use uvgraft_io::pair_file::{self, PairFile};
-use uvgraft_io::{obj, vertex_map};
+use uvgraft_io::{arrays, obj, vertex_map};
+use uvgraft_viewer::PAGE;
 
 use crate::failure::OrBadInput;
 use crate::picture::Picture;
 use crate::preview;
 use crate::report::{grouped, parse_size, to_stdout};
+use crate::view;
 use blending::Blends;
 
 /// Shows the main job on an embedded example that needs no file.
@@ -79,6 +84,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let darker = blends.body;
     steps.done("rendering", "before and after, and blending onto darker skin".to_owned());
 
+    let files = avatar::Files::new(&figure, body.clone())?;
+    steps.done("avatar", files.summary.clone());
+    let pictures = avatar::Pictures::new(&files.glb)?;
+    steps.done("animation", "a turntable, and moments of the avatar".to_owned());
+
     let file = PairFile {
         pair,
         source_name: "head.obj".to_owned(),
@@ -106,10 +116,31 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .file("blending.png", "the face on a body of darker skin, blended", |path| {
             blended.write(path)
         })?
-        .texture("body_darker.png", "that body before", darker)?;
+        .texture("body_darker.png", "that body before", darker)?
+        .file("avatar.glb", "the animated avatar", |path| bytes(path, &files.glb))?
+        .file("avatar.vrm", "the same for VRM", |path| bytes(path, &files.vrm))?
+        .file("wave.npz", "a motion as AMASS has it", |path| {
+            Ok(arrays::save_npz(&files.motion, path)?)
+        })?
+        .file("avatar.png", "moments of the avatar", |path| pictures.sheet().write(path))?
+        .file("turntable.gif", "the avatar waving, from all around", |path| {
+            pictures.write_turntable(path)
+        })?;
+    let outputs = match view::page("avatar.glb", &files.glb)? {
+        Some(page) => {
+            outputs.file("avatar.html", "the avatar to look at in a browser", |path| {
+                bytes(path, &page)
+            })?
+        }
+        None => outputs,
+    };
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    Ok(write_atomically::<io::Error>(path, |out| out.write_all(bytes))?)
 }
 
 fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
@@ -126,13 +157,24 @@ fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
         text,
         "\nthe same with the commands for your own files:\n  \
          uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
-         uvgraft transfer my.uvpair {} --onto {} -o my_body.png",
+         uvgraft transfer my.uvpair {face} --onto {base} -o my_body.png\n  \
+         uvgraft avatar my.uvpair {face} --onto {base} --body demo --motion {} -o me.glb\n  \
+         uvgraft render me.glb --frame 1.2 -o me.png\n  \
+         uvgraft view me.glb",
         path("head.obj"),
         path("body.obj"),
         path("head_to_body.npy"),
-        path("face.png"),
-        path("body_base.png"),
+        path("wave.npz"),
+        face = path("face.png"),
+        base = path("body_base.png"),
     );
+    if PAGE.is_none() {
+        let _ = writeln!(
+            text,
+            "\nthis build has no viewer, so avatar.html and `uvgraft view` are left out: \
+             scripts/build-viewer.sh makes it"
+        );
+    }
     to_stdout(&text)
 }
 

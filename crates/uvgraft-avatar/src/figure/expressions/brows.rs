@@ -1,13 +1,13 @@
 //! Brows and forehead.
 
-use super::{Spot, lids, slid};
+use super::{Spot, lids};
 use crate::vector::{Vec3, bell, smoothstep, vec3};
 
 /// Both brows rise and the eyes open wide.
 pub(super) fn up(spot: Spot) -> Vec3 {
     let brow = near_brow(spot.p);
     let wide = lids::close(spot.p, spot.p.x.signum(), -0.16);
-    slid(spot.p, 0.0, 0.55 * brow) + wide
+    spot.slid(0.0, 0.55 * brow) + wide
 }
 
 /// The inner ends go down and together.
@@ -17,7 +17,7 @@ pub(super) fn angry(spot: Spot) -> Vec3 {
     let outer = bell(p.x.abs() - 5.0, 1.3);
     let brow = near_brow(p);
     let together = -p.x.signum() * smoothstep(0.2, 1.4, p.x.abs()) * 0.26 * inner;
-    slid(p, together * brow, (0.16 * outer - 0.5 * inner) * brow)
+    spot.slid(together * brow, (0.16 * outer - 0.5 * inner) * brow)
         + vec3(0.0, 0.0, 0.12 * inner * brow)
         + lids::close(p, p.x.signum(), 0.10)
 }
@@ -29,7 +29,7 @@ pub(super) fn sad(spot: Spot) -> Vec3 {
     let outer = bell(p.x.abs() - 5.0, 1.6);
     let brow = near_brow(p);
     let together = -p.x.signum() * smoothstep(0.2, 1.4, p.x.abs()) * 0.16 * inner;
-    slid(p, together * brow, (0.48 * inner - 0.18 * outer) * brow)
+    spot.slid(together * brow, (0.48 * inner - 0.18 * outer) * brow)
         + lids::close(p, p.x.signum(), 0.14)
 }
 

@@ -57,7 +57,7 @@ mod tests {
         const CORNEA: f32 = 0.05;
         for dx in [-1.2, -0.6, 0.0, 0.6, 1.2] {
             let (upper, lower) = (on_lid(dx, upper_lid(dx)), on_lid(dx, lower_lid(dx)));
-            let close = |p: Vec3, share: f32| p + blink(Spot { p, lip: None }, 1.0) * share;
+            let close = |p: Vec3, share: f32| p + blink(Spot::new(p, None), 1.0) * share;
             // A twentieth of a millimetre is what marching along rays leaves open.
             assert!((close(upper, 1.0).y - close(lower, 1.0).y).abs() < 0.005, "{dx}");
             for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn brow_cheek_and_the_other_eye_stay() {
         for p in [seen(EYE.x, 2.1), seen(EYE.x, -1.75), on_lid(0.0, 0.72).mirrored()] {
-            assert_eq!(blink(Spot { p, lip: None }, 1.0), Vec3::default());
+            assert_eq!(blink(Spot::new(p, None), 1.0), Vec3::default());
         }
     }
 }

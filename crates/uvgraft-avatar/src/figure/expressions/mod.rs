@@ -22,6 +22,31 @@ struct Spot {
     p: Vec3,
     /// Where along the lips; see [`Figure::lips`].
     lip: Option<f32>,
+    /// Where the head's contour is in front of or behind it.
+    contour_z: f32,
+}
+
+impl Spot {
+    fn new(p: Vec3, lip: Option<f32>) -> Self {
+        Self { p, lip, contour_z: contour_z(p.x, p.y, 12.0) }
+    }
+
+    /// What takes it to the left and up, and with it along the head's contour.
+    fn slid(&self, dx: f32, dy: f32) -> Vec3 {
+        let length = (dx * dx + dy * dy).sqrt();
+        if length < 1e-4 {
+            return Vec3::default();
+        }
+        // Where the head turns away, depth says little.
+        let steepest = 1.5 * length;
+        let z = contour_z(self.p.x + dx, self.p.y + dy, self.contour_z + 2.0 * steepest);
+        vec3(dx, dy, (z - self.contour_z).clamp(-steepest, steepest))
+    }
+}
+
+/// Where the line of sight meets the head's contour, from a depth on.
+fn contour_z(x: f32, y: f32, from: f32) -> f32 {
+    meet(contour, vec3(x, y, from), vec3(0.0, 0.0, -1.0), 12.0).z
 }
 
 type Shape = fn(Spot) -> Vec3;
@@ -66,12 +91,12 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
     let spots: Vec<Option<Spot>> = figure
         .body
         .positions()
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(vertex, &position)| {
             let p = Vec3::from(position) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
             let face = parts[vertex].kind == Kind::Face && p.z > BEHIND;
-            face.then(|| Spot { p, lip: lips[vertex] })
+            face.then(|| Spot::new(p, lips[vertex]))
         })
         .collect();
     SHAPES
@@ -94,18 +119,6 @@ pub(crate) fn expressions(morphs: &[Morph]) -> Vec<Expression> {
             Expression::preset(preset, mix.collect())
         })
         .collect()
-}
-
-/// What takes a point of the skin to the left and up, and with it along the head's contour.
-fn slid(p: Vec3, dx: f32, dy: f32) -> Vec3 {
-    if dx * dx + dy * dy < 1e-8 {
-        return Vec3::default();
-    }
-    let depth = |x: f32, y: f32| meet(contour, vec3(x, y, 11.0), vec3(0.0, 0.0, -1.0), 11.0).z;
-    // Where the head turns away, depth says little.
-    let steepest = 1.5 * (dx * dx + dy * dy).sqrt();
-    let deeper = depth(p.x + dx, p.y + dy) - depth(p.x, p.y);
-    vec3(dx, dy, deeper.clamp(-steepest, steepest))
 }
 
 #[cfg(test)]
@@ -149,8 +162,8 @@ mod tests {
             let p = Vec3::from(figure.body.positions()[vertex]) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
             for (name, shape) in SHAPES {
                 let other = SHAPES.into_iter().find(|(found, _)| *found == mirrored(name)).unwrap();
-                let here = shape(Spot { p, lip: None });
-                let there = other.1(Spot { p: p.mirrored(), lip: None }).mirrored();
+                let here = shape(Spot::new(p, None));
+                let there = other.1(Spot::new(p.mirrored(), None)).mirrored();
                 // In centimetres: 1e-4 m.
                 assert!((here - there).length() < 1e-2, "{name} at {p:?}: {here:?} {there:?}");
             }

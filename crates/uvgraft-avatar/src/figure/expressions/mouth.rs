@@ -1,6 +1,6 @@
 //! Jaw and lips.
 
-use super::{Spot, slid};
+use super::Spot;
 use crate::figure::head_shape::{LIP_WIDTH, MOUTH_Y, lip_line};
 use crate::figure::rigging::head::{is_lower, jaw};
 use crate::figure::rigging::joints::JAW;
@@ -14,7 +14,7 @@ pub(super) fn jaw_open(spot: Spot) -> Vec3 {
     let (sin, cos) = ANGLE.sin_cos();
     let q = p - JAW;
     let turned = vec3(q.x, q.y * cos - q.z * sin, q.y * sin + q.z * cos);
-    let narrow = slid(p, -0.16 * across(p.x) * near_lips(p, 1.8), 0.0);
+    let narrow = spot.slid(-0.16 * across(p.x) * near_lips(p, 1.8), 0.0);
     (turned - q) * share + narrow
 }
 
@@ -29,7 +29,7 @@ pub(super) fn smile(spot: Spot) -> Vec3 {
     let cheek = bell(p.x.abs() - 3.9, 1.7) * bell(p.y + 3.9, 1.7) * smoothstep(1.5, 4.5, p.z);
     dx += side * 0.12 * cheek;
     dy += 0.34 * cheek;
-    slid(p, dx, dy) + vec3(0.0, 0.0, 0.22 * cheek)
+    spot.slid(dx, dy) + vec3(0.0, 0.0, 0.22 * cheek)
 }
 
 /// The corners of the mouth go down.
@@ -37,7 +37,7 @@ pub(super) fn frown(spot: Spot) -> Vec3 {
     let p = spot.p;
     let a = across(p.x);
     let near = near_lips(p, 1.6);
-    slid(p, -0.10 * a * near, (-0.42 * a * a + 0.10 * (1.0 - a * a)) * near)
+    spot.slid(-0.10 * a * near, (-0.42 * a * a + 0.10 * (1.0 - a * a)) * near)
 }
 
 /// Lips come together to a ring and forward.
@@ -47,7 +47,8 @@ pub(super) fn lips_round(spot: Spot) -> Vec3 {
     let near = near_lips(p, 1.5);
     let middle = (1.0 - a * a) * near;
     let apart = if is_lower(p, spot.lip) { -0.20 } else { 0.12 };
-    slid(p, -0.82 * a * near, apart * middle) + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
+    spot.slid(-0.82 * a * near, apart * middle)
+        + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
 }
 
 /// The corners of the mouth go out, lips part a little.
@@ -56,7 +57,7 @@ pub(super) fn lips_wide(spot: Spot) -> Vec3 {
     let a = across(p.x);
     let near = near_lips(p, 1.7);
     let apart = if is_lower(p, spot.lip) { -0.22 } else { 0.13 };
-    slid(p, 0.55 * a * near, apart * (1.0 - a * a) * near)
+    spot.slid(0.55 * a * near, apart * (1.0 - a * a) * near)
 }
 
 /// From -1 at the right corner of the mouth to 1 at the left one, back to 0 farther out.
@@ -85,7 +86,7 @@ mod tests {
 
     fn spot(x: f32, lower: bool) -> Spot {
         let along = 1.0 - (x / LIP_WIDTH).powi(2);
-        Spot { p: seen(x, lip_line(x)), lip: Some(if lower { along } else { -along }) }
+        Spot::new(seen(x, lip_line(x)), Some(if lower { along } else { -along }))
     }
 
     #[test]
@@ -96,7 +97,7 @@ mod tests {
         // At the corners both lips go the same way.
         let corner = |lower| jaw_open(spot(LIP_WIDTH, lower));
         assert!((corner(true) - corner(false)).length() < 0.02);
-        let nose = Spot { p: seen(0.0, -4.0), lip: None };
+        let nose = Spot::new(seen(0.0, -4.0), None);
         assert_eq!(jaw_open(nose), Vec3::default());
     }
 

@@ -1,0 +1,150 @@
+//! The figure with its face as an avatar: files of it, and pictures of it moving.
+
+use std::io;
+use std::path::Path;
+
+use anyhow::Context;
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::figure::motion::as_amass;
+use uvgraft_avatar::film::write_gif;
+use uvgraft_avatar::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
+use uvgraft_avatar::render::{Look, Perspective, Renderer};
+use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_io::arrays::{NamedArrays, NumericArray};
+use uvgraft_io::output::write_atomically;
+
+use crate::picture::Picture as Sheet;
+
+const PANEL: Size = Size::new(400, 540);
+const TURNTABLE: Size = Size::new(300, 450);
+const TURNTABLE_FRAMES: u16 = 36;
+const TURNTABLE_FPS: f32 = 10.0;
+
+/// The avatar's files, in memory.
+pub(super) struct Files {
+    pub(super) glb: Vec<u8>,
+    pub(super) vrm: Vec<u8>,
+    /// The wave as an AMASS file has it.
+    pub(super) motion: NamedArrays,
+    /// What it is, for people.
+    pub(super) summary: String,
+}
+
+impl Files {
+    /// - `body`: the body's texture with the face.
+    pub(super) fn new(figure: &Figure, body: Texture) -> anyhow::Result<Self> {
+        let avatar = figure.avatar();
+        let looks = Looks::new(Picture::encode(body, PictureFormat::Png, 92)?);
+        let export = Export { name: "uvgraft's figure".to_owned(), ..Export::default() };
+        let file = glb::write(&avatar, &looks, &export)?;
+        let authors = vec!["The uvgraft developers".to_owned()];
+        let meta = VrmMeta::new(&*export.name, authors, Permissions::EVERYONE);
+        let vrm = glb::write(&avatar, &looks, &Export { vrm: Some(meta), ..export })?;
+        let summary = format!(
+            "GLB and VRM: {} joints, {} expressions, {} animations",
+            file.report.joints,
+            avatar.expressions.len(),
+            file.report.clips
+        );
+        Ok(Self { glb: file.bytes, vrm: vrm.bytes, motion: wave(&avatar)?, summary })
+    }
+}
+
+fn wave(avatar: &Avatar) -> anyhow::Result<NamedArrays> {
+    let clip = avatar.clips.iter().find(|clip| clip.name == "wave").context("a wave")?;
+    let amass = as_amass(&avatar.skeleton, clip);
+    let mut arrays = NamedArrays::new();
+    let mut insert = |name, shape, values| {
+        let array = NumericArray::new_f32(shape, values).context("numbers for each frame")?;
+        arrays.insert(name, array);
+        anyhow::Ok(())
+    };
+    insert("poses", vec![amass.frames, 156], amass.poses)?;
+    insert("trans", vec![amass.frames, 3], amass.trans)?;
+    insert("mocap_framerate", vec![], vec![amass.mocap_framerate])?;
+    arrays.insert_text("gender", "neutral");
+    Ok(arrays)
+}
+
+/// Pictures of the avatar, by the renderer that `render` uses, from the file that was written.
+pub(super) struct Pictures {
+    panels: Vec<(&'static str, Texture)>,
+    turntable: Vec<Texture>,
+}
+
+impl Pictures {
+    pub(super) fn new(glb: &[u8]) -> anyhow::Result<Self> {
+        let scene = Scene::read(glb)?;
+        let renderer = Renderer::of(&scene);
+        let clip = |name: &str, seconds| {
+            let found = scene.clips().iter().position(|clip| clip.name == name);
+            anyhow::Ok(Posing {
+                clip: Some((found.context("a clip")?, seconds)),
+                ..Posing::default()
+            })
+        };
+        let face = |weights: &[(&str, f32)]| {
+            let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
+            anyhow::Ok(Posing { weights, ..clip("idle", 0.0)? })
+        };
+        let shot = |posing: &Posing, camera: &Perspective, size| {
+            let look = Look { floor: Some(0.0), ..Look::default() };
+            anyhow::Ok(renderer.render(&scene.pose(posing)?, camera, &look, size))
+        };
+        let mut panels = Vec::new();
+        for (caption, posing, camera) in [
+            ("wave", clip("wave", 1.2)?, body(15.0)),
+            ("walk", clip("walk", 0.15)?, body(55.0)),
+            ("happy", face(&[("smile", 1.0)])?, head(20.0)),
+            ("aa, surprised", face(&[("jaw_open", 0.8), ("brows_up", 1.0)])?, head(-25.0)),
+        ] {
+            panels.push((caption, shot(&posing, &camera, PANEL)?));
+        }
+        let mut turntable = Vec::new();
+        for frame in 0..TURNTABLE_FRAMES {
+            let share = f32::from(frame) / f32::from(TURNTABLE_FRAMES);
+            let posing = clip("wave", f32::from(frame) / TURNTABLE_FPS)?;
+            turntable.push(shot(&posing, &body(15.0 + 360.0 * share), TURNTABLE)?);
+        }
+        Ok(Self { panels, turntable })
+    }
+
+    pub(super) fn write_turntable(&self, path: &Path) -> anyhow::Result<()> {
+        write_atomically::<io::Error>(path, |out| {
+            write_gif(&self.turntable, TURNTABLE_FPS, out).map_err(io::Error::other)
+        })?;
+        Ok(())
+    }
+
+    pub(super) fn sheet(&self) -> Sheet {
+        const CAPTION: u32 = 44;
+        const GAP: u32 = 8;
+        let columns = self.panels.len() as u32;
+        let width = columns * PANEL.width + (columns - 1) * GAP;
+        let mut sheet = Sheet::new(Size::new(width, CAPTION + PANEL.height), [24, 26, 30]);
+        for (column, (caption, panel)) in (0..).zip(&self.panels) {
+            let left = column * (PANEL.width + GAP);
+            sheet.paste(panel, left, CAPTION);
+            let space = PANEL.width.saturating_sub(Sheet::text_width(caption, 2));
+            sheet.text(caption, left + space / 2, 14, 2, [236, 238, 242]);
+        }
+        sheet
+    }
+}
+
+/// All of the figure; degrees around it.
+fn body(azimuth: f32) -> Perspective {
+    around(azimuth, [0.0, 0.93, 0.0], 5.6, 0.5)
+}
+
+/// Its head.
+fn head(azimuth: f32) -> Perspective {
+    around(azimuth, [0.0, 1.60, 0.0], 1.25, 0.03)
+}
+
+fn around(azimuth: f32, target: [f32; 3], distance: f32, rise: f32) -> Perspective {
+    let (sin, cos) = azimuth.to_radians().sin_cos();
+    let eye = [target[0] + sin * distance, target[1] + rise, target[2] + cos * distance];
+    Perspective { eye, target, up: [0.0, 1.0, 0.0], fov_y: 21.0, near: 0.05, far: 50.0 }
+}

@@ -1,0 +1,153 @@
+//! Pictures of GLB files through the program.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+#[allow(dead_code, reason = "tests of the library use the rest")]
+#[path = "../../uvgraft-avatar/src/scene/strip.rs"]
+mod strip;
+
+use bench::{Bench, texel_u8};
+use serde_json::{Value, json};
+use strip::Strip;
+use uvgraft::{Channels, Size};
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.write("me.glb", Strip::new().glb());
+    bench
+}
+
+#[test]
+fn a_picture_has_the_colours_of_the_texture() {
+    let bench = bench();
+    bench.succeed("render me.glb -o me.png --unlit --azimuth 0 --elevation 0 --size 60x80");
+    let picture = bench.texture("me.png");
+    assert_eq!(picture.size(), Size::new(60, 80));
+    // Red, green, blue and white quarters around the middle, on white.
+    for (at, wanted) in [
+        ((25, 35), [255, 0, 0]),
+        ((34, 35), [0, 255, 0]),
+        ((25, 44), [0, 0, 255]),
+        ((34, 44), [255; 3]),
+        ((2, 2), [255; 3]),
+    ] {
+        assert_eq!(texel_u8(&picture, at.0, at.1), wanted, "{at:?}");
+    }
+    // The same again, with any number of threads.
+    let bytes = bench.bytes("me.png");
+    for threads in [1, 3] {
+        bench.succeed(&format!(
+            "render me.glb -o me.png --unlit --azimuth 0 --elevation 0 --size 60x80 --threads {threads}"
+        ));
+        assert_eq!(bench.bytes("me.png"), bytes);
+    }
+}
+
+#[test]
+fn poses_clips_and_expressions_move_it() {
+    let bench = bench();
+    let draw = |options: &str| {
+        bench.succeed(&format!(
+            "render me.glb -o me.webp --unlit --background transparent --azimuth 50 \
+             --size 40x40 {options}"
+        ));
+        bench.texture("me.webp")
+    };
+    let rest = draw("");
+    assert_eq!(rest.channels(), Channels::Rgba);
+    assert_eq!(draw("--clip bend --frame 0"), rest);
+    assert_eq!(draw("--pose rest --expression bulge=0"), rest);
+    let bent = draw("--clip bend --frame 1");
+    assert_ne!(bent, rest);
+    assert_eq!(draw("--frame 7"), bent);
+    assert_eq!(draw("--pose head=0,0,90"), bent);
+    assert_ne!(draw("--expression bulge"), rest);
+    assert_ne!(draw("--camera head"), rest);
+}
+
+#[test]
+fn the_camera_is_told_as_json() {
+    let bench = bench();
+    let told = bench.succeed("render me.glb -o me.png --size 8 --print-camera --azimuth 90");
+    let camera: Value = serde_json::from_str(&told).unwrap();
+    let eye: Vec<f64> = serde_json::from_value(camera["eye"].clone()).unwrap();
+    assert!(eye[0] > 3.0 && eye[2].abs() < 1e-4, "{told}");
+    assert_eq!((&camera["target"], &camera["fov_y"]), (&json!([0.0, 1.0, 0.0]), &json!(24.0)));
+}
+
+#[test]
+fn moving_pictures_have_their_frames() {
+    let bench = bench();
+    bench.succeed("render me.glb -o me.gif --turntable 5 --size 24x32");
+    let gif = bench.bytes("me.gif");
+    assert!(gif.starts_with(b"GIF89a") && gif[6..10] == [24, 0, 32, 0]);
+    bench.succeed("render me.glb -o me.webp --motion --fps 4 --size 24x32");
+    let webp = bench.bytes("me.webp");
+    let frames = webp.windows(4).filter(|name| name == b"ANMF").count();
+    assert_eq!(frames, 4);
+    bench.succeed("render me.glb -o me.png --motion --fps 2 --size 24x32");
+    assert!(!bench.exists("me.png") && !bench.exists("me_002.png"));
+    assert_ne!(bench.texture("me_000.png"), bench.texture("me_001.png"));
+    // The first frame of a motion is that of its start, seen by a camera that has all in the picture.
+    bench.succeed("render me.glb -o still.gif --frame 0 --size 24x32");
+    assert!(bench.bytes("still.gif").starts_with(b"GIF89a"));
+}
+
+#[test]
+fn what_is_no_avatar_is_refused() {
+    let bench = bench();
+    let glb = bench.bytes("me.glb");
+    bench.write("cut.glb", &glb[..700]);
+    bench.write("empty.glb", "");
+    bench.write("prose.glb", "This is not an avatar.");
+    let save = |name: &str, strip: Strip| bench.write(name, strip.glb());
+    save("cycle.glb", Strip::new().with("/nodes/1/children", json!([0])));
+    save("joint.glb", Strip::new().with_bytes(strip::JOINTS, 0, [7, 1, 0, 0]));
+    save("nan.glb", Strip::new().with_bytes(strip::POSITIONS, 0, f32::NAN.to_le_bytes()));
+    save("count.glb", Strip::new().with("/accessors/0/count", json!(1_000_000)));
+    save(
+        "draco.glb",
+        Strip::new().with("/extensionsRequired", json!(["KHR_draco_mesh_compression"])),
+    );
+    let mut bomb = Strip::new();
+    let view = bomb.view(&strip::png(30_000, 30_000, &[]));
+    save("bomb.glb", bomb.with("/images/0/bufferView", view.into()));
+    save("empty_scene.glb", Strip::new().with("/scenes/0/nodes", json!([])));
+    save("still.glb", Strip::new().with("/animations", json!([])));
+    let outside = Strip::new().with("/buffers/0/uri", json!("../secret.bin"));
+    bench.write("outside.gltf", outside.json.to_string());
+    for (args, wanted) in [
+        ("none.glb -o a.png", &["none.glb: ", "No such file"][..]),
+        ("cut.glb -o a.png", &["cut.glb: ", "cut short"]),
+        ("empty.glb -o a.png", &["empty.glb: ", "not a glTF file"]),
+        ("prose.glb -o a.png", &["prose.glb: ", "not a glTF file", "This is "]),
+        ("cycle.glb -o a.png", &["cycle.glb: node 0", "ancestors"]),
+        ("joint.glb -o a.png", &["joint.glb: node 2", "uses joint 7, skin 0 has 2"]),
+        ("nan.glb -o a.png", &["nan.glb: accessor 0: element 0", "finite"]),
+        ("count.glb -o a.png", &["count.glb: accessor 0", "1000000 elements"]),
+        ("draco.glb -o a.png", &["draco.glb: ", "KHR_draco_mesh_compression"]),
+        ("bomb.glb -o a.png", &["bomb.glb: texels of images: 900000000"]),
+        ("empty_scene.glb -o a.png", &["empty_scene.glb: it has no triangles"]),
+        ("outside.gltf -o a.png", &["outside.gltf: buffer 0", "not a file beside it"]),
+        ("still.glb -o a.png --frame 1", &["still.glb: it has no animation"]),
+        ("still.glb -o a.gif --motion", &["still.glb: it has no animation"]),
+        ("still.glb -o a.png --clip run", &["still.glb: ", "no clip \"run\""]),
+        ("me.glb -o a.png --clip run", &["me.glb: ", "0 (bend)"]),
+        ("me.glb -o a.png --pose wave", &["me.glb: ", "leftUpperArm"]),
+        ("me.glb -o a.png --pose dance", &["t-pose", "BONE=X,Y,Z"]),
+        ("me.glb -o a.png --pose tail=0,0,1", &["me.glb: ", "no bone \"tail\"", "head"]),
+        ("me.glb -o a.png --expression smile=1", &["me.glb: ", "\"smile\"", "bulge"]),
+        ("me.glb -o a.png --azimuth nan", &["wanted a number"]),
+        ("me.glb -o a.png --background red", &["#rrggbb"]),
+        ("me.glb -o a.png --size 9000", &["at most 4096"]),
+        ("me.glb -o a.png --fps 0", &["frames a second"]),
+        ("me.glb -o a.bmp", &["a.bmp: ", ".gif", ".png"]),
+        ("me.glb -o a.jpg --background transparent", &["a.jpg: ", "transparency"]),
+        ("me.glb -o me.glb", &["me.glb"]),
+        ("me.glb -o none/a.png", &["none/a.png", "no folder"]),
+        ("me.glb -o a.gif --turntable 3000 --size 1000", &["a.gif: 3000 frames"]),
+    ] {
+        bench.refuse(&format!("render {args}"), wanted);
+    }
+}
