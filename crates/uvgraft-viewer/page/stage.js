@@ -75,8 +75,8 @@ export class Stage {
       this.extras.add(light, light.target);
       return light;
     };
-    this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.15), new AmbientLight("#ffffff", 0.35));
-    const key = lamp("#fff6ec", 2.1, 0.5, 1.05, 0.95);
+    this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.0), new AmbientLight("#ffffff", 0.35));
+    const key = lamp("#fff6ec", 1.85, 0.5, 1.05, 0.95);
     lamp("#e6eeff", 0.7, -0.9, 0.25, 0.7);
     lamp("#ffffff", 0.9, -0.3, 0.7, -1);
     key.castShadow = true;
