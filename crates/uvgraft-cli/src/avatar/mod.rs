@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// figure that `uvgraft demo` makes
     #[arg(long, value_name = "MODEL|demo")]
     body: PathBuf,
-    /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .npy, .pkl) with an array `betas`
+    /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .pkl) with an array `betas`
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true)]
     betas: Option<String>,
     /// Animations: AMASS files (.npz); several become several clips
@@ -119,6 +119,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let is_vrm = is_vrm(&args.output)?;
     let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
     let onto = Onto::parse(&args.onto)?;
+    if args.texture == Some(TextureName::Ktx2) {
+        return Err(bad_input(
+            "--texture ktx2: this build cannot encode KTX2; wanted png, jpeg or webp",
+        ));
+    }
     let preset = args.preset.as_deref().and_then(Preset::named);
     let own = preset.map(|preset| Preset {
         triangles: args.triangles.map_or(preset.triangles, |count| count as usize),
@@ -156,7 +161,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         vrm,
         ..Export::default()
     };
-    let exported = glb::write(&avatar, &looks, &export).or_bad_input()?;
+    let exported = glb::write(&avatar, &looks, &export)
+        .map_err(|error| bad_input(format!("{name} as {}: {error}", args.output.display())))?;
     output::write_atomically::<io::Error>(&args.output, |out| out.write_all(&exported.bytes))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let made = summary::Made {
