@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use uvgraft::{MapOptions, Size, Texture};
 use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
-use uvgraft_avatar::preset::{Fitted, Preset, PresetError};
+use uvgraft_avatar::preset::{Fitted, Preset};
 use uvgraft_io::{output, pair_file};
 
 use crate::blending::BlendArgs;
@@ -147,7 +147,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Body { mut avatar, name, apart } = body;
     let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
-        let fit = preset.fit(avatar).map_err(of_build)?;
+        let fit = preset.fit(avatar).or_bad_input()?;
         let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
         (avatar, normals) = (fit.avatar, fit.normals);
@@ -207,18 +207,10 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
 
 fn encode(args: &Args, preset: Option<&Preset>, texture: Texture) -> anyhow::Result<Picture> {
     match preset {
-        Some(preset) => preset.picture(texture).map_err(of_build),
+        Some(preset) => preset.picture(texture).or_bad_input(),
         None => {
             let format = args.texture.map_or(PictureFormat::Png, PictureFormat::from);
             Picture::encode(texture, format, args.quality).or_bad_input()
         }
-    }
-}
-
-/// What this build cannot do is not the input's fault.
-fn of_build(error: PresetError) -> anyhow::Error {
-    match error {
-        PresetError::Budget { .. } => error.into(),
-        error => bad_input(error),
     }
 }
