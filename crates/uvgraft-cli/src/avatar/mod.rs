@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft::{MapOptions, Size, Texture};
+use uvgraft::{MapOptions, Size};
 use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
 use uvgraft_avatar::preset::{Fitted, Preset};
 use uvgraft_io::{output, pair_file};
@@ -152,7 +152,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         fitted = Some((before, hidden, after, wanted));
         (avatar, normals) = (fit.avatar, fit.normals);
     }
-    let picture = encode(args, own.as_ref(), texture)?;
+    // The texture has the preset's size already.
+    let preset_format = own.as_ref().map(|preset| preset.format);
+    let format = preset_format.or(args.texture.map(PictureFormat::from));
+    let format = format.unwrap_or(PictureFormat::Png);
+    let picture = Picture::encode(texture, format, args.quality).or_bad_input()?;
     let looks = Looks::new(picture);
     let export = Export {
         name: args.meta.title(&args.output),
@@ -203,14 +207,4 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
         .chain(args.blending.inputs())
         .chain(regions.iter().map(PathBuf::as_path));
     Outputs::new(inputs).check(&args.output)
-}
-
-fn encode(args: &Args, preset: Option<&Preset>, texture: Texture) -> anyhow::Result<Picture> {
-    match preset {
-        Some(preset) => preset.picture(texture).or_bad_input(),
-        None => {
-            let format = args.texture.map_or(PictureFormat::Png, PictureFormat::from);
-            Picture::encode(texture, format, args.quality).or_bad_input()
-        }
-    }
 }
