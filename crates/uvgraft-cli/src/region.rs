@@ -10,7 +10,7 @@ use uvgraft_io::{vertex_groups, vertex_list};
 use crate::failure::{OrBadInput, bad_input, note};
 use crate::length::{Length, Unit, assumption};
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Region")]
 pub(crate) struct RegionArgs {
     /// Only this part of what is linked: vertices (.npy, .txt), a painted mask (an image), or parts of a
@@ -85,6 +85,12 @@ impl RegionArgs {
     /// Whether everything that is linked is meant.
     pub(crate) fn is_everything(&self) -> bool {
         self.region.is_empty() && self.exclude.is_empty() && self.grow.is_none()
+    }
+
+    /// The same, with a unit if none is named.
+    pub(crate) fn or_unit(mut self, unit: Unit) -> Self {
+        self.unit = self.unit.or(Some(unit));
+        self
     }
 
     /// The files that are named.

@@ -8,6 +8,7 @@ use super::Args;
 use super::face::Face;
 use crate::blending::{Blending, Known, Values};
 use crate::failure::{OrBadInput, bad_input, warn};
+use crate::length::Unit;
 use crate::onto::Onto;
 
 /// The texture that a face is laid over, at the size that is wanted.
@@ -61,7 +62,12 @@ pub(super) fn dress(
     let ground = Ground::new(pair, direction);
     let how = args.blending.clone().or_membrane();
     how.check()?;
-    let blending = Blending::new(&how, &args.region, args.gutter, &ground, &known, false)?;
+    let mut region = args.region.clone();
+    // Bodies are in metres, and as long as people are; others are asked about.
+    if (0.2..3.0).contains(&ground.extent()) {
+        region = region.or_unit(Unit::M);
+    }
+    let blending = Blending::new(&how, &region, args.gutter, &ground, &known, false)?;
     let at = blending.on(transfer.map())?;
     let mut toning = None;
     if how.needs_colors() {
