@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
+use uvgraft_avatar::scene::Scene;
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
 use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
@@ -58,6 +59,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Outputs::new(inputs).check(&output)?;
 
     let model = read(&args.model, MOST_MODEL_BYTES)?;
+    // What cannot be drawn here cannot be drawn there.
+    Scene::read(&model)
+        .with_context(|| format!("cannot show {}", args.model.display()))
+        .or_bad_input()?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let in_model = || format!("cannot show {}", args.model.display());
     let model = Glb::new(&model).with_context(in_model).or_bad_input()?;

@@ -102,8 +102,12 @@ impl Perspective {
             distance = distance.max(q.dot(towards) + high.max(wide));
         }
         let radius = bounds.radius().max(1e-6);
-        // So near that perspective would exaggerate, or inside, it stays in front of the box.
-        let distance = (distance / zoom.max(1e-3)).max(0.02 * radius);
+        // A zoom narrows the view and leaves the camera where it is, or it would end up inside; below 1 it
+        // steps back, for views have an end.
+        let zoom = zoom.max(1e-3);
+        let distance = (distance / zoom.min(1.0)).max(0.02 * radius);
+        let half = (0.5 * fov_y).to_radians().tan() / zoom.max(1.0);
+        let fov_y = 2.0 * half.atan().to_degrees();
         Self {
             eye: (middle + towards * distance).into(),
             target: middle.into(),

@@ -67,6 +67,7 @@ impl Body {
         let betas = args.betas.as_deref().map(betas).transpose()?.unwrap_or_default();
         let shape = Shape { betas, ..Shape::default() };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
+        check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone(), EXPRESSIONS).map_err(|error| {
             let (body, pair) = (path.display(), args.pair.display());
             bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
@@ -81,6 +82,19 @@ impl Body {
         let name = format!("{} of {}", model.kind().name(), path.display());
         Ok(Self { avatar, name, apart })
     }
+}
+
+/// Refuses a shape that no person has, as betas beyond all measure make it.
+fn check_shape(args: &Args, positions: &[[f32; 3]]) -> anyhow::Result<()> {
+    const FARTHEST_M: f32 = 10.0;
+    let farthest = positions.iter().flatten().fold(0.0_f32, |most, value| most.max(value.abs()));
+    if farthest < FARTHEST_M {
+        return Ok(());
+    }
+    let (body, betas) = (args.body.display(), args.betas.as_deref().unwrap_or("none"));
+    Err(bad_input(format!(
+        "{body} with --betas {betas}: a vertex is {farthest} m from the origin, wanted a body in metres"
+    )))
 }
 
 /// Whether two meshes have the same vertices and the same layout, as far as files keep them.
@@ -118,29 +132,28 @@ fn add_clip(args: &Args, path: &Path, avatar: &mut Avatar) -> anyhow::Result<()>
 
 /// Numbers, or the array `betas` of a file.
 fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
+    let wanted = |found: &str| {
+        let wanted = "wanted numbers such as 0.5,-1.2, or a file with them";
+        bad_input(format!("--betas {text}: found {found}, {wanted}"))
+    };
     let numbers: Result<Vec<f32>, _> =
         text.split([',', ' ']).filter(|part| !part.is_empty()).map(str::parse).collect();
     let values = match numbers {
         Ok(numbers) => numbers,
         Err(_) if Path::new(text).exists() => {
             let found = arrays::read(Path::new(text)).or_bad_input()?;
-            let array = found.get("betas").ok_or_else(|| {
-                let names: Vec<&str> = found.names().collect();
-                let names = names.join(", ");
-                bad_input(format!("{text} has no array `betas`; found {names}"))
-            })?;
+            let array = found.require("betas").map_err(|error| wanted(&error.to_string()))?;
+            // One person's, maybe in a row of its own.
+            if !matches!(array.shape(), [_] | [1, _]) {
+                return Err(wanted(&format!("`betas` of shape {:?}", array.shape())));
+            }
             array.f32s().into_owned()
         }
-        Err(_) => {
-            return Err(bad_input(format!(
-                "--betas {text}: wanted numbers such as 0.5,-1.2, or a file that is there"
-            )));
-        }
+        Err(_) => return Err(wanted("neither numbers nor a file that is there")),
     };
     match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => {
-            Err(bad_input(format!("--betas {text}: found {value}, wanted finite numbers")))
-        }
+        Some(value) => Err(wanted(&value.to_string())),
+        None if values.is_empty() => Err(wanted("none")),
         None => Ok(values),
     }
 }

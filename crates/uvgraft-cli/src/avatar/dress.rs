@@ -1,8 +1,11 @@
 //! A face on a body's texture.
 
+use std::path::Path;
+
 use uvgraft::blend::Ground;
-use uvgraft::{Direction, Filter, MapOptions, Pair, Size, Texture, Transfer, TransferOptions};
+use uvgraft::{Direction, Filter, MapOptions, Overlay, Size, Texture, Transfer, TransferOptions};
 use uvgraft_io::image;
+use uvgraft_io::pair_file::PairFile;
 
 use super::Args;
 use super::face::Face;
@@ -10,6 +13,7 @@ use crate::blending::{Blending, Known, Values};
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::length::Unit;
 use crate::onto::Onto;
+use crate::preview;
 
 /// The texture that a face is laid over, at the size that is wanted.
 ///
@@ -27,7 +31,9 @@ pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Resul
         Onto::Image(path) => {
             let texture = image::read(path).or_bad_input()?.texture;
             let size = fit(args.size.unwrap_or(texture.size()));
-            texture.resized(size, Filter::Lanczos3, false).or_bad_input()
+            let texture = texture.resized(size, Filter::Lanczos3, false).or_bad_input()?;
+            let depth = texture.depth();
+            Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
         Onto::Color(unit) => {
             let size = args.size.ok_or_else(|| {
@@ -45,11 +51,11 @@ pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Resul
 ///
 pub(super) fn dress(
     args: &Args,
-    pair: &Pair,
+    file: &PairFile,
     face: Face,
     base: Texture,
 ) -> anyhow::Result<Texture> {
-    let path = &*face.file;
+    let (pair, path) = (&file.pair, &*face.file);
     let known = Known::new(&args.blending)?.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let options = TransferOptions {
@@ -77,8 +83,58 @@ pub(super) fn dress(
             Err(why) => warn(format_args!("{name}: {why}; colours are left as they are")),
         }
     }
-    let overlay = transfer.overlay(face, base.format())?.blended(&at, toning.as_ref()).opaque();
+    if let Some(preview) = &args.blending.preview {
+        preview::write_region(file, direction, blending.blend(), preview)?;
+    }
+    let overlay = transfer.overlay(face, base.format())?.opaque();
+    let plain = overlay.clone().blended(&at, None);
+    let overlay = overlay.blended(&at, toning.as_ref());
+    if toning.is_some() {
+        warn_of_tint(&plain, &overlay, &base, path)?;
+    }
     let dressed = overlay.lay(0, base)?;
     let channels = uvgraft::Channels::Rgb;
     Ok(dressed.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8))
+}
+
+/// Says so if a tone changes the face as no skin differs from another: then the face has something else
+/// at the rim, such as a collar, that is taken for its skin.
+fn warn_of_tint(
+    plain: &Overlay<'_>,
+    toned: &Overlay<'_>,
+    base: &Texture,
+    path: &Path,
+) -> anyhow::Result<()> {
+    /// One row of so many tells enough.
+    const ROWS: u32 = 16;
+    /// Of the strongest gain to the weakest, as values are encoded: skins stay below 1.3.
+    const STRONG: f32 = 1.35;
+    let mut gains: [Vec<f32>; 3] = Default::default();
+    for row in (0..base.size().height).step_by(ROWS as usize) {
+        let band = base.rows(row..row + 1);
+        let (before, after) = (plain.lay(row, band.clone())?, toned.lay(row, band.clone())?);
+        for x in 0..base.size().width {
+            let of = |texture: &Texture| std::array::from_fn(|k| texture.get(x, 0, k));
+            let [beneath, before, after]: [[f32; 3]; 3] = [&band, &before, &after].map(of);
+            if before != beneath && before != after {
+                for channel in 0..3 {
+                    gains[channel].push(after[channel] / before[channel].max(1.0 / 255.0));
+                }
+            }
+        }
+    }
+    let medians = gains.map(|mut gains| {
+        let middle = gains.len() / 2;
+        if gains.is_empty() { 1.0 } else { *gains.select_nth_unstable_by(middle, f32::total_cmp).1 }
+    });
+    let most = medians.iter().copied().fold(f32::MIN, f32::max);
+    let least = medians.iter().copied().fold(f32::MAX, f32::min);
+    if most > STRONG * least {
+        warn(format_args!(
+            "{}: the body's tone tints the face strongly; if its neck shows a collar or hair, leave that out, \
+             as by --grow -60mm",
+            path.display()
+        ));
+    }
+    Ok(())
 }

@@ -42,10 +42,27 @@ impl MetaArgs {
         (!self.authors.is_empty()).then(|| self.authors.join(", "))
     }
 
+    /// Refuses for a GLB what only a VRM file can say.
+    pub(super) fn check_glb(&self) -> anyhow::Result<()> {
+        let given = [
+            ("--license", self.license.is_some()),
+            ("--license-url", self.license_url.is_some()),
+            ("--made-from", self.made_from.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((name, _)) => Err(bad_input(format!(
+                "{name}: a GLB file has no place for it; write a .vrm, or leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// What a VRM file needs.
     pub(super) fn vrm(&self, output: &Path) -> anyhow::Result<VrmMeta> {
         let license = self.license.as_deref().and_then(Permissions::named);
-        let Some(permissions) = license.filter(|_| !self.authors.is_empty()) else {
+        let Some(permissions) = license.filter(|_| {
+            !self.authors.is_empty() && !self.authors.iter().any(|name| name.trim().is_empty())
+        }) else {
             let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
             return Err(bad_input(format!(
                 "{}: a VRM file says whose it is and what others may do with it: give --author NAME and \

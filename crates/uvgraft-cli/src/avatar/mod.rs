@@ -22,12 +22,16 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
 use crate::onto::Onto;
 use crate::outputs::Outputs;
+use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
 use crate::report::{parse_size, to_stdout};
 use body::Body;
 use face::Face;
 use meta::MetaArgs;
+
+/// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
+const JPEG_QUALITY: u8 = 92;
 
 /// Makes an animated full-body avatar from a head's texture: a GLB or VRM file.
 ///
@@ -50,7 +54,7 @@ pub(crate) struct Args {
     /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .pkl) with an array `betas`
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true)]
     betas: Option<String>,
-    /// Animations: AMASS files (.npz); several become several clips
+    /// Animations: AMASS files (.npz); several become several clips, in place of the demo figure's own
     #[arg(long, value_name = "AMASS.npz")]
     motion: Vec<PathBuf>,
     /// Frames a second of animations; 0 keeps all of the file's
@@ -60,7 +64,7 @@ pub(crate) struct Args {
     #[arg(long, value_parser = Preset::ALL.map(|preset| preset.name))]
     preset: Option<String>,
     /// The most triangles [default: the preset's]
-    #[arg(long, value_name = "N", requires = "preset", value_parser = clap::value_parser!(u32).range(100..))]
+    #[arg(long, value_name = "N", requires = "preset", value_parser = clap::value_parser!(u32).range(1000..))]
     triangles: Option<u32>,
     /// Size of the body's texture [default: the image's, or as much of it as the preset takes]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
@@ -68,9 +72,9 @@ pub(crate) struct Args {
     /// How the texture is stored [default: the preset's, or png]
     #[arg(long, value_enum, value_name = "FORMAT")]
     texture: Option<TextureName>,
-    /// Quality of JPEG textures, 1 to 100
-    #[arg(long, default_value_t = 92, value_parser = clap::value_parser!(u8).range(1..=100))]
-    quality: u8,
+    /// Quality of JPEG textures, 1 to 100 [default: 92]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: Option<u8>,
     /// Where to write the avatar: .glb, or .vrm (VRM 1.0)
     #[arg(short, long, value_name = "OUT.glb|OUT.vrm")]
     output: PathBuf,
@@ -118,6 +122,9 @@ impl From<TextureName> for PictureFormat {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let is_vrm = is_vrm(&args.output)?;
     let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
+    if !is_vrm {
+        args.meta.check_glb()?;
+    }
     let onto = Onto::parse(&args.onto)?;
     if args.texture == Some(TextureName::Ktx2) {
         return Err(bad_input(
@@ -130,6 +137,20 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         format: args.texture.map_or(preset.format, PictureFormat::from),
         ..*preset
     });
+    let preset_format = own.as_ref().map(|preset| preset.format);
+    let format = preset_format.or(args.texture.map(PictureFormat::from));
+    let format = format.unwrap_or(PictureFormat::Png);
+    if args.quality.is_some() && format != PictureFormat::Jpeg {
+        return Err(bad_input("--quality is for JPEG textures: add --texture jpeg"));
+    }
+    if let (Some(size), Some(preset)) = (args.size, &own)
+        && size.width.max(size.height) > preset.texture_side
+    {
+        let (name, side) = (preset.name, preset.texture_side);
+        return Err(bad_input(format!(
+            "--size {size}: --preset {name} has textures of {side} at most; leave one of them out"
+        )));
+    }
     check_outputs(args, &onto)?;
 
     let file = pair_file::read(&args.pair).or_bad_input()?;
@@ -140,7 +161,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 || Face::read(&args.face),
                 || dress::base(args, &onto, own.as_ref().map(|preset| preset.texture_side)),
             );
-            dress::dress(args, &file.pair, face?, base?)
+            dress::dress(args, &file, face?, base?)
         },
     );
     let (body, texture) = (body?, textures?);
@@ -153,10 +174,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         (avatar, normals) = (fit.avatar, fit.normals);
     }
     // The texture has the preset's size already.
-    let preset_format = own.as_ref().map(|preset| preset.format);
-    let format = preset_format.or(args.texture.map(PictureFormat::from));
-    let format = format.unwrap_or(PictureFormat::Png);
-    let picture = Picture::encode(texture, format, args.quality).or_bad_input()?;
+    let quality = args.quality.unwrap_or(JPEG_QUALITY);
+    let picture = Picture::encode(texture, format, quality).or_bad_input()?;
     let looks = Looks::new(picture);
     let export = Export {
         name: args.meta.title(&args.output),
@@ -171,6 +190,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let made = summary::Made {
         output: &args.output,
+        is_vrm,
         body: &name,
         avatar: &avatar,
         looks: &looks,
@@ -206,5 +226,11 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
         .chain(args.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
         .chain(regions.iter().map(PathBuf::as_path));
-    Outputs::new(inputs).check(&args.output)
+    let mut outputs = Outputs::new(inputs);
+    outputs.check(&args.output)?;
+    if let Some(preview) = &args.blending.preview {
+        check_name(preview, "a preview")?;
+        outputs.check(preview)?;
+    }
+    Ok(())
 }

@@ -13,6 +13,7 @@ use crate::report::grouped;
 /// An avatar that was written.
 pub(super) struct Made<'a> {
     pub(super) output: &'a Path,
+    pub(super) is_vrm: bool,
     pub(super) body: &'a str,
     pub(super) avatar: &'a Avatar,
     pub(super) looks: &'a Looks,
@@ -54,7 +55,8 @@ impl Made<'_> {
         row("morph targets", listed(&names));
         let names: Vec<&str> =
             avatar.expressions.iter().map(|expression| &*expression.name).collect();
-        row("expressions", listed(&names));
+        let only = if self.is_vrm { "" } else { " (a .vrm has them by these names)" };
+        row("expressions", format!("{}{only}", listed(&names)));
         let clips: Vec<String> = avatar
             .clips
             .iter()

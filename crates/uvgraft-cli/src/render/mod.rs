@@ -42,13 +42,15 @@ pub(crate) struct Args {
     azimuth: f32,
     /// Degrees above the horizon, from -89 to 89
     #[arg(long, default_value_t = 7.0, value_name = "DEGREES", allow_hyphen_values = true)]
-    #[arg(value_parser = options::finite)]
+    #[arg(value_parser = options::elevation)]
     elevation: f32,
     /// Angle of view from top to bottom in degrees, from 1 to 120
-    #[arg(long, default_value_t = 24.0, value_name = "DEGREES", value_parser = options::finite)]
+    #[arg(long, default_value_t = 24.0, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(value_parser = options::field_of_view)]
     fov: f32,
     /// How many times as large, from 0.1 to 50
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = options::finite)]
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
+    #[arg(value_parser = options::zoom)]
     zoom: f32,
     /// A pose (rest, t-pose, a-pose, stand, wave, walk), or a bone turned by degrees about X, Y and
     /// Z, as leftUpperArm=0,0,-40; may be given several times
@@ -61,11 +63,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME|N")]
     clip: Option<String>,
     /// Time in the animation, in seconds
-    #[arg(long, value_name = "SECONDS", value_parser = options::finite)]
+    #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_hyphen_values = true)]
     frame: Option<f32>,
     /// A moving picture from all around, of N frames
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "36")]
-    #[arg(value_parser = clap::value_parser!(u16).range(2..=3600))]
+    #[arg(value_parser = options::turntable)]
     turntable: Option<u16>,
     /// A moving picture of the animation
     #[arg(long, conflicts_with = "frame")]
@@ -121,7 +123,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
         return Err(bad_input(format!("{name}: none of its triangles is anywhere in this pose")));
     };
-    let floor = (!args.no_floor && args.camera == Shot::Body).then_some(cameras.lowest());
+    // A GIF has no soft edges of shadows where one sees through it.
+    let has_floor =
+        !args.no_floor && args.camera == Shot::Body && !(transparent && output.is_gif());
+    let floor = has_floor.then_some(cameras.lowest());
     let look = Look { lit: !args.unlit, background, floor, ..Look::default() };
     let renderer = Renderer::of(&scene);
     output.write(frames.len(), |index| {
@@ -151,6 +156,13 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     }
     posing.weights = args.expression.iter().map(|Weight(name, w)| (name.clone(), *w)).collect();
     let clip = clip(args, scene)?;
+    if let (Some(clip), Some(frame)) = (clip, args.frame) {
+        let uvgraft_avatar::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
+        // A little more than the end is the end, as printed with one place.
+        if frame > seconds + 0.05 {
+            anyhow::bail!("--frame {frame}: the clip {name:?} is {seconds:.2} s long");
+        }
+    }
     posing.clip = clip.map(|clip| (clip, args.frame.unwrap_or(0.0)));
     let mut count = usize::from(args.turntable.unwrap_or(1));
     let fps = args.fps.unwrap_or(25.0);

@@ -42,9 +42,35 @@ pub(super) fn finite(text: &str) -> Result<f32, String> {
 }
 
 pub(super) fn rate(text: &str) -> Result<f32, String> {
-    let rate = finite(text)?;
-    let sound = (0.1..=240.0).contains(&rate);
-    if sound { Ok(rate) } else { Err("wanted 0.1 to 240 frames a second".to_owned()) }
+    within(text, 0.1, 240.0).map_err(|_| "wanted 0.1 to 240 frames a second".to_owned())
+}
+
+fn within(text: &str, least: f32, most: f32) -> Result<f32, String> {
+    let value = finite(text)?;
+    let sound = (least..=most).contains(&value);
+    if sound { Ok(value) } else { Err(format!("wanted {least} to {most}")) }
+}
+
+pub(super) fn elevation(text: &str) -> Result<f32, String> {
+    within(text, -89.0, 89.0)
+}
+
+pub(super) fn field_of_view(text: &str) -> Result<f32, String> {
+    within(text, 1.0, 120.0)
+}
+
+pub(super) fn zoom(text: &str) -> Result<f32, String> {
+    within(text, 0.1, 50.0)
+}
+
+pub(super) fn seconds(text: &str) -> Result<f32, String> {
+    within(text, 0.0, f32::MAX).map_err(|_| "wanted seconds from 0 on".to_owned())
+}
+
+pub(super) fn turntable(text: &str) -> Result<u16, String> {
+    let count = text.parse().ok().filter(|count| (2..=3600).contains(count));
+    count
+        .ok_or_else(|| "wanted a number of frames, 2 to 3600; name the avatar before it".to_owned())
 }
 
 pub(super) fn background(text: &str) -> Result<Background, String> {
@@ -81,5 +107,8 @@ mod tests {
             assert!(background(bad).is_err(), "{bad}");
         }
         assert!(weight("blink=inf").is_err() && rate("0").is_err());
+        assert_eq!((elevation("-89"), zoom("0.1")), (Ok(-89.0), Ok(0.1)));
+        assert!(elevation("90").is_err() && field_of_view("0").is_err() && zoom("0").is_err());
+        assert!(seconds("-1").is_err() && seconds("1e9").is_ok());
     }
 }

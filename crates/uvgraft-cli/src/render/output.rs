@@ -47,7 +47,14 @@ impl Output {
         let extension = path.extension().and_then(|extension| extension.to_str());
         let is_gif = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("gif"));
         let format = Format::from_path(path);
+        const MOST_GIF_FPS: f32 = 50.0;
         let kind = match (moving, format) {
+            (Some(fps), None) if is_gif && fps > MOST_GIF_FPS => {
+                return Err(bad_input(format!(
+                    "{name}: GIFs show {MOST_GIF_FPS} frames a second at most, wanted {fps}; write a .webp, or \
+                     choose a lower --fps"
+                )));
+            }
             (fps, None) if is_gif => Kind::Gif(fps.unwrap_or(1.0)),
             (_, None) => {
                 let known = Format::extension_list();
@@ -82,6 +89,11 @@ impl Output {
             outputs.check(path)?;
         }
         Ok(Self { paths, kind })
+    }
+
+    /// Whether it is a GIF, which sees through a pixel or not.
+    pub(super) fn is_gif(&self) -> bool {
+        matches!(self.kind, Kind::Gif(_))
     }
 
     /// Draws all frames and writes them.
