@@ -3,14 +3,15 @@
 
 CARGO ?= cargo
 
-# The metric FLIP is C++.
+# The metric FLIP is C++, and so is what makes meshes simpler.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
-FLIP := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip)
-# So is what makes meshes simpler.
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
-# The viewer's page is made by npm; looked up when it is used, for it is made before.
-VIEWER = $(if $(wildcard target/viewer/viewer.html),--features uvgraft-cli/viewer)
-VIEWER_TESTED = $(if $(VIEWER),$(VIEWER) --features uvgraft-tests/viewer)
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY))
+
+# The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
+# is known when that is done.
+VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
+VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
 .PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer
 
@@ -27,8 +28,8 @@ test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/install-browser.sh
 	@test -n "$(CXX_FOUND)" || \
-		echo "there is no C++ compiler (c++): tests of FLIP and of presets are skipped"
-	$(CARGO) test --locked --workspace $(FLIP) $(SIMPLIFY) $(VIEWER_TESTED)
+		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
+	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
 bench:
@@ -51,8 +52,9 @@ bench-peers:
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
 lint:
+	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets $(FLIP) $(SIMPLIFY) -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets $(NATIVE) $(VIEWER_TESTS) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 

@@ -46,7 +46,13 @@ export async function withPage({ width = 1280, height = 800 }, use) {
   });
   try {
     // A fresh context has a profile of its own that nothing is kept of.
-    const context = await browser.newContext({ viewport: { width, height }, deviceScaleFactor: 1, acceptDownloads: true });
+    const context = await browser.newContext({
+      viewport: { width, height },
+      deviceScaleFactor: 1,
+      acceptDownloads: true,
+      // Clips do not play before somebody wants them to.
+      reducedMotion: "reduce",
+    });
     return await use(await context.newPage(), context);
   } finally {
     await browser.close();

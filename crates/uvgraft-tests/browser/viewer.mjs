@@ -1,6 +1,6 @@
 // Opens a page that `uvgraft view` wrote, from its file, and uses it as a person would.
 //
-// Takes {file, width, height, touch, output, steps: [step]}, where a step is one of
+// Takes {file, width, height, steps: [step]}, where a step is one of
 //   {click: selector}, {key: "h"}, {choose: selector, value}, {slide: selector, value},
 //   {drop: file} (drops a picture onto the page),
 //   {call: name, args: [...]} (of window.uvgraft),

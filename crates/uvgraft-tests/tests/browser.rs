@@ -123,7 +123,9 @@ fn three_js_shows_a_glb_as_it_is() {
     assert_eq!(found["errors"], json!([]));
     assert_eq!(found["isVrm"], false);
     assert_eq!(found["animations"], json!([{ "name": "bow", "duration": 1 }]));
-    assert_eq!(found["morphTargets"], json!({ "mannequin": ["aside"] }));
+    // three.js numbers names that it meets twice, as the node's and the mesh's are.
+    let morphs: Vec<&Value> = found["morphTargets"].as_object().unwrap().values().collect();
+    assert_eq!(morphs, [&json!(["aside"])]);
     let avatar = mannequin::avatar();
     let rest = Pose::rest(avatar.skeleton.joints().len());
     let wanted = [("rest.png", rest, 0.0), ("clip.png", mannequin::pose(0.5), 1.0)];
@@ -169,7 +171,10 @@ fn page(folder: &TempDir, is_vrm: bool, name: &str) -> Option<PathBuf> {
         let reason = "this build has no viewer; scripts/build-viewer.sh makes it, and the feature \
             `viewer` takes it in";
         assert!(std::env::var_os("CI").is_none(), "{reason}");
-        eprintln!("skipped: {reason}");
+        #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
+        {
+            eprintln!("skipped: {reason}");
+        }
         return None;
     };
     let model = mannequin::file(is_vrm);

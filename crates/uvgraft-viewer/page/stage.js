@@ -17,6 +17,8 @@ export class Stage {
     this.renderer.setClearAlpha(0);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
+    // Only when the figure moved: to blur it costs more than all else on a phone.
+    this.renderer.shadowMap.autoUpdate = false;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -73,15 +75,16 @@ export class Stage {
       this.extras.add(light, light.target);
       return light;
     };
-    this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.15), new AmbientLight("#ffffff", 0.35));
-    const key = lamp("#fff6ec", 2.1, 0.5, 1.05, 0.95);
+    this.extras.add(new HemisphereLight("#eef3ff", "#8d8276", 1.0), new AmbientLight("#ffffff", 0.35));
+    const key = lamp("#fff6ec", 1.85, 0.5, 1.05, 0.95);
     lamp("#e6eeff", 0.7, -0.9, 0.25, 0.7);
     lamp("#ffffff", 0.9, -0.3, 0.7, -1);
     key.castShadow = true;
     // Soft: only the ground shows it.
-    key.shadow.mapSize.set(2048, 2048);
-    key.shadow.radius = 7;
-    key.shadow.blurSamples = 16;
+    key.shadow.mapSize.set(1024, 1024);
+    key.shadow.radius = 4;
+    key.shadow.blurSamples = 8;
+    this.key = key;
     const wide = radius * 2;
     Object.assign(key.shadow.camera, { left: -wide, right: wide, top: wide, bottom: -wide, near: 0, far: radius * 8 });
 
@@ -138,6 +141,18 @@ export class Stage {
 
   draw() {
     this.isStale = true;
+  }
+
+  /// Draws, because the figure is another or elsewhere.
+  drawFigure() {
+    this.renderer.shadowMap.needsUpdate = true;
+    this.draw();
+  }
+
+  setGround(isOn) {
+    this.ground.visible = isOn;
+    this.key.castShadow = isOn;
+    this.drawFigure();
   }
 
   /// Draws if something changed since.

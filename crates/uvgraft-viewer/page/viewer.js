@@ -31,7 +31,7 @@ export class Viewer extends EventTarget {
   }
 
   #changed() {
-    this.stage.draw();
+    this.stage.drawFigure();
     this.dispatchEvent(new Event("change"));
   }
 
@@ -102,7 +102,7 @@ export class Viewer extends EventTarget {
   }
 
   setGround(isOn) {
-    this.stage.ground.visible = isOn;
+    this.stage.setGround(isOn);
     this.#changed();
   }
 
@@ -140,11 +140,11 @@ export class Viewer extends EventTarget {
     const { vrm } = this.model;
     if (this.motion.advance(seconds)) {
       this.#settle(seconds);
-      this.stage.draw();
+      this.stage.drawFigure();
       this.dispatchEvent(new Event("time"));
     } else if (vrm?.springBoneManager?.joints.size) {
       vrm.springBoneManager.update(seconds);
-      this.stage.draw();
+      this.stage.drawFigure();
     }
     this.stage.render();
   }

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft::{MapOptions, Size, Texture};
+use uvgraft::{MapOptions, Size};
 use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
-use uvgraft_avatar::preset::{Fitted, Preset, PresetError};
+use uvgraft_avatar::preset::{Fitted, Preset};
 use uvgraft_io::{output, pair_file};
 
 use crate::blending::BlendArgs;
@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// figure that `uvgraft demo` makes
     #[arg(long, value_name = "MODEL|demo")]
     body: PathBuf,
-    /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .npy, .pkl) with an array `betas`
+    /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .pkl) with an array `betas`
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true)]
     betas: Option<String>,
     /// Animations: AMASS files (.npz); several become several clips
@@ -119,6 +119,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let is_vrm = is_vrm(&args.output)?;
     let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
     let onto = Onto::parse(&args.onto)?;
+    if args.texture == Some(TextureName::Ktx2) {
+        return Err(bad_input(
+            "--texture ktx2: this build cannot encode KTX2; wanted png, jpeg or webp",
+        ));
+    }
     let preset = args.preset.as_deref().and_then(Preset::named);
     let own = preset.map(|preset| Preset {
         triangles: args.triangles.map_or(preset.triangles, |count| count as usize),
@@ -142,12 +147,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Body { mut avatar, name, apart } = body;
     let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
-        let fit = preset.fit(avatar).map_err(of_build)?;
+        let fit = preset.fit(avatar).or_bad_input()?;
         let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
         (avatar, normals) = (fit.avatar, fit.normals);
     }
-    let picture = encode(args, own.as_ref(), texture)?;
+    // The texture has the preset's size already.
+    let preset_format = own.as_ref().map(|preset| preset.format);
+    let format = preset_format.or(args.texture.map(PictureFormat::from));
+    let format = format.unwrap_or(PictureFormat::Png);
+    let picture = Picture::encode(texture, format, args.quality).or_bad_input()?;
     let looks = Looks::new(picture);
     let export = Export {
         name: args.meta.title(&args.output),
@@ -156,7 +165,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         vrm,
         ..Export::default()
     };
-    let exported = glb::write(&avatar, &looks, &export).or_bad_input()?;
+    let exported = glb::write(&avatar, &looks, &export)
+        .map_err(|error| bad_input(format!("{name} as {}: {error}", args.output.display())))?;
     output::write_atomically::<io::Error>(&args.output, |out| out.write_all(&exported.bytes))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let made = summary::Made {
@@ -197,22 +207,4 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
         .chain(args.blending.inputs())
         .chain(regions.iter().map(PathBuf::as_path));
     Outputs::new(inputs).check(&args.output)
-}
-
-fn encode(args: &Args, preset: Option<&Preset>, texture: Texture) -> anyhow::Result<Picture> {
-    match preset {
-        Some(preset) => preset.picture(texture).map_err(of_build),
-        None => {
-            let format = args.texture.map_or(PictureFormat::Png, PictureFormat::from);
-            Picture::encode(texture, format, args.quality).or_bad_input()
-        }
-    }
-}
-
-/// What this build cannot do is not the input's fault.
-fn of_build(error: PresetError) -> anyhow::Error {
-    match error {
-        PresetError::Budget { .. } => error.into(),
-        error => bad_input(error),
-    }
 }

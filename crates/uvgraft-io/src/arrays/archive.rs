@@ -26,7 +26,12 @@ fn damaged(error: &ZipError) -> ArraysError {
 impl<'a> Archive<'a> {
     /// Reads the directory of an archive, whose entries may be `most` bytes together.
     pub(crate) fn open(bytes: &'a [u8], most: u64) -> Result<Self, ArraysError> {
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
+        // The directory is at the end, so this is what a download that broke off meets.
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            let problem =
+                format!("cut short or damaged, its list of entries is not found ({error})");
+            ArraysError::Archive { problem }
+        })?;
         if archive.has_duplicate_names() {
             let problem = "two entries have one name".to_owned();
             return Err(ArraysError::Archive { problem });

@@ -1,0 +1,464 @@
+//! `uvgraft avatar` through the program: the demo's figure, body models, textures of FATE's, and what
+//! is refused.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use std::path::PathBuf;
+
+use bench::{Bench, texel_u8};
+use uvgraft::{Channels, Mesh, Pair, Size, Texels, Texture};
+use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
+use uvgraft_avatar::figure::motion::as_amass;
+use uvgraft_avatar::preset::Preset;
+use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
+use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
+use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::torch;
+use uvgraft_tests::bodies;
+use uvgraft_tests::browser::Browser;
+
+const SIDE: u32 = 256;
+const WHOSE: &str = "--author Nobody --license only-author";
+/// What the demo's commands begin with.
+const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body demo";
+
+fn save_pair(bench: &Bench, name: &str, source: Mesh, target: Mesh, ids: &[u32]) {
+    let ids: Vec<i64> = ids.iter().map(|&id| i64::from(id)).collect();
+    let file = PairFile {
+        pair: Pair::by_vertex_map(source, target, &ids).unwrap(),
+        source_name: "head".to_owned(),
+        target_name: "body".to_owned(),
+        note: String::new(),
+    };
+    pair_file::write(&file, &bench.path(name)).unwrap();
+}
+
+fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
+    NumericArray::new_f32(shape.to_vec(), values).unwrap()
+}
+
+fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
+    arrays::save_npz(arrays, &bench.path(name)).unwrap();
+}
+
+/// The figure's pair, its face, its body of darker skin, and its wave.
+fn demo() -> Bench {
+    let bench = Bench::new();
+    let figure = Figure::new();
+    let size = Size::square(SIDE);
+    bench.save("face.png", paint_head(&figure, size));
+    bench.save("base.png", paint_body_in_tone(&figure, size, [0.7, 0.65, 0.6]));
+    let avatar = figure.avatar();
+    let wave = avatar.clips.iter().find(|clip| clip.name == "wave").unwrap();
+    let wave = as_amass(&avatar.skeleton, wave);
+    let mut motion = NamedArrays::new();
+    motion.insert("poses", floats(&[wave.frames, 156], wave.poses));
+    motion.insert("trans", floats(&[wave.frames, 3], wave.trans));
+    motion.insert("mocap_framerate", floats(&[], vec![wave.mocap_framerate]));
+    save(&bench, "wave.npz", &motion);
+    save_pair(&bench, "demo.uvpair", figure.head, figure.body, &figure.vertex_map);
+    bench
+}
+
+/// A model's triangles with its vertices in rows of a layout: a pair of the mesh with itself.
+fn save_model_pair(bench: &Bench, name: &str, model: &BodyModel) {
+    let (count, row) = (model.vertices(), 103);
+    let at = |index: usize| index as f32 / (row - 1) as f32;
+    let uv: Vec<[f32; 2]> = (0..count).map(|vertex| [at(vertex % row), at(vertex / row)]).collect();
+    let faces = model.triangles();
+    let mesh = Mesh::from_triangles(vec![[0.0; 3]; count], uv, faces, faces).unwrap();
+    let ids: Vec<u32> = (0..count as u32).collect();
+    save_pair(bench, name, mesh.clone(), mesh, &ids);
+}
+
+fn scene(bench: &Bench, name: &str) -> Scene {
+    Scene::load(&bench.path(name)).unwrap()
+}
+
+/// The texture of an avatar's file.
+fn texture(bench: &Bench, name: &str) -> Texture {
+    let scene = scene(bench, name);
+    let [texture] = scene.textures() else { panic!("{name}: one texture") };
+    texture.clone()
+}
+
+fn bytes(texture: &Texture) -> &[u8] {
+    let Texels::U8(bytes) = texture.texels() else { panic!("8 bits") };
+    bytes
+}
+
+/// The differences of two textures of one form.
+fn differences(a: &Texture, b: &Texture) -> Vec<u8> {
+    assert_eq!((a.size(), a.channels()), (b.size(), b.channels()));
+    bytes(a).iter().zip(bytes(b)).map(|(a, b)| a.abs_diff(*b)).collect()
+}
+
+fn mean(differences: &[u8]) -> f64 {
+    differences.iter().map(|&value| f64::from(value)).sum::<f64>() / differences.len() as f64
+}
+
+/// Khronos' validator finds nothing, where it is installed.
+fn assert_valid(bench: &Bench, names: &[String]) {
+    let Some(browser) = Browser::find() else { return };
+    let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
+    let paths: Vec<_> = paths.iter().map(PathBuf::as_path).collect();
+    let found = browser.validate(&paths);
+    assert_eq!(found.len(), names.len());
+    for (name, found) in names.iter().zip(found) {
+        assert_eq!((found.errors, found.warnings), (0, 0), "{name}: {:?}", found.messages);
+    }
+}
+
+/// The first number of a row of the summary.
+fn stated(summary: &str, row: &str) -> usize {
+    let line = summary.lines().find(|line| line.starts_with(row)).unwrap();
+    let number = line.split_whitespace().nth(1).unwrap();
+    number.replace(',', "").parse().unwrap()
+}
+
+#[test]
+fn the_demo_becomes_an_avatar_for_each_platform() {
+    let bench = demo();
+    bench.succeed(
+        "transfer demo.uvpair face.png --onto base.png --blend membrane --unit m -o body.png",
+    );
+    let (base, body) = (bench.texture("base.png"), bench.texture("body.png"));
+    // The head's islands are a good part of the body's layout.
+    let changed = differences(&base, &body).iter().filter(|&&value| value > 2).count();
+    assert!(changed * 20 > bytes(&base).len(), "{changed} values");
+    let figure = Figure::new();
+    let (whole, joints) = (figure.body.faces().len(), figure.avatar().skeleton.joints().len());
+    let mut names = Vec::new();
+    let presets = std::iter::once(None).chain(Preset::ALL.map(Some));
+    for (preset, extension) in presets.flat_map(|preset| [(preset, "glb"), (preset, "vrm")]) {
+        let option = preset.map_or_else(String::new, |preset| format!("--preset {}", preset.name));
+        let budget = preset.map_or(usize::MAX, |preset| preset.triangles);
+        let name = format!("{}.{extension}", preset.map_or("plain", |preset| preset.name));
+        let command = format!("{DEMO} --motion wave.npz {WHOSE} {option} -o {name}");
+        if whole > budget && !cfg!(feature = "simplify") {
+            bench.refuse(&command, &["more than the", &budget.to_string(), "feature `simplify`"]);
+            continue;
+        }
+        let summary = bench.succeed(&command);
+        let scene = scene(&bench, &name);
+        let triangles = stated(&summary, "mesh");
+        assert_eq!(triangles, scene.triangles(), "{name}");
+        assert!(triangles <= budget, "{name}: {triangles}\n{summary}");
+        assert_eq!(triangles < whole, whole > budget, "{name}: {triangles} of {whole}");
+        assert_eq!(stated(&summary, "joints"), joints, "{summary}");
+        let clips: Vec<&str> = scene.clips().iter().map(|clip| &*clip.name).collect();
+        assert_eq!(clips, ["wave"], "{name}");
+        let differences = differences(&texture(&bench, &name), &body);
+        if name.starts_with("web.") {
+            // A JPEG, of quality 92 and with colours at half the resolution.
+            assert!(mean(&differences) < 3.0, "{name}: {}", mean(&differences));
+        } else {
+            // The same road but for the last rounding.
+            assert!(differences.iter().all(|&value| value <= 1), "{name}");
+        }
+        names.push(name);
+    }
+    assert_valid(&bench, &names);
+}
+
+#[test]
+fn a_body_model_moves_as_smplx_says() {
+    // Chains of rotations in 32-bit floats, and fixtures that are rounded to a micrometre: 0.8 µm were
+    // found.
+    const TOLERANCE_M: f64 = 1e-5;
+    let bench = Bench::new();
+    let arrays = bodies::synthetic_model_with(BodyKind::SmplX, 20);
+    let model = BodyModel::from_arrays(&arrays).unwrap();
+    save(&bench, "model.npz", &arrays);
+    drop(arrays);
+    save_model_pair(&bench, "model.uvpair", &model);
+    let case = bodies::fixtures().clips.into_iter().find(|case| case.kind == "smplx").unwrap();
+    let motion = bodies::synthetic_motion(BodyKind::SmplX, case.frames);
+    save(&bench, "walk.npz", &motion);
+    let betas = motion.get("betas").unwrap().f32s().into_owned();
+    bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
+    let command = "avatar model.uvpair face.png --onto #c08a70 --size 64 --blend none --body model.npz \
+                   --motion walk.npz --fps 0 --title me";
+    let numbers: Vec<String> = betas.iter().map(ToString::to_string).collect();
+    let numbers = numbers.join(",");
+    let summary = bench.succeed(&format!("{command} --betas {numbers} -o me.glb"));
+    assert_eq!(stated(&summary, "joints"), 55);
+    assert!(summary.contains(&format!("{} frames", case.frames)), "{summary}");
+    assert!(summary.contains("for want of pose correctives"), "{summary}");
+    bench.succeed(&format!("{command} --betas walk.npz -o same.glb"));
+    assert_eq!(bench.bytes("me.glb"), bench.bytes("same.glb"));
+    bench.succeed(&format!("{command} -o mean.glb"));
+    assert_ne!(bench.bytes("me.glb"), bench.bytes("mean.glb"));
+    bench.succeed(&format!("{command} --betas walk.npz {WHOSE} -o me.vrm"));
+    assert_valid(&bench, &["me.glb".to_owned(), "me.vrm".to_owned()]);
+
+    let shaped = model.shaped(&Shape { betas, ..Shape::default() }).unwrap();
+    // A GLB's bones are known by common names, which leave most fingers out.
+    for (name, bones) in [("me.glb", 26), ("me.vrm", 55)] {
+        let scene = scene(&bench, name);
+        let mut farthest = 0.0_f64;
+        for (frame, joints) in case.joints.iter().enumerate() {
+            let posing = Posing { clip: Some((0, frame as f32 / 120.0)), ..Posing::default() };
+            let mut found = 0;
+            for (joint, wanted_um) in shaped.skeleton().joints().iter().zip(joints.chunks(3)) {
+                let bone = joint.human.unwrap().name();
+                let Some([x, y, z]) = scene.bone(bone, &posing).unwrap() else { continue };
+                found += 1;
+                // The file has Y up, the fixtures Z.
+                for (found, &wanted) in [x, -z, y].into_iter().zip(wanted_um) {
+                    farthest = farthest.max((f64::from(found) - f64::from(wanted) / 1e6).abs());
+                }
+            }
+            assert!(found >= bones, "{name}: {found} bones");
+        }
+        assert!(farthest < TOLERANCE_M, "{name}: {farthest} m");
+    }
+}
+
+/// A dump of 64 by 64: red grows to the right and green upwards, each from 0.1 to 0.9.
+///
+/// - `opacity`: before its sigmoid, by the column.
+fn dump(opacity: impl Fn(usize) -> f32) -> NamedArrays {
+    const N: usize = 64;
+    let raw = |color: f32| (2.0 * color - 1.0).atanh();
+    let at = |index: usize| 0.1 + 0.8 * index as f32 / (N - 1) as f32;
+    let red = (0..N * N).map(|texel| raw(at(texel % N)));
+    // Row 0 is the bottom.
+    let green = (0..N * N).map(|texel| raw(at(texel / N)));
+    let blue = (0..N * N).map(|_| raw(0.3));
+    let mut arrays = NamedArrays::new();
+    arrays.insert("color", floats(&[1, 3, N, N], red.chain(green).chain(blue).collect()));
+    let opacity = (0..N * N).map(|texel| opacity(texel % N)).collect();
+    arrays.insert("opacity", floats(&[1, 1, N, N], opacity));
+    arrays
+}
+
+#[test]
+fn what_fate_baked_is_a_face() {
+    const BASE: [u8; 3] = [0x20, 0x40, 0xe0];
+    let bench = demo();
+    bench.make_folder("workspace/baking/dump_texture");
+    let save =
+        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, &bench.path(name)).unwrap();
+    save("sure.pth", &dump(|_| 12.0));
+    save("workspace/baking/dump_texture/00001_tex_dump.pth", &dump(|_| 12.0));
+    save("half.pth", &dump(|column| if column < 26 { -12.0 } else { 12.0 }));
+    let picture = |x: u32, y: u32| {
+        let at = |place: f32| ((0.1 + 0.8 * place) * 255.0).round() as u8;
+        let middle = |texel: u32| (texel as f32 + 0.5) / 1024.0;
+        [at(middle(x)), at(1.0 - middle(y)), (0.3_f32 * 255.0).round() as u8]
+    };
+    bench.draw("sure.png", (1024, 1024), picture);
+    // Left and right of where the opacity changes, at 26 of 63.
+    bench.draw("left.png", (256, 256), |x, _| if x < 90 { [255] } else { [0] });
+    bench.draw("right.png", (256, 256), |x, _| if x > 125 { [255] } else { [0] });
+    for side in ["left", "right"] {
+        bench.succeed(&format!(
+            "transfer demo.uvpair {side}.png --onto #000000 --size 256 --filter nearest -o {side}_body.png"
+        ));
+    }
+    let make = |face: &str, blend: &str, name: &str| {
+        bench.succeed(&format!(
+            "avatar demo.uvpair {face} --onto #2040e0 --size 256 --unit m --body demo --blend {blend} \
+             --title me -o {name}"
+        ));
+        texture(&bench, name)
+    };
+    let sure = make("sure.pth", "none", "sure.glb");
+    // Two roundings to 8 bits: before the transfer and after it.
+    let drawn = make("sure.png", "none", "drawn.glb");
+    assert!(differences(&sure, &drawn).iter().all(|&value| value <= 1));
+    make("workspace", "none", "found.glb");
+    assert_eq!(bench.bytes("sure.glb"), bench.bytes("found.glb"));
+    assert_ne!(sure, make("sure.pth", "membrane", "blended.glb"));
+
+    let half = make("half.pth", "none", "half.glb");
+    let (left, right) = (bench.texture("left_body.png"), bench.texture("right_body.png"));
+    let mut counts = [0, 0];
+    for (x, y) in (0..256).flat_map(|y| (0..256).map(move |x| (x, y))) {
+        let found = texel_u8(&half, x, y);
+        if texel_u8(&left, x, y)[0] == 255 {
+            assert_eq!(found, BASE, "{x} {y}");
+            counts[0] += 1;
+        } else if texel_u8(&right, x, y)[0] == 255 {
+            let sure = texel_u8(&sure, x, y);
+            assert!(found.iter().zip(&sure).all(|(a, b)| a.abs_diff(*b) <= 1), "{x} {y}");
+            assert_ne!(found, BASE, "{x} {y}");
+            counts[1] += 1;
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 500), "{counts:?}");
+}
+
+/// The arrays without one of them, or with another in its place.
+fn with(arrays: &NamedArrays, key: &str, array: Option<NumericArray>) -> NamedArrays {
+    let mut changed = NamedArrays::new();
+    for name in arrays.names().filter(|name| *name != key) {
+        changed.insert(name, arrays.get(name).unwrap().clone());
+    }
+    if let Some(array) = array {
+        changed.insert(key, array);
+    }
+    changed
+}
+
+/// An array with a value in the place of its own.
+fn spoilt(arrays: &NamedArrays, key: &str, at: usize, value: f32) -> Option<NumericArray> {
+    let array = arrays.get(key).unwrap();
+    let mut values = array.f32s().into_owned();
+    values[at] = value;
+    Some(floats(array.shape(), values))
+}
+
+/// Asks the system to make a file, if it is ever run.
+const EVIL: &[u8] = b"cos\nsystem\n(S'touch owned'\ntR.";
+
+/// A folder with a model of FLAME's kind that is sound, its pair and a face.
+fn head() -> (Bench, NamedArrays) {
+    let bench = Bench::new();
+    let flame = bodies::synthetic_model_with(BodyKind::Flame, 20);
+    save_model_pair(&bench, "head.uvpair", &BodyModel::from_arrays(&flame).unwrap());
+    save(&bench, "flame.npz", &flame);
+    bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
+    bench.write("evil.pkl", EVIL);
+    (bench, flame)
+}
+
+const HEAD: &str = "avatar head.uvpair face.png --onto #c08a70 --size 16 --blend none";
+
+#[test]
+fn broken_models_are_refused() {
+    let (bench, flame) = head();
+    let zeros = |shape: &[usize]| Some(floats(shape, vec![0.0; shape.iter().product()]));
+    save(&bench, "dropped.npz", &with(&flame, "posedirs", None));
+    save(&bench, "nan.npz", &with(&flame, "v_template", spoilt(&flame, "v_template", 7, f32::NAN)));
+    save(&bench, "short.npz", &with(&flame, "weights", zeros(&[5022, 5])));
+    save(&bench, "flat.npz", &with(&flame, "v_template", zeros(&[5023, 2])));
+    let mut corners = flame.get("f").unwrap().integers().unwrap();
+    corners[2] += 1000;
+    let turned = NumericArray::new_i64(vec![9976, 3], corners).unwrap();
+    save(&bench, "other.npz", &with(&flame, "f", Some(turned)));
+    save(&bench, "smpl.npz", &bodies::synthetic_model_with(BodyKind::Smpl, 2));
+    bench.derive("cut.npz", "flame.npz", |bytes| bytes.truncate(bytes.len() / 2));
+    bench.write("prose.npz", "This is not a model.");
+    bench.write("empty.npz", "");
+    let cases: &[(&str, &[&str])] = &[
+        ("none.npz", &["none.npz: ", "No such file"]),
+        ("dropped.npz", &["dropped.npz: no body model", "no array `posedirs`", "`shapedirs`"]),
+        ("nan.npz", &["nan.npz: `v_template` is not finite", "value 7 is NaN"]),
+        ("short.npz", &["short.npz: `weights`", "[5022, 5], wanted [5023, 5]"]),
+        ("flat.npz", &["flat.npz: `v_template`", "[5023, 2], wanted [vertices, 3]"]),
+        (
+            "other.npz",
+            &["other.npz is not the mesh of head.uvpair's target", "1 of its 9976 triangles"],
+        ),
+        ("smpl.npz", &["smpl.npz", "head.uvpair", "found 5023 vertices", "wanted 6890"]),
+        ("evil.pkl", &["evil.pkl: refused: os.system"]),
+        ("cut.npz", &["cut.npz: archive: cut short or damaged"]),
+        ("prose.npz", &["prose.npz: found a file that begins with", "wanted an NPZ"]),
+        ("empty.npz", &["empty.npz: found an empty file"]),
+        ("demo", &["head.uvpair: --body demo wants the pair that `uvgraft demo` writes", "5023"]),
+    ];
+    for (body, wanted) in cases {
+        bench.refuse(&format!("{HEAD} --body {body} -o me.glb"), wanted);
+    }
+    // The model itself is sound.
+    bench.succeed(&format!("{HEAD} --body flame.npz -o me.glb"));
+}
+
+#[test]
+fn broken_motions_and_shapes_are_refused() {
+    let (bench, _) = head();
+    let walk = bodies::synthetic_motion(BodyKind::SmplH, 3);
+    save(&bench, "walk.npz", &walk);
+    save(&bench, "wide.npz", &with(&walk, "poses", Some(floats(&[3, 100], vec![0.0; 300]))));
+    save(&bench, "nan.npz", &with(&walk, "poses", spoilt(&walk, "poses", 157, f32::NAN)));
+    save(&bench, "still.npz", &with(&walk, "poses", None));
+    save(&bench, "nan_betas.npz", &with(&walk, "betas", spoilt(&walk, "betas", 1, f32::NAN)));
+    save(&bench, "shapeless.npz", &with(&walk, "betas", None));
+    bench.derive("cut.npz", "walk.npz", |bytes| bytes.truncate(bytes.len() / 2));
+    let cases: &[(&str, &[&str])] = &[
+        ("--motion none.npz", &["none.npz: ", "No such file"]),
+        (
+            "--motion wide.npz",
+            &["wide.npz: `poses` has the shape [3, 100], wanted", "156 (SMPL-H)"],
+        ),
+        ("--motion nan.npz", &["nan.npz: `poses` is not finite: value 1 of frame 1 is NaN"]),
+        ("--motion still.npz", &["still.npz: no motion", "`poses`", "trans"]),
+        ("--motion walk.npz", &["walk.npz: this motion is of a whole body", "no hips"]),
+        ("--motion evil.pkl", &["evil.pkl: refused: os.system"]),
+        ("--motion cut.npz", &["cut.npz: archive: cut short or damaged"]),
+        ("--betas abc", &["--betas abc: wanted numbers", "a file"]),
+        ("--betas 0.5,nan", &["--betas 0.5,nan: found NaN, wanted finite numbers"]),
+        ("--betas -1,x", &["--betas -1,x: wanted numbers"]),
+        ("--betas nan_betas.npz", &["nan_betas.npz: found NaN"]),
+        ("--betas shapeless.npz", &["shapeless.npz has no array `betas`", "trans"]),
+        ("--betas evil.pkl", &["evil.pkl: refused: os.system"]),
+        ("--betas 0,0,0,0,0,0,0,0,0,0,1", &["found 11 betas, this FLAME model has 10"]),
+        ("--fps 999", &["--fps", "240"]),
+    ];
+    for (options, wanted) in cases {
+        bench.refuse(&format!("{HEAD} --body flame.npz {options} -o me.glb"), wanted);
+    }
+}
+
+#[test]
+fn faces_outputs_and_options_are_checked() {
+    let (bench, _) = head();
+    let dump = dump(|_| 12.0);
+    let save =
+        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, &bench.path(name)).unwrap();
+    save("face.pth", &dump);
+    bench.derive("cut.pth", "face.pth", |bytes| bytes.truncate(bytes.len() / 2));
+    save("nan.pth", &with(&dump, "color", spoilt(&dump, "color", 3, f32::NAN)));
+    save("grey.pth", &with(&dump, "color", Some(floats(&[1, 1, 64, 64], vec![0.0; 4096]))));
+    bench.write("evil.pth", EVIL);
+    bench.write("prose.png", "This is not a picture.");
+    bench.make_folder("workspace/baking/dump_texture");
+    for (face, wanted) in [
+        ("none.png", &["none.png: ", "No such file"][..]),
+        ("prose.png", &["prose.png: ", "not an image"]),
+        ("cut.pth", &["cut.pth: archive: cut short or damaged"]),
+        ("nan.pth", &["nan.pth: `color` has 1 values that are no numbers"]),
+        ("grey.pth", &["grey.pth: `color` has shape [1, 1, 64, 64], wanted [1, 3, N, N]"]),
+        ("evil.pth", &["evil.pth: ", "wanted"]),
+        ("workspace", &["workspace: ", "baking*/dump_texture", "visualize_texture", "wanted"]),
+    ] {
+        let command = HEAD.replace("face.png", face);
+        bench.refuse(&format!("{command} --body flame.npz -o me.glb"), wanted);
+    }
+    for name in ["head.glb", "flame.glb", "face.glb"] {
+        let from = ["head.uvpair", "flame.npz", "face.png"];
+        let from = from.into_iter().find(|from| from[..4] == name[..4]).unwrap();
+        bench.derive(name, from, |_| {});
+    }
+    let sure = format!("{HEAD} --body flame.npz");
+    for (command, wanted) in [
+        (format!("{sure} -o me.gltf"), &["me.gltf: wanted a name that ends in .glb or .vrm"][..]),
+        (format!("{sure} -o me"), &["me: wanted a name"]),
+        (format!("{sure} -o none/me.glb"), &["none/me.glb", "no folder"]),
+        (format!("{sure} -o me.vrm"), &["me.vrm: ", "--author NAME", "--license TERMS"]),
+        (format!("{sure} --author Me -o me.vrm"), &["me.vrm: ", "--license TERMS", "everyone"]),
+        (
+            format!("{sure} {WHOSE} -o me.vrm"),
+            &["flame.npz", "me.vrm", "no `hips`", "`leftUpperLeg`"],
+        ),
+        (format!("{sure} --license mine -o me.vrm"), &["'mine'", "only-author"]),
+        (format!("{sure} --preset ps5 -o me.glb"), &["'ps5'", "quest", "visionos"]),
+        (format!("{sure} --triangles 500 -o me.glb"), &["--preset"]),
+        (format!("{sure} --texture ktx2 -o me.glb"), &["--texture ktx2: ", "wanted png"]),
+        (format!("{sure} --texture ktx2 --preset web -o me.glb"), &["--texture ktx2: "]),
+        (format!("{HEAD} --body demo --betas 1 -o me.glb"), &["--betas", "--body demo"]),
+        (sure.replace("--size 16", "") + " -o me.glb", &["--size"]),
+        (sure.replace("#c08a70", "none.png") + " -o me.glb", &["none.png: ", "No such file"]),
+        (sure.replace("head.uvpair", "face.png") + " -o me.glb", &["face.png: not a pair file"]),
+        (sure.replace("head.uvpair", "head.glb") + " -o head.glb", &["head.glb is also an input"]),
+        (sure.replace("flame.npz", "flame.glb") + " -o flame.glb", &["flame.glb is also an input"]),
+        (sure.replace("face.png", "face.glb") + " -o face.glb", &["face.glb is also an input"]),
+    ] {
+        bench.refuse(&command, wanted);
+    }
+}

@@ -1,0 +1,79 @@
+//! `uvgraft view`: the page it writes, and what it refuses.
+
+mod bench;
+
+use bench::Bench;
+use uvgraft_tests::mannequin;
+use uvgraft_viewer::PAGE;
+
+#[test]
+fn writes_one_page_beside_the_avatar() {
+    let bench = Bench::new();
+    bench.write("me.glb", mannequin::file(false));
+    // What could end an element, in a name that file systems allow.
+    let evil = "<!--<script>&.png";
+    bench.write(evil, mannequin::plain([1, 2, 3]).bytes());
+    let args = ["view", "me.glb", "--texture", evil, "--texture", evil, "--no-open"];
+    let run = bench.run_args(&args);
+    let Some(empty) = PAGE else {
+        assert_eq!(run.code, Some(1), "{}", run.stderr);
+        for wanted in ["without its viewer", "scripts/build-viewer.sh", "--features viewer"] {
+            assert!(run.stderr.contains(wanted), "{}", run.stderr);
+        }
+        assert!(!bench.exists("me.html"));
+        return;
+    };
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!((&*run.stdout, &*run.stderr), ("wrote me.html\n", ""));
+    let page = String::from_utf8(bench.bytes("me.html")).unwrap();
+    assert!(page.contains("<title>me.glb</title>"));
+    assert_eq!(page.matches("<script>").count(), empty.matches("<script>").count());
+    assert_eq!(page.matches("\\u003c!--\\u003cscript>&.png").count(), 2);
+
+    // Where nobody sits in front of the machine, nothing is opened.
+    let mut command = bench.command();
+    let output =
+        command.env("CI", "1").args(["view", "me.glb", "-o", "other.HTM"]).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(String::from_utf8(output.stderr).unwrap().contains("no display"));
+    let plain = String::from_utf8(bench.bytes("other.HTM")).unwrap();
+    assert!(plain.len() < page.len() && plain.contains("<title>me.glb</title>"));
+}
+
+#[test]
+fn refuses_what_it_cannot_show() {
+    if PAGE.is_none() {
+        // Said visibly by the test above, which knows what happens then.
+        return;
+    }
+    let bench = Bench::new();
+    let file = mannequin::file(false);
+    bench.write("me.glb", &file);
+    bench.write("cut.glb", &file[..file.len() - 1]);
+    bench.derive("old.glb", "me.glb", |bytes| bytes[4] = 1);
+    bench.write("empty.glb", b"");
+    bench.make_folder("folder.glb");
+    bench.write("page.html", b"mine");
+    let length = file.len();
+    let told = format!("its header says {length} bytes, the file has {}", length - 1);
+    for (args, wanted) in [
+        ("none.glb", "none.glb: No such file"),
+        ("folder.glb", "folder.glb: it is a folder"),
+        ("source.obj", "cannot show source.obj: not a GLB or VRM file"),
+        ("empty.glb", "not a GLB or VRM file"),
+        ("cut.glb", &*told),
+        ("old.glb", "GLB version 1, wanted 2"),
+        ("me.glb --texture none.png", "none.png: No such file"),
+        ("me.glb --texture source.obj", "source.obj: no picture, wanted .png, .jpg or .webp"),
+        ("me.glb -o me.png", "me.png: a page's name ends in .html"),
+        ("me.glb -o none/me.html", "cannot write none/me.html"),
+        ("page.html", "page.html is also an input"),
+    ] {
+        let before = bench.content();
+        let run = bench.run(&format!("view --no-open {args}"));
+        assert_eq!(run.code, Some(2), "{args}: {}", run.stderr);
+        assert!(run.stderr.starts_with("error: "), "{args}: {}", run.stderr);
+        assert!(run.stderr.contains(wanted), "{args}: {}", run.stderr);
+        assert_eq!(bench.content(), before, "{args}");
+    }
+}
