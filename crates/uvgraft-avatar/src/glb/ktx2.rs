@@ -134,19 +134,19 @@ fn facts() -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use basis_universal::transcoding::{
-        DecodeFlags, LowLevelUastcTranscoder, SliceParametersUastc, TranscoderBlockFormat,
+        TranscodeParameters, Transcoder, TranscoderTextureFormat as TargetFormat,
     };
 
     use super::super::{Picture, PictureFormat};
     use super::*;
 
-    /// Waves that turn once in 64 texels, and opacity across.
+    /// Waves that turn once in 256 texels, and opacity across.
     fn smooth(size: Size, channels: Channels, encoding: Encoding) -> Texture {
         let mut values = Vec::new();
         for k in 0..size.texels() {
             let (x, y) = (k % size.width as usize, k / size.width as usize);
             let wave = |phase: f32| {
-                let angle = (x as f32 + phase * y as f32) * std::f32::consts::TAU / 64.0;
+                let angle = (x as f32 + phase * y as f32) * std::f32::consts::TAU / 256.0;
                 (127.5 + 90.0 * angle.sin()) as u8
             };
             let all = [wave(0.3), wave(1.0), wave(-0.5), (x * 255 / size.width as usize) as u8];
@@ -159,23 +159,27 @@ mod tests {
         u32::from_le_bytes(*file[at..].first_chunk().unwrap())
     }
 
-    /// Texels of a level, from where the file's index says it is.
-    fn decoded(file: &[u8], index: usize, has_alpha: bool) -> (Size, Vec<u8>) {
-        let side = |at: usize| (word(file, at) >> index).max(1);
-        let size = Size::new(side(20), side(24));
-        let (at, len) = (word(file, 80 + 24 * index), word(file, 88 + 24 * index));
-        let slice = SliceParametersUastc {
-            num_blocks_x: size.width.div_ceil(4),
-            num_blocks_y: size.height.div_ceil(4),
-            has_alpha,
-            original_width: size.width,
-            original_height: size.height,
+    /// The levels of a file as the encoder's own decoder sees them.
+    ///
+    /// That decoder reads `.basis` files. It tells where in one the blocks of a level are, and the
+    /// file must have the same where its index says.
+    fn decoded(file: &[u8], levels: &[Level], is_color: bool) -> Vec<Vec<u8>> {
+        let basis = uastc::basis_file(levels, is_color).unwrap();
+        let mut decoder = Transcoder::new();
+        decoder.prepare_transcoding(&basis).unwrap();
+        assert_eq!(word(file, 40) as usize, levels.len());
+        let level = |(index, level): (usize, &Level)| {
+            let side = |at: usize| (word(file, at) >> index).max(1);
+            assert_eq!(level.size, Size::new(side(20), side(24)));
+            let (at, len) = (word(file, 80 + 24 * index), word(file, 88 + 24 * index));
+            let image_index = index as u32;
+            let info = decoder.image_level_info(&basis, image_index, 0).unwrap();
+            let wanted = &basis[info.m_rgb_file_ofs as usize..][..info.m_rgb_file_len as usize];
+            assert!(file[at as usize..][..len as usize] == *wanted, "blocks of level {index}");
+            let which = TranscodeParameters { image_index, ..TranscodeParameters::default() };
+            decoder.transcode_image_level(&basis, TargetFormat::RGBA32, which).unwrap()
         };
-        let blocks = &file[at as usize..][..len as usize];
-        let format = TranscoderBlockFormat::RGBA32;
-        let flags = DecodeFlags::empty();
-        let decoder = LowLevelUastcTranscoder::new();
-        (size, decoder.transcode_slice(blocks, slice, flags, format).unwrap())
+        levels.iter().enumerate().map(level).collect()
     }
 
     /// Of all four channels, in dB.
@@ -195,19 +199,19 @@ mod tests {
 
     #[test]
     fn decoders_find_the_picture_on_each_level() {
-        let size = Size::new(128, 64);
+        let size = Size::new(256, 128);
         for (channels, has_alpha) in [(Channels::Rgb, false), (Channels::Rgba, true)] {
             let texture = smooth(size, channels, Encoding::Srgb);
             let (file, _) = encode(texture.clone(), has_alpha).unwrap();
-            // 128, 64, 32, 16, 8, 4, 2, 1.
-            assert_eq!(word(&file, 40), 8);
             let levels =
                 pyramid(texture.clone().converted(Channels::Rgba, Depth::U8), true).unwrap();
+            // 256, 128, 64, 32, 16, 8, 4, 2, 1.
+            assert_eq!(levels.len(), 9);
             assert_eq!(levels[0].rgba, rgba(texture));
-            for (index, level) in levels.iter().enumerate().take(3) {
-                let (size, found) = decoded(&file, index, has_alpha);
-                assert_eq!(size, level.size);
-                let psnr = psnr(&found, &level.rgba);
+            let found = decoded(&file, &levels, true);
+            // Waves are half as long on the next level, which costs 5 dB; the first two are smooth.
+            for (index, level) in levels.iter().enumerate().take(2) {
+                let psnr = psnr(&found[index], &level.rgba);
                 assert!(psnr > 40.0, "level {index} of {channels:?}: {psnr} dB");
             }
         }
@@ -215,18 +219,26 @@ mod tests {
 
     #[test]
     fn levels_are_means_of_light() {
-        // Black and white columns: the mean of light 0 and 1 is level 188 of sRGB, that of data 128.
-        let values = (0..64).map(|k| if k % 2 == 0 { 0 } else { 255 }).collect();
-        let columns = |encoding| {
-            let texels = Texels::U8(Vec::clone(&values));
-            Texture::new(Size::square(8), Channels::Grey, encoding, texels).unwrap()
-        };
-        for (encoding, mean) in [(Encoding::Srgb, 188), (Encoding::Data, 128)] {
-            let (file, _) = encode(columns(encoding), false).unwrap();
-            let (size, found) = decoded(&file, 1, false);
-            assert_eq!(size, Size::square(4));
+        // Blocks of 2 by 2 texels with one or two that are white. The means of light, 1/4 and 1/2, are
+        // levels 137 and 188 of sRGB (1.055 l^(1 / 2.4) - 0.055); those of data are 64 and 128.
+        for (whites, encoding, mean) in [
+            (1, Encoding::Srgb, 137),
+            (2, Encoding::Srgb, 188),
+            (1, Encoding::Data, 64),
+            (2, Encoding::Data, 128),
+        ] {
+            let value = |k: usize| if k % 2 == 1 && (whites == 2 || k % 16 < 8) { 255 } else { 0 };
+            let texels = Texels::U8((0..64).map(value).collect());
+            let texture = Texture::new(Size::square(8), Channels::Grey, encoding, texels).unwrap();
+            let is_color = encoding == Encoding::Srgb;
+            let (file, _) = encode(texture.clone(), false).unwrap();
+            let levels = pyramid(texture.converted(Channels::Rgba, Depth::U8), is_color).unwrap();
+            let found = decoded(&file, &levels, is_color);
             // UASTC has a mode for blocks of one colour, which keeps it.
-            assert_eq!(found, [mean, mean, mean, 255].repeat(16), "{encoding:?}");
+            for (index, texels) in [(1, 16), (2, 4), (3, 1)] {
+                let wanted = [mean, mean, mean, 255].repeat(texels);
+                assert_eq!(found[index], wanted, "level {index} of {encoding:?}, {whites} white");
+            }
         }
     }
 

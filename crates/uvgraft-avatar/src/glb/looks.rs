@@ -182,7 +182,6 @@ impl Picture {
     }
 
     #[cfg(not(feature = "ktx2"))]
-    #[expect(clippy::needless_pass_by_value, reason = "with the feature it is consumed")]
     fn encode_ktx2(_: Texture) -> Result<Self, PictureError> {
         Err(PictureError::NoKtx2)
     }

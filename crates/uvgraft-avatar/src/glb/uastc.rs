@@ -29,8 +29,13 @@ pub(super) const fn blocks(size: Size) -> usize {
 /// The blocks of each level, row by row from the top; none if the encoder fails.
 ///
 /// Each level is to have 1 to [`MAX_SIDE`] texels on a side and as many values as that needs.
-#[expect(unsafe_code, reason = "the encoder is C++ and leaves it to callers to check what it gets")]
 pub(super) fn encode(levels: &[Level], is_color: bool) -> Option<Vec<Vec<u8>>> {
+    slices(&basis_file(levels, is_color)?, levels)
+}
+
+/// A `.basis` file with an image for each level; none if the encoder fails.
+#[expect(unsafe_code, reason = "the encoder is C++ and leaves it to callers to check what it gets")]
+pub(super) fn basis_file(levels: &[Level], is_color: bool) -> Option<Vec<u8>> {
     let is_sound = |level: &Level| {
         let Size { width, height } = level.size;
         let sides = 1..=MAX_SIDE;
@@ -61,7 +66,7 @@ pub(super) fn encode(levels: &[Level], is_color: bool) -> Option<Vec<Vec<u8>>> {
     }
     // SAFETY: as above, and the encoder accepted them.
     unsafe { compressor.process() }.ok()?;
-    slices(compressor.basis_file(), levels)
+    Some(compressor.basis_file().to_vec())
 }
 
 /// Takes the slices out of a `.basis` file with one for each level.
