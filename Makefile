@@ -3,10 +3,10 @@
 
 CARGO ?= cargo
 
-# The metric FLIP is C++, and so is what makes meshes simpler.
+# The metric FLIP is C++, and so are what makes meshes simpler and what encodes KTX2.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
-NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY))
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-cli/ktx2 --features uvgraft-tests/flip $(SIMPLIFY))
 
 # The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
 # is known when that is done.
@@ -28,7 +28,7 @@ test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/install-browser.sh
 	@test -n "$(CXX_FOUND)" || \
-		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
+		echo "there is no C++ compiler (c++): tests of FLIP, of simplifying and of KTX2 are skipped"
 	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
+use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture, TextureError};
 use uvgraft_io::image::{self, EncodeError, Format, ImageError, WriteOptions};
 
 /// How an avatar looks: one material, because each costs a draw call and platforms rank avatars by it.
@@ -106,8 +106,11 @@ pub enum PictureError {
     /// The encoder refused.
     #[error(transparent)]
     Encode(#[from] EncodeError),
+    /// There is not enough memory to resize the texture.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
     /// This build has no encoder for it.
-    #[error("this build cannot encode KTX2")]
+    #[error("this build cannot encode KTX2: build it with the feature `ktx2`")]
     NoKtx2,
 }
 
@@ -135,9 +138,12 @@ impl Picture {
     ///
     /// - Linear colours become sRGB. Opacity is dropped where it is full, and for JPEG.
     /// - `quality`: of a JPEG, in `1..=100`.
+    /// - KTX2 holds UASTC blocks and all mip levels, and tells colours from data by the texture's
+    ///   encoding. Sides that are no multiples of 4 are stretched to the next one.
     ///
     /// # Errors
-    /// [`PictureError`] if the format cannot hold a texture of this size, or is KTX2.
+    /// [`PictureError`] if the format cannot hold a texture of this size, or is KTX2 and the feature
+    /// `ktx2` is off.
     pub fn encode(
         texture: Texture,
         format: PictureFormat,
@@ -151,7 +157,7 @@ impl Picture {
             PictureFormat::Png => Format::Png,
             PictureFormat::Jpeg => Format::Jpeg,
             PictureFormat::WebP => Format::WebP,
-            PictureFormat::Ktx2 => return Err(PictureError::NoKtx2),
+            PictureFormat::Ktx2 => return Self::encode_ktx2(texture.encoded_as(encoding)),
         };
         let texture = texture.encoded_as(encoding);
         let channels = texture.channels();
@@ -164,6 +170,20 @@ impl Picture {
         // Losses can only be opacity and bits, which are gone already.
         let _ = image::encode(&texture.into(), file_format, &options, &mut out)?;
         Ok(Self { bytes: out.into_inner(), format, size, fallback: None })
+    }
+
+    #[cfg(feature = "ktx2")]
+    fn encode_ktx2(texture: Texture) -> Result<Self, PictureError> {
+        let channels = texture.channels();
+        let texture = texture.converted(channels, Depth::U8);
+        let has_alpha = channels.has_alpha() && !is_opaque(&texture);
+        let (bytes, size) = super::ktx2::encode(texture, has_alpha)?;
+        Ok(Self { bytes, format: PictureFormat::Ktx2, size, fallback: None })
+    }
+
+    #[cfg(not(feature = "ktx2"))]
+    fn encode_ktx2(_: Texture) -> Result<Self, PictureError> {
+        Err(PictureError::NoKtx2)
     }
 
     /// With another image for readers that do not know this one's format. Without it a WebP or KTX2
@@ -208,7 +228,7 @@ fn is_opaque(texture: &Texture) -> bool {
     }
 }
 
-const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+pub(super) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Source: Khronos Group, "KTX File Format Specification", version 2.0, and `KHR_texture_basisu`.
 fn ktx2_size(bytes: &[u8]) -> Result<Size, PictureError> {
@@ -272,6 +292,14 @@ mod tests {
         assert!(matches!(error, PictureError::Format { found: "TIFF" }), "{error}");
         let webp = Picture::encode(texture(1.0), PictureFormat::WebP, 90).unwrap();
         assert!(matches!(webp.clone().with_fallback(webp), Err(PictureError::Fallback { .. })));
+    }
+
+    #[test]
+    #[cfg(not(feature = "ktx2"))]
+    fn builds_without_the_encoder_say_which_have_it() {
+        let error = Picture::encode(texture(1.0), PictureFormat::Ktx2, 90).unwrap_err();
+        assert!(matches!(error, PictureError::NoKtx2));
+        assert!(error.to_string().contains("feature `ktx2`"), "{error}");
     }
 
     #[test]

@@ -12,11 +12,15 @@ mod buffer;
 mod clips;
 mod container;
 mod json;
+#[cfg(feature = "ktx2")]
+mod ktx2;
 mod looks;
 pub(crate) mod shading;
 pub(crate) mod skin;
 mod t_pose;
 mod textures;
+#[cfg(feature = "ktx2")]
+mod uastc;
 pub(crate) mod vertices;
 pub mod vrm;
 

@@ -126,9 +126,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.meta.check_glb()?;
     }
     let onto = Onto::parse(&args.onto)?;
-    if args.texture == Some(TextureName::Ktx2) {
+    if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
         return Err(bad_input(
-            "--texture ktx2: this build cannot encode KTX2; wanted png, jpeg or webp",
+            "--texture ktx2: this build lacks the feature `ktx2`; wanted png, jpeg or webp",
         ));
     }
     let preset = args.preset.as_deref().and_then(Preset::named);

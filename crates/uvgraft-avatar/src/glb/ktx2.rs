@@ -1,0 +1,288 @@
+//! Textures as KTX2 files: UASTC blocks with all mip levels, which graphics processors keep compressed.
+//!
+//! Sources: Khronos Group, "KTX File Format Specification", version 2.0, "Khronos Data Format
+//! Specification", version 1.3 (the descriptor), and `KHR_texture_basisu`.
+
+use uvgraft::{Channels, Depth, Encoding, Filter, Size, Texels, Texture, TextureError};
+
+use super::looks::{KTX2_IDENTIFIER, PictureError};
+use super::uastc::{self, Level};
+
+/// Encodes a texture that is sRGB or data, and returns the file with its size in texels.
+///
+/// Readers must take sides that are multiples of 4 only; others are stretched to the next one, which
+/// leaves each point of the picture at its UV.
+///
+/// # Errors
+/// [`PictureError`] for a side above 16384, or if memory does not suffice.
+pub(super) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
+    let Size { width, height } = texture.size();
+    if width.max(height) > uastc::MAX_SIDE {
+        return Err(PictureError::Ktx2 { problem: "has at most 16384 texels on a side" });
+    }
+    let is_color = texture.encoding() != Encoding::Data;
+    let size = Size::new(width.next_multiple_of(4), height.next_multiple_of(4));
+    let texture =
+        texture.converted(Channels::Rgba, Depth::U8).resized(size, Filter::CatmullRom, false)?;
+    let levels = pyramid(texture, is_color)?;
+    let blocks = uastc::encode(&levels, is_color)
+        .ok_or(PictureError::Ktx2 { problem: "could not be made: the encoder failed" })?;
+    Ok((file(size, is_color, has_alpha, &blocks), size))
+}
+
+/// The texture, and smaller ones down to a single texel, each half as wide and high rounded down.
+fn pyramid(mut texture: Texture, is_color: bool) -> Result<Vec<Level>, TextureError> {
+    let mut levels = Vec::new();
+    loop {
+        let size = texture.size();
+        let half = Size::new((size.width / 2).max(1), (size.height / 2).max(1));
+        let next = match half == size {
+            true => None,
+            false => Some(texture.clone().resized(half, Filter::Bilinear, is_color)?),
+        };
+        if let Texels::U8(rgba) = texture.into_texels() {
+            levels.push(Level { size, rgba });
+        }
+        match next {
+            Some(next) => texture = next,
+            None => return Ok(levels),
+        }
+    }
+}
+
+/// Assembles a file from the blocks of its levels, the largest first.
+fn file(size: Size, is_color: bool, has_alpha: bool, levels: &[Vec<u8>]) -> Vec<u8> {
+    const HEADER: usize = 80;
+    const LEVEL: usize = 24;
+    let descriptor = descriptor(is_color, has_alpha);
+    let facts = facts();
+    let descriptor_at = HEADER + LEVEL * levels.len();
+    let facts_at = descriptor_at + descriptor.len();
+    // Levels begin at whole blocks, and fill them.
+    let first = (facts_at + facts.len()).next_multiple_of(uastc::BLOCK);
+    let mut out = KTX2_IDENTIFIER.to_vec();
+    let mut words = |words: &[usize]| {
+        out.extend(words.iter().flat_map(|&word| (word as u32).to_le_bytes()));
+    };
+    // No format of Vulkan, whose values would be of one byte; neither deep nor an array; one face.
+    words(&[0, 1, size.width as usize, size.height as usize, 0, 0, 1, levels.len()]);
+    // Not compressed again.
+    words(&[0]);
+    words(&[descriptor_at, descriptor.len(), facts_at, facts.len()]);
+    // Nothing that all levels share.
+    words(&[0; 4]);
+    for index in 0..levels.len() {
+        // The smallest is stored first.
+        let before: usize = levels[index + 1..].iter().map(Vec::len).sum();
+        let len = levels[index].len();
+        for value in [first + before, len, len] {
+            out.extend((value as u64).to_le_bytes());
+        }
+    }
+    out.extend(descriptor);
+    out.extend(facts);
+    out.resize(first, 0);
+    for level in levels.iter().rev() {
+        out.extend(level);
+    }
+    out
+}
+
+/// What the blocks hold: a basic data format descriptor.
+fn descriptor(is_color: bool, has_alpha: bool) -> Vec<u8> {
+    const UASTC: u8 = 166;
+    const UNSPECIFIED: u8 = 0;
+    const BT709: u8 = 1;
+    const LINEAR: u8 = 1;
+    const SRGB: u8 = 2;
+    const RGB: u8 = 0;
+    const RGBA: u8 = 3;
+    let (primaries, transfer) = if is_color { (BT709, SRGB) } else { (UNSPECIFIED, LINEAR) };
+    let mut out = Vec::new();
+    // The length of all, Khronos's basic descriptor, its version 2 and its length.
+    out.extend(44_u32.to_le_bytes());
+    out.extend(0_u32.to_le_bytes());
+    out.extend(2_u16.to_le_bytes());
+    out.extend(40_u16.to_le_bytes());
+    // The last: opacity is not multiplied in.
+    out.extend([UASTC, primaries, transfer, 0]);
+    // A block's sides, less one.
+    out.extend([3, 3, 0, 0]);
+    // The bytes of a block, in the first of eight planes.
+    out.extend([uastc::BLOCK as u8, 0, 0, 0, 0, 0, 0, 0]);
+    // One sample: its first bit, its bits less one, and what it is.
+    out.extend([0, 0, 127, if has_alpha { RGBA } else { RGB }]);
+    // Where in the block, and its range.
+    out.extend(0_u32.to_le_bytes());
+    out.extend(0_u32.to_le_bytes());
+    out.extend(u32::MAX.to_le_bytes());
+    out
+}
+
+/// Facts by name, in the order of names.
+fn facts() -> Vec<u8> {
+    let mut out = Vec::new();
+    // Rows go right, and down.
+    for fact in ["KTXorientation\0rd\0", "KTXwriter\0uvgraft\0"] {
+        out.extend((fact.len() as u32).to_le_bytes());
+        out.extend(fact.as_bytes());
+        out.resize(out.len().next_multiple_of(4), 0);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use basis_universal::transcoding::{
+        TranscodeParameters, Transcoder, TranscoderTextureFormat as TargetFormat,
+    };
+
+    use super::super::{Picture, PictureFormat};
+    use super::*;
+
+    /// Waves that turn once in 256 texels, and opacity across.
+    fn smooth(size: Size, channels: Channels, encoding: Encoding) -> Texture {
+        let mut values = Vec::new();
+        for k in 0..size.texels() {
+            let (x, y) = (k % size.width as usize, k / size.width as usize);
+            let wave = |phase: f32| {
+                let angle = (x as f32 + phase * y as f32) * std::f32::consts::TAU / 256.0;
+                (127.5 + 90.0 * angle.sin()) as u8
+            };
+            let all = [wave(0.3), wave(1.0), wave(-0.5), (x * 255 / size.width as usize) as u8];
+            values.extend(&all[..channels.count()]);
+        }
+        Texture::new(size, channels, encoding, Texels::U8(values)).unwrap()
+    }
+
+    fn word(file: &[u8], at: usize) -> u32 {
+        u32::from_le_bytes(*file[at..].first_chunk().unwrap())
+    }
+
+    /// The levels of a file as the encoder's own decoder sees them.
+    ///
+    /// That decoder reads `.basis` files. It tells where in one the blocks of a level are, and the
+    /// file must have the same where its index says.
+    fn decoded(file: &[u8], levels: &[Level], is_color: bool) -> Vec<Vec<u8>> {
+        let basis = uastc::basis_file(levels, is_color).unwrap();
+        let mut decoder = Transcoder::new();
+        decoder.prepare_transcoding(&basis).unwrap();
+        assert_eq!(word(file, 40) as usize, levels.len());
+        let level = |(index, level): (usize, &Level)| {
+            let side = |at: usize| (word(file, at) >> index).max(1);
+            assert_eq!(level.size, Size::new(side(20), side(24)));
+            let (at, len) = (word(file, 80 + 24 * index), word(file, 88 + 24 * index));
+            let image_index = index as u32;
+            let info = decoder.image_level_info(&basis, image_index, 0).unwrap();
+            let wanted = &basis[info.m_rgb_file_ofs as usize..][..info.m_rgb_file_len as usize];
+            assert!(file[at as usize..][..len as usize] == *wanted, "blocks of level {index}");
+            let which = TranscodeParameters { image_index, ..TranscodeParameters::default() };
+            decoder.transcode_image_level(&basis, TargetFormat::RGBA32, which).unwrap()
+        };
+        levels.iter().enumerate().map(level).collect()
+    }
+
+    /// Of all four channels, in dB.
+    fn psnr(found: &[u8], wanted: &[u8]) -> f64 {
+        assert_eq!(found.len(), wanted.len());
+        let squares =
+            found.iter().zip(wanted).map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
+        10.0 * (255.0 * 255.0 * wanted.len() as f64 / squares.sum::<f64>().max(1e-9)).log10()
+    }
+
+    fn rgba(texture: Texture) -> Vec<u8> {
+        match texture.converted(Channels::Rgba, Depth::U8).into_texels() {
+            Texels::U8(values) => values,
+            other => panic!("{} values that are not bytes", other.len()),
+        }
+    }
+
+    #[test]
+    fn decoders_find_the_picture_on_each_level() {
+        let size = Size::new(256, 128);
+        for (channels, has_alpha) in [(Channels::Rgb, false), (Channels::Rgba, true)] {
+            let texture = smooth(size, channels, Encoding::Srgb);
+            let (file, _) = encode(texture.clone(), has_alpha).unwrap();
+            let levels =
+                pyramid(texture.clone().converted(Channels::Rgba, Depth::U8), true).unwrap();
+            // 256, 128, 64, 32, 16, 8, 4, 2, 1.
+            assert_eq!(levels.len(), 9);
+            assert_eq!(levels[0].rgba, rgba(texture));
+            let found = decoded(&file, &levels, true);
+            // Waves are half as long on the next level, which costs 5 dB; the first two are smooth.
+            for (index, level) in levels.iter().enumerate().take(2) {
+                let psnr = psnr(&found[index], &level.rgba);
+                assert!(psnr > 40.0, "level {index} of {channels:?}: {psnr} dB");
+            }
+        }
+    }
+
+    #[test]
+    fn levels_are_means_of_light() {
+        // Blocks of 2 by 2 texels with one or two that are white. The means of light, 1/4 and 1/2, are
+        // levels 137 and 188 of sRGB (1.055 l^(1 / 2.4) - 0.055); those of data are 64 and 128.
+        for (whites, encoding, mean) in [
+            (1, Encoding::Srgb, 137),
+            (2, Encoding::Srgb, 188),
+            (1, Encoding::Data, 64),
+            (2, Encoding::Data, 128),
+        ] {
+            let value = |k: usize| if k % 2 == 1 && (whites == 2 || k % 16 < 8) { 255 } else { 0 };
+            let texels = Texels::U8((0..64).map(value).collect());
+            let texture = Texture::new(Size::square(8), Channels::Grey, encoding, texels).unwrap();
+            let is_color = encoding == Encoding::Srgb;
+            let (file, _) = encode(texture.clone(), false).unwrap();
+            let levels = pyramid(texture.converted(Channels::Rgba, Depth::U8), is_color).unwrap();
+            let found = decoded(&file, &levels, is_color);
+            // UASTC has a mode for blocks of one colour, which keeps it.
+            for (index, texels) in [(1, 16), (2, 4), (3, 1)] {
+                let wanted = [mean, mean, mean, 255].repeat(texels);
+                assert_eq!(found[index], wanted, "level {index} of {encoding:?}, {whites} white");
+            }
+        }
+    }
+
+    #[test]
+    fn files_are_laid_out_as_specified() {
+        let (file, size) =
+            encode(smooth(Size::new(12, 8), Channels::Rgb, Encoding::Srgb), false).unwrap();
+        assert_eq!(size, Size::new(12, 8));
+        assert_eq!(file[..12], *b"\xabKTX 20\xbb\r\n\x1a\n");
+        let words: Vec<u32> = (3..20).map(|k| word(&file, 4 * k)).collect();
+        // Levels of 12x8, 6x4, 3x2 and 1x1; the index ends at 80 + 4 * 24.
+        assert_eq!(words, [0, 1, 12, 8, 0, 0, 1, 4, 0, 176, 44, 220, 48, 0, 0, 0, 0]);
+        let index: Vec<u32> = (20..44).map(|k| word(&file, 4 * k)).collect();
+        let level = |at: u32, len: u32| [at, 0, len, 0, len, 0];
+        // 3x2, 2x1, 1 and 1 blocks, the last first.
+        let wanted = [level(336, 96), level(304, 32), level(288, 16), level(272, 16)];
+        assert_eq!(index, wanted.as_flattened());
+        assert_eq!(file.len(), 336 + 96);
+        let wanted: [u8; 44] = [
+            44, 0, 0, 0, 0, 0, 0, 0, 2, 0, 40, 0, 166, 1, 2, 0, 3, 3, 0, 0, 16, 0, 0, 0, 0, 0, 0,
+            0, 0, 0, 127, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255,
+        ];
+        assert_eq!(file[176..220], wanted);
+        let facts = b"\x12\0\0\0KTXorientation\0rd\0\0\0\x12\0\0\0KTXwriter\0uvgraft\0\0\0";
+        assert_eq!(file[220..268], *facts);
+    }
+
+    #[test]
+    fn descriptors_tell_data_and_opacity() {
+        assert_eq!(descriptor(false, false)[12..16], [166, 0, 1, 0]);
+        assert_eq!(descriptor(true, true)[12..16], [166, 1, 2, 0]);
+        assert_eq!((descriptor(true, true)[31], descriptor(true, false)[31]), (3, 0));
+    }
+
+    #[test]
+    fn sides_become_multiples_of_4() {
+        let texture = smooth(Size::new(63, 130), Channels::Rgba, Encoding::Srgb);
+        let picture = Picture::encode(texture, PictureFormat::Ktx2, 90).unwrap();
+        assert_eq!((picture.size(), picture.format()), (Size::new(64, 132), PictureFormat::Ktx2));
+        assert_eq!(Picture::new(picture.bytes().to_vec()).unwrap(), picture);
+        let wide = [0.5];
+        let size = Size::new(uastc::MAX_SIDE + 1, 1);
+        let wide = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &wide).unwrap();
+        let error = Picture::encode(wide, PictureFormat::Ktx2, 90).unwrap_err();
+        assert_eq!(error.to_string(), "a KTX2 image has at most 16384 texels on a side");
+    }
+}
