@@ -137,7 +137,8 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
         let option = preset.map_or_else(String::new, |preset| format!("--preset {}", preset.name));
         let budget = preset.map_or(usize::MAX, |preset| preset.triangles);
         let name = format!("{}.{extension}", preset.map_or("plain", |preset| preset.name));
-        let command = format!("{DEMO} --motion wave.npz {WHOSE} {option} -o {name}");
+        let whose = if extension == "vrm" { WHOSE } else { "--author Nobody" };
+        let command = format!("{DEMO} --motion wave.npz {whose} {option} -o {name}");
         if whole > budget && !cfg!(feature = "simplify") {
             bench.refuse(&command, &["more than the", &budget.to_string(), "feature `simplify`"]);
             continue;
@@ -273,7 +274,13 @@ fn what_fate_baked_is_a_face() {
     assert!(differences(&sure, &drawn).iter().all(|&value| value <= 1));
     make("workspace", "none", "found.glb");
     assert_eq!(bench.bytes("sure.glb"), bench.bytes("found.glb"));
-    assert_ne!(sure, make("sure.pth", "membrane", "blended.glb"));
+    // No skin is that blue.
+    let tinted = bench.run(
+        "avatar demo.uvpair sure.pth --onto #2040e0 --size 256 --unit m --body demo -o blended.glb",
+    );
+    assert_eq!(tinted.code, Some(0), "{}", tinted.stderr);
+    assert!(tinted.stderr.contains("sure.pth: the body's tone tints the face strongly"));
+    assert_ne!(sure, texture(&bench, "blended.glb"));
 
     let half = make("half.pth", "none", "half.glb");
     let (left, right) = (bench.texture("left_body.png"), bench.texture("right_body.png"));
@@ -391,8 +398,8 @@ fn broken_motions_and_shapes_are_refused() {
         ("--motion walk.npz", &["walk.npz: this motion is of a whole body", "no hips"]),
         ("--motion evil.pkl", &["evil.pkl: refused: os.system"]),
         ("--motion cut.npz", &["cut.npz: archive: cut short or damaged"]),
-        ("--betas abc", &["--betas abc: wanted numbers", "a file"]),
-        ("--betas 0.5,nan", &["--betas 0.5,nan: found NaN, wanted finite numbers"]),
+        ("--betas abc", &["--betas abc: found neither", "wanted numbers", "a file"]),
+        ("--betas 0.5,nan", &["--betas 0.5,nan: found NaN, wanted numbers"]),
         ("--betas -1,x", &["--betas -1,x: wanted numbers"]),
         ("--betas nan_betas.npz", &["nan_betas.npz: found NaN"]),
         ("--betas shapeless.npz", &["shapeless.npz has no array `betas`", "trans"]),
@@ -447,8 +454,15 @@ fn faces_outputs_and_options_are_checked() {
             &["flame.npz", "me.vrm", "no `hips`", "`leftUpperLeg`"],
         ),
         (format!("{sure} --license mine -o me.vrm"), &["'mine'", "only-author"]),
+        (format!("{sure} --license everyone -o me.glb"), &["--license: a GLB file", ".vrm"]),
+        (format!("{sure} --quality 50 -o me.glb"), &["--quality", "--texture jpeg"]),
+        (
+            "avatar head.uvpair face.png --onto #c08a70 --size 2048 --body flame.npz --preset quest -o me.glb"
+                .to_owned(),
+            &["2048×2048", "quest", "1024"],
+        ),
         (format!("{sure} --preset ps5 -o me.glb"), &["'ps5'", "quest", "visionos"]),
-        (format!("{sure} --triangles 500 -o me.glb"), &["--preset"]),
+        (format!("{sure} --triangles 5000 -o me.glb"), &["--preset"]),
         (format!("{HEAD} --body demo --betas 1 -o me.glb"), &["--betas", "--body demo"]),
         (sure.replace("--size 16", "") + " -o me.glb", &["--size"]),
         (sure.replace("#c08a70", "none.png") + " -o me.glb", &["none.png: ", "No such file"]),
