@@ -58,14 +58,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
     Outputs::new(inputs).check(&output)?;
 
-    let model = read(&args.model, MOST_MODEL_BYTES)?;
-    // What cannot be drawn here cannot be drawn there.
-    Scene::read(&model)
-        .with_context(|| format!("cannot show {}", args.model.display()))
-        .or_bad_input()?;
+    let bytes = read(&args.model, MOST_MODEL_BYTES)?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let in_model = || format!("cannot show {}", args.model.display());
-    let model = Glb::new(&model).with_context(in_model).or_bad_input()?;
+    let model = Glb::new(&bytes).with_context(in_model).or_bad_input()?;
+    // What cannot be drawn here cannot be drawn there.
+    Scene::read(&bytes).with_context(in_model).or_bad_input()?;
     let files = args
         .textures
         .iter()
