@@ -6,6 +6,7 @@ mod retarget;
 
 pub use amass::Motion;
 pub use retarget::{ClipOptions, Retarget};
+pub(crate) use retarget::{MEAN_LEG_M, MEAN_PELVIS};
 
 use uvgraft_io::arrays::ArraysError;
 

@@ -54,8 +54,8 @@ pub struct Retarget {
 const NEEDED: [HumanBone; 4] =
     [HumanBone::Hips, HumanBone::Spine, HumanBone::LeftUpperLeg, HumanBone::RightUpperLeg];
 /// The family's mean body, to a centimetre: the pelvis at rest, and hip to knee to ankle, in metres.
-const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
-const MEAN_LEG_M: f32 = 0.78;
+pub(crate) const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
+pub(crate) const MEAN_LEG_M: f32 = 0.78;
 /// Arms that are turned less against the family's are taken as they are.
 const LEAST_ARM_DEG: f32 = 15.0;
 /// How high a skeleton's lowest joint may be above 0 for it to stand there.

@@ -178,25 +178,30 @@ impl Preset {
         Err(PresetError::Budget { preset: self.name, found, wanted })
     }
 
+    /// A texture's size within the preset's: the same, or shrunk until its longest side fits.
+    pub fn texture_size(&self, size: Size) -> Size {
+        let longest = size.width.max(size.height);
+        if longest <= self.texture_side {
+            return size;
+        }
+        let scaled = |side: u32| {
+            let scaled = u64::from(side) * u64::from(self.texture_side) / u64::from(longest);
+            (scaled as u32).max(1)
+        };
+        Size::new(scaled(size.width), scaled(size.height))
+    }
+
     /// Brings a texture to the preset's size, unless it is smaller, and encodes it.
     ///
     /// # Errors
     /// [`PresetError`] if the texture cannot be encoded.
     pub fn picture(&self, texture: Texture) -> Result<Picture, PresetError> {
-        let Size { width, height } = texture.size();
-        let longest = width.max(height);
-        let texture = if longest > self.texture_side {
-            let scaled = |side: u32| {
-                let scaled = u64::from(side) * u64::from(self.texture_side) / u64::from(longest);
-                (scaled as u32).max(1)
-            };
-            // In whole steps samples fall on texels, whatever the filter; this one is the fastest.
-            let is_whole = longest.is_multiple_of(self.texture_side);
-            let filter = if is_whole { Filter::Bilinear } else { Filter::CatmullRom };
-            texture.resized(Size::new(scaled(width), scaled(height)), filter, false)?
-        } else {
-            texture
-        };
+        let found = texture.size();
+        let longest = found.width.max(found.height);
+        // In whole steps samples fall on texels, whatever the filter; this one is the fastest.
+        let is_whole = longest.is_multiple_of(self.texture_side);
+        let filter = if is_whole { Filter::Bilinear } else { Filter::CatmullRom };
+        let texture = texture.resized(self.texture_size(found), filter, false)?;
         Ok(Picture::encode(texture, self.format, JPEG_QUALITY)?)
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use uvgraft::blend::Ground;
 use uvgraft::{Direction, Filter, MapOptions, Overlay, Size, Texture, Transfer, TransferOptions};
+use uvgraft_avatar::preset::Preset;
 use uvgraft_io::image;
 use uvgraft_io::pair_file::PairFile;
 
@@ -17,16 +18,9 @@ use crate::preview;
 
 /// The texture that a face is laid over, at the size that is wanted.
 ///
-/// - `most`: the longest side that the result may have.
-pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Result<Texture> {
-    let fit = |size: Size| match most.map(|most| (most, size.width.max(size.height))) {
-        Some((most, side)) if side > most => {
-            let shrunk =
-                |length: u32| (u64::from(length) * u64::from(most) / u64::from(side)).max(1) as u32;
-            Size::new(shrunk(size.width), shrunk(size.height))
-        }
-        _ => size,
-    };
+/// - `preset`: what says how large the result may be.
+pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow::Result<Texture> {
+    let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match onto {
         Onto::Image(path) => {
             let texture = image::read(path).or_bad_input()?.texture;
@@ -48,7 +42,6 @@ pub(super) fn base(args: &Args, onto: &Onto, most: Option<u32>) -> anyhow::Resul
 }
 
 /// Carries a face onto a base, and hides the border as the options say.
-///
 pub(super) fn dress(
     args: &Args,
     file: &PairFile,

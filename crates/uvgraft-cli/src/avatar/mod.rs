@@ -157,10 +157,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (body, textures) = rayon::join(
         || Body::new(args, file.pair.target()),
         || {
-            let (face, base) = rayon::join(
-                || Face::read(&args.face),
-                || dress::base(args, &onto, own.as_ref().map(|preset| preset.texture_side)),
-            );
+            let (face, base) =
+                rayon::join(|| Face::read(&args.face), || dress::base(args, &onto, own.as_ref()));
             dress::dress(args, &file, face?, base?)
         },
     );

@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use crate::motion::{MEAN_LEG_M, MEAN_PELVIS};
 use crate::rig::{Clip, HumanBone, Skeleton};
 
 /// The arrays of a motion file in AMASS's form.
@@ -64,10 +65,6 @@ const HANDS: [[HumanBone; 15]; 2] = [
         RightThumbMetacarpal RightThumbProximal RightThumbDistal),
 ];
 
-/// The mean body of SMPL-H to a centimetre: its pelvis at rest, and hip to knee to ankle, in metres.
-const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
-const MEAN_LEG: f32 = 0.78;
-
 /// A clip as AMASS stores it, as if SMPL-H's mean body had moved: places are scaled to its legs.
 ///
 /// `skeleton` has all of VRM's bones but eyes and jaw, aligned with the world in T-pose, and the
@@ -82,7 +79,7 @@ pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
     let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(place);
     let scale = match leg {
         [Some(hip), Some(knee), Some(ankle)] => {
-            MEAN_LEG / (hip.distance(knee) + knee.distance(ankle)).max(1e-3)
+            MEAN_LEG_M / (hip.distance(knee) + knee.distance(ankle)).max(1e-3)
         }
         _ => 1.0,
     };
