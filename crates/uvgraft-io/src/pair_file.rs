@@ -1,12 +1,16 @@
-//! Pair files (`*.uvpair`): a safetensors container with both meshes and their links.
+//! Pair files (`*.uvpair`): a safetensors container with both meshes and the pieces that correspond.
 //!
 //! - The header's `__metadata__` MUST hold the key `uvgraft` with a JSON object as its text: `version`,
 //!   `checksum`, `generator`, `note`, and `source` and `target` with `name`, `fingerprint`, `parts`.
 //! - For each side there MUST be the tensors `SIDE.positions` (f32, `[vertices, 3]`), `SIDE.uv` (f32,
 //!   `[coordinates, 2]`, origin at the top left), `SIDE.corners` (u32, `[corners, 2]`: vertex and UV
 //!   index, polygon after polygon) and `SIDE.sizes` (u32, `[polygons]`: corners of each).
-//! - `links` (u32, `[links, 2]`: target face, source face, ascending) and `links.corners` (u8,
-//!   `[links, 3]`) MUST be there; faces count the triangles of the polygons' fans.
+//! - `pieces` (u32, `[pieces, 2]`: target face, source face, ascending by target face) and `pieces.corners` (u8,
+//!   `[pieces, 3]`: the source face's corner for each of the target face's, or `3, 3, 3` for a part) MUST be there;
+//!   faces count the triangles of the polygons' fans.
+//! - If there are parts, `parts` (f64, `[parts, 18]`) MUST be there: for each, in the order of the pieces, the weights
+//!   of the target face's corners at the part's three corners, then those of the source face's.
+//! - Version 1 has `links` and `links.corners` instead: the same tensors, without parts.
 //! - `checksum` MUST be the SHA-256 of the whole file with the checksum's 64 digits set to `0`.
 //! - Other tensors and keys MAY be there; readers of this version ignore them.
 
@@ -14,17 +18,18 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
+use std::sync::Arc;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use uvgraft::{Corner, Link, Mesh, MeshError, Pair, PairError, Part};
+use uvgraft::{Corner, Extent, Mesh, MeshError, Pair, PairError, Part, Piece, Weights};
 
 use crate::input::{ReadError, read_file};
 use crate::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Files larger than this are refused: the largest meshes that are accepted fit several times.
 pub const MAX_BYTES: u64 = 4 << 30;
@@ -35,8 +40,8 @@ const CHECKSUM_DIGITS: usize = 64;
 /// A pair and what is known about where it came from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairFile {
-    /// The meshes and their links.
-    pub pair: Pair,
+    /// The meshes and their pieces.
+    pub pair: Arc<Pair>,
     /// What to call the source mesh: usually its file's name.
     pub source_name: String,
     /// What to call the target mesh.
@@ -99,9 +104,9 @@ pub enum PairFileError {
         /// Why.
         reason: MeshError,
     },
-    /// The links do not fit the meshes.
+    /// The pieces do not fit the meshes.
     #[error("pair file damaged: {0}")]
-    Links(#[from] PairError),
+    Pieces(#[from] PairError),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -186,15 +191,36 @@ pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
             Saved::u32(format!("{side}.sizes"), None, sizes),
         ]);
     }
-    let links = file.pair.links();
-    let faces = links.iter().flat_map(|link| [link.target, link.source]);
-    tensors.push(Saved::u32("links".to_owned(), Some(2), faces));
-    tensors.push(Saved {
-        name: "links.corners".to_owned(),
-        dtype: Dtype::U8,
-        shape: vec![links.len(), 3],
-        bytes: links.iter().flat_map(|link| link.corners).collect(),
+    let pieces = || file.pair.pieces();
+    let faces = pieces().flat_map(|piece| [piece.target, piece.source]);
+    tensors.push(Saved::u32(PIECES.to_owned(), Some(2), faces));
+    let mut parts = Vec::new();
+    let corners = pieces().flat_map(|piece| match piece.extent {
+        Extent::Whole(corners) => corners,
+        Extent::Part { target, source } => {
+            parts.extend([target, source]);
+            PART
+        }
     });
+    tensors.push(Saved {
+        name: PIECE_CORNERS.to_owned(),
+        dtype: Dtype::U8,
+        shape: vec![file.pair.piece_count(), 3],
+        bytes: corners.collect(),
+    });
+    if !parts.is_empty() {
+        tensors.push(Saved {
+            name: PARTS.to_owned(),
+            dtype: Dtype::F64,
+            shape: vec![parts.len() / 2, PART_VALUES],
+            bytes: parts
+                .as_flattened()
+                .as_flattened()
+                .iter()
+                .flat_map(|weight| weight.to_le_bytes())
+                .collect(),
+        });
+    }
     let views = tensors
         .iter()
         .map(|saved| {
@@ -233,27 +259,60 @@ pub fn decode(bytes: &[u8]) -> Result<PairFile, PairFileError> {
 
     let source = read_mesh(&tensors, "source", &header.source)?;
     let target = read_mesh(&tensors, "target", &header.target)?;
-    let faces = u32s(&tensors, "links", Some(2))?;
-    let corners = tensor(&tensors, "links.corners", Dtype::U8, Some(3))?;
-    if corners.len() / 3 != faces.len() / 2 {
-        let problem = format!("has {} links, `links` has {}", corners.len() / 3, faces.len() / 2);
-        return Err(PairFileError::Tensor { name: "links.corners".to_owned(), problem });
-    }
-    let links = faces
-        .chunks_exact(2)
-        .zip(corners.chunks_exact(3))
-        .map(|(faces, corners)| Link {
-            target: faces[0],
-            source: faces[1],
-            corners: [corners[0], corners[1], corners[2]],
-        })
-        .collect();
+    let pieces = read_pieces(&tensors, version)?;
     Ok(PairFile {
-        pair: Pair::from_links(source, target, links)?,
+        pair: Arc::new(Pair::from_pieces(source, target, pieces)?),
         source_name: header.source.name,
         target_name: header.target.name,
         note: header.note,
     })
+}
+
+/// In place of the corners of a piece that is a part of its faces.
+const PART: [u8; 3] = [3; 3];
+
+/// Weights of a part: of three corners in each of two faces.
+const PART_VALUES: usize = 18;
+
+const PIECES: &str = "pieces";
+const PIECE_CORNERS: &str = "pieces.corners";
+const PARTS: &str = "parts";
+
+/// Of a file of any version.
+fn read_pieces(tensors: &SafeTensors<'_>, version: u32) -> Result<Vec<Piece>, PairFileError> {
+    let [pieces_name, corners_name] =
+        if version == 1 { ["links", "links.corners"] } else { [PIECES, PIECE_CORNERS] };
+    let faces = u32s(tensors, pieces_name, Some(2))?;
+    let corners = tensor(tensors, corners_name, Dtype::U8, Some(3))?;
+    let (faces, _) = faces.as_chunks::<2>();
+    let (corners, _) = corners.as_chunks::<3>();
+    if corners.len() != faces.len() {
+        let (found, wanted) = (corners.len(), faces.len());
+        let problem = format!("has {found} rows, `{pieces_name}` has {wanted}");
+        return Err(PairFileError::Tensor { name: corners_name.to_owned(), problem });
+    }
+    let wanted = corners.iter().filter(|&&corners| version > 1 && corners == PART).count();
+    let parts =
+        if wanted > 0 { tensor(tensors, PARTS, Dtype::F64, Some(PART_VALUES))? } else { &[] };
+    let weights: Vec<f64> =
+        parts.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
+    let (parts, _) = weights.as_chunks::<3>().0.as_chunks::<6>();
+    if parts.len() != wanted {
+        let problem = format!("has {} rows, `{corners_name}` has {wanted} parts", parts.len());
+        return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
+    }
+    let mut parts = parts.iter();
+    let pieces = faces.iter().zip(corners).map(|(&[target, source], &corners)| {
+        let part = if version > 1 && corners == PART { parts.next() } else { None };
+        match part {
+            None => Piece::whole(target, source, corners),
+            Some(&[a, b, c, d, e, f]) => {
+                let (to, from): ([Weights; 3], [Weights; 3]) = ([a, b, c], [d, e, f]);
+                Piece::part((target, to), (source, from))
+            }
+        }
+    });
+    Ok(pieces.collect())
 }
 
 /// Reads a pair file.
@@ -461,7 +520,7 @@ mod tests {
         let mesh =
             Mesh::from_polygons(positions, uv, &corners, &[4, 3]).unwrap().with_parts(vec![part]);
         PairFile {
-            pair: Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2, 3]).unwrap(),
+            pair: Arc::new(Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2, 3]).unwrap()),
             source_name: "head.obj".to_owned(),
             target_name: "body.obj".to_owned(),
             note: "research only".to_owned(),
@@ -473,6 +532,44 @@ mod tests {
         let bytes = encode(&file()).unwrap();
         assert_eq!(decode(&bytes).unwrap(), file());
         assert_eq!(bytes, encode(&file()).unwrap());
+    }
+
+    /// The file, with the second of its faces in two parts.
+    fn with_parts() -> PairFile {
+        let file = file();
+        let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let half = [0.5, 0.5, 0.0];
+        let pieces = [
+            Piece::whole(0, 0, [0, 1, 2]),
+            Piece::part((1, [a, half, c]), (1, [a, half, c])),
+            Piece::part((1, [half, b, c]), (2, [b, c, [0.25, 0.25, 0.5]])),
+            Piece::whole(2, 2, [1, 2, 0]),
+        ];
+        let (source, target) = (file.pair.source().clone(), file.pair.target().clone());
+        let pair = Pair::from_pieces(source, target, pieces).unwrap();
+        PairFile { pair: Arc::new(pair), ..file }
+    }
+
+    #[test]
+    fn parts_are_kept() {
+        let bytes = encode(&with_parts()).unwrap();
+        assert_eq!(decode(&bytes).unwrap(), with_parts());
+        for place in 0..bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[place] ^= 0x10;
+            assert!(decode(&flipped).is_err(), "byte {place} flipped");
+        }
+    }
+
+    #[test]
+    fn reads_version_1() {
+        let bytes = include_bytes!("../tests/pair_samples/version1.uvpair");
+        let file = decode(bytes).unwrap();
+        assert_eq!([&*file.source_name, &*file.target_name], ["head.obj", "body.obj"]);
+        let wanted = [Piece::whole(0, 1, [0, 1, 2]), Piece::whole(1, 0, [2, 0, 1])];
+        assert_eq!(file.pair.pieces().collect::<Vec<_>>(), wanted);
+        // Written anew it is a file of the newest version, with the same pair.
+        assert_eq!(decode(&encode(&file).unwrap()).unwrap(), file);
     }
 
     #[test]
@@ -500,11 +597,11 @@ mod tests {
         let foreign = safetensors::serialize(Vec::<(&str, TensorView<'_>)>::new(), None).unwrap();
         assert!(error(&foreign).contains("without `uvgraft`"));
         let bytes = encode(&file()).unwrap();
-        let old: &[u8] = br#"\"version\":1"#;
+        let old: &[u8] = br#"\"version\":2"#;
         let place = bytes.windows(old.len()).position(|window| window == old).unwrap();
         let mut newer = bytes;
         newer[place + old.len() - 1] = b'7';
-        assert_eq!(error(&newer), "pair file version 7 is newer than 1: a newer uvgraft is needed");
+        assert_eq!(error(&newer), "pair file version 7 is newer than 2: a newer uvgraft is needed");
     }
 
     #[test]

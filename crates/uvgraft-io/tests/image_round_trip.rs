@@ -86,7 +86,7 @@ fn lossless_formats_give_back_every_value_and_the_profile() {
 /// WebP has no grey.
 fn in_color(texture: &Texture) -> Texture {
     let Texels::U8(values) = texture.texels() else { unreachable!() };
-    let channels = Channels::new(true, texture.channels().has_alpha());
+    let channels = Channels::Rgb.union(texture.channels());
     let values = match texture.channels() {
         Channels::Grey => values.iter().flat_map(|&v| [v; 3]).collect(),
         Channels::GreyAlpha => {

@@ -3,9 +3,9 @@
 
 use crate::color::Encoding;
 use crate::filter::Filter;
+use crate::formats::Averaging;
 use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError, Value};
 use crate::threads::for_each_chunk;
-use crate::transfer::TransferOptions;
 
 /// Texels that one piece of work mixes.
 const CHUNK: usize = 1 << 14;
@@ -57,12 +57,17 @@ pub fn fill(
     let confidence = confidence.map(|mask| resized_mask(mask, size)).transpose()?;
     check_shape("the mean texture", mean.size(), size)?;
     let is_data = encoding == Encoding::Data;
-    let to =
-        if is_data { from } else { Channels::new(from.has_color(), mean.channels().has_alpha()) };
+    let to = if is_data {
+        from
+    } else if mean.channels().has_alpha() {
+        from.with_alpha()
+    } else {
+        from.without_alpha()
+    };
     let mean = mean
         .clone()
         .encoded_as(encoding)
-        .resized(size, TransferOptions::default().filter, false)?
+        .resized(size, Filter::default(), Averaging::Encoded)?
         .converted(to, source.depth());
     let layout = Layout {
         source: from.count(),
@@ -105,7 +110,7 @@ pub fn with_confidence(source: Texture, mask: &Texture) -> Result<Texture, FillE
         return Err(FillError::Data);
     }
     let mask = resized_mask(mask, source.size())?;
-    let channels = Channels::new(source.channels().has_color(), true);
+    let channels = source.channels().with_alpha();
     let depth = source.depth();
     let mut texture = source.converted(channels, depth);
     match texture.texels_mut() {
@@ -125,7 +130,7 @@ fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<f32>, FillError> {
     let mut mask = mask.clone().converted(Channels::Grey, Depth::F32).with_encoding(Encoding::Data);
     // Before it is resized too: one NaN would spoil the texels around it.
     change(&mut mask, unit);
-    let mut mask = mask.resized(size, Filter::Bilinear, false)?;
+    let mut mask = mask.resized(size, Filter::Bilinear, Averaging::Encoded)?;
     if is_resized {
         change(&mut mask, |value| match value {
             value if value < ROUNDING => 0.0,

@@ -6,18 +6,20 @@
 //! texture `f₀` and held to it by `λ ‖f − f₀‖²` where `H` sees little or nothing.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use crate::map::{Coverage, Layout, MapOptions, Precedence, Prefer, Region, corners_px};
+use crate::formats::Formats;
+use crate::map::{Coverage, Layout, MapOptions, Precedence, Region, corners_px};
 use crate::operator::Operator;
-use crate::overlay::{Formats, Layer, Overlay};
-use crate::pair::{Direction, Pair};
+use crate::piece::{FacePiece, mixed};
 use crate::resample::load;
-use crate::texture::{Depth, Size, TexelFormat, Texels, Texture};
+use crate::resampler::{Resampler, Way};
+use crate::texture::{Depth, Texels, Texture};
 use crate::threads::{for_each_chunk, map_indices};
-use crate::transfer::{Transfer, TransferError, TransferOptions};
 
 /// When a fit ends, and how strongly it is held to what was sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FitOptions {
     /// The most steps that are taken.
     pub max_steps: u32,
@@ -26,6 +28,26 @@ pub struct FitOptions {
     /// `λ`: how much a texel's distance from its sampled value counts beside what it is seen with,
     /// which is about the number of texels that read it. 0 leaves what `H` barely sees to noise.
     pub regularization: f32,
+}
+
+impl FitOptions {
+    /// The same with so many steps at most.
+    #[must_use]
+    pub const fn max_steps(self, max_steps: u32) -> Self {
+        Self { max_steps, ..self }
+    }
+
+    /// The same with another least gain of a step.
+    #[must_use]
+    pub const fn least_gain(self, least_gain: f64) -> Self {
+        Self { least_gain, ..self }
+    }
+
+    /// The same with another `λ`.
+    #[must_use]
+    pub const fn regularization(self, regularization: f32) -> Self {
+        Self { regularization, ..self }
+    }
 }
 
 impl Default for FitOptions {
@@ -37,97 +59,88 @@ impl Default for FitOptions {
 /// How far a fit has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct FitProgress {
     /// Steps done; 0 is the sampled texture.
     pub step: u32,
     /// The most steps that there can be.
     pub max_steps: u32,
-    /// Root mean square of `H f − s` over the texels that are met ([`Fit::share_met`]) and their
+    /// Root mean square of `H f − s` over the texels that are met ([`FitSummary::share_met`]) and their
     /// channels, before values are rounded and clamped to the format; 1.0 for the difference between
     /// black and white.
     pub rms: f64,
 }
 
-/// Carries textures as [`Transfer`] does, and then makes the result the one that reads back best.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    there: Transfer,
-    back: Transfer,
-    /// What is solved for: the texels of the result that linked triangles own.
+/// How a fit went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct FitSummary {
+    /// Steps that were taken.
+    pub steps: u32,
+    /// [`FitProgress::rms`] of the sampled texture.
+    pub sampled_rms: f64,
+    /// [`FitProgress::rms`] of the fitted texture.
+    pub fitted_rms: f64,
+    /// Which share of the source's linked texels is met by the fit, from 0 to 1. The rest reads what
+    /// another island of the target's layout owns, where islands overlap.
+    pub share_met: f64,
+}
+
+/// What fits of textures of one size are solved with: made once, used for any number of textures.
+#[derive(Debug)]
+pub(crate) struct FitSystem {
+    there: Arc<Resampler>,
+    back: Operator,
+    /// What is solved for: the texels of the result that pieces own.
     unknowns: Region,
     /// What is to be met: the texels of the source that read them.
     equations: Region,
-    options: FitOptions,
 }
 
-impl Fit {
-    /// Prepares fits of textures of `source_size` onto bases of `target_size`. The result is meant
-    /// to be read with `options.filter`.
-    ///
-    /// # Panics
-    /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`].
-    pub fn new(
-        pair: &Pair,
-        direction: Direction,
-        source_size: Size,
-        target_size: Size,
-        options: &TransferOptions,
-        fit: FitOptions,
-    ) -> Self {
-        let there = Transfer::new(pair, direction, source_size, target_size, options);
+/// Why a texture was not fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NotFinite {
+    /// Column and row of the texel.
+    pub texel: [u32; 2],
+}
+
+impl FitSystem {
+    /// - `there`: what the fit starts from. The result is meant to be read with its filter.
+    /// - `way`: that of `there`.
+    pub fn new(way: &Way<'_>, there: Arc<Resampler>) -> Self {
         let unknowns = Region::linked(there.map(), |_| true);
         // The gutter is no part of what has to be met; nor is what lies beside the unknowns, islands
         // or not: whatever the base holds there, the border must not make up for it.
-        let bare = TransferOptions { map: MapOptions::with_gutter(0), ..*options };
-        let back = Transfer::reading(pair, direction.opposite(), &unknowns, source_size, &bare);
-        let lost = lost_faces(pair, direction, target_size, options.map.prefer);
-        let equations = Region::linked(back.map(), |face| !lost[face as usize]);
-        Self { there, back, unknowns, equations, options: fit }
+        let back = Way {
+            direction: way.direction.opposite(),
+            target_size: there.source_size(),
+            map: MapOptions::with_gutter(0).prefer(way.map.prefer),
+            ..*way
+        };
+        let back = Arc::new(Resampler::reading(&back, &unknowns, there.filter()));
+        let lost = lost_pieces(way);
+        let equations = Region::linked(back.map(), |patch| !lost[patch.piece as usize]);
+        Self { there, back: Operator::new(back), unknowns, equations }
     }
 
-    /// The transfer that the fit starts from.
-    pub fn transfer(&self) -> &Transfer {
-        &self.there
-    }
-
-    /// Which share of the source's linked texels is met by the fit, from 0 to 1. The rest reads what
-    /// another island of the target's layout owns, where islands overlap.
-    pub fn share_met(&self) -> f64 {
-        let linked = self.back.map().stats().linked;
+    /// See [`FitSummary::share_met`].
+    fn share_met(&self) -> f64 {
+        let linked = self.back.resampler().map().stats().linked;
         if linked == 0 { 1.0 } else { self.equations.texels() as f64 / linked as f64 }
     }
 
-    /// Lays a fitted texture over a base; as [`Transfer::apply`] in everything else. Integer depths
-    /// clamp to their range. The gutter stays as it was sampled.
+    /// Solves for a texture: the premultiplied values of every texel of the target, 1.0 for white. The gutter
+    /// stays as it was sampled.
     ///
-    /// `progress` is called before the first step and after each.
-    ///
-    /// # Errors
-    /// [`TransferError::Size`] if a texture has another size than this was made for,
-    /// [`TransferError::NotFinite`] if a float source holds a NaN or an infinity.
-    pub fn apply(
+    /// - `progress`: called before the first step and after each.
+    pub fn solve(
         &self,
+        formats: &Formats,
         source: Texture,
-        base: Texture,
+        options: &FitOptions,
         progress: &mut dyn FnMut(FitProgress),
-    ) -> Result<Texture, TransferError> {
-        self.there.check_base(&base)?;
-        self.overlay(source, base.format(), progress)?.lay(0, base)
-    }
-
-    /// Fits a texture that can be laid over a base of some format, band by band; as
-    /// [`Transfer::overlay`]. `progress` is called as by [`Fit::apply`].
-    ///
-    /// # Errors
-    /// As [`Fit::apply`].
-    pub fn overlay(
-        &self,
-        source: Texture,
-        base: TexelFormat,
-        progress: &mut dyn FnMut(FitProgress),
-    ) -> Result<Overlay<'_>, TransferError> {
-        self.there.check_source(&source)?;
-        let formats = Formats::new(source.format(), base, self.there.options().linear_light);
+    ) -> Result<(Vec<f32>, FitSummary), NotFinite> {
         let source = formats.working(source);
         let channels = source.channels();
         let source = source.converted(channels, Depth::F32);
@@ -135,20 +148,39 @@ impl Fit {
         if let Some(index) = source.iter().position(|value| !value.is_finite()) {
             let (texel, width) =
                 (index / channels.count(), self.there.source_size().width as usize);
-            let (x, y) = ((texel % width) as u32, (texel / width) as u32);
-            return Err(TransferError::NotFinite { x, y });
+            return Err(NotFinite { texel: [(texel % width) as u32, (texel / width) as u32] });
         }
-        let layer = match (channels.count(), formats.has_opacity()) {
-            (1, _) => self.solve::<1, false>(source, progress),
-            (2, false) => self.solve::<2, false>(source, progress),
-            (2, true) => self.solve::<2, true>(source, progress),
-            (3, _) => self.solve::<3, false>(source, progress),
-            (_, false) => self.solve::<4, false>(source, progress),
-            (_, true) => self.solve::<4, true>(source, progress),
+        let mut summary = None;
+        let mut report = |now: FitProgress| {
+            let sampled_rms = summary.map_or(now.rms, |summary: FitSummary| summary.sampled_rms);
+            summary = Some(FitSummary {
+                steps: now.step,
+                sampled_rms,
+                fitted_rms: now.rms,
+                share_met: self.share_met(),
+            });
+            progress(now);
         };
-        Ok(Overlay::new(self.there.map(), formats, Layer::Solved(layer)))
+        let problem = Problem { system: self, options };
+        let layer = match (channels.count(), formats.has_opacity()) {
+            (1, _) => problem.solve::<1, false>(source, &mut report),
+            (2, false) => problem.solve::<2, false>(source, &mut report),
+            (2, true) => problem.solve::<2, true>(source, &mut report),
+            (3, _) => problem.solve::<3, false>(source, &mut report),
+            (_, false) => problem.solve::<4, false>(source, &mut report),
+            (_, true) => problem.solve::<4, true>(source, &mut report),
+        };
+        Ok((layer, summary.expect("progress is reported before the first step")))
     }
+}
 
+/// A system and how far it is solved.
+struct Problem<'a> {
+    system: &'a FitSystem,
+    options: &'a FitOptions,
+}
+
+impl Problem<'_> {
     /// The fitted texture, premultiplied, with the gutter as it was sampled.
     fn solve<const C: usize, const OPACITY: bool>(
         &self,
@@ -161,16 +193,15 @@ impl Fit {
                 texel.copy_from_slice(&levels);
             }
         }
-        let (unknowns, equations) = (&self.unknowns, &self.equations);
+        let FitSystem { there, back, unknowns, equations } = self.system;
         let count = unknowns.size().texels() * C;
-        let back = Operator::new(&self.back);
         let mut fitted = vec![0.0; count];
-        self.there.fill_floats::<C>(&mut seen, &mut fitted);
+        there.fill_floats::<C>(&mut seen, &mut fitted);
 
         // What is left to explain, where there is something: s − H f₀.
         let mut step = fitted.clone();
         let mut made = vec![0.0; equations.size().texels() * C];
-        self.back.fill_floats::<C>(&mut step, &mut made);
+        back.resampler().fill_floats::<C>(&mut step, &mut made);
         let mut rest = vec![0.0; made.len()];
         equations.update::<C>(&mut rest, &seen, |_, seen| seen);
         equations.update::<C>(&mut rest, &made, |rest, made| rest - made);
@@ -202,7 +233,7 @@ impl Fit {
             unknowns.update::<C>(&mut step, &gradient, |step, pull| pull + turn * step);
 
             // As far as the error falls. Padding writes beside the unknowns, where nothing looks.
-            self.back.fill_floats::<C>(&mut step, &mut made);
+            back.resampler().fill_floats::<C>(&mut step, &mut made);
             let bend = equations.dot::<C>(&made, &made)
                 + f64::from(lambda) * unknowns.dot::<C>(&step, &step);
             if bend.is_nan() || bend <= 0.0 || bend.is_infinite() {
@@ -224,24 +255,29 @@ impl Fit {
     }
 }
 
-/// Which faces of the source's layout read texels that another island of the target's layout owns:
-/// where islands overlap, such as two eyes on one disc, the one that lost its texels has no say.
-fn lost_faces(pair: &Pair, direction: Direction, target_size: Size, prefer: Prefer) -> Vec<bool> {
-    let target = pair.to(direction);
-    let precedence = Precedence::new(target, prefer);
-    let coverage = Coverage::new(&Layout::new(target, target_size), &precedence);
+/// Which pieces of the way back read texels that another island of the target's layout owns: where islands
+/// overlap, such as two eyes on one disc, the one that lost its texels has no say.
+fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
+    let target = way.pair.to(way.direction);
+    let precedence = Precedence::new(target, way.map.prefer);
+    let coverage = Coverage::new(&Layout::new(target, way.target_size), &precedence);
+    let back = way.pair.face_pieces(way.direction.opposite());
     if coverage.overlapping == 0 {
-        return vec![false; pair.from(direction).faces().len()];
+        return vec![false; back.all().len()];
     }
     let island_of = |face: u32| precedence.of_faces()[face as usize];
-    let lost = |face: u32| {
-        let corners = corners_px(target, face as usize, target_size);
+    let is_lost = |piece: &FacePiece| {
+        let face = piece.from;
+        let corners = corners_px(target, face as usize, way.target_size);
+        let corners = match back.part(*piece) {
+            None => corners,
+            Some(part) => part.from.map(|weights| mixed(&corners, weights)),
+        };
         let centre =
             [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
         coverage.owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
     };
-    let counterparts = pair.oriented(direction.opposite()).from_face;
-    counterparts.into_iter().map(|found| found.is_some_and(|found| lost(found.face))).collect()
+    back.all().iter().map(is_lost).collect()
 }
 
 /// Vectors of texels with `C` values each, added and multiplied over a region.

@@ -5,6 +5,7 @@
 //! for every face.
 
 use crate::mesh::{Mesh, doubled_area};
+use crate::piece::wide;
 
 /// The islands of a layout, numbered by their lowest face.
 #[derive(Debug, Clone)]
@@ -92,7 +93,7 @@ fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BorderEdge> {
     };
     // On which side of the edge, seen from its lower to its higher end, its triangle lies.
     let areas: Vec<f64> =
-        (0..corners.len()).map(|face| doubled_area(mesh.uv_triangle(face))).collect();
+        (0..corners.len()).map(|face| doubled_area(wide(mesh.uv_triangle(face)))).collect();
     let side = |edge: u32| {
         let area = areas[edge as usize / 3];
         let (from, to) = ends(edge);

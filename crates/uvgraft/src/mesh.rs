@@ -255,12 +255,19 @@ impl Mesh {
     pub fn uv_triangle(&self, face: usize) -> [[f32; 2]; 3] {
         self.uv_faces[face].map(|index| self.uv[index as usize])
     }
+
+    /// Whether a triangle has a UV coordinate outside the unit square, by more than rounding and half a texel
+    /// make: by a thousandth. A texture has no texels there; in another UDIM tile another texture may.
+    pub fn is_outside(&self, face: usize) -> bool {
+        const MARGIN: f32 = 1e-3;
+        let is_inside = |coordinate: &f32| (-MARGIN..=1.0 + MARGIN).contains(coordinate);
+        !self.uv_triangle(face).as_flattened().iter().all(is_inside)
+    }
 }
 
 /// Twice the signed area of a triangle, positive when its corners run clockwise on screen
 /// (`v` down). Exact in sign for 32-bit input up to the rounding of `f64`.
-pub(crate) fn doubled_area(corners: [[f32; 2]; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+pub(crate) fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 

@@ -4,42 +4,43 @@
 //! `target = H · source` on the texels that its map reaches. With its transpose at hand a texture
 //! can be solved for rather than sampled, and gradients can flow through a transfer.
 
-use crate::resample::adjoint::Schedule;
-use crate::texture::Size;
-use crate::transfer::Transfer;
+use std::sync::Arc;
 
-/// `H` and `Hᵀ` of a [`Transfer`], applied without being written out.
+use crate::resample::adjoint::Schedule;
+use crate::resampler::Resampler;
+use crate::texture::Size;
+
+/// `H` and `Hᵀ` of a transfer, applied without being written out; from [`Graft::operator`].
 ///
 /// Values are `[height * width * channels]` floats, row-major, channels interleaved, 1 to 4 of them.
 /// Each channel is on its own: opacity is one like others, so colours have to be multiplied by it
-/// before.
+/// before. Where islands overlap, the one that owns a texel is read; a blend is no part of the matrix.
+///
+/// [`Graft::operator`]: crate::Graft::operator
 #[derive(Debug, Clone)]
-pub struct Operator<'a> {
-    transfer: &'a Transfer,
-    schedule: Schedule,
+pub struct Operator {
+    resampler: Arc<Resampler>,
+    schedule: Arc<Schedule>,
 }
 
-impl<'a> Operator<'a> {
-    /// The matrix of a transfer.
-    pub fn new(transfer: &'a Transfer) -> Self {
-        let (map, options) = (transfer.map(), transfer.options());
-        let schedule = Schedule::new(map, transfer.source_size(), options.filter);
-        Self { transfer, schedule }
+impl Operator {
+    pub(crate) fn new(resampler: Arc<Resampler>) -> Self {
+        let schedule = Schedule::new(resampler.map(), resampler.source_size(), resampler.filter());
+        Self { resampler, schedule: Arc::new(schedule) }
     }
 
-    /// The transfer that this is the matrix of.
-    pub fn transfer(&self) -> &'a Transfer {
-        self.transfer
+    pub(crate) fn resampler(&self) -> &Resampler {
+        &self.resampler
     }
 
     /// The size of the textures that `H` reads.
     pub fn source_size(&self) -> Size {
-        self.transfer.source_size()
+        self.resampler.source_size()
     }
 
     /// The size of the textures that `H` makes.
     pub fn target_size(&self) -> Size {
-        self.transfer.map().size()
+        self.resampler.map().size()
     }
 
     /// `H · source`. Texels that the map does not reach are 0.
@@ -50,10 +51,10 @@ impl<'a> Operator<'a> {
         let mut source = source.to_vec();
         let mut target = vec![0.0; self.target_size().texels() * channels];
         match channels {
-            1 => self.transfer.fill_floats::<1>(&mut source, &mut target),
-            2 => self.transfer.fill_floats::<2>(&mut source, &mut target),
-            3 => self.transfer.fill_floats::<3>(&mut source, &mut target),
-            4 => self.transfer.fill_floats::<4>(&mut source, &mut target),
+            1 => self.resampler.fill_floats::<1>(&mut source, &mut target),
+            2 => self.resampler.fill_floats::<2>(&mut source, &mut target),
+            3 => self.resampler.fill_floats::<3>(&mut source, &mut target),
+            4 => self.resampler.fill_floats::<4>(&mut source, &mut target),
             _ => panic!("a texel has 1 to 4 channels, not {channels}"),
         }
         target
@@ -80,8 +81,8 @@ impl<'a> Operator<'a> {
     pub(crate) fn add_transposed_to<const C: usize>(&self, target: &[f32], source: &mut [f32]) {
         let size = self.target_size();
         assert_eq!(target.len(), size.texels() * C, "{size} with {C} channels");
-        self.schedule.gather::<C>(self.transfer.map(), target, source);
-        self.transfer.padding().give_back::<C>(source);
+        self.schedule.gather::<C>(self.resampler.map(), target, source);
+        self.resampler.padding().give_back::<C>(source);
     }
 }
 
@@ -92,7 +93,15 @@ mod tests {
     use crate::map::MapOptions;
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
-    use crate::transfer::TransferOptions;
+    use crate::piece::Piece;
+    use crate::resampler::{Overlap, Way};
+
+    fn operator(pair: &Pair, source: Size, target_size: Size, filter: Filter) -> Operator {
+        let map = MapOptions::with_gutter(2);
+        let way = Way { pair, direction: Direction::Forward, target_size, map };
+        let maps = way.maps(Overlap::First);
+        Operator::new(Arc::new(Resampler::new(&way, maps, source, filter)))
+    }
 
     /// Triangles strewn over both layouts, some shrunk, some beyond the border.
     fn pair() -> Pair {
@@ -109,7 +118,7 @@ mod tests {
                 (0..24).map(|face| [0, 1, 2].map(|k| face * 3 + k)).collect();
             Mesh::from_triangles(vec![[0.0; 3]; 72], uv, &faces, &faces).unwrap()
         };
-        Pair::by_vertex_map(mesh(), mesh(), &(0..72).collect::<Vec<i64>>()).unwrap()
+        Pair::with_all(mesh(), mesh(), (0..24).map(|face| Piece::whole(face, face, [0, 1, 2])))
     }
 
     fn dot(a: &[f32], b: &[f32]) -> f64 {
@@ -126,10 +135,7 @@ mod tests {
             (Size::new(3, 2), Size::new(40, 50)),
         ] {
             for filter in Filter::ALL {
-                let map = MapOptions::with_gutter(2);
-                let options = TransferOptions { filter, map, ..TransferOptions::default() };
-                let transfer = Transfer::new(&pair, Direction::Forward, source, target, &options);
-                let operator = Operator::new(&transfer);
+                let operator = operator(&pair, source, target, filter);
                 for channels in 1..=4 {
                     let mut values = |count| (0..count).map(|_| rng.f32()).collect::<Vec<f32>>();
                     let x = values(source.texels() * channels);
@@ -150,9 +156,7 @@ mod tests {
         let pair = pair();
         let (source, target) = (Size::new(14, 11), Size::new(12, 13));
         for filter in Filter::ALL {
-            let options = TransferOptions { filter, ..TransferOptions::default() };
-            let transfer = Transfer::new(&pair, Direction::Forward, source, target, &options);
-            let operator = Operator::new(&transfer);
+            let operator = operator(&pair, source, target, filter);
             let unit = |count: usize, at: usize| {
                 let mut values = vec![0.0; count];
                 values[at] = 1.0;

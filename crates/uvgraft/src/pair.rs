@@ -1,22 +1,24 @@
-//! Two layouts and their links: what a sampling map of any size is made from.
+//! Two layouts and the pieces that correspond: what a sampling map of any size is made from.
 
-use crate::correspond::{Link, LinkError, link_by_vertices};
+use crate::correspond::{LinkError, vertex_map};
 use crate::mesh::Mesh;
+use crate::piece::{FacePieces, Piece, PieceError, Pieces};
 
-/// Two meshes and which of their triangles are the same surface. Resolution-free, and the same for
-/// both directions.
+/// Two meshes and which parts of their triangles are the same surface. Resolution-free, and the same for both
+/// directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     source: Mesh,
     target: Mesh,
-    links: Vec<Link>,
+    pieces: Pieces,
 }
 
 /// Which way a texture is carried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Direction {
     /// From the pair's source to its target.
+    #[default]
     Forward,
     /// From the pair's target to its source.
     Reverse,
@@ -33,23 +35,24 @@ impl Direction {
     }
 }
 
-/// Links that do not fit their meshes; only from parts read from a file.
+/// Pieces that do not fit their meshes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairError {
-    /// A link names a face that is not there, or corners that are no permutation.
-    #[error("link {link} does not fit the meshes: {found:?}")]
-    Link {
-        /// Which link.
-        link: usize,
-        /// What it says.
-        found: Link,
+    /// A piece is not sound.
+    #[error("piece {piece}: {reason}")]
+    Piece {
+        /// Which piece, from 0.
+        piece: usize,
+        /// What is wrong with it.
+        #[source]
+        reason: PieceError,
     },
-    /// Links are sorted by target face, then source face, each once.
-    #[error("link {link} is out of order")]
-    Order {
-        /// Which link.
-        link: usize,
+    /// A piece is there twice.
+    #[error("piece {piece} is the same as another piece")]
+    Repeated {
+        /// The second of them, from 0.
+        piece: usize,
     },
 }
 
@@ -57,25 +60,14 @@ pub enum PairError {
 pub(crate) struct Oriented<'a> {
     pub from: &'a Mesh,
     pub to: &'a Mesh,
-    /// For each face of `to`, its counterpart.
-    pub from_face: Vec<Option<Counterpart>>,
+    pub pieces: FacePieces,
 }
 
 impl<'a> Oriented<'a> {
-    /// A mesh whose every face answers itself.
+    /// A mesh whose every face is itself.
     pub fn identity(mesh: &'a Mesh) -> Self {
-        let itself = |face| Some(Counterpart { face, corners: [0, 1, 2] });
-        let from_face = (0..mesh.faces().len() as u32).map(itself).collect();
-        Self { from: mesh, to: mesh, from_face }
+        Self { from: mesh, to: mesh, pieces: FacePieces::identity(mesh.faces().len()) }
     }
-}
-
-/// The face that answers a face, and which of its corners is which.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Counterpart {
-    pub face: u32,
-    /// Corner `k` of the answered face is corner `corners[k]` of this one.
-    pub corners: [u8; 3],
 }
 
 impl Pair {
@@ -84,7 +76,8 @@ impl Pair {
     /// - `vertex_map`: `[source vertices]`, for each the target vertex it is, or -1 for none.
     ///
     /// Faces are recognised by their vertices, whatever corner they start at and whichever way they
-    /// wind. Polygons may be triangulated anew where the two meshes chose different diagonals.
+    /// wind. Polygons may be triangulated anew where the two meshes chose different diagonals. Triangles
+    /// that lie outside the unit square of their layout are not linked: see [`Pair::from_pieces`].
     ///
     /// # Errors
     /// [`LinkError`] for a map of the wrong length or with entries out of range, or if no face
@@ -94,29 +87,68 @@ impl Pair {
         mut target: Mesh,
         vertex_map: &[i64],
     ) -> Result<Self, LinkError> {
-        let links = link_by_vertices(&mut source, &mut target, vertex_map)?;
-        Ok(Self { source, target, links })
+        let pieces = vertex_map::pieces(&mut source, &mut target, vertex_map)?;
+        let mut found = Self { source, target, pieces: Pieces::default() };
+        found.keep(pieces);
+        if found.piece_count() == 0 { Err(LinkError::Outside) } else { Ok(found) }
     }
 
-    /// Puts a pair together from parts that were saved.
+    /// A pair of pieces that were found in any way.
+    ///
+    /// - `pieces`: in any order. Where pieces of one triangle overlap, the first of them owns what they share;
+    ///   what no piece covers stays unlinked.
+    ///
+    /// A texture has nothing to give or to take outside the unit square, so pieces whose faces lie there, by
+    /// more than a thousandth, are left out: [`Mesh::is_outside`].
     ///
     /// # Errors
-    /// [`PairError`] if the links do not fit the meshes.
-    pub fn from_links(source: Mesh, target: Mesh, links: Vec<Link>) -> Result<Self, PairError> {
-        for (index, &found) in links.iter().enumerate() {
-            let mut sorted = found.corners;
-            sorted.sort_unstable();
-            if found.source as usize >= source.faces().len()
-                || found.target as usize >= target.faces().len()
-                || sorted != [0, 1, 2]
-            {
-                return Err(PairError::Link { link: index, found });
-            }
-            if index > 0 && links[index - 1] >= found {
-                return Err(PairError::Order { link: index });
+    /// [`PairError`] if a piece does not fit the meshes, or is there twice.
+    pub fn from_pieces(
+        source: Mesh,
+        target: Mesh,
+        pieces: impl IntoIterator<Item = Piece>,
+    ) -> Result<Self, PairError> {
+        let mut pieces: Vec<(usize, Piece)> = pieces.into_iter().enumerate().collect();
+        for (index, piece) in &pieces {
+            piece
+                .check(target.faces().len(), source.faces().len())
+                .map_err(|reason| PairError::Piece { piece: *index, reason })?;
+        }
+        pieces.sort_by_key(|(_, piece)| piece.target);
+        for same_face in pieces.chunk_by(|(_, a), (_, b)| a.target == b.target) {
+            for (k, (index, piece)) in same_face.iter().enumerate() {
+                if same_face[..k].iter().any(|(_, other)| other == piece) {
+                    return Err(PairError::Repeated { piece: *index });
+                }
             }
         }
-        Ok(Self { source, target, links })
+        let mut pair = Self { source, target, pieces: Pieces::default() };
+        pair.keep(pieces.into_iter().map(|(_, piece)| piece));
+        Ok(pair)
+    }
+
+    /// As [`Pair::from_pieces`], with those outside the square too: positions far off are still to be right, since
+    /// slivers lead there.
+    #[cfg(test)]
+    pub(crate) fn with_all(
+        source: Mesh,
+        target: Mesh,
+        all: impl IntoIterator<Item = Piece>,
+    ) -> Self {
+        let mut pieces = Pieces::default();
+        all.into_iter().for_each(|piece| pieces.push(piece));
+        Self { source, target, pieces }
+    }
+
+    /// Keeps those of some pieces whose faces a texture can reach.
+    fn keep(&mut self, pieces: impl IntoIterator<Item = Piece>) {
+        for piece in pieces {
+            if !self.target.is_outside(piece.target as usize)
+                && !self.source.is_outside(piece.source as usize)
+            {
+                self.pieces.push(piece);
+            }
+        }
     }
 
     /// The mesh that textures come from in [`Direction::Forward`].
@@ -129,9 +161,14 @@ impl Pair {
         &self.target
     }
 
-    /// The linked triangles, in the order of their target face.
-    pub fn links(&self) -> &[Link] {
-        &self.links
+    /// The pieces that correspond, in the order of their target face.
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
+        self.pieces.iter()
+    }
+
+    /// How many pieces there are.
+    pub fn piece_count(&self) -> usize {
+        self.pieces.len()
     }
 
     /// The mesh whose layout a texture comes from.
@@ -152,24 +189,16 @@ impl Pair {
 
     pub(crate) fn oriented(&self, direction: Direction) -> Oriented<'_> {
         let (from, to) = (self.from(direction), self.to(direction));
-        let mut from_face = vec![None; to.faces().len()];
-        for link in &self.links {
-            let (answered, counterpart) = match direction {
-                Direction::Forward => {
-                    (link.target, Counterpart { face: link.source, corners: link.corners })
-                }
-                Direction::Reverse => {
-                    let mut corners = [0; 3];
-                    for (k, &corner) in link.corners.iter().enumerate() {
-                        corners[corner as usize] = k as u8;
-                    }
-                    (link.source, Counterpart { face: link.target, corners })
-                }
-            };
-            // Where several faces could answer, the first one does.
-            from_face[answered as usize].get_or_insert(counterpart);
+        Oriented { from, to, pieces: self.face_pieces(direction) }
+    }
+
+    /// The pieces by the face that they fill.
+    pub(crate) fn face_pieces(&self, direction: Direction) -> FacePieces {
+        let faces = self.to(direction).faces().len();
+        match direction {
+            Direction::Forward => FacePieces::forward(faces, &self.pieces),
+            Direction::Reverse => FacePieces::reverse(faces, &self.pieces),
         }
-        Oriented { from, to, from_face }
     }
 }
 
@@ -178,29 +207,41 @@ mod tests {
     use super::*;
 
     fn triangle() -> Mesh {
-        let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        triangle_at(0.0)
+    }
+
+    fn triangle_at(u: f32) -> Mesh {
+        let uv = vec![[u, 0.0], [u + 1.0, 0.0], [u, 1.0]];
         let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
         Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap()
     }
 
     #[test]
-    fn reverse_inverts_the_corners() {
-        let pair = Pair::by_vertex_map(triangle(), triangle(), &[1, 2, 0]).unwrap();
-        let forward = pair.oriented(Direction::Forward).from_face[0].unwrap();
-        let reverse = pair.oriented(Direction::Reverse).from_face[0].unwrap();
-        assert_eq!(forward.corners, [2, 0, 1]);
-        assert_eq!(reverse.corners, [1, 2, 0]);
+    fn refuses_pieces_that_do_not_fit() {
+        let build =
+            |pieces: &[Piece]| Pair::from_pieces(triangle(), triangle(), pieces.iter().copied());
+        let sound = Piece::whole(0, 0, [2, 1, 0]);
+        assert_eq!(build(&[sound]).unwrap().pieces().collect::<Vec<_>>(), [sound]);
+        let bad = Piece::whole(0, 1, [0, 1, 2]);
+        assert!(matches!(build(&[sound, bad]), Err(PairError::Piece { piece: 1, .. })));
+        assert_eq!(build(&[sound, sound]), Err(PairError::Repeated { piece: 1 }));
     }
 
     #[test]
-    fn refuses_links_that_do_not_fit() {
-        let link = |source, target, corners| Link { source, target, corners };
-        let build = |links| Pair::from_links(triangle(), triangle(), links);
-        assert!(build(vec![link(0, 0, [2, 1, 0])]).is_ok());
-        for bad in [link(1, 0, [0, 1, 2]), link(0, 1, [0, 1, 2]), link(0, 0, [0, 1, 1])] {
-            assert_eq!(build(vec![bad]), Err(PairError::Link { link: 0, found: bad }));
-        }
-        let twice = link(0, 0, [0, 1, 2]);
-        assert_eq!(build(vec![twice, twice]), Err(PairError::Order { link: 1 }));
+    fn what_lies_outside_the_square_is_not_linked() {
+        let ids = [0, 1, 2];
+        assert_eq!(
+            Pair::by_vertex_map(triangle_at(2.0), triangle(), &ids),
+            Err(LinkError::Outside)
+        );
+        assert_eq!(
+            Pair::by_vertex_map(triangle(), triangle_at(-0.01), &ids),
+            Err(LinkError::Outside)
+        );
+        // Rounding is not outside.
+        assert!(Pair::by_vertex_map(triangle_at(0.0005), triangle(), &ids).is_ok());
+        let whole = Piece::whole(0, 0, [0, 1, 2]);
+        let pair = Pair::from_pieces(triangle_at(2.0), triangle(), [whole]).unwrap();
+        assert_eq!(pair.piece_count(), 0);
     }
 }

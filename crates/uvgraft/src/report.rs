@@ -2,34 +2,37 @@
 
 use crate::islands::Islands;
 use crate::map::{MapOptions, MapStats, SamplingMap};
-use crate::mesh::{Mesh, doubled_area};
+use crate::mesh::doubled_area;
 use crate::pair::{Direction, Pair};
-use crate::texture::Size;
+use crate::piece::{Piece, wide};
+use crate::texture::{Size, Sizes};
 
 /// A pair in numbers, at nominal texture sizes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PairReport {
     /// The layout that textures come from.
     pub source: LayoutReport,
     /// The layout that textures go to.
     pub target: LayoutReport,
-    /// Links between triangles.
+    /// Pieces of triangles that correspond: whole triangles, mostly.
     pub links: usize,
-    /// Links between triangles whose corners wind opposite ways in their meshes.
+    /// Pieces whose corners wind opposite ways in their meshes.
     pub opposite_windings: usize,
-    /// Links under which the picture is mirrored: UV areas of opposite sign, corner by corner.
+    /// Pieces under which the picture is mirrored: UV areas of opposite sign, corner by corner.
     pub mirrored: usize,
-    /// Target texels per source texel along a line, over the links. Above 1 the target is the
-    /// finer; `None` if every link is degenerate.
+    /// Target texels per source texel along a line, over the pieces. Above 1 the target is the
+    /// finer; `None` if every piece is degenerate.
     pub forward_density: Option<Percentiles>,
-    /// Source texels per target texel along a line, over the links.
+    /// Source texels per target texel along a line, over the pieces.
     pub reverse_density: Option<Percentiles>,
 }
 
 /// One of a pair's layouts in numbers.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct LayoutReport {
     /// Positions.
     pub vertices: usize,
@@ -47,7 +50,8 @@ pub struct LayoutReport {
     pub degenerate: usize,
     /// Linked triangles that lie in UV the other way round than the larger part of the mesh.
     pub mirrored: usize,
-    /// Triangles that leave the unit square; nothing outside it is read or written.
+    /// Triangles with UV coordinates outside the unit square, where a texture has no texels: none of them is
+    /// linked.
     pub outside: usize,
     /// The texture size that the following numbers are for.
     pub size: Size,
@@ -83,30 +87,28 @@ impl Percentiles {
 }
 
 impl PairReport {
-    /// Looks a pair over, for textures of these sizes.
+    /// Looks a pair over.
+    ///
+    /// - `sizes`: of textures in the source's layout and in the target's.
     ///
     /// # Panics
     /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`](crate::Texture::MAX_SIDE).
-    pub fn new(pair: &Pair, source_size: Size, target_size: Size) -> Self {
+    pub fn new(pair: &Pair, sizes: Sizes) -> Self {
         let areas: Vec<[f64; 2]> = pair
-            .links()
-            .iter()
-            .map(|link| {
-                let source = pair.source().uv_triangle(link.source as usize);
-                [
-                    doubled_area(link.corners.map(|corner| source[corner as usize])),
-                    doubled_area(pair.target().uv_triangle(link.target as usize)),
-                ]
+            .pieces()
+            .map(|piece| {
+                let [target, source] = piece.uv(pair.target(), pair.source());
+                [doubled_area(source), doubled_area(target)]
             })
             .collect();
-        let texels = (target_size.texels() as f64 / source_size.texels() as f64).sqrt();
+        let texels = (sizes.to.texels() as f64 / sizes.from.texels() as f64).sqrt();
         let forward = areas.iter().map(|[source, target]| (target / source).abs().sqrt() * texels);
         let reverse = areas.iter().map(|[source, target]| (source / target).abs().sqrt() / texels);
         Self {
-            source: LayoutReport::new(pair, Direction::Reverse, source_size),
-            target: LayoutReport::new(pair, Direction::Forward, target_size),
-            links: pair.links().len(),
-            opposite_windings: pair.links().iter().filter(|link| link.flips()).count(),
+            source: LayoutReport::new(pair, Direction::Reverse, sizes.from),
+            target: LayoutReport::new(pair, Direction::Forward, sizes.to),
+            links: pair.piece_count(),
+            opposite_windings: pair.pieces().filter(Piece::flips).count(),
             mirrored: areas.iter().filter(|[source, target]| source * target < 0.0).count(),
             forward_density: Percentiles::of(forward),
             reverse_density: Percentiles::of(reverse),
@@ -118,16 +120,14 @@ impl LayoutReport {
     /// Of the layout that `direction` leads to.
     fn new(pair: &Pair, direction: Direction, size: Size) -> Self {
         let mesh = pair.to(direction);
-        let areas: Vec<f64> =
-            (0..mesh.faces().len()).map(|face| doubled_area(mesh.uv_triangle(face))).collect();
+        let areas: Vec<f64> = (0..mesh.faces().len())
+            .map(|face| doubled_area(wide(mesh.uv_triangle(face))))
+            .collect();
         let usual: f64 = areas.iter().sum();
-        let counterparts = pair.oriented(direction).from_face;
+        let pieces = pair.face_pieces(direction);
         let linked_areas = || {
-            areas
-                .iter()
-                .zip(&counterparts)
-                .filter(|(_, other)| other.is_some())
-                .map(|(area, _)| *area)
+            let faces = areas.iter().enumerate();
+            faces.filter(|(face, _)| !pieces.of_face(*face).is_empty()).map(|(_, area)| *area)
         };
         Self {
             vertices: mesh.positions().len(),
@@ -138,20 +138,17 @@ impl LayoutReport {
             linked: linked_areas().count(),
             degenerate: linked_areas().filter(|&area| area == 0.0).count(),
             mirrored: linked_areas().filter(|&area| area * usual < 0.0).count(),
-            outside: (0..mesh.faces().len()).filter(|&face| leaves_unit_square(mesh, face)).count(),
+            outside: (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count(),
             size,
             texels: SamplingMap::new(pair, direction, size, &MapOptions::default()).stats(),
         }
     }
 }
 
-fn leaves_unit_square(mesh: &Mesh, face: usize) -> bool {
-    mesh.uv_triangle(face).as_flattened().iter().any(|coordinate| !(0.0..=1.0).contains(coordinate))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
 
     #[test]
     fn counts_what_there_is() {
@@ -169,7 +166,7 @@ mod tests {
         let mesh = |uv| Mesh::from_triangles(positions.clone(), uv, &faces, &faces).unwrap();
         let vertex_map = [0, 1, 2, 3, 4, 5, -1, -1, -1];
         let pair = Pair::by_vertex_map(mesh(source_uv), mesh(target_uv), &vertex_map).unwrap();
-        let report = PairReport::new(&pair, Size::square(64), Size::square(64));
+        let report = PairReport::new(&pair, Sizes { from: Size::square(64), to: Size::square(64) });
         assert_eq!((report.links, report.mirrored, report.opposite_windings), (2, 1, 0));
         assert_eq!(
             (report.source.faces, report.source.linked, report.source.degenerate),

@@ -1,15 +1,16 @@
-//! Another size for a whole texture: a transfer from the unit square to itself.
+//! Another size for a whole texture: the unit square resampled onto itself.
 
 use crate::filter::Filter;
+use crate::formats::{Averaging, Formats};
 use crate::map::MapOptions;
 use crate::mesh::Mesh;
 use crate::pair::{Direction, Pair};
-use crate::texture::{Size, Texture, TextureError};
-use crate::transfer::{Transfer, TransferOptions};
+use crate::piece::Piece;
+use crate::resampler::{Overlap, Resampler, TexelShape, Way};
+use crate::texture::{Size, Texels, Texture, TextureError, Value};
 
 impl Texture {
-    /// The same picture with another number of texels, filtered like a transfer, whose options
-    /// `filter` and `linear_light` are.
+    /// The same picture with another number of texels, filtered like a transfer.
     ///
     /// # Errors
     /// [`TextureError`] for a size of 0 or beyond [`Texture::MAX_SIDE`].
@@ -17,31 +18,52 @@ impl Texture {
         self,
         size: Size,
         filter: Filter,
-        linear_light: bool,
+        averaging: Averaging,
     ) -> Result<Self, TextureError> {
         if self.size() == size {
             return Ok(self);
         }
-        let nothing = [0.0; 4];
-        let channels = self.channels();
+        let format = self.format();
         let base = Self::filled(
             size,
-            channels,
-            self.encoding(),
-            self.depth(),
-            &nothing[..channels.count()],
+            format.channels,
+            format.encoding,
+            format.depth,
+            &[0.0; 4][..format.channels.count()],
         )?;
-        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-        let faces = [[0, 1, 2], [0, 2, 3]];
-        let square = Mesh::from_triangles(vec![[0.0; 3]; 4], uv, &faces, &faces)
-            .expect("two sound triangles");
-        let pair =
-            Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).expect("a square is itself");
+        let pair = square();
         let map = MapOptions::with_gutter(0);
-        let options = TransferOptions { filter, map, linear_light, ..TransferOptions::default() };
-        let transfer = Transfer::new(&pair, Direction::Forward, self.size(), size, &options);
-        Ok(transfer.apply(self, base).expect("sizes are those of the transfer"))
+        let way = Way { pair: &pair, direction: Direction::Forward, target_size: size, map };
+        let resampler = Resampler::new(&way, way.maps(Overlap::First), self.size(), filter);
+        let formats = Formats::new(format, format, averaging);
+        let source = resampler.source(&formats, self);
+        let shape = TexelShape {
+            channels: formats.channels().count(),
+            has_opacity: formats.has_opacity(),
+            is_opaque: source.is_opaque,
+        };
+        fn fill<T: Value>(of: &Resampler, shape: TexelShape, source: &[T], rows: &mut [T]) {
+            of.fill(shape, source, 0, rows, |_, _| {});
+        }
+        let mut result = formats.working(base);
+        match (source.texture.texels(), result.texels_mut()) {
+            (Texels::U8(source), Texels::U8(rows)) => fill(&resampler, shape, source, rows),
+            (Texels::U16(source), Texels::U16(rows)) => fill(&resampler, shape, source, rows),
+            (Texels::F32(source), Texels::F32(rows)) => fill(&resampler, shape, source, rows),
+            _ => unreachable!("both were converted to one depth"),
+        }
+        Ok(formats.restore(result))
     }
+}
+
+/// The unit square and itself.
+fn square() -> Pair {
+    let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let faces = [[0, 1, 2], [0, 2, 3]];
+    let square =
+        Mesh::from_triangles(vec![[0.0; 3]; 4], uv, &faces, &faces).expect("two sound triangles");
+    let itself = [0, 1].map(|face| Piece::whole(face, face, [0, 1, 2]));
+    Pair::from_pieces(square.clone(), square, itself).expect("a square is itself")
 }
 
 #[cfg(test)]
@@ -55,7 +77,8 @@ mod tests {
         let values = (0..64 * 3).map(|texel| ((texel % 64) * 4 + 2) as u8).collect();
         let ramp =
             Texture::new(Size::new(64, 3), Channels::Grey, Encoding::Srgb, Texels::U8(values));
-        let small = ramp.unwrap().resized(Size::new(16, 5), Filter::Bilinear, false).unwrap();
+        let small =
+            ramp.unwrap().resized(Size::new(16, 5), Filter::Bilinear, Averaging::Encoded).unwrap();
         for x in 1..15 {
             // The mean of levels 16x + 2, + 6, + 10 and + 14.
             assert_eq!(small.get(x, 2, 0) * 255.0, (16 * x + 8) as f32);
@@ -66,7 +89,7 @@ mod tests {
     fn refuses_what_is_no_size() {
         let texel = Texels::U8(vec![1]);
         let one = Texture::new(Size::square(1), Channels::Grey, Encoding::Data, texel).unwrap();
-        assert!(one.clone().resized(Size::new(0, 5), Filter::Nearest, false).is_err());
-        assert!(one.resized(Size::new(5, 40_000), Filter::Nearest, false).is_err());
+        assert!(one.clone().resized(Size::new(0, 5), Filter::Nearest, Averaging::Encoded).is_err());
+        assert!(one.resized(Size::new(5, 40_000), Filter::Nearest, Averaging::Encoded).is_err());
     }
 }

@@ -37,6 +37,15 @@ impl std::fmt::Display for Size {
     }
 }
 
+/// The size of a texture and that of what it is carried to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Sizes {
+    /// Of the texture that is carried.
+    pub from: Size,
+    /// Of the base that it is laid over, and of the result.
+    pub to: Size,
+}
+
 /// Which channels a texel has, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channels {
@@ -71,20 +80,27 @@ impl Channels {
         matches!(self, Self::Rgb | Self::Rgba)
     }
 
-    /// The channels with or without colour and opacity.
-    pub const fn new(color: bool, alpha: bool) -> Self {
-        match (color, alpha) {
-            (false, false) => Self::Grey,
-            (false, true) => Self::GreyAlpha,
-            (true, false) => Self::Rgb,
-            (true, true) => Self::Rgba,
-        }
+    /// The same colour channels with opacity.
+    #[must_use]
+    pub const fn with_alpha(self) -> Self {
+        if self.has_color() { Self::Rgba } else { Self::GreyAlpha }
+    }
+
+    /// The same colour channels without opacity.
+    #[must_use]
+    pub const fn without_alpha(self) -> Self {
+        if self.has_color() { Self::Rgb } else { Self::Grey }
     }
 
     /// The fewest channels that hold all of both.
     #[must_use]
     pub const fn union(self, other: Self) -> Self {
-        Self::new(self.has_color() || other.has_color(), self.has_alpha() || other.has_alpha())
+        let colors = if self.has_color() { self } else { other };
+        if self.has_alpha() || other.has_alpha() {
+            colors.with_alpha()
+        } else {
+            colors.without_alpha()
+        }
     }
 }
 

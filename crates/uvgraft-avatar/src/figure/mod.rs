@@ -263,7 +263,7 @@ mod tests {
         let figure = Figure::new();
         let map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
         let pair = uvgraft::Pair::by_vertex_map(figure.head, figure.body, &map).unwrap();
-        assert_eq!(pair.links().len(), pair.source().faces().len());
+        assert_eq!(pair.piece_count(), pair.source().faces().len());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture, TextureError};
+use uvgraft::{Depth, Encoding, Size, Texels, Texture, TextureError};
 use uvgraft_io::image::{self, EncodeError, Format, ImageError, WriteOptions};
 
 /// How an avatar looks: one material, because each costs a draw call and platforms rank avatars by it.
@@ -163,7 +163,8 @@ impl Picture {
         let channels = texture.channels();
         let texture = texture.converted(channels, Depth::U8);
         let alpha = channels.has_alpha() && format != PictureFormat::Jpeg && !is_opaque(&texture);
-        let texture = texture.converted(Channels::new(channels.has_color(), alpha), Depth::U8);
+        let channels = if alpha { channels.with_alpha() } else { channels.without_alpha() };
+        let texture = texture.converted(channels, Depth::U8);
         let size = texture.size();
         let mut out = Cursor::new(Vec::new());
         let options = WriteOptions { jpeg_quality: quality, ..WriteOptions::default() };

@@ -20,7 +20,7 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-use uvgraft::{Filter, MeshError, Size, Texture, TextureError};
+use uvgraft::{Averaging, Filter, MeshError, Size, Texture, TextureError};
 
 pub use self::hidden::hidden;
 pub use self::limits::{
@@ -201,7 +201,7 @@ impl Preset {
         // In whole steps samples fall on texels, whatever the filter; this one is the fastest.
         let is_whole = longest.is_multiple_of(self.texture_side);
         let filter = if is_whole { Filter::Bilinear } else { Filter::CatmullRom };
-        let texture = texture.resized(self.texture_size(found), filter, false)?;
+        let texture = texture.resized(self.texture_size(found), filter, Averaging::Encoded)?;
         Ok(Picture::encode(texture, self.format, JPEG_QUALITY)?)
     }
 }

@@ -24,7 +24,7 @@ fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeade
     check_canvas(&mut reader)?;
     let mut decoder = WebPDecoder::new(reader).map_err(from_webp)?;
     let (width, height) = decoder.dimensions();
-    let channels = Channels::new(true, decoder.has_alpha());
+    let channels = if decoder.has_alpha() { Channels::Rgba } else { Channels::Rgb };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, Depth::U8)?;
     // Of the chunks that are read whole, the profile is the only large one.
     decoder.set_memory_limit(4 * MAX_ICC_BYTES);

@@ -6,8 +6,9 @@
 use std::borrow::Cow;
 
 use super::median::median;
-use crate::pair::{Direction, Pair};
-use crate::texture::{Channels, Depth, Size, Texels, Texture};
+use crate::pair::{Direction, Oriented, Pair};
+use crate::piece::wide;
+use crate::texture::{Channels, Depth, Size, Sizes, Texels, Texture};
 use crate::threads::for_each_chunk;
 
 /// Side of the median's window, in texels.
@@ -39,15 +40,15 @@ struct Bounds {
 
 impl Affine {
     /// The triangles that still have an area with corners in whole texels.
-    pub fn new(pair: &Pair, direction: Direction, source_size: Size, target_size: Size) -> Self {
-        let oriented = pair.oriented(direction);
-        let triangles = oriented.from_face.iter().enumerate().filter_map(|(face, counterpart)| {
-            let counterpart = counterpart.as_ref()?;
-            let from = oriented.from.uv_triangle(counterpart.face as usize);
-            let source = counterpart.corners.map(|corner| from[corner as usize]);
+    pub fn new(pair: &Pair, direction: Direction, sizes: Sizes) -> Self {
+        let Sizes { from: source_size, to: target_size } = sizes;
+        let Oriented { from, to, pieces } = pair.oriented(direction);
+        let triangles = pieces.all().iter().filter_map(|&piece| {
+            let source = pieces.at_outline(piece, wide(from.uv_triangle(piece.from as usize)));
+            let target = pieces.outline(piece, wide(to.uv_triangle(piece.to as usize)));
             Triangle::new(
                 source.map(|uv| whole_texel(uv, source_size)),
-                oriented.to.uv_triangle(face).map(|uv| whole_texel(uv, target_size)),
+                target.map(|uv| whole_texel(uv, target_size)),
             )
         });
         Self { triangles: triangles.collect(), source_size, target_size }
@@ -139,11 +140,11 @@ impl Affine {
 }
 
 /// The texel whose number is left when a UV position is cut to integers.
-fn whole_texel(uv: [f32; 2], size: Size) -> [i64; 2] {
-    let cut = |value: f32, count: u32| {
+fn whole_texel(uv: [f64; 2], size: Size) -> [i64; 2] {
+    let cut = |value: f64, count: u32| {
         // Far beyond any texture, and far from where products of two would overflow.
         const FAR: f64 = 1e6;
-        (f64::from(value) * f64::from(count)).clamp(-FAR, FAR) as i64
+        (value * f64::from(count)).clamp(-FAR, FAR) as i64
     };
     [cut(uv[0], size.width), cut(uv[1], size.height)]
 }
@@ -241,7 +242,7 @@ mod tests {
         let (source, base) = (noise(size, 1), noise(size, 2));
         // The same square, ten texels to the right and five down.
         let moved = [[0.25, 0.125], [0.75, 0.125], [0.75, 0.625], [0.25, 0.625]];
-        let affine = Affine::new(&pair(moved), Direction::Forward, size, size);
+        let affine = Affine::new(&pair(moved), Direction::Forward, Sizes { from: size, to: size });
         assert_eq!(affine.triangles(), 2);
         let result = affine.transfer(&source, base.clone());
         // Without the median: the square pasted, its far edges included.
@@ -266,14 +267,15 @@ mod tests {
     fn mirrored_triangles_are_drawn_and_collapsed_ones_left_out() {
         let size = Size::square(40);
         let mirrored = [[0.5, 0.0], [0.0, 0.0], [0.0, 0.5], [0.5, 0.5]];
-        let affine = Affine::new(&pair(mirrored), Direction::Forward, size, size);
+        let affine =
+            Affine::new(&pair(mirrored), Direction::Forward, Sizes { from: size, to: size });
         let source = noise(size, 1);
         let result =
             (0..2).fold(noise(size, 2), |base, k| affine.draw_whole_picture(k, &source, base));
         assert_eq!(result.get(3, 7, 0), source.get(17, 7, 0));
         // Less than a texel wide.
         let thin = [[0.5, 0.0], [0.51, 0.0], [0.51, 0.5], [0.5, 0.5]];
-        let affine = Affine::new(&pair(thin), Direction::Forward, size, size);
+        let affine = Affine::new(&pair(thin), Direction::Forward, Sizes { from: size, to: size });
         assert_eq!(affine.triangles(), 0);
     }
 }

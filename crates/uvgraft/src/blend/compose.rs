@@ -22,7 +22,7 @@ pub(crate) struct Finish<'a> {
     /// Over so much of it the weight grows from 0 to 1.
     pub feather: f32,
     /// For each patch, the gains of red, green and blue; empty where none is to be applied.
-    pub gains: Vec<[Slope; 3]>,
+    pub gains: &'a [[Slope; 3]],
     /// What is done to all colours before that.
     pub matrix: Option<Matrix>,
     /// Whether values are encoded normals, which are given their length again where they were mixed.
@@ -229,7 +229,7 @@ mod tests {
             map: &map,
             inside: &inside,
             feather: 4.0,
-            gains: Vec::new(),
+            gains: &[],
             matrix: None,
             normals: false,
         };
@@ -250,7 +250,7 @@ mod tests {
             map: &map,
             inside: &inside,
             feather: 0.0,
-            gains,
+            gains: &gains,
             matrix: None,
             normals: false,
         };
@@ -263,7 +263,7 @@ mod tests {
             map: &map,
             inside: &inside,
             feather: 1.0,
-            gains: Vec::new(),
+            gains: &[],
             matrix: None,
             normals: false,
         };
@@ -292,7 +292,7 @@ mod tests {
                     map: &map,
                     inside: &[],
                     feather,
-                    gains: Vec::new(),
+                    gains: &[],
                     matrix: None,
                     normals: false,
                 };

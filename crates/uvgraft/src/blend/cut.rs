@@ -24,7 +24,7 @@ struct Corner {
     inside: f32,
 }
 
-impl Blend<'_> {
+impl Blend {
     /// The target's mesh with the rim as edges: for what looks at both sides of it, as
     /// [`seams::measure`](crate::seams::measure) does. Other triangles stay as they are; their order does
     /// not.
@@ -32,7 +32,7 @@ impl Blend<'_> {
     /// # Errors
     /// [`MeshError::TooLarge`] if there would be too many triangles.
     pub fn cut(&self) -> Result<CutMesh, MeshError> {
-        let (mesh, surface) = (self.ground.mesh(), &self.ground.surface);
+        let (mesh, surface) = (self.ground.mesh(), self.ground.surface());
         let mut parts = Parts::default();
         for (face, points) in surface.triangles().iter().enumerate() {
             let uv = mesh.uv_triangle(face);
@@ -126,9 +126,9 @@ mod tests {
         let whole = Mesh::from_triangles(positions.clone(), uv.clone(), &faces, &faces).unwrap();
         let part = Mesh::from_triangles(positions, uv, &faces[..6], &faces[..6]).unwrap();
         let pair = Pair::by_vertex_map(part, whole, &(0..10).collect::<Vec<_>>()).unwrap();
-        let ground = Ground::new(&pair, Direction::Forward);
-        let narrowed = ground.grown(&ground.linked(), Growth::Length(-0.5));
-        let blend = super::Blend::new(&ground, &narrowed, BlendOptions::default()).unwrap();
+        let ground = Ground::new(pair, Direction::Forward);
+        let narrowed = ground.linked().grown(Growth::Length(-0.5));
+        let blend = super::Blend::new(&narrowed, BlendOptions::default()).unwrap();
         let cut = blend.cut().unwrap();
         let surface = Surface::new(&cut.mesh);
         let area = |wanted: bool| {

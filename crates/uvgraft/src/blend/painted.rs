@@ -1,5 +1,6 @@
 //! The outline of a painted mask on a surface: where it crosses the edges of triangles.
 
+use crate::piece::Weights;
 use crate::surface::Surface;
 use crate::texture::Texture;
 use crate::vector::{dot, norm, sub};
@@ -9,35 +10,60 @@ use super::sample::Sampler;
 /// How many places of an edge are looked at.
 const STEPS: usize = 16;
 
+/// Where a triangle lies in a mask's layout.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Place {
+    Nowhere,
+    /// By its corners.
+    Triangle([[f32; 2]; 3]),
+    /// Piece by piece.
+    Pieces,
+}
+
+/// The middle of a triangle, as weights of its corners.
+const MIDDLE: Weights = [1.0 / 3.0; 3];
+
 /// A value at each point whose zero, linear along edges, is where a mask's brightness falls below a
 /// half; positive where it is bright. Near the outline it is the distance along the nearest edge.
 ///
-/// - `uv`: for each triangle, the corners in the mask's layout; none where it has no place there.
-pub(super) fn level(surface: &Surface, uv: &[Option<[[f32; 2]; 3]>], mask: &Texture) -> Vec<f64> {
+/// - `places`: of the triangles.
+/// - `uv`: where a point of a triangle lies that lies piece by piece, by its weights.
+pub(super) fn level(
+    surface: &Surface,
+    places: &[Place],
+    uv: impl Fn(usize, Weights) -> Option<[f64; 2]>,
+    mask: &Texture,
+) -> Vec<f64> {
     let sampler = Sampler::new(mask);
-    let is_bright = |uv: [f64; 2]| sampler.brightness(uv) >= 0.5;
-    // Beside its islands a mask may hold anything, so corners are looked at from a little inside.
-    let inner: Vec<Option<[[f64; 2]; 3]>> = uv
-        .iter()
-        .map(|uv| {
-            uv.map(|corners| {
-                let corners = corners.map(|corner| corner.map(f64::from));
-                let middle = [0, 1].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0);
-                corners.map(|at| mix(at, middle, 0.02))
-            })
-        })
-        .collect();
+    let is_bright_at = |uv: [f64; 2]| sampler.brightness(uv) >= 0.5;
+    // Whether a triangle is bright between two of its corners. Beside its islands a mask may hold anything, so
+    // corners are looked at from a little inside.
+    let is_bright = |face: usize, from: usize, to: usize, t: f64| match places[face] {
+        Place::Nowhere => false,
+        Place::Triangle(corners) => {
+            let corners = corners.map(|corner| corner.map(f64::from));
+            let middle = [0, 1].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0);
+            let [from, to] = [from, to].map(|corner| mix(corners[corner], middle, 0.02));
+            is_bright_at(mix(from, to, t))
+        }
+        Place::Pieces => {
+            let [from, to] = [from, to].map(|corner| {
+                let corner: Weights = std::array::from_fn(|k| f64::from(u8::from(k == corner)));
+                mix(corner, MIDDLE, 0.02)
+            });
+            uv(face, mix(from, to, t)).is_some_and(is_bright_at)
+        }
+    };
     let mut votes = vec![0_i32; surface.positions().len()];
-    for (corners, inner) in surface.triangles().iter().zip(&inner) {
+    for (face, corners) in surface.triangles().iter().enumerate() {
         for (corner, &point) in corners.iter().enumerate() {
-            let bright = inner.is_some_and(|inner| is_bright(inner[corner]));
-            votes[point as usize] += if bright { 1 } else { -1 };
+            votes[point as usize] += if is_bright(face, corner, corner, 0.0) { 1 } else { -1 };
         }
     }
     let is_in: Vec<bool> = votes.into_iter().map(|votes| votes > 0).collect();
     let mut level: Vec<f64> =
         is_in.iter().map(|&is_in| if is_in { f64::INFINITY } else { f64::NEG_INFINITY }).collect();
-    for (corners, inner) in surface.triangles().iter().zip(&inner) {
+    for (face, corners) in surface.triangles().iter().enumerate() {
         for k in 0..3 {
             let (from, to) = (k, (k + 1) % 3);
             let (a, b) = (corners[from], corners[to]);
@@ -46,11 +72,13 @@ pub(super) fn level(surface: &Surface, uv: &[Option<[[f32; 2]; 3]>], mask: &Text
             }
             let (from, to) = if is_in[a as usize] { (from, to) } else { (to, from) };
             // A triangle that has no place in the mask's layout ends at its bright point.
-            let crossing = inner.map_or(0.0, |inner| {
+            let crossing = if matches!(places[face], Place::Nowhere) {
+                0.0
+            } else {
                 let steps = (0..=STEPS).map(|step| step as f64 / STEPS as f64);
-                let mut dark = steps.filter(|&t| !is_bright(mix(inner[from], inner[to], t)));
+                let mut dark = steps.filter(|&t| !is_bright(face, from, to, t));
                 dark.next().map_or(1.0, |t| (t - 0.5 / STEPS as f64).max(0.0))
-            });
+            };
             let length = surface.length(a, b);
             for (corner, distance) in [(from, crossing), (to, crossing - 1.0)] {
                 let level = &mut level[corners[corner] as usize];
@@ -63,8 +91,8 @@ pub(super) fn level(surface: &Surface, uv: &[Option<[[f32; 2]; 3]>], mask: &Text
     level
 }
 
-fn mix(a: [f64; 2], b: [f64; 2], t: f64) -> [f64; 2] {
-    [0, 1].map(|k| a[k] + (b[k] - a[k]) * t)
+fn mix<const N: usize>(a: [f64; N], b: [f64; N], t: f64) -> [f64; N] {
+    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
 }
 
 /// How far the corners of a triangle are from where a value, given at the corners and linear

@@ -5,6 +5,7 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::ops::Range;
 
 use crate::color::Encoding;
+use crate::piece::{mixed, wide};
 use crate::texture::Texture;
 use crate::threads::map_indices;
 use crate::vector::{norm, sub};
@@ -60,8 +61,8 @@ impl Rim {
     /// - `touched`: which triangles are in the region, wholly or in part.
     /// - `inside`: signed distance of each point from the rim.
     /// - `reach`: how far from the rim colours are looked at, at least, in the mesh's unit.
-    pub fn new(ground: &Ground<'_>, touched: &[bool], inside: &[f64], reach: f64) -> Self {
-        let surface = &ground.surface;
+    pub fn new(ground: &Ground, touched: &[bool], inside: &[f64], reach: f64) -> Self {
+        let surface = ground.surface();
         let mut is_rim = vec![false; inside.len()];
         for (corners, _) in surface.triangles().iter().zip(touched).filter(|(_, touched)| **touched)
         {
@@ -121,30 +122,24 @@ impl Rim {
     }
 
     /// Adds the places of a triangle.
-    fn look_at(&mut self, ground: &Ground<'_>, touched: &[bool], inside: &[f64], triangle: u32) {
+    fn look_at(&mut self, ground: &Ground, touched: &[bool], inside: &[f64], triangle: u32) {
         let face = triangle as usize;
-        let levels = ground.surface.triangles()[face].map(|point| inside[point as usize]);
-        let target_uv = ground.mesh().uv_triangle(face);
-        let source_uv = ground.from_face[face].filter(|_| touched[face]).map(|counterpart| {
-            let uv = ground.pair().from(ground.direction()).uv_triangle(counterpart.face as usize);
-            counterpart.corners.map(|corner| uv[corner as usize])
-        });
+        let levels = ground.surface().triangles()[face].map(|point| inside[point as usize]);
+        let target_uv = wide(ground.mesh().uv_triangle(face));
         let starts = [self.inside_uv.len() as u32, self.outside_uv.len() as u32];
         for weights in grid() {
-            let mix = |uv: [[f32; 2]; 3]| {
-                [0, 1].map(|k| (0..3).map(|c| f64::from(uv[c][k]) * weights[c]).sum())
-            };
             let level: f64 = levels.iter().zip(weights).map(|(level, weight)| level * weight).sum();
+            let source_uv = if touched[face] { ground.source_uv(face, weights) } else { None };
             match source_uv {
                 // Whole triangles have no corner outside, and all three may be on the rim.
                 Some(uv) if level >= 0.0 || levels.iter().all(|&level| level >= 0.0) => {
-                    self.inside_uv.push(mix(uv));
+                    self.inside_uv.push(uv);
                 }
-                _ => self.outside_uv.push(mix(target_uv)),
+                _ => self.outside_uv.push(mixed(&target_uv, weights)),
             }
         }
         self.places.push(Places {
-            area: ground.surface.area(triangle) / f64::from(GRID * GRID),
+            area: ground.surface().area(triangle) / f64::from(GRID * GRID),
             inside: starts[0]..self.inside_uv.len() as u32,
             outside: starts[1]..self.outside_uv.len() as u32,
         });
@@ -306,12 +301,8 @@ fn middle(mut values: Vec<f64>) -> f64 {
 }
 
 /// For each point of a rim, the next ones along it and how far they are.
-fn rim_edges(
-    ground: &Ground<'_>,
-    touched: &[bool],
-    is_rim: &[bool],
-) -> HashMap<u32, Vec<(u32, f64)>> {
-    let surface = &ground.surface;
+fn rim_edges(ground: &Ground, touched: &[bool], is_rim: &[bool]) -> HashMap<u32, Vec<(u32, f64)>> {
+    let surface = ground.surface();
     let mut edges: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
     for (corners, _) in surface.triangles().iter().zip(touched).filter(|(_, touched)| **touched) {
         for k in 0..3 {
@@ -348,8 +339,8 @@ fn within(edges: &HashMap<u32, Vec<(u32, f64)>>, from: u32, limit: f64) -> HashM
 
 /// The triangles around a point whose middle is within a distance, over neighbours that are; those
 /// at the point itself in any case.
-fn triangles_near(ground: &Ground<'_>, point: u32, reach: f64) -> Vec<(u32, f64)> {
-    let surface = &ground.surface;
+fn triangles_near(ground: &Ground, point: u32, reach: f64) -> Vec<(u32, f64)> {
+    let surface = ground.surface();
     let center = surface.positions()[point as usize];
     let distance = |triangle: u32| {
         let corners = surface.corners(triangle);
@@ -422,7 +413,7 @@ mod tests {
     }
 
     /// The rim of all but the outermost four rows.
-    fn rim(ground: &Ground<'_>, side: u32, reach: f64) -> Rim {
+    fn rim(ground: &Ground, side: u32, reach: f64) -> Rim {
         let is_in = |k: &u32| [k % side, k / side].iter().all(|k| (4..side - 4).contains(k));
         let inside: Vec<u32> = (0..side * side).filter(is_in).collect();
         let region = ground.vertices(selection::Side::Target, &inside).unwrap();
@@ -434,7 +425,7 @@ mod tests {
     #[test]
     fn a_rim_is_the_same_every_time() {
         let pair = sheet(24);
-        let ground = Ground::new(&pair, Direction::Forward);
+        let ground = Ground::new(pair, Direction::Forward);
         let first = rim(&ground, 24, 0.0);
         assert_eq!(first.points.len(), 60);
         for _ in 0..20 {
@@ -446,7 +437,7 @@ mod tests {
     #[test]
     fn wide_feathers_do_not_make_every_point_look_at_everything() {
         let pair = sheet(64);
-        let ground = Ground::new(&pair, Direction::Forward);
+        let ground = Ground::new(pair, Direction::Forward);
         let wide = rim(&ground, 64, 1000.0);
         let most = wide.around.iter().map(Vec::len).max();
         // Of 7938 triangles.

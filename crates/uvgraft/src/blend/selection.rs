@@ -1,12 +1,15 @@
 //! Which part of the surface is meant: by vertices, by a painted mask, and what is made of these.
 
+use std::sync::Arc;
+
 use crate::mesh::Mesh;
-use crate::pair::{Counterpart, Direction, Pair};
+use crate::pair::{Direction, Pair};
+use crate::piece::{FacePieces, Weights, mixed, wide};
 use crate::surface::Surface;
 use crate::texture::Texture;
 
 use super::geodesic;
-use super::painted;
+use super::painted::{self, Place};
 
 /// One of a pair's two meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,19 +37,25 @@ pub enum RegionError {
     Empty(&'static str),
 }
 
-/// What selections of one pair and direction are made on.
+/// What selections of one pair and direction are made on. Clones share it.
 #[derive(Debug, Clone)]
-pub struct Ground<'a> {
-    pair: &'a Pair,
+pub struct Ground(Arc<Parts>);
+
+#[derive(Debug)]
+struct Parts {
+    pair: Arc<Pair>,
     direction: Direction,
-    pub(super) surface: Surface,
-    /// For each triangle of the target, its counterpart in the source.
-    pub(super) from_face: Vec<Option<Counterpart>>,
+    surface: Surface,
+    /// The pieces of each triangle of the target.
+    pieces: FacePieces,
 }
 
-/// A part of the target's surface.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Selection(pub(super) Shape);
+/// A part of the target's surface, on a [`Ground`].
+#[derive(Debug, Clone)]
+pub struct Selection {
+    ground: Ground,
+    shape: Shape,
+}
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
@@ -67,31 +76,53 @@ pub enum Growth {
     Rings(i32),
 }
 
-impl<'a> Ground<'a> {
+impl Ground {
     /// The ground for textures that are carried in a direction.
-    pub fn new(pair: &'a Pair, direction: Direction) -> Self {
-        let oriented = pair.oriented(direction);
-        Self { pair, direction, surface: Surface::new(oriented.to), from_face: oriented.from_face }
+    pub fn new(pair: impl Into<Arc<Pair>>, direction: Direction) -> Self {
+        let pair = pair.into();
+        let surface = Surface::new(pair.to(direction));
+        let pieces = pair.face_pieces(direction);
+        Self(Arc::new(Parts { pair, direction, surface, pieces }))
     }
 
     /// The pair.
-    pub fn pair(&self) -> &'a Pair {
-        self.pair
+    pub fn pair(&self) -> &Arc<Pair> {
+        &self.0.pair
     }
 
     /// Which way textures are carried.
     pub fn direction(&self) -> Direction {
-        self.direction
+        self.0.direction
     }
 
     /// The mesh whose layout textures are carried to.
-    pub(super) fn mesh(&self) -> &'a Mesh {
-        self.pair.to(self.direction)
+    pub(super) fn mesh(&self) -> &Mesh {
+        self.pair().to(self.direction())
     }
 
-    /// Everything that is linked.
+    pub(super) fn surface(&self) -> &Surface {
+        &self.0.surface
+    }
+
+    pub(super) fn pieces(&self) -> &FacePieces {
+        &self.0.pieces
+    }
+
+    /// Where a point of a triangle lies in the layout that textures come from; nowhere if it is not linked.
+    pub(super) fn source_uv(&self, face: usize, weights: Weights) -> Option<[f64; 2]> {
+        let piece = self.pieces().at(face, weights)?;
+        let read = self.pair().from(self.direction()).uv_triangle(piece.from as usize);
+        Some(mixed(&self.pieces().at_corners(piece, wide(read)), weights))
+    }
+
+    fn with_shape(&self, shape: Shape) -> Selection {
+        Selection { ground: self.clone(), shape }
+    }
+
+    /// Everything that is linked: the triangles that pieces fill.
     pub fn linked(&self) -> Selection {
-        Selection(Shape::Faces(self.from_face.iter().map(Option::is_some).collect()))
+        let faces = 0..self.pieces().faces();
+        self.with_shape(Shape::Faces(faces.map(|face| self.pieces().is_filled(face)).collect()))
     }
 
     /// The triangles all of whose vertices are listed.
@@ -100,10 +131,7 @@ impl<'a> Ground<'a> {
     /// [`RegionError::Vertex`] for a vertex that the mesh of that side does not have;
     /// [`RegionError::Empty`] if they are the corners of no triangle that is in the target.
     pub fn vertices(&self, side: Side, vertices: &[u32]) -> Result<Selection, RegionError> {
-        let mesh = match side {
-            Side::Source => self.pair.source(),
-            Side::Target => self.pair.target(),
-        };
+        let mesh = self.mesh_of(side);
         let mut is_listed = vec![false; mesh.positions().len()];
         for &found in vertices {
             let vertices = is_listed.len();
@@ -112,9 +140,17 @@ impl<'a> Ground<'a> {
         }
         let is_in =
             |face: usize| mesh.faces()[face].iter().all(|&corner| is_listed[corner as usize]);
-        let faces: Vec<bool> = self.faces_of(side).map(|face| face.is_some_and(is_in)).collect();
+        let is_target = self.is_target(side);
+        let is_selected = |face: usize| {
+            if is_target {
+                return is_in(face);
+            }
+            let pieces = self.pieces().of_face(face);
+            !pieces.is_empty() && pieces.iter().all(|piece| is_in(piece.from as usize))
+        };
+        let faces: Vec<bool> = (0..self.pieces().faces()).map(is_selected).collect();
         if faces.contains(&true) {
-            Ok(Selection(Shape::Faces(faces)))
+            Ok(self.with_shape(Shape::Faces(faces)))
         } else {
             Err(RegionError::Empty("the vertices are the corners of no linked triangle"))
         }
@@ -126,22 +162,26 @@ impl<'a> Ground<'a> {
     /// # Errors
     /// [`RegionError::Empty`] if it is dark everywhere.
     pub fn painted(&self, side: Side, mask: &Texture) -> Result<Selection, RegionError> {
-        let mesh = match side {
-            Side::Source => self.pair.source(),
-            Side::Target => self.pair.target(),
-        };
+        let mesh = self.mesh_of(side);
         let is_target = self.is_target(side);
-        let uv: Vec<Option<[[f32; 2]; 3]>> = (0..self.from_face.len())
+        let places: Vec<Place> = (0..self.pieces().faces())
             .map(|face| {
                 if is_target {
-                    return Some(mesh.uv_triangle(face));
+                    return Place::Triangle(mesh.uv_triangle(face));
                 }
-                let counterpart = self.from_face[face]?;
-                let uv = mesh.uv_triangle(counterpart.face as usize);
-                Some(counterpart.corners.map(|corner| uv[corner as usize]))
+                match self.pieces().of_face(face) {
+                    [] => Place::Nowhere,
+                    &[piece] if self.pieces().part(piece).is_none() => {
+                        let uv = wide(mesh.uv_triangle(piece.from as usize));
+                        let uv = self.pieces().at_corners(piece, uv);
+                        Place::Triangle(uv.map(|at| at.map(|value| value as f32)))
+                    }
+                    _ => Place::Pieces,
+                }
             })
             .collect();
-        let level = painted::level(&self.surface, &uv, mask);
+        let uv = |face: usize, weights: Weights| self.source_uv(face, weights);
+        let level = painted::level(self.surface(), &places, uv, mask);
         if level.iter().any(|&level| level > 0.0) {
             Ok(self.above(level))
         } else {
@@ -149,9 +189,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The selection, widened or narrowed.
-    #[must_use]
-    pub fn grown(&self, selection: &Selection, by: Growth) -> Selection {
+    fn grown(&self, selection: &Selection, by: Growth) -> Selection {
         match by {
             Growth::Length(0.0) | Growth::Rings(0) => selection.clone(),
             Growth::Length(by) => {
@@ -162,9 +200,9 @@ impl<'a> Ground<'a> {
             }
             Growth::Rings(rings) => {
                 let mut faces = self.touched(selection);
-                if let Shape::Level(level, _) = &selection.0 {
+                if let Shape::Level(level, _) = &selection.shape {
                     // Only those that are in it wholly.
-                    for (face, corners) in faces.iter_mut().zip(self.surface.triangles()) {
+                    for (face, corners) in faces.iter_mut().zip(self.surface().triangles()) {
                         *face &= corners.iter().all(|&point| level[point as usize] >= 0.0);
                     }
                 }
@@ -175,7 +213,7 @@ impl<'a> Ground<'a> {
                     }
                     faces = next;
                 }
-                Selection(Shape::Faces(faces))
+                self.with_shape(Shape::Faces(faces))
             }
         }
     }
@@ -184,15 +222,15 @@ impl<'a> Ground<'a> {
     /// rim is farther away than `limit`.
     pub(super) fn signed_distances(&self, selection: &Selection, limit: f64) -> Vec<f64> {
         let level = self.level(selection);
-        let seeds = self.surface.triangles().iter().flat_map(|corners| {
+        let seeds = self.surface().triangles().iter().flat_map(|corners| {
             let levels = corners.map(|point| level[point as usize]);
-            let positions = corners.map(|point| self.surface.positions()[point as usize]);
+            let positions = corners.map(|point| self.surface().positions()[point as usize]);
             painted::distances_to_contour(positions, levels)
                 .into_iter()
                 .zip(*corners)
                 .filter_map(|(distance, point)| distance.map(|distance| (point, distance)))
         });
-        let distances = geodesic::distances(&self.surface, seeds, limit);
+        let distances = geodesic::distances(self.surface(), seeds, limit);
         level
             .into_iter()
             .zip(distances)
@@ -203,7 +241,7 @@ impl<'a> Ground<'a> {
     /// The longest side of the box around the target's mesh, in its unit.
     pub fn extent(&self) -> f64 {
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for position in self.surface.positions() {
+        for position in self.surface().positions() {
             for axis in 0..3 {
                 bounds[0][axis] = bounds[0][axis].min(position[axis]);
                 bounds[1][axis] = bounds[1][axis].max(position[axis]);
@@ -213,21 +251,21 @@ impl<'a> Ground<'a> {
     }
 
     pub(super) fn longest_edge(&self) -> f64 {
-        let lengths = self.surface.triangles().iter().flat_map(|&[a, b, c]| {
-            [(a, b), (b, c), (c, a)].map(|(a, b)| self.surface.length(a, b))
+        let lengths = self.surface().triangles().iter().flat_map(|&[a, b, c]| {
+            [(a, b), (b, c), (c, a)].map(|(a, b)| self.surface().length(a, b))
         });
         lengths.fold(0.0, f64::max)
     }
 
     /// A value at the points that is positive inside and 0 at the rim of whole triangles.
     pub(super) fn level(&self, selection: &Selection) -> Vec<f64> {
-        let faces = match &selection.0 {
+        let faces = match &selection.shape {
             Shape::Level(level, _) => return level.clone(),
             Shape::Faces(faces) => faces,
         };
-        (0..self.surface.positions().len() as u32)
+        (0..self.surface().positions().len() as u32)
             .map(|point| {
-                let around = self.surface.around(point);
+                let around = self.surface().around(point);
                 let count = around.iter().filter(|&&face| faces[face as usize]).count();
                 match count {
                     0 => f64::NEG_INFINITY,
@@ -240,13 +278,13 @@ impl<'a> Ground<'a> {
 
     /// The triangles that are selected wholly or in part.
     pub(super) fn touched(&self, selection: &Selection) -> Vec<bool> {
-        match &selection.0 {
+        match &selection.shape {
             Shape::Faces(faces) => faces.clone(),
             Shape::Level(level, flat) => {
                 let above = self.faces_above(level);
                 let is_flat =
                     |corners: &[u32; 3]| corners.iter().all(|&k| level[k as usize] == 0.0);
-                let faces = self.surface.triangles().iter().zip(flat).zip(above);
+                let faces = self.surface().triangles().iter().zip(flat).zip(above);
                 faces.map(|((corners, &flat), above)| above || (flat && is_flat(corners))).collect()
             }
         }
@@ -256,20 +294,20 @@ impl<'a> Ground<'a> {
     fn faces_above(&self, level: &[f64]) -> Vec<bool> {
         let is_above =
             |corners: &[u32; 3]| corners.iter().any(|&point| level[point as usize] > 0.0);
-        self.surface.triangles().iter().map(is_above).collect()
+        self.surface().triangles().iter().map(is_above).collect()
     }
 
     fn above(&self, level: Vec<f64>) -> Selection {
         let faces = self.faces_above(&level);
-        Selection(Shape::Level(level, faces))
+        self.with_shape(Shape::Level(level, faces))
     }
 
     fn next_ring(&self, faces: &[bool], wider: bool) -> Vec<bool> {
         // Wider: whatever shares a point with the selection; narrower: what shares none with the rest.
         let is_met = |point: u32| {
-            self.surface.around(point).iter().any(|&face| faces[face as usize] == wider)
+            self.surface().around(point).iter().any(|&face| faces[face as usize] == wider)
         };
-        self.surface
+        self.surface()
             .triangles()
             .iter()
             .zip(faces)
@@ -282,57 +320,65 @@ impl<'a> Ground<'a> {
 
     fn is_target(&self, side: Side) -> bool {
         matches!(
-            (side, self.direction),
+            (side, self.direction()),
             (Side::Target, Direction::Forward) | (Side::Source, Direction::Reverse)
         )
     }
 
-    /// For each triangle that textures are carried to, the one of a side.
-    fn faces_of(&self, side: Side) -> impl Iterator<Item = Option<usize>> {
-        let is_target = self.is_target(side);
-        self.from_face.iter().enumerate().map(move |(face, counterpart)| {
-            if is_target {
-                Some(face)
-            } else {
-                counterpart.map(|counterpart| counterpart.face as usize)
-            }
-        })
+    /// One of the pair's meshes.
+    pub fn mesh_of(&self, side: Side) -> &Mesh {
+        match side {
+            Side::Source => self.pair().source(),
+            Side::Target => self.pair().target(),
+        }
     }
 }
 
 impl Selection {
+    /// What it is a part of.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
     /// What is in either.
     #[must_use]
-    pub fn and(&self, other: &Self, ground: &Ground<'_>) -> Self {
-        self.combined(other, ground, |a, b| a || b, f64::max)
+    pub fn and(&self, other: &Self) -> Self {
+        self.combined(other, |a, b| a || b, f64::max)
     }
 
     /// What is in this and not in the other.
     #[must_use]
-    pub fn without(&self, other: &Self, ground: &Ground<'_>) -> Self {
-        self.combined(other, ground, |a, b| a && !b, |a, b| a.min(-b))
+    pub fn without(&self, other: &Self) -> Self {
+        self.combined(other, |a, b| a && !b, |a, b| a.min(-b))
     }
 
     /// What is in both.
     #[must_use]
-    pub fn within(&self, other: &Self, ground: &Ground<'_>) -> Self {
-        self.combined(other, ground, |a, b| a && b, f64::min)
+    pub fn within(&self, other: &Self) -> Self {
+        self.combined(other, |a, b| a && b, f64::min)
+    }
+
+    /// The selection, widened or narrowed.
+    #[must_use]
+    pub fn grown(&self, by: Growth) -> Self {
+        self.ground.grown(self, by)
     }
 
     fn combined(
         &self,
         other: &Self,
-        ground: &Ground<'_>,
         of_faces: impl Fn(bool, bool) -> bool,
         of_levels: impl Fn(f64, f64) -> f64,
     ) -> Self {
-        if let (Shape::Faces(a), Shape::Faces(b)) = (&self.0, &other.0) {
-            return Self(Shape::Faces(a.iter().zip(b).map(|(&a, &b)| of_faces(a, b)).collect()));
+        let ground = &self.ground;
+        if let (Shape::Faces(a), Shape::Faces(b)) = (&self.shape, &other.shape) {
+            let faces = a.iter().zip(b).map(|(&a, &b)| of_faces(a, b));
+            return ground.with_shape(Shape::Faces(faces.collect()));
         }
         let faces = ground.touched(self).into_iter().zip(ground.touched(other));
         let faces = faces.map(|(a, b)| of_faces(a, b)).collect();
         let (a, b) = (ground.level(self), ground.level(other));
         let level = a.into_iter().zip(b).map(|(a, b)| of_levels(a, b)).collect();
-        Self(Shape::Level(level, faces))
+        ground.with_shape(Shape::Level(level, faces))
     }
 }

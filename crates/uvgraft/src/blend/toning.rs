@@ -1,12 +1,15 @@
 //! What one side's colours take on from the other's.
 
 use crate::color::{Encoding, srgb_from_linear};
+use crate::mesh::Mesh;
+use crate::piece::{FacePiece, mixed, wide};
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
 use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
 use super::sample::Sampler;
+use super::selection::Ground;
 use super::skin::{SkinError, SkinModel};
 use super::statistics::{ColorMatch, ColorMatchError};
 use super::tone::{GAINS, Matrix};
@@ -56,7 +59,7 @@ pub enum ToningError {
 
 type Rgb = [f32; 3];
 
-impl Blend<'_> {
+impl Blend {
     /// Finds which colours a texture and a base get from each other; nothing if the options ask for
     /// none.
     ///
@@ -88,7 +91,7 @@ impl Blend<'_> {
         let tone = self.options.tone;
         let in_srgb =
             |colors: &[Rgb]| colors.iter().map(|&rgb| srgb(rgb, encoding)).collect::<Vec<_>>();
-        let estimates = tone == Tone::Source && !self.options.skin_mask;
+        let estimates = tone == Tone::Source && self.skin.is_none();
         let base_skin = if self.options.match_skin || estimates {
             let all = self.base_colors(base, encoding);
             let model = SkinModel::new(&in_srgb(&seeds(&of_base)), &in_srgb(&all))
@@ -183,8 +186,8 @@ impl Blend<'_> {
         encoding: Encoding,
         model: Option<SkinModel>,
     ) -> Vec<bool> {
-        let ground = self.ground;
-        let surface = &ground.surface;
+        let ground = &self.ground;
+        let surface = ground.surface();
         let mesh = ground.pair().from(ground.direction());
         let sampler = Sampler::new(source);
         let mut is_skin = vec![false; self.inside.len()];
@@ -199,10 +202,10 @@ impl Blend<'_> {
             let (mut skin, mut all) = (0.0, 0.0);
             while let Some(&face) = part.get(next) {
                 next += 1;
-                if let Some(counterpart) = ground.from_face[face as usize] {
-                    let uv = middle(mesh.uv_triangle(counterpart.face as usize));
+                for &piece in ground.pieces().of_face(face as usize) {
+                    let uv = ground.middle(piece, mesh);
                     let [rgb @ .., opacity] = sampler.rgba_as(uv, encoding);
-                    let area = surface.area(face);
+                    let area = surface.area(face) * ground.pieces().share(piece);
                     if opacity >= 0.5 {
                         skin += area * f64::from(model.weight(srgb(rgb, encoding)));
                         all += area;
@@ -227,13 +230,14 @@ impl Blend<'_> {
         is_skin
     }
 
-    /// Colours of a source at the middles of all triangles of the region.
+    /// Colours of a source at the middles of all pieces of the region.
     fn source_colors(&self, source: &Texture, encoding: Encoding) -> Vec<Rgb> {
-        let ground = self.ground;
+        let ground = &self.ground;
         let mesh = ground.pair().from(ground.direction());
-        colors(source, encoding, self.touched.len(), |face| {
-            let counterpart = ground.from_face[face].filter(|_| self.touched[face])?;
-            Some(mesh.uv_triangle(counterpart.face as usize))
+        let pieces = ground.pieces().all();
+        colors(source, encoding, pieces.len(), |index| {
+            let piece = pieces[index];
+            self.touched[piece.to as usize].then(|| ground.middle(piece, mesh))
         })
     }
 
@@ -241,29 +245,39 @@ impl Blend<'_> {
     fn base_colors(&self, base: &Texture, encoding: Encoding) -> Vec<Rgb> {
         let mesh = self.ground.mesh();
         colors(base, encoding, self.touched.len(), |face| {
-            (!self.touched[face]).then(|| mesh.uv_triangle(face))
+            (!self.touched[face]).then(|| middle(wide(mesh.uv_triangle(face))))
         })
     }
 }
 
-/// The colours in the middles of triangles, where there are any.
+impl Ground {
+    /// The middle of a piece in the layout of the mesh that is read.
+    fn middle(&self, piece: FacePiece, read: &Mesh) -> [f64; 2] {
+        let corners = wide(read.uv_triangle(piece.from as usize));
+        middle(match self.pieces().part(piece) {
+            None => corners,
+            Some(part) => part.from.map(|weights| mixed(&corners, weights)),
+        })
+    }
+}
+
+/// The colours at some places of a layout, where there are any.
 fn colors(
     texture: &Texture,
     encoding: Encoding,
-    faces: usize,
-    uv: impl Fn(usize) -> Option<[[f32; 2]; 3]> + Sync,
+    count: usize,
+    uv: impl Fn(usize) -> Option<[f64; 2]> + Sync,
 ) -> Vec<Rgb> {
     let sampler = Sampler::new(texture);
-    let found = map_indices(faces, |face| {
-        let corners = uv(face)?;
-        let [r, g, b, opacity] = sampler.rgba_as(middle(corners), encoding);
+    let found = map_indices(count, |index| {
+        let [r, g, b, opacity] = sampler.rgba_as(uv(index)?, encoding);
         (opacity >= 0.5).then_some([r, g, b])
     });
     found.into_iter().flatten().collect()
 }
 
-fn middle(corners: [[f32; 2]; 3]) -> [f64; 2] {
-    [0, 1].map(|k| corners.iter().map(|corner| f64::from(corner[k])).sum::<f64>() / 3.0)
+fn middle(corners: [[f64; 2]; 3]) -> [f64; 2] {
+    [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / 3.0)
 }
 
 /// So much of a part is skin at least, if it is one: ears are redder than the face, and eyes have none.

@@ -23,7 +23,7 @@ pub(crate) struct Undercoat<'a> {
     /// All of the base's layout.
     pub map: &'a SamplingMap,
     /// For each patch, the gains of red, green and blue; empty for none.
-    pub gains: Vec<[Slope; 3]>,
+    pub gains: &'a [[Slope; 3]],
     /// What is done to colours before that.
     pub matrix: Option<Matrix>,
     /// Which texels change.
@@ -188,9 +188,9 @@ mod tests {
         let model = SkinModel::new(&seeds, &[]).unwrap();
         let gains = vec![[0.6, 1.7, 1.0].map(Slope::constant); map.patches().len()];
         let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
-        let channels = Channels::new(true, C == 4);
+        let channels = if C == 4 { Channels::Rgba } else { Channels::Rgb };
         for skin in [Skin::Model(model), Skin::Mask(&mask)] {
-            let undercoat = Undercoat { map: &map, gains: gains.clone(), matrix: None, skin };
+            let undercoat = Undercoat { map: &map, gains: &gains, matrix: None, skin };
             let mut wanted = base.clone();
             for row in 0..size.height {
                 for run in map.row(row) {

@@ -1,16 +1,15 @@
 //! Building a map: patches first, then runs, block of rows by block.
 
 use super::coverage::{Layout, Span, Sweep, corners_px};
+use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
 use super::rows::{Block, Draft, Rows};
 use super::surroundings::{Surroundings, merge};
 use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap};
 use crate::pair::{Direction, Oriented};
+use crate::piece::wide;
 use crate::texture::Size;
 use crate::threads::{extend_indices, join, map_indices_with};
-
-/// In place of the patch of a face that has none.
-const UNLINKED: u32 = u32::MAX;
 
 /// - `gutter_px`: how many texels beyond the islands are filled.
 /// - `precedence`: of the layout that is filled.
@@ -22,23 +21,21 @@ pub(super) fn build(
     precedence: impl FnOnce() -> Precedence + Send,
 ) -> SamplingMap {
     let to = oriented.to;
-    let (precedence, (layout, (patch_of_face, mut patches))) =
+    let (precedence, (layout, (of_faces, mut patches))) =
         join(precedence, || (Layout::new(to, size), linked_patches(oriented, size)));
-    let patch = |face: u32| patch_of_face[face as usize];
-    let is_linked = |face| patch(face) != UNLINKED;
-    let lost = precedence.lost_edges(&layout);
-    let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, is_linked);
+    let lost = layout.lost_edges(&precedence);
+    let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, &of_faces);
 
     let gutter_patches = patches.len() as u32;
     let mut beside = Vec::new();
     extend_indices(&mut beside, border.patches(), |index| {
-        let of_face = |face: u32| &patches[patch(face) as usize];
-        let (face, affine) = border.patch(index, |face| &of_face(face).src_uv_from_tgt_px);
-        Patch { src_uv_from_tgt_px: affine, jacobian: of_face(face).jacobian, face }
+        let (patch, zone) = border.patch(index);
+        let beside = &patches[patch as usize];
+        Patch { src_uv_from_tgt_px: zone(&beside.src_uv_from_tgt_px), ..beside.clone() }
     });
     patches.append(&mut beside);
 
-    let plan = Plan { layout, precedence, border, patch_of_face, gutter_patches };
+    let plan = Plan { layout, precedence, border, of_faces, gutter_patches };
     let blocks = plan.layout.blocks.count();
     let new_worker = || Worker::new(size.width);
     let mut parts =
@@ -70,24 +67,33 @@ pub(super) fn build(
     SamplingMap { size, direction, runs, patches, gutter_patches, stats }
 }
 
-/// The patch of each face, and the patches in the order of their faces.
-fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (Vec<u32>, Vec<Patch>) {
-    let (to, from) = (oriented.to, oriented.from);
-    let mut patch_of_face = vec![UNLINKED; to.faces().len()];
-    let mut patches = Vec::with_capacity(to.faces().len());
-    for (face, counterpart) in oriented.from_face.iter().enumerate() {
-        let Some(counterpart) = counterpart else { continue };
+/// The patches of all pieces, in the order of the faces that they fill, and which are whose.
+fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patch>) {
+    let Oriented { from, to, pieces } = oriented;
+    let mut of_faces = FacePatches::none(to.faces().len());
+    let mut patches = Vec::with_capacity(pieces.all().len());
+    for (number, &piece) in (0..).zip(pieces.all()) {
         // A source triangle without area is a line or a point, and still has a colour: its
         // texels take that rather than stay a hole. Only the target's area is divided by.
-        let source = from.uv_triangle(counterpart.face as usize);
-        let src_uv = counterpart.corners.map(|corner| source[corner as usize].map(f64::from));
-        if let Some(affine) = Affine::from_triangles(corners_px(to, face, size), src_uv) {
-            patch_of_face[face] = patches.len() as u32;
-            let jacobian = affine.jacobian;
-            patches.push(Patch { src_uv_from_tgt_px: affine, jacobian, face: face as u32 });
+        let source = wide(from.uv_triangle(piece.from as usize));
+        let corners_px = corners_px(to, piece.to as usize, size);
+        let src_uv = pieces.at_corners(piece, source);
+        let Some(affine) = Affine::from_triangles(corners_px, src_uv) else { continue };
+        let (patch, jacobian) = (patches.len() as u32, affine.jacobian);
+        let part = pieces.part(piece);
+        match part {
+            None => of_faces.set_whole(piece.to, patch),
+            Some(part) => of_faces.add_part(piece.to, patch, part.to, corners_px, size),
         }
+        patches.push(Patch {
+            src_uv_from_tgt_px: affine,
+            jacobian,
+            face: piece.to,
+            piece: number,
+            is_part: part.is_some(),
+        });
     }
-    (patch_of_face, patches)
+    (of_faces, patches)
 }
 
 /// What all blocks depend on.
@@ -95,7 +101,7 @@ struct Plan<'a> {
     layout: Layout<'a>,
     precedence: Precedence,
     border: Border,
-    patch_of_face: Vec<u32>,
+    of_faces: FacePatches,
     gutter_patches: u32,
 }
 
@@ -113,6 +119,8 @@ struct Worker {
     runs: Draft<Run>,
     /// Of the row that is worked on: what linked triangles own.
     owned: Vec<Run>,
+    /// Of a face that is cut: which parts have which texels.
+    claims: Vec<Span>,
 }
 
 impl Worker {
@@ -122,16 +130,17 @@ impl Worker {
             around: Surroundings::new(width),
             runs: Draft::new(),
             owned: Vec::new(),
+            claims: Vec::new(),
         }
     }
 
     fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> Part {
-        let Self { sweep, around, runs, owned } = self;
-        let patch = |face: u32| plan.patch_of_face[face as usize];
+        let Self { sweep, around, runs, owned, claims } = self;
         if winners.is_some() {
             sweep.cover_all(&plan.layout, &plan.precedence, block);
         } else {
-            sweep.cover(&plan.layout, &plan.precedence, block, |face| patch(face) != UNLINKED);
+            sweep
+                .cover(&plan.layout, &plan.precedence, block, |face| plan.of_faces.is_linked(face));
         }
         around.enter(&plan.border, block, |row| sweep.covered(row));
         let mut stats =
@@ -147,8 +156,14 @@ impl Worker {
             stats.covered +=
                 sweep.covered(index).iter().map(|word| word.count_ones()).sum::<u32>() as usize;
             owned.clear();
-            for span in spans.iter().filter(|span| patch(span.face) != UNLINKED) {
-                push_without(owned, *span, patch(span.face), &around.stolen);
+            for span in spans {
+                match plan.of_faces.of(span.face) {
+                    FacePatch::None => {}
+                    FacePatch::One(patch) => push_without(owned, *span, patch, &around.stolen),
+                    FacePatch::Cut(face) => face.split(row, *span, claims, |span, patch| {
+                        push_without(owned, span, patch, &around.stolen);
+                    }),
+                }
             }
             stats.linked += texels(owned);
             stats.gutter += texels(&around.runs);

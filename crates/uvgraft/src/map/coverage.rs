@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::overlap::Precedence;
+use super::precedence::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, RowBlocks, Rows};
 use crate::bits;
 use crate::mesh::Mesh;

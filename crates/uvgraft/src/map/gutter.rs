@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 use super::coverage::corners_px;
+use super::cut::{FacePatch, FacePatches};
 use super::rows::RowBlocks;
 use super::{Affine, FAR_PX};
 use crate::islands::{BorderEdge, Islands};
@@ -43,7 +44,8 @@ pub(super) const ZONES: [Zone; 4] = [Zone::Near, Zone::Beside, Zone::First, Zone
 
 /// A border edge in texels.
 pub(super) struct Edge {
-    face: u32,
+    /// The patch of the piece that it bounds; none where nothing is linked.
+    patch: Option<u32>,
     pub island: u32,
     pub from: [f64; 2],
     pub along: [f64; 2],
@@ -63,9 +65,14 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    fn new(mesh: &Mesh, edge: BorderEdge, island: u32, size: Size, radius: f64) -> Option<Self> {
-        let corners = corners_px(mesh, edge.face as usize, size);
-        let [from, to, opposite] = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
+    /// - `corners`: the edge's ends, then the triangle's third corner.
+    fn new(
+        [from, to, opposite]: [[f64; 2]; 3],
+        patch: Option<u32>,
+        island: u32,
+        size: Size,
+        radius: f64,
+    ) -> Option<Self> {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]);
         if length == 0.0 {
@@ -79,7 +86,7 @@ impl Edge {
         }
         let reach_px = REACH_PX.min(height.abs() / 3.0);
         let mut edge = Self {
-            face: edge.face,
+            patch,
             island,
             from,
             along,
@@ -152,23 +159,46 @@ pub(super) struct Border {
 impl Border {
     /// - `lost`: for each edge of the islands, whether another island owns what lies inside it.
     /// - `radius_px`: how far the gutter reaches.
-    /// - `is_linked`: whether a face has a map.
+    /// - `of_faces`: the patches of each face.
     pub fn new(
         mesh: &Mesh,
         islands: &Islands,
         lost: &[bool],
         size: Size,
         radius_px: u32,
-        is_linked: impl Fn(u32) -> bool,
+        of_faces: &FacePatches,
     ) -> Self {
         let radius = f64::from(radius_px);
+        let corners = |border: BorderEdge| {
+            let corners = corners_px(mesh, border.face as usize, size);
+            [0, 1, 2].map(|k| corners[(usize::from(border.corner) + k) % 3])
+        };
+        let island = |border: BorderEdge| islands.of_faces()[border.face as usize];
         let edges = map_indices(islands.border().len(), |index| {
             let border = islands.border()[index];
-            let island = islands.of_faces()[border.face as usize];
-            if lost[index] { None } else { Edge::new(mesh, border, island, size, radius) }
+            let patch = match of_faces.of(border.face) {
+                FacePatch::None => None,
+                FacePatch::One(patch) => Some(patch),
+                FacePatch::Cut(_) => return None,
+            };
+            if lost[index] {
+                None
+            } else {
+                Edge::new(corners(border), patch, island(border), size, radius)
+            }
         });
+        let mut edges: Vec<Edge> = edges.into_iter().flatten().collect();
+        for (&border, _) in islands.border().iter().zip(lost).filter(|(_, lost)| !**lost) {
+            if let FacePatch::Cut(face) = of_faces.of(border.face) {
+                let [from, to, opposite] = corners(border);
+                for (ends, patch) in face.along([from, to], usize::from(border.corner)) {
+                    let corners = [ends[0], ends[1], opposite];
+                    edges.extend(Edge::new(corners, patch, island(border), size, radius));
+                }
+            }
+        }
         let (mut edges, others): (Vec<Edge>, Vec<Edge>) =
-            edges.into_iter().flatten().partition(|edge| is_linked(edge.face));
+            edges.into_iter().partition(|edge| edge.patch.is_some());
         let linked = edges.len();
         edges.extend(others);
         let reached: Vec<Range<u32>> = if radius_px == 0 {
@@ -184,12 +214,14 @@ impl Border {
         self.linked * ZONES.len()
     }
 
-    /// The face that a patch lies beside, counted from the first patch of the gutter, and its map.
+    /// The patch of the piece that a patch of the gutter continues, and how its map follows from that one's.
     ///
-    /// - `triangle`: the map of that face.
-    pub fn patch<'a>(&self, patch: usize, triangle: impl Fn(u32) -> &'a Affine) -> (u32, Affine) {
+    /// - `patch`: counted from the first patch of the gutter.
+    pub fn patch(&self, patch: usize) -> (u32, impl Fn(&Affine) -> Affine) {
         let edge = &self.edges[patch / ZONES.len()];
-        (edge.face, edge.zone_map(ZONES[patch % ZONES.len()], triangle(edge.face)))
+        let zone = ZONES[patch % ZONES.len()];
+        let beside = edge.patch.expect("edges with a patch come first");
+        (beside, move |triangle: &Affine| edge.zone_map(zone, triangle))
     }
 
     /// The edges of the islands that own what others cover too.

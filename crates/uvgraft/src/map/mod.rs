@@ -3,18 +3,21 @@
 //! Inside a target triangle the source position is an affine function of the target position, so
 //! the map is a list of runs of texels, each naming the affine map ("patch") that holds for it.
 
+mod beneath;
 mod build;
 mod coverage;
+mod cut;
 mod gutter;
-mod overlap;
+mod lost_edges;
+mod precedence;
 mod region;
 mod rows;
 mod surroundings;
 mod tiles;
 
 pub(crate) use coverage::{Coverage, Layout, corners_px};
-pub(crate) use overlap::Precedence;
-pub use overlap::Prefer;
+pub(crate) use precedence::Precedence;
+pub use precedence::Prefer;
 pub(crate) use region::Region;
 pub(crate) use rows::BLOCK_ROWS;
 pub(crate) use tiles::{TILE, Tiles, tiles};
@@ -32,6 +35,7 @@ pub(crate) const FAR_PX: f64 = 1e6;
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MapOptions {
     /// How many texels beyond the islands are filled, so that filtering and mip levels never meet
     /// the background.
@@ -44,6 +48,12 @@ impl MapOptions {
     /// A gutter of so many texels, and everything else as by default.
     pub const fn with_gutter(gutter_px: u32) -> Self {
         Self { gutter_px, prefer: Prefer::First }
+    }
+
+    /// The same with another order of the islands that share texels.
+    #[must_use]
+    pub const fn prefer(self, prefer: Prefer) -> Self {
+        Self { prefer, ..self }
     }
 }
 
@@ -77,7 +87,7 @@ pub struct Run {
     pub patch: u32,
 }
 
-/// The affine map that holds for the texels of one target triangle, or beside one of its edges.
+/// The affine map that holds for the texels of one piece of a target triangle, or beside one of its edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// Source UV of a target position in texels.
@@ -88,6 +98,10 @@ pub struct Patch {
     pub jacobian: [[f64; 2]; 2],
     /// The target face.
     pub face: u32,
+    /// Which of the pair's pieces, in the order of the faces that they fill.
+    pub(crate) piece: u32,
+    /// Whether that is a part of the face, not all of it.
+    pub(crate) is_part: bool,
 }
 
 /// `uv = origin_uv + jacobian · (px − origin_px)`.
@@ -206,7 +220,7 @@ impl SamplingMap {
         &self.patches
     }
 
-    /// The affine maps of triangles.
+    /// The affine maps of pieces.
     pub(crate) fn linked_patches(&self) -> &[Patch] {
         &self.patches[..self.gutter_patches as usize]
     }
@@ -249,6 +263,7 @@ impl SamplingMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::piece::Piece;
 
     /// Triangles anywhere, on top of each other, some with corners far outside the texture.
     fn strewn(rng: &mut fastrand::Rng, far: f32) -> Mesh {
@@ -275,8 +290,8 @@ mod tests {
         for far in [1.0, 30.0, 1e4, 1e6, 1e12, 1e30] {
             for _ in 0..12 {
                 let (source, target) = (strewn(&mut rng, far), strewn(&mut rng, far));
-                let vertex_map: Vec<i64> = (0..36 * 3).collect();
-                let pair = Pair::by_vertex_map(source, target, &vertex_map).unwrap();
+                let itself = (0..36).map(|face| Piece::whole(face, face, [0, 1, 2]));
+                let pair = Pair::with_all(source, target, itself);
                 let size = Size::new(rng.u32(1..90), rng.u32(1..90));
                 let prefer = [Prefer::First, Prefer::Left, Prefer::Right][rng.usize(0..3)];
                 let options = MapOptions { gutter_px: rng.u32(0..20), prefer };

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::FAR_PX;
-use super::SamplingMap;
 use super::coverage::Layout;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::tiles::{TILE, Tiles};
+use super::{Patch, SamplingMap};
 use crate::bits;
 use crate::mesh::Mesh;
 use crate::texture::Size;
@@ -55,8 +55,8 @@ impl Region {
         Self { size, rows: Rows::new(blocks) }
     }
 
-    /// What linked triangles own, as far as their faces are wanted.
-    pub fn linked(map: &SamplingMap, wanted: impl Fn(u32) -> bool + Send + Sync) -> Self {
+    /// What pieces own, as far as they are wanted.
+    pub fn linked(map: &SamplingMap, wanted: impl Fn(&Patch) -> bool + Send + Sync) -> Self {
         let size = map.size();
         let count = size.height.div_ceil(BLOCK_ROWS) as usize;
         let blocks = map_indices_with(count, Draft::<Range<u32>>::new, |draft, block| {
@@ -64,7 +64,7 @@ impl Region {
             let first = block as u32 * BLOCK_ROWS;
             for row in first..(first + BLOCK_ROWS).min(size.height) {
                 let runs = map.row(row).iter().filter(|run| !map.is_gutter(**run));
-                let runs = runs.filter(|run| wanted(map.patches()[run.patch as usize].face));
+                let runs = runs.filter(|run| wanted(&map.patches()[run.patch as usize]));
                 let row_start = draft.items.len();
                 for run in runs {
                     let range = run.x..run.x + run.len;

@@ -18,7 +18,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use self::pose::Pose;
 use self::walk::{Frames, Walk};
 use crate::map::SamplingMap;
-use crate::pair::{Counterpart, Direction, Pair};
+use crate::pair::{Direction, Oriented, Pair};
+use crate::piece::{FacePiece, mixed, wide};
 use crate::tangents::{TangentFrame, TangentFrames};
 use crate::texture::{Channels, Size};
 use crate::threads::{for_each_chunk, join};
@@ -36,7 +37,8 @@ pub enum NormalY {
 }
 
 /// What normal maps follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
 pub struct NormalOptions {
     /// Of the map that normals come from.
     pub source: NormalY,
@@ -44,26 +46,30 @@ pub struct NormalOptions {
     pub target: NormalY,
 }
 
+impl NormalOptions {
+    /// From a map that follows one to a map that follows the other.
+    pub const fn new(source: NormalY, target: NormalY) -> Self {
+        Self { source, target }
+    }
+}
+
 /// What turns the normals of one layout into those of another, for one pair and direction. Made once,
 /// for maps of any size.
 #[derive(Debug, Clone)]
 pub struct NormalFrames {
     direction: Direction,
-    /// Of each target face, the index into `faces`; [`UNLINKED`] for none.
-    index: Vec<u32>,
-    faces: Vec<FaceFrames>,
+    /// Over each piece.
+    pieces: Vec<PieceFrames>,
 }
-
-const UNLINKED: u32 = u32::MAX;
 
 /// Rows that one piece of work turns.
 const ROWS: usize = 16;
 
-/// The frames over a target triangle.
+/// The frames over a piece of a target triangle.
 #[derive(Debug, Clone, Copy)]
-struct FaceFrames {
+struct PieceFrames {
     tgt_uv: [[f32; 2]; 3],
-    /// At the triangle's corners: those of the source, in the target's space, and the target's.
+    /// At the piece's corners: those of the source, in the target's space, and the target's.
     corners: [Frames; 3],
     /// Which way the bitangents of source and target point.
     signs: [f32; 2],
@@ -82,16 +88,18 @@ impl NormalFrames {
         let (from, to) =
             join(|| TangentFrames::new(oriented.from), || TangentFrames::new(oriented.to));
         let pose = Pose::new(&oriented);
-        let mut index = vec![UNLINKED; oriented.to.faces().len()];
-        let mut faces = Vec::new();
-        for (face, counterpart) in oriented.from_face.iter().enumerate() {
-            let Some(counterpart) = counterpart else { continue };
-            index[face] = faces.len() as u32;
-            let source = posed(&pose, oriented.to.faces()[face], *counterpart, &from);
-            let tgt_uv = oriented.to.uv_triangle(face);
-            faces.push(FaceFrames::new(tgt_uv, source, &to.faces()[face]));
-        }
-        Self { direction, index, faces }
+        let pieces = oriented.pieces.all().iter().map(|&piece| {
+            let source = posed(&pose, &oriented, piece, &from.faces()[piece.from as usize]);
+            let target = &to.faces()[piece.to as usize];
+            let tgt_uv = oriented.to.uv_triangle(piece.to as usize);
+            if oriented.pieces.part(piece).is_none() {
+                return PieceFrames::new(tgt_uv, source, target);
+            }
+            let target = mixed_frames(target, |values| oriented.pieces.outline(piece, values));
+            let tgt_uv = oriented.pieces.outline(piece, wide(tgt_uv));
+            PieceFrames::new(tgt_uv.map(|uv| uv.map(|value| value as f32)), source, &target)
+        });
+        Self { direction, pieces: pieces.collect() }
     }
 
     /// Turns the normals of a band of rows, in place: texels that were filtered from the source's
@@ -139,15 +147,12 @@ impl NormalFrames {
             }
         });
     }
-
-    fn of_face(&self, face: u32) -> Option<&FaceFrames> {
-        let index = *self.index.get(face as usize)?;
-        self.faces.get(index as usize)
-    }
 }
 
-impl FaceFrames {
-    /// - `source`: at the corners of the target's face, in the target's space.
+impl PieceFrames {
+    /// - `tgt_uv`: the piece's corners.
+    /// - `source`: there, in the target's space.
+    /// - `target`: there.
     fn new(tgt_uv: [[f32; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
         // Where the meshes wind opposite ways, the source's normals point to the target's back.
         let wide = |vector: [f32; 3]| vector.map(f64::from);
@@ -170,22 +175,53 @@ impl FaceFrames {
     }
 }
 
-/// The frames of a source face at the corners of the target's, in the target's space.
+/// The source's frames at a piece's corners, in the target's space.
+///
+/// - `frames`: of the face that is read.
 fn posed(
     pose: &Pose,
-    vertices: [u32; 3],
-    counterpart: Counterpart,
-    from: &TangentFrames,
+    oriented: &Oriented<'_>,
+    piece: FacePiece,
+    frames: &[TangentFrame; 3],
 ) -> [TangentFrame; 3] {
-    let frames = &from.faces()[counterpart.face as usize];
+    let vertices = oriented.to.faces()[piece.to as usize];
+    let frames = mixed_frames(frames, |values| oriented.pieces.at_outline(piece, values));
+    let part = oriented.pieces.part(piece);
     std::array::from_fn(|k| {
-        let frame = frames[usize::from(counterpart.corners[k])];
-        let turned = |vector: [f32; 3]| pose.turned(vertices[k], vector);
+        let frame = frames[k];
+        let turned = |vector: [f32; 3]| match part {
+            None => pose.turned(vertices[k], vector),
+            // Between vertices the rotation is between theirs.
+            Some(part) => {
+                let turned = vertices.map(|vertex| pose.turned(vertex, vector));
+                mixed(&wide(turned), part.to[k]).map(|value| value as f32)
+            }
+        };
         TangentFrame {
             normal: turned(frame.normal),
             tangent: turned(frame.tangent),
             sign: frame.sign * pose.determinant(),
         }
+    })
+}
+
+/// Frames at other places of a triangle.
+///
+/// - `places`: takes values at the triangle's corners to those at the places.
+fn mixed_frames(
+    frames: &[TangentFrame; 3],
+    places: impl Fn([[f64; 3]; 3]) -> [[f64; 3]; 3],
+) -> [TangentFrame; 3] {
+    let vectors = |vector: fn(&TangentFrame) -> [f32; 3]| {
+        let [a, b, c] = frames;
+        places(wide([a, b, c].map(vector))).map(|vector| vector.map(|value| value as f32))
+    };
+    let (normals, tangents) = (vectors(|frame| frame.normal), vectors(|frame| frame.tangent));
+    std::array::from_fn(|k| TangentFrame {
+        normal: normals[k],
+        tangent: tangents[k],
+        // The same at all corners, but for triangles without area.
+        sign: frames[k].sign,
     })
 }
 
@@ -201,12 +237,10 @@ fn turn_rows<S: Simd, const C: usize>(
     let width = map.size().width as usize * C;
     for (row, texels) in (first_row..).zip(rows.chunks_exact_mut(width)) {
         for &run in map.row(row) {
-            let face = map.patches()[run.patch as usize].face;
-            if let Some(frames) = frames.of_face(face) {
-                let walk = Walk::new(frames, options, map, row, run);
-                let texels = &mut texels[run.x as usize * C..][..run.len as usize * C];
-                kernel::turn::<S, C>(simd, &walk, texels);
-            }
+            let frames = &frames.pieces[map.patches()[run.patch as usize].piece as usize];
+            let walk = Walk::new(frames, options, map, row, run);
+            let texels = &mut texels[run.x as usize * C..][..run.len as usize * C];
+            kernel::turn::<S, C>(simd, &walk, texels);
         }
     }
 }

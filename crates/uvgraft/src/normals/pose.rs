@@ -26,17 +26,17 @@ impl Pose {
         let (from, to) = (oriented.from, oriented.to);
         let mut around = vec![Correlation::default(); to.positions().len()];
         let mut all = Correlation::default();
-        for (face, counterpart) in oriented.from_face.iter().enumerate() {
-            let Some(counterpart) = counterpart else { continue };
-            let source = corner_positions(from, counterpart.face as usize);
-            let source = counterpart.corners.map(|corner| source[usize::from(corner)]);
-            let target = corner_positions(to, face);
+        for &piece in oriented.pieces.all() {
+            let source = corner_positions(from, piece.from as usize);
+            let source = oriented.pieces.at_outline(piece, source);
+            let target = corner_positions(to, piece.to as usize);
+            let target = oriented.pieces.outline(piece, target);
             let mut sum = Correlation::default();
             for k in 0..3 {
                 let next = (k + 1) % 3;
                 sum.add(sub(source[next], source[k]), sub(target[next], target[k]));
             }
-            for vertex in to.faces()[face] {
+            for vertex in to.faces()[piece.to as usize] {
                 around[vertex as usize].add_all(&sum);
             }
             all.add_all(&sum);

@@ -1,6 +1,6 @@
 //! The frames along a run of texels.
 
-use super::{FaceFrames, NormalOptions, NormalY};
+use super::{NormalOptions, NormalY, PieceFrames};
 use crate::map::{Run, SamplingMap};
 
 /// The frames at one place: tangent and normal of the source, in the target's space, then tangent and
@@ -19,7 +19,7 @@ pub(super) struct Walk {
 impl Walk {
     #[inline(always)]
     pub fn new(
-        face: &FaceFrames,
+        piece: &PieceFrames,
         options: NormalOptions,
         map: &SamplingMap,
         row: u32,
@@ -28,13 +28,13 @@ impl Walk {
         let size = map.size();
         let scale = [f64::from(size.width), f64::from(size.height)];
         let triangle =
-            Triangle::new(face.tgt_uv.map(|uv| [0, 1].map(|k| f64::from(uv[k]) * scale[k])));
+            Triangle::new(piece.tgt_uv.map(|uv| [0, 1].map(|k| f64::from(uv[k]) * scale[k])));
         let is_gutter = map.is_gutter(run);
         let at = |x: u32| {
             let px = [f64::from(x) + 0.5, f64::from(row) + 0.5];
             let weights =
                 if is_gutter { triangle.nearest(px) } else { within(triangle.weights(px)) };
-            mixed(&face.corners, weights)
+            mixed(&piece.corners, weights)
         };
         let first = at(run.x);
         let mut step = Frames::default();
@@ -52,7 +52,7 @@ impl Walk {
             NormalY::OpenGl => 1.0,
             NormalY::DirectX => -1.0,
         };
-        let signs = [face.signs[0] * y(options.source), face.signs[1] * y(options.target)];
+        let signs = [piece.signs[0] * y(options.source), piece.signs[1] * y(options.target)];
         Self { first, step, signs }
     }
 }

@@ -255,6 +255,7 @@ mod tests {
     use crate::map::MapOptions;
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
+    use crate::piece::Piece;
 
     /// Triangles strewn over both layouts: some steep, some shrunk, many beyond the border.
     fn map(seed: u64, size: Size) -> SamplingMap {
@@ -273,8 +274,8 @@ mod tests {
                 (0..20).map(|face| [0, 1, 2].map(|k| face * 3 + k)).collect();
             Mesh::from_triangles(vec![[0.0; 3]; 60], uv, &faces, &faces).unwrap()
         };
-        let vertex_map: Vec<i64> = (0..60).collect();
-        let pair = Pair::by_vertex_map(mesh(far), mesh(1.0), &vertex_map).unwrap();
+        let itself = (0..20).map(|face| Piece::whole(face, face, [0, 1, 2]));
+        let pair = Pair::with_all(mesh(far), mesh(1.0), itself);
         SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(3))
     }
 

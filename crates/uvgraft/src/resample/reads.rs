@@ -35,6 +35,10 @@ impl Reads {
         let linked = map.linked_patches();
         let boxes = map_indices(linked.len(), |index| {
             let (path, patch) = (&paths.patches[index], &linked[index]);
+            // What a part's map is beyond the part may be far off.
+            if patch.is_part {
+                return None;
+            }
             let corners = corners_px(target, patch.face as usize, map.size());
             let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
             let is_tame = is_near && (0..2).all(|axis| margin(path, axis) < TAME_PX);
@@ -46,9 +50,9 @@ impl Reads {
                 })
             })
         });
-        let mut is_tame = vec![false; target.faces().len()];
+        let mut is_tame = vec![false; pieces(map)];
         for (found, patch) in boxes.iter().zip(linked) {
-            is_tame[patch.face as usize] = found.is_some();
+            is_tame[patch.piece as usize] = found.is_some();
         }
         let height = map.size().height as usize;
         let pieces = map_indices(PIECES, |piece| {
@@ -57,7 +61,7 @@ impl Reads {
             for row in height * piece / PIECES..height * (piece + 1) / PIECES {
                 for &run in map.row(row as u32) {
                     bits::insert(&mut patches, run.patch);
-                    if is_tame[map.patches()[run.patch as usize].face as usize] {
+                    if is_tame[map.patches()[run.patch as usize].piece as usize] {
                         continue;
                     }
                     let walk = paths.walk(row as u32, run);
@@ -82,19 +86,18 @@ impl Reads {
         }
         let owns = all.owners(map);
         for (found, patch) in boxes.iter().zip(linked) {
-            if let Some([columns, rows]) = found.as_ref().filter(|_| owns[patch.face as usize]) {
+            if let Some([columns, rows]) = found.as_ref().filter(|_| owns[patch.piece as usize]) {
                 all.tiles.insert(columns, rows);
             }
         }
         all
     }
 
-    /// For each face of the target, whether any texel takes its position from it.
+    /// For each piece, whether any texel takes its position from it.
     fn owners(&self, map: &SamplingMap) -> Vec<bool> {
-        let faces = map.linked_patches().last().map_or(0, |patch| patch.face as usize + 1);
-        let mut owns = vec![false; faces];
+        let mut owns = vec![false; pieces(map)];
         for patch in bits::numbers(&self.patches) {
-            owns[map.patches()[patch as usize].face as usize] = true;
+            owns[map.patches()[patch as usize].piece as usize] = true;
         }
         owns
     }
@@ -104,11 +107,11 @@ impl Reads {
         /// Reached by slivers alone, which see a texel or two of background then.
         const MOST: f64 = 64.0;
         let scale = [f64::from(source.width), f64::from(source.height)];
-        // A triangle too thin to own a texel is no reason to reach far.
+        // A piece too thin to own a texel is no reason to reach far.
         let owns = self.owners(map);
         let beside_taps = patches
             .iter()
-            .filter(|patch| owns[patch.face as usize])
+            .filter(|patch| owns[patch.piece as usize])
             .map(|patch| {
                 let (samples, steps) = footprint(patch, scale, filter);
                 let spread = |axis: usize| {
@@ -125,6 +128,11 @@ impl Reads {
         // Half the taps, and one more for the diagonal.
         (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
     }
+}
+
+/// The number of the last piece that has a patch, and one more.
+fn pieces(map: &SamplingMap) -> usize {
+    map.linked_patches().last().map_or(0, |patch| patch.piece as usize + 1)
 }
 
 /// The texels on one axis within `margin` of some positions; beyond the texture's edge its edge is

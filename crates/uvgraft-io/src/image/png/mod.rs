@@ -56,7 +56,8 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         const CHECKSUM: i64 = 4;
         reader.seek_relative(left + CHECKSUM).map_err(io)?;
     }
-    let channels = Channels::new(color & 2 != 0, has_alpha);
+    let colors = if color & 2 != 0 { Channels::Rgb } else { Channels::Grey };
+    let channels = if has_alpha { colors.with_alpha() } else { colors };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
     Ok(StoredHeader { size, channels, depth, orientation })
 }

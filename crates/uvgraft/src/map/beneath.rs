@@ -1,145 +1,13 @@
-//! Where islands lie on top of each other: which of them owns what they share, and what the others
-//! would have there.
+//! What islands that lost an overlap would have at the texels that they share.
 
 use std::ops::Range;
 
-use super::coverage::{Coverage, Layout, corners_px};
+use super::precedence::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::{MapOptions, MapStats, Run, SamplingMap, build};
 use crate::islands::Islands;
-use crate::mesh::Mesh;
 use crate::pair::Pair;
-use crate::threads::{map_indices, map_indices_with};
-
-/// Which of several islands that cover the same texels owns them, with a fringe around itself: two
-/// eyes that share a disc show one eye, whole.
-///
-/// Left and right are told by the mean `x` of the corners of an island's triangles, in the mesh that
-/// the map fills: `x` grows to the left of a person who looks along `+z`, as FLAME, SMPL-X and VRM 1.0
-/// have it. Islands with the same mean come in the order of their faces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Prefer {
-    /// The one with the lowest face.
-    #[default]
-    First,
-    /// The one with the greatest mean `x`: the person's left.
-    Left,
-    /// The one with the least mean `x`: the person's right.
-    Right,
-}
-
-/// The islands of a layout, and in which order they own what several of them cover.
-pub(crate) struct Precedence {
-    islands: Islands,
-    /// Of each island, another for each; the lowest owns.
-    ranks: Vec<u32>,
-    /// Whether islands come in the order of their faces, as their edges do.
-    by_face: bool,
-}
-
-impl Precedence {
-    pub fn new(mesh: &Mesh, prefer: Prefer) -> Self {
-        let islands = Islands::new(mesh);
-        let mut order: Vec<u32> = (0..islands.count() as u32).collect();
-        if prefer != Prefer::First {
-            let x = mean_x(mesh, &islands);
-            let x = |island: &u32| x[*island as usize];
-            order.sort_by(|a, b| match prefer {
-                Prefer::Left => x(b).total_cmp(&x(a)),
-                _ => x(a).total_cmp(&x(b)),
-            });
-        }
-        let mut ranks = vec![0; order.len()];
-        for (rank, &island) in (0..).zip(&order) {
-            ranks[island as usize] = rank;
-        }
-        Self { islands, ranks, by_face: prefer == Prefer::First }
-    }
-
-    /// The last island first. Within islands the lowest face stays the first.
-    pub fn reversed(mut self) -> Self {
-        let last = (self.ranks.len() as u32).saturating_sub(1);
-        self.ranks.iter_mut().for_each(|rank| *rank = last - *rank);
-        self.by_face = false;
-        self
-    }
-
-    /// The islands.
-    pub fn islands(&self) -> &Islands {
-        &self.islands
-    }
-
-    /// The island of each triangle.
-    pub fn of_faces(&self) -> &[u32] {
-        self.islands.of_faces()
-    }
-
-    /// Of the faces that cover a texel the one with the lowest rank owns it.
-    pub fn rank(&self, face: u32) -> (u32, u32) {
-        (self.ranks[self.of_faces()[face as usize] as usize], face)
-    }
-
-    /// For each border edge, whether another island owns what lies inside it, so that a gutter beside
-    /// it would show an island that is not seen.
-    ///
-    /// Where islands come in the order of their faces nothing is looked for: where borders coincide,
-    /// the first edge is taken to be the nearest, and is the owner's.
-    pub fn lost_edges(&self, layout: &Layout<'_>) -> Vec<bool> {
-        let border = self.islands.border();
-        if self.by_face {
-            return vec![false; border.len()];
-        }
-        let coverage = Coverage::new(layout, self);
-        if coverage.clashes.is_empty() {
-            return vec![false; border.len()];
-        }
-        map_indices(border.len(), |index| {
-            let edge = border[index];
-            let island = self.of_faces()[edge.face as usize];
-            let corners = corners_px(layout.mesh, edge.face as usize, layout.size);
-            let corners = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
-            let wins = |owner: u32| coverage.clashes.binary_search(&(owner, island)).is_ok();
-            // The texel itself or one around it, for the fringe of the one that wins.
-            let is_lost = |point: [f64; 2]| {
-                (0..9).any(|k| {
-                    let beside = [point[0] + f64::from(k % 3 - 1), point[1] + f64::from(k / 3 - 1)];
-                    coverage.owner(beside).is_some_and(|face| wins(self.of_faces()[face as usize]))
-                })
-            };
-            inside(corners).into_iter().all(is_lost)
-        })
-    }
-}
-
-/// Points inside a triangle along its edge from the first corner to the second: a texel away from it,
-/// or a third of the way to the third corner where that is nearer.
-fn inside([from, to, opposite]: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
-    const DEPTH_PX: f64 = 1.0;
-    let along = [to[0] - from[0], to[1] - from[1]];
-    let across = [opposite[0] - from[0], opposite[1] - from[1]];
-    let height = (along[0] * across[1] - along[1] * across[0]).abs() / along[0].hypot(along[1]);
-    let share = (DEPTH_PX / height).min(1.0 / 3.0);
-    [0.25, 0.5, 0.75].map(|t| {
-        [0, 1].map(|axis| {
-            let on_edge = from[axis] + t * along[axis];
-            on_edge + share * (opposite[axis] - on_edge)
-        })
-    })
-}
-
-/// The mean `x` of the corners of each island's triangles.
-fn mean_x(mesh: &Mesh, islands: &Islands) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0_u32); islands.count()];
-    for (face, &island) in mesh.faces().iter().zip(islands.of_faces()) {
-        let (sum, count) = &mut sums[island as usize];
-        for &vertex in face {
-            *sum += f64::from(mesh.positions()[vertex as usize][0]);
-            *count += 1;
-        }
-    }
-    // Adding 0.0 makes one zero of the two.
-    sums.into_iter().map(|(sum, count)| sum / f64::from(count) + 0.0).collect()
-}
+use crate::threads::map_indices_with;
 
 impl SamplingMap {
     /// Where the texels that several islands cover would be read if the last of their owners had
@@ -211,6 +79,8 @@ fn for_each_shared(a: &[Run], b: &[Run], mut visit: impl FnMut(&Run, &Run, Range
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::Prefer;
+    use crate::mesh::Mesh;
     use crate::pair::Direction;
     use crate::texture::Size;
 
@@ -257,18 +127,6 @@ mod tests {
             }
         }
         found
-    }
-
-    #[test]
-    fn islands_come_by_face_or_by_x() {
-        let pair = pair(0.0);
-        let ranks = |prefer| Precedence::new(pair.target(), prefer).ranks;
-        assert_eq!(ranks(Prefer::First), [0, 1, 2, 3]);
-        assert_eq!(ranks(Prefer::Left), [2, 1, 3, 0]);
-        assert_eq!(ranks(Prefer::Right), [0, 2, 1, 3]);
-        let last = Precedence::new(pair.target(), Prefer::Left).reversed();
-        assert_eq!(last.ranks, [1, 2, 0, 3]);
-        assert!(last.rank(2) > last.rank(1) && last.rank(2) < last.rank(3));
     }
 
     #[test]

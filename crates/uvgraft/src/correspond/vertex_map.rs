@@ -1,29 +1,11 @@
-//! Which source triangle answers a target one, from a vertex map.
+//! Corresponding triangles from a vertex map: which target vertex each source vertex is.
 //!
 //! A triangle is known by its three vertices alone, so its corners may start anywhere and wind
 //! either way. Where one mesh has polygons that the other triangulates along another diagonal, the
 //! polygon's fan is turned until most of its triangles are found on the other side.
 
 use crate::mesh::Mesh;
-
-/// A source triangle and the target triangle with the same vertices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Link {
-    /// Face of the target mesh.
-    pub target: u32,
-    /// Face of the source mesh.
-    pub source: u32,
-    /// Corner `k` of the target face is corner `corners[k]` of the source face: a permutation of
-    /// 0, 1, 2; an odd one where the windings differ.
-    pub corners: [u8; 3],
-}
-
-impl Link {
-    /// Whether the two faces wind opposite ways.
-    pub fn flips(&self) -> bool {
-        !matches!(self.corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1])
-    }
-}
+use crate::piece::Piece;
 
 /// Why a vertex map does not join two meshes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -63,6 +45,11 @@ pub enum LinkError {
         /// Triangles of the source mesh.
         source_faces: usize,
     },
+    /// Faces match, and none of them is where a texture is.
+    #[error(
+        "all matching faces have UV coordinates outside the unit square, where a texture has no texels"
+    )]
+    Outside,
 }
 
 /// Links the triangles of two meshes whose vertices correspond.
@@ -70,16 +57,16 @@ pub enum LinkError {
 /// - `vertex_map`: `[source vertices]`, for each the target vertex it is, or -1 for none.
 ///
 /// Polygons of either mesh may be triangulated anew (see the module's text); triangles never change.
-/// Links come in the order of their target face. Faces that several faces share the vertices of
+/// Pieces come in the order of their target face. Faces that several faces share the vertices of
 /// (doubled surfaces) are linked to each of them.
 ///
 /// # Errors
 /// [`LinkError`] for a map of the wrong length or with entries out of range, or if nothing matches.
-pub(crate) fn link_by_vertices(
+pub(crate) fn pieces(
     source: &mut Mesh,
     target: &mut Mesh,
     vertex_map: &[i64],
-) -> Result<Vec<Link>, LinkError> {
+) -> Result<Vec<Piece>, LinkError> {
     let vertices = target.positions().len();
     if vertex_map.len() != source.positions().len() {
         return Err(LinkError::Length {
@@ -99,7 +86,7 @@ pub(crate) fn link_by_vertices(
     turn_fans(source, common, &sorted_keys(target, |vertex| vertex));
 
     let source_keys = sorted_keys(source, common);
-    let mut links = Vec::with_capacity(source_keys.len());
+    let mut found = Vec::with_capacity(source_keys.len());
     for (target_face, corners) in target.faces().iter().enumerate() {
         let key = face_key(*corners);
         let first = source_keys.partition_point(|(other, _)| *other < key);
@@ -107,14 +94,14 @@ pub(crate) fn link_by_vertices(
         {
             let source_corners = source.faces()[source_face as usize].map(common);
             if let Some(corners) = permutation(*corners, source_corners) {
-                links.push(Link { target: target_face as u32, source: source_face, corners });
+                found.push(Piece::whole(target_face as u32, source_face, corners));
             }
         }
     }
-    if links.is_empty() {
+    if found.is_empty() {
         return Err(LinkError::Nothing { source_faces: source.faces().len() });
     }
-    Ok(links)
+    Ok(found)
 }
 
 type FaceKey = [u32; 3];
@@ -177,6 +164,7 @@ fn permutation(target: [u32; 3], source: [u32; 3]) -> Option<[u8; 3]> {
 mod tests {
     use super::*;
     use crate::mesh::Corner;
+    use crate::piece::Extent;
 
     /// A pentagon and a quad beside it; vertex and UV indices are the same.
     fn ring() -> Vec<[f32; 2]> {
@@ -198,18 +186,18 @@ mod tests {
         Mesh::from_polygons(positions, uv, &corners, &sizes).unwrap()
     }
 
-    /// Links, and checks that every linked corner is the same vertex on both sides.
+    /// Counts the pieces, and checks that every linked corner is the same vertex on both sides.
     fn count(mut source: Mesh, mut target: Mesh, vertex_map: &[i64]) -> (usize, usize) {
-        let links = link_by_vertices(&mut source, &mut target, vertex_map).unwrap();
-        for link in &links {
+        let found = pieces(&mut source, &mut target, vertex_map).unwrap();
+        for piece in &found {
+            let Extent::Whole(corners) = piece.extent else { panic!("{piece:?}") };
             for k in 0..3 {
-                let source_vertex =
-                    source.faces()[link.source as usize][link.corners[k] as usize] as usize;
-                let target_vertex = target.faces()[link.target as usize][k];
-                assert_eq!(vertex_map[source_vertex], i64::from(target_vertex));
+                let source_vertex = source.faces()[piece.source as usize][corners[k] as usize];
+                let target_vertex = target.faces()[piece.target as usize][k];
+                assert_eq!(vertex_map[source_vertex as usize], i64::from(target_vertex));
             }
         }
-        (links.len(), links.iter().filter(|link| link.flips()).count())
+        (found.len(), found.iter().filter(|piece| piece.flips()).count())
     }
 
     #[test]
@@ -250,7 +238,7 @@ mod tests {
         let mut source = mesh(&[&[0, 1, 2]], |vertex| vertex);
         let mut target = mesh(&[&[0, 1, 3]], |vertex| vertex);
         let mut error =
-            |map: &[i64]| link_by_vertices(&mut source, &mut target, map).unwrap_err().to_string();
+            |map: &[i64]| pieces(&mut source, &mut target, map).unwrap_err().to_string();
         assert!(error(&[0, 1]).contains("2 entries, the source mesh has 7 vertices"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("entry 6 is 7"));
         assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("entry 3 is -2"));

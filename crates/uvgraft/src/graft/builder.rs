@@ -1,0 +1,194 @@
+//! What a graft is made of, said step by step.
+
+use std::sync::{Arc, OnceLock};
+
+use super::{Blending, Content, Graft, GraftError};
+use crate::blend::{Blend, BlendMap, BlendOptions, Ground, Selection};
+use crate::filter::Filter;
+use crate::formats::Averaging;
+use crate::map::{MapOptions, Prefer};
+use crate::normals::NormalFrames;
+use crate::pair::{Direction, Pair};
+use crate::resampler::{Overlap, Resampler, Way};
+use crate::texture::{Size, Sizes, Texture, TextureError};
+
+/// Says what a [`Graft`] is to be; from [`Graft::builder`].
+#[derive(Debug, Clone)]
+#[must_use]
+pub struct GraftBuilder {
+    pair: Arc<Pair>,
+    sizes: Sizes,
+    direction: Direction,
+    filter: Option<Filter>,
+    map: MapOptions,
+    overlap: Overlap,
+    averaging: Averaging,
+    content: Content,
+    region: Option<Selection>,
+    blend: Option<BlendOptions>,
+    skin: Option<Texture>,
+    prepared: Option<Arc<Blend>>,
+}
+
+impl GraftBuilder {
+    pub(super) fn new(pair: Arc<Pair>, sizes: Sizes) -> Self {
+        Self {
+            pair,
+            sizes,
+            direction: Direction::default(),
+            filter: None,
+            map: MapOptions::default(),
+            overlap: Overlap::default(),
+            averaging: Averaging::default(),
+            content: Content::default(),
+            region: None,
+            blend: None,
+            skin: None,
+            prepared: None,
+        }
+    }
+
+    /// Which way textures are carried: forward, unless this says otherwise.
+    pub fn direction(self, direction: Direction) -> Self {
+        Self { direction, ..self }
+    }
+
+    /// The interpolation filter: Lanczos-3 for colours, bilinear for data and normals, unless this says otherwise.
+    pub fn filter(self, filter: Filter) -> Self {
+        Self { filter: Some(filter), ..self }
+    }
+
+    /// How the map is built: a gutter of 16 texels, unless this says otherwise.
+    pub fn map_options(self, map: MapOptions) -> Self {
+        Self { map, ..self }
+    }
+
+    /// The gutter around UV islands, in texels.
+    pub fn gutter_px(self, gutter_px: u32) -> Self {
+        Self { map: MapOptions::with_gutter(gutter_px).prefer(self.map.prefer), ..self }
+    }
+
+    /// Which of several islands of the target owns the texels that they share.
+    pub fn prefer(self, prefer: Prefer) -> Self {
+        Self { map: self.map.prefer(prefer), ..self }
+    }
+
+    /// What shows at texels that several islands of the target cover.
+    pub fn overlap(self, overlap: Overlap) -> Self {
+        Self { overlap, ..self }
+    }
+
+    /// What colours are while they are averaged.
+    pub fn averaging(self, averaging: Averaging) -> Self {
+        Self { averaging, ..self }
+    }
+
+    /// What the values of textures are.
+    pub fn content(self, content: Content) -> Self {
+        Self { content, ..self }
+    }
+
+    /// Which part of the target's surface is carried: all that is linked, unless this says otherwise.
+    pub fn region(self, region: Selection) -> Self {
+        Self { region: Some(region), ..self }
+    }
+
+    /// How the texture is blended into the base: pasted with a hard border, unless this says otherwise.
+    pub fn blend(self, blend: BlendOptions) -> Self {
+        Self { blend: Some(blend), ..self }
+    }
+
+    /// Which texels of the base are skin, white on black in the target's layout; estimated, unless this says
+    /// otherwise. Only for a blend whose tone is taken from the texture.
+    pub fn skin(self, mask: Texture) -> Self {
+        Self { skin: Some(mask), ..self }
+    }
+
+    /// A blend that was made before, to be shared by several grafts; in place of [`GraftBuilder::region`],
+    /// [`GraftBuilder::blend`] and [`GraftBuilder::skin`].
+    pub fn shared_blend(self, blend: Arc<Blend>) -> Self {
+        Self { prepared: Some(blend), ..self }
+    }
+
+    /// Prepares the graft.
+    ///
+    /// # Errors
+    /// [`GraftError::Texture`] for sizes that no texture has, or for want of memory; [`GraftError::Region`] if
+    /// nothing that is linked is left in the region; [`GraftError::Ground`] if that was selected for another pair
+    /// or direction.
+    pub fn build(self) -> Result<Graft, GraftError> {
+        let Self { pair, sizes, direction, map, overlap, averaging, content, .. } = self;
+        check_size(sizes.from)?;
+        check_size(sizes.to)?;
+        let blend = match (self.prepared, self.region, self.blend) {
+            (Some(blend), _, _) => Some(blend),
+            (None, None, None) => None,
+            (None, region, options) => {
+                let region =
+                    region.unwrap_or_else(|| Ground::new(Arc::clone(&pair), direction).linked());
+                let options =
+                    options.unwrap_or_else(|| BlendOptions::default().gutter_px(map.gutter_px));
+                check_ground(region.ground(), &pair, direction)?;
+                let blend = Blend::new(&region, options)?;
+                Some(Arc::new(match self.skin {
+                    Some(mask) => blend.with_skin(mask),
+                    None => blend,
+                }))
+            }
+        };
+        let filter = self.filter.unwrap_or(match content {
+            Content::Color => Filter::default(),
+            // Overshoot would put values into data that none of its texels has.
+            Content::Data | Content::Normals(_) => Filter::Bilinear,
+        });
+        let way = Way { pair: &pair, direction, target_size: sizes.to, map };
+        let resampler = Arc::new(Resampler::new(&way, way.maps(overlap), sizes.from, filter));
+        let frames = match content {
+            Content::Normals(options) => {
+                Some((Arc::new(NormalFrames::new(&pair, direction)), options))
+            }
+            Content::Color | Content::Data => None,
+        };
+        let blend = match blend {
+            None => None,
+            Some(blend) => {
+                check_ground(blend.ground(), &pair, direction)?;
+                let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
+                Some(Blending { blend, at })
+            }
+        };
+        Ok(Graft {
+            pair,
+            direction,
+            sizes,
+            map_options: map,
+            averaging,
+            content,
+            resampler,
+            blend,
+            frames,
+            fit: OnceLock::new(),
+        })
+    }
+}
+
+/// Refuses a size that no texture has.
+fn check_size(size: Size) -> Result<(), TextureError> {
+    if size.texels() == 0 {
+        Err(TextureError::Empty(size))
+    } else if size.width.max(size.height) > Texture::MAX_SIDE {
+        Err(TextureError::TooLarge(size))
+    } else {
+        Ok(())
+    }
+}
+
+/// Refuses a ground of another pair or direction.
+fn check_ground(ground: &Ground, pair: &Arc<Pair>, wanted: Direction) -> Result<(), GraftError> {
+    let is_pair = Arc::ptr_eq(ground.pair(), pair) || **ground.pair() == **pair;
+    if is_pair && ground.direction() == wanted {
+        Ok(())
+    } else {
+        Err(GraftError::Ground { wanted })
+    }
+}

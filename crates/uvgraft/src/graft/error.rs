@@ -1,0 +1,57 @@
+//! Why a graft was not made, or not applied.
+
+use crate::blend::{RegionError, ToningError};
+use crate::overlay::BandError;
+use crate::pair::Direction;
+use crate::texture::{Channels, Size, TextureError};
+
+/// Why a graft was not made, or not applied.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GraftError {
+    /// A texture has another size than the graft was made for.
+    #[error("the {what} must be {wanted}, got {found}")]
+    Size {
+        /// `"texture"` or `"base"`.
+        what: &'static str,
+        /// The texture's size.
+        found: Size,
+        /// The size that the graft was made for.
+        wanted: Size,
+    },
+    /// A band is no part of the target.
+    #[error(transparent)]
+    Band(#[from] BandError),
+    /// A normal map without the channels for it.
+    #[error("a normal map must have three channels, this texture has {}", found.count())]
+    Channels {
+        /// The texture's channels.
+        found: Channels,
+    },
+    /// A NaN or an infinity, where one would spoil the whole result: in a fit.
+    #[error("texel ({x}, {y}) of the texture holds a value that is not finite")]
+    NotFinite {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
+    /// The region leaves nothing to be carried.
+    #[error(transparent)]
+    Region(#[from] RegionError),
+    /// The region or the blend is one of another pair or direction.
+    #[error("the region was selected for another pair, or not for the direction {wanted:?}")]
+    Ground {
+        /// The direction of the graft.
+        wanted: Direction,
+    },
+    /// There is no tone to be found.
+    #[error("no tone was found: {0}")]
+    Toning(#[from] ToningError),
+    /// A fit that contradicts how the graft was made.
+    #[error("cannot fit: {0}")]
+    Fit(&'static str),
+    /// A size that no texture has, or no memory for one.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+}

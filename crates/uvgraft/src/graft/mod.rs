@@ -1,0 +1,361 @@
+//! One prepared object for a transfer: whatever carries textures does it through a [`Graft`].
+
+mod builder;
+mod error;
+
+pub use builder::GraftBuilder;
+pub use error::GraftError;
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use crate::blend::{Blend, BlendMap, Toning, ToningError};
+use crate::color::Encoding;
+use crate::filter::Filter;
+use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
+use crate::formats::{Averaging, Formats};
+use crate::map::{MapOptions, SamplingMap};
+use crate::normals::{NormalFrames, NormalOptions};
+use crate::operator::Operator;
+use crate::overlay::{Layer, Overlay};
+use crate::pair::{Direction, Pair};
+#[cfg(doc)]
+use crate::resampler::Overlap;
+use crate::resampler::{Resampler, Way};
+use crate::texture::{Size, Sizes, TexelFormat, Texture};
+
+/// What the values of textures are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
+pub enum Content {
+    /// Colours, as their encodings say, and opacity.
+    #[default]
+    Color,
+    /// Data, such as roughness or masks: values are never converted, and no channel is opacity.
+    Data,
+    /// Tangent-space normals: data that is turned into the frames of the target's layout.
+    Normals(NormalOptions),
+}
+
+/// A transfer that is ready to be applied: which pair, which way, at which sizes, how it is filtered, and how
+/// the result is blended in.
+///
+/// It owns or shares all that it needs, so it can be kept in a `static`, sent to other threads and used by several
+/// at once. Preparing takes milliseconds to tens of milliseconds; clones share what was prepared.
+///
+/// ```
+/// use uvgraft::{Channels, Depth, Encoding, Graft, Mesh, Pair, Size, Sizes, Texture};
+///
+/// // One square, laid out upright in one mesh and on its side in the other.
+/// let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+/// let upright = vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]];
+/// let aside = vec![[0.9, 0.1], [0.9, 0.9], [0.1, 0.9], [0.1, 0.1]];
+/// let faces = [[0, 1, 2], [0, 2, 3]];
+/// let source = Mesh::from_triangles(positions.clone(), upright, &faces, &faces)?;
+/// let target = Mesh::from_triangles(positions, aside, &faces, &faces)?;
+/// let pair = Pair::by_vertex_map(source, target, &[0, 1, 2, 3])?;
+///
+/// let filled = |side, color: [f32; 3]| {
+///     Texture::filled(Size::square(side), Channels::Rgb, Encoding::Srgb, Depth::U8, &color)
+/// };
+/// let (face, base) = (filled(256, [0.8, 0.6, 0.5])?, filled(512, [0.2, 0.2, 0.2])?);
+/// let graft = Graft::builder(pair, Sizes { from: face.size(), to: base.size() }).build()?;
+/// let result = graft.apply(&face, &base)?;
+/// assert_eq!(result.get(256, 256, 0), 0.8);
+/// assert_eq!(result.get(0, 0, 0), 0.2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Graft {
+    pair: Arc<Pair>,
+    direction: Direction,
+    sizes: Sizes,
+    map_options: MapOptions,
+    averaging: Averaging,
+    content: Content,
+    resampler: Arc<Resampler>,
+    blend: Option<Blending>,
+    /// Of content that is normals.
+    frames: Option<(Arc<NormalFrames>, NormalOptions)>,
+    /// Made when a texture is fitted for the first time.
+    fit: OnceLock<Arc<FitSystem>>,
+}
+
+/// A blend, and what it is at the texels of the map.
+#[derive(Debug, Clone)]
+struct Blending {
+    blend: Arc<Blend>,
+    at: Arc<BlendMap>,
+}
+
+/// A fitted texture; from [`Graft::fit`].
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Fitted {
+    /// The texture, ready to be laid over a base.
+    pub overlay: Overlay,
+    /// How the fit went.
+    pub summary: FitSummary,
+}
+
+impl Graft {
+    /// Begins to say what is to be prepared.
+    pub fn builder(pair: impl Into<Arc<Pair>>, sizes: Sizes) -> GraftBuilder {
+        GraftBuilder::new(pair.into(), sizes)
+    }
+
+    /// Lays a texture over a base.
+    ///
+    /// The result has all channels of both and the greater depth of both, and the base's encoding. Where the
+    /// blend has a tone to find, it is found for this texture and this base. What becomes of the values is told by
+    /// [`Overlay::lay`].
+    ///
+    /// Textures that are given away, rather than lent, are worked on in place.
+    ///
+    /// # Errors
+    /// [`GraftError::Size`] if a texture has another size than this was made for, [`GraftError::Channels`] for
+    /// normals in fewer than three channels, [`GraftError::Toning`] if there is no tone to be found.
+    pub fn apply<'t>(
+        &self,
+        texture: impl Into<Cow<'t, Texture>>,
+        base: impl Into<Cow<'t, Texture>>,
+    ) -> Result<Texture, GraftError> {
+        let (texture, base) = (texture.into(), base.into());
+        check_size("base", &base, self.sizes.to)?;
+        let base_format = base.format();
+        let toning = self.toning(&texture, &base, base_format)?;
+        let overlay = self.overlay(texture, base_format)?;
+        let overlay = match &toning {
+            Some(toning) => overlay.toned(toning),
+            None => overlay,
+        };
+        Ok(overlay.lay(0, self.meant(base.into_owned()))?)
+    }
+
+    /// Makes a texture ready to be laid over a base of some format, band by band. Where the blend has a tone,
+    /// [`Overlay::toned`] brings it in.
+    ///
+    /// # Errors
+    /// As [`Graft::apply`], but for the base and the tone.
+    pub fn overlay<'t>(
+        &self,
+        texture: impl Into<Cow<'t, Texture>>,
+        base: TexelFormat,
+    ) -> Result<Overlay, GraftError> {
+        let texture = self.checked(texture.into())?;
+        let formats = self.formats(texture.format(), base);
+        let source = self.resampler.source(&formats, texture);
+        Ok(self.finished(formats, Layer::Sampled(Arc::new(source))))
+    }
+
+    /// The tone that a texture and a base get from each other; nothing if the blend asks for none, or the content
+    /// is no colour.
+    ///
+    /// - `base`: its colours, at any size: for a base that is one colour, one texel of it is enough.
+    /// - `base_format`: that of the base that the texture is laid over.
+    ///
+    /// # Errors
+    /// [`ToningError`] where there is nothing to go by; the texture can still be laid over as it is.
+    pub fn toning(
+        &self,
+        texture: &Texture,
+        base: &Texture,
+        base_format: TexelFormat,
+    ) -> Result<Option<Toning>, ToningError> {
+        match &self.blend {
+            Some(Blending { blend, .. }) if self.content == Content::Color => {
+                let formats = self.formats(texture.format(), base_format);
+                blend.toning(texture, base, formats.working_encoding())
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Solves for the texture that reads back best with the same filter, rather than sampling it, and makes it
+    /// ready to be laid over a base. Integer depths clamp to their range. The gutter is sampled.
+    ///
+    /// - `progress`: called before the first step and after each.
+    ///
+    /// # Errors
+    /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture holds a NaN or an infinity;
+    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`], which has no one island to solve for, and for
+    /// [`Filter::Nearest`], which never blends texels.
+    pub fn fit<'t>(
+        &self,
+        texture: impl Into<Cow<'t, Texture>>,
+        base: TexelFormat,
+        options: &FitOptions,
+        progress: &mut dyn FnMut(FitProgress),
+    ) -> Result<Fitted, GraftError> {
+        if self.frames.is_some() {
+            return Err(GraftError::Fit("normals are turned, which no fit does"));
+        }
+        if self.resampler.beneath().is_some() {
+            return Err(GraftError::Fit(
+                "a fit is for one of the islands that overlap, not their mean",
+            ));
+        }
+        if self.filter() == Filter::Nearest {
+            return Err(GraftError::Fit("a fit blends texels, and the filter nearest never does"));
+        }
+        let texture = self.checked(texture.into())?;
+        let formats = self.formats(texture.format(), base);
+        let system = self
+            .fit
+            .get_or_init(|| Arc::new(FitSystem::new(&self.way(), Arc::clone(&self.resampler))));
+        let (layer, summary) = system
+            .solve(&formats, texture, options, progress)
+            .map_err(|error| GraftError::NotFinite { x: error.texel[0], y: error.texel[1] })?;
+        Ok(Fitted { overlay: self.finished(formats, Layer::Solved(Arc::new(layer))), summary })
+    }
+
+    /// The transfer as a matrix.
+    pub fn operator(&self) -> Operator {
+        Operator::new(Arc::clone(&self.resampler))
+    }
+
+    /// Which texels are carried, as an 8-bit grey texture: white where pieces own them, grey where the base shows
+    /// through a feather, black elsewhere, the gutter included.
+    pub fn mask(&self) -> Texture {
+        match &self.blend {
+            Some(Blending { at, .. }) => at.weights(self.map()),
+            None => self.map().mask(),
+        }
+    }
+
+    /// The same for textures of another size; what does not depend on that is shared.
+    #[must_use]
+    pub fn with_texture_size(&self, from: Size) -> Self {
+        let maps = (Arc::clone(self.resampler.map()), self.resampler.beneath().cloned());
+        let resampler = Resampler::new(&self.way(), maps, from, self.filter());
+        let sizes = Sizes { from, ..self.sizes };
+        Self { sizes, resampler: Arc::new(resampler), fit: OnceLock::new(), ..self.clone() }
+    }
+
+    /// The rows of a texture that results depend on; what the others hold does not matter. A fit and a blend that
+    /// has a tone to find look at all of them.
+    pub fn texture_rows(&self) -> Range<u32> {
+        match self.blend {
+            Some(_) => 0..self.sizes.from.height,
+            None => self.resampler.source_rows(),
+        }
+    }
+
+    /// The map that says where each texel comes from.
+    pub fn map(&self) -> &SamplingMap {
+        self.resampler.map()
+    }
+
+    /// The pair.
+    pub fn pair(&self) -> &Arc<Pair> {
+        &self.pair
+    }
+
+    /// Which way textures are carried.
+    pub fn direction(&self) -> Direction {
+        self.direction
+    }
+
+    /// The sizes of textures and bases.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// The interpolation filter.
+    pub fn filter(&self) -> Filter {
+        self.resampler.filter()
+    }
+
+    /// What textures are.
+    pub fn content(&self) -> Content {
+        self.content
+    }
+
+    /// The blend, if there is one.
+    pub fn blend(&self) -> Option<&Arc<Blend>> {
+        self.blend.as_ref().map(|blending| &blending.blend)
+    }
+
+    fn way(&self) -> Way<'_> {
+        Way {
+            pair: &self.pair,
+            direction: self.direction,
+            target_size: self.sizes.to,
+            map: self.map_options,
+        }
+    }
+
+    fn formats(&self, texture: TexelFormat, base: TexelFormat) -> Formats {
+        match self.content {
+            Content::Color => Formats::new(texture, base, self.averaging),
+            Content::Data => {
+                let base = TexelFormat { encoding: Encoding::Data, ..base };
+                Formats::new(texture, base, self.averaging)
+            }
+            Content::Normals(_) => Formats::new(texture, base, Averaging::Encoded).of_normals(),
+        }
+    }
+
+    /// A texture or a base as what its values are.
+    fn meant(&self, texture: Texture) -> Texture {
+        match self.content {
+            Content::Color => texture,
+            Content::Data | Content::Normals(_) => texture.with_encoding(Encoding::Data),
+        }
+    }
+
+    fn checked(&self, texture: Cow<'_, Texture>) -> Result<Texture, GraftError> {
+        check_size("texture", &texture, self.sizes.from)?;
+        if self.frames.is_some() && !texture.channels().has_color() {
+            return Err(GraftError::Channels { found: texture.channels() });
+        }
+        Ok(self.meant(texture.into_owned()))
+    }
+
+    fn finished(&self, formats: Formats, layer: Layer) -> Overlay {
+        let mut overlay = Overlay::new(Arc::clone(&self.resampler), formats, layer);
+        if let Some((frames, options)) = &self.frames {
+            overlay = overlay.turned(Arc::clone(frames), *options);
+        }
+        match &self.blend {
+            Some(Blending { at, .. }) => overlay.blended(Arc::clone(at)),
+            None => overlay,
+        }
+    }
+}
+
+/// Refuses a texture of another size than a transfer was made for.
+fn check_size(what: &'static str, texture: &Texture, wanted: Size) -> Result<(), GraftError> {
+    let found = texture.size();
+    if found == wanted { Ok(()) } else { Err(GraftError::Size { what, found, wanted }) }
+}
+
+impl From<Texture> for Cow<'_, Texture> {
+    fn from(texture: Texture) -> Self {
+        Self::Owned(texture)
+    }
+}
+
+impl<'t> From<&'t Texture> for Cow<'t, Texture> {
+    fn from(texture: &'t Texture) -> Self {
+        Self::Borrowed(texture)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_borrows() {
+        fn is_shareable<T: Send + Sync + 'static>() {}
+        is_shareable::<Graft>();
+        is_shareable::<Overlay>();
+        is_shareable::<Operator>();
+        is_shareable::<Blend>();
+        is_shareable::<crate::Ground>();
+        is_shareable::<crate::Selection>();
+        is_shareable::<NormalFrames>();
+    }
+}

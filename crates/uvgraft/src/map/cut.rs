@@ -1,0 +1,312 @@
+//! Faces that several pieces share: which of these owns which texels of the face.
+//!
+//! Who of several faces owns a texel is decided for whole faces. Only then are a face's texels divided among
+//! its pieces, so that pieces never change what a layout covers.
+
+use super::coverage::Span;
+use crate::piece::{Weights, mixed};
+use crate::raster::ScanTriangle;
+use crate::texture::Size;
+
+/// The patches of each face.
+pub(super) struct FacePatches {
+    /// [`NONE`], the patch, or [`CUT`] and an index into `cut`.
+    of_face: Vec<u32>,
+    cut: Vec<CutFace>,
+}
+
+const NONE: u32 = u32::MAX;
+const CUT: u32 = 1 << 31;
+
+/// What one face has.
+pub(super) enum FacePatch<'a> {
+    /// Nothing is linked to it.
+    None,
+    /// One patch for all of it.
+    One(u32),
+    /// Several, or one for a part of it.
+    Cut(&'a CutFace),
+}
+
+/// A face whose pieces are parts of it.
+#[derive(Default)]
+pub(super) struct CutFace {
+    parts: Vec<Part>,
+}
+
+struct Part {
+    patch: u32,
+    /// Its corners in the face.
+    weights: [Weights; 3],
+    corners_px: [[f64; 2]; 3],
+    texels: Option<ScanTriangle>,
+}
+
+impl FacePatches {
+    pub fn none(faces: usize) -> Self {
+        Self { of_face: vec![NONE; faces], cut: Vec::new() }
+    }
+
+    pub fn set_whole(&mut self, face: u32, patch: u32) {
+        self.of_face[face as usize] = patch;
+    }
+
+    /// - `weights`: of the part's corners in the face.
+    /// - `corners_px`: the face's corners.
+    pub fn add_part(
+        &mut self,
+        face: u32,
+        patch: u32,
+        weights: [Weights; 3],
+        corners_px: [[f64; 2]; 3],
+        size: Size,
+    ) {
+        let of_face = &mut self.of_face[face as usize];
+        if *of_face & CUT == 0 || *of_face == NONE {
+            *of_face = CUT | self.cut.len() as u32;
+            self.cut.push(CutFace::default());
+        }
+        let corners_px = weights.map(|weights| mixed(&corners_px, weights));
+        self.cut[(*of_face & !CUT) as usize].parts.push(Part {
+            patch,
+            weights,
+            corners_px,
+            texels: ScanTriangle::new(corners_px, size),
+        });
+    }
+
+    #[inline(always)]
+    pub fn of(&self, face: u32) -> FacePatch<'_> {
+        match self.of_face[face as usize] {
+            NONE => FacePatch::None,
+            cut if cut & CUT != 0 => FacePatch::Cut(&self.cut[(cut & !CUT) as usize]),
+            patch => FacePatch::One(patch),
+        }
+    }
+
+    pub fn is_linked(&self, face: u32) -> bool {
+        self.of_face[face as usize] != NONE
+    }
+}
+
+impl CutFace {
+    /// Calls `push` with what each part owns of a span of the face, from left to right, and its patch.
+    ///
+    /// - `claims`: a buffer.
+    pub fn split(
+        &self,
+        row: u32,
+        span: Span,
+        claims: &mut Vec<Span>,
+        mut push: impl FnMut(Span, u32),
+    ) {
+        claims.clear();
+        for (index, part) in (0..).zip(&self.parts) {
+            let texels = part.texels.as_ref().map_or(0..0, |texels| texels.span(row));
+            if texels.start < span.end && texels.end > span.start {
+                claims.push(Span { start: texels.start, end: texels.end, face: index });
+            }
+        }
+        let mut x = span.start;
+        while x < span.end {
+            // The first part that has the texel, as far as no part before it begins.
+            let mut owner = None;
+            let mut end = span.end;
+            for claim in claims.iter() {
+                if claim.start <= x && x < claim.end {
+                    owner = Some(self.parts[claim.face as usize].patch);
+                    end = end.min(claim.end);
+                    break;
+                }
+                if x < claim.start {
+                    end = end.min(claim.start);
+                }
+            }
+            let owner = owner.or_else(|| {
+                // Of what no part has, only this texel is looked at: its neighbour may be another's.
+                end = x + 1;
+                self.beside(x, row)
+            });
+            if let Some(patch) = owner {
+                push(Span { start: x, end, ..span }, patch);
+            }
+            x = end;
+        }
+    }
+
+    /// The patch of a part that a texel's centre is on the edge of, but for rounding: edges of parts that lie on
+    /// the face's own, or on each other, are not to the bit where these are.
+    fn beside(&self, x: u32, row: u32) -> Option<u32> {
+        const ROUNDING_PX: f64 = 1e-6;
+        let centre = [f64::from(x) + 0.5, f64::from(row) + 0.5];
+        let is_near = |part: &&Part| {
+            let [a, b, c] = part.corners_px;
+            let is_around = |axis: usize| {
+                let (least, most) =
+                    (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
+                (least - ROUNDING_PX..=most + ROUNDING_PX).contains(&centre[axis])
+            };
+            is_around(0)
+                && is_around(1)
+                && [(a, b), (b, c), (c, a)]
+                    .into_iter()
+                    .any(|(from, to)| distance(centre, from, to) < ROUNDING_PX)
+        };
+        self.parts.iter().find(is_near).map(|part| part.patch)
+    }
+
+    /// One of the face's edges in stretches: the ends of each, and the patch of the part that it bounds.
+    ///
+    /// - `ends`: of the edge.
+    /// - `corner`: of the face, where the edge begins.
+    pub fn along(
+        &self,
+        ends: [[f64; 2]; 2],
+        corner: usize,
+    ) -> impl Iterator<Item = ([[f64; 2]; 2], Option<u32>)> {
+        const ROUNDING: f64 = 1e-9;
+        let (next, opposite) = ((corner + 1) % 3, (corner + 2) % 3);
+        let mut parts: Vec<(f64, f64, u32)> = Vec::new();
+        for part in &self.parts {
+            for k in 0..3 {
+                let (a, b) = (part.weights[k], part.weights[(k + 1) % 3]);
+                if a[opposite].abs() < ROUNDING && b[opposite].abs() < ROUNDING {
+                    let (from, to) = (a[next].min(b[next]), a[next].max(b[next]));
+                    parts.push((from, to, part.patch));
+                }
+            }
+        }
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut stretches = Vec::new();
+        let mut at = 0.0;
+        for (from, to, patch) in parts {
+            if from > at + ROUNDING {
+                stretches.push((at, from, None));
+                at = from;
+            }
+            if to > at + ROUNDING {
+                stretches.push((at, to, Some(patch)));
+                at = to;
+            }
+        }
+        if at < 1.0 - ROUNDING {
+            stretches.push((at, 1.0, None));
+        }
+        let point = move |t: f64| {
+            if t <= ROUNDING {
+                ends[0]
+            } else if t >= 1.0 - ROUNDING {
+                ends[1]
+            } else {
+                [0, 1].map(|axis| ends[0][axis] + t * (ends[1][axis] - ends[0][axis]))
+            }
+        };
+        stretches.into_iter().map(move |(from, to, patch)| ([point(from), point(to)], patch))
+    }
+}
+
+/// From a point to the nearest of a line between two others.
+fn distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let offset = [point[0] - from[0], point[1] - from[1]];
+    let squared = along[0] * along[0] + along[1] * along[1];
+    let t = (offset[0] * along[0] + offset[1] * along[1]) / squared;
+    // An edge without length is its first end.
+    let t = if t > 0.0 { t.min(1.0) } else { 0.0 };
+    (offset[0] - t * along[0]).hypot(offset[1] - t * along[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn face(parts: &[[Weights; 3]], corners_px: [[f64; 2]; 3]) -> FacePatches {
+        let mut of_faces = FacePatches::none(1);
+        for (patch, &weights) in (0..).zip(parts) {
+            of_faces.add_part(0, patch, weights, corners_px, Size::square(64));
+        }
+        of_faces
+    }
+
+    fn cut(of_faces: &FacePatches) -> &CutFace {
+        match of_faces.of(0) {
+            FacePatch::Cut(face) => face,
+            _ => panic!("a face with parts"),
+        }
+    }
+
+    #[test]
+    fn parts_share_all_texels_of_a_face() {
+        let mut rng = fastrand::Rng::with_seed(4);
+        for round in 0..200 {
+            // On whole and half texels too, where edges run through centres.
+            let grain = [0.0, 0.5, 1.0][round % 3];
+            let mut place = || {
+                let at = rng.f64() * 64.0;
+                if grain > 0.0 { (at / grain).round() * grain } else { at }
+            };
+            let corners_px = [(); 3].map(|()| [place(), place()]);
+            let (s, t) = (rng.f64(), rng.f64());
+            let middle = [s * t, s * (1.0 - t), 1.0 - s];
+            let half = [1.0 - s, s, 0.0];
+            let fans = [
+                [0, 1, 2].map(|k| [CORNERS[k], CORNERS[(k + 1) % 3], middle]).to_vec(),
+                vec![[CORNERS[0], half, CORNERS[2]], [CORNERS[2], half, CORNERS[1]]],
+            ];
+            let Some(whole) = ScanTriangle::new(corners_px, Size::square(64)) else { continue };
+            for fan in fans {
+                let of_faces = face(&fan, corners_px);
+                for row in whole.rows() {
+                    let span = whole.span(row);
+                    let span = Span { start: span.start, end: span.end, face: 0 };
+                    let mut x = span.start;
+                    cut(&of_faces).split(row, span, &mut Vec::new(), |part, _| {
+                        assert_eq!(part.start, x, "row {row} of {corners_px:?}");
+                        x = part.end;
+                    });
+                    assert!(span.start >= span.end || x == span.end, "row {row} of {corners_px:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_no_part_has_stays_free() {
+        // The upper half of a square's upper left triangle.
+        let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];
+        let half = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.0, 0.5]];
+        let of_faces = face(&[half], corners_px);
+        let mut found = Vec::new();
+        let span = Span { start: 0, end: 22, face: 0 };
+        cut(&of_faces).split(9, span, &mut Vec::new(), |part, patch| {
+            found.push((part.start, part.end, patch))
+        });
+        // Its lower edge meets row 9, whose centres are at 9.5, at x = 13.
+        assert_eq!(found, [(0, 13, 0)]);
+        let edge = |corner: usize| {
+            let ends = [corners_px[corner], corners_px[(corner + 1) % 3]];
+            cut(&of_faces).along(ends, corner).collect::<Vec<_>>()
+        };
+        assert_eq!(edge(0), [([[0.0, 0.0], [32.0, 0.0]], Some(0))]);
+        assert_eq!(edge(1), [([[32.0, 0.0], [0.0, 32.0]], None)]);
+        assert_eq!(
+            edge(2),
+            [([[0.0, 32.0], [0.0, 16.0]], None), ([[0.0, 16.0], [0.0, 0.0]], Some(0))]
+        );
+    }
+
+    #[test]
+    fn of_parts_that_overlap_the_first_owns() {
+        let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];
+        let left = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]];
+        let of_faces = face(&[left, CORNERS], corners_px);
+        let mut found = Vec::new();
+        let span = Span { start: 0, end: 31, face: 0 };
+        cut(&of_faces).split(0, span, &mut Vec::new(), |part, patch| {
+            found.push((part.start, part.end, patch))
+        });
+        assert_eq!(found, [(0, 16, 0), (16, 31, 1)]);
+    }
+}

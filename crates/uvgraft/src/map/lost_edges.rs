@@ -1,0 +1,56 @@
+//! Border edges of islands that lost what lies inside them to another island.
+
+use super::coverage::{Coverage, Layout, corners_px};
+use super::precedence::Precedence;
+use crate::threads::map_indices;
+
+impl Layout<'_> {
+    /// For each border edge, whether another island owns what lies inside it, so that a gutter beside
+    /// it would show an island that is not seen.
+    ///
+    /// Where islands come in the order of their faces nothing is looked for: where borders coincide,
+    /// the first edge is taken to be the nearest, and is the owner's.
+    pub fn lost_edges(&self, precedence: &Precedence) -> Vec<bool> {
+        let border = precedence.islands().border();
+        if precedence.by_face {
+            return vec![false; border.len()];
+        }
+        let coverage = Coverage::new(self, precedence);
+        if coverage.clashes.is_empty() {
+            return vec![false; border.len()];
+        }
+        map_indices(border.len(), |index| {
+            let edge = border[index];
+            let island = precedence.of_faces()[edge.face as usize];
+            let corners = corners_px(self.mesh, edge.face as usize, self.size);
+            let corners = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
+            let wins = |owner: u32| coverage.clashes.binary_search(&(owner, island)).is_ok();
+            // The texel itself or one around it, for the fringe of the one that wins.
+            let is_lost = |point: [f64; 2]| {
+                (0..9).any(|k| {
+                    let beside = [point[0] + f64::from(k % 3 - 1), point[1] + f64::from(k / 3 - 1)];
+                    coverage
+                        .owner(beside)
+                        .is_some_and(|face| wins(precedence.of_faces()[face as usize]))
+                })
+            };
+            inside(corners).into_iter().all(is_lost)
+        })
+    }
+}
+
+/// Points inside a triangle along its edge from the first corner to the second: a texel away from it,
+/// or a third of the way to the third corner where that is nearer.
+fn inside([from, to, opposite]: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
+    const DEPTH_PX: f64 = 1.0;
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let across = [opposite[0] - from[0], opposite[1] - from[1]];
+    let height = (along[0] * across[1] - along[1] * across[0]).abs() / along[0].hypot(along[1]);
+    let share = (DEPTH_PX / height).min(1.0 / 3.0);
+    [0.25, 0.5, 0.75].map(|t| {
+        [0, 1].map(|axis| {
+            let on_edge = from[axis] + t * along[axis];
+            on_edge + share * (opposite[axis] - on_edge)
+        })
+    })
+}

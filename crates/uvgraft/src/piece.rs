@@ -1,0 +1,534 @@
+//! Pieces: which part of a target triangle is which part of a source triangle.
+//!
+//! However a correspondence was found, it ends in these. Mostly a piece is all of both triangles; where two
+//! meshes divide a surface differently it is a triangle within each, given by the weights (barycentric
+//! coordinates) of its corners. Polygons are fans of such triangles, so a piece is affine by construction and
+//! means the same in both directions.
+
+use std::ops::Range;
+
+use crate::mesh::Mesh;
+
+/// Weights of a triangle's three corners; they add up to 1.
+pub type Weights = [f64; 3];
+
+/// A part of a target triangle, and the part of a source triangle that it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Face of the target mesh.
+    pub target: u32,
+    /// Face of the source mesh.
+    pub source: u32,
+    /// How much of both it is.
+    pub extent: Extent,
+}
+
+/// How much of its two triangles a [`Piece`] is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extent {
+    /// All of both: corner `k` of the target face is corner `corners[k]` of the source face. A permutation of
+    /// 0, 1, 2; an odd one where the windings differ.
+    Whole([u8; 3]),
+    /// A triangle within each, by its three corners: corner `k` lies at `target[k]` in the target face and at
+    /// `source[k]` in the source face.
+    Part {
+        /// In the target face.
+        target: [Weights; 3],
+        /// In the source face.
+        source: [Weights; 3],
+    },
+}
+
+/// Why a piece was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PieceError {
+    /// A face that the mesh does not have.
+    #[error("{side} face {found} does not exist: the {side} mesh has {faces} faces")]
+    Face {
+        /// `"source"` or `"target"`.
+        side: &'static str,
+        /// The face that the piece names.
+        found: u32,
+        /// Faces of the mesh.
+        faces: usize,
+    },
+    /// Corners that are no permutation.
+    #[error("corners must be a permutation of 0, 1, 2, got {0:?}")]
+    Corners([u8; 3]),
+    /// Weights that lie outside the triangle, or do not add up to 1.
+    #[error("weights of a corner in the {side} face must be from 0 to 1 and add up to 1")]
+    Weights {
+        /// `"source"` or `"target"`.
+        side: &'static str,
+    },
+}
+
+impl Piece {
+    /// All of two triangles; see [`Extent::Whole`].
+    pub const fn whole(target: u32, source: u32, corners: [u8; 3]) -> Self {
+        Self { target, source, extent: Extent::Whole(corners) }
+    }
+
+    /// A triangle within each of two triangles; see [`Extent::Part`].
+    pub const fn part(target: (u32, [Weights; 3]), source: (u32, [Weights; 3])) -> Self {
+        let extent = Extent::Part { target: target.1, source: source.1 };
+        Self { target: target.0, source: source.0, extent }
+    }
+
+    /// Whether the two triangles wind opposite ways.
+    pub fn flips(&self) -> bool {
+        match &self.extent {
+            Extent::Whole(corners) => !matches!(corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]),
+            Extent::Part { target, source } => determinant(target) * determinant(source) < 0.0,
+        }
+    }
+
+    /// The UV coordinates of its corners in the target's layout and in the source's, in the same order.
+    pub fn uv(&self, target: &Mesh, source: &Mesh) -> [[[f64; 2]; 3]; 2] {
+        let target_uv = wide(target.uv_triangle(self.target as usize));
+        let source_uv = wide(source.uv_triangle(self.source as usize));
+        match &self.extent {
+            Extent::Whole(corners) => {
+                [target_uv, corners.map(|corner| source_uv[usize::from(corner)])]
+            }
+            Extent::Part { target, source } => [
+                target.map(|weights| mixed(&target_uv, weights)),
+                source.map(|weights| mixed(&source_uv, weights)),
+            ],
+        }
+    }
+
+    /// Checks a piece against the sizes of its meshes.
+    pub(crate) fn check(&self, target_faces: usize, source_faces: usize) -> Result<(), PieceError> {
+        for (side, found, faces) in
+            [("target", self.target, target_faces), ("source", self.source, source_faces)]
+        {
+            if found as usize >= faces {
+                return Err(PieceError::Face { side, found, faces });
+            }
+        }
+        match self.extent {
+            Extent::Whole(corners) => {
+                let mut sorted = corners;
+                sorted.sort_unstable();
+                if sorted == [0, 1, 2] { Ok(()) } else { Err(PieceError::Corners(corners)) }
+            }
+            Extent::Part { target, source } => {
+                for (side, corners) in [("target", target), ("source", source)] {
+                    if !corners.iter().all(is_within) {
+                        return Err(PieceError::Weights { side });
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Whether weights are those of a point of the triangle, but for rounding.
+fn is_within(weights: &Weights) -> bool {
+    const ROUNDING: f64 = 1e-6;
+    let in_range = |weight: &f64| (-ROUNDING..=1.0 + ROUNDING).contains(weight);
+    weights.iter().all(in_range) && (weights.iter().sum::<f64>() - 1.0).abs() <= ROUNDING
+}
+
+/// Widens coordinates.
+pub(crate) fn wide<const N: usize>(corners: [[f32; N]; 3]) -> [[f64; N]; 3] {
+    corners.map(|corner| corner.map(f64::from))
+}
+
+/// The point of a triangle that has these weights.
+pub(crate) fn mixed<const N: usize>(corners: &[[f64; N]; 3], weights: Weights) -> [f64; N] {
+    std::array::from_fn(|k| (0..3).map(|corner| weights[corner] * corners[corner][k]).sum())
+}
+
+/// Pieces of one pair, a whole one in twelve bytes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Pieces {
+    stored: Vec<Stored>,
+    /// Of those that are parts, in their order.
+    parts: Vec<[[Weights; 3]; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stored {
+    target: u32,
+    source: u32,
+    /// [`PART`] for parts.
+    corners: [u8; 3],
+}
+
+const PART: [u8; 3] = [3; 3];
+
+impl Pieces {
+    pub fn push(&mut self, piece: Piece) {
+        let Piece { target, source, extent } = piece;
+        let corners = match extent {
+            Extent::Whole(corners) => corners,
+            Extent::Part { target, source } => {
+                self.parts.push([target, source]);
+                PART
+            }
+        };
+        self.stored.push(Stored { target, source, corners });
+    }
+
+    pub fn len(&self) -> usize {
+        self.stored.len()
+    }
+
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
+        let mut parts = self.parts.iter();
+        self.stored.iter().map(move |&Stored { target, source, corners }| {
+            let extent = match corners {
+                PART => {
+                    let &[target, source] = parts.next().expect("as many as are stored");
+                    Extent::Part { target, source }
+                }
+                corners => Extent::Whole(corners),
+            };
+            Piece { target, source, extent }
+        })
+    }
+}
+
+/// The pieces of a pair in one direction, by the face that they fill.
+#[derive(Debug, Clone)]
+pub(crate) struct FacePieces {
+    /// `faces + 1` offsets into `pieces`.
+    first: Vec<u32>,
+    pieces: Vec<FacePiece>,
+    parts: Vec<Part>,
+}
+
+/// A piece of a face that is filled.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FacePiece {
+    /// The face that is filled.
+    pub to: u32,
+    /// The face that is read.
+    pub from: u32,
+    lie: Lie,
+}
+
+/// How a piece lies in its two faces.
+#[derive(Debug, Clone, Copy)]
+enum Lie {
+    /// Corner `k` of the filled face is corner `corners[k]` of the one that is read.
+    Whole([u8; 3]),
+    /// Index into [`FacePieces::parts`].
+    Part(u32),
+}
+
+/// A triangle within each of two faces.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    /// Its corners in the face that is filled.
+    pub to: [Weights; 3],
+    /// Its corners in the face that is read.
+    pub from: [Weights; 3],
+    /// Where the corners of all of the filled face would lie in the one that is read: `from_of_to[k]` are the
+    /// weights of corner `k`, beyond 0 and 1 where it would lie outside.
+    from_of_to: [Weights; 3],
+}
+
+impl Part {
+    /// `None` for a part without area in the face that is filled.
+    fn new(to: [Weights; 3], from: [Weights; 3]) -> Option<Self> {
+        /// Maps of parts are whole numbers of this, so that parts of one triangle that lie alike have one
+        /// and the same map, wherever the triangle was cut.
+        const GRAIN: f64 = 1.0 / (1_u64 << 40) as f64;
+        let inverse = inverse(&to)?;
+        let rounded = |value: f64| (value / GRAIN).round() * GRAIN;
+        let from_of_to = inverse.map(|row| mixed(&from, row).map(rounded));
+        from_of_to.as_flattened().iter().all(|value| value.is_finite()).then_some(Self {
+            to,
+            from,
+            from_of_to,
+        })
+    }
+
+    /// Whether a point of the filled face belongs to the part, but for rounding.
+    fn contains(&self, weights: Weights) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        inverse(&self.to).is_some_and(|inverse| {
+            // Columns of the inverse take weights in the face to weights in the part.
+            let inside = mixed(&inverse, weights);
+            inside.iter().all(|&weight| weight >= -ROUNDING)
+        })
+    }
+}
+
+fn determinant([a, b, c]: &[Weights; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+/// The inverse of a matrix by its rows; `None` if it has none that is finite.
+fn inverse(rows: &[Weights; 3]) -> Option<[Weights; 3]> {
+    let determinant = determinant(rows);
+    let cofactor = |i: usize, k: usize| {
+        let (i1, i2, k1, k2) = ((i + 1) % 3, (i + 2) % 3, (k + 1) % 3, (k + 2) % 3);
+        rows[i1][k1] * rows[i2][k2] - rows[i1][k2] * rows[i2][k1]
+    };
+    let inverse = [0, 1, 2].map(|k| [0, 1, 2].map(|i| cofactor(i, k) / determinant));
+    inverse.as_flattened().iter().all(|value| value.is_finite()).then_some(inverse)
+}
+
+impl FacePieces {
+    /// - `faces`: of the mesh that is filled.
+    /// - `pieces`: in any order; where pieces of one face overlap, the first owns what they share, and a whole
+    ///   one leaves nothing for those after it.
+    pub fn forward(faces: usize, pieces: &Pieces) -> Self {
+        Self::new(faces, pieces.iter())
+    }
+
+    /// The same for the way back.
+    pub fn reverse(faces: usize, pieces: &Pieces) -> Self {
+        Self::new(faces, pieces.iter().map(reversed))
+    }
+
+    /// Every face by itself.
+    pub fn identity(faces: usize) -> Self {
+        let lie = Lie::Whole([0, 1, 2]);
+        let pieces = (0..faces as u32).map(|face| FacePiece { to: face, from: face, lie });
+        Self { first: (0..=faces as u32).collect(), pieces: pieces.collect(), parts: Vec::new() }
+    }
+
+    fn new(faces: usize, pieces: impl Iterator<Item = Piece> + Clone) -> Self {
+        let mut first = vec![0; faces + 1];
+        for piece in pieces.clone() {
+            first[piece.target as usize + 1] += 1;
+        }
+        for face in 0..faces {
+            first[face + 1] += first[face];
+        }
+        let nothing = FacePiece { to: 0, from: 0, lie: Lie::Whole([0; 3]) };
+        let mut of_faces = vec![nothing; first[faces] as usize];
+        let mut counts = vec![0; faces];
+        let mut is_taken = vec![false; faces];
+        let mut parts = Vec::new();
+        for Piece { target: to, source: from, extent } in pieces {
+            let face = to as usize;
+            if is_taken[face] {
+                continue;
+            }
+            let lie = match extent {
+                Extent::Whole(corners) => {
+                    is_taken[face] = true;
+                    Lie::Whole(corners)
+                }
+                Extent::Part { target, source } => {
+                    let Some(part) = Part::new(target, source) else { continue };
+                    parts.push(part);
+                    Lie::Part(parts.len() as u32 - 1)
+                }
+            };
+            of_faces[(first[face] + counts[face]) as usize] = FacePiece { to, from, lie };
+            counts[face] += 1;
+        }
+        // What was left out leaves no gap.
+        let mut kept = Vec::with_capacity(of_faces.len());
+        let mut starts = Vec::with_capacity(faces + 1);
+        for (&first, &count) in first.iter().zip(&counts) {
+            starts.push(kept.len() as u32);
+            kept.extend_from_slice(&of_faces[first as usize..(first + count) as usize]);
+        }
+        starts.push(kept.len() as u32);
+        Self { first: starts, pieces: kept, parts }
+    }
+
+    /// All pieces, in the order of the faces that they fill.
+    pub fn all(&self) -> &[FacePiece] {
+        &self.pieces
+    }
+
+    /// The numbers of a face's pieces among all.
+    pub fn numbers(&self, face: usize) -> Range<usize> {
+        self.first[face] as usize..self.first[face + 1] as usize
+    }
+
+    /// The pieces of a face.
+    pub fn of_face(&self, face: usize) -> &[FacePiece] {
+        &self.pieces[self.numbers(face)]
+    }
+
+    /// How many faces there are, filled or not.
+    pub fn faces(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// The part of its faces that a piece is; `None` if it is all of them.
+    pub fn part(&self, piece: FacePiece) -> Option<&Part> {
+        match piece.lie {
+            Lie::Whole(_) => None,
+            Lie::Part(index) => Some(&self.parts[index as usize]),
+        }
+    }
+
+    /// What values at the corners of the face that is read are at the corners of the one that is filled, linear
+    /// between them; beyond the values that are given where a corner would lie outside.
+    pub fn at_corners<const N: usize>(
+        &self,
+        piece: FacePiece,
+        from: [[f64; N]; 3],
+    ) -> [[f64; N]; 3] {
+        match piece.lie {
+            Lie::Whole(corners) => corners.map(|corner| from[usize::from(corner)]),
+            Lie::Part(index) => {
+                self.parts[index as usize].from_of_to.map(|weights| mixed(&from, weights))
+            }
+        }
+    }
+
+    /// Values at the corners of the face that is read, as they are at a piece's own corners.
+    pub fn at_outline<const N: usize>(
+        &self,
+        piece: FacePiece,
+        from: [[f64; N]; 3],
+    ) -> [[f64; N]; 3] {
+        match self.part(piece) {
+            None => self.at_corners(piece, from),
+            Some(part) => part.from.map(|weights| mixed(&from, weights)),
+        }
+    }
+
+    /// Values at the corners of the face that is filled, as they are at a piece's own corners.
+    pub fn outline<const N: usize>(&self, piece: FacePiece, to: [[f64; N]; 3]) -> [[f64; N]; 3] {
+        match self.part(piece) {
+            None => to,
+            Some(part) => part.to.map(|weights| mixed(&to, weights)),
+        }
+    }
+
+    /// Which share of a face's area a piece is.
+    pub fn share(&self, piece: FacePiece) -> f64 {
+        self.part(piece).map_or(1.0, |part| determinant(&part.to).abs())
+    }
+
+    /// Whether all of a face is filled, but for rounding.
+    pub fn is_filled(&self, face: usize) -> bool {
+        const ROUNDING: f64 = 1e-6;
+        let pieces = self.of_face(face);
+        !pieces.is_empty()
+            && pieces.iter().map(|&piece| self.share(piece)).sum::<f64>() >= 1.0 - ROUNDING
+    }
+
+    /// The piece that a point of a face belongs to, by its weights.
+    pub fn at(&self, face: usize, weights: Weights) -> Option<FacePiece> {
+        self.of_face(face)
+            .iter()
+            .copied()
+            .find(|&piece| self.part(piece).is_none_or(|part| part.contains(weights)))
+    }
+}
+
+/// The same piece for the way back.
+fn reversed(piece: Piece) -> Piece {
+    let extent = match piece.extent {
+        Extent::Whole(corners) => {
+            let mut reversed = [0; 3];
+            for (k, &corner) in (0..).zip(&corners) {
+                reversed[usize::from(corner)] = k;
+            }
+            Extent::Whole(reversed)
+        }
+        Extent::Part { target, source } => Extent::Part { target: source, source: target },
+    };
+    Piece { target: piece.source, source: piece.target, extent }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIDDLE: Weights = [1.0 / 3.0; 3];
+    const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn pieces(all: &[Piece]) -> Pieces {
+        let mut pieces = Pieces::default();
+        all.iter().for_each(|&piece| pieces.push(piece));
+        pieces
+    }
+
+    #[test]
+    fn a_whole_piece_takes_twelve_bytes() {
+        assert_eq!(size_of::<Stored>(), 12);
+    }
+
+    #[test]
+    fn what_is_pushed_is_given_back() {
+        let all = [
+            Piece::whole(0, 4, [2, 0, 1]),
+            Piece::part((1, CORNERS), (3, [CORNERS[1], CORNERS[2], MIDDLE])),
+            Piece::whole(2, 1, [0, 2, 1]),
+            Piece::part((3, CORNERS), (3, CORNERS)),
+        ];
+        assert_eq!(pieces(&all).iter().collect::<Vec<_>>(), all);
+    }
+
+    #[test]
+    fn reversing_inverts_the_corners() {
+        let stored = pieces(&[Piece::whole(0, 0, [2, 0, 1])]);
+        let uv = [[0.0], [1.0], [2.0]];
+        let forward = FacePieces::forward(1, &stored);
+        assert_eq!(forward.at_corners(forward.all()[0], uv), [[2.0], [0.0], [1.0]]);
+        let reverse = FacePieces::reverse(1, &stored);
+        assert_eq!(reverse.at_corners(reverse.all()[0], uv), [[1.0], [2.0], [0.0]]);
+    }
+
+    #[test]
+    fn parts_that_lie_alike_have_one_map() {
+        // Cut at an odd place, on both sides alike: each third lies as the whole does.
+        let cut = [0.211, 0.357, 0.432];
+        let parts = [0, 1, 2].map(|k| {
+            let corners = [CORNERS[k], CORNERS[(k + 1) % 3], cut];
+            Piece::part((0, corners), (0, corners))
+        });
+        let found = FacePieces::forward(1, &pieces(&parts));
+        let uv = [[0.1, 0.9], [0.7, 0.3], [0.33, 0.77]];
+        for &piece in found.all() {
+            assert_eq!(found.at_corners(piece, uv), uv);
+        }
+        assert!(found.is_filled(0));
+        assert!(
+            (found.all().iter().map(|&piece| found.share(piece)).sum::<f64>() - 1.0).abs() < 1e-12
+        );
+        let at = |weights| found.at(0, weights).map(|piece| found.share(piece));
+        assert_eq!(at([0.5, 0.4, 0.1]), Some(found.share(found.all()[0])));
+        assert_eq!(at([0.1, 0.2, 0.7]), Some(found.share(found.all()[1])));
+    }
+
+    #[test]
+    fn a_whole_piece_leaves_nothing_for_those_after_it() {
+        let half = [CORNERS[0], CORNERS[1], [0.5, 0.0, 0.5]];
+        let flat = [CORNERS[0], CORNERS[0], CORNERS[1]];
+        let found = FacePieces::forward(
+            3,
+            &pieces(&[
+                Piece::part((1, half), (7, CORNERS)),
+                Piece::part((1, flat), (8, CORNERS)),
+                Piece::whole(0, 5, [0, 1, 2]),
+                Piece::whole(0, 6, [1, 2, 0]),
+            ]),
+        );
+        let from = |face| found.of_face(face).iter().map(|piece| piece.from).collect::<Vec<_>>();
+        assert_eq!([from(0), from(1), from(2)], [vec![5], vec![7], vec![]]);
+        assert_eq!([0, 1, 2].map(|face| found.is_filled(face)), [true, false, false]);
+        assert!(found.at(1, [0.1, 0.1, 0.8]).is_none());
+    }
+
+    #[test]
+    fn says_what_is_wrong_with_a_piece() {
+        let error = |piece: Piece| piece.check(1, 1).unwrap_err().to_string();
+        assert!(error(Piece::whole(1, 0, [0, 1, 2])).starts_with("target face 1 does not exist"));
+        assert!(error(Piece::whole(0, 9, [0, 1, 2])).starts_with("source face 9 does not exist"));
+        assert!(error(Piece::whole(0, 0, [0, 1, 1])).contains("got [0, 1, 1]"));
+        for bad in [[0.5, 0.5, 0.5], [-0.5, 1.0, 0.5], [f64::NAN, 0.5, 0.5]] {
+            let corners = [CORNERS[0], CORNERS[1], bad];
+            assert!(error(Piece::part((0, corners), (0, CORNERS))).contains("target face must"));
+            assert!(error(Piece::part((0, CORNERS), (0, corners))).contains("source face must"));
+        }
+    }
+}

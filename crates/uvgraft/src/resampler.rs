@@ -1,0 +1,273 @@
+//! What textures of one size are resampled with: the map, where it reads, and what pads the source there.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use fearless_simd::Level;
+
+use crate::bits;
+use crate::filter::Filter;
+use crate::formats::Formats;
+use crate::map::{MapOptions, Region, SamplingMap, TILE, Tiles};
+use crate::pad::Padding;
+use crate::pair::{Direction, Pair};
+use crate::resample::reads::Reads;
+use crate::resample::{self, Paths};
+use crate::texture::{Depth, Size, Texture, Value};
+use crate::threads::{for_each_chunk, map_indices};
+
+/// What shows at texels that several islands of the target cover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Overlap {
+    /// The island that owns them: see [`MapOptions::prefer`].
+    #[default]
+    First,
+    /// The mean of the first and the last of the islands there.
+    Average,
+}
+
+/// Which way, and onto what, textures are resampled: all that a map follows from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Way<'a> {
+    pub pair: &'a Pair,
+    pub direction: Direction,
+    pub target_size: Size,
+    pub map: MapOptions,
+}
+
+/// Resamples textures of one size: made once, used for any number of textures.
+#[derive(Debug, Clone)]
+pub(crate) struct Resampler {
+    filter: Filter,
+    map: Arc<SamplingMap>,
+    paths: Paths,
+    source_rows: Range<u32>,
+    /// The tiles of the source that the map reads.
+    tiles: Tiles,
+    padding: Padding,
+    beneath: Option<Beneath>,
+}
+
+/// What the last of several islands would have at texels that they share.
+#[derive(Debug, Clone)]
+struct Beneath {
+    map: Arc<SamplingMap>,
+    paths: Paths,
+}
+
+/// A source in the working format, padded.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    pub texture: Texture,
+    /// Whether it is opaque wherever it is read.
+    pub is_opaque: bool,
+}
+
+impl<'a> Way<'a> {
+    /// Builds the map, and that of what lies beneath overlaps where their mean is wanted.
+    pub fn maps(&self, overlap: Overlap) -> (Arc<SamplingMap>, Option<Arc<SamplingMap>>) {
+        let map = SamplingMap::new(self.pair, self.direction, self.target_size, &self.map);
+        let beneath = match overlap {
+            Overlap::First => None,
+            Overlap::Average => map.beneath(self.pair, &self.map).map(Arc::new),
+        };
+        (Arc::new(map), beneath)
+    }
+}
+
+impl Resampler {
+    /// For textures of `source_size`.
+    ///
+    /// - `maps`: those of the way, [`Way::maps`].
+    pub fn new(
+        way: &Way<'_>,
+        (map, beneath): (Arc<SamplingMap>, Option<Arc<SamplingMap>>),
+        source_size: Size,
+        filter: Filter,
+    ) -> Self {
+        let (from, to) = (way.pair.from(way.direction), way.pair.to(way.direction));
+        let paths = Paths::new(&map, source_size, filter);
+        let mut reads = Reads::new(&map, to, &paths);
+        let mut reach = reads.reach(&map, map.border_patches(), source_size, filter);
+        let beneath = beneath.map(|map| {
+            let paths = Paths::new(&map, source_size, filter);
+            let others = Reads::new(&map, to, &paths);
+            reads.tiles.unite(&others.tiles);
+            reach = reach.max(others.reach(&map, map.border_patches(), source_size, filter));
+            Beneath { map, paths }
+        });
+        let near = reads.tiles.widened(reach);
+        let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
+        let source_rows = near.rows_between(source_size.height);
+        Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath }
+    }
+
+    /// As [`Resampler::new`], but what lies outside a region of the source is padded, whether islands
+    /// cover it or not.
+    pub fn reading(way: &Way<'_>, region: &Region, filter: Filter) -> Self {
+        let (map, _) = way.maps(Overlap::First);
+        let paths = Paths::new(&map, region.size(), filter);
+        let reads = Reads::new(&map, way.pair.to(way.direction), &paths);
+        let reach = reads.reach(&map, map.patches(), region.size(), filter);
+        let padding = Padding::new(region, reach, &reads.tiles);
+        let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
+        Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath: None }
+    }
+
+    /// The map that says where each texel comes from.
+    pub fn map(&self) -> &Arc<SamplingMap> {
+        &self.map
+    }
+
+    /// The map of what lies beneath overlaps, if their mean is wanted and there are any.
+    pub fn beneath(&self) -> Option<&Arc<SamplingMap>> {
+        self.beneath.as_ref().map(|beneath| &beneath.map)
+    }
+
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// The rows of the source that results depend on; what the others hold does not matter.
+    pub fn source_rows(&self) -> Range<u32> {
+        self.source_rows.clone()
+    }
+
+    /// The size of the textures that are resampled.
+    pub fn source_size(&self) -> Size {
+        self.padding.size()
+    }
+
+    pub fn padding(&self) -> &Padding {
+        &self.padding
+    }
+
+    /// Brings a source to the working format, and pads it.
+    pub fn source(&self, formats: &Formats, texture: Texture) -> Source {
+        let mut texture = formats.working(texture);
+        self.padding.apply(&mut texture);
+        // Floats would come out a last bit beside 1.
+        let is_opaque =
+            formats.has_opacity() && texture.depth() != Depth::F32 && self.is_opaque(&texture);
+        Source { texture, is_opaque }
+    }
+
+    /// Whether a source's last channel is 1 wherever the map reads.
+    fn is_opaque(&self, source: &Texture) -> bool {
+        let Size { width, height } = source.size();
+        let rows = map_indices(self.tiles.count(), |row| {
+            let rows = row as u32 * TILE..((row as u32 + 1) * TILE).min(height);
+            bits::ranges(self.tiles.row(row)).all(|columns| {
+                let columns = columns.start * TILE..(columns.end * TILE).min(width);
+                rows.clone().all(|row| source.is_opaque(row, columns.clone()))
+            })
+        });
+        rows.into_iter().all(|is_opaque| is_opaque)
+    }
+
+    /// Fills the texels of the map in rows of the target.
+    ///
+    /// - `source`: padded, in the working format, with as many channels as rows have.
+    /// - `turn`: what is done to texels that were sampled through a map, before others are mixed in.
+    pub fn fill<T: Value>(
+        &self,
+        shape: TexelShape,
+        source: &[T],
+        first_row: u32,
+        rows: &mut [T],
+        turn: impl Fn(&SamplingMap, &mut [T]),
+    ) {
+        let (map, count) = (&*self.map, shape.channels);
+        let below = self.beneath.as_ref().filter(|beneath| {
+            let height = (rows.len() / count) as u32 / map.size().width;
+            (first_row..first_row + height).any(|row| !beneath.map.row(row).is_empty())
+        });
+        // What nothing is seen through replaces what is there, at half the cost.
+        let blends = shape.has_opacity && !shape.is_opaque;
+        let Some(below) = below else {
+            sample((count, blends), map, &self.paths, source, first_row, rows);
+            return turn(map, rows);
+        };
+        let mut others = rows.to_vec();
+        sample((count, blends), map, &self.paths, source, first_row, rows);
+        turn(map, rows);
+        sample((count, blends), &below.map, &below.paths, source, first_row, &mut others);
+        turn(&below.map, &mut others);
+        average(&below.map, (count, shape.has_opacity), first_row, &others, rows);
+    }
+
+    /// Resamples floats with `C` values a texel, none of them opacity: writes the texels of `target`
+    /// that the map reaches, pads `source`.
+    pub fn fill_floats<const C: usize>(&self, source: &mut [f32], target: &mut [f32]) {
+        let size = self.source_size();
+        assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");
+        self.padding.fill::<C>(source);
+        let level = Level::new();
+        resample::fast::resample::<f32, C, false>(level, &self.map, &self.paths, source, 0, target);
+    }
+}
+
+/// What a texel is made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TexelShape {
+    /// How many values it has.
+    pub channels: usize,
+    /// Whether the last of them is opacity.
+    pub has_opacity: bool,
+    /// Whether that is 1 wherever the source is read.
+    pub is_opaque: bool,
+}
+
+/// Fills the texels of a map in rows from `first_row` on; of `format` are the number of channels and
+/// whether the last one is opacity.
+fn sample<T: Value>(
+    format: (usize, bool),
+    map: &SamplingMap,
+    paths: &Paths,
+    source: &[T],
+    first_row: u32,
+    rows: &mut [T],
+) {
+    let resample = match format {
+        (1, _) => resample::fast::resample::<T, 1, false>,
+        (2, false) => resample::fast::resample::<T, 2, false>,
+        (2, true) => resample::fast::resample::<T, 2, true>,
+        (3, _) => resample::fast::resample::<T, 3, false>,
+        (_, false) => resample::fast::resample::<T, 4, false>,
+        (_, true) => resample::fast::resample::<T, 4, true>,
+    };
+    resample(Level::new(), map, paths, source, first_row, rows);
+}
+
+/// Takes the mean with other rows at the texels of a map; colours count by their opacity. `format` is as
+/// in [`sample`].
+fn average<T: Value>(
+    map: &SamplingMap,
+    format: (usize, bool),
+    first_row: u32,
+    others: &[T],
+    rows: &mut [T],
+) {
+    let (channels, has_opacity) = format;
+    let width = map.size().width as usize * channels;
+    for_each_chunk(rows, width, |index, texels| {
+        for run in map.row(first_row + index as u32) {
+            let part = run.x as usize * channels..(run.x + run.len) as usize * channels;
+            let others = &others[index * width..][part.clone()];
+            let texels = texels[part].chunks_exact_mut(channels);
+            for (texel, other) in texels.zip(others.chunks_exact(channels)) {
+                let opacity = |texel: &[T]| texel[channels - 1].to_level().max(0.0);
+                let share = match (opacity(texel), opacity(other)) {
+                    (ours, theirs) if has_opacity && ours != theirs => theirs / (ours + theirs),
+                    _ => 0.5,
+                };
+                for (channel, (value, other)) in texel.iter_mut().zip(other).enumerate() {
+                    let share = if channel + 1 == channels { 0.5 } else { share };
+                    let [ours, theirs] = [value.to_level(), other.to_level()];
+                    *value = T::from_level(ours * (1.0 - share) + theirs * share);
+                }
+            }
+        }
+    });
+}
