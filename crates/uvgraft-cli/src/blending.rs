@@ -3,14 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use uvgraft::blend::{Blend, BlendMap, BlendOptions, Ground, Tone};
-use uvgraft::fill::{self, FillError};
-use uvgraft::{SamplingMap, Texture};
-use uvgraft_io::image;
+use uvgraft::Tone;
+use uvgraft_pipeline::{Blending, Length};
 
-use crate::failure::{OrBadInput, bad_input};
-use crate::length::Length;
-use crate::region::{RegionArgs, side_from};
+use crate::failure::bad_input;
+use crate::region::RegionArgs;
 
 #[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Blending")]
@@ -72,12 +69,6 @@ enum MatchName {
     Skin,
 }
 
-/// What is blended, and with what.
-pub(crate) struct Blending<'a> {
-    blend: Blend<'a>,
-    skin: Option<Texture>,
-}
-
 impl BlendArgs {
     fn mode(&self) -> BlendName {
         self.blend.unwrap_or(match self.feather {
@@ -109,7 +100,7 @@ impl BlendArgs {
     }
 
     /// Whether colours of the base are looked at before anything is laid over it.
-    pub(crate) fn needs_colors(&self) -> bool {
+    fn needs_colors(&self) -> bool {
         self.tone().is_some() && (self.mode() == BlendName::Membrane || self.matched.is_some())
     }
 
@@ -118,13 +109,28 @@ impl BlendArgs {
         [&self.skin, &self.source_mask, &self.fill].into_iter().flatten().map(|path| &**path)
     }
 
-    /// Whether anything is asked for, here or by the region, that is done on the surface.
-    pub(crate) fn blends(&self, region: &RegionArgs) -> bool {
-        !region.is_everything()
+    /// How it is blended, whatever is asked for.
+    ///
+    /// - `gutter_px`: of the result.
+    pub(crate) fn blending(&self, gutter_px: u32) -> Blending {
+        let mut blending = Blending::default();
+        blending.feather = self.feather();
+        blending.membrane = self.mode() == BlendName::Membrane && self.tone().is_some();
+        blending.match_skin = self.matched.is_some() && self.tone().is_some();
+        blending.tone = self.tone().unwrap_or(Tone::Base);
+        blending.skin.clone_from(&self.skin);
+        blending.gutter_px = gutter_px;
+        blending
+    }
+
+    /// How it is blended, if anything is asked for, here or by the region, that is done on the surface.
+    pub(crate) fn blending_if_any(&self, region: &RegionArgs, gutter_px: u32) -> Option<Blending> {
+        let asks = !region.is_everything()
             || self.blend.is_some()
             || self.feather.is_some()
             || self.matched.is_some()
-            || self.preview.is_some()
+            || self.preview.is_some();
+        asks.then(|| self.blending(gutter_px))
     }
 
     /// Refuses options that contradict each other.
@@ -147,139 +153,5 @@ impl BlendArgs {
             ));
         }
         Ok(())
-    }
-}
-
-impl<'a> Blending<'a> {
-    /// - `always`: whether maps that have no opacity end where the mask of the source does.
-    pub(crate) fn new(
-        options: &BlendArgs,
-        region: &RegionArgs,
-        gutter_px: u32,
-        ground: &'a Ground<'a>,
-        known: &Known,
-        always: bool,
-    ) -> anyhow::Result<Self> {
-        let unit = region.unit(ground, [options.feather()]);
-        let feather = options.feather().in_unit(unit);
-        let mut selection = region.select(ground, unit)?;
-        if let Some(Named { path, texture }) = &known.mask
-            && (always || feather > 0.0)
-        {
-            let known = ground.painted(side_from(ground.direction()), texture);
-            let known = known.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
-            selection = selection.within(&known, ground);
-        }
-        let skin =
-            options.skin.as_ref().map(|path| image::read(path).or_bad_input()).transpose()?;
-        let blend = Blend::new(
-            ground,
-            &selection,
-            BlendOptions {
-                feather,
-                membrane: options.mode() == BlendName::Membrane && options.tone().is_some(),
-                match_skin: options.matched.is_some() && options.tone().is_some(),
-                tone: options.tone().unwrap_or(Tone::Base),
-                skin_mask: skin.is_some(),
-                gutter_px,
-            },
-        );
-        let blend = blend.map_err(bad_input)?;
-        Ok(Self { blend, skin: skin.map(|image| image.texture) })
-    }
-
-    pub(crate) fn blend(&self) -> &Blend<'a> {
-        &self.blend
-    }
-
-    /// The blend at the texels of a map.
-    pub(crate) fn on<'b>(&'b self, map: &SamplingMap) -> anyhow::Result<BlendMap<'b>>
-    where
-        'a: 'b,
-    {
-        let at = self.blend.on(map);
-        Ok(match &self.skin {
-            Some(mask) => at.with_skin(mask.clone(), map)?,
-            None => at,
-        })
-    }
-}
-
-/// What the values of a texture are, as far as completing it goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Values {
-    /// The surface's own colour, which takes part in finding a common tone.
-    Albedo,
-    /// Another colour.
-    Color,
-    /// No colour.
-    Data,
-}
-
-/// What the source is known by, or made up from.
-pub(crate) struct Known {
-    mask: Option<Named>,
-    mean: Option<Named>,
-}
-
-/// An image and the file that it was read from.
-struct Named {
-    path: PathBuf,
-    texture: Texture,
-}
-
-impl Known {
-    pub(crate) fn new(args: &BlendArgs) -> anyhow::Result<Self> {
-        let read = |path: &Option<PathBuf>| {
-            let image = path.as_ref().map(|path| {
-                let texture = image::read(path).or_bad_input()?.texture;
-                anyhow::Ok(Named { path: path.clone(), texture })
-            });
-            image.transpose()
-        };
-        Ok(Self { mask: read(&args.source_mask)?, mean: read(&args.fill)? })
-    }
-
-    /// The same, with a mask for a texture that brings one along; the options' own comes first.
-    pub(crate) fn or_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
-        let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
-        self.mask = self.mask.or(brought);
-        self
-    }
-
-    /// Whether textures get an opacity that their files do not have.
-    pub(crate) fn adds_opacity(&self) -> bool {
-        self.mask.is_some() && self.mean.is_none()
-    }
-
-    /// A texture with what it lacks, or with opacity that says what it lacks.
-    ///
-    /// - `path`: the texture's file.
-    pub(crate) fn complete(
-        &self,
-        texture: Texture,
-        values: Values,
-        path: &Path,
-    ) -> anyhow::Result<Texture> {
-        let mask = self.mask.as_ref().map(|mask| &mask.texture);
-        let completed = match (mask, &self.mean) {
-            (mask, Some(mean)) if values == Values::Albedo => {
-                fill::fill(texture, mask, &mean.texture)
-            }
-            (Some(mask), None) if values != Values::Data => fill::with_confidence(texture, mask),
-            _ => return Ok(texture),
-        };
-        completed.map_err(|error| self.refusal(&error, path))
-    }
-
-    /// Names the file that is meant.
-    fn refusal(&self, error: &FillError, path: &Path) -> anyhow::Error {
-        let FillError::Shape { found, .. } = error else {
-            return bad_input(format!("{}: {error}", path.display()));
-        };
-        let mut named = self.mask.iter().chain(&self.mean);
-        let culprit = named.find(|named| named.texture.size() == *found);
-        let culprit = culprit.map_or(path, |named| &*named.path).display();
-        bad_input(format!("{culprit}: {error} ({})", path.display()))
     }
 }

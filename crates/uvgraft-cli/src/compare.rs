@@ -8,11 +8,11 @@ use serde::Serialize;
 use uvgraft::metrics::{Colors, Mask};
 use uvgraft::{Encoding, Size};
 use uvgraft_io::image;
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
-use crate::outputs::Outputs;
 use crate::picture::check_name;
 use crate::report::to_stdout;
 use crate::scores::{MetricsOption, Region, Scores};

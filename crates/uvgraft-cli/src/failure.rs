@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use uvgraft_pipeline::{Event, Failure, Fault, Observer};
+
 use crate::interruption::wait_if_interrupted;
 
 /// An error that the user can mend: a file, an option, a place to write to.
@@ -34,17 +36,31 @@ pub(crate) fn bad_input(message: impl Display) -> anyhow::Error {
     anyhow::Error::new(BadInput(anyhow::anyhow!("{message}")))
 }
 
-/// 2 for bad input, 1 for anything else.
-pub(crate) fn exit_code(error: &anyhow::Error) -> u8 {
-    if error.downcast_ref::<BadInput>().is_some() { 2 } else { 1 }
+/// The program's exit code for a fault: 2 for bad input, 1 for anything else.
+pub(crate) fn exit_code_of(fault: Fault) -> ExitCode {
+    ExitCode::from(if fault == Fault::Input { 2 } else { 1 })
+}
+
+/// Whose fault an error is.
+fn fault(error: &anyhow::Error) -> Fault {
+    match error.downcast_ref::<Failure>() {
+        Some(failure) => failure.fault(),
+        None if error.downcast_ref::<BadInput>().is_some() => Fault::Input,
+        None => Fault::Work,
+    }
 }
 
 /// Prints an error and gives the program's exit code.
-#[expect(clippy::print_stderr, reason = "the one place that prints errors")]
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    print(format_args!("{error:#}"));
+    exit_code_of(fault(error))
+}
+
+/// Prints an error.
+#[expect(clippy::print_stderr, reason = "the one place that prints errors")]
+pub(crate) fn print(error: impl Display) {
     wait_if_interrupted();
-    eprintln!("error: {error:#}");
-    ExitCode::from(exit_code(error))
+    eprintln!("error: {error}");
 }
 
 /// Prints something that the user should know although the work goes on.
@@ -59,4 +75,17 @@ pub(crate) fn warn(message: impl Display) {
 pub(crate) fn note(message: impl Display) {
     wait_if_interrupted();
     eprintln!("note: {message}");
+}
+
+/// Prints the notes and warnings of work that takes no time.
+pub(crate) struct Notes;
+
+impl Observer for Notes {
+    fn event(&self, event: Event<'_>) {
+        match event {
+            Event::Note(text) => note(text),
+            Event::Warning(text) => warn(text),
+            _ => {}
+        }
+    }
 }

@@ -1,7 +1,8 @@
-//! Fits whose progress is shown.
+//! Fits: how far they are, and how they went.
 
+use indicatif::ProgressBar;
 use serde::Serialize;
-use uvgraft::{Fit, FitProgress, Overlay, TexelFormat, Texture, TransferError};
+use uvgraft::FitProgress;
 
 use crate::progress;
 
@@ -16,6 +17,21 @@ pub(crate) struct FitSummary {
     /// Which share of the source's linked texels these are over; the others read what another
     /// island owns.
     pub(crate) share_met: f64,
+}
+
+impl From<&uvgraft::FitSummary> for FitSummary {
+    fn from(summary: &uvgraft::FitSummary) -> Self {
+        Self {
+            steps: summary.steps,
+            sampled_rms_levels: levels(summary.sampled_rms),
+            fitted_rms_levels: levels(summary.fitted_rms),
+            share_met: summary.share_met,
+        }
+    }
+}
+
+fn levels(rms: f64) -> f64 {
+    rms * 255.0
 }
 
 impl std::fmt::Display for FitSummary {
@@ -34,38 +50,25 @@ impl std::fmt::Display for FitSummary {
     }
 }
 
-/// Fits a texture, with a bar on standard error if that is a terminal, and lays it over a base.
-pub(crate) fn fit(
-    fit: &Fit,
-    source: Texture,
-    base: Texture,
-) -> Result<(Texture, FitSummary), TransferError> {
-    let (overlay, summary) = overlay(fit, source, base.format())?;
-    Ok((overlay.lay(0, base)?, summary))
+/// A bar on standard error, if that is a terminal.
+pub(crate) struct FitBar(ProgressBar);
+
+impl Default for FitBar {
+    fn default() -> Self {
+        Self(progress::bar(0, "fitting {bar:24} step {pos} of at most {len}: {msg}"))
+    }
 }
 
-/// Fits a texture that is to be laid over a base of some format, with a bar as [`fit`].
-pub(crate) fn overlay(
-    fit: &Fit,
-    source: Texture,
-    base: TexelFormat,
-) -> Result<(Overlay<'_>, FitSummary), TransferError> {
-    let bar = progress::bar(0, "fitting {bar:24} step {pos} of at most {len}: {msg}");
-    let levels = |progress: FitProgress| progress.rms * 255.0;
-    let mut course: Option<FitSummary> = None;
-    let overlay = fit.overlay(source, base, &mut |progress| {
-        bar.set_length(progress.max_steps.into());
-        bar.set_position(progress.step.into());
-        bar.set_message(format!("error {:.2} of 255", levels(progress)));
-        course = Some(FitSummary {
-            steps: progress.step,
-            sampled_rms_levels: course.map_or(levels(progress), |first| first.sampled_rms_levels),
-            fitted_rms_levels: levels(progress),
-            share_met: fit.share_met(),
-        });
-    })?;
-    bar.finish_and_clear();
-    let nothing =
-        FitSummary { steps: 0, sampled_rms_levels: 0.0, fitted_rms_levels: 0.0, share_met: 1.0 };
-    Ok((overlay, course.unwrap_or(nothing)))
+impl FitBar {
+    /// Shows how far the fit is.
+    pub(crate) fn show(&self, progress: FitProgress) {
+        self.0.set_length(progress.max_steps.into());
+        self.0.set_position(progress.step.into());
+        self.0.set_message(format!("error {:.2} of 255", levels(progress.rms)));
+    }
+
+    /// Takes it away.
+    pub(crate) fn finish(self) {
+        self.0.finish_and_clear();
+    }
 }

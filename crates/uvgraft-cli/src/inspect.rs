@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use uvgraft_io::pair_file;
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::OrBadInput;
-use crate::outputs::Outputs;
 use crate::picture::check_name;
 use crate::{preview, report};
 

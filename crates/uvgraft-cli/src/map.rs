@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use anyhow::Context;
 use uvgraft::{Direction, MapOptions, SamplingMap, Size};
 use uvgraft_io::{pair_file, sampling_map};
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::outputs::Outputs;
 use crate::preference::PreferName;
 use crate::report::parse_size;
 
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Outputs::new([&*args.pair]).check(&args.output)?;
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let options = MapOptions { gutter_px: args.gutter, prefer: args.prefer.into() };
+    let options = MapOptions::with_gutter(args.gutter).prefer(args.prefer.into());
     let map = SamplingMap::new(&pair, direction, args.size, &options);
     sampling_map::save_npy(&map, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use uvgraft::{Channels, Depth, Size, Texels, Texture};
+use uvgraft::{Depth, Size, Texels, Texture};
 
 use crate::failure::warn;
 
@@ -37,5 +37,5 @@ pub(crate) fn over_black(texture: Texture) -> Texture {
             }
         }
     }
-    texture.converted(Channels::new(channels.has_color(), false), depth)
+    texture.converted(channels.without_alpha(), depth)
 }

@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::Pair;
 use uvgraft_io::image::Format;
 use uvgraft_io::{obj, pair_file, vertex_map};
+use uvgraft_pipeline::Outputs;
 
-use crate::failure::{OrBadInput, bad_input};
-use crate::outputs::Outputs;
+use crate::failure::{OrBadInput, bad_input, warn};
 use crate::picture::check_name;
+use crate::report::grouped;
 use crate::{preview, report};
 
 /// Links the triangles of two meshes and saves them as a pair file.
@@ -60,14 +62,32 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let pair = Pair::by_vertex_map(source, target, &ids)
         .with_context(|| args.vertex_map.display().to_string())
         .or_bad_input()?;
+    let pair = Arc::new(pair);
     let file = pair_file::PairFile { pair, source_name, target_name, note };
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
+    warn_of_outside(&file);
     report::print(&file, &args.sizes, args.json)?;
     if let Some(path) = &args.preview {
         preview::write(&file, path)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says which meshes have triangles that are not linked for lying outside the unit square.
+fn warn_of_outside(file: &pair_file::PairFile) {
+    let sides = [(file.pair.source(), &file.source_name), (file.pair.target(), &file.target_name)];
+    for (mesh, name) in sides {
+        let count = (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count();
+        if count > 0 {
+            let triangles = if count == 1 { "triangle has" } else { "triangles have" };
+            warn(format!(
+                "{name}: {} {triangles} UV coordinates outside the unit square, where a texture has no \
+                 texels; they are not linked",
+                grouped(count)
+            ));
+        }
+    }
 }
 
 fn file_name(path: &Path) -> String {

@@ -4,11 +4,11 @@
 //! source layout, so an eye that is orange on the left must be orange on the right.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use tiny_skia::{Color, Paint, PathBuilder, Stroke, Transform};
-use uvgraft::blend::Blend;
 use uvgraft::islands::Islands;
-use uvgraft::{Direction, MapOptions, Mesh, SamplingMap, Size, Texture};
+use uvgraft::{Blend, Direction, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes, Texture};
 use uvgraft_io::pair_file::PairFile;
 
 use crate::picture::Picture;
@@ -23,15 +23,16 @@ const BACKGROUND: [u8; 3] = [24, 26, 30];
 const UNLINKED: [u8; 3] = [74, 78, 86];
 
 /// Draws how much of a texture a blend lays over each texel, on both layouts, and writes the picture.
-pub(crate) fn write_region(
-    file: &PairFile,
-    direction: Direction,
-    blend: &Blend<'_>,
-    path: &Path,
-) -> anyhow::Result<()> {
-    let size = Size::square(PANEL);
-    let map = SamplingMap::new(&file.pair, direction, size, &MapOptions::with_gutter(0));
-    let weights = blend.on(&map).weights(&map);
+pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> anyhow::Result<()> {
+    let direction = blend.ground().direction();
+    // Weights are the same for textures of any size.
+    let sizes = Sizes { from: Size::square(1), to: Size::square(PANEL) };
+    let graft = Graft::builder(Arc::clone(&file.pair), sizes)
+        .direction(direction)
+        .gutter_px(0)
+        .shared_blend(Arc::clone(blend))
+        .build()?;
+    let weights = graft.mask();
     let to_color = |uv: [f64; 2]| {
         let [x, y] = uv.map(|at| (at * f64::from(PANEL)).clamp(0.0, f64::from(PANEL - 1)) as u32);
         weight_color(weights.get(x, y, 0))
@@ -78,8 +79,8 @@ fn draw(
         picture.text(&title, left, MARGIN, 2, [236, 238, 242]);
         let mesh = file.pair.to(direction);
         let linked = match direction {
-            Direction::Forward => file.pair.links().iter().map(|link| link.target).collect(),
-            Direction::Reverse => file.pair.links().iter().map(|link| link.source).collect(),
+            Direction::Forward => file.pair.pieces().map(|piece| piece.target).collect(),
+            Direction::Reverse => file.pair.pieces().map(|piece| piece.source).collect(),
         };
         let counts = format!(
             "{} of {} triangles linked, {} UV islands",

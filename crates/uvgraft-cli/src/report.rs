@@ -20,6 +20,12 @@ pub(crate) struct Sizes {
     target_size: Size,
 }
 
+impl Sizes {
+    fn texels(&self) -> uvgraft::Sizes {
+        uvgraft::Sizes { from: self.source_size, to: self.target_size }
+    }
+}
+
 /// `N` or `WxH`, within what a texture may be.
 pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
     let side = |text: &str| match text.parse::<u32>() {
@@ -45,7 +51,7 @@ struct Document<'a> {
 
 /// Prints a pair's report to standard output: for people, or as JSON for programs.
 pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
-    let report = PairReport::new(&file.pair, sizes.source_size, sizes.target_size);
+    let report = PairReport::new(&file.pair, sizes.texels());
     let text = if json {
         let document = Document {
             source_name: &file.source_name,

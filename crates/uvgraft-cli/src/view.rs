@@ -9,10 +9,10 @@ use anyhow::Context;
 use uvgraft_avatar::scene::Scene;
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
+use uvgraft_pipeline::Outputs;
 use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
 
 use crate::failure::{OrBadInput, bad_input, note};
-use crate::outputs::Outputs;
 use crate::report;
 
 /// Shows a GLB or VRM in the browser: one HTML file that works offline

@@ -8,9 +8,9 @@ use etcetera::BaseStrategy;
 use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_io::input::ReadError;
 use uvgraft_io::lpips_weights::{self, sdist};
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::outputs::Outputs;
 use crate::report;
 
 /// Names the weights file instead of the user's data folder.

@@ -1,19 +1,18 @@
 //! A face on a body's texture.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use uvgraft::blend::Ground;
-use uvgraft::{Direction, Filter, MapOptions, Overlay, Size, Texture, Transfer, TransferOptions};
+use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Overlay, Size, Sizes, Texture};
 use uvgraft_avatar::preset::Preset;
 use uvgraft_io::image;
 use uvgraft_io::pair_file::PairFile;
+use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values};
 
 use super::Args;
 use super::face::Face;
-use crate::blending::{Blending, Known, Values};
-use crate::failure::{OrBadInput, bad_input, warn};
-use crate::length::Unit;
-use crate::onto::Onto;
+use crate::blending::BlendArgs;
+use crate::failure::{Notes, OrBadInput, bad_input, warn};
 use crate::preview;
 
 /// The texture that a face is laid over, at the size that is wanted.
@@ -25,7 +24,8 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
         Onto::Image(path) => {
             let texture = image::read(path).or_bad_input()?.texture;
             let size = fit(args.size.unwrap_or(texture.size()));
-            let texture = texture.resized(size, Filter::Lanczos3, false).or_bad_input()?;
+            let texture =
+                texture.resized(size, Filter::Lanczos3, Averaging::Encoded).or_bad_input()?;
             let depth = texture.depth();
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
@@ -48,44 +48,44 @@ pub(super) fn dress(
     face: Face,
     base: Texture,
 ) -> anyhow::Result<Texture> {
-    let (pair, path) = (&file.pair, &*face.file);
-    let known = Known::new(&args.blending)?.or_mask(face.confidence, path);
+    let path = &*face.file;
+    let BlendArgs { source_mask, fill, .. } = &args.blending;
+    let known = KnownTexels::read(source_mask.as_deref(), fill.as_deref())?;
+    let known = known.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
-    let options = TransferOptions {
-        filter: args.filter.map_or(Filter::Lanczos3, Filter::from),
-        map: MapOptions { gutter_px: args.gutter, prefer: args.prefer.into() },
-        ..TransferOptions::default()
-    };
-    let (direction, size) = (Direction::Forward, base.size());
-    let transfer = Transfer::new(pair, direction, face.size(), size, &options);
-    let ground = Ground::new(pair, direction);
     let how = args.blending.clone().or_membrane();
     how.check()?;
-    let mut region = args.region.clone();
+    let ground = Ground::new(Arc::clone(&file.pair), Direction::Forward);
+    let mut region = args.region.region();
     // Bodies are in metres, and as long as people are; others are asked about.
     if (0.2..3.0).contains(&ground.extent()) {
-        region = region.or_unit(Unit::M);
+        region.unit = region.unit.or(Some(Unit::M));
     }
-    let blending = Blending::new(&how, &region, args.gutter, &ground, &known, false)?;
-    let at = blending.on(transfer.map())?;
-    let mut toning = None;
-    if how.needs_colors() {
-        let name = path.display();
-        match blending.blend().toning(&face, &base, base.encoding()) {
-            Ok(found) => toning = found,
-            Err(why) => warn(format_args!("{name}: {why}; colours are left as they are")),
-        }
-    }
+    let blending = how.blending(args.gutter);
+    let blend = blending.prepare(&region, &ground, &known, false, &Notes)?;
+    let graft =
+        Graft::builder(Arc::clone(&file.pair), Sizes { from: face.size(), to: base.size() })
+            .filter(args.filter.map_or(Filter::default(), Filter::from))
+            .gutter_px(args.gutter)
+            .prefer(args.prefer.into())
+            .shared_blend(Arc::clone(&blend))
+            .build()?;
+    let toning = graft.toning(&face, &base, base.format()).unwrap_or_else(|why| {
+        warn(format_args!("{}: {why}; colours are left as they are", path.display()));
+        None
+    });
     if let Some(preview) = &args.blending.preview {
-        preview::write_region(file, direction, blending.blend(), preview)?;
+        preview::write_region(file, &blend, preview)?;
     }
-    let overlay = transfer.overlay(face, base.format())?.opaque();
-    let plain = overlay.clone().blended(&at, None);
-    let overlay = overlay.blended(&at, toning.as_ref());
-    if toning.is_some() {
-        warn_of_tint(&plain, &overlay, &base, path)?;
-    }
-    let dressed = overlay.lay(0, base)?;
+    let plain = graft.overlay(face, base.format())?.opaque();
+    let dressed = match &toning {
+        Some(toning) => {
+            let toned = plain.clone().toned(toning);
+            warn_of_tint(&plain, &toned, &base, path)?;
+            toned.lay(0, base)?
+        }
+        None => plain.lay(0, base)?,
+    };
     let channels = uvgraft::Channels::Rgb;
     Ok(dressed.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8))
 }
@@ -93,8 +93,8 @@ pub(super) fn dress(
 /// Says so if a tone changes the face as no skin differs from another: then the face has something else
 /// at the rim, such as a collar, that is taken for its skin.
 fn warn_of_tint(
-    plain: &Overlay<'_>,
-    toned: &Overlay<'_>,
+    plain: &Overlay,
+    toned: &Overlay,
     base: &Texture,
     path: &Path,
 ) -> anyhow::Result<()> {

@@ -16,12 +16,11 @@ use uvgraft::{MapOptions, Size};
 use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
 use uvgraft_avatar::preset::{Fitted, Preset};
 use uvgraft_io::{output, pair_file};
+use uvgraft_pipeline::{Onto, Outputs};
 
 use crate::blending::BlendArgs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
-use crate::onto::Onto;
-use crate::outputs::Outputs;
 use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
@@ -215,7 +214,6 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
 fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
     let models = Some(&*args.body).filter(|body| *body != Path::new("demo"));
     let shape = args.betas.as_deref().map(Path::new);
-    let regions: Vec<PathBuf> = args.region.inputs().collect();
     let inputs = [&*args.pair, &*args.face]
         .into_iter()
         .chain(onto.path())
@@ -223,7 +221,7 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
         .chain(shape)
         .chain(args.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
-        .chain(regions.iter().map(PathBuf::as_path));
+        .chain(args.region.inputs());
     let mut outputs = Outputs::new(inputs);
     outputs.check(&args.output)?;
     if let Some(preview) = &args.blending.preview {

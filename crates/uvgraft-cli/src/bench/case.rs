@@ -4,12 +4,12 @@ use std::ffi::OsString;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use clap::Parser;
 use uvgraft::{
-    Direction, Filter, MapOptions, Pair, SamplingMap, Size, Texture, Transfer, TransferError,
-    TransferOptions,
+    Direction, Filter, Graft, GraftError, MapOptions, Pair, SamplingMap, Size, Sizes, Texture,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::TemporaryFolder;
@@ -31,7 +31,7 @@ pub(super) struct Case<'a> {
     /// Size of the result.
     pub(super) to: Size,
     pair_path: &'a Path,
-    pair: &'a Pair,
+    pair: &'a Arc<Pair>,
     source: Texture,
     base: Texture,
     source_png: Vec<u8>,
@@ -46,7 +46,7 @@ pub(super) struct Case<'a> {
 impl<'a> Case<'a> {
     pub(super) fn new(
         pair_path: &'a Path,
-        pair: &'a Pair,
+        pair: &'a Arc<Pair>,
         direction: Direction,
         from: Size,
         to: Size,
@@ -99,7 +99,9 @@ impl<'a> Case<'a> {
                 self.decode(Part::Source, &self.source_png, self.from),
                 self.decode(Part::Base, &self.base_png, self.to),
             ],
-            Kind::Resample => filters.iter().map(|filter| self.resample(*filter)).collect(),
+            Kind::Resample => {
+                filters.iter().map(|filter| self.resample(*filter)).collect::<Result<_, _>>()?
+            }
             Kind::Encode => vec![self.encode()?],
             Kind::File => {
                 filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
@@ -124,8 +126,8 @@ impl<'a> Case<'a> {
     fn prepare_padding(&self, filter: Filter) -> Stage<'_> {
         let work = move || {
             let (_, map) = time(|| map(self.pair, self.direction, self.to, MapOptions::default()));
-            let (_, both) = time(|| self.transfer(filter));
-            Ok((both - map).max(0.0))
+            let (graft, both) = time(|| self.graft(filter));
+            graft.map(|_| (both - map).max(0.0)).map_err(Into::into)
         };
         stage(Kind::Padding, None, Some(self.from.texels()), None, work)
     }
@@ -139,28 +141,29 @@ impl<'a> Case<'a> {
         stage(Kind::Decode, Some(Variant::Part(part)), Some(size.texels()), Some(moved), work)
     }
 
-    fn resample(&self, filter: Filter) -> Stage<'_> {
-        let transfer = self.transfer(filter);
+    fn resample(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
+        let graft = self.graft(filter)?;
         let mut base = Some(self.base.clone());
         let work = move || {
             // The source's copy is made and touched before the time starts, and freed after; the
             // result is the next run's base.
             let (source, below) = (self.source.clone(), base.take().context("a base")?);
             let (laid, seconds) = time(|| {
-                let overlay = transfer.overlay(source, below.format())?;
+                let overlay = graft.overlay(source, below.format())?;
                 let result = overlay.lay(0, below)?;
-                Ok::<_, TransferError>((overlay, result))
+                Ok::<_, GraftError>((overlay, result))
             });
             base = Some(laid?.1);
             Ok(seconds)
         };
         let moved = (self.read + self.filled) * TEXEL;
-        stage(Kind::Resample, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
+        let variant = Some(Variant::Filter(filter));
+        Ok(stage(Kind::Resample, variant, Some(self.filled), Some(moved), work))
     }
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
-        let transfer = self.transfer(TransferOptions::default().filter);
-        let result = Image::from(transfer.apply(self.source.clone(), self.base.clone())?);
+        let graft = self.graft(Filter::default())?;
+        let result = Image::from(graft.apply(self.source.clone(), self.base.clone())?);
         let mut bytes = encoded(&result, Vec::new())?;
         let moved = bytes.len() + self.to.texels() * TEXEL;
         let work = move || {
@@ -201,9 +204,11 @@ impl<'a> Case<'a> {
         Ok(stage(Kind::File, variant, Some(self.to.texels()), Some(moved), run))
     }
 
-    fn transfer(&self, filter: Filter) -> Transfer {
-        let options = TransferOptions { filter, ..TransferOptions::default() };
-        Transfer::new(self.pair, self.direction, self.from, self.to, &options)
+    fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
+        Graft::builder(Arc::clone(self.pair), Sizes { from: self.from, to: self.to })
+            .direction(self.direction)
+            .filter(filter)
+            .build()
     }
 }
 

@@ -9,6 +9,7 @@ mod stage;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use indicatif::ProgressBar;
 use uvgraft::{Direction, Filter, Pair, Size};
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// Measures one direction at one size.
 fn rows_of(
     args: &Args,
-    pair: &Pair,
+    pair: &Arc<Pair>,
     direction: Direction,
     size: Size,
     copy: CopyRate,

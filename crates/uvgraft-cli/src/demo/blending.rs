@@ -1,7 +1,8 @@
 //! A face on a body whose skin is darker, in every way of hiding the border.
 
-use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
-use uvgraft::{Direction, Encoding, Pair, Size, Texture, Transfer};
+use std::sync::Arc;
+
+use uvgraft::{BlendOptions, Graft, Pair, Size, Sizes, Texture, Tone};
 use uvgraft_avatar::render::{View, render};
 use uvgraft_avatar::{Figure, paint_body_in_tone};
 
@@ -20,31 +21,27 @@ pub(super) struct Blends {
 }
 
 impl Blends {
-    /// - `transfer`: forward, for the face's size and one of the body's.
+    /// - `sizes`: of the face and of the body's texture.
     pub(super) fn new(
         figure: &Figure,
-        pair: &Pair,
+        pair: &Arc<Pair>,
         face: &Texture,
-        transfer: &Transfer,
+        sizes: Sizes,
     ) -> anyhow::Result<Self> {
-        let body = paint_body_in_tone(figure, transfer.map().size(), DARKER);
-        let ground = Ground::new(pair, Direction::Forward);
+        let body = paint_body_in_tone(figure, sizes.to, DARKER);
         let hard = BlendOptions::default();
         // The figure is in metres.
-        let feather = BlendOptions { feather: 0.015, ..hard };
-        let membrane = BlendOptions { membrane: true, ..feather };
+        let feather = hard.feather(0.015);
+        let membrane = feather.membrane();
         let mut shots = Vec::new();
         for (caption, options) in [
             ("pasted", hard),
             ("--feather 15mm", feather),
             ("--blend membrane", membrane),
-            ("--blend membrane --tone source", BlendOptions { tone: Tone::Source, ..membrane }),
+            ("--blend membrane --tone source", membrane.tone(Tone::Source)),
         ] {
-            let blend = Blend::new(&ground, &ground.linked(), options)?;
-            let at = blend.on(transfer.map());
-            let toning = blend.toning(face, &body, Encoding::Srgb)?;
-            let overlay = transfer.overlay(face.clone(), body.format())?;
-            let result = overlay.blended(&at, toning.as_ref()).lay(0, body.clone())?;
+            let graft = Graft::builder(Arc::clone(pair), sizes).blend(options).build()?;
+            let result = graft.apply(face, &body)?;
             let views = [20.0, -75.0].map(|azimuth| View { azimuth, ..View::bust() });
             shots.push((caption, views.map(|view| render(&figure.body, &result, &view, SHOT))));
         }

@@ -7,10 +7,11 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use uvgraft::{Direction, Mesh, Pair, Size, Texture, Transfer, TransferOptions};
+use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
 use uvgraft_avatar::render::{View, render};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
@@ -62,24 +63,26 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
     let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &ids)?;
-    steps.done("pair", format!("{} triangles linked", grouped(pair.links().len())));
+    let pair = Arc::new(pair);
+    steps.done("pair", format!("{} triangles linked", grouped(pair.piece_count())));
 
-    let options = TransferOptions::default();
-    let forward = Transfer::new(&pair, Direction::Forward, args.size, args.size, &options);
-    let backward = Transfer::new(&pair, Direction::Reverse, args.size, args.size, &options);
+    let sizes = Sizes { from: args.size, to: args.size };
+    let forward = Graft::builder(Arc::clone(&pair), sizes).build()?;
+    let backward =
+        Graft::builder(Arc::clone(&pair), sizes).direction(Direction::Reverse).build()?;
     let texels = forward.map().stats().linked;
     steps.done("maps", format!("both ways, {} body texels linked", grouped(texels)));
     let (source, target) = (face.clone(), base.clone());
     steps.skip();
     let body = forward.apply(source, target)?;
-    steps.done("transfer", format!("face onto body, {}", options.filter));
+    steps.done("transfer", format!("face onto body, {}", forward.filter()));
     let (source, target) = (body.clone(), face.clone());
     steps.skip();
     let back = backward.apply(source, target)?;
     steps.done("reverse", "body back onto head".to_owned());
 
     let shots = Shots::new(&figure, &face, &base, &body);
-    let blends = Blends::new(&figure, &pair, &face, &forward)?;
+    let blends = Blends::new(&figure, &pair, &face, sizes)?;
     let blended = blends.picture();
     let darker = blends.body;
     steps.done("rendering", "before and after, and blending onto darker skin".to_owned());

@@ -7,9 +7,9 @@ use uvgraft::{Size, Texture};
 use uvgraft_avatar::film::{FilmError, write_gif, write_webp};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::bad_input;
-use crate::outputs::Outputs;
 use crate::progress;
 
 /// Frames of a moving picture.

@@ -1,15 +1,16 @@
 //! The ways to go there and back, and what each of them takes.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
 use uvgraft::baseline::{affine::Affine, grid};
 use uvgraft::{
-    Channels, Depth, Direction, Filter, Fit, FitOptions, MapOptions, Pair, SamplingMap, Size,
-    Texture, TextureError, Transfer, TransferOptions,
+    Channels, Depth, Direction, Filter, FitOptions, Graft, GraftError, MapOptions, Pair,
+    SamplingMap, Size, Sizes, Texture, TextureError,
 };
 
-use crate::fitting::{self, FitSummary};
+use crate::fitting::{FitBar, FitSummary};
 
 /// A way to carry a texture there and back.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +27,7 @@ pub(super) enum Method {
 
 /// What a method is tried on.
 pub(super) struct Course<'a> {
-    pub(super) pair: &'a Pair,
+    pub(super) pair: &'a Arc<Pair>,
     /// From the texture's layout to the other.
     pub(super) there: Direction,
     pub(super) texture: &'a Texture,
@@ -108,8 +109,8 @@ impl Method {
 
 /// Our transfers there and back, with the seconds that go into their maps and their padding.
 struct Prepared {
-    there: Transfer,
-    back: Transfer,
+    there: Graft,
+    back: Graft,
     maps_s: f64,
     padding_s: f64,
 }
@@ -127,30 +128,33 @@ impl Course<'_> {
     /// What the other layout's texture is laid over.
     fn grey(&self) -> Result<Texture, TextureError> {
         let (encoding, depth) = (self.texture.encoding(), self.texture.depth());
-        let channels = Channels::new(self.texture.channels().has_color(), false);
+        let channels = self.texture.channels().without_alpha();
         Texture::filled(self.via, channels, encoding, depth, &[0.5; 3][..channels.count()])
     }
 
-    fn options(&self, filter: Filter, gutter_px: u32) -> TransferOptions {
-        TransferOptions {
-            filter,
-            map: MapOptions::with_gutter(gutter_px),
-            linear_light: false,
-            ..TransferOptions::default()
+    fn sizes(&self, direction: Direction) -> Sizes {
+        if direction == self.there {
+            Sizes { from: self.texture.size(), to: self.via }
+        } else {
+            Sizes { from: self.via, to: self.texture.size() }
         }
     }
 
-    fn transfer(&self, direction: Direction, options: &TransferOptions) -> Transfer {
-        let (from, to) = if direction == self.there {
-            (self.texture.size(), self.via)
-        } else {
-            (self.via, self.texture.size())
-        };
-        Transfer::new(self.pair, direction, from, to, options)
+    fn graft(
+        &self,
+        direction: Direction,
+        filter: Filter,
+        gutter_px: u32,
+    ) -> Result<Graft, GraftError> {
+        Graft::builder(Arc::clone(self.pair), self.sizes(direction))
+            .direction(direction)
+            .filter(filter)
+            .gutter_px(gutter_px)
+            .build()
     }
 
     fn sampled(&self, filter: Filter) -> anyhow::Result<Trip> {
-        let prepared = self.prepare(filter);
+        let prepared = self.prepare(filter)?;
         let grey = self.grey()?;
         let (via, there_s) = self.median_time(
             || (self.texture.clone(), grey.clone()),
@@ -160,34 +164,37 @@ impl Course<'_> {
     }
 
     fn fitted(&self, filter: Filter) -> anyhow::Result<Trip> {
-        let fit = Fit::new(
-            self.pair,
-            self.there,
-            self.texture.size(),
-            self.via,
-            &self.options(filter, self.gutter_px),
-            FitOptions::default(),
-        );
+        let prepared = self.prepare(filter)?;
         let (texture, grey) = (self.texture.clone(), self.grey()?);
-        let (fitted, there_s) = time(|| fitting::fit(&fit, texture, grey));
+        let bar = FitBar::default();
+        let (fitted, there_s) = time(|| {
+            let fitted = prepared.there.fit(
+                texture,
+                grey.format(),
+                &FitOptions::default(),
+                &mut |progress| bar.show(progress),
+            )?;
+            anyhow::Ok((fitted.overlay.lay(0, grey)?, fitted.summary))
+        });
+        bar.finish();
         let (via, summary) = fitted?;
-        self.back_again(&self.prepare(filter), via, there_s, Some(summary))
+        self.back_again(&prepared, via, there_s, Some(FitSummary::from(&summary)))
     }
 
     /// Both of our transfers, and how long making them takes.
-    fn prepare(&self, filter: Filter) -> Prepared {
+    fn prepare(&self, filter: Filter) -> anyhow::Result<Prepared> {
         let (_, maps_s) = self.median_time(
             || (),
             |()| (self.map(self.there, self.via, self.gutter_px), self.map_back()),
         );
-        let transfer = |direction, gutter_px| {
-            let options = self.options(filter, gutter_px);
-            self.median_time(|| (), |()| self.transfer(direction, &options))
+        let graft = |direction, gutter_px| {
+            self.median_time(|| (), |()| self.graft(direction, filter, gutter_px))
         };
-        let (there, there_s) = transfer(self.there, self.gutter_px);
-        let (back, back_s) = transfer(self.there.opposite(), 0);
-        // Preparing a transfer makes its map too.
-        Prepared { there, back, maps_s, padding_s: (there_s + back_s - maps_s).max(0.0) }
+        let (there, there_s) = graft(self.there, self.gutter_px);
+        let (back, back_s) = graft(self.there.opposite(), 0);
+        // Preparing a graft makes its map too.
+        let padding_s = (there_s + back_s - maps_s).max(0.0);
+        Ok(Prepared { there: there?, back: back?, maps_s, padding_s })
     }
 
     /// Ours are carried back in the same way.
@@ -220,11 +227,11 @@ impl Course<'_> {
     }
 
     fn affine(&self) -> anyhow::Result<Trip> {
-        let (size, grey) = (self.texture.size(), self.grey()?);
+        let grey = self.grey()?;
         let ((there, back), maps_s) = time(|| {
             (
-                Affine::new(self.pair, self.there, size, self.via),
-                Affine::new(self.pair, self.there.opposite(), self.via, size),
+                Affine::new(self.pair, self.there, self.sizes(self.there)),
+                Affine::new(self.pair, self.there.opposite(), self.sizes(self.there.opposite())),
             )
         });
         let (via, there_s) = time(|| there.transfer(self.texture, grey.clone()));

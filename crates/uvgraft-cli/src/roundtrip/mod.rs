@@ -12,12 +12,12 @@ use uvgraft::metrics::{Colors, Mask};
 use uvgraft::{Depth, Direction, MapOptions, Size, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
+use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::heatmap;
 use crate::opacity::{over_black, warn_unless_opaque};
-use crate::outputs::Outputs;
 use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use crate::scores::{MetricsOption, Region, Scores};

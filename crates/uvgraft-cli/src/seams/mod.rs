@@ -8,16 +8,16 @@ mod report;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::Direction;
-use uvgraft::blend::Ground;
+use uvgraft::Ground;
 use uvgraft::seams::{Offset, SeamOptions, measure};
 use uvgraft_io::{image, pair_file};
+use uvgraft_pipeline::{Length, Outputs, Unit};
 
-use crate::failure::OrBadInput;
-use crate::length::{Length, Unit};
-use crate::outputs::Outputs;
+use crate::failure::{Notes, OrBadInput};
 use crate::picture::check_name;
 use crate::region::RegionArgs;
 
@@ -83,16 +83,16 @@ impl Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(picture) = &args.picture {
         check_name(picture, "a picture of seams")?;
-        let regions: Vec<PathBuf> = args.region.inputs().collect();
         let inputs = [&*args.pair, &*args.texture].into_iter();
-        Outputs::new(inputs.chain(regions.iter().map(PathBuf::as_path))).check(picture)?;
+        Outputs::new(inputs.chain(args.region.inputs())).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let ground = Ground::new(&file.pair, direction);
-    let unit = args.region.unit(&ground, args.distance);
-    let region = region::of(&args.region, &ground, unit)?;
+    let ground = Ground::new(Arc::clone(&file.pair), direction);
+    let region = args.region.region();
+    let unit = region.unit(&ground, args.distance, &Notes);
+    let region = region::of(&region, &ground, unit)?;
     let options = SeamOptions { offset: args.offset(unit), worst: usize::from(args.worst) };
     let mesh = &region.cut.mesh;
     let seams = measure(mesh, &texture, &region.cut.inside, &options)

@@ -1,11 +1,10 @@
 //! The region whose rim is measured.
 
-use uvgraft::blend::{CutMesh, Ground};
-use uvgraft::{Blend, BlendOptions};
+use uvgraft::blend::CutMesh;
+use uvgraft::{Blend, BlendOptions, Ground};
+use uvgraft_pipeline::Unit;
 
 use crate::failure::bad_input;
-use crate::length::Unit;
-use crate::region::RegionArgs;
 
 /// A part of a layout.
 pub(super) struct Region {
@@ -16,9 +15,13 @@ pub(super) struct Region {
 }
 
 /// What options select of what transfers reach.
-pub(super) fn of(args: &RegionArgs, ground: &Ground<'_>, unit: Unit) -> anyhow::Result<Region> {
-    let selection = args.select(ground, unit)?;
-    let blend = Blend::new(ground, &selection, BlendOptions::default()).map_err(bad_input)?;
-    let name = if args.is_everything() { "the linked triangles" } else { "the selected part" };
+pub(super) fn of(
+    wanted: &uvgraft_pipeline::Region,
+    ground: &Ground,
+    unit: Unit,
+) -> anyhow::Result<Region> {
+    let selection = wanted.select(ground, unit)?;
+    let blend = Blend::new(&selection, BlendOptions::default()).map_err(bad_input)?;
+    let name = if wanted.is_everything() { "the linked triangles" } else { "the selected part" };
     Ok(Region { name, cut: blend.cut()? })
 }

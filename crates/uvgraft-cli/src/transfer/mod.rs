@@ -1,35 +1,26 @@
 //! `uvgraft transfer`: carries textures across.
 
-mod base;
-mod batch;
-mod carrier;
-mod pipeline;
-mod plan;
-mod treatment;
+mod progress;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Context;
-use uvgraft::blend::Ground;
-use uvgraft::{Direction, Filter, FitOptions, MapOptions, Overlap, Size};
-use uvgraft_io::image::{self, Format, Image};
-use uvgraft_io::pair_file;
+use clap::ValueEnum;
+use uvgraft::{
+    Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
+};
+use uvgraft_io::image::{Format, WriteOptions};
+use uvgraft_pipeline::{Existing, Inputs, MaterialMap, Onto, Role, Transfer, Values};
 
-use crate::blending::{BlendArgs, Blending, Known};
-use crate::failure::{OrBadInput, bad_input, warn};
+use crate::blending::BlendArgs;
+use crate::failure::{bad_input, exit_code_of};
 use crate::filters::FilterName;
-use crate::onto::Onto;
-use crate::outputs::Outputs;
 use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::preview;
 use crate::region::RegionArgs;
-use crate::report::{parse_size, to_stdout};
-use base::Base;
-use carrier::{Carrier, losses};
-use plan::{Job, Plan, format_of};
-use treatment::{NormalYName, RoleFile, Treatment};
+use crate::report::parse_size;
+use progress::Progress;
 
 /// Carries textures from one layout onto a base in the other.
 ///
@@ -166,164 +157,117 @@ fn parse_format(text: &str) -> Result<String, String> {
         .ok_or_else(|| format!("wanted {}", Format::extension_list()))
 }
 
-/// Textures that are treated alike and laid over one base.
-struct Batch {
-    treatment: Treatment,
-    onto: Option<Onto>,
-    jobs: Vec<Job>,
+/// A map of a material, or a base for one, by its role.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct RoleFile {
+    role: String,
+    file: String,
+}
+
+impl RoleFile {
+    fn parse(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((role, file)) if !role.is_empty() && !file.is_empty() => {
+                Ok(Self { role: role.to_ascii_lowercase(), file: file.to_owned() })
+            }
+            _ => Err("wanted ROLE=FILE, such as normal=face_normal.png".to_owned()),
+        }
+    }
+}
+
+/// Which way the green channel of a normal map points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum NormalYName {
+    /// Up, as in OpenGL, glTF, Unity and Blender
+    Opengl,
+    /// Down, as in DirectX and Unreal
+    Directx,
+}
+
+impl From<NormalYName> for NormalY {
+    fn from(name: NormalYName) -> Self {
+        match name {
+            NormalYName::Opengl => Self::OpenGl,
+            NormalYName::Directx => Self::DirectX,
+        }
+    }
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    check(args)?;
-    let (mut batches, mut new_folder) = batches(args)?;
-    let sources = batches.iter().flat_map(|batch| &batch.jobs).map(|job| job.source.clone());
-    let regions = args.region.inputs();
-    let bases =
-        batches.iter().filter_map(|batch| batch.onto.as_ref()?.path()).map(Path::to_path_buf);
-    let masks = args.blending.inputs().map(Path::to_path_buf);
-    let shared: Vec<PathBuf> =
-        [args.pair.clone()].into_iter().chain(regions).chain(bases).chain(masks).collect();
-    let inputs: Vec<PathBuf> = shared.iter().cloned().chain(sources).collect();
-    let mut outputs = Outputs::new(inputs.iter().map(PathBuf::as_path));
-    if new_folder.is_none() {
-        let mut jobs = batches.iter().flat_map(|batch| &batch.jobs);
-        jobs.try_for_each(|job| outputs.check(&job.output))?;
-    }
-    let count = |batches: &[Batch]| batches.iter().map(|batch| batch.jobs.len()).sum::<usize>();
-    let planned = count(&batches);
-    if args.skip_existing {
-        for batch in &mut batches {
-            batch.jobs.retain(|job| !job.is_done(shared.iter().map(PathBuf::as_path)));
-        }
-    }
-    let left = count(&batches);
-    if let Some(mask) = &args.mask {
-        if format_of(mask)? == Format::Jpeg {
-            let mask = mask.display();
-            return Err(bad_input(format!("{mask}: JPEG would blur the mask; name it .png")));
-        }
-        outputs.check(mask)?;
-    }
-    if let Some(preview) = &args.blending.preview {
-        check_name(preview, "a preview")?;
-        outputs.check(preview)?;
-    }
-    if args.skip_existing {
-        to_stdout(&format!("{} of {planned} were up to date\n", planned - left))?;
-        if left == 0 && args.mask.is_none() && args.blending.preview.is_none() {
-            return Ok(ExitCode::SUCCESS);
-        }
-    }
-    let file = pair_file::read(&args.pair).or_bad_input()?;
-    let blends = args.blending.blends(&args.region);
-    let ground = blends.then(|| Ground::new(&file.pair, direction(args)));
-    let with_maps = !args.maps.is_empty();
-    let known = Known::new(&args.blending)?;
-    let blending = ground.as_ref().map(|ground| {
-        Blending::new(&args.blending, &args.region, args.gutter, ground, &known, with_maps)
-    });
-    let blending = blending.transpose()?;
-    if batches.len() > 1 {
-        batches.iter().try_for_each(|batch| Base::check(args, batch.onto.as_ref()))?;
-    }
-    let (mut code, mut count) = (None, 0);
-    let mut mask = args.mask.as_deref();
-    for Batch { treatment, onto, jobs } in batches {
-        let in_memory = jobs.len() > 1 || (treatment.is_toned() && args.blending.needs_colors());
-        let base = Base::new(args, treatment, onto.as_ref(), in_memory)?;
-        if let Some(folder) = new_folder.take() {
-            std::fs::create_dir(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))
-                .or_bad_input()?;
-        }
-        let carrier = Carrier::new(args, treatment, &file.pair, &base, blending.as_ref(), &known);
-        let carried = batch::run(&carrier, &jobs, &base, args)?;
-        // A failure at work weighs more than a bad file.
-        code = code.into_iter().chain(carried.code).min();
-        count += carried.count;
-        if carried.count > 0 || left == 0 {
-            // The same for all: of the first that was carried.
-            if let Some(path) = mask.take() {
-                let mask = Image::from(carrier.mask(base.size())?);
-                let written = image::write(&mask, path, &carrier.write_options());
-                losses(written, path)?.iter().for_each(warn);
-            }
-        }
-    }
-    if let (Some(path), Some(blending)) = (&args.blending.preview, &blending)
-        && (count > 0 || left == 0)
+    args.blending.check()?;
+    let done = args.transfer()?.run(&Progress::new())?;
+    if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
+        && (done.written > 0 || done.failures.is_empty())
     {
-        preview::write_region(&file, direction(args), blending.blend(), path)?;
+        preview::write_region(file, blend, path)?;
     }
-    Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+    Ok(done.worst().map_or(ExitCode::SUCCESS, exit_code_of))
 }
 
-/// Which way the options say.
-fn direction(args: &Args) -> Direction {
-    if args.reverse { Direction::Reverse } else { Direction::Forward }
-}
+impl Args {
+    /// What the options ask for.
+    fn transfer(&self) -> anyhow::Result<Transfer> {
+        let mut transfer = Transfer::new(&self.pair, self.inputs()?, &self.output);
+        transfer.direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
+        transfer.size = self.size;
+        transfer.filter = self.filter.map(Into::into);
+        transfer.map = MapOptions::with_gutter(self.gutter).prefer(self.prefer.into());
+        transfer.overlap = self.overlap.into();
+        transfer.averaging = if self.linear_light { Averaging::Light } else { Averaging::Encoded };
+        let normal_y = self.normal_y.into();
+        let normal_y_out = self.normal_y_out.map_or(normal_y, NormalY::from);
+        transfer.normals = NormalOptions::new(normal_y, normal_y_out);
+        transfer.fit = self.fit.then(|| FitOptions::default().max_steps(self.fit_steps));
+        transfer.region = self.region.region();
+        transfer.blending = self.blending.blending_if_any(&self.region, self.gutter);
+        transfer.source_mask.clone_from(&self.blending.source_mask);
+        transfer.fill.clone_from(&self.blending.fill);
+        transfer.format.clone_from(&self.format);
+        transfer.write = WriteOptions { compress: self.compress, jpeg_quality: self.quality };
+        transfer.mask.clone_from(&self.mask);
+        transfer.existing =
+            if self.skip_existing { Existing::KeepUpToDate } else { Existing::Replace };
+        transfer.jobs = self.jobs;
+        transfer.memory = self.memory;
+        if let Some(preview) = &self.blending.preview {
+            check_name(preview, "a preview")?;
+            transfer.also_written.push(preview.clone());
+        }
+        Ok(transfer)
+    }
 
-fn check(args: &Args) -> anyhow::Result<()> {
-    if args.fit && Treatment::plain(args).filter(args) == Filter::Nearest {
-        return Err(bad_input(
-            "--fit would blend texels, and --filter nearest never does: leave one of them out",
-        ));
-    }
-    if args.fit && args.overlap == OverlapName::Average {
-        return Err(bad_input(
-            "--fit solves for one of the islands that overlap: leave out --overlap",
-        ));
-    }
-    if args.fit && !args.maps.is_empty() {
-        return Err(bad_input("--fit is for textures that are named without --map"));
-    }
-    if args.data && !args.maps.is_empty() {
-        return Err(bad_input("--map says what each texture is: leave out --data"));
-    }
-    if args.data && args.blending.inputs().next().is_some() {
-        return Err(bad_input(
-            "--data has no opacity and no tone: leave out --skin, --source-mask, --fill",
-        ));
-    }
-    if args.data && args.blending.needs_colors() {
-        return Err(bad_input(
-            "--data has no tone: leave out --match, and say --blend feather or --tone none",
-        ));
-    }
-    args.blending.check()
-}
-
-/// What is to be done, and the folder that has to be made for it.
-fn batches(args: &Args) -> anyhow::Result<(Vec<Batch>, Option<&Path>)> {
-    if args.maps.is_empty() {
-        if let [_, second, ..] = &args.onto[..] {
-            return Err(bad_input(format!("--onto {second}: textures are laid over one base")));
+    /// The textures, and what they are laid over.
+    fn inputs(&self) -> anyhow::Result<Inputs> {
+        if self.maps.is_empty() {
+            if let [_, second, ..] = &self.onto[..] {
+                return Err(bad_input(format!("--onto {second}: textures are laid over one base")));
+            }
+            let onto = self.onto.first().map(|text| Onto::parse(text)).transpose()?;
+            let values = if self.data { Values::Data } else { Values::Albedo };
+            return Ok(Inputs::Textures { sources: self.sources.clone(), onto, values });
         }
-        let Plan { jobs, new_folder } = Plan::new(args)?;
-        let onto = args.onto.first().map(|text| Onto::parse(text)).transpose()?;
-        return Ok((vec![Batch { treatment: Treatment::plain(args), onto, jobs }], new_folder));
-    }
-    let mut bases = Vec::with_capacity(args.onto.len());
-    for text in &args.onto {
-        let base = RoleFile::parse(text).map_err(|_| {
-            bad_input(format!("--onto {text}: with --map wanted ROLE=IMAGE or ROLE=COLOUR"))
-        })?;
-        if !args.maps.iter().any(|map| map.role == base.role) {
-            return Err(bad_input(format!("--onto {text}: there is no --map {}", base.role)));
+        if self.data {
+            return Err(bad_input("--map says what each texture is: leave out --data"));
         }
-        bases.push(base);
-    }
-    let (jobs, new_folder) = plan::of_maps(args)?;
-    let mut batches = Vec::with_capacity(jobs.len());
-    for (map, job) in args.maps.iter().zip(jobs) {
-        let mut of_role = bases.iter().filter(|base| base.role == map.role);
-        let onto =
-            of_role.next().map(|base| Onto::parse(&base.path.to_string_lossy())).transpose()?;
-        if of_role.next().is_some() {
-            return Err(bad_input(format!("--onto {}= is given twice", map.role)));
+        let mut bases = Vec::with_capacity(self.onto.len());
+        for text in &self.onto {
+            let base = RoleFile::parse(text).map_err(|_| {
+                bad_input(format!("--onto {text}: with --map wanted ROLE=IMAGE or ROLE=COLOUR"))
+            })?;
+            if !self.maps.iter().any(|map| map.role == base.role) {
+                return Err(bad_input(format!("--onto {text}: there is no --map {}", base.role)));
+            }
+            bases.push(base);
         }
-        let treatment = Treatment::of_role(&map.role, args)?;
-        batches.push(Batch { treatment, onto, jobs: vec![job] });
+        let maps = self.maps.iter().map(|map| {
+            let mut of_role = bases.iter().filter(|base| base.role == map.role);
+            let onto = of_role.next().map(|base| Onto::parse(&base.file)).transpose()?;
+            if of_role.next().is_some() {
+                return Err(bad_input(format!("--onto {}= is given twice", map.role)));
+            }
+            let (role, source) = (Role::named(&map.role)?, PathBuf::from(&map.file));
+            Ok(MaterialMap { role, source, onto })
+        });
+        Ok(Inputs::Material(maps.collect::<anyhow::Result<_>>()?))
     }
-    Ok((batches, new_folder))
 }

@@ -12,7 +12,7 @@ use super::geodesic;
 use super::painted::{self, Place};
 
 /// One of a pair's two meshes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Side {
     /// The pair's source, [`Pair::source`].
     Source,

@@ -1,40 +1,43 @@
-//! What textures are laid over, as an option names it.
+//! What textures are laid over.
 
 use std::path::{Path, PathBuf};
 
-use crate::failure::bad_input;
+use crate::failure::{Failure, Result};
 
 /// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
-fn parse_color(text: &str) -> anyhow::Result<[f32; 4]> {
+fn parse_color(text: &str) -> Result<[f32; 4]> {
     let digits = text.strip_prefix('#').unwrap_or_default();
-    let wanted = || bad_input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
+    let wanted = || Failure::input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
     if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err(wanted());
     }
     let value = |text: &str| u8::from_str_radix(text, 16).map_err(|_| wanted());
     let values = match digits.len() {
-        3 => {
-            (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<anyhow::Result<Vec<u8>>>()?
-        }
+        3 => (0..3).map(|k| Ok(value(&digits[k..=k])? * 17)).collect::<Result<Vec<u8>>>()?,
         6 | 8 => (0..digits.len() / 2)
             .map(|k| value(&digits[2 * k..2 * k + 2]))
-            .collect::<anyhow::Result<Vec<u8>>>()?,
+            .collect::<Result<Vec<u8>>>()?,
         _ => return Err(wanted()),
     };
     let unit = |channel: usize| f32::from(values.get(channel).copied().unwrap_or(255)) / 255.0;
     Ok([unit(0), unit(1), unit(2), unit(3)])
 }
 
-/// What an option names as a base.
+/// What textures are laid over: an image in the target's layout, or a colour.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Onto {
+pub enum Onto {
+    /// An image's file.
     Image(PathBuf),
-    /// Values with 1.0 for full.
+    /// Red, green, blue and alpha as sRGB encodes them, 1.0 for full.
     Color([f32; 4]),
 }
 
 impl Onto {
-    pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
+    /// A colour, `#RGB`, `#RRGGBB` or `#RRGGBBAA`, or else a path.
+    ///
+    /// # Errors
+    /// For what begins with `#` and is no colour.
+    pub fn parse(text: &str) -> Result<Self> {
         if text.starts_with('#') {
             parse_color(text).map(Self::Color)
         } else {
@@ -42,7 +45,8 @@ impl Onto {
         }
     }
 
-    pub(crate) fn path(&self) -> Option<&Path> {
+    /// The image's file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Image(path) => Some(path),
             Self::Color(_) => None,

@@ -4,17 +4,53 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::Context;
-use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texture};
+use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, TexelFormat, Texture};
 use uvgraft_io::image::{self, BandReader, ReadError};
 
-use super::Args;
-use super::treatment::Treatment;
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{Blame, Failure, Result};
+use crate::material::Values;
 use crate::onto::Onto;
 
+/// What is asked of a base.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BaseOrder<'a> {
+    /// An image, a colour, or nothing.
+    pub(crate) onto: Option<&'a Onto>,
+    /// The size that an image is brought to.
+    pub(crate) size: Option<Size>,
+    pub(crate) values: Values,
+    pub(crate) filter: Filter,
+    pub(crate) averaging: Averaging,
+    /// Whether it is that of a map of a material.
+    pub(crate) is_material: bool,
+}
+
+impl BaseOrder<'_> {
+    /// Refuses what [`Base::new`] would, as far as that shows without decoding.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self.onto.and_then(Onto::path) {
+            // A pipe can be read only once.
+            Some(path) if path.exists() && !path.is_file() => Ok(()),
+            Some(path) => {
+                image::read_header(path).map(drop).map_err(|error| not_a_base(&error, path))
+            }
+            None => self.size_without_image().map(drop),
+        }
+    }
+
+    fn size_without_image(&self) -> Result<Size> {
+        self.size.ok_or_else(|| {
+            Failure::input(if self.is_material {
+                "a map without a base image needs a size: give --size N, or --onto ROLE=IMAGE for each"
+            } else {
+                "without a base image the result needs a size: give --size N or --onto IMAGE"
+            })
+        })
+    }
+}
+
 /// What textures are laid over.
-pub(super) struct Base {
+pub(crate) struct Base {
     content: Content,
     size: Size,
 }
@@ -41,63 +77,44 @@ struct Known {
 }
 
 impl Base {
-    /// - `onto`: an image's path, a colour, or nothing.
     /// - `again`: whether more than one texture is laid over it, or it is looked at before.
-    pub(super) fn new(
-        args: &Args,
-        treatment: Treatment,
-        onto: Option<&Onto>,
-        again: bool,
-    ) -> anyhow::Result<Self> {
+    pub(crate) fn new(order: &BaseOrder<'_>, again: bool) -> Result<Self> {
+        let BaseOrder { onto, size: wanted, values, filter, averaging, .. } = *order;
         let Some(Onto::Image(path)) = onto else {
             let unit = match onto {
                 Some(Onto::Color(unit)) => *unit,
-                _ => treatment.nothing(),
+                _ => values.nothing(),
             };
-            return Ok(Self { content: Content::Color(unit), size: size_without_image(args)? });
+            return Ok(Self { content: Content::Color(unit), size: order.size_without_image()? });
         };
         let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
-        let format = treatment.meant(reader.spec().format());
+        let format = values.meant(reader.spec().format());
         let name = path.display().to_string();
         let known = Known { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
         let found = reader.spec().size;
-        let size = args.size.unwrap_or(found);
+        let size = wanted.unwrap_or(found);
         if !again && size == found {
             let content = Content::File { reader: Mutex::new(Some(reader)), known };
             return Ok(Self { content, size });
         }
-        let (texture, failure) = reader.read_while(|_| true).or_bad_input()?;
+        let (texture, failure) = reader.read_while(|_| true).or_input()?;
         if let Some((_, error)) = failure {
-            return Err(bad_input(error));
+            return Err(Failure::input(error));
         }
         let texture = texture.with_encoding(format.encoding);
-        let texture = match args.size {
-            Some(size) => {
-                texture.resized(size, treatment.filter(args), args.linear_light).or_bad_input()?
-            }
+        let texture = match wanted {
+            Some(size) => texture.resized(size, filter, averaging).or_input()?,
             None => texture,
         };
         Ok(Self { content: Content::Image { texture, known }, size })
     }
 
-    /// Refuses what [`Base::new`] would, as far as that shows without decoding.
-    pub(super) fn check(args: &Args, onto: Option<&Onto>) -> anyhow::Result<()> {
-        match onto.and_then(Onto::path) {
-            // A pipe can be read only once.
-            Some(path) if path.exists() && !path.is_file() => Ok(()),
-            Some(path) => {
-                image::read_header(path).map(drop).map_err(|error| not_a_base(&error, path))
-            }
-            None => size_without_image(args).map(drop),
-        }
-    }
-
-    pub(super) fn size(&self) -> Size {
+    pub(crate) fn size(&self) -> Size {
         self.size
     }
 
     /// Bytes that it keeps in memory.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         match &self.content {
             Content::Image { texture, .. } => bytes_of(texture.size(), texture.format()),
             Content::File { .. } | Content::Color(_) => 0,
@@ -105,15 +122,16 @@ impl Base {
     }
 
     /// Its colours: an image's if it is in memory, or one texel of a colour.
-    pub(super) fn colors(&self) -> anyhow::Result<Cow<'_, Texture>> {
+    pub(crate) fn colors(&self) -> Result<Cow<'_, Texture>> {
         match &self.content {
             Content::Image { texture, .. } => Ok(Cow::Borrowed(texture)),
             Content::Color(unit) => {
                 let (size, depth) = (Size::square(1), Depth::F32);
-                let texel = Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, unit)?;
+                let texel = Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, unit);
+                let texel = texel.or_work()?;
                 Ok(Cow::Owned(texel))
             }
-            Content::File { .. } => anyhow::bail!("the base is not in memory"),
+            Content::File { .. } => Err(Failure::work("the base is not in memory")),
         }
     }
 
@@ -124,22 +142,22 @@ impl Base {
         }
     }
 
-    pub(super) fn is_image(&self) -> bool {
+    pub(crate) fn is_image(&self) -> bool {
         self.known().is_some()
     }
 
     /// How an image's values are stored; a colour takes after the source.
-    pub(super) fn depth(&self) -> Option<Depth> {
+    pub(crate) fn depth(&self) -> Option<Depth> {
         self.known().map(|known| known.format.depth)
     }
 
     /// Whether part of a colour shows what is behind it.
-    pub(super) fn is_clear_color(&self) -> bool {
+    pub(crate) fn is_clear_color(&self) -> bool {
         matches!(&self.content, Content::Color([.., alpha]) if *alpha < 1.0)
     }
 
     /// What is worth knowing about the ICC profiles of the base and of a source.
-    pub(super) fn mismatch(&self, icc: Option<&[u8]>, name: &Path) -> Option<String> {
+    pub(crate) fn mismatch(&self, icc: Option<&[u8]>, name: &Path) -> Option<String> {
         let base = self.known()?;
         let (name, base_name) = (name.display(), &base.name);
         let found = match (icc, base.icc.as_deref()) {
@@ -162,7 +180,7 @@ impl Base {
     }
 
     /// The format of the base under a source of some format, and the ICC profile of the result.
-    pub(super) fn under(
+    pub(crate) fn under(
         &self,
         source: TexelFormat,
         icc: Option<&[u8]>,
@@ -174,18 +192,20 @@ impl Base {
             Content::Color([r, g, b, alpha]) => {
                 let colored = source.channels.has_color() || r != g || g != b;
                 let clear = source.channels.has_alpha() || *alpha < 1.0;
-                let format = TexelFormat { channels: Channels::new(colored, clear), ..source };
+                let channels = if colored { Channels::Rgb } else { Channels::Grey };
+                let channels = if clear { channels.with_alpha() } else { channels };
+                let format = TexelFormat { channels, ..source };
                 (format, icc.map(<[u8]>::to_vec))
             }
         }
     }
 
     /// Its rows, in a format that [`Base::under`] gave.
-    pub(super) fn bands(&self, format: TexelFormat) -> anyhow::Result<Bands<'_>> {
+    pub(crate) fn bands(&self, format: TexelFormat) -> Result<Bands<'_>> {
         Ok(match &self.content {
             Content::File { reader, .. } => {
                 let mut reader = reader.lock().unwrap_or_else(PoisonError::into_inner);
-                let reader = reader.take().context("the base is read once")?;
+                let reader = reader.take().ok_or_else(|| Failure::work("the base is read once"))?;
                 Bands::File { reader: Box::new(reader), encoding: format.encoding }
             }
             Content::Image { texture, .. } => Bands::Image { texture, next: 0, spare: None },
@@ -195,7 +215,7 @@ impl Base {
 }
 
 /// The rows of a base, band by band.
-pub(super) enum Bands<'a> {
+pub(crate) enum Bands<'a> {
     File { reader: Box<BandReader>, encoding: Encoding },
     Image { texture: &'a Texture, next: u32, spare: Option<Texture> },
     Color { unit: [f32; 4], format: TexelFormat, size: Size, next: u32 },
@@ -203,7 +223,7 @@ pub(super) enum Bands<'a> {
 
 impl Bands<'_> {
     /// The next rows, or as many as are left; `None` after the last.
-    pub(super) fn next(&mut self, rows: u32) -> anyhow::Result<Option<Texture>> {
+    pub(crate) fn next(&mut self, rows: u32) -> Result<Option<Texture>> {
         let part = |next: &mut u32, height: u32| {
             let rows = *next..(*next + rows).min(height);
             *next = rows.end;
@@ -211,7 +231,7 @@ impl Bands<'_> {
         };
         match self {
             Self::File { reader, encoding } => {
-                let band = reader.next_band(rows).or_bad_input()?;
+                let band = reader.next_band(rows).or_input()?;
                 Ok(band.map(|band| band.with_encoding(*encoding)))
             }
             Self::Image { texture, next, spare } => {
@@ -230,7 +250,8 @@ impl Bands<'_> {
             Self::Color { unit, format, size, next } => {
                 let Some(rows) = part(next, size.height) else { return Ok(None) };
                 let size = Size::new(size.width, rows.end - rows.start);
-                let band = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit)?;
+                let band = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit);
+                let band = band.or_work()?;
                 let band = band.encoded_as(format.encoding);
                 Ok(Some(band.converted(format.channels, format.depth)))
             }
@@ -238,7 +259,7 @@ impl Bands<'_> {
     }
 
     /// Takes back a band that is no longer needed.
-    pub(super) fn recycle(&mut self, band: Texture) {
+    pub(crate) fn recycle(&mut self, band: Texture) {
         match self {
             Self::File { reader, .. } => reader.recycle(band),
             Self::Image { spare, .. } => *spare = Some(band),
@@ -247,26 +268,16 @@ impl Bands<'_> {
     }
 }
 
-fn size_without_image(args: &Args) -> anyhow::Result<Size> {
-    args.size.ok_or_else(|| {
-        bad_input(if args.maps.is_empty() {
-            "without a base image the result needs a size: give --size N or --onto IMAGE"
-        } else {
-            "a map without a base image needs a size: give --size N, or --onto ROLE=IMAGE for each"
-        })
-    })
-}
-
-fn not_a_base(error: &ReadError, path: &Path) -> anyhow::Error {
+fn not_a_base(error: &ReadError, path: &Path) -> Failure {
     if path.exists() {
-        bad_input(error)
+        Failure::input(error)
     } else {
-        bad_input(format!("{error}; --onto wants an image or a colour such as #808080"))
+        Failure::input(format!("{error}; --onto wants an image or a colour such as #808080"))
     }
 }
 
 /// Bytes of a texture in memory.
-pub(super) fn bytes_of(size: Size, format: TexelFormat) -> u64 {
+pub(crate) fn bytes_of(size: Size, format: TexelFormat) -> u64 {
     let value = match format.depth {
         Depth::U8 => 1,
         Depth::U16 => 2,

@@ -3,56 +3,62 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{Failure, Result};
 
 /// Outputs that were found to be writable, each a file of its own that is none of the inputs.
-pub(crate) struct Outputs {
+pub struct Outputs {
     inputs: HashSet<PathBuf>,
     accepted: HashSet<PathBuf>,
 }
 
 impl Outputs {
     /// Outputs of a command that reads `inputs`.
-    pub(crate) fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
+    pub fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
         Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: HashSet::new() }
     }
 
     /// Refuses an output that cannot be written, or that is an input or another output.
-    pub(crate) fn check(&mut self, output: &Path) -> anyhow::Result<()> {
+    ///
+    /// # Errors
+    /// Why, as the fault of the input.
+    pub fn check(&mut self, output: &Path) -> Result<()> {
         let name = output.display();
         if output.is_dir() {
-            return Err(bad_input(format!("cannot write {name}: it is a folder, wanted a file")));
+            return Err(Failure::input(format!(
+                "cannot write {name}: it is a folder, wanted a file"
+            )));
         }
         // A device or a pipe would be replaced by a file, because outputs are renamed into place.
         if output.metadata().is_ok_and(|found| !found.is_file()) {
-            return Err(bad_input(format!("cannot write {name}: it is no regular file")));
+            return Err(Failure::input(format!("cannot write {name}: it is no regular file")));
         }
         if output.metadata().is_ok_and(|found| found.permissions().readonly()) {
-            return Err(bad_input(format!("cannot write {name}: it is read-only")));
+            return Err(Failure::input(format!("cannot write {name}: it is read-only")));
         }
         let resolved = resolve(output);
         if self.inputs.contains(&resolved) {
-            return Err(bad_input(format!("output {name} is also an input; choose another name")));
+            return Err(Failure::input(format!(
+                "output {name} is also an input; choose another name"
+            )));
         }
         if self.accepted.contains(&resolved) {
-            return Err(bad_input(format!("{name} is named for two outputs; choose another name")));
+            return Err(Failure::input(format!(
+                "{name} is named for two outputs; choose another name"
+            )));
         }
         can_write_into(folder_of(output))
-            .with_context(|| format!("cannot write {name}"))
-            .or_bad_input()?;
+            .map_err(|failure| failure.context(format_args!("cannot write {name}")))?;
         self.accepted.insert(resolved);
         Ok(())
     }
 }
 
-fn can_write_into(folder: &Path) -> anyhow::Result<()> {
+fn can_write_into(folder: &Path) -> Result<()> {
     if !folder.exists() {
-        anyhow::bail!("there is no folder {}", folder.display());
+        return Err(Failure::input(format!("there is no folder {}", folder.display())));
     }
     if !folder.is_dir() {
-        anyhow::bail!("{} is no folder", folder.display());
+        return Err(Failure::input(format!("{} is no folder", folder.display())));
     }
     // Creating a file is the only sure way to learn whether one can be created. The error's kind
     // tells why not; its text would name a file that the user never heard of.
@@ -61,7 +67,7 @@ fn can_write_into(folder: &Path) -> anyhow::Result<()> {
         .suffix(".tmp")
         .tempfile_in(folder)
         .map(drop)
-        .map_err(|error| anyhow::anyhow!("folder {}: {}", folder.display(), error.kind()))
+        .map_err(|error| Failure::input(format!("folder {}: {}", folder.display(), error.kind())))
 }
 
 fn folder_of(path: &Path) -> &Path {

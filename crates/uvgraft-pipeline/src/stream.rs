@@ -6,7 +6,9 @@ use std::thread;
 use uvgraft::{Overlay, Texture};
 use uvgraft_io::image::{BandWriter, WriteError, Written};
 
-use super::base::Bands;
+use crate::base::Bands;
+use crate::failure::{Blame, Failure, Result};
+use crate::observer::Observer;
 
 /// Bytes of decoded rows that may wait for being laid over: most of a 4096² base, whose decoding goes
 /// on while the source is prepared.
@@ -16,7 +18,7 @@ const AHEAD: usize = 48 << 20;
 const BAND: usize = 2 << 20;
 
 /// How many rows of a base go together.
-pub(super) fn rows_in_band(row_bytes: usize) -> u32 {
+pub(crate) fn rows_in_band(row_bytes: usize) -> u32 {
     (BAND / row_bytes).max(1).next_multiple_of(16) as u32
 }
 
@@ -24,16 +26,18 @@ pub(super) fn rows_in_band(row_bytes: usize) -> u32 {
 ///
 /// # Errors
 /// What reading, laying over or writing gives.
-pub(super) fn run(
+pub(crate) fn run(
     mut bands: Bands<'_>,
     rows: u32,
-    overlay: &Overlay<'_>,
+    overlay: &Overlay,
     mut writer: BandWriter,
-) -> anyhow::Result<Result<Written, WriteError>> {
+    observer: &dyn Observer,
+) -> Result<std::result::Result<Written, WriteError>> {
     let mut first = 0;
     while let Some(band) = bands.next(rows)? {
+        check(observer)?;
         let height = band.size().height;
-        let band = overlay.lay(first, band)?;
+        let band = overlay.lay(first, band).or_work()?;
         first += height;
         if let Err(error) = writer.push(&band) {
             return Ok(Err(error));
@@ -43,15 +47,20 @@ pub(super) fn run(
     Ok(writer.finish())
 }
 
+/// Stops if the caller wants that.
+pub(crate) fn check(observer: &dyn Observer) -> Result<()> {
+    if observer.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
+}
+
 /// The bands of a base, decoded on a thread of their own from the start.
-pub(super) struct Ahead {
-    bands: Receiver<anyhow::Result<Texture>>,
+pub(crate) struct Ahead {
+    bands: Receiver<Result<Texture>>,
     used: std::sync::mpsc::Sender<Texture>,
 }
 
 impl Ahead {
     /// Begins to decode.
-    pub(super) fn start<'scope>(
+    pub(crate) fn start<'scope>(
         scope: &'scope thread::Scope<'scope, '_>,
         mut bands: Bands<'scope>,
         rows: u32,
@@ -68,20 +77,22 @@ impl Ahead {
     ///
     /// # Errors
     /// What reading, laying over or writing gives.
-    pub(super) fn run<'scope>(
+    pub(crate) fn run<'scope>(
         self,
         scope: &'scope thread::Scope<'scope, '_>,
-        overlay: &Overlay<'_>,
+        overlay: &Overlay,
         writer: BandWriter,
-    ) -> anyhow::Result<Result<Written, WriteError>> {
+        observer: &dyn Observer,
+    ) -> Result<std::result::Result<Written, WriteError>> {
         let Self { bands, used } = self;
         let (sender, receiver) = sync_channel(2);
         let writing = scope.spawn(move || encode(writer, &receiver, &used));
         let mut first = 0;
         for band in bands {
+            check(observer)?;
             let band = band?;
             let height = band.size().height;
-            let band = overlay.lay(first, band)?;
+            let band = overlay.lay(first, band).or_work()?;
             first += height;
             if sender.send(band).is_err() {
                 // It failed, and tells below why.
@@ -99,7 +110,7 @@ impl Ahead {
 fn decode(
     bands: &mut Bands<'_>,
     rows: u32,
-    sender: &SyncSender<anyhow::Result<Texture>>,
+    sender: &SyncSender<Result<Texture>>,
     returned: &Receiver<Texture>,
 ) {
     while let Some(band) = bands.next(rows).transpose() {
@@ -115,7 +126,7 @@ fn encode(
     mut writer: BandWriter,
     bands: &Receiver<Texture>,
     used: &std::sync::mpsc::Sender<Texture>,
-) -> Result<Written, WriteError> {
+) -> std::result::Result<Written, WriteError> {
     for band in bands {
         writer.push(&band)?;
         // Nobody takes it back once all is decoded.

@@ -4,67 +4,61 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use anyhow::Context;
-use indicatif::ProgressBar;
-use uvgraft::{Depth, Encoding, TexelFormat};
+use uvgraft::{Averaging, Depth, Encoding, TexelFormat};
 use uvgraft_io::image;
 
-use super::Args;
-use super::base::{Base, bytes_of};
-use super::carrier::{Carrier, Outcome};
-use super::plan::Job;
-use crate::failure::{self, warn};
-use crate::progress;
-use crate::report::to_stdout;
-
-/// How many textures were carried, and the exit code if some were not.
-pub(super) struct Carried {
-    pub(super) count: usize,
-    pub(super) code: Option<u8>,
-}
+use crate::base::bytes_of;
+use crate::carrier::{Carrier, Outcome};
+use crate::failure::{Blame, Fault, Result};
+use crate::manifest::Manifest;
+use crate::observer::{Event, Observer};
+use crate::plan::Job;
+use crate::transfer::Transferred;
 
 /// Carries all textures. What there is to say about them is said in their order.
-pub(super) fn run(
+pub(crate) fn run(
     carrier: &Carrier<'_>,
     jobs: &[Job],
-    base: &Base,
-    args: &Args,
-) -> anyhow::Result<Carried> {
+    manifest: Option<&Manifest<'_>>,
+) -> Result<Transferred> {
     let threads = rayon::current_num_threads();
-    let at_once = args.jobs.map_or(threads, usize::from).min(jobs.len());
-    let mut report = Report::new(jobs);
+    let at_once = carrier.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
+    let mut report = Report::new(jobs, manifest, carrier.observer);
     if at_once <= 1 {
         for (index, job) in jobs.iter().enumerate() {
+            let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             report.begin(job);
-            report.add(index, carrier.carry(job, true))?;
+            report.add(index, carrier.carry(job, true), made_from);
         }
-        return Ok(report.finish());
+        return report.finish();
     }
 
     // Something is left in any case: one texture at a time is always carried.
-    let memory = Memory::new(args.memory.saturating_sub(base.bytes()).max(1));
+    let memory = Memory::new(carrier.transfer.memory.saturating_sub(carrier.base.bytes()).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
-    let work = || -> anyhow::Result<()> {
+    let work = || -> Result<()> {
         // What a texture is cut into is worked on by the thread that carries it, unless there are
         // threads to spare: textures are enough to do for all.
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads((threads / at_once).max(1))
             .use_current_thread()
             .build()
-            .context("cannot start threads")?;
+            .or_work()
+            .map_err(|failure| failure.context("cannot start threads"))?;
         loop {
             let mut place = lock(&next);
             let index = *place;
             let Some(job) = jobs.get(index) else { return Ok(()) };
             *place += 1;
             // Whoever waits for memory keeps the others from taking it: large textures get their turn.
-            let taken = memory.take(bytes_needed(job, base, args));
+            let taken = memory.take(bytes_needed(job, carrier));
             drop(place);
+            let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             lock(&report).begin(job);
             let outcome = pool.install(|| carrier.carry(job, false));
             drop(taken);
-            lock(&report).add(index, outcome)?;
+            lock(&report).add(index, outcome, made_from);
         }
     };
     thread::scope(|scope| {
@@ -74,13 +68,14 @@ pub(super) fn run(
             Err(panic) => std::panic::resume_unwind(panic),
         })
     })?;
-    Ok(report.into_inner().unwrap_or_else(PoisonError::into_inner).finish())
+    report.into_inner().unwrap_or_else(PoisonError::into_inner).finish()
 }
 
 /// Bytes that carrying a texture takes at most, about. What cannot be read fails soon enough.
-fn bytes_needed(job: &Job, base: &Base, args: &Args) -> u64 {
+fn bytes_needed(job: &Job, carrier: &Carrier<'_>) -> u64 {
     /// Bands of rows, and what waits for being written.
     const BANDS: u64 = 24 << 20;
+    let (transfer, base) = (carrier.transfer, carrier.base);
     // A pipe can be read only once.
     if !job.source.metadata().is_ok_and(|found| found.is_file()) {
         return BANDS;
@@ -88,13 +83,14 @@ fn bytes_needed(job: &Job, base: &Base, args: &Args) -> u64 {
     let Ok(header) = image::read_header(&job.source) else { return BANDS };
     let target = base.size().texels() as u64;
     let depth = base.depth().unwrap_or(header.depth).max(header.depth);
-    let value = if depth > Depth::U8 || args.linear_light { 4 } else { 1 };
+    let value = if depth > Depth::U8 || transfer.averaging == Averaging::Light { 4 } else { 1 };
     let format =
         TexelFormat { channels: header.channels, depth: header.depth, encoding: Encoding::Srgb };
     // As it is decoded, and as it is worked on: all channels of both, and floats where they differ.
     let source = bytes_of(header.size, format) + header.size.texels() as u64 * 4 * value;
     // Solving keeps at most five textures of floats on either side; formats other than PNG are gathered.
-    let fit = if args.fit { (header.size.texels() as u64 + target) * 4 * 4 * 5 } else { 0 };
+    let values = header.size.texels() as u64 + target;
+    let fit = if transfer.fit.is_some() { values * 4 * 4 * 5 } else { 0 };
     let is_png = image::Format::from_path(&job.output) == Some(image::Format::Png);
     let gathered = if is_png { 0 } else { 2 * target * 4 * value };
     BANDS + source + fit + gathered
@@ -138,61 +134,63 @@ impl Drop for Taken<'_> {
 /// What happened to the textures, told in their order.
 struct Report<'a> {
     jobs: &'a [Job],
-    bar: ProgressBar,
+    manifest: Option<&'a Manifest<'a>>,
+    observer: &'a dyn Observer,
     waiting: BTreeMap<usize, Outcome>,
     told: usize,
-    failed: usize,
-    worst: Option<u8>,
+    done: Transferred,
 }
 
 impl<'a> Report<'a> {
-    fn new(jobs: &'a [Job]) -> Self {
-        let bar = match jobs.len() {
-            0 | 1 => ProgressBar::hidden(),
-            count => progress::bar(count as u64, "{bar:32} {pos}/{len} {eta:>4} {wide_msg}"),
-        };
-        Self { jobs, bar, waiting: BTreeMap::new(), told: 0, failed: 0, worst: None }
+    fn new(
+        jobs: &'a [Job],
+        manifest: Option<&'a Manifest<'a>>,
+        observer: &'a dyn Observer,
+    ) -> Self {
+        observer.event(Event::BatchStarted { textures: jobs.len() });
+        let (waiting, done) = (BTreeMap::new(), Transferred::default());
+        Self { jobs, manifest, observer, waiting, told: 0, done }
     }
 
     fn begin(&self, job: &Job) {
-        self.bar.set_message(job.source.display().to_string());
+        self.observer.event(Event::TextureStarted { source: &job.source });
     }
 
-    fn add(&mut self, index: usize, outcome: Outcome) -> anyhow::Result<()> {
-        self.bar.inc(1);
+    /// - `made_from`: what is noted where it was written.
+    fn add(&mut self, index: usize, mut outcome: Outcome, made_from: Option<String>) {
+        if let (Some(manifest), Some(made_from), Ok(_)) =
+            (self.manifest, made_from, &outcome.result)
+            && let Err(failure) = manifest.record(&self.jobs[index], made_from)
+        {
+            outcome.warnings.push(failure.to_string());
+        }
+        self.observer.event(Event::TextureEnded);
         self.waiting.insert(index, outcome);
-        while let Some(outcome) = self.waiting.remove(&self.told) {
-            let job = &self.jobs[self.told];
+        while let Some(Outcome { result, warnings }) = self.waiting.remove(&self.told) {
+            let Job { source, output } = &self.jobs[self.told];
             self.told += 1;
-            let Outcome { result, warnings } = outcome;
-            self.bar.suspend(|| {
-                warnings.iter().for_each(warn);
-                match &result {
-                    Ok(Some(fit)) => to_stdout(&format!("{}: {fit}\n", job.output.display())),
-                    Ok(None) => Ok(()),
-                    Err(error) => {
-                        failure::report(error);
-                        Ok(())
-                    }
-                }
-            })?;
-            if let Err(error) = result {
-                // A failure at work weighs more than a bad file.
-                self.failed += 1;
-                let code = failure::exit_code(&error);
-                self.worst = Some(self.worst.map_or(code, |worst| worst.min(code)));
+            // What was cancelled is told once, at the end.
+            let is_told = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
+            if is_told {
+                let result = result.as_ref().map(Option::as_ref);
+                let warnings = &warnings[..];
+                self.observer.event(Event::TextureReport { source, output, warnings, result });
+            }
+            match result {
+                Ok(_) => self.done.written += 1,
+                Err(failure) => self.done.failures.push(failure),
             }
         }
-        Ok(())
     }
 
-    fn finish(self) -> Carried {
-        self.bar.finish_and_clear();
-        let (all, count) = (self.jobs.len(), self.jobs.len() - self.failed);
-        if self.failed > 0 && all > 1 {
-            warn(format!("{count} of {all} textures were carried across"));
+    fn finish(self) -> Result<Transferred> {
+        let (textures, written) = (self.jobs.len(), self.done.written);
+        self.observer.event(Event::BatchEnded { textures, written });
+        let mut failures = self.done.failures.iter();
+        match failures.find(|failure| failure.fault() == Fault::Cancelled) {
+            Some(cancelled) => Err(cancelled.clone()),
+            None => Ok(self.done),
         }
-        Carried { count, code: self.worst }
     }
 }
 

@@ -1,18 +1,17 @@
-//! Lengths as options give them, and the unit of a mesh.
-
-use clap::ValueEnum;
+//! Lengths with units, and the unit of a mesh.
 
 /// Longer than any mesh in any unit, and short enough for single precision.
 const LONGEST: f64 = 1e9;
 
 /// A unit of length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Unit {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Unit {
     /// Millimetres
     Mm,
     /// Centimetres
     Cm,
     /// Metres
+    #[default]
     M,
     /// Inches
     In,
@@ -40,17 +39,22 @@ impl Unit {
 
 /// A number with a unit, or in the mesh's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Length {
+pub struct Length {
     value: f64,
     unit: Option<Unit>,
 }
 
 impl Length {
-    pub(crate) const fn millimeters(value: f64) -> Self {
+    /// So many millimetres.
+    pub const fn millimeters(value: f64) -> Self {
         Self { value, unit: Some(Unit::Mm) }
     }
 
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+    /// A number with a unit such as `15mm`, or in the mesh's own.
+    ///
+    /// # Errors
+    /// What is wanted instead.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let unit = match &text[digits.len()..] {
             "" => None,
@@ -68,19 +72,22 @@ impl Length {
     }
 
     /// As [`Length::parse`], from 0.
-    pub(crate) fn parse_distance(text: &str) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// What is wanted instead.
+    pub fn parse_distance(text: &str) -> Result<Self, String> {
         Self::parse(text).and_then(|length| {
             if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, from 0", wanted())) }
         })
     }
 
     /// Whether it needs a mesh's unit to be known.
-    pub(crate) fn has_unit(self) -> bool {
+    pub fn has_unit(self) -> bool {
         self.unit.is_some() && self.value != 0.0
     }
 
     /// In a mesh's unit.
-    pub(crate) fn in_unit(self, mesh: Unit) -> f64 {
+    pub fn in_unit(self, mesh: Unit) -> f64 {
         match self.unit {
             Some(unit) => self.value * unit.meters() / mesh.meters(),
             None => self.value,

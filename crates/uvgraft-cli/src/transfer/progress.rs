@@ -1,0 +1,94 @@
+//! What is said while textures are carried: bars on standard error if that is a terminal, warnings and errors there,
+//! and the course of fits on standard output.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use indicatif::ProgressBar;
+use uvgraft_pipeline::{Event, Observer};
+
+use crate::failure::{self, note, warn};
+use crate::fitting::{FitBar, FitSummary};
+use crate::progress;
+use crate::report::to_stdout;
+
+/// Follows a transfer.
+pub(super) struct Progress {
+    state: Mutex<State>,
+}
+
+struct State {
+    textures: ProgressBar,
+    fits: HashMap<PathBuf, FitBar>,
+}
+
+impl Progress {
+    pub(super) fn new() -> Self {
+        let state = State { textures: ProgressBar::hidden(), fits: HashMap::new() };
+        Self { state: Mutex::new(state) }
+    }
+}
+
+impl State {
+    fn tell(&mut self, event: Event<'_>) {
+        match event {
+            Event::Note(text) => note(text),
+            Event::Warning(text) => self.textures.suspend(|| warn(text)),
+            Event::Planned { textures, up_to_date: Some(count) } => {
+                print(&format!("{count} of {textures} were up to date\n"));
+            }
+            Event::BatchStarted { textures } if textures > 1 => {
+                let template = "{bar:32} {pos}/{len} {eta:>4} {wide_msg}";
+                self.textures = progress::bar(textures as u64, template);
+            }
+            Event::TextureStarted { source } => {
+                self.textures.set_message(source.display().to_string());
+            }
+            Event::FitProgress { source, progress } => {
+                self.fits.entry(source.to_path_buf()).or_default().show(progress);
+            }
+            Event::TextureEnded => self.textures.inc(1),
+            Event::TextureReport { source, output, warnings, result } => {
+                if let Some(bar) = self.fits.remove(source) {
+                    bar.finish();
+                }
+                let result = result.map(|fit| fit.map(FitSummary::from));
+                self.textures.suspend(|| report(output, warnings, result));
+            }
+            Event::BatchEnded { textures, written } => {
+                self.textures.finish_and_clear();
+                if written < textures && textures > 1 {
+                    warn(format!("{written} of {textures} textures were carried across"));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn report(
+    output: &Path,
+    warnings: &[String],
+    result: Result<Option<FitSummary>, &uvgraft_pipeline::Failure>,
+) {
+    warnings.iter().for_each(warn);
+    match result {
+        Ok(Some(fit)) => print(&format!("{}: {fit}\n", output.display())),
+        Ok(None) => {}
+        Err(failure) => failure::print(failure),
+    }
+}
+
+/// Prints to standard output. That it cannot be is no reason to stop carrying textures.
+fn print(text: &str) {
+    if let Err(error) = to_stdout(text) {
+        warn(format!("{error:#}"));
+    }
+}
+
+impl Observer for Progress {
+    fn event(&self, event: Event<'_>) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).tell(event);
+    }
+}

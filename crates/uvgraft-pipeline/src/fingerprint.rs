@@ -1,0 +1,95 @@
+//! Fingerprints of what outputs are made from: the content of all inputs, and everything that was asked for.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+/// Raised when results change though the version does not.
+const REVISION: u32 = 1;
+
+/// What an output is made from, as a hash that grows.
+#[derive(Clone)]
+pub(crate) struct Fingerprint(Sha256);
+
+impl Fingerprint {
+    /// Of this version of the program, and nothing else.
+    pub(crate) fn new() -> Self {
+        let mut fingerprint = Self(Sha256::new());
+        fingerprint.add(concat!("uvgraft ", env!("CARGO_PKG_VERSION")));
+        fingerprint.add(&REVISION.to_string());
+        fingerprint
+    }
+
+    /// Adds a text, told apart from what comes before and after.
+    pub(crate) fn add(&mut self, text: &str) {
+        self.0.update((text.len() as u64).to_le_bytes());
+        self.0.update(text.as_bytes());
+    }
+
+    /// Adds the content of a file.
+    pub(crate) fn add_file(&mut self, path: &Path) -> io::Result<()> {
+        self.add(&file_digest(path)?);
+        Ok(())
+    }
+
+    /// The fingerprint with the content of one more file, as hexadecimal digits.
+    pub(crate) fn with_file(&self, path: &Path) -> io::Result<String> {
+        let mut fingerprint = self.clone();
+        fingerprint.add_file(path)?;
+        Ok(hex(&fingerprint.0.finalize()))
+    }
+}
+
+/// The SHA-256 of a regular file, as hexadecimal digits.
+pub(crate) fn file_digest(path: &Path) -> io::Result<String> {
+    // A pipe can be read only once.
+    if !path.metadata()?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::Unsupported, "not a regular file"));
+    }
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 1 << 18];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(hex(&hasher.finalize())),
+            count => hasher.update(&buffer[..count]),
+        }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_told_apart() {
+        let of = |texts: &[&str]| {
+            let mut fingerprint = Fingerprint::new();
+            texts.iter().for_each(|text| fingerprint.add(text));
+            hex(&fingerprint.0.finalize())
+        };
+        assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
+        assert_ne!(of(&["ab"]), of(&["ab", ""]));
+        assert_eq!(of(&["ab", "c"]), of(&["ab", "c"]));
+    }
+
+    #[test]
+    fn only_regular_files_have_a_digest() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        std::fs::write(&path, "abc").unwrap();
+        let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(file_digest(&path).unwrap(), wanted);
+        assert!(file_digest(folder.path()).is_err());
+    }
+}

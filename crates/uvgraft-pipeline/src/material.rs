@@ -1,0 +1,124 @@
+//! What the maps of a material are, and what is done to each for that.
+
+use std::path::Path;
+
+use uvgraft::{Content, Depth, Encoding, Filter, NormalOptions, TexelFormat};
+use uvgraft_io::image::Format;
+
+use crate::failure::{Failure, Result};
+
+/// What the values of a texture are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
+pub enum Values {
+    /// The surface's own colour, which takes part in finding a common tone.
+    #[default]
+    Albedo,
+    /// Another colour.
+    Color,
+    /// Data, which is never colour-managed and has no opacity.
+    Data,
+    /// Tangent-space normals.
+    Normals,
+    /// Data that is worked on as floats where the output can hold them.
+    Displacement,
+}
+
+/// What a map of a material is called, and what its values are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Role {
+    /// Its name, such as `roughness`: outputs are named for it.
+    pub name: &'static str,
+    /// What its values are.
+    pub values: Values,
+}
+
+const ROLES: [(&str, Values); 27] = [
+    ("albedo", Values::Albedo),
+    ("base-color", Values::Albedo),
+    ("color", Values::Albedo),
+    ("diffuse", Values::Albedo),
+    ("emissive", Values::Color),
+    ("sheen-color", Values::Color),
+    ("specular-color", Values::Color),
+    ("subsurface-color", Values::Color),
+    ("alpha", Values::Data),
+    ("ao", Values::Data),
+    ("cavity", Values::Data),
+    ("clearcoat", Values::Data),
+    ("curvature", Values::Data),
+    ("data", Values::Data),
+    ("gloss", Values::Data),
+    ("mask", Values::Data),
+    ("metallic", Values::Data),
+    ("occlusion", Values::Data),
+    ("opacity", Values::Data),
+    ("orm", Values::Data),
+    ("roughness", Values::Data),
+    ("specular", Values::Data),
+    ("subsurface", Values::Data),
+    ("thickness", Values::Data),
+    ("normal", Values::Normals),
+    ("displacement", Values::Displacement),
+    ("height", Values::Displacement),
+];
+
+impl Role {
+    /// A role by its name.
+    ///
+    /// # Errors
+    /// For a name that is none, with those that are.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = ROLES.iter().find(|(known, _)| *known == name);
+        found.map(|&(name, values)| Self { name, values }).ok_or_else(|| {
+            let names: Vec<&str> = ROLES.iter().map(|(name, _)| *name).collect();
+            Failure::input(format!("--map {name}: wanted one of {}", names.join(", ")))
+        })
+    }
+}
+
+impl Values {
+    pub(crate) fn is_data(self) -> bool {
+        !matches!(self, Self::Albedo | Self::Color)
+    }
+
+    pub(crate) fn is_toned(self) -> bool {
+        self == Self::Albedo
+    }
+
+    /// What they are to a graft.
+    pub(crate) fn content(self, normals: NormalOptions) -> Content {
+        match self {
+            Self::Albedo | Self::Color => Content::Color,
+            Self::Data | Self::Displacement => Content::Data,
+            Self::Normals => Content::Normals(normals),
+        }
+    }
+
+    /// What a base is where none is named: as values, with 1.0 for full.
+    pub(crate) fn nothing(self) -> [f32; 4] {
+        match self {
+            Self::Normals => [0.5, 0.5, 1.0, 1.0],
+            // No channel of data says that there is nothing.
+            Self::Data | Self::Displacement => [0.0, 0.0, 0.0, 1.0],
+            Self::Albedo | Self::Color => [0.0; 4],
+        }
+    }
+
+    /// The interpolation filter, unless one is named.
+    pub(crate) fn filter(self) -> Filter {
+        // Overshoot would put values into data that none of its texels has.
+        if self.is_data() { Filter::Bilinear } else { Filter::default() }
+    }
+
+    /// What a texture of some format is taken for.
+    pub(crate) fn meant(self, format: TexelFormat) -> TexelFormat {
+        if self.is_data() { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
+    }
+
+    /// The depth that a texture is worked on in, where it is to be written to `output`.
+    pub(crate) fn depth(self, found: Depth, output: &Path) -> Depth {
+        let holds_floats = matches!(Format::from_path(output), Some(Format::Exr | Format::Tiff));
+        if self == Self::Displacement && holds_floats { Depth::F32 } else { found }
+    }
+}

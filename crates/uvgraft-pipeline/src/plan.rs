@@ -1,0 +1,210 @@
+//! What a transfer reads and writes: one file, several, or a folder of them.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use uvgraft_io::image::Format;
+
+use crate::failure::{Blame, Failure, Result};
+use crate::material::{Role, Values};
+use crate::onto::Onto;
+use crate::transfer::Transfer;
+
+/// Which textures are carried.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Inputs {
+    /// Textures that are laid over one base, one each.
+    Textures {
+        /// Image files, and folders of them.
+        sources: Vec<PathBuf>,
+        /// What they are laid over; nothing, which needs [`Transfer::size`], if there is none.
+        onto: Option<Onto>,
+        /// What their values are.
+        values: Values,
+    },
+    /// The maps of one material.
+    Material(Vec<MaterialMap>),
+}
+
+/// A map of a material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialMap {
+    /// What it is; the output is named for it.
+    pub role: Role,
+    /// The image file.
+    pub source: PathBuf,
+    /// What it is laid over; nothing, which needs [`Transfer::size`], if there is none.
+    pub onto: Option<Onto>,
+}
+
+/// A texture to carry and where its result goes.
+#[derive(Debug, Clone)]
+pub(crate) struct Job {
+    pub(crate) source: PathBuf,
+    pub(crate) output: PathBuf,
+}
+
+/// Textures that are treated alike and laid over one base.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    pub(crate) values: Values,
+    pub(crate) onto: Option<Onto>,
+    pub(crate) jobs: Vec<Job>,
+}
+
+/// What is to be done, and the folder that has to be made for it.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) batches: Vec<Batch>,
+    pub(crate) new_folder: Option<PathBuf>,
+}
+
+impl Plan {
+    pub(crate) fn new(transfer: &Transfer) -> Result<Self> {
+        match &transfer.inputs {
+            Inputs::Textures { sources, onto, values } => {
+                let (jobs, new_folder) = jobs_of_textures(transfer, sources)?;
+                let batch = Batch { values: *values, onto: onto.clone(), jobs };
+                Ok(Self { batches: vec![batch], new_folder })
+            }
+            Inputs::Material(maps) => Self::of_maps(transfer, maps),
+        }
+    }
+
+    /// All jobs, batch by batch.
+    pub(crate) fn jobs(&self) -> impl Iterator<Item = &Job> {
+        self.batches.iter().flat_map(|batch| &batch.jobs)
+    }
+
+    /// One job for each map of a material, each named for its role, in the format of its file.
+    fn of_maps(transfer: &Transfer, maps: &[MaterialMap]) -> Result<Self> {
+        let folder = &*transfer.output;
+        let is_new = !folder.is_dir();
+        let says_folder = folder.as_os_str().as_encoded_bytes().ends_with(b"/");
+        if is_new && (folder.exists() || (Format::from_path(folder).is_some() && !says_folder)) {
+            let folder = folder.display();
+            return Err(Failure::input(format!(
+                "output {folder} is no folder; maps are written into one"
+            )));
+        }
+        let mut batches: Vec<Batch> = Vec::with_capacity(maps.len());
+        for MaterialMap { role: Role { name, values }, source, onto } in maps {
+            let extension = match &transfer.format {
+                Some(extension) => extension.clone(),
+                None => source.extension().unwrap_or_default().to_string_lossy().into_owned(),
+            };
+            if Format::from_extension(&extension).is_none() {
+                return Err(Failure::input(format!(
+                    "{}: its name says no format to write {name} in; say --format png, for instance",
+                    source.display()
+                )));
+            }
+            let output = folder.join(name).with_extension(extension);
+            let mut others = batches.iter().flat_map(|batch| &batch.jobs);
+            if others.any(|job| job.output.file_stem() == output.file_stem()) {
+                return Err(Failure::input(format!("--map {name}= is given twice")));
+            }
+            let jobs = vec![Job { source: source.clone(), output }];
+            batches.push(Batch { values: *values, onto: onto.clone(), jobs });
+        }
+        Ok(Self { batches, new_folder: is_new.then(|| folder.to_path_buf()) })
+    }
+}
+
+/// One job, or one for each of several sources or each image of a folder; and the folder that has to be made for
+/// them.
+fn jobs_of_textures(
+    transfer: &Transfer,
+    sources: &[PathBuf],
+) -> Result<(Vec<Job>, Option<PathBuf>)> {
+    let output = &*transfer.output;
+    let single = sources.len() == 1 && !sources[0].is_dir();
+    let says_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
+    if single && !output.is_dir() && !says_folder {
+        let format = format_of(output)?;
+        if let Some(name) = transfer.format.as_deref()
+            && Format::from_extension(name) != Some(format)
+        {
+            let output = output.display();
+            return Err(Failure::input(format!("--format {name} contradicts the output {output}")));
+        }
+        let job = Job { source: sources[0].clone(), output: output.to_path_buf() };
+        return Ok((vec![job], None));
+    }
+    let is_new = !output.is_dir();
+    let says_file = Format::from_path(output).is_some() && !says_folder;
+    if is_new && (output.exists() || says_file) {
+        return Err(Failure::input(format!(
+            "output {} is no folder; several sources are written into one",
+            output.display()
+        )));
+    }
+    let mut paths = Vec::new();
+    for source in sources {
+        if source.is_dir() {
+            paths.extend(images_in(source)?);
+        } else {
+            paths.push(source.clone());
+        }
+    }
+    let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
+    let mut jobs = Vec::with_capacity(paths.len());
+    for source in paths {
+        let name = source.file_name().map(PathBuf::from).unwrap_or_default();
+        let name = match &transfer.format {
+            Some(format) => name.with_extension(format),
+            None => name,
+        };
+        let output = output.join(&name);
+        if Format::from_path(&name).is_none() {
+            return Err(Failure::input(format!(
+                "{}: its name says no format to write {} in; say --format png, for instance",
+                source.display(),
+                output.display()
+            )));
+        }
+        if let Some(other) = taken.insert(output.clone(), source.clone()) {
+            let (other, source) = (other.display(), source.display());
+            return Err(Failure::input(format!(
+                "{other} and {source} would both become {}",
+                output.display()
+            )));
+        }
+        jobs.push(Job { source, output });
+    }
+    Ok((jobs, is_new.then(|| output.to_path_buf())))
+}
+
+/// The files of a folder whose names say that they are images, sorted. Hidden ones are left out:
+/// some systems put a `._face.png`, which is no image, beside each `face.png`.
+fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = folder.read_dir().and_then(Iterator::collect::<std::result::Result<Vec<_>, _>>);
+    let entries = entries.or_input().map_err(|failure| {
+        failure.context(format_args!("cannot read the folder {}", folder.display()))
+    })?;
+    let mut images: Vec<PathBuf> = entries
+        .into_iter()
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file() && Format::from_path(path).is_some() && !is_hidden(path))
+        .collect();
+    if images.is_empty() {
+        let wanted = Format::extension_list();
+        return Err(Failure::input(format!("{} holds no image ({wanted})", folder.display())));
+    }
+    images.sort();
+    Ok(images)
+}
+
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
+pub(crate) fn format_of(path: &Path) -> Result<Format> {
+    Format::from_path(path).ok_or_else(|| {
+        Failure::input(format!(
+            "{}: wanted a name that ends in {}",
+            path.display(),
+            Format::extension_list()
+        ))
+    })
+}

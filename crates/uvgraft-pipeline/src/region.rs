@@ -1,0 +1,197 @@
+//! Which part of the surface is meant, from files.
+
+use std::path::{Path, PathBuf};
+
+use uvgraft::blend::{Ground, Growth, Selection, Side};
+use uvgraft_io::image::{self, Format};
+use uvgraft_io::{vertex_groups, vertex_list};
+
+use crate::failure::{Blame, Failure, Result};
+use crate::length::{Length, Unit, assumption};
+use crate::observer::{Event, Observer};
+
+/// Which part of what is linked is meant: by default all of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Region {
+    /// Only these parts.
+    pub include: Vec<RegionPart>,
+    /// Not these.
+    pub exclude: Vec<RegionPart>,
+    /// How far what is included is widened, or narrowed.
+    pub grow: Option<Grow>,
+    /// The unit that the meshes are in, for lengths that have one; metres where none is named.
+    pub unit: Option<Unit>,
+}
+
+/// How far a region is widened, or narrowed where it is negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Grow {
+    /// By a length along the surface.
+    By(Length),
+    /// By rings of triangles.
+    Rings(i32),
+}
+
+/// A part of a mesh that a file names: vertices (NPY, text), groups of vertices (pickle, JSON), or a painted mask
+/// (an image).
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct RegionPart {
+    /// Whose vertices, or whose layout, it is about.
+    pub side: Side,
+    /// The file.
+    pub path: PathBuf,
+    /// Which of its groups; for files of vertex groups.
+    pub names: Vec<String>,
+}
+
+impl RegionPart {
+    /// `[SIDE:]FILE[#GROUP,GROUP]`, as in `target:body.json#head,neck`.
+    pub fn parse(text: &str) -> Self {
+        let (side, rest) = match text.split_once(':') {
+            Some(("source", rest)) => (Side::Source, rest),
+            Some(("target", rest)) => (Side::Target, rest),
+            _ => (Side::Source, text),
+        };
+        // A file may have that sign in its name.
+        match rest.rsplit_once('#') {
+            Some((path, names)) if !Path::new(rest).exists() => {
+                let names = names.split(',').filter(|name| !name.is_empty());
+                Self { side, path: path.into(), names: names.map(str::to_owned).collect() }
+            }
+            _ => Self { side, path: rest.into(), names: Vec::new() },
+        }
+    }
+}
+
+impl Region {
+    /// Whether everything that is linked is meant.
+    pub fn is_everything(&self) -> bool {
+        self.include.is_empty() && self.exclude.is_empty() && self.grow.is_none()
+    }
+
+    /// The files that are named.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.include.iter().chain(&self.exclude).map(|part| &*part.path)
+    }
+
+    /// The unit of the meshes. Says which one is taken, if a length depends on it and none was named.
+    pub fn unit(
+        &self,
+        ground: &Ground,
+        lengths: impl IntoIterator<Item = Length>,
+        observer: &dyn Observer,
+    ) -> Unit {
+        let grow = match self.grow {
+            Some(Grow::By(length)) => Some(length),
+            _ => None,
+        };
+        let matters = lengths.into_iter().chain(grow).any(Length::has_unit);
+        self.unit.unwrap_or_else(|| {
+            let unit = Unit::default();
+            if matters {
+                observer.event(Event::Note(&assumption(ground.extent(), unit)));
+            }
+            unit
+        })
+    }
+
+    /// What is selected, within what is linked.
+    ///
+    /// # Errors
+    /// For files that cannot be read or do not fit the meshes.
+    pub fn select(&self, ground: &Ground, unit: Unit) -> Result<Selection> {
+        let linked = ground.linked();
+        let mut selection = match united(ground, &self.include)? {
+            Some(selection) => selection,
+            None => linked.clone(),
+        };
+        if let Some(grow) = self.grow {
+            let by = match grow {
+                Grow::By(length) => Growth::Length(length.in_unit(unit)),
+                Grow::Rings(rings) => Growth::Rings(rings),
+            };
+            selection = selection.within(&linked).grown(by);
+        }
+        // Last, so that what is widened does not come back to it.
+        if let Some(excluded) = united(ground, &self.exclude)? {
+            selection = selection.without(&excluded);
+        }
+        Ok(selection.within(&linked))
+    }
+}
+
+fn united(ground: &Ground, parts: &[RegionPart]) -> Result<Option<Selection>> {
+    let mut all: Option<Selection> = None;
+    for part in parts {
+        let part = selection(ground, part)?;
+        all = Some(match all {
+            Some(all) => all.and(&part),
+            None => part,
+        });
+    }
+    Ok(all)
+}
+
+fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
+    let RegionPart { side, path, names } = part;
+    let mesh = ground.mesh_of(*side);
+    let vertices = mesh.positions().len();
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let name = path.display();
+    let of_vertices = |ids: &[u32]| {
+        ground.vertices(*side, ids).map_err(|error| Failure::input(format!("{name}: {error}")))
+    };
+    match extension.to_str().unwrap_or_default() {
+        "pkl" | "pickle" | "json" => {
+            let groups = vertex_groups::read(path).or_input()?;
+            if names.is_empty() {
+                let known: Vec<&str> = groups.names().collect();
+                return Err(Failure::input(format!(
+                    "{name} holds named parts; say which, as in {name}#{}; there are: {}",
+                    known.first().unwrap_or(&"face"),
+                    known.join(", ")
+                )));
+            }
+            let mut ids = Vec::new();
+            for group in names {
+                let found = groups.vertices(group, vertices);
+                ids.extend(found.map_err(|error| Failure::input(format!("{name}: {error}")))?);
+            }
+            of_vertices(&ids)
+        }
+        _ if !names.is_empty() => Err(Failure::input(format!(
+            "{name} has no named parts, so #{} says nothing; a .pkl or .json of vertex groups has",
+            names.join(",")
+        ))),
+        extension if Format::from_extension(extension).is_some() => {
+            let mask = image::read(path).or_input()?.texture;
+            ground.painted(*side, &mask).map_err(|error| Failure::input(format!("{name}: {error}")))
+        }
+        "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(path, vertices).or_input()?),
+        _ => Err(Failure::input(format!(
+            "{name}: wanted vertices (.npy, .txt), vertex groups (.pkl, .json) or a painted mask ({})",
+            Format::extension_list()
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_by_their_text() {
+        let part = |side, path: &str, names: &[&str]| RegionPart {
+            side,
+            path: path.into(),
+            names: names.iter().map(|&name| name.to_owned()).collect(),
+        };
+        assert_eq!(RegionPart::parse("a.npy"), part(Side::Source, "a.npy", &[]));
+        assert_eq!(
+            RegionPart::parse("target:b.pkl#face,neck"),
+            part(Side::Target, "b.pkl", &["face", "neck"])
+        );
+        assert_eq!(RegionPart::parse("C:\\x.txt"), part(Side::Source, "C:\\x.txt", &[]));
+    }
+}
