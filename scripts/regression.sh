@@ -361,8 +361,6 @@ several() {
     run several/jobs transfer my.uvpair sources --onto body.png --jobs 3 --threads 2 --memory 20M --mask @_mask.png -o @
     run several/one_job transfer my.uvpair sources --size 100x120 --jobs 1 --threads 1 --format png --feather 1cm --unit m -o @
     run several/listed transfer my.uvpair face.png noise.tif --onto '#123456' --size 64 --format webp -o @
-    mkdir -p out/several/skipped
-    echo kept >out/several/skipped/face.png
     run several/skipped transfer my.uvpair face.png noise.tif --onto body.png --skip-existing --format png -o @
 }
 
