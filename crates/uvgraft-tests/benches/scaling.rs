@@ -3,11 +3,12 @@
 
 #![allow(clippy::print_stdout, reason = "tables are what this is for")]
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, SamplingMap, Size, Texture, Transfer,
-    TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, SamplingMap, Size, Sizes,
+    Texture,
 };
 use uvgraft_tests::synthetic;
 
@@ -40,16 +41,19 @@ fn textures() {
     println!("|---|---|---|---|---|---|");
     for side in [512, 1024, 2048, 4096, 8192] {
         let size = Size::square(side);
-        let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
+        let options = MapOptions::default();
         let runs = if side > 4096 { 5 } else { 11 };
         let map = median_ms(
             runs,
             || (),
-            |()| SamplingMap::new(&pair, Direction::Forward, size, &options.map),
+            |()| SamplingMap::new(&pair, Direction::Forward, size, &options),
         );
-        let new = || Transfer::new(&pair, Direction::Forward, size, size, &options);
+        let builder = Graft::builder(Arc::clone(&pair), Sizes { from: size, to: size })
+            .filter(Filter::Bilinear)
+            .map_options(options);
+        let new = || builder.clone().build().expect("a sound size");
         let prepared = median_ms(runs, || (), |()| new());
-        let transfer = new();
+        let graft = new();
         let filled = |value| {
             Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[value; 3])
                 .expect("a sound size")
@@ -58,9 +62,9 @@ fn textures() {
         let applied = median_ms(
             runs,
             || (source.clone(), base.clone()),
-            |(source, base)| transfer.apply(source, base),
+            |(source, base)| graft.apply(source, base),
         );
-        let covered = transfer.map().stats().covered;
+        let covered = graft.map().stats().covered;
         let each = (prepared + applied) * 1e6 / covered as f64;
         println!(
             "| {side}² | {covered} | {map:.2} ms | {prepared:.2} ms | {applied:.2} ms | {each:.2} |"

@@ -2,14 +2,15 @@
 //! on a synthetic one.
 
 use std::io::Cursor;
+use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
 use uvgraft::metrics::lpips::Lpips;
 use uvgraft::metrics::{self, Colors, Mask, MetricError};
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, NormalFrames, NormalOptions,
-    Operator, Pair, SamplingMap, Size, Texels, Texture, Transfer, TransferOptions, resample,
+    Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, NormalFrames, NormalOptions,
+    Pair, SamplingMap, Size, Sizes, Texels, Texture, resample,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::lpips_weights::sdist;
@@ -39,7 +40,7 @@ fn maps(criterion: &mut Criterion, pair: &Pair) {
     group.finish();
 }
 
-fn transfers(criterion: &mut Criterion, pair: &Pair) {
+fn transfers(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let mut group = criterion.benchmark_group("transfer");
     for direction in [Direction::Forward, Direction::Reverse] {
         let (source_size, target_size) = sizes(direction);
@@ -48,13 +49,14 @@ fn transfers(criterion: &mut Criterion, pair: &Pair) {
             Texture::filled(target_size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3])
                 .expect("a sound size");
         for filter in Filter::ALL {
-            let options = TransferOptions { filter, ..TransferOptions::default() };
-            let transfer = Transfer::new(pair, direction, source_size, target_size, &options);
+            let sizes = Sizes { from: source_size, to: target_size };
+            let graft = Graft::builder(Arc::clone(pair), sizes).direction(direction);
+            let graft = graft.filter(filter).build().expect("sound sizes");
             // Copies of the textures are made outside the measured part.
             group.bench_function(format!("{direction:?} {filter}"), |bencher| {
                 bencher.iter_batched(
                     || (source.clone(), base.clone()),
-                    |(source, base)| transfer.apply(source, base),
+                    |(source, base)| graft.apply(source, base),
                     BatchSize::LargeInput,
                 );
             });
@@ -86,13 +88,12 @@ fn transfers(criterion: &mut Criterion, pair: &Pair) {
 }
 
 /// `H` and `Hᵀ` between floats, once each being a step of a fit.
-fn operators(criterion: &mut Criterion, pair: &Pair) {
+fn operators(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let mut group = criterion.benchmark_group("operator");
     for filter in [Filter::Bilinear, Filter::Lanczos3] {
-        let map = MapOptions::with_gutter(0);
-        let options = TransferOptions { filter, map, ..TransferOptions::default() };
-        let transfer = Transfer::new(pair, Direction::Forward, SOURCE, TARGET, &options);
-        let operator = Operator::new(&transfer);
+        let graft = Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET });
+        let graft = graft.filter(filter).gutter_px(0).build().expect("sound sizes");
+        let operator = graft.operator();
         let (source, target) = (vec![0.5; SOURCE.texels() * 3], vec![0.5; TARGET.texels() * 3]);
         group.bench_function(format!("H {filter}"), |bencher| {
             bencher.iter(|| operator.apply(3, &source));
@@ -105,54 +106,53 @@ fn operators(criterion: &mut Criterion, pair: &Pair) {
 }
 
 /// What blending adds to a transfer, and what it is prepared by, once for a pair and region.
-fn blends(criterion: &mut Criterion, pair: &Pair) {
+fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let mut group = criterion.benchmark_group("blend");
-    let direction = Direction::Forward;
     let source = synthetic::detailed(SOURCE, 1);
     let base = Texture::filled(TARGET, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.4, 0.3, 0.2])
         .expect("a sound size");
-    let ground = Ground::new(pair, direction);
-    let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
-    let transfer = Transfer::new(pair, direction, SOURCE, TARGET, &options);
+    let ground = Ground::new(Arc::clone(pair), Direction::Forward);
+    let builder = Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
+        .filter(Filter::Bilinear);
     let whole = ground.linked();
     // A fiftieth of the mesh, about: 2 cm of a body.
     let feather = ground.extent() * 0.01;
     let plain = BlendOptions::default();
-    let membrane = BlendOptions { feather, membrane: true, ..plain };
+    let membrane = plain.feather(feather).membrane();
     for (name, options) in [
         ("hard", plain),
-        ("feather", BlendOptions { feather, ..plain }),
+        ("feather", plain.feather(feather)),
         ("membrane", membrane),
-        (
-            "membrane, tone of the source",
-            BlendOptions { tone: Tone::Source, skin_mask: true, ..membrane },
-        ),
+        ("membrane, tone of the source", membrane.tone(Tone::Source)),
     ] {
         group.bench_function(format!("prepare {name}"), |bencher| {
-            bencher.iter(|| Blend::new(&ground, &whole, options).map(drop));
+            bencher.iter(|| Blend::new(&whole, options).map(drop));
         });
-        let blend = Blend::new(&ground, &whole, options).expect("a region");
-        let at = blend.on(transfer.map());
         let white =
             Texture::filled(Size::square(1), Channels::Grey, Encoding::Data, Depth::U8, &[1.0]);
         let white = white.expect("a sound size");
-        let at = at.with_skin(white, transfer.map()).expect("enough memory");
+        let graft = builder.clone().region(whole.clone()).blend(options).skin(white);
+        let graft = graft.build().expect("a region");
         group.bench_function(format!("transfer {name}"), |bencher| {
             bencher.iter_batched(
                 || (source.clone(), base.clone()),
                 |(source, base)| {
-                    let toning = blend.toning(&source, &base, Encoding::Srgb).ok().flatten();
-                    let overlay = transfer.overlay(source, base.format()).expect("its size");
-                    overlay.blended(&at, toning.as_ref()).lay(0, base)
+                    let toning = graft.toning(&source, &base, base.format()).ok().flatten();
+                    let overlay = graft.overlay(source, base.format()).expect("its size");
+                    match &toning {
+                        Some(toning) => overlay.toned(toning).lay(0, base),
+                        None => overlay.lay(0, base),
+                    }
                 },
                 BatchSize::LargeInput,
             );
         });
     }
+    let graft = builder.build().expect("sound sizes");
     group.bench_function("transfer without blend", |bencher| {
         bencher.iter_batched(
             || (source.clone(), base.clone()),
-            |(source, base)| transfer.apply(source, base),
+            |(source, base)| graft.apply(source, base),
             BatchSize::LargeInput,
         );
     });

@@ -1,8 +1,8 @@
 //! A transfer written a second time, plainly: barycentric coordinates in 64 bits for every texel in
 //! every triangle's bounding box, then bilinear sampling. It shares nothing with the map or the
-//! kernels but the links and the stated conventions.
+//! kernels but the pieces and the stated conventions.
 
-use uvgraft::{Direction, Pair, Size, Texels, Texture};
+use uvgraft::{Direction, Extent, Pair, Size, Texels, Texture};
 
 /// What the plain implementation finds for one texel.
 #[derive(Clone, Copy, Default)]
@@ -54,7 +54,7 @@ fn box_texels(triangle: [[f64; 2]; 3], size: Size, mut visit: impl FnMut(u32, u3
 /// Transfers an 8-bit RGB texture bilinearly, as many samples per texel as it spans source texels.
 ///
 /// # Panics
-/// If the texture is not 8-bit RGB.
+/// If the texture is not 8-bit RGB, or a piece is no whole triangle.
 pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size) -> Vec<Found> {
     let Texels::U8(values) = source.texels() else { panic!("8 bits") };
     assert_eq!(source.channels().count(), 3);
@@ -76,29 +76,30 @@ pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size)
         let y = y.clamp(0.0, f64::from(source_size.height - 1)) as usize;
         y * source_size.width as usize + x
     };
-    let mut link_of = vec![None; to.faces().len()];
-    for &link in pair.links() {
+    let mut piece_of = vec![None; to.faces().len()];
+    for piece in pair.pieces() {
+        let Extent::Whole(corners) = piece.extent else { panic!("whole triangles") };
         let face = match direction {
-            Direction::Forward => link.target,
-            Direction::Reverse => link.source,
+            Direction::Forward => piece.target,
+            Direction::Reverse => piece.source,
         };
-        link_of[face as usize].get_or_insert(link);
+        piece_of[face as usize].get_or_insert((piece, corners));
     }
     let mut found = vec![Found::default(); size.texels()];
     for face in 0..to.faces().len() {
         let triangle = scaled(to.uv_triangle(face), size);
-        let source_triangle = link_of[face].map(|link| {
+        let source_triangle = piece_of[face].map(|(piece, permutation)| {
             let mut corners = [[0.0; 2]; 3];
             for k in 0..3 {
-                let other = link.corners[k] as usize;
+                let other = permutation[k] as usize;
                 match direction {
                     Direction::Forward => {
                         corners[k] =
-                            scaled(from.uv_triangle(link.source as usize), source_size)[other];
+                            scaled(from.uv_triangle(piece.source as usize), source_size)[other];
                     }
                     Direction::Reverse => {
                         corners[other] =
-                            scaled(from.uv_triangle(link.target as usize), source_size)[k];
+                            scaled(from.uv_triangle(piece.target as usize), source_size)[k];
                     }
                 }
             }

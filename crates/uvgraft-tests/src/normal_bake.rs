@@ -3,7 +3,7 @@
 //! shared are the frames at corners (MikkTSpace), which are a convention.
 
 use uvgraft::raster::ScanTriangle;
-use uvgraft::{Mesh, NormalY, Pair, Size, TangentFrame, TangentFrames};
+use uvgraft::{Extent, Mesh, NormalY, Pair, Size, TangentFrame, TangentFrames};
 
 type Vector = [f64; 3];
 
@@ -19,24 +19,38 @@ pub struct Spot {
 /// For each triangle of a mesh its corners' spots, where it has any.
 pub type Spots = Vec<Option<[Spot; 3]>>;
 
+/// The pairs of triangles that are linked, the target's first, and which corner of the source's each of the
+/// target's is.
+///
+/// # Panics
+/// If a piece is no whole triangle.
+pub fn linked_faces(pair: &Pair) -> impl Iterator<Item = ([usize; 2], [usize; 3])> {
+    pair.pieces().map(|piece| {
+        let Extent::Whole(corners) = piece.extent else { panic!("whole triangles") };
+        ([piece.target as usize, piece.source as usize], corners.map(usize::from))
+    })
+}
+
 /// The spots of the linked triangles of both meshes of a pair: those of the target's surface.
+///
+/// # Panics
+/// If a piece is no whole triangle.
 pub fn spots(pair: &Pair) -> (Spots, Spots) {
     let target = pair.target();
     let frames = TangentFrames::new(target);
     let mut of_source: Spots = vec![None; pair.source().faces().len()];
     let mut of_target: Spots = vec![None; target.faces().len()];
-    for link in pair.links() {
-        let face = link.target as usize;
+    for ([face, of_face], corners) in linked_faces(pair) {
         let spots: [Spot; 3] = std::array::from_fn(|k| Spot {
             place: target.positions()[target.faces()[face][k] as usize].map(f64::from),
             normal: frames.faces()[face][k].normal.map(f64::from),
         });
         of_target[face] = Some(spots);
         let mut sorted = spots;
-        for (spot, &corner) in spots.into_iter().zip(&link.corners) {
-            sorted[usize::from(corner)] = spot;
+        for (spot, corner) in spots.into_iter().zip(corners) {
+            sorted[corner] = spot;
         }
-        of_source[link.source as usize] = Some(sorted);
+        of_source[of_face] = Some(sorted);
     }
     (of_source, of_target)
 }
@@ -91,6 +105,9 @@ pub fn bake(
 
 /// The rotation of each linked triangle from the target's space to the source's: that of its first edge
 /// and its plane.
+///
+/// # Panics
+/// If a piece is no whole triangle.
 pub fn face_rotations(pair: &Pair) -> Vec<Option<[Vector; 3]>> {
     let axes = |mesh: &Mesh, vertices: [u32; 3]| {
         let [a, b, c] = vertices.map(|vertex| mesh.positions()[vertex as usize].map(f64::from));
@@ -100,11 +117,11 @@ pub fn face_rotations(pair: &Pair) -> Vec<Option<[Vector; 3]>> {
         [along, cross(normal, along), normal]
     };
     let mut rotations = vec![None; pair.source().faces().len()];
-    for link in pair.links() {
-        let source = pair.source().faces()[link.source as usize];
-        let from = axes(pair.target(), pair.target().faces()[link.target as usize]);
-        let to = axes(pair.source(), link.corners.map(|corner| source[usize::from(corner)]));
-        rotations[link.source as usize] = Some(
+    for ([target_face, source_face], corners) in linked_faces(pair) {
+        let source = pair.source().faces()[source_face];
+        let from = axes(pair.target(), pair.target().faces()[target_face]);
+        let to = axes(pair.source(), corners.map(|corner| source[corner]));
+        rotations[source_face] = Some(
             [0, 1, 2].map(|row| [0, 1, 2].map(|k| (0..3).map(|a| to[a][row] * from[a][k]).sum())),
         );
     }

@@ -1,6 +1,7 @@
 //! Real meshes, which their licences keep out of the repository. `UVGRAFT_DATA` names the folder.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use uvgraft::Pair;
 
@@ -20,7 +21,7 @@ pub fn folder() -> Option<PathBuf> {
 ///
 /// # Panics
 /// If the folder does not hold the files that it should.
-pub fn flame_to_smplx() -> Option<Pair> {
+pub fn flame_to_smplx() -> Option<Arc<Pair>> {
     let folder = folder()?;
     let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
     let ids = uvgraft_io::vertex_map::read(&folder.join("smplx_flame_vertex_ids.npy"));
@@ -29,5 +30,5 @@ pub fn flame_to_smplx() -> Option<Pair> {
         mesh("smplx_addon.obj"),
         &ids.expect("a sound vertex map"),
     );
-    Some(pair.expect("a head that is part of the body"))
+    Some(Arc::new(pair.expect("a head that is part of the body")))
 }

@@ -1,5 +1,7 @@
 //! Meshes and textures from seeded generators.
 
+use std::sync::Arc;
+
 use uvgraft::{Channels, Encoding, Mesh, Pair, Size, Texels, Texture};
 
 /// Squares of the sheet along one side.
@@ -14,7 +16,7 @@ const EYE: u32 = 24;
 ///   with a slightly bumpier outline.
 /// - Faces of the target that nothing is linked to: a strip beside the sheet and one joined to it.
 /// - Vertices in another order, faces that start at other corners, every fifth wound the other way.
-pub fn pair() -> Pair {
+pub fn pair() -> Arc<Pair> {
     let mut source = Builder::default();
     let mut target = Builder::default();
     let mut rng = fastrand::Rng::with_seed(7);
@@ -98,14 +100,14 @@ pub fn pair() -> Pair {
     let vertex_map: Vec<i64> =
         (0..linked_vertices).map(|vertex| i64::from(renumber(vertex))).collect();
     target.disguise(renumber, next);
-    Pair::by_vertex_map(source.build(linked_vertices), target.build(next), &vertex_map)
-        .expect("a sound pair")
+    let pair = Pair::by_vertex_map(source.build(linked_vertices), target.build(next), &vertex_map);
+    Arc::new(pair.expect("a sound pair"))
 }
 
 /// A pair of about as many triangles as wanted, and with much of its layouts covered: six bent sheets,
 /// beside one another in the target and turned and in another order in the source. Vertices and
 /// faces are shuffled, as no cache would like them.
-pub fn sheets(triangles: usize) -> Pair {
+pub fn sheets(triangles: usize) -> Arc<Pair> {
     const SHEETS: u32 = 6;
     let side = ((triangles as f64 / f64::from(SHEETS * 2)).sqrt().round() as u32).max(1);
     let (across, count) = (side + 1, SHEETS * (side + 1) * (side + 1));
@@ -150,7 +152,7 @@ pub fn sheets(triangles: usize) -> Pair {
     rng.shuffle(&mut faces);
     let target = build(shuffled_uv, &faces);
     let vertex_map: Vec<i64> = numbers.into_iter().map(i64::from).collect();
-    Pair::by_vertex_map(source, target, &vertex_map).expect("a sound pair")
+    Arc::new(Pair::by_vertex_map(source, target, &vertex_map).expect("a sound pair"))
 }
 
 /// A mesh of one square that fills the texture but for a margin of `inset`.
@@ -264,7 +266,7 @@ impl Builder {
 
 /// A pair of a curved surface in nine charts: upright in the target, turned by all kinds of angles in
 /// the source, every second one mirrored. Both meshes have the same vertices in the same places.
-pub fn turned_charts() -> Pair {
+pub fn turned_charts() -> Arc<Pair> {
     /// Charts along one side, and squares along one side of each.
     const CHARTS: u32 = 3;
     const SQUARES: u32 = 8;
@@ -303,7 +305,8 @@ pub fn turned_charts() -> Pair {
     }
     let vertex_map: Vec<i64> = (0..i64::from(across * across)).collect();
     let source = source.build_at(positions.clone());
-    Pair::by_vertex_map(source, target.build_at(positions), &vertex_map).expect("a sound pair")
+    let pair = Pair::by_vertex_map(source, target.build_at(positions), &vertex_map);
+    Arc::new(pair.expect("a sound pair"))
 }
 
 /// A mesh with other positions and, if wanted, all faces wound the other way.

@@ -2,27 +2,27 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Pair, Size, Texels, Texture,
-    Transfer, TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, Graft, Pair, Size, Sizes, Texels, Texture,
 };
 use uvgraft_tests::{independent, real, synthetic};
 
 /// Bilinear values must agree to one level of 255, which is rounding.
 const TOLERANCE: f64 = 1.0;
 
-fn agree(pair: &Pair, direction: Direction, source_size: Size, target_size: Size) {
+fn agree(pair: &Arc<Pair>, direction: Direction, source_size: Size, target_size: Size) {
     let source = synthetic::detailed(source_size, 3);
-    let options = TransferOptions {
-        filter: Filter::Bilinear,
-        map: MapOptions::with_gutter(0),
-        linear_light: false,
-        ..TransferOptions::default()
-    };
-    let transfer = Transfer::new(pair, direction, source_size, target_size, &options);
+    let graft = Graft::builder(Arc::clone(pair), Sizes { from: source_size, to: target_size })
+        .direction(direction)
+        .filter(Filter::Bilinear)
+        .gutter_px(0)
+        .build()
+        .unwrap();
     let base =
         Texture::filled(target_size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0; 3]).unwrap();
-    let result = transfer.apply(source.clone(), base).unwrap();
+    let result = graft.apply(&source, base).unwrap();
     let Texels::U8(values) = result.texels() else { panic!("8 bits") };
     let found = independent::transfer(pair, direction, &source, target_size);
 
@@ -50,7 +50,7 @@ fn agree(pair: &Pair, direction: Direction, source_size: Size, target_size: Size
             );
         }
     }
-    let linked = transfer.map().stats().linked;
+    let linked = graft.map().stats().linked;
     assert!(compared * 10 > linked * 8, "only {compared} of {linked} texels were compared");
 }
 

@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::blend::{Growth, Side};
 use uvgraft::{
-    Blend, BlendOptions, Channels, Depth, Direction, Encoding, Filter, Ground, MapOptions, Mesh,
-    NormalFrames, NormalOptions, Overlap, Pair, SamplingMap, Selection, Size, Texels, Texture,
-    Tone, Transfer, TransferOptions,
+    Averaging, Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Filter, Graft,
+    GraftBuilder, GraftError, Ground, Mesh, NormalOptions, Overlap, Overlay, Pair, Selection, Size,
+    Sizes, Texels, Texture, Tone, Toning,
 };
 use uvgraft_tests::synthetic;
 
@@ -83,17 +85,33 @@ impl Sheet {
 }
 
 /// A mesh that is linked to itself.
-fn to_itself(mesh: &Mesh) -> Pair {
+fn to_itself(mesh: &Mesh) -> Arc<Pair> {
     let map: Vec<i64> = (0..mesh.positions().len() as i64).collect();
-    Pair::by_vertex_map(mesh.clone(), mesh.clone(), &map).unwrap()
+    Arc::new(Pair::by_vertex_map(mesh.clone(), mesh.clone(), &map).unwrap())
 }
 
 fn flat([x, y]: [f64; 2]) -> [f64; 3] {
     [x, y, 0.0]
 }
 
-fn map(pair: &Pair, side: u32) -> SamplingMap {
-    SamplingMap::new(pair, FORWARD, Size::square(side), &MapOptions::with_gutter(0))
+/// A graft of what is selected, between squares of one size.
+fn blended(region: &Selection, options: BlendOptions, side: u32) -> GraftBuilder {
+    let size = Size::square(side);
+    Graft::builder(Arc::clone(region.ground().pair()), Sizes { from: size, to: size })
+        .region(region.clone())
+        .blend(options)
+}
+
+/// How much of a texture there is at each texel.
+fn weights(region: &Selection, options: BlendOptions, side: u32) -> Result<Texture, GraftError> {
+    Ok(blended(region, options, side).gutter_px(0).build()?.mask())
+}
+
+fn toned(overlay: Overlay, toning: Option<&Toning>) -> Overlay {
+    match toning {
+        Some(toning) => overlay.toned(toning),
+        None => overlay,
+    }
 }
 
 fn bytes(texture: &Texture) -> &[u8] {
@@ -108,7 +126,7 @@ fn picture(side: u32, color: impl Fn([f64; 2]) -> [u8; 3]) -> Texture {
 }
 
 fn feathered(feather: f64) -> BlendOptions {
-    BlendOptions { feather, ..BlendOptions::default() }
+    BlendOptions::default().feather(feather)
 }
 
 /// The share of a feather that a weight stands for.
@@ -142,7 +160,7 @@ fn noise(size: Size, channels: Channels, depth: Depth, seed: u64) -> Texture {
 }
 
 /// Whether laying over bands of some height gives the rows of the whole.
-fn bands_are_rows(overlay: &uvgraft::Overlay<'_>, base: &Texture, height: u32) -> bool {
+fn bands_are_rows(overlay: &Overlay, base: &Texture, height: u32) -> bool {
     let whole = overlay.lay(0, base.clone()).unwrap();
     (0..base.size().height).step_by(height as usize).all(|first| {
         let rows = first..(first + height).min(base.size().height);
@@ -158,9 +176,9 @@ fn neither_bands_nor_threads_show() {
     let blends = [
         feathered(0.0),
         feathered(3.0),
-        BlendOptions { membrane: true, ..feathered(3.0) },
-        BlendOptions { membrane: true, tone: Tone::Source, skin_mask: true, ..feathered(1.0) },
-        BlendOptions { membrane: true, match_skin: true, ..feathered(3.0) },
+        feathered(3.0).membrane(),
+        feathered(1.0).membrane().tone(Tone::Source),
+        feathered(3.0).membrane().match_skin(),
     ];
     let formats = [
         (Channels::Rgb, Channels::Rgb, Depth::U8),
@@ -172,37 +190,39 @@ fn neither_bands_nor_threads_show() {
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let ground = Ground::new(&pair, FORWARD);
+            let ground = Ground::new(Arc::clone(&pair), FORWARD);
             let region = ground.painted(Side::Target, &mask).unwrap();
             let mut results = Vec::new();
             for (index, options) in blends.into_iter().enumerate() {
                 let overlap = [Overlap::First, Overlap::Average][index % 2];
-                let linear_light = index == 2;
-                let transfer = TransferOptions { overlap, linear_light, ..Default::default() };
-                let transfer = Transfer::new(&pair, FORWARD, source_size, size, &transfer);
-                let blend = Blend::new(&ground, &region, options).unwrap();
+                let averaging = [Averaging::Encoded, Averaging::Light][usize::from(index == 2)];
                 let skin = picture(50, |[u, _]| [(u * 255.0) as u8; 3]);
-                let at = blend.on(transfer.map()).with_skin(skin, transfer.map()).unwrap();
+                let sizes = Sizes { from: source_size, to: size };
+                let builder = Graft::builder(Arc::clone(&pair), sizes)
+                    .filter(Filter::Lanczos3)
+                    .overlap(overlap)
+                    .averaging(averaging)
+                    .region(region.clone())
+                    .blend(options)
+                    .skin(skin);
+                let graft = builder.clone().build().unwrap();
                 for (of_source, of_base, depth) in formats {
                     let source = noise(source_size, of_source, depth, 5);
                     let base = noise(size, of_base, depth, 6);
-                    let overlay = transfer.overlay(source.clone(), base.format()).unwrap();
+                    let overlay = graft.overlay(&source, base.format()).unwrap();
                     // Noise is not skin; then there is no tone, but everything else.
-                    let toning = blend.toning(&source, &base, overlay.working_encoding());
-                    let overlay = overlay.blended(&at, toning.ok().flatten().as_ref());
+                    let toning = graft.toning(&source, &base, base.format());
+                    let overlay = toned(overlay, toning.ok().flatten().as_ref());
                     let whole = overlay.lay(0, base.clone()).unwrap();
                     for height in [1, 7, 64, 100] {
                         assert!(bands_are_rows(&overlay, &base, height), "{options:?} {height}");
                     }
                     results.push(whole);
                 }
-                let frames = NormalFrames::new(&pair, FORWARD);
+                let normals = builder.content(Content::Normals(NormalOptions::default()));
                 let source = noise(source_size, Channels::Rgb, Depth::U8, 7);
                 let base = noise(size, Channels::Rgb, Depth::U8, 8).with_encoding(Encoding::Data);
-                let overlay = transfer
-                    .normal_overlay(source, base.format(), &frames, NormalOptions::default())
-                    .unwrap()
-                    .blended(&at, None);
+                let overlay = normals.build().unwrap().overlay(source, base.format()).unwrap();
                 let whole = overlay.lay(0, base.clone()).unwrap();
                 assert!(bands_are_rows(&overlay, &base, 13), "normals, {options:?}");
                 results.push(whole);
@@ -226,14 +246,12 @@ fn distances_are_those_on_a_sphere() {
         [ring * longitude.cos(), ring * longitude.sin(), radius * polar.cos()]
     });
     let pair = to_itself(&mesh);
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let rim = angles([0.0, 0.25])[1];
     let inside = sheet.vertices(|at| at[1] > 0.25 - 1e-9);
     let region = ground.vertices(Side::Source, &inside).unwrap();
     let feather = 1.2 * radius;
-    let blend = Blend::new(&ground, &region, feathered(feather)).unwrap();
-    let map = map(&pair, 256);
-    let weights = blend.on(&map).weights(&map);
+    let weights = weights(&region, feathered(feather), 256).unwrap();
     let mut seen = 0;
     for (texel, &weight) in bytes(&weights).iter().enumerate() {
         let v = ((texel / 256) as f64 + 0.5) / 256.0;
@@ -260,7 +278,7 @@ fn a_painted_outline_is_followed() {
         let sheet = Sheet { side, ..Sheet::WHOLE };
         let mesh = sheet.mesh(|[x, y]| [x * unit, y * unit, 0.0]);
         let pair = to_itself(&mesh);
-        let ground = Ground::new(&pair, FORWARD);
+        let ground = Ground::new(Arc::clone(&pair), FORWARD);
         let (middle, radius) = ([0.47, 0.52], 0.31);
         let to_middle = |u: f64, v: f64| {
             let [x, y] = [u, v].map(|value| (value - 0.05) / 0.9);
@@ -269,9 +287,7 @@ fn a_painted_outline_is_followed() {
         let mask = picture(512, |[u, v]| [if to_middle(u, v) < radius { 255 } else { 0 }; 3]);
         let region = ground.painted(Side::Source, &mask).unwrap();
         let feather = 0.15;
-        let blend = Blend::new(&ground, &region, feathered(feather * unit)).unwrap();
-        let map = map(&pair, 256);
-        let weights = blend.on(&map).weights(&map);
+        let weights = weights(&region, feathered(feather * unit), 256).unwrap();
         let (mut worst, mut sum, mut count) = (0.0_f64, 0.0, 0);
         for (texel, &weight) in bytes(&weights).iter().enumerate() {
             let [u, v] = [texel % 256, texel / 256].map(|at| (at as f64 + 0.5) / 256.0);
@@ -298,12 +314,10 @@ fn island_borders_and_split_vertices_do_not_show() {
     let side = 512;
     let [whole_weights, cut_weights, split_weights] = [&whole, &cut, &split].map(|sheet| {
         let pair = to_itself(&sheet.mesh(bent));
-        let ground = Ground::new(&pair, FORWARD);
+        let ground = Ground::new(Arc::clone(&pair), FORWARD);
         let inside = sheet.vertices(|[x, y]| (x - 0.45).hypot(y - 0.5) < 0.4);
         let region = ground.vertices(Side::Target, &inside).unwrap();
-        let blend = Blend::new(&ground, &region, feathered(0.3)).unwrap();
-        let map = map(&pair, side);
-        blend.on(&map).weights(&map)
+        weights(&region, feathered(0.3), side).unwrap()
     });
     assert!(cut_weights == split_weights);
     let at = |weights: &Texture, [u, v]: [f64; 2]| {
@@ -331,16 +345,10 @@ fn island_borders_and_split_vertices_do_not_show() {
 fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.4);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(256);
-    let transfer = TransferOptions {
-        filter: Filter::Nearest,
-        map: MapOptions::with_gutter(0),
-        ..TransferOptions::default()
-    };
-    let transfer = Transfer::new(&pair, FORWARD, size, size, &transfer);
     // Detail in the middle, one colour at the rim: detail there would be a difference.
     let detail = synthetic::detailed(size, 3);
     let source = picture(256, |[u, v]| {
@@ -349,14 +357,10 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
         [0, 1, 2].map(|k| if is_middle { (detail.get(x, y, k) * 255.0) as u8 } else { 160 })
     });
     for membrane in [false, true] {
-        let blend = Blend::new(&ground, &region, BlendOptions { membrane, ..feathered(0.1) });
-        let blend = blend.unwrap();
-        let at = blend.on(transfer.map());
-        let lay = |base: &Texture| {
-            let toning = blend.toning(&source, base, Encoding::Srgb).unwrap();
-            let overlay = transfer.overlay(source.clone(), base.format()).unwrap();
-            overlay.blended(&at, toning.as_ref()).lay(0, base.clone()).unwrap()
-        };
+        let options = if membrane { feathered(0.1).membrane() } else { feathered(0.1) };
+        let graft = blended(&region, options, 256).filter(Filter::Nearest).gutter_px(0);
+        let graft = graft.build().unwrap();
+        let lay = |base: &Texture| graft.apply(&source, base).unwrap();
         let result = lay(&source);
         for (found, wanted) in bytes(&result).iter().zip(bytes(&source)) {
             assert!(found.abs_diff(*wanted) <= 1, "membrane: {membrane}");
@@ -364,7 +368,7 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
         // Nothing of another base is left where all is the source, and all of it beyond the rim.
         let other = source.clone().into_texels();
         let Texels::U8(mut values) = other else { panic!("8 bits") };
-        let weights = at.weights(transfer.map());
+        let weights = graft.mask();
         for (texel, &weight) in values.chunks_exact_mut(3).zip(bytes(&weights)) {
             if weight == 255 {
                 texel.fill(9);
@@ -393,7 +397,7 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
 fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
     let sheet = Sheet { side: 32, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let side = 256;
@@ -410,16 +414,8 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
         true => [30, 40, 120],
         false => tinted([150.0, 115.0, 100.0], at),
     });
-    let size = Size::square(side);
-    let transfer = Transfer::new(&pair, FORWARD, size, size, &TransferOptions::default());
-    let options = BlendOptions { membrane: true, ..feathered(0.05) };
-    let blend = Blend::new(&ground, &region, options).unwrap();
-    let at = blend.on(transfer.map());
-    let lay = |source: &Texture, base: &Texture| {
-        let toning = blend.toning(source, base, Encoding::Srgb).unwrap();
-        let overlay = transfer.overlay(source.clone(), base.format()).unwrap();
-        overlay.blended(&at, toning.as_ref()).lay(0, base.clone()).unwrap()
-    };
+    let graft = blended(&region, feathered(0.05).membrane(), side).build().unwrap();
+    let lay = |source: &Texture, base: &Texture| graft.apply(source, base).unwrap();
     let clean = lay(&skin, &body);
     for (source, base) in [(&hairy, &body), (&skin, &collar)] {
         let result = lay(source, base);
@@ -442,25 +438,24 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
 fn what_is_not_finite_stays_on_its_side() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let mask = picture(256, |[u, v]| [if (u - 0.5).hypot(v - 0.5) < 0.3 { 255 } else { 0 }; 3]);
     let region = ground.painted(Side::Target, &mask).unwrap();
     let size = Size::square(128);
-    let transfer = TransferOptions { filter: Filter::Nearest, ..TransferOptions::default() };
-    let transfer = Transfer::new(&pair, FORWARD, size, size, &transfer);
     let filled = |value| {
         Texture::filled(size, Channels::Rgb, Encoding::Linear, Depth::F32, &[value; 3]).unwrap()
     };
     for membrane in [false, true] {
-        let blend = Blend::new(&ground, &region, BlendOptions { membrane, ..feathered(0.1) });
-        let blend = blend.unwrap();
-        let at = blend.on(transfer.map());
-        let weights = at.weights(transfer.map());
-        let toning = blend.toning(&filled(0.25), &filled(0.5), Encoding::Linear).unwrap();
+        let options = if membrane { feathered(0.1).membrane() } else { feathered(0.1) };
+        let graft = blended(&region, options, 128).filter(Filter::Nearest).build().unwrap();
+        let weights = graft.mask();
+        let format = filled(0.5).format();
+        let toning = graft.toning(&filled(0.25), &filled(0.5), format).unwrap();
+        assert_eq!(toning.is_some(), membrane);
         for wild in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let lay = |source: f32, base: f32| {
-                let overlay = transfer.overlay(filled(source), filled(base).format()).unwrap();
-                overlay.blended(&at, toning.as_ref()).lay(0, filled(base)).unwrap()
+                let overlay = graft.overlay(filled(source), format).unwrap();
+                toned(overlay, toning.as_ref()).lay(0, filled(base)).unwrap()
             };
             let [over_wild, wild_over] = [lay(0.25, wild), lay(wild, 0.5)];
             let (mut whole, mut nothing) = (0, 0);
@@ -490,29 +485,24 @@ fn what_is_not_finite_stays_on_its_side() {
 fn options_that_make_no_sense_do_no_harm() {
     let sheet = Sheet { side: 6, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let region = ground.vertices(Side::Target, &sheet.vertices(|[x, _]| x < 0.6)).unwrap();
-    let map = map(&pair, 32);
-    let hard = Blend::new(&ground, &region, feathered(0.0)).unwrap().on(&map).weights(&map);
+    let hard = weights(&region, feathered(0.0), 32).unwrap();
     for feather in [-1.0, f64::NEG_INFINITY, f64::NAN] {
-        for membrane in [false, true] {
-            let options = BlendOptions { membrane, ..feathered(feather) };
-            let blend = Blend::new(&ground, &region, options).unwrap();
-            assert!(blend.on(&map).weights(&map) == hard, "{feather}");
+        for options in [feathered(feather), feathered(feather).membrane()] {
+            assert!(weights(&region, options, 32).unwrap() == hard, "{feather}");
         }
     }
     for feather in [1e300, f64::INFINITY] {
-        let options = BlendOptions { membrane: true, ..feathered(feather) };
-        let blend = Blend::new(&ground, &region, options).unwrap();
-        assert!(bytes(&blend.on(&map).weights(&map)).iter().all(|&weight| weight == 0));
+        let weights = weights(&region, feathered(feather).membrane(), 32).unwrap();
+        assert!(bytes(&weights).iter().all(|&weight| weight == 0));
     }
-    let grown = |by| ground.grown(&region, by);
     for by in [i32::MIN, i32::MAX] {
-        let all = Blend::new(&ground, &grown(Growth::Rings(by)), feathered(0.0));
+        let all = Blend::new(&region.grown(Growth::Rings(by)), feathered(0.0));
         assert_eq!(all.is_ok(), by > 0);
     }
     for by in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
-        let _ = Blend::new(&ground, &grown(Growth::Length(by)), feathered(0.1));
+        let _ = Blend::new(&region.grown(Growth::Length(by)), feathered(0.1));
     }
 }
 
@@ -527,29 +517,23 @@ fn what_is_clear_has_no_color_in_a_mean() {
         Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
     };
     let map: Vec<i64> = (0..8).collect();
-    let pair = Pair::by_vertex_map(square([0.1, 0.6]), square([0.3, 0.3]), &map).unwrap();
+    let pair = Arc::new(Pair::by_vertex_map(square([0.1, 0.6]), square([0.3, 0.3]), &map).unwrap());
     let size = Size::square(64);
-    let options = TransferOptions {
-        overlap: Overlap::Average,
-        filter: Filter::Nearest,
-        ..TransferOptions::default()
-    };
-    let transfer = Transfer::new(&pair, FORWARD, size, size, &options);
+    let builder = Graft::builder(Arc::clone(&pair), Sizes { from: size, to: size })
+        .overlap(Overlap::Average)
+        .filter(Filter::Nearest);
+    let graft = builder.clone().build().unwrap();
     let values =
         (0..64 * 64).flat_map(|k| if k % 64 < 32 { [200, 100, 50, 255] } else { [0, 0, 0, 0] });
     let source =
         Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(values.collect())).unwrap();
     let clear = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]);
-    let result = transfer.apply(source.clone(), clear.unwrap()).unwrap();
+    let result = graft.apply(&source, clear.unwrap()).unwrap();
     let at = |texture: &Texture| [0, 1, 2, 3].map(|k| (texture.get(28, 28, k) * 255.0).round());
     assert_eq!(at(&result), [200.0, 100.0, 50.0, 128.0]);
     // Blended over something it is half of both.
-    let ground = Ground::new(&pair, FORWARD);
-    let blend = Blend::new(&ground, &ground.linked(), feathered(0.0)).unwrap();
-    let at_map = blend.on(transfer.map());
-    let base = picture(64, |_| [100; 3]);
-    let overlay = transfer.overlay(source, base.format()).unwrap();
-    let result = overlay.blended(&at_map, None).lay(0, base).unwrap();
+    let blended = builder.blend(feathered(0.0)).build().unwrap();
+    let result = blended.apply(source, picture(64, |_| [100; 3])).unwrap();
     assert_eq!(at(&result), [150.0, 100.0, 75.0, 255.0]);
 }
 
@@ -558,11 +542,10 @@ fn what_is_clear_has_no_color_in_a_mean() {
 fn grey_is_matched_as_equal_channels_are() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(128);
-    let transfer = Transfer::new(&pair, FORWARD, size, size, &TransferOptions::default());
     let noisy = |level: f32, seed| {
         let mut rng = fastrand::Rng::with_seed(seed);
         let values = (0..size.texels()).map(|_| (level + 12.0 * rng.f32()) as u8).collect();
@@ -570,15 +553,13 @@ fn grey_is_matched_as_equal_channels_are() {
     };
     let (source, base) = (noisy(180.0, 1), noisy(120.0, 2));
     for membrane in [false, true] {
-        let options = BlendOptions { match_skin: true, membrane, ..feathered(0.05) };
-        let blend = Blend::new(&ground, &region, options).unwrap();
-        let at = blend.on(transfer.map());
+        let options = feathered(0.05).match_skin();
+        let options = if membrane { options.membrane() } else { options };
+        let graft = blended(&region, options, 128).build().unwrap();
         let lay = |channels| {
             let [source, base] =
                 [&source, &base].map(|it| it.clone().converted(channels, it.depth()));
-            let toning = blend.toning(&source, &base, Encoding::Srgb).unwrap();
-            let overlay = transfer.overlay(source, base.format()).unwrap();
-            overlay.blended(&at, toning.as_ref()).lay(0, base).unwrap()
+            graft.apply(source, base).unwrap()
         };
         let (grey, rgb) = (lay(Channels::Grey), lay(Channels::Rgb));
         for (k, &value) in bytes(&grey).iter().enumerate() {
@@ -592,19 +573,22 @@ fn grey_is_matched_as_equal_channels_are() {
 fn triangles_in_corners_of_the_region_are_kept() {
     let sheet = Sheet { side: 8, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(&pair, FORWARD);
+    let ground = Ground::new(Arc::clone(&pair), FORWARD);
     let faces =
         ground.vertices(Side::Target, &sheet.vertices(|[x, y]| x < 0.63 && y < 0.51)).unwrap();
     let white = ground.painted(Side::Target, &picture(16, |_| [255; 3])).unwrap();
-    let count = |selection: &Selection| {
-        let blend = Blend::new(&ground, selection, feathered(0.0)).unwrap();
-        blend.touched().iter().filter(|&&touched| touched).count()
-    };
-    let leveled = faces.within(&white, &ground);
+    let touched =
+        |selection: &Selection| Blend::new(selection, feathered(0.0)).unwrap().touched().to_vec();
+    let count =
+        |selection: &Selection| touched(selection).iter().filter(|&&touched| touched).count();
+    let leveled = faces.within(&white);
     assert_eq!(count(&leveled), count(&faces));
-    assert_eq!(count(&white.without(&faces, &ground)), 2 * 8 * 8 - count(&faces));
+    assert_eq!(count(&white.without(&faces)), 2 * 8 * 8 - count(&faces));
     for rings in [-2, -1, 1, 2] {
-        let [leveled, wanted] = [&leveled, &faces].map(|it| ground.grown(it, Growth::Rings(rings)));
-        assert_eq!(leveled, wanted, "{rings}");
+        let [leveled, wanted] = [&leveled, &faces].map(|it| it.grown(Growth::Rings(rings)));
+        assert_eq!(touched(&leveled), touched(&wanted), "{rings}");
+        let [leveled, wanted] =
+            [&leveled, &wanted].map(|it| weights(it, feathered(0.3), 64).unwrap());
+        assert!(leveled == wanted, "{rings}");
     }
 }

@@ -2,20 +2,27 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Mesh, Pair, SamplingMap, Size,
-    Texels, Texture, Transfer, TransferOptions, baseline::grid,
+    Averaging, Channels, Content, Depth, Direction, Encoding, Filter, Graft, GraftBuilder,
+    MapOptions, Mesh, Pair, SamplingMap, Size, Sizes, Texels, Texture, baseline::grid,
 };
 use uvgraft_tests::{real, synthetic};
 
-fn options(filter: Filter, gutter_px: u32) -> TransferOptions {
-    TransferOptions {
-        filter,
-        map: MapOptions::with_gutter(gutter_px),
-        linear_light: false,
-        ..TransferOptions::default()
-    }
+fn builder(pair: &Arc<Pair>, from: Size, to: Size, filter: Filter, gutter_px: u32) -> GraftBuilder {
+    Graft::builder(Arc::clone(pair), Sizes { from, to }).filter(filter).gutter_px(gutter_px)
+}
+
+fn graft(pair: &Arc<Pair>, from: Size, to: Size, filter: Filter, gutter_px: u32) -> Graft {
+    builder(pair, from, to, filter, gutter_px).build().unwrap()
+}
+
+/// A square linked to itself.
+fn square_to_itself(inset: f32) -> Arc<Pair> {
+    let square = synthetic::square(inset);
+    Arc::new(Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap())
 }
 
 fn filled(size: Size, color: [f32; 3]) -> Texture {
@@ -43,19 +50,17 @@ fn noise(size: Size, channels: Channels, depth: Depth) -> Texture {
 /// bits, at any size.
 #[test]
 fn identity_is_exact_in_every_format() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     for size in [Size::square(64), Size::new(100, 57), Size::new(1, 9)] {
         for channels in [Channels::Grey, Channels::GreyAlpha, Channels::Rgb, Channels::Rgba] {
             for depth in [Depth::U8, Depth::U16, Depth::F32] {
                 let texture = noise(size, channels, depth);
                 for filter in Filter::ALL {
-                    let transfer =
-                        Transfer::new(&pair, Direction::Forward, size, size, &options(filter, 0));
+                    let graft = graft(&pair, size, size, filter, 0);
                     let nothing = &[0.0; 4][..channels.count()];
                     let base =
                         Texture::filled(size, channels, Encoding::Srgb, depth, nothing).unwrap();
-                    let result = transfer.apply(texture.clone(), base).unwrap();
+                    let result = graft.apply(&texture, base).unwrap();
                     if depth == Depth::F32 {
                         // Positions are rounded to 2⁻³² texels, and premultiplication rounds.
                         let (Texels::F32(a), Texels::F32(b)) = (result.texels(), texture.texels())
@@ -85,12 +90,11 @@ fn identity_of_a_real_layout_changes_nothing_inside_islands() {
     let pair = synthetic::pair();
     let mesh = pair.target().clone();
     let vertex_map: Vec<i64> = (0..mesh.positions().len() as i64).collect();
-    let same = Pair::by_vertex_map(mesh.clone(), mesh, &vertex_map).unwrap();
+    let same = Arc::new(Pair::by_vertex_map(mesh.clone(), mesh, &vertex_map).unwrap());
     let size = Size::new(700, 512);
     let texture = synthetic::detailed(size, 5);
-    let transfer =
-        Transfer::new(&same, Direction::Forward, size, size, &options(Filter::Lanczos3, 0));
-    let result = transfer.apply(texture.clone(), texture.clone()).unwrap();
+    let graft = graft(&same, size, size, Filter::Lanczos3, 0);
+    let result = graft.apply(&texture, &texture).unwrap();
     assert!(bytes(&result) == bytes(&texture));
 }
 
@@ -111,15 +115,9 @@ fn overlapping_eyes_never_speckle() {
             .unwrap();
     for side in [256, 512, 1000] {
         let size = Size::square(side);
-        let transfer = Transfer::new(
-            &pair,
-            Direction::Forward,
-            source_size,
-            size,
-            &options(Filter::Bilinear, 0),
-        );
-        assert!(transfer.map().stats().overlapping > 0);
-        let result = transfer.apply(source.clone(), filled(size, [0.0, 1.0, 0.0])).unwrap();
+        let graft = graft(&pair, source_size, size, Filter::Bilinear, 0);
+        assert!(graft.map().stats().overlapping > 0);
+        let result = graft.apply(&source, filled(size, [0.0, 1.0, 0.0])).unwrap();
         let blue = bytes(&result).chunks_exact(3).filter(|texel| texel[2] > 0).count();
         assert_eq!(blue, 0, "texels of the second eye at {side}");
     }
@@ -128,7 +126,7 @@ fn overlapping_eyes_never_speckle() {
 /// A constant colour stays constant up to the last texel of the gutter, though the source's
 /// background and the base are of other colours; and no gap opens beside the linked region.
 fn carries_skin_alone(
-    pair: &Pair,
+    pair: &Arc<Pair>,
     direction: Direction,
     source_size: Size,
     size: Size,
@@ -142,10 +140,10 @@ fn carries_skin_alone(
     let source =
         Texture::new(source_size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect()))
             .unwrap();
-    let transfer = Transfer::new(pair, direction, source_size, size, &options(filter, 8));
-    let result = transfer.apply(source, filled(size, [0.0, 1.0, 0.0])).unwrap();
+    let graft = builder(pair, source_size, size, filter, 8).direction(direction).build().unwrap();
+    let result = graft.apply(source, filled(size, [0.0, 1.0, 0.0])).unwrap();
     let covered = islands_mask(pair.to(direction), size);
-    let mask = transfer.map().mask();
+    let mask = graft.mask();
     let linked = |texel: usize| bytes(&mask)[texel] == 255;
     let width = size.width as usize;
     for (texel, value) in bytes(&result).chunks_exact(3).enumerate() {
@@ -191,7 +189,7 @@ fn nothing_bleeds_in_and_no_gap_opens_at_borders() {
 #[test]
 fn nothing_bleeds_in_and_no_gap_opens_on_real_meshes() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    assert_eq!(pair.links().len(), 9_976);
+    assert_eq!(pair.piece_count(), 9_976);
     let (head, body) = (Size::square(2048), Size::square(4096));
     carries_skin_alone(&pair, Direction::Forward, head, body, Filter::Lanczos3);
     carries_skin_alone(&pair, Direction::Reverse, body, head, Filter::Lanczos3);
@@ -220,8 +218,7 @@ fn islands_mask(mesh: &Mesh, size: Size) -> Vec<bool> {
 /// another triangle owns.
 #[test]
 fn the_gutter_has_the_width_that_was_asked_for() {
-    let square = synthetic::square(0.25);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.25);
     let size = Size::square(64);
     for gutter in [0, 1, 5, 12] {
         let map =
@@ -244,8 +241,7 @@ fn the_gutter_has_the_width_that_was_asked_for() {
 /// One-texel stripes shrunk eightfold are grey, not stripes of another width.
 #[test]
 fn small_targets_do_not_alias() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     let (large, small) = (Size::square(2048), Size::square(250));
     let texels = (0..large.texels()).flat_map(|texel| {
         [if (texel % 2048 + texel / 2048).is_multiple_of(2) { 255 } else { 0 }; 3]
@@ -257,8 +253,8 @@ fn small_targets_do_not_alias() {
         inner.clone().max().unwrap() - inner.min().unwrap()
     };
     for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
-        let transfer = Transfer::new(&pair, Direction::Forward, large, small, &options(filter, 0));
-        let result = transfer.apply(checker.clone(), filled(small, [0.0; 3])).unwrap();
+        let graft = graft(&pair, large, small, filter, 0);
+        let result = graft.apply(&checker, filled(small, [0.0; 3])).unwrap();
         assert!(contrast(&result) <= 16, "{filter}: {}", contrast(&result));
     }
     let map = SamplingMap::new(&pair, Direction::Forward, small, &MapOptions::with_gutter(0));
@@ -269,19 +265,17 @@ fn small_targets_do_not_alias() {
 /// Source opacity decides how much of the base shows; colour under no opacity never leaks.
 #[test]
 fn opacity_is_filtered_premultiplied() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     let (size, target) = (Size::square(8), Size::square(64));
     // Opaque white on the left, transparent black on the right.
     let texels = (0..64).flat_map(|texel| if texel % 8 < 4 { [255; 4] } else { [0, 0, 0, 0] });
     let source =
         Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
-    let transfer =
-        Transfer::new(&pair, Direction::Forward, size, target, &options(Filter::Bilinear, 0));
+    let graft = graft(&pair, size, target, Filter::Bilinear, 0);
     let clear = Texture::filled(target, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]);
-    let result = transfer.apply(source.clone(), clear.unwrap()).unwrap();
+    let result = graft.apply(&source, clear.unwrap()).unwrap();
     assert!(bytes(&result).chunks_exact(4).all(|texel| texel[3] == 0 || texel[0] == 255));
-    let over_red = transfer.apply(source, filled(target, [1.0, 0.0, 0.0])).unwrap();
+    let over_red = graft.apply(source, filled(target, [1.0, 0.0, 0.0])).unwrap();
     assert_eq!(over_red.channels(), Channels::Rgba);
     let row: Vec<&[u8]> = bytes(&over_red)[..64 * 4].chunks_exact(4).collect();
     assert_eq!((row[0], row[63]), (&[255, 255, 255, 255][..], &[255, 0, 0, 255][..]));
@@ -300,7 +294,7 @@ fn full_opacity_changes_no_color() {
         let faces: Vec<[u32; 3]> = vec![[0, 1, 2], [0, 2, 3]];
         Mesh::from_triangles(whole.positions().to_vec(), uv, &faces, &faces).unwrap()
     };
-    let pair = Pair::by_vertex_map(half, whole, &[0, 1, 2, 3]).unwrap();
+    let pair = Arc::new(Pair::by_vertex_map(half, whole, &[0, 1, 2, 3]).unwrap());
     let (source_size, size) = (Size::square(96), Size::square(128));
     for (filter, depth) in Filter::ALL
         .into_iter()
@@ -308,10 +302,9 @@ fn full_opacity_changes_no_color() {
     {
         let plain = noise(source_size, Channels::Rgb, depth);
         let opaque = plain.clone().converted(Channels::Rgba, depth);
-        let transfer =
-            Transfer::new(&pair, Direction::Forward, source_size, size, &options(filter, 4));
+        let graft = graft(&pair, source_size, size, filter, 4);
         let base = filled(size, [0.2, 0.4, 0.6]);
-        let carried = |source| transfer.apply(source, base.clone()).unwrap();
+        let carried = |source| graft.apply(source, base.clone()).unwrap();
         let result = carried(opaque.clone());
         assert_eq!(result.channels(), Channels::Rgba, "{filter}");
         if depth != Depth::F32 {
@@ -320,7 +313,7 @@ fn full_opacity_changes_no_color() {
                 "{filter} {depth:?}"
             );
         }
-        let read = transfer.source_rows();
+        let read = graft.texture_rows();
         assert!(read.start == 0 && read.end < 96, "{read:?}");
         let mut cut = opaque;
         let first = read.end as usize * 96 * 4;
@@ -336,15 +329,14 @@ fn full_opacity_changes_no_color() {
 /// Cubic filters undershoot beside an edge of opacity; no dark halo may show for it.
 #[test]
 fn edges_of_opacity_have_no_halo() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     let (size, target) = (Size::square(16), Size::square(64));
     let texels = (0..256).flat_map(|texel| if texel % 16 < 8 { [255; 4] } else { [0; 4] });
     let source =
         Texture::new(size, Channels::Rgba, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
     for filter in Filter::ALL {
-        let transfer = Transfer::new(&pair, Direction::Forward, size, target, &options(filter, 0));
-        let result = transfer.apply(source.clone(), filled(target, [0.5; 3])).unwrap();
+        let graft = graft(&pair, size, target, filter, 0);
+        let result = graft.apply(&source, filled(target, [0.5; 3])).unwrap();
         let darkest = bytes(&result).iter().min();
         assert_eq!(darkest, Some(&128), "{filter}");
     }
@@ -353,55 +345,54 @@ fn edges_of_opacity_have_no_halo() {
 /// In data the fourth channel is a value like the others, and the base never shows through.
 #[test]
 fn packed_data_is_replaced_channel_by_channel() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     let size = Size::square(16);
     let packed = noise(size, Channels::Rgba, Depth::U8);
     let base = noise(size, Channels::Rgba, Depth::U8);
     let data = |texture: &Texture| texture.clone().with_encoding(Encoding::Data);
     for filter in Filter::ALL {
-        let transfer = Transfer::new(&pair, Direction::Forward, size, size, &options(filter, 0));
-        assert_eq!(transfer.apply(data(&packed), data(&base)).unwrap(), data(&packed));
-        assert_ne!(transfer.apply(packed.clone(), base.clone()).unwrap(), packed);
+        let plain = graft(&pair, size, size, filter, 0);
+        assert_eq!(plain.apply(data(&packed), data(&base)).unwrap(), data(&packed));
+        assert_ne!(plain.apply(&packed, &base).unwrap(), packed);
+        // What textures are can be said of the transfer, too.
+        let of_data = builder(&pair, size, size, filter, 0).content(Content::Data).build().unwrap();
+        assert_eq!(of_data.apply(&packed, &base).unwrap(), data(&packed));
     }
 }
 
 /// 16-bit and float sources keep their depth over an 8-bit base, and the reverse.
 #[test]
 fn the_greater_depth_wins() {
-    let square = synthetic::square(0.25);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.25);
     let size = Size::square(32);
-    let transfer =
-        Transfer::new(&pair, Direction::Forward, size, size, &options(Filter::CatmullRom, 4));
+    let graft = graft(&pair, size, size, Filter::CatmullRom, 4);
     let (deep, shallow) =
         (noise(size, Channels::Rgb, Depth::U16), noise(size, Channels::Rgb, Depth::U8));
-    let result = transfer.apply(deep.clone(), shallow.clone()).unwrap();
+    let result = graft.apply(&deep, &shallow).unwrap();
     assert_eq!(result.depth(), Depth::U16);
     assert_eq!(result.get(16, 16, 1), deep.get(16, 16, 1));
     assert_eq!(result.get(1, 1, 1), shallow.get(1, 1, 1));
-    let result = transfer.apply(shallow.clone(), deep.clone()).unwrap();
+    let result = graft.apply(&shallow, &deep).unwrap();
     assert_eq!(result.get(1, 1, 1), deep.get(1, 1, 1));
-    let float = transfer.apply(noise(size, Channels::Rgb, Depth::F32), shallow).unwrap();
+    let float = graft.apply(noise(size, Channels::Rgb, Depth::F32), shallow).unwrap();
     assert_eq!(float.depth(), Depth::F32);
 }
 
 /// Under linear light the mean of black and white is the grey of half the light.
 #[test]
 fn linear_light_averages_light() {
-    let square = synthetic::square(0.0);
-    let pair = Pair::by_vertex_map(square.clone(), square, &[0, 1, 2, 3]).unwrap();
+    let pair = square_to_itself(0.0);
     let (size, target) = (Size::new(64, 64), Size::square(8));
     let texels =
         (0..size.texels()).flat_map(|texel| [if texel.is_multiple_of(2) { 0 } else { 255 }; 3]);
     let stripes =
         Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels.collect())).unwrap();
-    let middle = |linear_light: bool| {
-        let options = TransferOptions { linear_light, ..options(Filter::Bilinear, 0) };
-        let transfer = Transfer::new(&pair, Direction::Forward, size, target, &options);
-        let result = transfer.apply(stripes.clone(), filled(target, [0.0; 3])).unwrap();
+    let middle = |averaging: Averaging| {
+        let graft = builder(&pair, size, target, Filter::Bilinear, 0).averaging(averaging).build();
+        let result = graft.unwrap().apply(&stripes, filled(target, [0.0; 3])).unwrap();
         bytes(&result)[(4 * 8 + 4) * 3]
     };
-    assert!((127..=128).contains(&middle(false)), "{}", middle(false));
-    assert_eq!(middle(true), 188);
+    let encoded = middle(Averaging::Encoded);
+    assert!((127..=128).contains(&encoded), "{encoded}");
+    assert_eq!(middle(Averaging::Light), 188);
 }

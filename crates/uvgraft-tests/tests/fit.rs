@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, FitProgress, MapOptions, Mesh,
-    Operator, Pair, Size, Texels, Texture, Transfer, TransferError, TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, FitOptions, FitProgress, Graft, GraftError, Mesh,
+    Pair, Size, Sizes, Texels, Texture,
 };
 use uvgraft_tests::{real, synthetic};
 
@@ -16,18 +18,41 @@ fn base(channels: Channels, depth: Depth) -> Texture {
     Texture::filled(TARGET, channels, Encoding::Srgb, depth, unit).unwrap()
 }
 
-fn fit(pair: &Pair, options: &TransferOptions, fit: FitOptions) -> Fit {
-    Fit::new(pair, Direction::Reverse, SOURCE, TARGET, options, fit)
+/// From the target's layout to the source's.
+fn reverse(pair: &Arc<Pair>, filter: Filter) -> Graft {
+    Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
+        .direction(Direction::Reverse)
+        .filter(filter)
+        .build()
+        .unwrap()
+}
+
+fn forward(pair: &Arc<Pair>, from: Size, to: Size, filter: Filter) -> Graft {
+    Graft::builder(Arc::clone(pair), Sizes { from, to }).filter(filter).build().unwrap()
+}
+
+/// A texture that is solved for, laid over a base.
+fn fitted(
+    graft: &Graft,
+    texture: &Texture,
+    base: Texture,
+    options: FitOptions,
+    progress: &mut dyn FnMut(FitProgress),
+) -> Texture {
+    let fitted = graft.fit(texture, base.format(), &options, progress).unwrap();
+    fitted.overlay.lay(0, base).unwrap()
 }
 
 fn ignore(_: FitProgress) {}
 
 /// Root mean square difference over the texels that are carried back, 1.0 for black to white.
-fn rms_back(pair: &Pair, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
-    let options =
-        TransferOptions { filter, map: MapOptions::with_gutter(0), ..TransferOptions::default() };
-    let back = Transfer::new(pair, Direction::Forward, TARGET, SOURCE, &options);
-    let result = back.apply(carried.clone(), original.clone()).unwrap();
+fn rms_back(pair: &Arc<Pair>, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
+    let back = Graft::builder(Arc::clone(pair), Sizes { from: TARGET, to: SOURCE })
+        .filter(filter)
+        .gutter_px(0)
+        .build()
+        .unwrap();
+    let result = back.apply(carried, original).unwrap();
     let count = original.channels().count();
     let mut squares = 0.0;
     for y in 0..SOURCE.height {
@@ -49,17 +74,23 @@ fn reads_back_better_with_every_filter_and_says_how_well() {
     for (filter, most) in
         [(Filter::Bilinear, 0.9), (Filter::CatmullRom, 0.97), (Filter::Lanczos3, 0.98)]
     {
-        let options = TransferOptions { filter, ..TransferOptions::default() };
-        let fit = fit(&pair, &options, FitOptions::default());
+        let graft = reverse(&pair, filter);
         let base = base(Channels::Rgb, Depth::U8);
-        let sampled = fit.transfer().apply(texture.clone(), base.clone()).unwrap();
+        let sampled = graft.apply(&texture, &base).unwrap();
         let mut course = Vec::new();
-        let fitted = fit.apply(texture.clone(), base, &mut |step| course.push(step)).unwrap();
+        let found = graft.fit(&texture, base.format(), &FitOptions::default(), &mut |step| {
+            course.push(step);
+        });
+        let found = found.unwrap();
+        let fitted = found.overlay.lay(0, base).unwrap();
         let before = rms_back(&pair, filter, &sampled, &texture);
         let after = rms_back(&pair, filter, &fitted, &texture);
         assert!(after < most * before, "{filter}: {after} against {before}");
         let (first, last) = (course[0], course[course.len() - 1]);
         assert_eq!((first.step, last.step as usize), (0, course.len() - 1));
+        let summary = found.summary;
+        assert_eq!((summary.sampled_rms, summary.fitted_rms), (first.rms, last.rms));
+        assert_eq!(summary.steps, last.step);
         // What is said is before rounding to 8 bits and clamping.
         assert!((first.rms - before).abs() < 0.02 * before, "{} and {before}", first.rms);
         assert!((last.rms - after).abs() < 0.05 * after, "{} and {after}", last.rms);
@@ -69,11 +100,11 @@ fn reads_back_better_with_every_filter_and_says_how_well() {
 #[test]
 fn what_the_map_does_not_reach_is_the_base() {
     let pair = synthetic::pair();
-    let options = TransferOptions::default();
-    let fit = fit(&pair, &options, FitOptions::default());
+    let graft = reverse(&pair, Filter::default());
     let base = synthetic::detailed(TARGET, 8);
-    let fitted = fit.apply(synthetic::detailed(SOURCE, 3), base.clone(), &mut ignore).unwrap();
-    let map = fit.transfer().map();
+    let texture = synthetic::detailed(SOURCE, 3);
+    let fitted = fitted(&graft, &texture, base.clone(), FitOptions::default(), &mut ignore);
+    let map = graft.map();
     let mut beside = 0;
     for row in 0..TARGET.height {
         let mut reached = vec![false; TARGET.width as usize];
@@ -91,7 +122,7 @@ fn what_the_map_does_not_reach_is_the_base() {
 }
 
 /// A square of two triangles, one of which the source has.
-fn half_linked() -> Pair {
+fn half_linked() -> Arc<Pair> {
     let uv = vec![[0.1, 0.1], [0.9, 0.12], [0.88, 0.9], [0.1, 0.9]];
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let (one, both) = ([[0, 1, 2]], [[0, 1, 2], [0, 2, 3]]);
@@ -102,7 +133,7 @@ fn half_linked() -> Pair {
         &one,
     );
     let target = Mesh::from_triangles(positions, uv, &both, &both);
-    Pair::by_vertex_map(source.unwrap(), target.unwrap(), &[0, 1, 2]).unwrap()
+    Arc::new(Pair::by_vertex_map(source.unwrap(), target.unwrap(), &[0, 1, 2]).unwrap())
 }
 
 /// The border of the links may lie inside an island; what is beside it is not made up for.
@@ -115,13 +146,11 @@ fn one_colour_stays_one_colour_whatever_the_base() {
     for (from, to) in [(230, 128), (100, 300), (64, 64)] {
         let (from, to) = (Size::square(from), Size::square(to));
         for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
-            let options = TransferOptions { filter, ..TransferOptions::default() };
-            let fit =
-                Fit::new(&pair, Direction::Forward, from, to, &options, FitOptions::default());
+            let graft = forward(&pair, from, to, filter);
             let mut last = None;
-            let fitted =
-                fit.apply(texture(from, 0.8), texture(to, 0.1), &mut |step| last = Some(step));
-            let fitted = fitted.unwrap();
+            let mut progress = |step| last = Some(step);
+            let (texture, base) = (texture(from, 0.8), texture(to, 0.1));
+            let fitted = fitted(&graft, &texture, base, FitOptions::default(), &mut progress);
             assert!(last.unwrap().rms < 1e-6, "{filter}: {last:?}");
             let off = (0..to.texels() as u32)
                 .map(|k| fitted.get(k % to.width, k / to.width, 0))
@@ -141,15 +170,15 @@ fn an_island_that_lost_its_texels_has_no_say() {
     let mesh = |uv: [[f32; 2]; 6]| {
         Mesh::from_triangles(vec![[0.0; 3]; 6], uv.to_vec(), &faces, &faces).unwrap()
     };
-    let pair = Pair::by_vertex_map(mesh(separate), mesh(stacked), &[0, 1, 2, 3, 4, 5]).unwrap();
+    let ids = [0, 1, 2, 3, 4, 5];
+    let pair = Arc::new(Pair::by_vertex_map(mesh(separate), mesh(stacked), &ids).unwrap());
     let size = Size::square(100);
     // White on the first, black on the second.
     let values = (0..size.texels()).map(|k| if k / 100 < 50 { 255 } else { 0 }).collect();
     let source = Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap();
     let base = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[1.0]).unwrap();
-    let options = TransferOptions::default();
-    let fit = Fit::new(&pair, Direction::Forward, size, size, &options, FitOptions::default());
-    let fitted = fit.apply(source, base, &mut ignore).unwrap();
+    let graft = forward(&pair, size, size, Filter::default());
+    let fitted = fitted(&graft, &source, base, FitOptions::default(), &mut ignore);
     let Texels::U8(values) = fitted.texels() else { panic!("8 bits") };
     assert!(values.iter().all(|&value| value == 255), "{:?}", values.iter().min());
 }
@@ -161,17 +190,16 @@ fn values_that_are_no_numbers_are_refused() {
     let mut values = vec![0.5; size.texels()];
     values[7 * 40 + 3] = f32::NAN;
     let source = Texture::new(size, Channels::Grey, Encoding::Linear, Texels::F32(values)).unwrap();
-    let options = TransferOptions::default();
-    let fit = Fit::new(&pair, Direction::Forward, size, size, &options, FitOptions::default());
-    let refused = fit.apply(source.clone(), source, &mut ignore);
-    assert_eq!(refused, Err(TransferError::NotFinite { x: 3, y: 7 }));
+    let graft = forward(&pair, size, size, Filter::default());
+    let refused = graft.fit(&source, source.format(), &FitOptions::default(), &mut ignore);
+    assert_eq!(refused.unwrap_err(), GraftError::NotFinite { x: 3, y: 7 });
 }
 
 #[test]
 fn no_steps_give_what_sampling_gives() {
     let pair = synthetic::pair();
-    let options = TransferOptions::default();
-    let fit = fit(&pair, &options, FitOptions { max_steps: 0, ..FitOptions::default() });
+    let graft = reverse(&pair, Filter::default());
+    let no_steps = FitOptions::default().max_steps(0);
     for (channels, depth) in [
         (Channels::Rgb, Depth::U8),
         (Channels::Rgba, Depth::U8),
@@ -183,8 +211,8 @@ fn no_steps_give_what_sampling_gives() {
             values.iter_mut().skip(3).step_by(4).enumerate().for_each(|(k, a)| *a = (k / 9) as u8);
         }
         let base = base(channels, depth);
-        let sampled = fit.transfer().apply(texture.clone(), base.clone()).unwrap();
-        let fitted = fit.apply(texture, base, &mut ignore).unwrap();
+        let sampled = graft.apply(&texture, &base).unwrap();
+        let fitted = fitted(&graft, &texture, base, no_steps, &mut ignore);
         let off = (0..TARGET.texels())
             .flat_map(|k| (0..channels.count()).map(move |channel| (k as u32, channel)))
             .map(|(k, channel)| {
@@ -204,9 +232,9 @@ fn the_bytes_do_not_depend_on_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let options = FitOptions { max_steps: 4, ..FitOptions::default() };
-            let fit = fit(&pair, &TransferOptions::default(), options);
-            fit.apply(texture.clone(), base(Channels::Rgb, Depth::U16), &mut ignore).unwrap()
+            let graft = reverse(&pair, Filter::default());
+            let base = base(Channels::Rgb, Depth::U16);
+            fitted(&graft, &texture, base, FitOptions::default().max_steps(4), &mut ignore)
         })
     };
     let one = run(1);
@@ -225,10 +253,10 @@ fn opaque_and_clear_parts_stay_so() {
             texel.copy_from_slice(&[255, 0, 255, 0]);
         }
     }
-    let fit = fit(&pair, &TransferOptions::default(), FitOptions::default());
+    let graft = reverse(&pair, Filter::default());
     let clear =
         Texture::filled(TARGET, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4]).unwrap();
-    let fitted = fit.apply(texture, clear, &mut ignore).unwrap();
+    let fitted = fitted(&graft, &texture, clear, FitOptions::default(), &mut ignore);
     let Texels::U8(values) = fitted.texels() else { panic!("8 bits") };
     let opaque = values.chunks_exact(4).filter(|texel| texel[3] > 250).count();
     let magenta = values
@@ -244,9 +272,11 @@ fn the_transpose_is_the_adjoint_on_real_meshes() {
     let (via, size) = (Size::square(1024), Size::square(2048));
     for direction in [Direction::Forward, Direction::Reverse] {
         for filter in Filter::ALL {
-            let options = TransferOptions { filter, ..TransferOptions::default() };
-            let transfer = Transfer::new(&pair, direction, via, size, &options);
-            let operator = Operator::new(&transfer);
+            let graft = Graft::builder(Arc::clone(&pair), Sizes { from: via, to: size })
+                .direction(direction)
+                .filter(filter)
+                .build();
+            let operator = graft.unwrap().operator();
             let mut rng = fastrand::Rng::with_seed(1);
             let mut values =
                 |size: Size| (0..size.texels() * 3).map(|_| rng.f32()).collect::<Vec<f32>>();

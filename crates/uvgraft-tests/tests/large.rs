@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::map::Patch;
-use uvgraft::{Direction, MapOptions, SamplingMap, Size};
+use uvgraft::{Direction, Extent, MapOptions, SamplingMap, Size};
 use uvgraft_tests::synthetic;
 
 #[test]
@@ -11,7 +11,7 @@ fn every_texel_of_a_large_mesh_is_in_its_triangle() {
     let pair = synthetic::sheets(200_000);
     let (source, target) = (pair.source(), pair.target());
     assert!(target.faces().len() > 190_000);
-    assert_eq!(pair.links().len(), target.faces().len());
+    assert_eq!(pair.piece_count(), target.faces().len());
     let size = Size::new(811, 640);
     let scale = [f64::from(size.width), f64::from(size.height)];
     let map = SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(3));
@@ -20,12 +20,13 @@ fn every_texel_of_a_large_mesh_is_in_its_triangle() {
         corners.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
     };
 
-    // Links come in the order of target faces, and so do patches: one each, then the gutter's.
-    let owned: Vec<&Patch> = map.patches()[..pair.links().len()].iter().collect();
-    for (link, patch) in pair.links().iter().zip(&owned) {
-        assert_eq!(patch.face, link.target);
-        let wanted = source.uv_triangle(link.source as usize);
-        for (corner, k) in corners_px(link.target).into_iter().zip(link.corners) {
+    // Pieces come in the order of target faces, and so do patches: one each, then the gutter's.
+    let owned: Vec<&Patch> = map.patches()[..pair.piece_count()].iter().collect();
+    for (piece, patch) in pair.pieces().zip(&owned) {
+        assert_eq!(patch.face, piece.target);
+        let Extent::Whole(corners) = piece.extent else { panic!("whole triangles") };
+        let wanted = source.uv_triangle(piece.source as usize);
+        for (corner, k) in corners_px(piece.target).into_iter().zip(corners) {
             let found = patch.src_uv_from_tgt_px.at(corner);
             let wanted = wanted[k as usize].map(f64::from);
             assert!((found[0] - wanted[0]).hypot(found[1] - wanted[1]) < 1e-9);

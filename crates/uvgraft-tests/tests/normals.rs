@@ -2,12 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Mesh, NormalFrames, NormalOptions, NormalY, Pair,
-    Size, Texels, Texture, Transfer, TransferOptions,
+    Channels, Content, Depth, Direction, Encoding, Filter, Graft, Mesh, NormalFrames,
+    NormalOptions, NormalY, Pair, Size, Sizes, Texels, Texture,
 };
 use uvgraft_avatar::Figure;
-use uvgraft_tests::normal_bake::{Baked, Spots, angle, bake, face_rotations, rotated, spots};
+use uvgraft_tests::normal_bake::{
+    Baked, Spots, angle, bake, face_rotations, linked_faces, rotated, spots,
+};
 use uvgraft_tests::{real, synthetic};
 
 type Vector = [f64; 3];
@@ -28,24 +32,38 @@ fn quantised(texture: &Texture) -> Texture {
     Texture::new(texture.size(), Channels::Rgb, Encoding::Data, Texels::F32(levels)).unwrap()
 }
 
-/// What a transfer filters, not turned yet.
-fn carried(transfer: &Transfer, source: &Texture) -> Vec<f32> {
+/// What a transfer makes of a map over a flat one.
+fn carried(graft: &Graft, source: &Texture) -> Vec<f32> {
     let base = [0.5, 0.5, 1.0];
-    let size = transfer.map().size();
+    let size = graft.sizes().to;
     let base = Texture::filled(size, Channels::Rgb, Encoding::Data, Depth::F32, &base).unwrap();
-    let result = transfer.apply(source.clone(), base).unwrap();
+    let result = graft.apply(source, base).unwrap();
     let Texels::F32(values) = result.into_texels() else { panic!("floats") };
     values
 }
 
-fn bilinear(pair: &Pair, direction: Direction, source: Size, target: Size) -> Transfer {
-    let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
-    Transfer::new(pair, direction, source, target, &options)
+fn bilinear(pair: &Arc<Pair>, direction: Direction, size: Size, content: Content) -> Graft {
+    Graft::builder(Arc::clone(pair), Sizes { from: size, to: size })
+        .direction(direction)
+        .filter(Filter::Bilinear)
+        .content(content)
+        .build()
+        .unwrap()
+}
+
+/// Filters normals, and leaves them as they are.
+fn copying(pair: &Arc<Pair>, direction: Direction, size: Size) -> Graft {
+    bilinear(pair, direction, size, Content::Data)
+}
+
+/// Filters normals, and turns them.
+fn turning(pair: &Arc<Pair>, direction: Direction, size: Size) -> Graft {
+    bilinear(pair, direction, size, Content::Normals(NormalOptions::default()))
 }
 
 /// A pair whose both layouts have been baked.
 struct Scene {
-    pair: Pair,
+    pair: Arc<Pair>,
     size: Size,
     source: Baked,
     target: Baked,
@@ -54,14 +72,14 @@ struct Scene {
 impl Scene {
     /// - `own`: for a triangle of the source, a place and a normal there, both in the target's space,
     ///   the normal in the source's space.
-    fn new(pair: Pair, size: Size, own: impl Fn(usize, Vector, Vector) -> Vector) -> Self {
+    fn new(pair: Arc<Pair>, size: Size, own: impl Fn(usize, Vector, Vector) -> Vector) -> Self {
         let (of_source, of_target): (Spots, Spots) = spots(&pair);
         let source = bake(pair.source(), &of_source, size, NormalY::OpenGl, own);
         let target = bake(pair.target(), &of_target, size, NormalY::OpenGl, |_, _, normal| normal);
         Self { pair, size, source, target }
     }
 
-    fn same(pair: Pair, size: Size) -> Self {
+    fn same(pair: Arc<Pair>, size: Size) -> Self {
         Self::new(pair, size, |_, _, normal| normal)
     }
 
@@ -75,37 +93,24 @@ impl Scene {
     /// Angles to what was baked directly: without turning, turned, and turned from 8 bits.
     fn compare(&self, direction: Direction) -> [Errors; 3] {
         let (from, to) = self.sides(direction);
-        let transfer = bilinear(&self.pair, direction, self.size, self.size);
-        let frames = NormalFrames::new(&self.pair, direction);
-        let turned = |source: &Texture| {
-            let mut values = carried(&transfer, source);
-            let options = NormalOptions::default();
-            frames.turn(transfer.map(), options, 0, &mut values, Channels::Rgb);
-            values
-        };
+        let copying = copying(&self.pair, direction, self.size);
+        let turning = turning(&self.pair, direction, self.size);
         let source = texture(self.size, &from.texels);
-        let naive = carried(&transfer, &source);
-        [naive, turned(&source), turned(&quantised(&source))]
-            .map(|values| self.errors(direction, &transfer, &values, to))
+        let [naive, turned] = [&copying, &turning].map(|graft| carried(graft, &source));
+        [naive, turned, carried(&turning, &quantised(&source))]
+            .map(|values| self.errors(&turning, &values, to))
     }
 
-    fn errors(
-        &self,
-        direction: Direction,
-        transfer: &Transfer,
-        values: &[f32],
-        wanted: &Baked,
-    ) -> Errors {
+    fn errors(&self, graft: &Graft, values: &[f32], wanted: &Baked) -> Errors {
         // Where several triangles share texels, only one of them was baked.
         let mut is_shared = wanted.is_shared.clone();
-        for link in self.pair.links() {
-            let (source, target) = (link.source as usize, link.target as usize);
-            match direction {
+        for ([target, source], _) in linked_faces(&self.pair) {
+            match graft.direction() {
                 Direction::Forward => is_shared[target] |= self.source.is_shared[source],
                 Direction::Reverse => is_shared[source] |= self.target.is_shared[target],
             }
         }
-        let map = transfer.map();
+        let map = graft.map();
         let mut errors = Vec::new();
         for row in 0..self.size.height {
             for &run in map.row(row).iter().filter(|run| !map.is_gutter(**run)) {
@@ -165,10 +170,10 @@ fn charts_that_are_turned_and_mirrored_keep_their_surface() {
     );
 }
 
-fn figure() -> Pair {
+fn figure() -> Arc<Pair> {
     let figure = Figure::new();
     let vertex_map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
-    Pair::by_vertex_map(figure.head, figure.body, &vertex_map).unwrap()
+    Arc::new(Pair::by_vertex_map(figure.head, figure.body, &vertex_map).unwrap())
 }
 
 #[test]
@@ -182,10 +187,10 @@ fn the_real_pair_keeps_its_surface() {
     let Some(pair) = real::flame_to_smplx() else { return };
     // Both layouts on one shape, so that nothing but the layouts differs.
     let mut places = vec![None; pair.source().positions().len()];
-    for link in pair.links() {
-        let vertices = pair.target().faces()[link.target as usize];
-        for (vertex, &corner) in vertices.into_iter().zip(&link.corners) {
-            let of_source = pair.source().faces()[link.source as usize][usize::from(corner)];
+    for ([target, source], corners) in linked_faces(&pair) {
+        let vertices = pair.target().faces()[target];
+        for (vertex, corner) in vertices.into_iter().zip(corners) {
+            let of_source = pair.source().faces()[source][corner];
             places[of_source as usize] = Some(pair.target().positions()[vertex as usize]);
         }
     }
@@ -194,8 +199,9 @@ fn the_real_pair_keeps_its_surface() {
     let source = pair.source();
     let source =
         Mesh::from_triangles(positions, source.uv().to_vec(), source.faces(), source.uv_faces());
-    let same = Pair::from_links(source.unwrap(), pair.target().clone(), pair.links().to_vec());
-    assert_carries("real layouts", &Scene::same(same.unwrap(), Size::square(2048)), [3.0, 20.0]);
+    let same = Pair::from_pieces(source.unwrap(), pair.target().clone(), pair.pieces());
+    let same = Scene::same(Arc::new(same.unwrap()), Size::square(2048));
+    assert_carries("real layouts", &same, [3.0, 20.0]);
 
     // The meshes as they are: two heads of nearly the same shape, held at another angle.
     let rotations = face_rotations(&pair);
@@ -207,30 +213,28 @@ fn the_real_pair_keeps_its_surface() {
         // Their shapes differ by degrees, and so do the frames of triangles, some of them folded.
         turned.assert_below("real", 2.5, 25.0);
         // What is flat on one is nearly flat on the other.
-        let transfer = bilinear(&scene.pair, direction, scene.size, scene.size);
+        let graft = turning(&scene.pair, direction, scene.size);
         let flat = vec![[0.5, 0.5, 1.0]; scene.size.texels()];
-        let mut values = flat.as_flattened().to_vec();
-        let frames = NormalFrames::new(&scene.pair, direction);
-        frames.turn(transfer.map(), NormalOptions::default(), 0, &mut values, Channels::Rgb);
+        let values = carried(&graft, &texture(scene.size, &flat));
         let flat = Baked { texels: flat, is_shared: scene.sides(direction).1.is_shared.clone() };
-        let tilt = scene.errors(direction, &transfer, &values, &flat);
+        let tilt = scene.errors(&graft, &values, &flat);
         println!("  flat: {tilt:?}");
         tilt.assert_below("real, flat", 1.0, 6.0);
     }
 }
 
 /// The pair with another source: other positions, and maybe all faces wound the other way.
-fn with_source(pair: &Pair, rewind: bool, place: impl Fn(Vector) -> Vector) -> Pair {
-    let source = synthetic::posed(pair.source(), rewind, place);
-    let mut vertex_map = vec![-1; source.positions().len()];
-    for link in pair.links() {
-        let vertices = pair.target().faces()[link.target as usize];
-        for (vertex, &corner) in vertices.into_iter().zip(&link.corners) {
-            let of_source = pair.source().faces()[link.source as usize][usize::from(corner)];
+fn with_source(pair: &Pair, rewind: bool, place: impl Fn(Vector) -> Vector) -> Arc<Pair> {
+    let placed = synthetic::posed(pair.source(), rewind, place);
+    let mut vertex_map = vec![-1; placed.positions().len()];
+    for ([target, source], corners) in linked_faces(pair) {
+        let vertices = pair.target().faces()[target];
+        for (vertex, corner) in vertices.into_iter().zip(corners) {
+            let of_source = pair.source().faces()[source][corner];
             vertex_map[of_source as usize] = i64::from(vertex);
         }
     }
-    Pair::by_vertex_map(source, pair.target().clone(), &vertex_map).unwrap()
+    Arc::new(Pair::by_vertex_map(placed, pair.target().clone(), &vertex_map).unwrap())
 }
 
 /// Turned by quarters around two axes and by 0.6 around a third.
@@ -249,17 +253,12 @@ fn a_mesh_that_is_placed_differently_has_the_same_map() {
     };
     let placed = with_source(&pair, false, place);
     let size = Size::square(512);
-    let scene = Scene::new(placed.clone(), size, |_, _, normal| turn(normal));
+    let scene = Scene::new(Arc::clone(&placed), size, |_, _, normal| turn(normal));
     assert_carries("placed", &scene, [20.0, 90.0]);
     // Texel by texel it is what the unplaced mesh has: rounding of positions aside.
-    let transfer = bilinear(&pair, Direction::Forward, size, size);
     let source = texture(size, &scene.source.texels);
-    let values = carried(&transfer, &source);
-    let [mut a, mut b] = [values.clone(), values];
-    for (pair, values) in [(&pair, &mut a), (&placed, &mut b)] {
-        let frames = NormalFrames::new(pair, Direction::Forward);
-        frames.turn(transfer.map(), NormalOptions::default(), 0, values, Channels::Rgb);
-    }
+    let [a, b] =
+        [&pair, &placed].map(|pair| carried(&turning(pair, Direction::Forward, size), &source));
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst < 1e-3, "{worst}");
 }
@@ -267,7 +266,7 @@ fn a_mesh_that_is_placed_differently_has_the_same_map() {
 #[test]
 fn a_mesh_that_is_wound_the_other_way_has_its_normals_turned_around() {
     let pair = with_source(&synthetic::turned_charts(), true, |at| at);
-    assert!(pair.links().iter().all(uvgraft::Link::flips));
+    assert!(pair.pieces().all(|piece| piece.flips()));
     assert_carries("rewound", &Scene::same(pair, Size::square(512)), [20.0, 90.0]);
 }
 
@@ -304,7 +303,7 @@ fn a_bent_mesh_is_followed_part_by_part() {
     let low = synthetic::posed(pair.target(), false, |[x, y, z]| [x, y, 0.15 * z]);
     let vertex_map: Vec<i64> = (0..low.positions().len() as i64).collect();
     let source = synthetic::posed(pair.source(), false, place);
-    let pair = Pair::by_vertex_map(source, low, &vertex_map).unwrap();
+    let pair = Arc::new(Pair::by_vertex_map(source, low, &vertex_map).unwrap());
     let scene = Scene::new(pair, Size::square(512), turn);
     for direction in [Direction::Forward, Direction::Reverse] {
         let [_, turned, _] = scene.compare(direction);
@@ -319,17 +318,17 @@ fn green_counts_as_it_is_said_to() {
     let pair = synthetic::turned_charts();
     let size = Size::square(256);
     let (of_source, _) = spots(&pair);
-    let transfer = bilinear(&pair, Direction::Forward, size, size);
-    let frames = NormalFrames::new(&pair, Direction::Forward);
+    let graft = |source: NormalY, target: NormalY| {
+        let content = Content::Normals(NormalOptions::new(source, target));
+        bilinear(&pair, Direction::Forward, size, content)
+    };
     let turned = |source: NormalY, target: NormalY| {
         let baked = bake(pair.source(), &of_source, size, source, |_, _, normal| normal);
-        let mut values = carried(&transfer, &texture(size, &baked.texels));
-        let options = NormalOptions { source, target };
-        frames.turn(transfer.map(), options, 0, &mut values, Channels::Rgb);
-        values
+        carried(&graft(source, target), &texture(size, &baked.texels))
     };
     let wanted = turned(NormalY::OpenGl, NormalY::OpenGl);
-    let map = transfer.map();
+    let graft = graft(NormalY::OpenGl, NormalY::OpenGl);
+    let map = graft.map();
     for source in [NormalY::OpenGl, NormalY::DirectX] {
         for target in [NormalY::OpenGl, NormalY::DirectX] {
             let found = turned(source, target);
@@ -348,12 +347,13 @@ fn green_counts_as_it_is_said_to() {
 }
 
 /// One square, upright in the source; the target is given.
-fn square_to(target_uv: [[f32; 2]; 4]) -> Pair {
+fn square_to(target_uv: [[f32; 2]; 4]) -> Arc<Pair> {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let faces = [[0, 1, 2], [0, 2, 3]];
     let upright = vec![[0.1, 0.9], [0.9, 0.9], [0.9, 0.1], [0.1, 0.1]];
     let mesh = |uv| Mesh::from_triangles(positions.clone(), uv, &faces, &faces).unwrap();
-    Pair::by_vertex_map(mesh(upright), mesh(target_uv.to_vec()), &[0, 1, 2, 3]).unwrap()
+    let pair = Pair::by_vertex_map(mesh(upright), mesh(target_uv.to_vec()), &[0, 1, 2, 3]);
+    Arc::new(pair.unwrap())
 }
 
 #[test]
@@ -374,11 +374,9 @@ fn a_square_by_hand_with_its_gutter() {
         let pair = square_to(target);
         let size = Size::new(64, 48);
         let source = texture(size, &vec![right; size.texels()]);
-        let transfer = bilinear(&pair, Direction::Forward, size, size);
-        let mut values = carried(&transfer, &source);
-        let frames = NormalFrames::new(&pair, Direction::Forward);
-        frames.turn(transfer.map(), NormalOptions::default(), 0, &mut values, Channels::Rgb);
-        assert_eq!(transfer.map().stats().linked + transfer.map().stats().gutter, size.texels());
+        let graft = turning(&pair, Direction::Forward, size);
+        let values = carried(&graft, &source);
+        assert_eq!(graft.map().stats().linked + graft.map().stats().gutter, size.texels());
         for texel in values.chunks_exact(3) {
             let is_wanted = (0..3).all(|k| (texel[k] - wanted[k]).abs() < 1e-6);
             assert!(is_wanted, "{texel:?}, wanted {wanted:?}");
@@ -389,12 +387,14 @@ fn a_square_by_hand_with_its_gutter() {
 #[test]
 fn bands_and_opacity_do_not_show() {
     let scene = Scene::same(synthetic::turned_charts(), Size::square(200));
-    let transfer = bilinear(&scene.pair, Direction::Forward, scene.size, scene.size);
+    let graft = copying(&scene.pair, Direction::Forward, scene.size);
     let frames = NormalFrames::new(&scene.pair, Direction::Forward);
-    let (map, options) = (transfer.map(), NormalOptions::default());
-    let filtered = carried(&transfer, &texture(scene.size, &scene.source.texels));
+    let (map, options) = (graft.map(), NormalOptions::default());
+    let source = texture(scene.size, &scene.source.texels);
+    let filtered = carried(&graft, &source);
     let mut whole = filtered.clone();
     frames.turn(map, options, 0, &mut whole, Channels::Rgb);
+    assert_eq!(whole, carried(&turning(&scene.pair, Direction::Forward, scene.size), &source));
     let mut banded = filtered.clone();
     for (band, values) in (0..).zip(banded.chunks_mut(200 * 3 * 7)) {
         frames.turn(map, options, band * 7, values, Channels::Rgb);
@@ -419,11 +419,9 @@ fn bands_and_opacity_do_not_show() {
 fn the_gutter_continues_what_is_beside_it() {
     let pair = synthetic::turned_charts();
     let scene = Scene::same(pair, Size::square(512));
-    let transfer = bilinear(&scene.pair, Direction::Forward, scene.size, scene.size);
-    let mut values = carried(&transfer, &texture(scene.size, &scene.source.texels));
-    let frames = NormalFrames::new(&scene.pair, Direction::Forward);
-    frames.turn(transfer.map(), NormalOptions::default(), 0, &mut values, Channels::Rgb);
-    let map = transfer.map();
+    let graft = turning(&scene.pair, Direction::Forward, scene.size);
+    let values = carried(&graft, &texture(scene.size, &scene.source.texels));
+    let map = graft.map();
     let mut jumps = Vec::new();
     for row in 0..scene.size.height {
         for pair in map.row(row).windows(2) {
@@ -468,16 +466,16 @@ fn broken_meshes_and_texels_give_normals_all_the_same() {
             source.uv_faces(),
         );
         let vertex_map: Vec<i64> = (0..12).collect();
-        let pair = Pair::by_vertex_map(source.unwrap(), target, &vertex_map).unwrap();
+        let pair = Arc::new(Pair::by_vertex_map(source.unwrap(), target, &vertex_map).unwrap());
         let side = Size::square(96);
         for direction in [Direction::Forward, Direction::Reverse] {
-            let transfer = bilinear(&pair, direction, side, side);
+            let graft = copying(&pair, direction, side);
             let special = [f32::NAN, f32::INFINITY, 0.5, 0.2, 1e38];
             let mut values: Vec<f32> =
                 (0..side.texels() * 3).map(|_| special[rng.usize(..special.len())]).collect();
             let before = values.clone();
             let frames = NormalFrames::new(&pair, direction);
-            let map = transfer.map();
+            let map = graft.map();
             frames.turn(map, NormalOptions::default(), 0, &mut values, Channels::Rgb);
             for row in 0..side.height {
                 let mut is_reached = vec![false; side.width as usize];

@@ -2,29 +2,29 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::islands::Islands;
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, MapOptions, Mesh, Pair, Prefer, SamplingMap,
-    Size, Texels, Texture, Transfer, TransferOptions,
+    Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, Mesh, Pair, Prefer,
+    SamplingMap, Size, Sizes, Texels, Texture,
 };
 use uvgraft_tests::{real, synthetic};
 
 const GUTTER: u32 = 8;
 
 fn map_options(prefer: Prefer) -> MapOptions {
-    MapOptions { prefer, ..MapOptions::with_gutter(GUTTER) }
+    MapOptions::with_gutter(GUTTER).prefer(prefer)
 }
 
-fn carried(pair: &Pair, prefer: Prefer, source: &Texture, size: Size) -> Texture {
-    let options = TransferOptions {
-        filter: Filter::Bilinear,
-        map: map_options(prefer),
-        linear_light: false,
-        ..TransferOptions::default()
-    };
-    let transfer = Transfer::new(pair, Direction::Forward, source.size(), size, &options);
+fn carried(pair: &Arc<Pair>, prefer: Prefer, source: &Texture, size: Size) -> Texture {
+    let graft = Graft::builder(Arc::clone(pair), Sizes { from: source.size(), to: size })
+        .filter(Filter::Bilinear)
+        .map_options(map_options(prefer))
+        .build()
+        .unwrap();
     let base = Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
-    transfer.apply(source.clone(), base.unwrap()).unwrap()
+    graft.apply(source, base.unwrap()).unwrap()
 }
 
 fn texels(texture: &Texture) -> &[[u8; 3]] {

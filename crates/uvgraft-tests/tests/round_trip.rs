@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::metrics::lpips::Lpips;
 use uvgraft::metrics::{self, Colors};
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Fit, FitOptions, MapOptions, Pair, SamplingMap,
-    Size, Texels, Texture, Transfer, TransferOptions, baseline::grid,
+    Channels, Depth, Direction, Encoding, Filter, FitOptions, Graft, MapOptions, Pair, SamplingMap,
+    Size, Sizes, Texels, Texture, baseline::grid,
 };
 use uvgraft_io::lpips_weights::sdist;
 use uvgraft_tests::{downloads, photographs, real, synthetic};
@@ -27,26 +29,26 @@ fn grey(size: Size) -> Texture {
 
 /// From the target's layout to the source's and back onto the original.
 struct RoundTrip {
-    there: Transfer,
-    back: Transfer,
+    there: Graft,
+    back: Graft,
     via: Size,
 }
 
 impl RoundTrip {
-    fn new(pair: &Pair, size: Size, via: Size, filter: Filter) -> Self {
-        let options = TransferOptions { filter, ..TransferOptions::default() };
+    fn new(pair: &Arc<Pair>, size: Size, via: Size, filter: Filter) -> Self {
+        let there = Graft::builder(Arc::clone(pair), Sizes { from: size, to: via })
+            .direction(Direction::Reverse)
+            .filter(filter);
         // On the way back the gutter would replace what the original has beside its islands.
-        let bare = TransferOptions { map: MapOptions::with_gutter(0), ..options };
-        Self {
-            there: Transfer::new(pair, Direction::Reverse, size, via, &options),
-            back: Transfer::new(pair, Direction::Forward, via, size, &bare),
-            via,
-        }
+        let back = Graft::builder(Arc::clone(pair), Sizes { from: via, to: size })
+            .filter(filter)
+            .gutter_px(0);
+        Self { there: there.build().unwrap(), back: back.build().unwrap(), via }
     }
 
     fn run(&self, texture: &Texture) -> Texture {
-        let head = self.there.apply(texture.clone(), grey(self.via)).unwrap();
-        self.back.apply(head, texture.clone()).unwrap()
+        let head = self.there.apply(texture, grey(self.via)).unwrap();
+        self.back.apply(head, texture).unwrap()
     }
 }
 
@@ -72,7 +74,7 @@ fn keeps_seven_decibels_more_than_the_reference() {
         (filter, own)
     });
     let (best, most) = results.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-    assert_eq!(best, TransferOptions::default().filter, "the default filter must keep most");
+    assert_eq!(best, Filter::default(), "the default filter must keep most");
     assert!(most >= reference + 7.0, "{most:.2} dB against {reference:.2} dB");
 }
 
@@ -81,7 +83,7 @@ fn five_round_trips_do_not_change_the_brightness() {
     let pair = synthetic::pair();
     let (size, via) = (Size::square(1024), Size::square(512));
     let texture = synthetic::detailed(size, 2);
-    let trip = RoundTrip::new(&pair, size, via, TransferOptions::default().filter);
+    let trip = RoundTrip::new(&pair, size, via, Filter::default());
     let linked = values(&trip.back.map().mask()).to_vec();
     let mean = |texture: &Texture| {
         let texels = values(texture).chunks_exact(3).zip(&linked).filter(|(_, mask)| **mask == 255);
@@ -136,13 +138,12 @@ fn photographs_survive_better_than_the_reference_leaves_them() {
         scores
     };
     let reference = judge("reference", reference_round_trip(&pair, &texture, via));
-    let trip = RoundTrip::new(&pair, texture.size(), via, TransferOptions::default().filter);
+    let trip = RoundTrip::new(&pair, texture.size(), via, Filter::default());
     let own = judge("default", trip.run(&texture));
-    let options = TransferOptions::default();
-    let fit =
-        Fit::new(&pair, Direction::Reverse, texture.size(), via, &options, FitOptions::default());
-    let head = fit.apply(texture.clone(), grey(via), &mut |_| {}).unwrap();
-    let fitted = judge("fitted", trip.back.apply(head, texture.clone()).unwrap());
+    let base = grey(via);
+    let fitted = trip.there.fit(&texture, base.format(), &FitOptions::default(), &mut |_| {});
+    let head = fitted.unwrap().overlay.lay(0, base).unwrap();
+    let fitted = judge("fitted", trip.back.apply(head, &texture).unwrap());
 
     assert!(own.psnr >= reference.psnr + 7.4, "{own:?}");
     assert!(fitted.psnr >= reference.psnr + 8.7, "{fitted:?}");

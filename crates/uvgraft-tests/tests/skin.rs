@@ -7,7 +7,7 @@ use uvgraft::blend::skin::SkinModel;
 use uvgraft::blend::statistics::ColorMatch;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::raster::ScanTriangle;
-use uvgraft::{Direction, Pair, Part, Size, Texels, Texture, Transfer, TransferOptions};
+use uvgraft::{Graft, Pair, Part, Size, Sizes, Texels, Texture};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
 use uvgraft_tests::real;
 
@@ -66,9 +66,8 @@ impl Body {
         if with_face {
             let map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
             let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &map).unwrap();
-            let transfer =
-                Transfer::new(&pair, Direction::Forward, size, size, &TransferOptions::default());
-            texture = transfer.apply(paint_head(&figure, size), texture).unwrap();
+            let graft = Graft::builder(pair, Sizes { from: size, to: size }).build().unwrap();
+            texture = graft.apply(paint_head(&figure, size), texture).unwrap();
         }
         let texture = colors(&texture);
         let (mut texels, mut seeds) = (Vec::new(), Vec::new());

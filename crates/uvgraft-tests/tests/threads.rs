@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Size, Texture, Transfer, TransferOptions,
-};
+use std::sync::Arc;
+
+use uvgraft::{Channels, Depth, Encoding, Filter, Graft, Size, Sizes, Texture};
 use uvgraft_tests::synthetic;
 
 #[test]
@@ -15,11 +15,13 @@ fn one_two_and_five_threads_give_the_same_bytes() {
     let with_threads = |threads: usize, filter: Filter| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let options = TransferOptions { filter, ..TransferOptions::default() };
-            let transfer = Transfer::new(&pair, Direction::Forward, source_size, size, &options);
+            let graft = Graft::builder(Arc::clone(&pair), Sizes { from: source_size, to: size })
+                .filter(filter)
+                .build()
+                .unwrap();
             let base =
                 Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]).unwrap();
-            transfer.apply(source.clone(), base).unwrap()
+            graft.apply(&source, base).unwrap()
         })
     };
     for filter in Filter::ALL {

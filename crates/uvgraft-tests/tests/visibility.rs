@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::sync::Arc;
+
 use uvgraft::blend::{BlendOptions, Ground, Growth, Tone};
 use uvgraft::seams::{Offset, SeamOptions, SeamReport, measure};
 use uvgraft::{
-    Blend, Channels, Direction, Encoding, Filter, MapOptions, Mesh, SamplingMap, Size, Texels,
-    Texture, Transfer, TransferOptions,
+    Channels, Direction, Encoding, Filter, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes,
+    Texels, Texture,
 };
 use uvgraft_tests::real;
 
@@ -59,17 +61,17 @@ struct Seen {
     result: Texture,
 }
 
-fn seen(ground: &Ground<'_>, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
+fn seen(ground: &Ground, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
     // The photograph's collar is left out.
-    let region = ground.grown(&ground.linked(), Growth::Length(-0.075));
-    let blend = Blend::new(ground, &region, options).unwrap();
-    let options = TransferOptions { filter: Filter::Bilinear, ..TransferOptions::default() };
-    let transfer = Transfer::new(ground.pair(), Direction::Forward, face.size(), SIZE, &options);
-    let at = blend.on(transfer.map());
-    let toning = blend.toning(face, body, Encoding::Srgb).unwrap();
-    let overlay = transfer.overlay(face.clone(), body.format()).unwrap();
-    let result = overlay.blended(&at, toning.as_ref()).lay(0, body.clone()).unwrap();
-    let cut = blend.cut().unwrap();
+    let region = ground.linked().grown(Growth::Length(-0.075));
+    let graft = Graft::builder(Arc::clone(ground.pair()), Sizes { from: face.size(), to: SIZE })
+        .filter(Filter::Bilinear)
+        .region(region)
+        .blend(options)
+        .build()
+        .unwrap();
+    let result = graft.apply(face, body).unwrap();
+    let cut = graft.blend().unwrap().cut().unwrap();
     let [near, far] = [Offset::Texels(1.0), Offset::Distance(0.003)].map(|offset| {
         let options = SeamOptions { offset, ..SeamOptions::default() };
         measure(&cut.mesh, &result, &cut.inside, &options).unwrap()
@@ -82,10 +84,10 @@ fn nobody_finds_the_border() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let folder = real::folder().unwrap();
     let face = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap().texture;
-    let ground = Ground::new(&pair, Direction::Forward);
+    let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
     let plain = BlendOptions::default();
-    let feather = BlendOptions { feather: 0.01, ..plain };
-    let membrane = BlendOptions { membrane: true, ..feather };
+    let feather = plain.feather(0.01);
+    let membrane = feather.membrane();
     // Dark, light, and of another hue.
     for color in [[0.36, 0.24, 0.18], [0.93, 0.80, 0.72], [0.45, 0.55, 0.62]] {
         let body = skin(pair.target(), color);
@@ -102,7 +104,7 @@ fn nobody_finds_the_border() {
         assert!(far.p95 < 0.7 * of_feather.p95, "{color:?}: {far:?}, feathered {of_feather:?}");
 
         // The other side gives way: skin around the rim, which is all that this body has.
-        let source = seen(&ground, &face, &body, BlendOptions { tone: Tone::Source, ..membrane });
+        let source = seen(&ground, &face, &body, membrane.tone(Tone::Source));
         let near = source.near.rim.delta_e.unwrap();
         assert!(near.median < 1.0 && near.p95 < 3.0, "{color:?} the body's skin: {near:?}");
         assert_ne!(source.result, toned.result);
@@ -112,7 +114,7 @@ fn nobody_finds_the_border() {
 #[test]
 fn no_seam_comes_from_blending() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    let ground = Ground::new(&pair, Direction::Forward);
+    let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
     // Both are painted without a seam, so whatever is seen beyond their own is the blend's.
     let face = skin(pair.source(), [0.85, 0.66, 0.56]);
     let body = skin(pair.target(), [0.42, 0.28, 0.2]);
@@ -124,8 +126,7 @@ fn no_seam_comes_from_blending() {
     // Lighter skin has the greater contrast, so a body that takes on its tone is compared with that.
     let like_face = skin(pair.target(), [0.85, 0.66, 0.56]);
     for (tone, own) in [(Tone::Base, of(&body)), (Tone::Source, of(&like_face))] {
-        let options =
-            BlendOptions { feather: 0.01, membrane: true, tone, ..BlendOptions::default() };
+        let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
         let found = seen(&ground, &face, &body, options).near;
         let steps = found.uv_seams.delta_e.unwrap();
         // A twentieth of the least difference that can be seen, for what is filtered.
