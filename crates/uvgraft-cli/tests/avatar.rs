@@ -28,7 +28,7 @@ const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body 
 fn save_pair(bench: &Bench, name: &str, source: Mesh, target: Mesh, ids: &[u32]) {
     let ids: Vec<i64> = ids.iter().map(|&id| i64::from(id)).collect();
     let file = PairFile {
-        pair: Pair::by_vertex_map(source, target, &ids).unwrap(),
+        pair: Pair::by_vertex_map(source, target, &ids).unwrap().into(),
         source_name: "head".to_owned(),
         target_name: "body".to_owned(),
         note: String::new(),

@@ -168,14 +168,14 @@ fn pair_files() {
     bench.derive("cut_early.uvpair", "my.uvpair", |bytes| bytes.truncate(100));
     bench.derive("flipped.uvpair", "my.uvpair", |bytes| bytes[length - 20] ^= 1);
     let newer = r#"\"version\":7"#;
-    bench.derive("newer.uvpair", "my.uvpair", |bytes| replace(bytes, r#"\"version\":1"#, newer));
+    bench.derive("newer.uvpair", "my.uvpair", |bytes| replace(bytes, r#"\"version\":2"#, newer));
     bench.write("empty.uvpair", "");
     let cases: &[(&str, &[&str])] = &[
         ("none.uvpair", &["none.uvpair: ", "No such file"]),
         ("cut.uvpair", &["cut.uvpair: ", "cut short", &length.to_string()]),
         ("cut_early.uvpair", &["cut_early.uvpair: ", "cut short", "the file has 100"]),
         ("flipped.uvpair", &["flipped.uvpair: ", "damaged", "SHA-256"]),
-        ("newer.uvpair", &["newer.uvpair: ", "version 7 is newer than 1", "newer uvgraft"]),
+        ("newer.uvpair", &["newer.uvpair: ", "version 7 is newer than 2", "newer uvgraft"]),
         ("empty.uvpair", &["empty.uvpair: not a pair file"]),
         ("source.png", &["source.png: not a pair file"]),
         ("source.obj", &["source.obj: not a pair file"]),

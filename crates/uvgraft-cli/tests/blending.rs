@@ -547,27 +547,34 @@ fn what_is_no_number_is_left_out() {
     }
 }
 
-/// Masks, regions and means are inputs like others: what is older than they are is made anew.
+/// Masks, regions and means are inputs like others: where one of them changed, outputs are made anew, whatever its
+/// time says.
 #[test]
 fn changed_masks_count_where_outputs_exist() {
     let bench = dressed();
     bench.paint("known.png", (64, 64), Channels::Grey, &[255]);
     bench.paint("skin.png", (64, 64), Channels::Grey, &[255]);
     bench.paint("mean.png", (64, 64), Channels::Rgb, &SKIN);
+    bench.paint("other.png", (64, 64), Channels::Rgb, &[200; 3]);
     vertex_map::save_npy(&source_columns(0..=4), &bench.path("part.npy")).unwrap();
     vertex_map::save_npy(&source_columns(0..=1), &bench.path("less.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=3), &bench.path("other.npy")).unwrap();
     let line = "transfer plane.uvpair face.png --onto base.png --unit m --source-mask known.png \
                 --fill mean.png --blend membrane --tone source --skin skin.png --region part.npy \
                 --exclude less.npy --skip-existing -o out.png";
     assert_eq!(bench.succeed(line), "0 of 1 were up to date\n");
-    for input in ["known.png", "skin.png", "mean.png", "part.npy", "less.npy", "base.png"] {
+    for input in
+        ["known.png", "skin.png", "mean.png", "part.npy", "less.npy", "base.png", "face.png"]
+    {
         assert_eq!(bench.succeed(line), "1 of 1 were up to date\n", "{input}");
-        // A second more than what clocks of files tell apart.
-        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(2);
+        let other = if input.ends_with("npy") { "other.npy" } else { "other.png" };
+        let content = bench.bytes(input);
+        std::fs::copy(bench.path(other), bench.path(input)).unwrap();
         let file = std::fs::File::options().append(true).open(bench.path(input)).unwrap();
-        file.set_modified(later).unwrap();
-        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
         file.set_modified(std::time::UNIX_EPOCH).unwrap();
+        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
+        std::fs::write(bench.path(input), content).unwrap();
+        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
     }
 }
 

@@ -159,8 +159,8 @@ fn maps_that_are_none() {
     let bench = bench();
     bench.paint("grey.png", (64, 64), Channels::Grey, &[128]);
     for (map, wanted) in [
-        ("normal=grey.png", "error: grey.png: a normal map has three channels"),
-        ("normal=r.png", "error: r.png: a normal map has three channels"),
+        ("normal=grey.png", "error: grey.png: a normal map must have three channels"),
+        ("normal=r.png", "error: r.png: a normal map must have three channels"),
         ("normal=none.png", "error: none.png: "),
         ("roughness=plane.uvpair", "error: plane.uvpair: not an image"),
     ] {

@@ -42,7 +42,7 @@ fn bench() -> Bench {
     let target = row(&[square(0.1, 0.7), square(0.4, 0.2), square(0.6, 0.2)]);
     let ids: Vec<i64> = (0..8).collect();
     let file = PairFile {
-        pair: Pair::by_vertex_map(source, target, &ids).unwrap(),
+        pair: Pair::by_vertex_map(source, target, &ids).unwrap().into(),
         source_name: "two.obj".to_owned(),
         target_name: "three.obj".to_owned(),
         note: String::new(),

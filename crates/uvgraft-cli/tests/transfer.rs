@@ -3,6 +3,7 @@
 mod bench;
 
 use std::io::Cursor;
+use std::time::{Duration, SystemTime};
 
 use bench::{Bench, texel, texel_u8};
 use uvgraft::{Channels, Depth, Encoding, Size};
@@ -599,37 +600,124 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     bench.write("out/a.png", "something else");
     assert_eq!(bench.succeed("transfer my.uvpair in --onto base.png -o out"), "");
     assert_eq!(bench.bytes("out/a.png"), first);
+    assert_eq!(bench.succeed(args), "3 of 3 were up to date\n");
 
-    let hours_ahead = |name: &str, hours: u64| {
-        let time = std::time::SystemTime::now() + std::time::Duration::from_secs(hours * 3600);
-        std::fs::File::options().append(true).open(bench.path(name)).unwrap().set_modified(time)
+    // A new source with an old time, an output that is missing, one that was cut, and one that is empty.
+    let set_time = |name: &str, time: SystemTime| {
+        let file = std::fs::File::options().append(true).open(bench.path(name)).unwrap();
+        file.set_modified(time).unwrap();
     };
-    // A source that changed, and an output that is missing.
-    hours_ahead("in/b.png", 1).unwrap();
+    bench.paint("in/b.png", (16, 16), Channels::Rgb, &[9, 8, 7]);
+    set_time("in/b.png", SystemTime::UNIX_EPOCH);
     std::fs::remove_file(bench.path("out/c.png")).unwrap();
     assert_eq!(bench.succeed(args), "1 of 3 were up to date\n");
     assert!(bench.exists("out/c.png"));
-    // Outputs from the far future, and a base that is newer still.
-    for name in ["out/a.png", "out/b.png", "out/c.png"] {
-        hours_ahead(name, 2).unwrap();
+    bench.derive("out/a.png", "out/a.png", |bytes| bytes.truncate(bytes.len() - 9));
+    bench.write("out/b.png", "");
+    assert_eq!(bench.succeed(args), "1 of 3 were up to date\n");
+    assert_eq!(bench.bytes("out/a.png"), first);
+    // Two outputs that changed places.
+    let (a, b) = (bench.bytes("out/a.png"), bench.bytes("out/b.png"));
+    std::fs::write(bench.path("out/a.png"), &b).unwrap();
+    std::fs::write(bench.path("out/b.png"), &a).unwrap();
+    assert_eq!(bench.succeed(args), "1 of 3 were up to date\n");
+    assert_eq!((bench.bytes("out/a.png"), bench.bytes("out/b.png")), (a, b));
+    // Times say nothing of what is in a file.
+    for name in ["in/a.png", "base.png", "out/a.png", "my.uvpair"] {
+        set_time(name, SystemTime::now() + Duration::from_secs(3600));
     }
     assert_eq!(bench.succeed(args), "3 of 3 were up to date\n");
-    hours_ahead("base.png", 3).unwrap();
-    assert_eq!(bench.succeed(args), "0 of 3 were up to date\n");
+
     // What is left out is an output all the same, which no other may replace.
-    hours_ahead("base.png", 0).unwrap();
     let clash = "transfer my.uvpair in --onto base.png --skip-existing --mask out/a.png -o out";
     bench.refuse(clash, &["out/a.png", "two outputs"]);
     // A single file, and a mask that is made all the same.
     let args =
         "transfer my.uvpair in/a.png --onto base.png --skip-existing --mask mask.png -o a.png";
-    hours_ahead("base.png", 0).unwrap();
     bench.succeed(args);
-    hours_ahead("a.png", 4).unwrap();
     let mask = bench.bytes("mask.png");
     std::fs::remove_file(bench.path("mask.png")).unwrap();
     assert_eq!(bench.succeed(args), "1 of 1 were up to date\n");
     assert_eq!(bench.bytes("mask.png"), mask);
+    bench.assert_no_litter();
+}
+
+/// All that was asked for counts, and nothing else: neither the order of options, nor what has no influence.
+#[test]
+fn options_count_where_outputs_exist() {
+    let bench = Bench::new();
+    bench.make_folder("out");
+    for name in ["a.png", "b.png", "base.png", "other.png"] {
+        bench.paint_noise(name, (40, 40), Channels::Rgb, Depth::U8);
+    }
+    bench.paint("base.png", (40, 40), Channels::Rgb, &FACE);
+    let run = |options: &str| {
+        bench.succeed(&format!("transfer my.uvpair a.png b.png --skip-existing -o out {options}"))
+    };
+    let mut before = "--onto base.png".to_owned();
+    assert_eq!(run(&before), "0 of 2 were up to date\n");
+    for options in [
+        "--onto other.png",
+        "--onto #808080 --size 40",
+        "--onto #808080 --size 41",
+        "--onto base.png --size 30",
+        "--onto base.png --filter bilinear",
+        "--onto base.png --gutter 3",
+        "--onto base.png --prefer left",
+        "--onto base.png --overlap average",
+        "--onto base.png --linear-light",
+        "--onto base.png --data",
+        "--onto base.png --fit",
+        "--onto base.png --fit --fit-steps 2",
+        "--onto base.png --feather 0.2",
+        "--onto base.png --grow -1ring",
+        "--onto base.png --source-mask a.png",
+        "--onto base.png --fill other.png --source-mask a.png",
+        "--onto base.png --compress",
+    ] {
+        assert_eq!(run(&before), "2 of 2 were up to date\n", "{before}");
+        let done = run(options);
+        assert!(done.starts_with("0 of 2 were up to date\n"), "{options} after {before}: {done}");
+        before = options.to_owned();
+    }
+    for same in ["--threads 1", "--jobs 1", "--memory 1G", "--preview seen.png", "--mask mask.png"]
+    {
+        assert_eq!(run("--onto base.png"), "0 of 2 were up to date\n");
+        assert_eq!(run(&format!("{same} --onto base.png")), "2 of 2 were up to date\n", "{same}");
+        run("--onto other.png");
+    }
+}
+
+/// What cannot be read of a manifest is passed over, and what it says falsely is found out.
+#[test]
+fn a_manifest_that_was_tampered_with() {
+    let bench = Bench::new();
+    bench.make_folder("out");
+    for name in ["a.png", "b.png", "base.png"] {
+        bench.paint(name, (16, 16), Channels::Rgb, &FACE);
+    }
+    let args = "transfer my.uvpair a.png b.png --onto base.png --skip-existing -o out";
+    assert_eq!(bench.succeed(args), "0 of 2 were up to date\n");
+    let manifest = "out/.uvgraft-manifest.jsonl";
+    let whole = bench.bytes(manifest);
+    for (cut, left) in [(whole.len() - 5, 1), (3, 0), (0, 0)] {
+        std::fs::write(bench.path(manifest), &whole[..cut]).unwrap();
+        assert_eq!(bench.succeed(args), format!("{left} of 2 were up to date\n"), "{cut}");
+        assert_eq!(bench.succeed(args), "2 of 2 were up to date\n", "{cut}");
+    }
+    for bad in ["\u{0}\u{1}\n", "{}\n[]\nnull\n", "{\"output\":\"a.png\"}\n"] {
+        bench.write(manifest, bad);
+        assert_eq!(bench.succeed(args), "0 of 2 were up to date\n", "{bad:?}");
+    }
+    // The entries of two outputs changed places.
+    bench.paint("b.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    bench.write(manifest, "");
+    bench.succeed(args);
+    let text = String::from_utf8(bench.bytes(manifest)).unwrap();
+    let swapped =
+        text.replace("a.png", "x.png").replace("b.png", "a.png").replace("x.png", "b.png");
+    bench.write(manifest, &swapped);
+    assert_eq!(bench.succeed(args), "0 of 2 were up to date\n");
 }
 
 /// Whether damage shows does not depend on what is faster, nor on other textures beside it.

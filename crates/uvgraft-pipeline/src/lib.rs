@@ -35,6 +35,7 @@ mod onto;
 mod outputs;
 mod plan;
 mod region;
+mod run;
 mod stream;
 mod transfer;
 
@@ -45,6 +46,5 @@ pub use material::{Role, Values};
 pub use observer::{Event, Observer};
 pub use onto::Onto;
 pub use outputs::Outputs;
-pub use plan::{Inputs, MaterialMap};
 pub use region::{Grow, Region, RegionPart};
-pub use transfer::{Existing, Transfer, Transferred};
+pub use transfer::{Existing, Inputs, MaterialMap, Transfer, Transferred};

@@ -8,34 +8,7 @@ use uvgraft_io::image::Format;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::{Role, Values};
 use crate::onto::Onto;
-use crate::transfer::Transfer;
-
-/// Which textures are carried.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Inputs {
-    /// Textures that are laid over one base, one each.
-    Textures {
-        /// Image files, and folders of them.
-        sources: Vec<PathBuf>,
-        /// What they are laid over; nothing, which needs [`Transfer::size`], if there is none.
-        onto: Option<Onto>,
-        /// What their values are.
-        values: Values,
-    },
-    /// The maps of one material.
-    Material(Vec<MaterialMap>),
-}
-
-/// A map of a material.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MaterialMap {
-    /// What it is; the output is named for it.
-    pub role: Role,
-    /// The image file.
-    pub source: PathBuf,
-    /// What it is laid over; nothing, which needs [`Transfer::size`], if there is none.
-    pub onto: Option<Onto>,
-}
+use crate::transfer::{Inputs, MaterialMap, Transfer};
 
 /// A texture to carry and where its result goes.
 #[derive(Debug, Clone)]

@@ -19,7 +19,7 @@ pub fn bench(left: f32) -> Bench {
     };
     let ids: Vec<i64> = (0..8).collect();
     let file = PairFile {
-        pair: Pair::by_vertex_map(squares([0.0, 0.5]), squares([0.0, left]), &ids).unwrap(),
+        pair: Pair::by_vertex_map(squares([0.0, 0.5]), squares([0.0, left]), &ids).unwrap().into(),
         source_name: "source.obj".to_owned(),
         target_name: "target.obj".to_owned(),
         note: String::new(),

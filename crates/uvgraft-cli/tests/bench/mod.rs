@@ -45,7 +45,7 @@ impl Bench {
         vertex_map::save_npy(&ids, &folder.path().join("ids.npy")).unwrap();
         let ids: Vec<i64> = ids.into_iter().map(i64::from).collect();
         let file = pair_file::PairFile {
-            pair: Pair::by_vertex_map(source, target, &ids).unwrap(),
+            pair: Pair::by_vertex_map(source, target, &ids).unwrap().into(),
             source_name: "source.obj".to_owned(),
             target_name: "target.obj".to_owned(),
             note: "synthetic".to_owned(),

@@ -22,7 +22,7 @@ pub fn bench() -> Bench {
     let ids: Vec<i64> =
         (0..SOURCE_VERTICES).map(|id| i64::from((id / 9 + 4) * 17 + id % 9 + 4)).collect();
     let file = PairFile {
-        pair: Pair::by_vertex_map(sheet(8, 4), sheet(16, 0), &ids).unwrap(),
+        pair: Pair::by_vertex_map(sheet(8, 4), sheet(16, 0), &ids).unwrap().into(),
         source_name: "patch.obj".to_owned(),
         target_name: "sheet.obj".to_owned(),
         note: String::new(),

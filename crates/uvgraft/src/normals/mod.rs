@@ -9,49 +9,25 @@
 //! Both frames are interpolated over the triangle as MikkTSpace has it, so the way there is the
 //! renderer's to the last term, and the way back is its exact inverse.
 
+mod frames;
 mod kernel;
+mod options;
 mod pose;
 mod walk;
 
+pub use self::options::{NormalOptions, NormalY};
+
 use fearless_simd::{Level, Simd, dispatch};
 
+use self::frames::PieceFrames;
 use self::pose::Pose;
-use self::walk::{Frames, Walk};
+use self::walk::Walk;
 use crate::map::SamplingMap;
 use crate::pair::{Direction, Oriented, Pair};
 use crate::piece::{FacePiece, mixed, wide};
 use crate::tangents::{TangentFrame, TangentFrames};
 use crate::texture::{Channels, Size};
 use crate::threads::{for_each_chunk, join};
-use crate::vector::dot;
-
-/// Which way the green channel of a normal map counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
-pub enum NormalY {
-    /// Bright green leans to the top of the image ("+Y"): OpenGL, glTF, Blender, Unity.
-    #[default]
-    OpenGl,
-    /// Bright green leans to the bottom of the image ("−Y"): DirectX, Unreal.
-    DirectX,
-}
-
-/// What normal maps follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-#[non_exhaustive]
-pub struct NormalOptions {
-    /// Of the map that normals come from.
-    pub source: NormalY,
-    /// Of the map that they go to.
-    pub target: NormalY,
-}
-
-impl NormalOptions {
-    /// From a map that follows one to a map that follows the other.
-    pub const fn new(source: NormalY, target: NormalY) -> Self {
-        Self { source, target }
-    }
-}
 
 /// What turns the normals of one layout into those of another, for one pair and direction. Made once,
 /// for maps of any size.
@@ -64,16 +40,6 @@ pub struct NormalFrames {
 
 /// Rows that one piece of work turns.
 const ROWS: usize = 16;
-
-/// The frames over a piece of a target triangle.
-#[derive(Debug, Clone, Copy)]
-struct PieceFrames {
-    tgt_uv: [[f32; 2]; 3],
-    /// At the piece's corners: those of the source, in the target's space, and the target's.
-    corners: [Frames; 3],
-    /// Which way the bitangents of source and target point.
-    signs: [f32; 2],
-}
 
 impl NormalFrames {
     /// Computes the frames of both layouts and how the meshes are posed to each other.
@@ -146,32 +112,6 @@ impl NormalFrames {
                     turn_rows::<_, 3>(simd, self, map, options, first_row, rows)),
             }
         });
-    }
-}
-
-impl PieceFrames {
-    /// - `tgt_uv`: the piece's corners.
-    /// - `source`: there, in the target's space.
-    /// - `target`: there.
-    fn new(tgt_uv: [[f32; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
-        // Where the meshes wind opposite ways, the source's normals point to the target's back.
-        let wide = |vector: [f32; 3]| vector.map(f64::from);
-        let agreement: f64 =
-            (0..3).map(|k| dot(wide(source[k].normal), wide(target[k].normal))).sum();
-        let side = if agreement < 0.0 { -1.0 } else { 1.0 };
-        let corner = |k: usize| {
-            let [tangent, normal] = [source[k].tangent, source[k].normal];
-            let turned = |vector: [f32; 3]| vector.map(|value| value * side);
-            [turned(tangent), turned(normal), target[k].tangent, target[k].normal]
-        };
-        // The same at all corners, but for triangles without area; bakers clamp the mean.
-        let sign = |frames: &[TangentFrame; 3]| {
-            let sum: f32 = frames.iter().map(|frame| frame.sign).sum();
-            if sum < 0.0 { -1.0 } else { 1.0 }
-        };
-        // Vectors that are both turned around have the same product, so bitangents are turned here.
-        let signs = [sign(&source) * side, sign(target)];
-        Self { tgt_uv, corners: [corner(0), corner(1), corner(2)], signs }
     }
 }
 

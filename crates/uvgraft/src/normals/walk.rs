@@ -1,11 +1,8 @@
 //! The frames along a run of texels.
 
-use super::{NormalOptions, NormalY, PieceFrames};
+use super::frames::{Frames, PieceFrames};
+use super::options::{NormalOptions, NormalY};
 use crate::map::{Run, SamplingMap};
-
-/// The frames at one place: tangent and normal of the source, in the target's space, then tangent and
-/// normal of the target. Bitangents follow from these.
-pub(super) type Frames = [[f32; 3]; 4];
 
 /// What is linear along a run: the frames at its first texel, and how they change per texel.
 #[derive(Debug, Clone, Copy)]

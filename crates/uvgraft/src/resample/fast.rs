@@ -10,7 +10,7 @@ use super::places::{BATCH, Places};
 use super::position::containing;
 use super::prefetch::prefetch;
 use super::window::{self, LANES, MAX_VALUES, Weights};
-use super::{Paths, Walk, bytes, load, store};
+use super::{Paths, ROWS, Walk, bytes, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
 use crate::simd::dispatch;
@@ -19,9 +19,6 @@ use crate::threads::for_each_chunk;
 
 /// How many texels are asked for ahead by the first of them.
 const PREFETCHED: usize = 8;
-
-/// Rows of the target that one piece of work fills.
-pub(super) const ROWS: usize = 16;
 
 /// A source texture's values and size.
 #[derive(Clone, Copy)]

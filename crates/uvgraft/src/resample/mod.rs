@@ -24,6 +24,9 @@ use crate::threads::map_indices;
 /// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
 const MAX_SAMPLES: f64 = 32.0;
 
+/// Rows of the target that one piece of work fills.
+const ROWS: usize = 16;
+
 /// Where a source of one size is read for each patch of a map, with one filter. Shared by all
 /// kernels: they may differ in how they read, never in where.
 #[derive(Debug, Clone)]

@@ -162,7 +162,7 @@ pub(super) fn resample<const C: usize>(
     rows: &mut [u8],
 ) {
     let job = Job { map, paths, source };
-    let piece = super::fast::ROWS;
+    let piece = super::ROWS;
     for_each_chunk(rows, map.size().width as usize * C * piece, |chunk, rows| {
         let first_row = first_row + (chunk * piece) as u32;
         #[cfg(target_arch = "x86_64")]

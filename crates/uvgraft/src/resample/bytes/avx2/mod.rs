@@ -1,5 +1,6 @@
 //! Eight texels at once, with AVX2.
 
+mod group;
 mod instructions;
 mod stretch;
 mod weights;
@@ -7,22 +8,11 @@ mod window;
 
 use fearless_simd::{Avx2, Simd};
 
+use self::group::{MAX_READ, Source};
 use self::stretch::{MOST_SAMPLES, Stretch};
 use self::weights::VectorTaps;
 use super::{Job, texel_anywhere};
-use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS};
-
-/// Texels that are filtered at once.
-const GROUP: usize = 8;
-
-/// The most values that a group has.
-const GROUP_VALUES: usize = GROUP * 4;
-
-/// The most bytes that are read from where a row of a window begins.
-const MAX_READ: usize = 32;
-
-/// Pairs of taps on an axis.
-const MAX_PAIRS: usize = MAX_TAPS / 2;
+use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
 
 /// Fills rows from `first_row` on; see [`super::resample`].
 pub(super) fn fill<const C: usize>(avx2: Avx2, job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
@@ -83,11 +73,4 @@ fn fill_with<const C: usize, F: VectorTaps>(
             }
         },
     );
-}
-
-struct Source<'a> {
-    avx2: Avx2,
-    values: &'a [u8],
-    /// Values in a row.
-    stride: usize,
 }

@@ -5,9 +5,10 @@ use std::ops::Range;
 use fearless_simd::{Avx2, Bytes, SimdBase, SimdFrom, SimdInt, f32x8, i32x8, i64x4, u32x8};
 
 use super::super::{LOST, SUM_BITS, VALUE_BITS, share};
+use super::group::{GROUP, GROUP_VALUES, Source};
+use super::instructions;
 use super::weights::{VectorTaps, Weights};
 use super::window::{packed, windows};
-use super::{GROUP, GROUP_VALUES, Source, instructions};
 use crate::filter::Taps;
 use crate::map::Run;
 use crate::resample::Walk;

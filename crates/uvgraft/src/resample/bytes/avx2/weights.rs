@@ -7,7 +7,8 @@ use fearless_simd::{
 };
 
 use super::super::weights::{LANCZOS, Lanczos, ONE, WEIGHT_BITS, WholeTaps};
-use super::{GROUP, MAX_PAIRS, instructions};
+use super::group::{GROUP, MAX_PAIRS};
+use super::instructions;
 use crate::filter::{Bilinear, CatmullRom, Lanczos3, MAX_TAPS, Taps};
 use crate::resample::position::fraction;
 

@@ -5,8 +5,9 @@ use fearless_simd::{Avx2, Bytes, SimdBase, SimdCombine, SimdFrom, i16x16, i32x8,
 
 use super::super::ROW_BITS;
 use super::super::weights::WEIGHT_BITS;
+use super::group::{GROUP, GROUP_VALUES, MAX_PAIRS, Source};
+use super::instructions;
 use super::weights::{VectorTaps, Weights};
-use super::{GROUP, GROUP_VALUES, MAX_PAIRS, Source, instructions};
 
 /// Bytes that are read at once.
 const LOADED: usize = 16;

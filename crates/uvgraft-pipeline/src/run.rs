@@ -1,0 +1,267 @@
+//! Doing what a transfer is asked to do.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use uvgraft::{Blend, Filter, Ground, Overlap};
+use uvgraft_io::image::{self, Format, Image};
+use uvgraft_io::pair_file::{self, PairFile};
+
+use crate::base::{Base, BaseOrder};
+use crate::batch;
+use crate::blending::{Blending, KnownTexels};
+use crate::carrier::{Carrier, Grafts, losses};
+use crate::failure::{Blame, Failure, Result};
+use crate::fingerprint::Fingerprint;
+use crate::length::Length;
+use crate::manifest::Manifest;
+use crate::material::Values;
+use crate::observer::{Event, Observer};
+use crate::onto::Onto;
+use crate::outputs::Outputs;
+use crate::plan::{Batch, Plan, format_of};
+use crate::region::RegionPart;
+use crate::transfer::{Existing, Inputs, Transfer, Transferred};
+
+impl Transfer {
+    /// Carries the textures.
+    ///
+    /// One that cannot be carried stops no other: [`Transferred::failures`].
+    ///
+    /// # Errors
+    /// [`Failure`] for what concerns all textures: contradicting options, a pair or a base that cannot be read, an
+    /// output that cannot be written; and if the observer cancels.
+    pub fn run(&self, observer: &dyn Observer) -> Result<Transferred> {
+        self.check()?;
+        let mut plan = Plan::new(self)?;
+        self.check_outputs(&plan)?;
+        let fingerprints = self.fingerprints(&plan)?;
+        let mut done = Transferred::default();
+        let planned = plan.jobs().count();
+        let manifests = manifests(&plan, &fingerprints)?;
+        for (batch, manifest) in plan.batches.iter_mut().zip(&manifests) {
+            if let Some(manifest) = manifest {
+                let is_done = |job: &_| manifest.is_up_to_date(job);
+                let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
+                let mut is_done = is_done.into_iter();
+                batch.jobs.retain(|_| !is_done.next().unwrap_or(false));
+            }
+        }
+        let left = plan.jobs().count();
+        done.up_to_date = planned - left;
+        let keeps = self.existing == Existing::KeepUpToDate;
+        let up_to_date = keeps.then_some(done.up_to_date);
+        observer.event(Event::Planned { textures: planned, up_to_date });
+        if keeps && left == 0 && self.mask.is_none() && self.also_written.is_empty() {
+            return Ok(done);
+        }
+
+        let file = pair_file::read(&self.pair).or_input()?;
+        let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
+        done.blend = self.blend(&file, &known, observer)?;
+        if plan.batches.len() > 1 {
+            plan.batches.iter().try_for_each(|batch| self.base_order(batch).check())?;
+        }
+        let mut mask = self.mask.as_deref();
+        for (batch, manifest) in plan.batches.iter().zip(&manifests) {
+            let base = self.base(batch)?;
+            if let Some(folder) = plan.new_folder.take() {
+                std::fs::create_dir(&folder).or_input().map_err(|failure| {
+                    failure.context(format_args!("cannot make the folder {}", folder.display()))
+                })?;
+            }
+            let carrier = Carrier {
+                transfer: self,
+                values: batch.values,
+                pair: &file.pair,
+                base: &base,
+                blend: done.blend.as_ref(),
+                known: &known,
+                observer,
+                grafts: Grafts::default(),
+            };
+            let carried = batch::run(&carrier, &batch.jobs, manifest.as_ref())?;
+            if carried.written > 0 || left == 0 {
+                // The same for all: of the first that was carried.
+                if let Some(path) = mask.take() {
+                    let mask = Image::from(carrier.mask()?);
+                    for loss in losses(image::write(&mask, path, &self.write), path)? {
+                        observer.event(Event::Warning(&loss));
+                    }
+                }
+            }
+            done.written += carried.written;
+            done.failures.extend(carried.failures);
+        }
+        done.pair = Some(file);
+        Ok(done)
+    }
+
+    /// Refuses options that contradict each other.
+    fn check(&self) -> Result<()> {
+        let values = match &self.inputs {
+            Inputs::Textures { values, .. } => Some(*values),
+            Inputs::Material(_) => None,
+        };
+        if self.fit.is_some() {
+            if self.filter(values.unwrap_or_default()) == Filter::Nearest {
+                return Err(Failure::input(
+                    "--fit would blend texels, and --filter nearest never does: leave one of them out",
+                ));
+            }
+            if self.overlap == Overlap::Average {
+                return Err(Failure::input(
+                    "--fit solves for one of the islands that overlap: leave out --overlap",
+                ));
+            }
+            if values.is_none() {
+                return Err(Failure::input("--fit is for textures that are named without --map"));
+            }
+        }
+        if values.is_some_and(Values::is_data) {
+            let skin = self.blending.as_ref().and_then(|blending| blending.skin.as_ref());
+            if [skin, self.source_mask.as_ref(), self.fill.as_ref()].iter().any(Option::is_some) {
+                return Err(Failure::input(
+                    "--data has no opacity and no tone: leave out --skin, --source-mask, --fill",
+                ));
+            }
+            if self.blending.as_ref().is_some_and(Blending::needs_colors) {
+                return Err(Failure::input(
+                    "--data has no tone: leave out --match, and say --blend feather or --tone none",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses outputs that cannot be written, or that are inputs or each other.
+    fn check_outputs(&self, plan: &Plan) -> Result<()> {
+        let sources = plan.jobs().map(|job| &*job.source);
+        let mut outputs = Outputs::new(self.shared_inputs(plan).into_iter().chain(sources));
+        if plan.new_folder.is_none() {
+            plan.jobs().try_for_each(|job| outputs.check(&job.output))?;
+        }
+        if let Some(mask) = &self.mask {
+            if format_of(mask)? == Format::Jpeg {
+                let mask = mask.display();
+                return Err(Failure::input(format!(
+                    "{mask}: JPEG would blur the mask; name it .png"
+                )));
+            }
+            outputs.check(mask)?;
+        }
+        self.also_written.iter().try_for_each(|path| outputs.check(path))
+    }
+
+    /// The files that all textures are made from, beside their own.
+    fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
+        let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
+        self.common_inputs().into_iter().chain(bases).collect()
+    }
+
+    /// The files that everything is made from.
+    fn common_inputs(&self) -> Vec<&Path> {
+        let skin = self.blending.as_ref().and_then(|blending| blending.skin.as_ref());
+        let images = [skin, self.source_mask.as_ref(), self.fill.as_ref()];
+        let images = images.into_iter().flatten().map(PathBuf::as_path);
+        std::iter::once(&*self.pair).chain(self.region.inputs()).chain(images).collect()
+    }
+
+    /// What the textures of each batch are made from, beside their own files; nothing where that is not asked for.
+    fn fingerprints(&self, plan: &Plan) -> Result<Vec<Option<Fingerprint>>> {
+        if self.existing == Existing::Replace {
+            return Ok(plan.batches.iter().map(|_| None).collect());
+        }
+        let shared = || -> std::io::Result<Fingerprint> {
+            let mut shared = Fingerprint::new();
+            shared.add(&self.asked_for());
+            self.common_inputs().into_iter().try_for_each(|path| shared.add_file(path))?;
+            Ok(shared)
+        };
+        let shared = shared();
+        let of_batch = |batch: &Batch| {
+            // What is missing, or no file, is told of where it is read; until then nothing is like it.
+            let mut fingerprint = shared.as_ref().ok()?.clone();
+            fingerprint.add(&format!("{:?}", batch.values));
+            match &batch.onto {
+                Some(Onto::Image(path)) => fingerprint.add_file(path).ok()?,
+                Some(Onto::Color(unit)) => fingerprint.add(&format!("{unit:?}")),
+                None => {}
+            }
+            Some(fingerprint)
+        };
+        Ok(plan.batches.iter().map(of_batch).collect())
+    }
+
+    /// All options that a result depends on, as a text; the content of files is added to the fingerprint by itself.
+    fn asked_for(&self) -> String {
+        let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
+        let Self { region, blending, source_mask, fill, write, .. } = self;
+        let parts = |parts: &[RegionPart]| {
+            parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
+        };
+        // A hard border without another tone is what there is without blending.
+        let blends = |blending: &&Blending| {
+            blending.needs_colors() || blending.feather != Length::millimeters(0.0)
+        };
+        let blending = blending.as_ref().filter(blends).map(|blending| {
+            let Blending { feather, membrane, match_skin, tone, skin, gutter_px } = blending;
+            (*feather, *membrane, *match_skin, *tone, skin.is_some(), *gutter_px)
+        });
+        let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
+        // With a blend, maps of materials end where the mask does.
+        let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
+        let masks = (source_mask.is_some(), fill.is_some(), ends_at_mask);
+        format!(
+            "{direction:?} {size:?} {filter:?} {map:?} {overlap:?} {averaging:?} {normals:?} {fit:?} \
+             {region:?} {blending:?} {masks:?} {write:?}"
+        )
+    }
+
+    fn blend(
+        &self,
+        file: &PairFile,
+        known: &KnownTexels,
+        observer: &dyn Observer,
+    ) -> Result<Option<Arc<Blend>>> {
+        if self.blending.is_none() && self.region.is_everything() {
+            return Ok(None);
+        }
+        let ground = Ground::new(Arc::clone(&file.pair), self.direction);
+        let blending = self.blending.clone().unwrap_or_default();
+        let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
+        blending.prepare(&self.region, &ground, known, ends_at_mask, observer).map(Some)
+    }
+
+    fn base_order<'a>(&self, batch: &'a Batch) -> BaseOrder<'a> {
+        BaseOrder {
+            onto: batch.onto.as_ref(),
+            size: self.size,
+            values: batch.values,
+            filter: self.filter(batch.values),
+            averaging: self.averaging,
+            is_material: matches!(self.inputs, Inputs::Material(_)),
+        }
+    }
+
+    fn base(&self, batch: &Batch) -> Result<Base> {
+        let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
+        let in_memory = batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors);
+        Base::new(&self.base_order(batch), in_memory)
+    }
+}
+
+/// The manifest beside the outputs of each batch, where fingerprints are asked for.
+fn manifests<'a>(
+    plan: &Plan,
+    fingerprints: &'a [Option<Fingerprint>],
+) -> Result<Vec<Option<Manifest<'a>>>> {
+    let batches = plan.batches.iter().zip(fingerprints);
+    batches
+        .map(|(batch, fingerprint)| match (fingerprint, batch.jobs.first()) {
+            (Some(shared), Some(job)) => Manifest::beside(&job.output, shared).map(Some),
+            _ => Ok(None),
+        })
+        .collect()
+}
