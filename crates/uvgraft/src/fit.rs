@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::formats::Formats;
 use crate::map::{Coverage, Layout, MapOptions, Precedence, Region, corners_px};
 use crate::operator::Operator;
-use crate::piece::{FacePiece, mixed};
+use crate::piece::FacePiece;
 use crate::resample::load;
 use crate::resampler::{Resampler, Way};
 use crate::texture::{Depth, Texels, Texture};
@@ -268,11 +268,9 @@ fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
     let island_of = |face: u32| precedence.of_faces()[face as usize];
     let is_lost = |piece: &FacePiece| {
         let face = piece.from;
+        // By the middle of the whole face, however it is cut: a part at an island's rim may have its middle where
+        // nobody owns anything.
         let corners = corners_px(target, face as usize, way.target_size);
-        let corners = match back.part(*piece) {
-            None => corners,
-            Some(part) => part.from.map(|weights| mixed(&corners, weights)),
-        };
         let centre =
             [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
         coverage.owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
@@ -313,5 +311,40 @@ impl Region {
             self.row(row).iter().map(of_span).sum::<f64>()
         });
         rows.into_iter().sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::pair::{Direction, Pair};
+    use crate::piece::Piece;
+    use crate::texture::Size;
+
+    /// Of two islands on one place the second looks out a little; its rim has no say either.
+    #[test]
+    fn parts_of_a_lost_face_are_lost() {
+        let faces = [[0, 1, 2], [3, 4, 5]];
+        let mesh = |second: [[f32; 2]; 3]| {
+            let first = [[0.1, 0.1], [0.4, 0.1], [0.1, 0.4]];
+            let uv = [first, second].concat();
+            Mesh::from_triangles(vec![[0.0; 3]; 6], uv, &faces, &faces).unwrap()
+        };
+        let source = mesh([[0.6, 0.6], [0.9, 0.6], [0.6, 0.9]]);
+        let target = mesh([[0.1, 0.05], [0.4, 0.05], [0.1, 0.4]]);
+        let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let inner = [0.48, 0.48, 0.04];
+        let parts = [[a, b, inner], [b, c, inner], [c, a, inner]];
+        let parts = parts.map(|part| Piece::part((1, part), (1, part)));
+        let pieces = [Piece::whole(0, 0, [0, 1, 2])].into_iter().chain(parts);
+        let pair = Pair::from_pieces(source, target, pieces).unwrap();
+        let way = Way {
+            pair: &pair,
+            direction: Direction::Forward,
+            target_size: Size::square(100),
+            map: MapOptions::default(),
+        };
+        assert_eq!(lost_pieces(&way), [false, true, true, true]);
     }
 }

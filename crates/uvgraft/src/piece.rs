@@ -249,6 +249,18 @@ impl Part {
         })
     }
 
+    /// Whether the two faces that it is a part of lie on each other, corner on corner.
+    pub fn takes_corners_to_corners(&self) -> bool {
+        let ones = self.from_of_to.map(|row| row.iter().position(|&weight| weight == 1.0));
+        let is_zero_or_one = |&weight: &f64| weight == 0.0 || weight == 1.0;
+        let [a, b, c] = ones;
+        self.from_of_to.as_flattened().iter().all(is_zero_or_one)
+            && ones.iter().all(Option::is_some)
+            && a != b
+            && b != c
+            && c != a
+    }
+
     /// Whether a point of the filled face belongs to the part, but for rounding.
     fn contains(&self, weights: Weights) -> bool {
         const ROUNDING: f64 = 1e-9;
@@ -491,6 +503,7 @@ mod tests {
         for &piece in found.all() {
             assert_eq!(found.at_corners(piece, uv), uv);
         }
+        assert!(found.parts.iter().all(Part::takes_corners_to_corners));
         assert!(found.is_filled(0));
         assert!(
             (found.all().iter().map(|&piece| found.share(piece)).sum::<f64>() - 1.0).abs() < 1e-12
@@ -513,6 +526,7 @@ mod tests {
                 Piece::whole(0, 6, [1, 2, 0]),
             ]),
         );
+        assert!(!found.parts[0].takes_corners_to_corners());
         let from = |face| found.of_face(face).iter().map(|piece| piece.from).collect::<Vec<_>>();
         assert_eq!([from(0), from(1), from(2)], [vec![5], vec![7], vec![]]);
         assert_eq!([0, 1, 2].map(|face| found.is_filled(face)), [true, false, false]);

@@ -34,6 +34,11 @@ impl Correlation {
         }
     }
 
+    /// The same, counting only in part.
+    pub fn scaled(&self, share: f64) -> Self {
+        Self(self.0.map(|row| row.map(|value| value * share)))
+    }
+
     /// The same with `x` mirrored in what comes in.
     pub fn mirrored(&self) -> Self {
         Self(self.0.map(|[x, y, z]| [-x, y, z]))

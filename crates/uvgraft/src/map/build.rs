@@ -82,7 +82,7 @@ fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patc
         let (patch, jacobian) = (patches.len() as u32, affine.jacobian);
         let part = pieces.part(piece);
         match part {
-            None => of_faces.set_whole(piece.to, patch),
+            None => of_faces.add_whole(piece.to, patch, corners_px, size),
             Some(part) => of_faces.add_part(piece.to, patch, part.to, corners_px, size),
         }
         patches.push(Patch {

@@ -16,6 +16,7 @@ pub(super) struct FacePatches {
 }
 
 const NONE: u32 = u32::MAX;
+const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const CUT: u32 = 1 << 31;
 
 /// What one face has.
@@ -47,8 +48,13 @@ impl FacePatches {
         Self { of_face: vec![NONE; faces], cut: Vec::new() }
     }
 
-    pub fn set_whole(&mut self, face: u32, patch: u32) {
-        self.of_face[face as usize] = patch;
+    /// - `corners_px`: the face's.
+    pub fn add_whole(&mut self, face: u32, patch: u32, corners_px: [[f64; 2]; 3], size: Size) {
+        match self.of_face[face as usize] {
+            NONE => self.of_face[face as usize] = patch,
+            // Parts that come first own theirs, and this one the rest.
+            _ => self.add_part(face, patch, CORNERS, corners_px, size),
+        }
     }
 
     /// - `weights`: of the part's corners in the face.
@@ -155,15 +161,11 @@ impl CutFace {
         self.parts.iter().find(is_near).map(|part| part.patch)
     }
 
-    /// One of the face's edges in stretches: the ends of each, and the patch of the part that it bounds.
+    /// One of the face's edges in stretches: from where to where along it each lies, 0 to 1, and the patch of
+    /// the part that it bounds.
     ///
-    /// - `ends`: of the edge.
     /// - `corner`: of the face, where the edge begins.
-    pub fn along(
-        &self,
-        ends: [[f64; 2]; 2],
-        corner: usize,
-    ) -> impl Iterator<Item = ([[f64; 2]; 2], Option<u32>)> {
+    pub fn along(&self, corner: usize) -> impl Iterator<Item = ([f64; 2], Option<u32>)> {
         const ROUNDING: f64 = 1e-9;
         let (next, opposite) = ((corner + 1) % 3, (corner + 2) % 3);
         let mut parts: Vec<(f64, f64, u32)> = Vec::new();
@@ -176,32 +178,36 @@ impl CutFace {
                 }
             }
         }
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut stretches = Vec::new();
+        let mut joints: Vec<f64> = parts.iter().flat_map(|&(from, to, _)| [from, to]).collect();
+        joints.push(1.0);
+        joints.sort_by(f64::total_cmp);
+        let mut stretches: Vec<(f64, f64, Option<u32>)> = Vec::new();
         let mut at = 0.0;
-        for (from, to, patch) in parts {
-            if from > at + ROUNDING {
-                stretches.push((at, from, None));
-                at = from;
+        for joint in joints {
+            if joint <= at + ROUNDING {
+                continue;
             }
-            if to > at + ROUNDING {
-                stretches.push((at, to, Some(patch)));
-                at = to;
+            // Of parts that overlap the first owns, as inside the face.
+            let middle = 0.5 * (at + joint);
+            let owner = parts.iter().find(|&&(from, to, _)| from < middle && middle < to);
+            let patch = owner.map(|&(.., patch)| patch);
+            match stretches.last_mut() {
+                Some(last) if last.2 == patch => last.1 = joint,
+                _ => stretches.push((at, joint, patch)),
             }
+            at = joint;
         }
-        if at < 1.0 - ROUNDING {
-            stretches.push((at, 1.0, None));
-        }
-        let point = move |t: f64| {
+        // Ends of the edge are its own to the bit.
+        let end = |t: f64| {
             if t <= ROUNDING {
-                ends[0]
+                0.0
             } else if t >= 1.0 - ROUNDING {
-                ends[1]
+                1.0
             } else {
-                [0, 1].map(|axis| ends[0][axis] + t * (ends[1][axis] - ends[0][axis]))
+                t
             }
         };
-        stretches.into_iter().map(move |(from, to, patch)| ([point(from), point(to)], patch))
+        stretches.into_iter().map(move |(from, to, patch)| ([end(from), end(to)], patch))
     }
 }
 
@@ -219,8 +225,6 @@ fn distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
     fn face(parts: &[[Weights; 3]], corners_px: [[f64; 2]; 3]) -> FacePatches {
         let mut of_faces = FacePatches::none(1);
@@ -285,16 +289,10 @@ mod tests {
         });
         // Its lower edge meets row 9, whose centres are at 9.5, at x = 13.
         assert_eq!(found, [(0, 13, 0)]);
-        let edge = |corner: usize| {
-            let ends = [corners_px[corner], corners_px[(corner + 1) % 3]];
-            cut(&of_faces).along(ends, corner).collect::<Vec<_>>()
-        };
-        assert_eq!(edge(0), [([[0.0, 0.0], [32.0, 0.0]], Some(0))]);
-        assert_eq!(edge(1), [([[32.0, 0.0], [0.0, 32.0]], None)]);
-        assert_eq!(
-            edge(2),
-            [([[0.0, 32.0], [0.0, 16.0]], None), ([[0.0, 16.0], [0.0, 0.0]], Some(0))]
-        );
+        let edge = |corner: usize| cut(&of_faces).along(corner).collect::<Vec<_>>();
+        assert_eq!(edge(0), [([0.0, 1.0], Some(0))]);
+        assert_eq!(edge(1), [([0.0, 1.0], None)]);
+        assert_eq!(edge(2), [([0.0, 0.5], None), ([0.5, 1.0], Some(0))]);
     }
 
     #[test]
@@ -308,5 +306,24 @@ mod tests {
             found.push((part.start, part.end, patch))
         });
         assert_eq!(found, [(0, 16, 0), (16, 31, 1)]);
+    }
+
+    /// A whole after a part has what the part leaves, inside and along the edges.
+    #[test]
+    fn a_whole_fills_what_parts_leave() {
+        let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];
+        let inner = [[0.75, 0.25, 0.0], [0.25, 0.75, 0.0], [0.0, 0.0, 1.0]];
+        let mut of_faces = face(&[inner], corners_px);
+        of_faces.add_whole(0, 1, corners_px, Size::square(64));
+        let mut found = Vec::new();
+        let span = Span { start: 0, end: 32, face: 0 };
+        cut(&of_faces).split(0, span, &mut Vec::new(), |part, patch| {
+            found.push((part.start, part.end, patch));
+        });
+        assert_eq!(found, [(0, 8, 1), (8, 24, 0), (24, 32, 1)]);
+        let edge = |corner: usize| cut(&of_faces).along(corner).collect::<Vec<_>>();
+        let patches = [([0.0, 0.25], Some(1)), ([0.25, 0.75], Some(0)), ([0.75, 1.0], Some(1))];
+        assert_eq!(edge(0), patches);
+        assert_eq!(edge(1), [([0.0, 1.0], Some(1))]);
     }
 }

@@ -49,6 +49,9 @@ pub(super) struct Edge {
     pub island: u32,
     pub from: [f64; 2],
     pub along: [f64; 2],
+    /// From where to where along it is meant, from 0 to 1: all of it, but where pieces meet on it. What is
+    /// beside a joint is told from what is around an end, so that joints do not show.
+    pub stretch: [f64; 2],
     pub inverse_squared_length: f64,
     /// Unit normal that points away from the triangle.
     outward: [f64; 2],
@@ -66,9 +69,10 @@ pub(super) struct Edge {
 
 impl Edge {
     /// - `corners`: the edge's ends, then the triangle's third corner.
+    /// - `stretch`: of the edge, and the patch of the piece that it bounds.
     fn new(
         [from, to, opposite]: [[f64; 2]; 3],
-        patch: Option<u32>,
+        (stretch, patch): ([f64; 2], Option<u32>),
         island: u32,
         size: Size,
         radius: f64,
@@ -90,6 +94,7 @@ impl Edge {
             island,
             from,
             along,
+            stretch,
             inverse_squared_length: 1.0 / (length * length),
             outward,
             middle: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
@@ -108,7 +113,7 @@ impl Edge {
         let offset = [point[0] - self.from[0], point[1] - self.from[1]];
         let t =
             (offset[0] * self.along[0] + offset[1] * self.along[1]) * self.inverse_squared_length;
-        let t = t.clamp(0.0, 1.0);
+        let t = t.clamp(self.stretch[0], self.stretch[1]);
         let away = [offset[0] - t * self.along[0], offset[1] - t * self.along[1]];
         (away[0] * away[0] + away[1] * away[1], t)
     }
@@ -174,27 +179,24 @@ impl Border {
             [0, 1, 2].map(|k| corners[(usize::from(border.corner) + k) % 3])
         };
         let island = |border: BorderEdge| islands.of_faces()[border.face as usize];
-        let edges = map_indices(islands.border().len(), |index| {
+        let edge = |border: BorderEdge, stretch: ([f64; 2], Option<u32>)| {
+            Edge::new(corners(border), stretch, island(border), size, radius)
+        };
+        let whole = map_indices(islands.border().len(), |index| {
             let border = islands.border()[index];
             let patch = match of_faces.of(border.face) {
                 FacePatch::None => None,
                 FacePatch::One(patch) => Some(patch),
                 FacePatch::Cut(_) => return None,
             };
-            if lost[index] {
-                None
-            } else {
-                Edge::new(corners(border), patch, island(border), size, radius)
-            }
+            if lost[index] { None } else { edge(border, ([0.0, 1.0], patch)) }
         });
-        let mut edges: Vec<Edge> = edges.into_iter().flatten().collect();
-        for (&border, _) in islands.border().iter().zip(lost).filter(|(_, lost)| !**lost) {
-            if let FacePatch::Cut(face) = of_faces.of(border.face) {
-                let [from, to, opposite] = corners(border);
-                for (ends, patch) in face.along([from, to], usize::from(border.corner)) {
-                    let corners = [ends[0], ends[1], opposite];
-                    edges.extend(Edge::new(corners, patch, island(border), size, radius));
-                }
+        let mut edges = Vec::with_capacity(whole.len());
+        for ((&border, whole), lost) in islands.border().iter().zip(whole).zip(lost) {
+            edges.extend(whole);
+            if let (FacePatch::Cut(face), false) = (of_faces.of(border.face), lost) {
+                let stretches = face.along(usize::from(border.corner));
+                edges.extend(stretches.filter_map(|stretch| edge(border, stretch)));
             }
         }
         let (mut edges, others): (Vec<Edge>, Vec<Edge>) =

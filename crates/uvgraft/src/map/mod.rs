@@ -322,4 +322,38 @@ mod tests {
         assert_eq!(affine.constant(tgt_px[1]).at([99.0, -5.0]), affine.at(tgt_px[1]));
         assert_eq!(Affine::from_triangles([[0.0; 2], [1.0; 2], [3.0; 2]], src_uv), None);
     }
+
+    /// Where texels come from, the gutter included, whether a triangle is one piece or several that meet on its
+    /// edges.
+    #[test]
+    fn joints_on_edges_do_not_show_in_the_gutter() {
+        let uv = vec![[0.25, 0.25], [0.75, 0.25], [0.3, 0.6]];
+        let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+        let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
+        let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        // Beside the first edge's middle there are centres of texels.
+        let (p, q) = ([0.5, 0.5, 0.0], [0.0, 0.3, 0.7]);
+        let parts = [[a, p, c], [p, q, c], [p, b, q]];
+        let map = |pieces: Vec<Piece>| {
+            let pair = Pair::from_pieces(mesh.clone(), mesh.clone(), pieces).unwrap();
+            let size = Size::new(33, 64);
+            SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(9))
+        };
+        let whole = map(vec![Piece::whole(0, 0, [0, 1, 2])]);
+        let cut = map(parts.map(|part| Piece::part((0, part), (0, part))).to_vec());
+        assert_eq!(cut.stats(), whole.stats());
+        let texels = |map: &SamplingMap, row: u32| -> Vec<(u32, bool, [f64; 2])> {
+            let runs = map.row(row).iter();
+            runs.flat_map(|run| (run.x..run.x + run.len).map(move |x| (x, *run)))
+                .map(|(x, run)| {
+                    let affine = &map.patches()[run.patch as usize].src_uv_from_tgt_px;
+                    let at = affine.at([f64::from(x) + 0.5, f64::from(row) + 0.5]);
+                    (x, map.is_gutter(run), at)
+                })
+                .collect()
+        };
+        for row in 0..64 {
+            assert_eq!(texels(&cut, row), texels(&whole, row), "row {row}");
+        }
+    }
 }

@@ -202,11 +202,12 @@ impl Nearest {
         let start = centre(range.start, row);
         let [from_x, y] = [edge.from[0], start[1] - edge.from[1]];
         let scale = edge.inverse_squared_length;
+        let [first, last] = edge.stretch;
         let range = range.start as usize..range.end as usize;
         let squared_distances = self.squared[range.clone()].iter_mut();
         for (k, (best, nearest)) in squared_distances.zip(&mut self.edge[range]).enumerate() {
             let x = start[0] + k as f64 - from_x;
-            let t = ((x * along_x + y * along_y) * scale).clamp(0.0, 1.0);
+            let t = ((x * along_x + y * along_y) * scale).clamp(first, last);
             let (away_x, away_y) = (x - t * along_x, y - t * along_y);
             let squared = away_x * away_x + away_y * away_y;
             let closer = squared < *best;

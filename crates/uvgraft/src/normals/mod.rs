@@ -124,25 +124,34 @@ fn posed(
     piece: FacePiece,
     frames: &[TangentFrame; 3],
 ) -> [TangentFrame; 3] {
-    let vertices = oriented.to.faces()[piece.to as usize];
-    let frames = mixed_frames(frames, |values| oriented.pieces.at_outline(piece, values));
-    let part = oriented.pieces.part(piece);
-    std::array::from_fn(|k| {
-        let frame = frames[k];
-        let turned = |vector: [f32; 3]| match part {
-            None => pose.turned(vertices[k], vector),
-            // Between vertices the rotation is between theirs.
-            Some(part) => {
-                let turned = vertices.map(|vertex| pose.turned(vertex, vector));
-                mixed(&wide(turned), part.to[k]).map(|value| value as f32)
-            }
-        };
-        TangentFrame {
-            normal: turned(frame.normal),
-            tangent: turned(frame.tangent),
-            sign: frame.sign * pose.determinant(),
+    let Oriented { to, pieces, .. } = oriented;
+    let vertices = to.faces()[piece.to as usize];
+    let turned = |frame: TangentFrame, turn: &dyn Fn([f32; 3]) -> [f32; 3]| TangentFrame {
+        normal: turn(frame.normal),
+        tangent: turn(frame.tangent),
+        sign: frame.sign * pose.determinant(),
+    };
+    match pieces.part(piece) {
+        // Between vertices the rotation is between theirs.
+        Some(part) if !part.takes_corners_to_corners() => {
+            let frames = mixed_frames(frames, |values| pieces.at_outline(piece, values));
+            std::array::from_fn(|k| {
+                turned(frames[k], &|vector| {
+                    let turned = vertices.map(|vertex| pose.turned(vertex, vector));
+                    mixed(&wide(turned), part.to[k]).map(|value| value as f32)
+                })
+            })
         }
-    })
+        // Where two triangles are one, frames are between those that are turned at its corners, so it does not
+        // matter where it is cut.
+        _ => {
+            let frames = mixed_frames(frames, |values| pieces.at_corners(piece, values));
+            let at_corners: [TangentFrame; 3] = std::array::from_fn(|k| {
+                turned(frames[k], &|vector| pose.turned(vertices[k], vector))
+            });
+            mixed_frames(&at_corners, |values| pieces.outline(piece, values))
+        }
+    }
 }
 
 /// Frames at other places of a triangle.

@@ -27,15 +27,17 @@ impl Pose {
         let mut around = vec![Correlation::default(); to.positions().len()];
         let mut all = Correlation::default();
         for &piece in oriented.pieces.all() {
+            // The edges of all of the face, as the piece has them, and no more than its share of them: so it does
+            // not matter where faces are cut.
             let source = corner_positions(from, piece.from as usize);
-            let source = oriented.pieces.at_outline(piece, source);
+            let source = oriented.pieces.at_corners(piece, source);
             let target = corner_positions(to, piece.to as usize);
-            let target = oriented.pieces.outline(piece, target);
             let mut sum = Correlation::default();
             for k in 0..3 {
                 let next = (k + 1) % 3;
                 sum.add(sub(source[next], source[k]), sub(target[next], target[k]));
             }
+            let sum = sum.scaled(oriented.pieces.share(piece));
             for vertex in to.faces()[piece.to as usize] {
                 around[vertex as usize].add_all(&sum);
             }
@@ -64,5 +66,42 @@ impl Pose {
     /// −1 if there is a reflection, which turns products of vectors around; else 1.
     pub fn determinant(&self) -> f32 {
         if self.is_mirrored { -1.0 } else { 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::pair::{Direction, Pair};
+    use crate::piece::Piece;
+
+    #[test]
+    fn cuts_turn_nothing() {
+        let uv = vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]];
+        let faces = [[0, 1, 2], [0, 2, 3]];
+        let mesh = |heights: [f32; 4]| {
+            let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].into_iter().zip(heights);
+            let positions = places.map(|([x, y], height)| [x, y, height]).collect();
+            Mesh::from_triangles(positions, uv.clone(), &faces, &faces).unwrap()
+        };
+        let (source, target) = (mesh([0.0, 0.4, -0.2, 0.7]), mesh([0.3, 0.0, 0.5, 0.0]));
+        let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let inner = [0.7, 0.2, 0.1];
+        let whole = [0, 1].map(|face| Piece::whole(face, face, [0, 1, 2]));
+        // The second face only.
+        let cut = [[a, b, inner], [b, c, inner], [c, a, inner]]
+            .map(|part| Piece::part((1, part), (1, part)));
+        let cut: Vec<Piece> = [whole[0]].into_iter().chain(cut).collect();
+        let turned = |pieces: Vec<Piece>| {
+            let pair = Pair::from_pieces(source.clone(), target.clone(), pieces).unwrap();
+            let pose = Pose::new(&pair.oriented(Direction::Forward));
+            [0, 1, 2, 3].map(|vertex| pose.turned(vertex, [0.6, 0.0, 0.8]))
+        };
+        let (whole, cut) = (turned(whole.to_vec()), turned(cut));
+        for (whole, cut) in whole.as_flattened().iter().zip(cut.as_flattened()) {
+            assert!((whole - cut).abs() < 1e-6, "{whole} {cut}");
+        }
+        assert_ne!(whole[1], whole[3]);
     }
 }

@@ -1,0 +1,176 @@
+//! What a graft refuses, and how it says so.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use std::sync::Arc;
+
+use uvgraft::blend::{Growth, RegionError, Side};
+use uvgraft::{
+    Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Filter, FitOptions, Graft,
+    GraftBuilder, GraftError, Ground, NormalOptions, Overlap, Pair, Size, Sizes, Texels, Texture,
+    TextureError, ToningError,
+};
+use uvgraft_tests::synthetic;
+
+const FROM: Size = Size::square(64);
+const TO: Size = Size::new(96, 80);
+
+fn builder(pair: &Arc<Pair>) -> GraftBuilder {
+    Graft::builder(Arc::clone(pair), Sizes { from: FROM, to: TO })
+}
+
+fn filled(size: Size, channels: Channels) -> Texture {
+    let values = &[0.5; 4][..channels.count()];
+    Texture::filled(size, channels, Encoding::Srgb, Depth::U8, values).unwrap()
+}
+
+fn fit(graft: &Graft, texture: &Texture) -> Result<(), GraftError> {
+    let format = filled(TO, Channels::Rgb).format();
+    graft.fit(texture, format, &FitOptions::default(), &mut |_| {}).map(drop)
+}
+
+#[test]
+fn textures_of_other_sizes() {
+    let graft = builder(&synthetic::pair()).build().unwrap();
+    let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));
+    let refused = |what, found, wanted| Err(GraftError::Size { what, found, wanted });
+    assert_eq!(graft.apply(&base, &base), refused("texture", TO, FROM));
+    assert_eq!(graft.apply(&texture, &texture), refused("base", FROM, TO));
+    assert_eq!(
+        graft.overlay(&base, base.format()).map(drop),
+        refused("texture", TO, FROM).map(|_: Texture| ())
+    );
+    assert_eq!(fit(&graft, &base), refused("texture", TO, FROM).map(|_: Texture| ()));
+    let error = graft.apply(&texture, &texture).unwrap_err().to_string();
+    assert_eq!(error, "the base must be 96×80, got 64×64");
+    let overlay = graft.overlay(texture, base.format()).unwrap();
+    for (first_row, band) in [(70, Size::new(96, 11)), (0, FROM), (u32::MAX, Size::new(96, 1))] {
+        let error = overlay.lay(first_row, filled(band, Channels::Rgb)).unwrap_err();
+        assert_eq!((error.first_row, error.found, error.target), (first_row, band, TO));
+    }
+}
+
+#[test]
+fn sizes_that_no_texture_has() {
+    let pair = synthetic::pair();
+    let most = Texture::MAX_SIDE;
+    for (bad, is_empty) in
+        [(Size::new(0, 8), true), (Size::square(0), true), (Size::new(most + 1, 1), false)]
+    {
+        for sizes in [Sizes { from: bad, to: TO }, Sizes { from: FROM, to: bad }] {
+            let error = Graft::builder(Arc::clone(&pair), sizes).build().unwrap_err();
+            let wanted =
+                if is_empty { TextureError::Empty(bad) } else { TextureError::TooLarge(bad) };
+            assert_eq!(error, GraftError::Texture(wanted));
+        }
+    }
+}
+
+#[test]
+fn regions_of_something_else() {
+    let (pair, other) = (synthetic::pair(), synthetic::turned_charts());
+    let linked = |pair: &Arc<Pair>, direction| Ground::new(Arc::clone(pair), direction).linked();
+    let refused = |direction| Some(GraftError::Ground { wanted: direction });
+    for (region, is_refused) in [
+        (linked(&pair, Direction::Forward), false),
+        // As good as the same.
+        (linked(&Arc::new(Pair::clone(&pair)), Direction::Forward), false),
+        (linked(&pair, Direction::Reverse), true),
+        (linked(&other, Direction::Forward), true),
+    ] {
+        let wanted = if is_refused { refused(Direction::Forward) } else { None };
+        assert_eq!(builder(&pair).region(region.clone()).build().err(), wanted);
+        let blend = Arc::new(Blend::new(&region, BlendOptions::default()).unwrap());
+        assert_eq!(builder(&pair).shared_blend(blend).build().err(), wanted);
+    }
+    let region = linked(&pair, Direction::Forward);
+    let reverse = builder(&pair).direction(Direction::Reverse).region(region).build();
+    assert_eq!(reverse.err(), refused(Direction::Reverse));
+}
+
+#[test]
+fn regions_without_anything() {
+    let pair = synthetic::turned_charts();
+    let linked = Ground::new(Arc::clone(&pair), Direction::Forward).linked();
+    let ground = linked.ground();
+    let half = (0..64 * 64).map(|k| if k % 64 < 32 { 255 } else { 0 });
+    let half = Texels::U8(half.collect());
+    let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
+    let half = ground.painted(Side::Target, &half).unwrap();
+    for region in [linked.without(&linked), half.grown(Growth::Length(-1e6))] {
+        let error = builder(&pair).region(region).build().unwrap_err();
+        assert!(matches!(error, GraftError::Region(RegionError::Empty(_))), "{error}");
+    }
+    let black = Texture::filled(FROM, Channels::Grey, Encoding::Data, Depth::U8, &[0.0]).unwrap();
+    assert!(matches!(ground.painted(Side::Target, &black), Err(RegionError::Empty(_))));
+    assert!(matches!(ground.vertices(Side::Source, &[]), Err(RegionError::Empty(_))));
+    let vertices = pair.source().positions().len();
+    let found = vertices as u32;
+    assert_eq!(
+        ground.vertices(Side::Source, &[0, found]).err(),
+        Some(RegionError::Vertex { found, vertices })
+    );
+}
+
+#[test]
+fn normals_without_three_channels() {
+    let content = Content::Normals(NormalOptions::default());
+    let graft = builder(&synthetic::turned_charts()).content(content).build().unwrap();
+    let base = filled(TO, Channels::Rgb);
+    for found in [Channels::Grey, Channels::GreyAlpha] {
+        let texture = filled(FROM, found);
+        assert_eq!(graft.apply(&texture, &base), Err(GraftError::Channels { found }));
+    }
+    for channels in [Channels::Rgb, Channels::Rgba] {
+        // A base of one channel gets all three.
+        let result = graft.apply(filled(FROM, channels), filled(TO, Channels::Grey)).unwrap();
+        assert_eq!(result.channels(), channels);
+    }
+}
+
+#[test]
+fn fits_of_what_cannot_be_solved_for() {
+    let pair = synthetic::pair();
+    let texture = filled(FROM, Channels::Rgb);
+    for (builder, reason) in [
+        (builder(&pair).filter(Filter::Nearest), "nearest"),
+        (builder(&pair).overlap(Overlap::Average), "mean"),
+        (builder(&pair).content(Content::Normals(NormalOptions::default())), "normals"),
+    ] {
+        let error = fit(&builder.build().unwrap(), &texture).unwrap_err();
+        assert!(matches!(error, GraftError::Fit(_)), "{error}");
+        assert!(error.to_string().contains(reason), "{error}");
+    }
+    // Where nothing overlaps there is one island to solve for everywhere.
+    let alone = builder(&synthetic::turned_charts()).overlap(Overlap::Average).build().unwrap();
+    assert_eq!(fit(&alone, &texture), Ok(()));
+    let graft = builder(&pair).build().unwrap();
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut values = vec![0.5; FROM.texels() * 3];
+        values[(5 * 64 + 7) * 3 + 2] = value;
+        let texture =
+            Texture::new(FROM, Channels::Rgb, Encoding::Linear, Texels::F32(values)).unwrap();
+        assert_eq!(fit(&graft, &texture), Err(GraftError::NotFinite { x: 7, y: 5 }));
+    }
+}
+
+#[test]
+fn tones_where_there_is_no_rim() {
+    // All of this surface is carried, so there is nothing around it to take a tone from.
+    let pair = synthetic::turned_charts();
+    let graft = builder(&pair).blend(BlendOptions::default().membrane()).build().unwrap();
+    let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));
+    let refused = GraftError::Toning(ToningError::NoRim);
+    assert_eq!(graft.apply(&texture, &base), Err(refused));
+    assert!(matches!(graft.toning(&texture, &base, base.format()), Err(ToningError::NoRim)));
+    // It can be laid over as it is.
+    let overlay = graft.overlay(&texture, base.format()).unwrap();
+    assert_eq!(overlay.lay(0, base.clone()).unwrap().size(), TO);
+    // Neither normals nor data have a tone.
+    for content in [Content::Data, Content::Normals(NormalOptions::default())] {
+        let builder = builder(&pair).blend(BlendOptions::default().membrane()).content(content);
+        let graft = builder.build().unwrap();
+        assert!(graft.toning(&texture, &base, base.format()).unwrap().is_none());
+        graft.apply(&texture, &base).unwrap();
+    }
+}
