@@ -92,7 +92,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", requires = "fit", default_value_t = FitOptions::default().max_steps)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     fit_steps: u32,
-    /// Leave out outputs that are newer than everything they are made from: source, base, pair, masks
+    /// Leave out outputs that are up to date: as they were written, from inputs with the same content, with the
+    /// same options. What each was made from is noted in .uvgraft-manifest.jsonl beside them
     #[arg(long)]
     skip_existing: bool,
     /// How many textures are carried at once, where there are several [default: one a thread]
