@@ -116,7 +116,7 @@ impl Picture {
     /// Writes the picture; the format follows the file's extension.
     pub(crate) fn write(self, path: &Path) -> anyhow::Result<()> {
         let texture = self.into_texture()?;
-        let options = image::WriteOptions { compress: true, ..Default::default() };
+        let options = image::WriteOptions::default().compress(true);
         image::write(&Image { texture, icc: None }, path, &options)
             .map(drop)
             .with_context(|| format!("cannot write {}", path.display()))

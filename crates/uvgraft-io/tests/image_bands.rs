@@ -101,7 +101,7 @@ fn bands_of_any_size_make_the_same_file() {
                     let texture = texture(size, channels, depth, encoding);
                     let image = Image { texture, icc: Some(vec![42; 3000]) };
                     for compress in [false, true] {
-                        let options = WriteOptions { compress, ..WriteOptions::default() };
+                        let options = WriteOptions::default().compress(compress);
                         let Ok((bytes, losses)) = encode_whole(&image, format, &options) else {
                             assert!(encode_in_bands(&image, format, &options, 7).is_err());
                             continue;
@@ -248,7 +248,7 @@ fn damage_is_found_out_by_the_last_row() {
     for (channels, depth) in [(Channels::Rgb, Depth::U8), (Channels::GreyAlpha, Depth::U16)] {
         for compress in [false, true] {
             let image = Image::from(texture(Size::new(40, 30), channels, depth, Encoding::Srgb));
-            let options = WriteOptions { compress, ..WriteOptions::default() };
+            let options = WriteOptions::default().compress(compress);
             seeds.push(encode_whole(&image, Format::Png, &options).unwrap().0);
         }
     }

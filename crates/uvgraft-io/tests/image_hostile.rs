@@ -31,7 +31,7 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
             let texture = Texture::new(size, channels, Encoding::Srgb, texels).unwrap();
             let image = Image { texture, icc: Some(vec![9; 50]) };
             for compress in [false, true] {
-                let options = WriteOptions { compress, ..WriteOptions::default() };
+                let options = WriteOptions::default().compress(compress);
                 let mut out = Cursor::new(Vec::new());
                 let _ = encode(&image, format, &options, &mut out).unwrap();
                 seeds.push((format!("own {format} {channels:?} {compress}"), out.into_inner()));

@@ -28,7 +28,7 @@ fn random_texture(size: Size, channels: Channels, depth: Depth, encoding: Encodi
 
 fn encoded(image: &Image, format: Format, compress: bool) -> (Vec<u8>, Vec<Loss>) {
     let mut out = Cursor::new(Vec::new());
-    let options = WriteOptions { compress, ..WriteOptions::default() };
+    let options = WriteOptions::default().compress(compress);
     let written = encode(image, format, &options, &mut out).unwrap();
     (out.into_inner(), written.losses)
 }

@@ -73,7 +73,7 @@ fn seen(ground: &Ground, face: &Texture, body: &Texture, options: BlendOptions) 
     let result = graft.apply(face, body).unwrap();
     let cut = graft.blend().unwrap().cut().unwrap();
     let [near, far] = [Offset::Texels(1.0), Offset::Distance(0.003)].map(|offset| {
-        let options = SeamOptions { offset, ..SeamOptions::default() };
+        let options = SeamOptions::default().offset(offset);
         measure(&cut.mesh, &result, &cut.inside, &options).unwrap()
     });
     Seen { near, far, result }

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 /// Interpolation filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Filter {
     /// The texel that contains the position; for masks of labels. Never blends, nowhere.
     Nearest,

@@ -6,6 +6,7 @@ use crate::texture::{Channels, Depth, TexelFormat, Texture};
 /// What colours are while they are averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Averaging {
     /// As they are encoded, which keeps round trips exact and is what most tools do.
     #[default]

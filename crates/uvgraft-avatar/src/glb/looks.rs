@@ -167,7 +167,7 @@ impl Picture {
         let texture = texture.converted(channels, Depth::U8);
         let size = texture.size();
         let mut out = Cursor::new(Vec::new());
-        let options = WriteOptions { jpeg_quality: quality, ..WriteOptions::default() };
+        let options = WriteOptions::default().jpeg_quality(quality);
         // Losses can only be opacity and bits, which are gone already.
         let _ = image::encode(&texture.into(), file_format, &options, &mut out)?;
         Ok(Self { bytes: out.into_inner(), format, size, fallback: None })
@@ -257,6 +257,8 @@ fn ktx2_size(bytes: &[u8]) -> Result<Size, PictureError> {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft::Channels;
+
     use super::*;
 
     fn texture(alpha: f32) -> Texture {

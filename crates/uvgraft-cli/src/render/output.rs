@@ -110,7 +110,7 @@ impl Output {
         };
         if self.kind == Kind::Images {
             for (frame, path) in self.paths.iter().enumerate() {
-                let options = WriteOptions { compress: true, ..WriteOptions::default() };
+                let options = WriteOptions::default().compress(true);
                 let _ = image::write(&Image::from(draw(frame)?), path, &options)?;
             }
         } else {

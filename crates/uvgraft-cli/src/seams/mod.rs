@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let region = args.region.region();
     let unit = region.unit(&ground, args.distance, &Notes);
     let region = region::of(&region, &ground, unit)?;
-    let options = SeamOptions { offset: args.offset(unit), worst: usize::from(args.worst) };
+    let options = SeamOptions::default().offset(args.offset(unit)).worst(usize::from(args.worst));
     let mesh = &region.cut.mesh;
     let seams = measure(mesh, &texture, &region.cut.inside, &options)
         .with_context(|| args.texture.display().to_string())

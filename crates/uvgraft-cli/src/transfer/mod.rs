@@ -224,7 +224,7 @@ impl Args {
         transfer.source_mask.clone_from(&self.blending.source_mask);
         transfer.fill.clone_from(&self.blending.fill);
         transfer.format.clone_from(&self.format);
-        transfer.write = WriteOptions { compress: self.compress, jpeg_quality: self.quality };
+        transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
         transfer.mask.clone_from(&self.mask);
         transfer.existing =
             if self.skip_existing { Existing::KeepUpToDate } else { Existing::Replace };

@@ -4,6 +4,7 @@ use std::path::Path;
 
 /// An image format that is both read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// 8 and 16 bits, alpha, ICC profile, lossless.
     Png,

@@ -65,11 +65,26 @@ impl From<Texture> for Image {
 
 /// How to write an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WriteOptions {
     /// Spend seconds on smaller files instead of fractions of one: PNG, TIFF and EXR.
     pub compress: bool,
     /// Quality of a JPEG in `1..=100`; values outside are clamped.
     pub jpeg_quality: u8,
+}
+
+impl WriteOptions {
+    /// The same with small files rather than fast ones, or the other way round.
+    #[must_use]
+    pub const fn compress(self, compress: bool) -> Self {
+        Self { compress, ..self }
+    }
+
+    /// The same with another quality of JPEGs.
+    #[must_use]
+    pub const fn jpeg_quality(self, jpeg_quality: u8) -> Self {
+        Self { jpeg_quality, ..self }
+    }
 }
 
 impl Default for WriteOptions {

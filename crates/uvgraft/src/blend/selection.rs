@@ -69,6 +69,7 @@ pub(super) enum Shape {
 
 /// How far a selection is widened, or narrowed where it is negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Growth {
     /// Along the surface, in the target mesh's unit.
     Length(f64),

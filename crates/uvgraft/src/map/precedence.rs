@@ -10,6 +10,7 @@ use crate::mesh::Mesh;
 /// the map fills: `x` grows to the left of a person who looks along `+z`, as FLAME, SMPL-X and VRM 1.0
 /// have it. Islands with the same mean come in the order of their faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
 pub enum Prefer {
     /// The one with the lowest face.
     #[default]

@@ -34,11 +34,26 @@ use worst::worst;
 
 /// How seams are measured.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SeamOptions {
     /// How far from the edge colours are taken, on each side.
     pub offset: Offset,
     /// How many of the worst places to name at most, at UV seams and at the rim each.
     pub worst: usize,
+}
+
+impl SeamOptions {
+    /// The same with colours taken so far from the edge.
+    #[must_use]
+    pub const fn offset(self, offset: Offset) -> Self {
+        Self { offset, ..self }
+    }
+
+    /// The same with at most so many of the worst places named.
+    #[must_use]
+    pub const fn worst(self, worst: usize) -> Self {
+        Self { worst, ..self }
+    }
 }
 
 impl Default for SeamOptions {
