@@ -68,7 +68,8 @@ const ROWS: usize = 16;
 /// The frames over a piece of a target triangle.
 #[derive(Debug, Clone, Copy)]
 struct PieceFrames {
-    tgt_uv: [[f32; 2]; 3],
+    /// Not rounded, for parts that are slivers.
+    tgt_uv: [[f64; 2]; 3],
     /// At the piece's corners: those of the source, in the target's space, and the target's.
     corners: [Frames; 3],
     /// Which way the bitangents of source and target point.
@@ -91,13 +92,12 @@ impl NormalFrames {
         let pieces = oriented.pieces.all().iter().map(|&piece| {
             let source = posed(&pose, &oriented, piece, &from.faces()[piece.from as usize]);
             let target = &to.faces()[piece.to as usize];
-            let tgt_uv = oriented.to.uv_triangle(piece.to as usize);
+            let tgt_uv = wide(oriented.to.uv_triangle(piece.to as usize));
             if oriented.pieces.part(piece).is_none() {
                 return PieceFrames::new(tgt_uv, source, target);
             }
             let target = mixed_frames(target, |values| oriented.pieces.outline(piece, values));
-            let tgt_uv = oriented.pieces.outline(piece, wide(tgt_uv));
-            PieceFrames::new(tgt_uv.map(|uv| uv.map(|value| value as f32)), source, &target)
+            PieceFrames::new(oriented.pieces.outline(piece, tgt_uv), source, &target)
         });
         Self { direction, pieces: pieces.collect() }
     }
@@ -153,7 +153,7 @@ impl PieceFrames {
     /// - `tgt_uv`: the piece's corners.
     /// - `source`: there, in the target's space.
     /// - `target`: there.
-    fn new(tgt_uv: [[f32; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
+    fn new(tgt_uv: [[f64; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
         // Where the meshes wind opposite ways, the source's normals point to the target's back.
         let wide = |vector: [f32; 3]| vector.map(f64::from);
         let agreement: f64 =
