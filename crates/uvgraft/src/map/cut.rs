@@ -285,7 +285,7 @@ mod tests {
         let mut found = Vec::new();
         let span = Span { start: 0, end: 22, face: 0 };
         cut(&of_faces).split(9, span, &mut Vec::new(), |part, patch| {
-            found.push((part.start, part.end, patch))
+            found.push((part.start, part.end, patch));
         });
         // Its lower edge meets row 9, whose centres are at 9.5, at x = 13.
         assert_eq!(found, [(0, 13, 0)]);
@@ -303,7 +303,7 @@ mod tests {
         let mut found = Vec::new();
         let span = Span { start: 0, end: 31, face: 0 };
         cut(&of_faces).split(0, span, &mut Vec::new(), |part, patch| {
-            found.push((part.start, part.end, patch))
+            found.push((part.start, part.end, patch));
         });
         assert_eq!(found, [(0, 16, 0), (16, 31, 1)]);
     }
