@@ -32,7 +32,7 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
         let band = Texture::filled(band, base.channels, base.encoding, base.depth, &[0.3; 3])?;
         writer.push(&overlay.lay(first_row, band)?)?;
     }
-    writer.finish()?;
+    let _ = writer.finish()?;
     Ok(())
 }
 

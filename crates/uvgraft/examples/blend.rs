@@ -30,7 +30,7 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
         .blend(options)
         .build()?;
     let result = graft.apply(face, body)?;
-    image::write(&Image::from(result), path, &WriteOptions::default())?;
+    let _ = image::write(&Image::from(result), path, &WriteOptions::default())?;
     Ok(())
 }
 

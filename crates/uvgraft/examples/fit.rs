@@ -33,7 +33,7 @@ pub fn run(path: &Path) -> Result<FitSummary, Box<dyn Error>> {
     let base = Texture::filled(head, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3])?;
     let fitted = back.fit(body, base.format(), &FitOptions::default(), &mut |_| {})?;
     let result = fitted.overlay.lay(0, base)?;
-    image::write(&Image::from(result), path, &WriteOptions::default())?;
+    let _ = image::write(&Image::from(result), path, &WriteOptions::default())?;
     Ok(fitted.summary)
 }
 

@@ -23,7 +23,7 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     // All that depends on layouts and sizes is prepared once, for any number of textures.
     let graft = Graft::builder(pair, Sizes { from: face.size(), to: body.size() }).build()?;
     let result = graft.apply(face, body)?;
-    image::write(&Image::from(result), path, &WriteOptions::default())?;
+    let _ = image::write(&Image::from(result), path, &WriteOptions::default())?;
     Ok(())
 }
 

@@ -285,7 +285,7 @@ mod tests {
         let mut found = Vec::new();
         let span = Span { start: 0, end: 22, face: 0 };
         cut(&of_faces).split(9, span, &mut Vec::new(), |part, patch| {
-            found.push((part.start, part.end, patch))
+            found.push((part.start, part.end, patch));
         });
         // Its lower edge meets row 9, whose centres are at 9.5, at x = 13.
         assert_eq!(found, [(0, 13, 0)]);
@@ -303,7 +303,7 @@ mod tests {
         let mut found = Vec::new();
         let span = Span { start: 0, end: 31, face: 0 };
         cut(&of_faces).split(0, span, &mut Vec::new(), |part, patch| {
-            found.push((part.start, part.end, patch))
+            found.push((part.start, part.end, patch));
         });
         assert_eq!(found, [(0, 16, 0), (16, 31, 1)]);
     }
@@ -316,11 +316,11 @@ mod tests {
         let mut of_faces = face(&[inner], corners_px);
         of_faces.add_whole(0, 1, corners_px, Size::square(64));
         let mut found = Vec::new();
-        let span = Span { start: 0, end: 32, face: 0 };
+        let span = Span { start: 0, end: 31, face: 0 };
         cut(&of_faces).split(0, span, &mut Vec::new(), |part, patch| {
             found.push((part.start, part.end, patch));
         });
-        assert_eq!(found, [(0, 8, 1), (8, 24, 0), (24, 32, 1)]);
+        assert_eq!(found, [(0, 8, 1), (8, 24, 0), (24, 31, 1)]);
         let edge = |corner: usize| cut(&of_faces).along(corner).collect::<Vec<_>>();
         let patches = [([0.0, 0.25], Some(1)), ([0.25, 0.75], Some(0)), ([0.75, 1.0], Some(1))];
         assert_eq!(edge(0), patches);

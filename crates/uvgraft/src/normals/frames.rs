@@ -10,7 +10,8 @@ pub(super) type Frames = [[f32; 3]; 4];
 /// The frames over a piece of a target triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PieceFrames {
-    pub tgt_uv: [[f32; 2]; 3],
+    /// Not rounded, for parts that are slivers.
+    pub tgt_uv: [[f64; 2]; 3],
     /// At the piece's corners: those of the source, in the target's space, and the target's.
     pub corners: [Frames; 3],
     /// Which way the bitangents of source and target point.
@@ -22,7 +23,7 @@ impl PieceFrames {
     /// - `source`: there, in the target's space.
     /// - `target`: there.
     pub fn new(
-        tgt_uv: [[f32; 2]; 3],
+        tgt_uv: [[f64; 2]; 3],
         source: [TangentFrame; 3],
         target: &[TangentFrame; 3],
     ) -> Self {

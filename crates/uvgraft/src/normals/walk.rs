@@ -24,8 +24,7 @@ impl Walk {
     ) -> Self {
         let size = map.size();
         let scale = [f64::from(size.width), f64::from(size.height)];
-        let triangle =
-            Triangle::new(piece.tgt_uv.map(|uv| [0, 1].map(|k| f64::from(uv[k]) * scale[k])));
+        let triangle = Triangle::new(piece.tgt_uv.map(|uv| [0, 1].map(|k| uv[k] * scale[k])));
         let is_gutter = map.is_gutter(run);
         let at = |x: u32| {
             let px = [f64::from(x) + 0.5, f64::from(row) + 0.5];
