@@ -114,35 +114,6 @@ impl NormalFrames {
     }
 }
 
-<<<<<<< HEAD
-=======
-impl PieceFrames {
-    /// - `tgt_uv`: the piece's corners.
-    /// - `source`: there, in the target's space.
-    /// - `target`: there.
-    fn new(tgt_uv: [[f64; 2]; 3], source: [TangentFrame; 3], target: &[TangentFrame; 3]) -> Self {
-        // Where the meshes wind opposite ways, the source's normals point to the target's back.
-        let wide = |vector: [f32; 3]| vector.map(f64::from);
-        let agreement: f64 =
-            (0..3).map(|k| dot(wide(source[k].normal), wide(target[k].normal))).sum();
-        let side = if agreement < 0.0 { -1.0 } else { 1.0 };
-        let corner = |k: usize| {
-            let [tangent, normal] = [source[k].tangent, source[k].normal];
-            let turned = |vector: [f32; 3]| vector.map(|value| value * side);
-            [turned(tangent), turned(normal), target[k].tangent, target[k].normal]
-        };
-        // The same at all corners, but for triangles without area; bakers clamp the mean.
-        let sign = |frames: &[TangentFrame; 3]| {
-            let sum: f32 = frames.iter().map(|frame| frame.sign).sum();
-            if sum < 0.0 { -1.0 } else { 1.0 }
-        };
-        // Vectors that are both turned around have the same product, so bitangents are turned here.
-        let signs = [sign(&source) * side, sign(target)];
-        Self { tgt_uv, corners: [corner(0), corner(1), corner(2)], signs }
-    }
-}
-
->>>>>>> tests
 /// The source's frames at a piece's corners, in the target's space.
 ///
 /// - `frames`: of the face that is read.
