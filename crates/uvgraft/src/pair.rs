@@ -49,10 +49,12 @@ pub enum PairError {
         reason: PieceError,
     },
     /// A piece is there twice.
-    #[error("piece {piece} is the same as another piece")]
+    #[error("a piece of target face {target_face} and source face {source_face} is there twice")]
     Repeated {
-        /// The second of them, from 0.
-        piece: usize,
+        /// Its target face.
+        target_face: u32,
+        /// Its source face.
+        source_face: u32,
     },
 }
 
@@ -89,7 +91,11 @@ impl Pair {
     ) -> Result<Self, LinkError> {
         let pieces = vertex_map::pieces(&mut source, &mut target, vertex_map)?;
         let mut found = Self { source, target, pieces: Pieces::default() };
-        found.keep(pieces);
+        for piece in pieces {
+            if found.reaches(&piece) {
+                found.pieces.push(piece);
+            }
+        }
         if found.piece_count() == 0 { Err(LinkError::Outside) } else { Ok(found) }
     }
 
@@ -108,23 +114,28 @@ impl Pair {
         target: Mesh,
         pieces: impl IntoIterator<Item = Piece>,
     ) -> Result<Self, PairError> {
-        let mut pieces: Vec<(usize, Piece)> = pieces.into_iter().enumerate().collect();
-        for (index, piece) in &pieces {
+        let mut pair = Self { source, target, pieces: Pieces::default() };
+        let mut last = 0;
+        let mut is_sorted = true;
+        for (index, piece) in pieces.into_iter().enumerate() {
             piece
-                .check(target.faces().len(), source.faces().len())
-                .map_err(|reason| PairError::Piece { piece: *index, reason })?;
-        }
-        pieces.sort_by_key(|(_, piece)| piece.target);
-        for same_face in pieces.chunk_by(|(_, a), (_, b)| a.target == b.target) {
-            for (k, (index, piece)) in same_face.iter().enumerate() {
-                if same_face[..k].iter().any(|(_, other)| other == piece) {
-                    return Err(PairError::Repeated { piece: *index });
-                }
+                .check(pair.target.faces().len(), pair.source.faces().len())
+                .map_err(|reason| PairError::Piece { piece: index, reason })?;
+            is_sorted &= last <= piece.target;
+            last = piece.target;
+            if pair.reaches(&piece) {
+                pair.pieces.push(piece);
             }
         }
-        let mut pair = Self { source, target, pieces: Pieces::default() };
-        pair.keep(pieces.into_iter().map(|(_, piece)| piece));
-        Ok(pair)
+        if !is_sorted {
+            pair.pieces = pair.pieces.sorted();
+        }
+        match pair.pieces.repeated() {
+            None => Ok(pair),
+            Some(Piece { target: target_face, source: source_face, .. }) => {
+                Err(PairError::Repeated { target_face, source_face })
+            }
+        }
     }
 
     /// As [`Pair::from_pieces`], with those outside the square too: positions far off are still to be right, since
@@ -140,15 +151,10 @@ impl Pair {
         Self { source, target, pieces }
     }
 
-    /// Keeps those of some pieces whose faces a texture can reach.
-    fn keep(&mut self, pieces: impl IntoIterator<Item = Piece>) {
-        for piece in pieces {
-            if !self.target.is_outside(piece.target as usize)
-                && !self.source.is_outside(piece.source as usize)
-            {
-                self.pieces.push(piece);
-            }
-        }
+    /// Whether a texture can reach both faces of a piece.
+    fn reaches(&self, piece: &Piece) -> bool {
+        !self.target.is_outside(piece.target as usize)
+            && !self.source.is_outside(piece.source as usize)
     }
 
     /// The mesh that textures come from in [`Direction::Forward`].
@@ -224,7 +230,8 @@ mod tests {
         assert_eq!(build(&[sound]).unwrap().pieces().collect::<Vec<_>>(), [sound]);
         let bad = Piece::whole(0, 1, [0, 1, 2]);
         assert!(matches!(build(&[sound, bad]), Err(PairError::Piece { piece: 1, .. })));
-        assert_eq!(build(&[sound, sound]), Err(PairError::Repeated { piece: 1 }));
+        let twice = Err(PairError::Repeated { target_face: 0, source_face: 0 });
+        assert_eq!(build(&[sound, sound]), twice);
     }
 
     #[test]

@@ -178,6 +178,30 @@ impl Pieces {
         self.stored.len()
     }
 
+    /// The same in the order of the target faces; those of one face stay in theirs.
+    pub fn sorted(&self) -> Self {
+        let mut all: Vec<Piece> = self.iter().collect();
+        all.sort_by_key(|piece| piece.target);
+        let mut sorted = Self::default();
+        all.into_iter().for_each(|piece| sorted.push(piece));
+        sorted
+    }
+
+    /// A piece that is there twice, of sorted ones.
+    pub fn repeated(&self) -> Option<Piece> {
+        let mut of_face: Vec<Piece> = Vec::new();
+        for piece in self.iter() {
+            if of_face.first().is_some_and(|first| first.target != piece.target) {
+                of_face.clear();
+            }
+            if of_face.contains(&piece) {
+                return Some(piece);
+            }
+            of_face.push(piece);
+        }
+        None
+    }
+
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
         let mut parts = self.parts.iter();
         self.stored.iter().map(move |&Stored { target, source, corners }| {

@@ -123,7 +123,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     use super::*;
-    use crate::normals::walk::Frames;
+    use crate::normals::frames::Frames;
 
     fn turn_with<const C: usize>(walk: &Walk, texels: &mut [f32]) {
         dispatch!(Level::new(), simd => turn::<_, C>(simd, walk, texels));
