@@ -31,7 +31,7 @@
 //! ```
 //!
 //! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
-//! are worked on by the caller's rayon pool; results do not depend on it.
+//! are worked on by the caller's rayon pool; results do not depend on it. See [`threads`].
 
 pub mod baseline;
 mod bits;
@@ -61,7 +61,7 @@ mod simd;
 mod surface;
 pub mod tangents;
 pub mod texture;
-mod threads;
+pub mod threads;
 pub mod transfer;
 mod vector;
 
