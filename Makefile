@@ -56,11 +56,21 @@ bench-peers:
 		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
+# The libraries with all features but that for threads.
+THREADLESS := -p uvgraft -p uvgraft-io -p uvgraft-avatar --no-default-features \
+	--features uvgraft/flip,uvgraft/lpips,uvgraft/serde,uvgraft/ssimulacra2 \
+	--features uvgraft-io/lpips,uvgraft-avatar/ktx2,uvgraft-avatar/simplify
 lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets $(NATIVE) $(VIEWER_TESTS) -- -D warnings
 	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
+	$(CARGO) clippy --locked -p uvgraft-io --no-default-features -- -D warnings
+	$(CARGO) clippy --locked -p uvgraft-avatar --no-default-features -- -D warnings
+	@tree=$$($(CARGO) tree --locked $(THREADLESS) --edges normal --prefix none) && \
+		! echo "$$tree" | grep '^rayon' || \
+		{ echo "lint: wanted no rayon without the feature threads" >&2; exit 1; }
+	@CARGO="$(CARGO)" scripts/check-wasm.sh
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 
 # Reference values that metrics and body models are tested against, by Python packages of 6 GB

@@ -1,6 +1,9 @@
 //! Full-body avatars, and the example that uvgraft demonstrates itself on: a synthetic head, a
 //! synthetic body that contains the same head, their painted textures, and an offline renderer to
 //! look at them.
+//!
+//! With the feature `threads` (default) work is done on the caller's rayon pool, as
+//! [`uvgraft::threads`] says; results are the same without it.
 
 mod avatar;
 pub mod body;

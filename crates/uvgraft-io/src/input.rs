@@ -54,7 +54,8 @@ pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     if told.len() > max {
         return Err(too_large(told.len()));
     }
-    let mut bytes = Vec::with_capacity(told.len() as usize + 1);
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(usize::try_from(told.len()).unwrap_or(usize::MAX).saturating_add(1))?;
     file.take(max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }

@@ -4,6 +4,9 @@
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves the old file or the new one and never half of it.
+//!
+//! With the feature `threads` (default) PNGs are compressed on the caller's rayon pool, as
+//! [`uvgraft::threads`] says; the bytes are the same without it.
 
 pub mod arrays;
 pub mod fate;

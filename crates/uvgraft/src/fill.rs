@@ -392,7 +392,6 @@ mod tests {
         assert!(fill(sized(1000, 333), Some(&sized(300, 100)), &sized(3, 1)).is_ok());
     }
 
-    #[cfg(feature = "threads")]
     #[test]
     fn threads_do_not_show() {
         let mut rng = fastrand::Rng::with_seed(4);

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
-//! are worked on by the caller's rayon pool; results do not depend on it.
+//! are worked on by the caller's rayon pool; results do not depend on it. See [`threads`].
 
 pub mod baseline;
 mod bits;
@@ -50,7 +50,7 @@ mod simd;
 mod surface;
 pub mod tangents;
 pub mod texture;
-mod threads;
+pub mod threads;
 mod vector;
 
 pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, Toning, ToningError};

@@ -25,9 +25,10 @@ impl Size {
         Self::new(side, side)
     }
 
-    /// How many texels there are.
+    /// How many texels there are, `usize::MAX` if it cannot hold their number.
     pub const fn texels(self) -> usize {
-        self.width as usize * self.height as usize
+        // A product beyond what 32 bits can address must not look like a small one.
+        (self.width as usize).saturating_mul(self.height as usize)
     }
 }
 
@@ -144,8 +145,9 @@ impl Texels {
 
 /// One of the three depths as a type: values in `0.0..=1.0` and back.
 ///
-/// Sealed by being implemented for `u8`, `u16` and `f32` alone.
-pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
+/// Sealed: implemented for `u8`, `u16` and `f32`, and for nothing outside of this crate, because kernels are
+/// made for these.
+pub trait Value: sealed::Sealed + Copy + Default + Send + Sync + PartialEq + 'static {
     /// The stored value that stands for 1.0.
     const ONE: Self;
     /// The number that is stored, as a float: `0.0..=255.0` for 8 bits.
@@ -173,6 +175,15 @@ pub trait Value: Copy + Default + Send + Sync + PartialEq + 'static {
     fn to_unit(self) -> f32 {
         self.to_level() / Self::ONE.to_level()
     }
+}
+
+mod sealed {
+    /// What keeps others from implementing [`Value`](super::Value).
+    pub trait Sealed {}
+
+    impl Sealed for u8 {}
+    impl Sealed for u16 {}
+    impl Sealed for f32 {}
 }
 
 impl Value for u8 {
@@ -301,7 +312,9 @@ impl Texture {
         if size.width.max(size.height) > Self::MAX_SIDE {
             return Err(TextureError::TooLarge(size));
         }
-        let wanted = size.texels() * channels.count();
+        let Some(wanted) = size.texels().checked_mul(channels.count()) else {
+            return Err(TextureError::Memory(size));
+        };
         if texels.len() != wanted {
             let channels = channels.count();
             return Err(TextureError::Length { found: texels.len(), wanted, size, channels });
@@ -323,7 +336,7 @@ impl Texture {
         fn fill<T: Value>(size: Size, unit: &[f32]) -> Result<Vec<T>, TextureError> {
             let texel: Vec<T> = unit.iter().map(|&value| T::from_unit(value)).collect();
             let mut values = Vec::new();
-            let count = size.texels() * texel.len();
+            let count = size.texels().saturating_mul(texel.len());
             values.try_reserve_exact(count).map_err(|_| TextureError::Memory(size))?;
             values.extend_from_slice(&texel[..texel.len().min(count)]);
             while values.len() < count {

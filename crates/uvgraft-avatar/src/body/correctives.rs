@@ -8,7 +8,7 @@
 //! not depend on it.
 
 use glam::{Mat3, Quat};
-use rayon::prelude::*;
+use uvgraft::threads;
 
 /// Vertices in a tile: its rows of four features and a block's sums fit the first cache.
 pub(super) const TILE: usize = 192;
@@ -49,7 +49,8 @@ impl Correctives {
             }
             tile
         };
-        let tiles = offsets.par_chunks(TILE * 3 * features).map(tile).collect();
+        let pieces: Vec<&[f32]> = offsets.chunks(TILE * 3 * features).collect();
+        let tiles = threads::map_indices(pieces.len(), |index| tile(pieces[index]));
         Self { features, tiles }
     }
 

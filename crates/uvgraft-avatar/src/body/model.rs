@@ -1,6 +1,6 @@
 //! A body model as its file has it.
 
-use rayon::prelude::*;
+use uvgraft::threads;
 use uvgraft_io::arrays::NamedArrays;
 
 use super::correctives::Correctives;
@@ -207,7 +207,7 @@ impl Directions {
     /// Adds components by their coefficients, in their order.
     fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
         const CHUNK: usize = 1536;
-        coordinates.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, coordinates)| {
+        threads::for_each_chunk(coordinates, CHUNK, |chunk, coordinates| {
             for &(component, coefficient) in coefficients {
                 let row = &self.row(component)[chunk * CHUNK..];
                 for (value, offset) in coordinates.iter_mut().zip(row) {

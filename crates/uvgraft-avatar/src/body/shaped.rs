@@ -1,7 +1,7 @@
 //! One person of a body model, and that person in poses.
 
 use glam::{Affine3A, Quat, Vec3, Vec3A};
-use rayon::prelude::*;
+use uvgraft::threads;
 
 use super::BodyModel;
 use super::correctives::{BLOCK, TILE, features};
@@ -79,7 +79,7 @@ impl Shaped<'_> {
             }
         }
         let scratch = || vec![0.0; BLOCK * TILE * 3];
-        tiles.into_par_iter().enumerate().for_each_init(scratch, |scratch, (tile, mut pieces)| {
+        threads::for_each_with(tiles.into_iter(), scratch, |scratch, tile, mut pieces| {
             let first = tile * TILE;
             let width = pieces[0].len() * 3;
             let sums = &mut scratch[..width * pieces.len()];

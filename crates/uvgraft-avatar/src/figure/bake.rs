@@ -1,9 +1,8 @@
 //! Paints a texture by asking for the colour of every point of a surface at rest: what is painted
 //! in space has no seams between charts.
 
-use rayon::prelude::*;
 use uvgraft::raster::ScanTriangle;
-use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value};
+use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value, threads};
 
 use super::PartFaces;
 use super::surface::Part;
@@ -49,28 +48,24 @@ pub(crate) fn bake(
     let ground = background.map(u8::from_unit);
     let mut texels = ground.repeat(size.texels());
     let mut painted = vec![0_u8; size.texels()];
-    texels
-        .par_chunks_mut(width * BAND * 3)
-        .zip(painted.par_chunks_mut(width * BAND))
-        .zip(bands.par_iter())
-        .enumerate()
-        .for_each(|(band, ((texels, painted), indices))| {
-            let first = (band * BAND) as u32;
-            let end = (first + BAND as u32).min(size.height);
-            for &index in indices {
-                let triangle = &triangles[index];
-                let rows = triangle.scan.rows();
-                for row in rows.start.max(first)..rows.end.min(end) {
-                    for column in triangle.scan.span(row) {
-                        let texel = (row - first) as usize * width + column as usize;
-                        let spot = triangle.spot(column as f32 + 0.5, row as f32 + 0.5);
-                        let value = color(&spot).map(u8::from_unit);
-                        texels[texel * 3..texel * 3 + 3].copy_from_slice(&value);
-                        painted[texel] = 1;
-                    }
+    let pieces = texels.chunks_mut(width * BAND * 3).zip(painted.chunks_mut(width * BAND));
+    threads::for_each(pieces.zip(&bands), |band, ((texels, painted), indices)| {
+        let first = (band * BAND) as u32;
+        let end = (first + BAND as u32).min(size.height);
+        for &index in indices {
+            let triangle = &triangles[index];
+            let rows = triangle.scan.rows();
+            for row in rows.start.max(first)..rows.end.min(end) {
+                for column in triangle.scan.span(row) {
+                    let texel = (row - first) as usize * width + column as usize;
+                    let spot = triangle.spot(column as f32 + 0.5, row as f32 + 0.5);
+                    let value = color(&spot).map(u8::from_unit);
+                    texels[texel * 3..texel * 3 + 3].copy_from_slice(&value);
+                    painted[texel] = 1;
                 }
             }
-        });
+        }
+    });
     let reach = (size.width.max(size.height) / 256).max(2) as usize;
     spread(&mut texels, &mut painted, width, reach);
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
@@ -122,30 +117,29 @@ impl Triangle {
 
 /// Copies painted texels outwards, along rows and then along columns.
 fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
-    texels.par_chunks_mut(width * 3).zip(painted.par_chunks_mut(width)).for_each(
-        |(texels, painted)| {
-            let source = painted.to_vec();
-            for step in [1_isize, -1] {
-                let mut distance = reach;
-                let mut value = [0; 3];
-                for k in 0..width {
-                    let x = if step > 0 { k } else { width - 1 - k };
-                    if source[x] == 1 {
-                        distance = 0;
-                        value.copy_from_slice(&texels[x * 3..x * 3 + 3]);
-                        continue;
-                    }
-                    distance += 1;
-                    // Painted texels are marked 1 and copies by their distance plus 1.
-                    let mark = (distance + 1).min(255) as u8;
-                    if distance <= reach && (painted[x] == 0 || mark < painted[x]) {
-                        texels[x * 3..x * 3 + 3].copy_from_slice(&value);
-                        painted[x] = mark;
-                    }
+    let rows = texels.chunks_mut(width * 3).zip(painted.chunks_mut(width));
+    threads::for_each(rows, |_, (texels, painted)| {
+        let source = painted.to_vec();
+        for step in [1_isize, -1] {
+            let mut distance = reach;
+            let mut value = [0; 3];
+            for k in 0..width {
+                let x = if step > 0 { k } else { width - 1 - k };
+                if source[x] == 1 {
+                    distance = 0;
+                    value.copy_from_slice(&texels[x * 3..x * 3 + 3]);
+                    continue;
+                }
+                distance += 1;
+                // Painted texels are marked 1 and copies by their distance plus 1.
+                let mark = (distance + 1).min(255) as u8;
+                if distance <= reach && (painted[x] == 0 || mark < painted[x]) {
+                    texels[x * 3..x * 3 + 3].copy_from_slice(&value);
+                    painted[x] = mark;
                 }
             }
-        },
-    );
+        }
+    });
     let height = painted.len() / width;
     let source: Vec<bool> = painted.iter().map(|&mark| mark > 0).collect();
     for down in [true, false] {

@@ -8,8 +8,7 @@
 use std::io::Write;
 
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
-use rayon::prelude::*;
-use uvgraft::Texture;
+use uvgraft::{Texture, threads};
 
 use super::palette::Palette;
 use super::{FilmError, bytes_of, durations};
@@ -44,10 +43,9 @@ pub fn write_gif(frames: &[Texture], fps: f32, out: impl Write) -> Result<(), Fi
     let pixels = bytes.iter().flat_map(|bytes| bytes.chunks_exact(channels)).step_by(step);
     let opaque = pixels.filter(|pixel| !alpha || pixel[3] >= 128);
     let palette = Palette::new(opaque.map(|pixel| [pixel[0], pixel[1], pixel[2]]));
-    let indexed: Vec<Vec<u8>> = bytes
-        .par_iter()
-        .map(|bytes| indices(bytes, channels, size.width as usize, &palette))
-        .collect();
+    let indexed = threads::map_indices(frames.len(), |frame| {
+        indices(bytes[frame], channels, size.width as usize, &palette)
+    });
 
     let (width, height) = (size.width as u16, size.height as u16);
     let mut encoder =
@@ -77,21 +75,19 @@ fn indices(bytes: &[u8], channels: usize, width: usize, palette: &Palette) -> Ve
     // Colours are a handful of levels apart where there are many of them.
     const SPREAD: i32 = 10;
     let mut indices = vec![CLEAR; bytes.len() / channels];
-    indices.par_chunks_mut(width).zip(bytes.par_chunks(width * channels)).enumerate().for_each(
-        |(y, (indices, pixels))| {
-            for (x, (index, pixel)) in
-                indices.iter_mut().zip(pixels.chunks_exact(channels)).enumerate()
-            {
-                if channels == 4 && pixel[3] < 128 {
-                    continue;
-                }
-                // Between -31 and 32 sixty-fourths.
-                let threshold = bayer(x as u32, y as u32) as i32 - 31;
-                let shift = threshold * SPREAD / 64;
-                *index = palette.nearest([0, 1, 2].map(|k| i32::from(pixel[k]) + shift));
+    let rows = indices.chunks_mut(width).zip(bytes.chunks(width * channels));
+    threads::for_each(rows, |y, (indices, pixels)| {
+        for (x, (index, pixel)) in indices.iter_mut().zip(pixels.chunks_exact(channels)).enumerate()
+        {
+            if channels == 4 && pixel[3] < 128 {
+                continue;
             }
-        },
-    );
+            // Between -31 and 32 sixty-fourths.
+            let threshold = bayer(x as u32, y as u32) as i32 - 31;
+            let shift = threshold * SPREAD / 64;
+            *index = palette.nearest([0, 1, 2].map(|k| i32::from(pixel[k]) + shift));
+        }
+    });
     indices
 }
 

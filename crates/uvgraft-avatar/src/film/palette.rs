@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
+use uvgraft::threads;
 
 /// How many colours there are at most; one more index is left for transparency.
 pub(super) const MOST: usize = 255;
@@ -123,22 +123,20 @@ fn error(bins: &[Bin]) -> (f32, usize) {
 
 /// Centres moved to the means of what is nearest to them.
 fn refined(bins: &[Bin], centres: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let nearest: Vec<usize> = bins
-        .par_iter()
-        .map(|bin| {
-            let distance = |centre: &[f32; 3]| {
-                (0..3).map(|k| WEIGHTS[k] * (centre[k] - bin.color[k]).powi(2)).sum::<f32>()
-            };
-            let mut best = (0, f32::MAX);
-            for (index, centre) in centres.iter().enumerate() {
-                let distance = distance(centre);
-                if distance < best.1 {
-                    best = (index, distance);
-                }
+    let nearest = threads::map_indices(bins.len(), |bin| {
+        let color = bins[bin].color;
+        let distance = |centre: &[f32; 3]| {
+            (0..3).map(|k| WEIGHTS[k] * (centre[k] - color[k]).powi(2)).sum::<f32>()
+        };
+        let mut best = (0, f32::MAX);
+        for (index, centre) in centres.iter().enumerate() {
+            let distance = distance(centre);
+            if distance < best.1 {
+                best = (index, distance);
             }
-            best.0
-        })
-        .collect();
+        }
+        best.0
+    });
     let mut sums = vec![([0.0; 3], 0.0); centres.len()];
     for (bin, &index) in bins.iter().zip(&nearest) {
         let (sum, count) = &mut sums[index];

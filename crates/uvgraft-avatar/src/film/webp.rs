@@ -6,8 +6,7 @@
 
 use std::io::{Cursor, Write};
 
-use rayon::prelude::*;
-use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 
 use super::{FilmError, bytes_of, durations};
@@ -27,16 +26,14 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
         return Err(FilmError::TooLarge { format: "WebP", found: size, max: MAX_SIDE });
     }
     let width = size.width as usize;
-    let encoded: Vec<Part> = (0..frames.len())
-        .into_par_iter()
-        .map(|index| {
-            let before = index.checked_sub(1).map(|before| bytes[before]).filter(|_| !alpha);
-            match before {
-                Some(before) => Part::changed(bytes[index], before, width),
-                None => Part::whole(&frames[index]),
-            }
-        })
-        .collect::<Result<_, FilmError>>()?;
+    let encoded = threads::map_indices(frames.len(), |index| {
+        let before = index.checked_sub(1).map(|before| bytes[before]).filter(|_| !alpha);
+        match before {
+            Some(before) => Part::changed(bytes[index], before, width),
+            None => Part::whole(&frames[index]),
+        }
+    });
+    let encoded: Vec<Part> = encoded.into_iter().collect::<Result<_, FilmError>>()?;
     let mut body = b"WEBP".to_vec();
     // Animation and opacity, which parts of frames have where nothing changes.
     const FLAGS: u8 = 0b1_0010;

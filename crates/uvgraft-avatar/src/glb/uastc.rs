@@ -7,7 +7,7 @@
 
 use basis_universal::BasisTextureFormat;
 use basis_universal::encoding::{ColorSpace, Compressor, CompressorParams};
-use uvgraft::Size;
+use uvgraft::{Size, threads};
 
 /// The most texels on a side.
 pub(super) const MAX_SIDE: u32 = 16_384;
@@ -55,8 +55,8 @@ pub(super) fn basis_file(levels: &[Level], is_color: bool) -> Option<Vec<u8>> {
         params.source_image_mut(index).init(rgba, size.width, size.height, 4);
     }
     // Blocks are independent of each other, so that threads change nothing.
-    let threads = rayon::current_num_threads().clamp(1, 64) as u32;
-    let mut compressor = Compressor::new(threads);
+    let most = threads::count().min(64) as u32;
+    let mut compressor = Compressor::new(most);
     // SAFETY: the parameters are the encoder's own but for a format it has and images that hold as many
     // texels as their sizes say, none empty or above its limit.
     let is_ready = unsafe { compressor.init(&params) };

@@ -1,8 +1,7 @@
 //! One picture: visibility first, then colours, pixel by pixel.
 
-use rayon::prelude::*;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
-use uvgraft::{Channels, Encoding, Size, Texels, Texture, Value};
+use uvgraft::{Channels, Encoding, Size, Texels, Texture, Value, threads};
 
 use super::camera::{Camera, Homogeneous};
 use super::floor::Floor;
@@ -55,8 +54,9 @@ impl<'a> Frame<'a> {
         size: Size,
     ) -> Self {
         let fine = Size::new(size.width * look.samples, size.height * look.samples);
-        let homogeneous: Vec<Homogeneous> =
-            geometry.positions.par_iter().map(|&p| camera.homogeneous(p)).collect();
+        let homogeneous = threads::map_indices(geometry.positions.len(), |vertex| {
+            camera.homogeneous(geometry.positions[vertex])
+        });
         let faces_us = |face: usize| {
             let surface = &surfaces[geometry.faces[face].surface as usize];
             surface.double_sided || {
@@ -109,8 +109,7 @@ impl<'a> Frame<'a> {
         let mut texels = vec![0_u8; self.size.texels() * channels.count()];
         // As many rows as a band of samples has.
         let rows = (BAND / self.look.samples) as usize;
-        let bands = texels.par_chunks_mut(width * channels.count() * rows).enumerate();
-        bands.for_each(|(band, texels)| {
+        threads::for_each_chunk(&mut texels, width * channels.count() * rows, |band, texels| {
             let layers = self.layers(band);
             let mut shades = Vec::new();
             for (index, texel) in texels.chunks_exact_mut(channels.count()).enumerate() {

@@ -4,9 +4,8 @@
 //! Williams, "Pyramidal Parametrics", 1983. Long areas are covered by several lookups along them, as
 //! in McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping", 1999.
 
-use rayon::prelude::*;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
-use uvgraft::{Channels, Encoding, Texels, Texture, Value};
+use uvgraft::{Channels, Encoding, Texels, Texture, Value, threads};
 
 use crate::scene::{TextureUse, Wrap};
 
@@ -108,7 +107,7 @@ impl Level {
         }
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let mut texels = vec![[0; 4]; width * height];
-        texels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        threads::for_each_chunk(&mut texels, width, |y, row| {
             let rows = shares(y, self.height, height);
             for (x, texel) in row.iter_mut().enumerate() {
                 let mut sum = [0.0; 4];

@@ -4,9 +4,8 @@
 //! Sutherland and Hodgman, "Reentrant Polygon Clipping", 1974; Olano and Greer, "Triangle Scan
 //! Conversion using 2D Homogeneous Coordinates", 1997, for the weights of corners.
 
-use rayon::prelude::*;
-use uvgraft::Size;
 use uvgraft::raster::ScanTriangle;
+use uvgraft::{Size, threads};
 
 use super::camera::{Camera, Homogeneous};
 use super::geometry::Face;
@@ -36,16 +35,17 @@ pub(crate) fn project(
     size: Size,
     keep: impl Fn(usize) -> bool + Sync,
 ) -> Vec<Projected> {
-    let homogeneous: Vec<Homogeneous> =
-        positions.par_iter().map(|&p| camera.homogeneous(p)).collect();
+    /// Faces in a piece of work.
+    const CHUNK: usize = 512;
+    let homogeneous =
+        threads::map_indices(positions.len(), |vertex| camera.homogeneous(positions[vertex]));
     let near = camera.limits().0;
-    let one = |index: usize, face: &Face| {
+    let one = |index: usize, face: &Face, parts: &mut Vec<Projected>| {
         let corners = face.vertices.map(|vertex| {
             let vertex = vertex as usize;
             Corner { at: homogeneous[vertex], p: positions[vertex] }
         });
         let polygon = if keep(index) { clipped(corners, near) } else { Vec::new() };
-        let mut parts = Vec::new();
         for k in 2..polygon.len() {
             let screen = [0, k - 1, k].map(|corner| on_screen(camera, &polygon[corner]));
             let flat = screen.map(|[x, y, _]| [x, y]);
@@ -56,9 +56,15 @@ pub(crate) fn project(
                 parts.push(Projected { face: index as u32, scan, plane: Plane::new(screen) });
             }
         }
-        parts
     };
-    faces.par_iter().enumerate().flat_map_iter(|(index, face)| one(index, face)).collect()
+    let chunks = threads::map_indices(faces.len().div_ceil(CHUNK), |chunk| {
+        let mut parts = Vec::new();
+        for (index, face) in faces.iter().enumerate().skip(chunk * CHUNK).take(CHUNK) {
+            one(index, face, &mut parts);
+        }
+        parts
+    });
+    chunks.into_iter().flatten().collect()
 }
 
 #[derive(Debug, Clone, Copy)]

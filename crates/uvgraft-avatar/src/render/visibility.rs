@@ -2,8 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use rayon::prelude::*;
-use uvgraft::Size;
+use uvgraft::{Size, threads};
 
 use super::camera::Camera;
 use super::projection::Projected;
@@ -20,7 +19,7 @@ pub(crate) struct DepthBuffer {
     faces: Vec<u32>,
 }
 
-/// Rows that one task fills.
+/// Rows in a piece of work.
 pub(crate) const BAND: u32 = 32;
 
 /// Which of the triangles touch each band of rows, in their order.
@@ -48,31 +47,28 @@ impl DepthBuffer {
         let width = size.width as usize;
         let mut depths = vec![f32::NEG_INFINITY; size.texels()];
         let mut owners = vec![EMPTY; size.texels()];
-        depths
-            .par_chunks_mut(width * BAND as usize)
-            .zip(owners.par_chunks_mut(width * BAND as usize))
-            .zip(bands.par_iter())
-            .enumerate()
-            .for_each(|(band, ((depths, owners), indices))| {
-                let first = band as u32 * BAND;
-                let rows = first..(first + BAND).min(size.height);
-                for &index in indices {
-                    let part = &projected[index as usize];
-                    for (row, span) in part.scan.spans(&rows) {
-                        for column in span {
-                            let depth = part.depth(column, row);
-                            let sample = (row - first) as usize * width + column as usize;
-                            if depth > depths[sample]
-                                && depth >= least
-                                && is_there(part.face, column, row)
-                            {
-                                depths[sample] = depth;
-                                owners[sample] = part.face;
-                            }
+        let samples = width * BAND as usize;
+        let pieces = depths.chunks_mut(samples).zip(owners.chunks_mut(samples)).zip(&bands);
+        threads::for_each(pieces, |band, ((depths, owners), indices)| {
+            let first = band as u32 * BAND;
+            let rows = first..(first + BAND).min(size.height);
+            for &index in indices {
+                let part = &projected[index as usize];
+                for (row, span) in part.scan.spans(&rows) {
+                    for column in span {
+                        let depth = part.depth(column, row);
+                        let sample = (row - first) as usize * width + column as usize;
+                        if depth > depths[sample]
+                            && depth >= least
+                            && is_there(part.face, column, row)
+                        {
+                            depths[sample] = depth;
+                            owners[sample] = part.face;
                         }
                     }
                 }
-            });
+            }
+        });
         Self { size, depths, faces: owners }
     }
 
@@ -95,7 +91,7 @@ impl DepthBuffer {
         const TAPS: usize = 14;
         let scale = (self.size.width / size.width) as i32;
         let mut open = vec![1.0; size.texels()];
-        open.par_chunks_mut(size.width as usize).enumerate().for_each(|(y, row)| {
+        threads::for_each_chunk(&mut open, size.width as usize, |y, row| {
             for (x, open) in row.iter_mut().enumerate() {
                 let (cx, cy) = (x as i32 * scale, y as i32 * scale);
                 let depth = self.depth(cx, cy);
@@ -136,7 +132,7 @@ impl DepthBuffer {
     ) -> Vec<f32> {
         let height = |x: i32, y: i32| camera.height_of(self.depth(x * scale, y * scale));
         let mut result = vec![1.0; size.texels()];
-        result.par_chunks_mut(size.width as usize).enumerate().for_each(|(y, row)| {
+        threads::for_each_chunk(&mut result, size.width as usize, |y, row| {
             for (x, result) in row.iter_mut().enumerate() {
                 let here = height(x as i32, y as i32);
                 if here == f32::NEG_INFINITY {

@@ -1,7 +1,7 @@
 //! Linear blend skinning: how far each vertex follows which joints.
 
 use glam::{Mat3, Quat, Vec3};
-use rayon::prelude::*;
+use uvgraft::threads;
 
 use super::{RigError, Rigid};
 
@@ -127,7 +127,7 @@ impl Skin {
         assert_eq!(positions.len(), self.vertices(), "a position for each vertex");
         let matrices = matrices(motions);
         let mut posed = vec![[0.0; 3]; positions.len()];
-        posed.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, posed)| {
+        threads::for_each_chunk(&mut posed, CHUNK, |chunk, posed| {
             for (offset, posed) in posed.iter_mut().enumerate() {
                 let vertex = chunk * CHUNK + offset;
                 let (turn, shift) = self.blend(vertex, &matrices);

@@ -4,13 +4,13 @@
 //! Magnenat-Thalmann et al., "Joint-dependent local deformations for hand animation and object
 //! grasping", 1988, in the form of glTF 2.0, section 3.7.3.
 
-use rayon::prelude::*;
+use uvgraft::threads;
 
 use super::geometry::{Influences, Normals, Primitive};
 use super::transform::Affine;
 use crate::vector::Vec3;
 
-/// Vertices that one task moves: enough to be worth one.
+/// Vertices in a piece of work: enough to be worth one.
 const CHUNK: usize = 1024;
 
 /// World positions and unit normals of a primitive.
@@ -66,8 +66,12 @@ fn turned(axes: &[Vec3; 3], normal: Vec3) -> Vec3 {
 
 fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine) {
     let axes = node.of_normals();
-    positions.par_iter_mut().with_min_len(CHUNK).for_each(|p| *p = node.point(*p));
-    normals.par_iter_mut().with_min_len(CHUNK).for_each(|n| *n = turned(&axes, *n));
+    threads::for_each_chunk(positions, CHUNK, |_, positions| {
+        positions.iter_mut().for_each(|p| *p = node.point(*p));
+    });
+    threads::for_each_chunk(normals, CHUNK, |_, normals| {
+        normals.iter_mut().for_each(|n| *n = turned(&axes, *n));
+    });
 }
 
 fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, joints: &[Affine]) {
@@ -79,16 +83,15 @@ fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, j
         sum
     };
     if normals.is_empty() {
-        let chunks = positions.par_chunks_mut(CHUNK).enumerate();
-        chunks.for_each(|(chunk, positions)| {
+        threads::for_each_chunk(positions, CHUNK, |chunk, positions| {
             for (k, p) in positions.iter_mut().enumerate() {
                 *p = map(chunk * CHUNK + k).point(*p);
             }
         });
         return;
     }
-    let chunks = positions.par_chunks_mut(CHUNK).zip(normals.par_chunks_mut(CHUNK)).enumerate();
-    chunks.for_each(|(chunk, (positions, normals))| {
+    let chunks = positions.chunks_mut(CHUNK).zip(normals.chunks_mut(CHUNK));
+    threads::for_each(chunks, |chunk, (positions, normals)| {
         for (k, (p, n)) in positions.iter_mut().zip(normals).enumerate() {
             let map = map(chunk * CHUNK + k);
             *p = map.point(*p);

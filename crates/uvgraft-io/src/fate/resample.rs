@@ -76,7 +76,7 @@ impl Planes {
             return Err(TextureError::TooLarge(square));
         }
         let mut texels = Vec::new();
-        let reserved = texels.try_reserve_exact(square.texels() * self.channels);
+        let reserved = texels.try_reserve_exact(square.texels().saturating_mul(self.channels));
         reserved.map_err(|_| TextureError::Memory(square))?;
         let columns: Vec<Between> = places(size, self.side).collect();
         let mut rows = columns.clone();

@@ -44,7 +44,7 @@ impl<W: Write + Seek> BandEncoder<W> {
         let rows = if format == Format::Png {
             Rows::Png(Box::new(RowEncoder::new(&spec, icc, options.compress)?))
         } else {
-            let len = spec.size.height as usize * spec.row_values();
+            let len = spec.values();
             let memory = |error| EncodeError::encoder(format, error);
             let texels = match spec.depth {
                 Depth::U8 => Texels::U8(reserve(len).map_err(memory)?),

@@ -7,8 +7,8 @@ use super::orientation::Orientation;
 use super::{Format, ImageError};
 
 /// Bytes that a decoded image may take: 32,768 × 32,768 RGBA texels of 8 bits, or 16,384 × 16,384
-/// of float.
-pub const MAX_BYTES: u64 = 4 << 30;
+/// of float; where addresses have 32 bits half of that, because no buffer may be larger there.
+pub const MAX_BYTES: u64 = if usize::BITS < 64 { isize::MAX as u64 } else { 4 << 30 };
 
 /// Bytes that an ICC profile may have. Just below what fits a JPEG's 255 segments; profiles of
 /// displays have a few kilobytes, those of printers a few megabytes.
@@ -55,6 +55,11 @@ impl TextureSpec {
     /// How many values there are in a row.
     pub(super) const fn row_values(&self) -> usize {
         self.size.width as usize * self.channels.count()
+    }
+
+    /// How many values there are, `usize::MAX` if it cannot hold their number.
+    pub(super) const fn values(&self) -> usize {
+        self.size.texels().saturating_mul(self.channels.count())
     }
 }
 

@@ -324,7 +324,6 @@ fn measured_with(mesh: &Mesh, texture: &Texture, inside: &[bool], offset: Offset
 }
 
 /// Enough edges for many chunks, and for fewer points than there are texels along ordinary edges.
-#[cfg(feature = "threads")]
 #[test]
 fn threads_do_not_show() {
     let mut random = fastrand::Rng::with_seed(3);

@@ -7,7 +7,7 @@ mod brows;
 mod lids;
 mod mouth;
 
-use rayon::prelude::*;
+use uvgraft::threads;
 
 use super::Figure;
 use super::head_shape::{EYE_LEVEL, contour};
@@ -88,23 +88,19 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
     const BEHIND: f32 = 0.0;
     let parts = figure.parts_of_vertices();
     let lips = figure.lips_of_vertices();
-    let spots: Vec<Option<Spot>> = figure
-        .body
-        .positions()
-        .par_iter()
-        .enumerate()
-        .map(|(vertex, &position)| {
-            let p = Vec3::from(position) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
-            let face = parts[vertex].kind == Kind::Face && p.z > BEHIND;
-            face.then(|| Spot::new(p, lips[vertex]))
-        })
-        .collect();
+    let positions = figure.body.positions();
+    let spots = threads::map_indices(positions.len(), |vertex| {
+        let p = Vec3::from(positions[vertex]) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
+        let face = parts[vertex].kind == Kind::Face && p.z > BEHIND;
+        face.then(|| Spot::new(p, lips[vertex]))
+    });
     SHAPES
         .into_iter()
         .map(|(name, shape)| {
-            let offset =
-                |spot: &Option<Spot>| spot.map_or([0.0; 3], |spot| (shape(spot) * METRES).into());
-            Morph::from_dense(name, &spots.par_iter().map(offset).collect::<Vec<_>>())
+            let offset = |vertex: usize| {
+                spots[vertex].map_or([0.0; 3], |spot| (shape(spot) * METRES).into())
+            };
+            Morph::from_dense(name, &threads::map_indices(spots.len(), offset))
         })
         .collect()
 }

@@ -2,8 +2,7 @@
 
 use std::io::{self, Write};
 
-#[cfg(feature = "threads")]
-use rayon::prelude::*;
+use uvgraft::threads;
 
 use super::deflate;
 
@@ -94,13 +93,9 @@ impl Pieces {
         self.workshops.resize_with(count, Workshop::default);
         let (row_bytes, texel_bytes, has_begun) =
             (self.row_bytes, self.texel_bytes, self.has_begun);
-        let work = |(index, (workshop, piece)): (usize, (&mut Workshop, &&[u8]))| {
+        threads::for_each(self.workshops.iter_mut().zip(pieces), |index, (workshop, piece)| {
             workshop.compress(piece, row_bytes, texel_bytes, !has_begun && index == 0);
-        };
-        #[cfg(feature = "threads")]
-        self.workshops.par_iter_mut().zip(pieces).enumerate().for_each(work);
-        #[cfg(not(feature = "threads"))]
-        self.workshops.iter_mut().zip(pieces).enumerate().for_each(work);
+        });
         self.has_begun = true;
         for workshop in &self.workshops[..pieces.len()] {
             out.write_all(&workshop.chunk)?;

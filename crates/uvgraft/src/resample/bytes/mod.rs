@@ -154,7 +154,7 @@ struct Job<'a> {
 
 /// As [`super::reference::resample`] on some rows of the target, with a filter of several taps.
 pub(super) fn resample<const C: usize>(
-    level: Level,
+    #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables))] level: Level,
     map: &SamplingMap,
     paths: &Paths,
     source: &[u8],
