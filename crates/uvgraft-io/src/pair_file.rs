@@ -279,40 +279,41 @@ const PIECE_CORNERS: &str = "pieces.corners";
 const PARTS: &str = "parts";
 
 /// Of a file of any version.
-fn read_pieces(tensors: &SafeTensors<'_>, version: u32) -> Result<Vec<Piece>, PairFileError> {
+fn read_pieces(
+    tensors: &SafeTensors<'_>,
+    version: u32,
+) -> Result<impl Iterator<Item = Piece>, PairFileError> {
     let [pieces_name, corners_name] =
         if version == 1 { ["links", "links.corners"] } else { [PIECES, PIECE_CORNERS] };
-    let faces = u32s(tensors, pieces_name, Some(2))?;
+    let faces = words(tensor(tensors, pieces_name, Dtype::U32, Some(2))?).map(u32::from_le_bytes);
     let corners = tensor(tensors, corners_name, Dtype::U8, Some(3))?;
-    let (faces, _) = faces.as_chunks::<2>();
     let (corners, _) = corners.as_chunks::<3>();
-    if corners.len() != faces.len() {
-        let (found, wanted) = (corners.len(), faces.len());
-        let problem = format!("has {found} rows, `{pieces_name}` has {wanted}");
+    let count = faces.len() / 2;
+    if corners.len() != count {
+        let found = corners.len();
+        let problem = format!("has {found} rows, `{pieces_name}` has {count}");
         return Err(PairFileError::Tensor { name: corners_name.to_owned(), problem });
     }
-    let wanted = corners.iter().filter(|&&corners| version > 1 && corners == PART).count();
+    let is_part = move |corners: [u8; 3]| version > 1 && corners == PART;
+    let wanted = corners.iter().filter(|&&corners| is_part(corners)).count();
     let parts =
         if wanted > 0 { tensor(tensors, PARTS, Dtype::F64, Some(PART_VALUES))? } else { &[] };
     let weights: Vec<f64> =
         parts.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
-    let (parts, _) = weights.as_chunks::<3>().0.as_chunks::<6>();
+    let parts: Vec<[Weights; 6]> = weights.as_chunks::<3>().0.as_chunks::<6>().0.to_vec();
     if parts.len() != wanted {
         let problem = format!("has {} rows, `{corners_name}` has {wanted} parts", parts.len());
         return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
     }
-    let mut parts = parts.iter();
-    let pieces = faces.iter().zip(corners).map(|(&[target, source], &corners)| {
-        let part = if version > 1 && corners == PART { parts.next() } else { None };
-        match part {
+    let (mut faces, mut parts) = (faces, parts.into_iter());
+    Ok(corners.iter().map_while(move |&corners| {
+        let (target, source) = (faces.next()?, faces.next()?);
+        let part = if is_part(corners) { parts.next() } else { None };
+        Some(match part {
             None => Piece::whole(target, source, corners),
-            Some(&[a, b, c, d, e, f]) => {
-                let (to, from): ([Weights; 3], [Weights; 3]) = ([a, b, c], [d, e, f]);
-                Piece::part((target, to), (source, from))
-            }
-        }
-    });
-    Ok(pieces.collect())
+            Some([a, b, c, d, e, f]) => Piece::part((target, [a, b, c]), (source, [d, e, f])),
+        })
+    }))
 }
 
 /// Reads a pair file.
@@ -486,7 +487,7 @@ fn u32s(
     Ok(words(tensor(tensors, name, Dtype::U32, columns)?).map(u32::from_le_bytes).collect())
 }
 
-fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 4]> {
+fn words(bytes: &[u8]) -> impl ExactSizeIterator<Item = [u8; 4]> {
     bytes.as_chunks::<4>().0.iter().copied()
 }
 

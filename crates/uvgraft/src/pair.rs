@@ -132,7 +132,7 @@ impl Pair {
         }
         match pair.pieces.repeated() {
             None => Ok(pair),
-            Some(Piece { target: target_face, source: source_face, .. }) => {
+            Some([target_face, source_face]) => {
                 Err(PairError::Repeated { target_face, source_face })
             }
         }

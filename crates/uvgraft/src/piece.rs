@@ -187,17 +187,25 @@ impl Pieces {
         sorted
     }
 
-    /// A piece that is there twice, of sorted ones.
-    pub fn repeated(&self) -> Option<Piece> {
-        let mut of_face: Vec<Piece> = Vec::new();
-        for piece in self.iter() {
-            if of_face.first().is_some_and(|first| first.target != piece.target) {
-                of_face.clear();
+    /// The faces of a piece that is there twice, of sorted ones: target, then source.
+    pub fn repeated(&self) -> Option<[u32; 2]> {
+        let mut parts = &self.parts[..];
+        for of_face in self.stored.chunk_by(|a, b| a.target == b.target) {
+            let is_part = |piece: &&Stored| piece.corners == PART;
+            let (of_face_parts, others) = parts.split_at(of_face.iter().filter(is_part).count());
+            parts = others;
+            if of_face.len() == 1 {
+                continue;
             }
-            if of_face.contains(&piece) {
-                return Some(piece);
+            let mut seen: Vec<(Stored, Option<[[Weights; 3]; 2]>)> = Vec::new();
+            let mut of_face_parts = of_face_parts.iter();
+            for piece in of_face {
+                let part = if is_part(&piece) { of_face_parts.next().copied() } else { None };
+                if seen.contains(&(*piece, part)) {
+                    return Some([piece.target, piece.source]);
+                }
+                seen.push((*piece, part));
             }
-            of_face.push(piece);
         }
         None
     }
