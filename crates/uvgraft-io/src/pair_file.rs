@@ -285,10 +285,11 @@ fn read_pieces(
 ) -> Result<impl Iterator<Item = Piece>, PairFileError> {
     let [pieces_name, corners_name] =
         if version == 1 { ["links", "links.corners"] } else { [PIECES, PIECE_CORNERS] };
-    let faces = words(tensor(tensors, pieces_name, Dtype::U32, Some(2))?).map(u32::from_le_bytes);
+    let faces = tensor(tensors, pieces_name, Dtype::U32, Some(2))?;
+    let (faces, _) = faces.as_chunks::<4>().0.as_chunks::<2>();
     let corners = tensor(tensors, corners_name, Dtype::U8, Some(3))?;
     let (corners, _) = corners.as_chunks::<3>();
-    let count = faces.len() / 2;
+    let count = faces.len();
     if corners.len() != count {
         let found = corners.len();
         let problem = format!("has {found} rows, `{pieces_name}` has {count}");
@@ -305,14 +306,14 @@ fn read_pieces(
         let problem = format!("has {} rows, `{corners_name}` has {wanted} parts", parts.len());
         return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
     }
-    let (mut faces, mut parts) = (faces, parts.into_iter());
-    Ok(corners.iter().map_while(move |&corners| {
-        let (target, source) = (faces.next()?, faces.next()?);
+    let mut parts = parts.into_iter();
+    Ok(faces.iter().zip(corners).map(move |(faces, &corners)| {
+        let [target, source] = faces.map(u32::from_le_bytes);
         let part = if is_part(corners) { parts.next() } else { None };
-        Some(match part {
+        match part {
             None => Piece::whole(target, source, corners),
             Some([a, b, c, d, e, f]) => Piece::part((target, [a, b, c]), (source, [d, e, f])),
-        })
+        }
     }))
 }
 

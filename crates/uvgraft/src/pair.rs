@@ -90,13 +90,12 @@ impl Pair {
         vertex_map: &[i64],
     ) -> Result<Self, LinkError> {
         let pieces = vertex_map::pieces(&mut source, &mut target, vertex_map)?;
-        let mut found = Self { source, target, pieces: Pieces::default() };
-        for piece in pieces {
-            if found.reaches(&piece) {
-                found.pieces.push(piece);
-            }
+        let mut reached = Pieces::default();
+        pieces.into_iter().filter(reaches(&source, &target)).for_each(|piece| reached.push(piece));
+        if reached.len() == 0 {
+            return Err(LinkError::Outside);
         }
-        if found.piece_count() == 0 { Err(LinkError::Outside) } else { Ok(found) }
+        Ok(Self { source, target, pieces: reached })
     }
 
     /// A pair of pieces that were found in any way.
@@ -114,28 +113,8 @@ impl Pair {
         target: Mesh,
         pieces: impl IntoIterator<Item = Piece>,
     ) -> Result<Self, PairError> {
-        let mut pair = Self { source, target, pieces: Pieces::default() };
-        let mut last = 0;
-        let mut is_sorted = true;
-        for (index, piece) in pieces.into_iter().enumerate() {
-            piece
-                .check(pair.target.faces().len(), pair.source.faces().len())
-                .map_err(|reason| PairError::Piece { piece: index, reason })?;
-            is_sorted &= last <= piece.target;
-            last = piece.target;
-            if pair.reaches(&piece) {
-                pair.pieces.push(piece);
-            }
-        }
-        if !is_sorted {
-            pair.pieces = pair.pieces.sorted();
-        }
-        match pair.pieces.repeated() {
-            None => Ok(pair),
-            Some([target_face, source_face]) => {
-                Err(PairError::Repeated { target_face, source_face })
-            }
-        }
+        let pieces = checked(&source, &target, pieces)?;
+        Ok(Self { source, target, pieces })
     }
 
     /// As [`Pair::from_pieces`], with those outside the square too: positions far off are still to be right, since
@@ -149,12 +128,6 @@ impl Pair {
         let mut pieces = Pieces::default();
         all.into_iter().for_each(|piece| pieces.push(piece));
         Self { source, target, pieces }
-    }
-
-    /// Whether a texture can reach both faces of a piece.
-    fn reaches(&self, piece: &Piece) -> bool {
-        !self.target.is_outside(piece.target as usize)
-            && !self.source.is_outside(piece.source as usize)
     }
 
     /// The mesh that textures come from in [`Direction::Forward`].
@@ -205,6 +178,47 @@ impl Pair {
             Direction::Forward => FacePieces::forward(faces, &self.pieces),
             Direction::Reverse => FacePieces::reverse(faces, &self.pieces),
         }
+    }
+}
+
+/// Pieces in the order of their target faces, less what no texture reaches.
+fn checked(
+    source: &Mesh,
+    target: &Mesh,
+    pieces: impl IntoIterator<Item = Piece>,
+) -> Result<Pieces, PairError> {
+    let pieces = pieces.into_iter();
+    let reaches = reaches(source, target);
+    let mut checked = Pieces::with_capacity(pieces.size_hint().0);
+    let mut last = 0;
+    let mut is_sorted = true;
+    for (index, piece) in pieces.enumerate() {
+        piece
+            .check(target.faces().len(), source.faces().len())
+            .map_err(|reason| PairError::Piece { piece: index, reason })?;
+        is_sorted &= last <= piece.target;
+        last = piece.target;
+        if reaches(&piece) {
+            checked.push(piece);
+        }
+    }
+    if !is_sorted {
+        checked = checked.sorted();
+    }
+    match checked.repeated() {
+        None => Ok(checked),
+        Some([target_face, source_face]) => Err(PairError::Repeated { target_face, source_face }),
+    }
+}
+
+/// Tells whether a texture can reach both faces of a piece.
+fn reaches(source: &Mesh, target: &Mesh) -> impl Fn(&Piece) -> bool {
+    let has_outside = [source, target].map(|mesh| !mesh.is_all_inside());
+    move |piece| {
+        let is_outside = |index: usize, mesh: &Mesh, face: u32| {
+            has_outside[index] && mesh.is_outside(face as usize)
+        };
+        !is_outside(0, source, piece.source) && !is_outside(1, target, piece.target)
     }
 }
 

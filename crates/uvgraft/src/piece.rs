@@ -162,6 +162,11 @@ struct Stored {
 const PART: [u8; 3] = [3; 3];
 
 impl Pieces {
+    /// Room for this many whole pieces.
+    pub fn with_capacity(pieces: usize) -> Self {
+        Self { stored: Vec::with_capacity(pieces), parts: Vec::new() }
+    }
+
     pub fn push(&mut self, piece: Piece) {
         let Piece { target, source, extent } = piece;
         let corners = match extent {
@@ -189,6 +194,10 @@ impl Pieces {
 
     /// The faces of a piece that is there twice, of sorted ones: target, then source.
     pub fn repeated(&self) -> Option<[u32; 2]> {
+        // Mostly no face has two.
+        if self.stored.windows(2).all(|pair| pair[0].target != pair[1].target) {
+            return None;
+        }
         let mut parts = &self.parts[..];
         for of_face in self.stored.chunk_by(|a, b| a.target == b.target) {
             let is_part = |piece: &&Stored| piece.corners == PART;
@@ -208,6 +217,18 @@ impl Pieces {
             }
         }
         None
+    }
+
+    /// How each lies in its target face; parts by their index.
+    fn lying(&self) -> impl Iterator<Item = FacePiece> + Clone {
+        let mut parts = 0..;
+        self.stored.iter().map(move |&Stored { target: to, source: from, corners }| {
+            let lie = match corners {
+                PART => Lie::Part(parts.next().expect("no end")),
+                corners => Lie::Whole(corners),
+            };
+            FacePiece { to, from, lie }
+        })
     }
 
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
@@ -325,12 +346,19 @@ impl FacePieces {
     /// - `pieces`: in any order; where pieces of one face overlap, the first owns what they share, and a whole
     ///   one leaves nothing for those after it.
     pub fn forward(faces: usize, pieces: &Pieces) -> Self {
-        Self::new(faces, pieces.iter())
+        Self::new(faces, pieces, pieces.lying(), |part| Part::new(part[0], part[1]))
     }
 
     /// The same for the way back.
     pub fn reverse(faces: usize, pieces: &Pieces) -> Self {
-        Self::new(faces, pieces.iter().map(reversed))
+        let reversed = |FacePiece { to, from, lie }| {
+            let lie = match lie {
+                Lie::Whole(corners) => Lie::Whole(inverted(corners)),
+                part => part,
+            };
+            FacePiece { to: from, from: to, lie }
+        };
+        Self::new(faces, pieces, pieces.lying().map(reversed), |part| Part::new(part[1], part[0]))
     }
 
     /// Every face by itself.
@@ -340,47 +368,52 @@ impl FacePieces {
         Self { first: (0..=faces as u32).collect(), pieces: pieces.collect(), parts: Vec::new() }
     }
 
-    fn new(faces: usize, pieces: impl Iterator<Item = Piece> + Clone) -> Self {
+    /// - `part`: makes one of the part with a number; `None` if nothing of the face is filled by it.
+    fn new(
+        faces: usize,
+        pieces: &Pieces,
+        lying: impl Iterator<Item = FacePiece> + Clone,
+        part: impl Fn(&[[Weights; 3]; 2]) -> Option<Part>,
+    ) -> Self {
         let mut first = vec![0; faces + 1];
-        for piece in pieces.clone() {
-            first[piece.target as usize + 1] += 1;
+        for piece in lying.clone() {
+            first[piece.to as usize + 1] += 1;
         }
+        let mut is_one_each = true;
         for face in 0..faces {
+            is_one_each &= first[face + 1] <= 1;
             first[face + 1] += first[face];
         }
         let nothing = FacePiece { to: 0, from: 0, lie: Lie::Whole([0; 3]) };
         let mut of_faces = vec![nothing; first[faces] as usize];
-        let mut counts = vec![0; faces];
-        let mut is_taken = vec![false; faces];
-        let mut parts = Vec::new();
-        for Piece { target: to, source: from, extent } in pieces {
-            let face = to as usize;
-            if is_taken[face] {
-                continue;
+        let mut next = first.clone();
+        for piece in lying {
+            let next = &mut next[piece.to as usize];
+            of_faces[*next as usize] = piece;
+            *next += 1;
+        }
+        if is_one_each && pieces.parts.is_empty() {
+            return Self { first, pieces: of_faces, parts: Vec::new() };
+        }
+        let mut kept = Self { first: vec![0], pieces: Vec::new(), parts: Vec::new() };
+        for range in first.windows(2) {
+            for &piece in &of_faces[range[0] as usize..range[1] as usize] {
+                match piece.lie {
+                    Lie::Whole(_) => {
+                        kept.pieces.push(piece);
+                        break;
+                    }
+                    Lie::Part(index) => {
+                        let Some(part) = part(&pieces.parts[index as usize]) else { continue };
+                        let lie = Lie::Part(kept.parts.len() as u32);
+                        kept.parts.push(part);
+                        kept.pieces.push(FacePiece { lie, ..piece });
+                    }
+                }
             }
-            let lie = match extent {
-                Extent::Whole(corners) => {
-                    is_taken[face] = true;
-                    Lie::Whole(corners)
-                }
-                Extent::Part { target, source } => {
-                    let Some(part) = Part::new(target, source) else { continue };
-                    parts.push(part);
-                    Lie::Part(parts.len() as u32 - 1)
-                }
-            };
-            of_faces[(first[face] + counts[face]) as usize] = FacePiece { to, from, lie };
-            counts[face] += 1;
+            kept.first.push(kept.pieces.len() as u32);
         }
-        // What was left out leaves no gap.
-        let mut kept = Vec::with_capacity(of_faces.len());
-        let mut starts = Vec::with_capacity(faces + 1);
-        for (&first, &count) in first.iter().zip(&counts) {
-            starts.push(kept.len() as u32);
-            kept.extend_from_slice(&of_faces[first as usize..(first + count) as usize]);
-        }
-        starts.push(kept.len() as u32);
-        Self { first: starts, pieces: kept, parts }
+        kept
     }
 
     /// All pieces, in the order of the faces that they fill.
@@ -468,19 +501,13 @@ impl FacePieces {
     }
 }
 
-/// The same piece for the way back.
-fn reversed(piece: Piece) -> Piece {
-    let extent = match piece.extent {
-        Extent::Whole(corners) => {
-            let mut reversed = [0; 3];
-            for (k, &corner) in (0..).zip(&corners) {
-                reversed[usize::from(corner)] = k;
-            }
-            Extent::Whole(reversed)
-        }
-        Extent::Part { target, source } => Extent::Part { target: source, source: target },
-    };
-    Piece { target: piece.source, source: piece.target, extent }
+/// The corners for the way back.
+fn inverted(corners: [u8; 3]) -> [u8; 3] {
+    let mut inverted = [0; 3];
+    for (k, &corner) in (0..).zip(&corners) {
+        inverted[usize::from(corner)] = k;
+    }
+    inverted
 }
 
 #[cfg(test)]
