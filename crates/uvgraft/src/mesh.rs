@@ -264,14 +264,15 @@ impl Mesh {
 
     /// Whether no triangle can be outside: quicker to find out than asking for each.
     pub(crate) fn is_all_inside(&self) -> bool {
-        self.uv.as_flattened().iter().all(is_inside)
+        // Without a way out, since several are compared at once then.
+        self.uv.as_flattened().iter().fold(true, |all, coordinate| all & is_inside(coordinate))
     }
 }
 
 /// Whether a UV coordinate belongs to the unit square, or is beyond it by no more than is allowed.
 fn is_inside(coordinate: &f32) -> bool {
     const MARGIN: f32 = 1e-3;
-    (-MARGIN..=1.0 + MARGIN).contains(coordinate)
+    (*coordinate >= -MARGIN) & (*coordinate <= 1.0 + MARGIN)
 }
 
 /// Twice the signed area of a triangle, positive when its corners run clockwise on screen
