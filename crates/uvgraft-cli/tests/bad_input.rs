@@ -334,6 +334,8 @@ fn several_textures() {
         ("same --format tif -o out", &["same/c.png and same/c.webp would both become out/c.tif"]),
         ("in/a.png in/b.png -o out.png", &["out.png is no folder"]),
         ("in -o file", &["file is no folder"]),
+        ("none -o file", &["none: No such file"]),
+        ("none/ -o file/", &["none/: No such file"]),
         ("in -o none/out", &["cannot make the folder none/out"]),
         ("empty -o out", &["empty holds no image", ".png"]),
         ("texture in/a.png -o out", &["texture: ", "--format"]),

@@ -91,6 +91,12 @@ fn jobs_of_textures(
     sources: &[PathBuf],
 ) -> Result<(Vec<Job>, Option<PathBuf>)> {
     let output = &*transfer.output;
+    for source in sources {
+        // A name that is no image's is mostly a folder's that is not there.
+        if Format::from_path(source).is_none() {
+            source.metadata().or_input().map_err(|failure| failure.context(source.display()))?;
+        }
+    }
     let single = sources.len() == 1 && !sources[0].is_dir();
     let says_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
     if single && !output.is_dir() && !says_folder {
