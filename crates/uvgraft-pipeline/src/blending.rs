@@ -74,7 +74,7 @@ impl Blending {
             let known = ground.painted(side_from(ground.direction()), texture);
             let known =
                 known.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-            selection = selection.within(&known);
+            selection = selection.within(&known).or_input()?;
         }
         let skin = self.skin.as_ref().map(|path| image::read(path).or_input()).transpose()?;
         let mut options = BlendOptions::default();

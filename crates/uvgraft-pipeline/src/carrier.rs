@@ -128,7 +128,7 @@ impl Carrier<'_> {
             let toning = self.toning(&graft, &texture, base, &job.source, warnings)?;
             let (mut overlay, fit) = self.overlay(&graft, texture, base, &job.source)?;
             if let Some(toning) = &toning {
-                overlay = overlay.toned(toning);
+                overlay = overlay.toned(toning).or_work()?;
             }
             if self.known.adds_opacity() && !channels.has_alpha() {
                 overlay = overlay.opaque();
@@ -224,7 +224,7 @@ impl Carrier<'_> {
 
     fn make_graft(&self, size: Size) -> Result<Graft> {
         if let Some(graft) = self.grafts.first.get() {
-            return Ok(graft.with_texture_size(size));
+            return graft.with_texture_size(size).or_work();
         }
         let graft = self.build_graft(size)?;
         let _ = self.grafts.first.set(Arc::new(graft.clone()));

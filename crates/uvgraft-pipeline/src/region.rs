@@ -111,13 +111,13 @@ impl Region {
                 Grow::By(length) => Growth::Length(length.in_unit(unit)),
                 Grow::Rings(rings) => Growth::Rings(rings),
             };
-            selection = selection.within(&linked).grown(by);
+            selection = selection.within(&linked).or_input()?.grown(by);
         }
         // Last, so that what is widened does not come back to it.
         if let Some(excluded) = united(ground, &self.exclude)? {
-            selection = selection.without(&excluded);
+            selection = selection.without(&excluded).or_input()?;
         }
-        Ok(selection.within(&linked))
+        selection.within(&linked).or_input()
     }
 }
 
@@ -126,7 +126,7 @@ fn united(ground: &Ground, parts: &[RegionPart]) -> Result<Option<Selection>> {
     for part in parts {
         let part = selection(ground, part)?;
         all = Some(match all {
-            Some(all) => all.and(&part),
+            Some(all) => all.and(&part).or_input()?,
             None => part,
         });
     }

@@ -109,7 +109,7 @@ fn weights(region: &Selection, options: BlendOptions, side: u32) -> Result<Textu
 
 fn toned(overlay: Overlay, toning: Option<&Toning>) -> Overlay {
     match toning {
-        Some(toning) => overlay.toned(toning),
+        Some(toning) => overlay.toned(toning).unwrap(),
         None => overlay,
     }
 }
@@ -581,9 +581,9 @@ fn triangles_in_corners_of_the_region_are_kept() {
         |selection: &Selection| Blend::new(selection, feathered(0.0)).unwrap().touched().to_vec();
     let count =
         |selection: &Selection| touched(selection).iter().filter(|&&touched| touched).count();
-    let leveled = faces.within(&white);
+    let leveled = faces.within(&white).unwrap();
     assert_eq!(count(&leveled), count(&faces));
-    assert_eq!(count(&white.without(&faces)), 2 * 8 * 8 - count(&faces));
+    assert_eq!(count(&white.without(&faces).unwrap()), 2 * 8 * 8 - count(&faces));
     for rings in [-2, -1, 1, 2] {
         let [leveled, wanted] = [&leveled, &faces].map(|it| it.grown(Growth::Rings(rings)));
         assert_eq!(touched(&leveled), touched(&wanted), "{rings}");

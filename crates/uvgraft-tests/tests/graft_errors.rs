@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::{Growth, RegionError, Side};
 use uvgraft::{
-    Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Filter, FitOptions, Graft,
-    GraftBuilder, GraftError, Ground, NormalOptions, Overlap, Pair, Size, Sizes, Texels, Texture,
-    TextureError, ToningError,
+    Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter, FitOptions,
+    Graft, GraftBuilder, GraftError, Ground, NormalOptions, Overlap, Pair, Piece, Size, Sizes,
+    Texels, Texture, TextureError, ToningError,
 };
 use uvgraft_tests::synthetic;
 
@@ -62,6 +62,8 @@ fn sizes_that_no_texture_has() {
             let wanted =
                 if is_empty { TextureError::Empty(bad) } else { TextureError::TooLarge(bad) };
             assert_eq!(error, GraftError::Texture(wanted));
+            let resized = builder(&pair).build().unwrap().with_texture_size(bad);
+            assert_eq!(resized.map(drop), Err(error));
         }
     }
 }
@@ -70,22 +72,83 @@ fn sizes_that_no_texture_has() {
 fn regions_of_something_else() {
     let (pair, other) = (synthetic::pair(), synthetic::turned_charts());
     let linked = |pair: &Arc<Pair>, direction| Ground::new(Arc::clone(pair), direction).linked();
-    let refused = |direction| Some(GraftError::Ground { wanted: direction });
-    for (region, is_refused) in [
-        (linked(&pair, Direction::Forward), false),
+    let here = linked(&pair, Direction::Forward);
+    for (region, wanted) in [
+        (here.clone(), None),
         // As good as the same.
-        (linked(&Arc::new(Pair::clone(&pair)), Direction::Forward), false),
-        (linked(&pair, Direction::Reverse), true),
-        (linked(&other, Direction::Forward), true),
+        (linked(&Arc::new(Pair::clone(&pair)), Direction::Forward), None),
+        (linked(&pair, Direction::Reverse), Some("this pair and the direction Reverse")),
+        (linked(&other, Direction::Forward), Some("another pair and the direction Forward")),
     ] {
-        let wanted = if is_refused { refused(Direction::Forward) } else { None };
-        assert_eq!(builder(&pair).region(region.clone()).build().err(), wanted);
+        let refused = |what: &str| {
+            wanted.map(|wanted| {
+                format!("the {what} was made for {wanted}, wanted this pair and Forward")
+            })
+        };
+        let text = |result: Result<Graft, GraftError>| result.err().map(|error| error.to_string());
+        assert_eq!(text(builder(&pair).region(region.clone()).build()), refused("region"));
         let blend = Arc::new(Blend::new(&region, BlendOptions::default()).unwrap());
-        assert_eq!(builder(&pair).shared_blend(blend).build().err(), wanted);
+        assert_eq!(text(builder(&pair).shared_blend(blend).build()), refused("blend"));
+        let is_refused = |result| matches!(result, Err(RegionError::Ground));
+        assert_eq!(is_refused(here.within(&region)), wanted.is_some());
+        assert_eq!(is_refused(region.and(&here)), wanted.is_some());
+        assert_eq!(is_refused(region.without(&here)), wanted.is_some());
     }
-    let region = linked(&pair, Direction::Forward);
-    let reverse = builder(&pair).direction(Direction::Reverse).region(region).build();
-    assert_eq!(reverse.err(), refused(Direction::Reverse));
+}
+
+#[test]
+fn tones_of_something_else() {
+    let (texture, base) = (synthetic::detailed(FROM, 1), synthetic::detailed(TO, 2));
+    let half = (0..64 * 64).map(|k| if k % 64 < 32 { 255 } else { 0 });
+    let half = Texels::U8(half.collect());
+    let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
+    let blended = |pair: &Arc<Pair>| {
+        let ground = Ground::new(Arc::clone(pair), Direction::Forward);
+        let region = ground.painted(Side::Target, &half).unwrap();
+        let blend = BlendOptions::default().membrane();
+        builder(pair).region(region).blend(blend).build().unwrap()
+    };
+    let [here, there] = [synthetic::pair(), synthetic::turned_charts()].map(|pair| blended(&pair));
+    let tone = |graft: &Graft| graft.toning(&texture, &base, base.format()).unwrap().unwrap();
+    let overlay = here.overlay(&texture, base.format()).unwrap();
+    assert!(overlay.clone().toned(&tone(&here)).is_ok());
+    assert_eq!(overlay.toned(&tone(&there)).map(drop), Err(ToningError::Ground));
+}
+
+#[test]
+fn region_of_pieces_that_fill_no_triangle() {
+    let pair = synthetic::pair();
+    let shrunk = |share: f64| {
+        let middle = (1.0 - share) / 3.0;
+        let corners = [0, 1, 2].map(|k| [0, 1, 2].map(|i| middle + f64::from(i == k) * share));
+        let pieces = pair.pieces().map(|piece| match piece.extent {
+            Extent::Whole(to) => {
+                let read = corners.map(|weights| {
+                    let mut read = [0.0; 3];
+                    (0..3).for_each(|k| read[usize::from(to[k])] = weights[k]);
+                    read
+                });
+                Piece::part((piece.target, corners), (piece.source, read))
+            }
+            Extent::Part { .. } => piece,
+        });
+        Arc::new(Pair::from_pieces(pair.source().clone(), pair.target().clone(), pieces).unwrap())
+    };
+    let blended = |share| builder(&shrunk(share)).blend(BlendOptions::default()).build();
+    let whole = builder(&pair).blend(BlendOptions::default()).build().unwrap().mask();
+    let white = |mask: &Texture| match mask.texels() {
+        Texels::U8(values) => values.iter().filter(|&&value| value == 255).count(),
+        _ => unreachable!("masks have 8 bits"),
+    };
+    // Slivers are left out of surfaces that are cut, and what is there is carried.
+    let most = blended(0.999).unwrap().mask();
+    assert!(white(&most) * 100 >= white(&whole) * 98 && white(&most) <= white(&whole));
+    assert!(builder(&shrunk(0.9)).build().is_ok());
+    let error = blended(0.9).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "the region is empty: it is made of whole triangles, and pieces fill only parts of them"
+    );
 }
 
 #[test]
@@ -97,7 +160,7 @@ fn regions_without_anything() {
     let half = Texels::U8(half.collect());
     let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
     let half = ground.painted(Side::Target, &half).unwrap();
-    for region in [linked.without(&linked), half.grown(Growth::Length(-1e6))] {
+    for region in [linked.without(&linked).unwrap(), half.grown(Growth::Length(-1e6))] {
         let error = builder(&pair).region(region).build().unwrap_err();
         assert!(matches!(error, GraftError::Region(RegionError::Empty(_))), "{error}");
     }

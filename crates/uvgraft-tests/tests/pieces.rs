@@ -323,7 +323,7 @@ fn cuts_do_not_show_in_blends_and_at_seams() {
                 let toning = graft.toning(&source, &base, base.format());
                 let overlay = graft.overlay(source, base.format()).unwrap();
                 let overlay = match toning.as_ref().ok().and_then(Option::as_ref) {
-                    Some(toning) => overlay.toned(toning),
+                    Some(toning) => overlay.toned(toning).unwrap(),
                     None => overlay,
                 };
                 let result = overlay.lay(0, base).unwrap();

@@ -68,7 +68,7 @@ fn a_static_graft_is_applied_by_four_threads() {
 fn an_overlay_is_laid_over_bands_by_four_threads() {
     let (texture, base) = (synthetic::detailed(FROM, 1), synthetic::detailed(TO, 2));
     let toning = GRAFT.toning(&texture, &base, base.format()).unwrap().unwrap();
-    let sampled = GRAFT.overlay(&texture, base.format()).unwrap().toned(&toning);
+    let sampled = GRAFT.overlay(&texture, base.format()).unwrap().toned(&toning).unwrap();
     let plain = builder(FROM).build().unwrap();
     let options = FitOptions::default().max_steps(3);
     let solved = plain.fit(&texture, base.format(), &options, &mut |_| {}).unwrap().overlay;
@@ -125,7 +125,7 @@ fn another_texture_size_gives_what_a_new_graft_gives() {
     ];
     let base = synthetic::detailed(TO, 4);
     for make in builders {
-        let resized = make(FROM).build().unwrap().with_texture_size(other);
+        let resized = make(FROM).build().unwrap().with_texture_size(other).unwrap();
         let fresh = make(other).build().unwrap();
         assert_eq!(resized.sizes(), fresh.sizes());
         assert_eq!(resized.texture_rows(), fresh.texture_rows());
@@ -145,7 +145,7 @@ fn another_texture_size_gives_what_a_new_graft_gives() {
     };
     let before = fitted(&graft, FROM);
     assert!(
-        fitted(&graft.with_texture_size(other), other)
+        fitted(&graft.with_texture_size(other).unwrap(), other)
             == fitted(&builder(other).build().unwrap(), other)
     );
     assert!(fitted(&graft, FROM) == before);
@@ -155,5 +155,7 @@ fn another_texture_size_gives_what_a_new_graft_gives() {
         let builder = Graft::builder(Arc::clone(&CHARTS), Sizes { from, to: TO });
         builder.content(Content::Normals(NormalOptions::default())).build().unwrap()
     };
-    assert!(turned(of_normals(FROM).with_texture_size(other)) == turned(of_normals(other)));
+    assert!(
+        turned(of_normals(FROM).with_texture_size(other).unwrap()) == turned(of_normals(other))
+    );
 }

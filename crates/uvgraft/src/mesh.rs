@@ -70,6 +70,16 @@ pub enum MeshError {
         /// What was found.
         value: f32,
     },
+    /// As many of one thing as of another are needed.
+    #[error("mesh has {found} {what}, wanted {wanted}")]
+    Count {
+        /// What they are.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        wanted: usize,
+    },
     /// More elements than 32-bit indices can name.
     #[error("mesh has {count} {what}, more than {max}")]
     TooLarge {
@@ -104,10 +114,7 @@ impl Mesh {
     ///
     /// # Errors
     /// [`MeshError`] for no polygon, a polygon of fewer than three corners, an index out of range,
-    /// a coordinate that is not finite, or more than 2²⁸ of anything.
-    ///
-    /// # Panics
-    /// If `sizes` do not add up to `corners.len()`.
+    /// a coordinate that is not finite, more than 2²⁸ of anything, or `sizes` that do not add up to `corners.len()`.
     pub fn from_polygons(
         positions: Vec<[f32; 3]>,
         uv: Vec<[f32; 2]>,
@@ -127,6 +134,11 @@ impl Mesh {
         }
         if sizes.is_empty() {
             return Err(MeshError::NoFaces);
+        }
+        let wanted = sizes.iter().map(|&size| u64::from(size)).sum::<u64>();
+        if wanted != corners.len() as u64 {
+            let wanted = usize::try_from(wanted).unwrap_or(usize::MAX);
+            return Err(MeshError::Count { what: "corners", found: corners.len(), wanted });
         }
         let mut faces = Vec::with_capacity(corners.len());
         let mut uv_faces = Vec::with_capacity(corners.len());
@@ -148,7 +160,6 @@ impl Mesh {
                 uv_faces.push([ring[0].uv, pair[0].uv, pair[1].uv]);
             }
         }
-        assert!(rest.is_empty(), "polygon sizes must add up to the number of corners");
         polygon_starts.push(faces.len() as u32);
         Ok(Self { positions, uv, faces, uv_faces, polygon_starts, parts: Vec::new() })
     }
@@ -156,17 +167,17 @@ impl Mesh {
     /// Checks a mesh of triangles; see [`Mesh::from_polygons`].
     ///
     /// # Errors
-    /// As [`Mesh::from_polygons`].
-    ///
-    /// # Panics
-    /// If `faces` and `uv_faces` differ in length.
+    /// As [`Mesh::from_polygons`]; [`MeshError::Count`] if `faces` and `uv_faces` differ in length.
     pub fn from_triangles(
         positions: Vec<[f32; 3]>,
         uv: Vec<[f32; 2]>,
         faces: &[[u32; 3]],
         uv_faces: &[[u32; 3]],
     ) -> Result<Self, MeshError> {
-        assert_eq!(faces.len(), uv_faces.len(), "as many UV faces as faces");
+        if uv_faces.len() != faces.len() {
+            let (found, wanted) = (uv_faces.len(), faces.len());
+            return Err(MeshError::Count { what: "UV faces", found, wanted });
+        }
         let corners: Vec<Corner> = faces
             .iter()
             .flatten()
@@ -186,12 +197,12 @@ impl Mesh {
     /// The same faces and layout in another shape.
     ///
     /// # Errors
-    /// [`MeshError::NotFinite`].
-    ///
-    /// # Panics
-    /// If there are not as many positions as the mesh has.
+    /// [`MeshError::NotFinite`]; [`MeshError::Count`] if there are not as many positions as the mesh has.
     pub fn with_positions(self, positions: Vec<[f32; 3]>) -> Result<Self, MeshError> {
-        assert_eq!(positions.len(), self.positions.len(), "a position for each vertex");
+        if positions.len() != self.positions.len() {
+            let (found, wanted) = (positions.len(), self.positions.len());
+            return Err(MeshError::Count { what: "positions", found, wanted });
+        }
         check_finite("vertex", &positions)?;
         Ok(Self { positions, ..self })
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::blend::{BlendMap, Gains, Toning};
+use crate::blend::{BlendMap, Gains, Toning, ToningError};
 #[cfg(doc)]
 use crate::color::Encoding;
 use crate::formats::Formats;
@@ -86,13 +86,15 @@ impl Overlay {
 
     /// The same in the tone that was found for it by [`Graft::toning`]; without a blend as it is.
     ///
+    /// # Errors
+    /// [`ToningError::Ground`] if it was found for another pair or direction.
+    ///
     /// [`Graft::toning`]: crate::Graft::toning
-    #[must_use]
-    pub fn toned(mut self, toning: &Toning) -> Self {
+    pub fn toned(mut self, toning: &Toning) -> Result<Self, ToningError> {
         if let Some((blend, gains)) = &mut self.blend {
-            *gains = blend.gains(self.resampler.map(), toning);
+            *gains = blend.gains(self.resampler.map(), toning)?;
         }
-        self
+        Ok(self)
     }
 
     /// What results are stored as: all channels of the source and the base, the greater depth of

@@ -484,12 +484,23 @@ impl FacePieces {
         self.part(piece).map_or(1.0, |part| determinant(&part.to).abs())
     }
 
-    /// Whether all of a face is filled, but for rounding.
+    /// Whether all of a face is filled, but for a hundredth of its area: whoever cuts surfaces into parts leaves
+    /// slivers out.
     pub fn is_filled(&self, face: usize) -> bool {
-        const ROUNDING: f64 = 1e-6;
-        let pieces = self.of_face(face);
-        !pieces.is_empty()
-            && pieces.iter().map(|&piece| self.share(piece)).sum::<f64>() >= 1.0 - ROUNDING
+        const SLIVERS: f64 = 0.01;
+        let mut parts = Vec::new();
+        for &piece in self.of_face(face) {
+            let Some(part) = self.part(piece) else { return true };
+            parts.push(part);
+        }
+        if parts.is_empty() {
+            return false;
+        }
+        let mut left = vec![CORNERS.to_vec()];
+        for part in parts {
+            left = left.into_iter().flat_map(|polygon| outside(polygon, &part.to)).collect();
+        }
+        left.iter().map(|polygon| share_of_face(polygon)).sum::<f64>() <= SLIVERS
     }
 
     /// The piece that a point of a face belongs to, by its weights.
@@ -499,6 +510,45 @@ impl FacePieces {
             .copied()
             .find(|&piece| self.part(piece).is_none_or(|part| part.contains(weights)))
     }
+}
+
+/// The corners of a face.
+const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// What of a convex polygon in a face lies outside a triangle in it, in convex polygons.
+fn outside(polygon: Vec<Weights>, triangle: &[Weights; 3]) -> Vec<Vec<Weights>> {
+    let [a, b, c] = *triangle;
+    let turn = determinant(triangle).signum();
+    let (mut outside, mut inside) = (Vec::new(), polygon);
+    for [from, to] in [[a, b], [b, c], [c, a]] {
+        let height = |at: &Weights| turn * determinant(&[from, to, *at]);
+        outside.push(clipped(&inside, |at| -height(at)));
+        inside = clipped(&inside, height);
+    }
+    outside.retain(|polygon| polygon.len() > 2);
+    outside
+}
+
+/// What of a convex polygon lies where a linear function is not negative.
+fn clipped(polygon: &[Weights], height: impl Fn(&Weights) -> f64) -> Vec<Weights> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+        let (above, next) = (height(a), height(b));
+        if above >= 0.0 {
+            kept.push(*a);
+        }
+        if above * next < 0.0 {
+            let way = above / (above - next);
+            kept.push([0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * way));
+        }
+    }
+    kept
+}
+
+/// Which share of a face's area a convex polygon in it has.
+fn share_of_face(polygon: &[Weights]) -> f64 {
+    let rest = polygon.get(1..).unwrap_or_default();
+    rest.windows(2).map(|pair| determinant(&[polygon[0], pair[0], pair[1]]).abs()).sum()
 }
 
 /// The corners for the way back.
@@ -515,7 +565,6 @@ mod tests {
     use super::*;
 
     const MIDDLE: Weights = [1.0 / 3.0; 3];
-    const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
     fn pieces(all: &[Piece]) -> Pieces {
         let mut pieces = Pieces::default();
@@ -570,6 +619,33 @@ mod tests {
         let at = |weights| found.at(0, weights).map(|piece| found.share(piece));
         assert_eq!(at([0.5, 0.4, 0.1]), Some(found.share(found.all()[0])));
         assert_eq!(at([0.1, 0.2, 0.7]), Some(found.share(found.all()[1])));
+    }
+
+    #[test]
+    fn a_face_is_filled_where_its_pieces_leave_slivers() {
+        let filled = |parts: &[[Weights; 3]]| {
+            let all: Vec<Piece> =
+                parts.iter().map(|&to| Piece::part((0, to), (0, CORNERS))).collect();
+            FacePieces::forward(1, &pieces(&all)).is_filled(0)
+        };
+        let [a, b, c] = CORNERS;
+        let on = |k: usize, share: f64| {
+            let (from, to) = (CORNERS[k], CORNERS[(k + 1) % 3]);
+            [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * share)
+        };
+        assert!(filled(&[CORNERS]));
+        assert!(filled(&[[a, c, b]]));
+        assert!(filled(&[[a, on(0, 0.995), c]]));
+        assert!(!filled(&[[a, on(0, 0.98), c]]));
+        // Overlapping ones count once: 0.6 and 0.5 leave four tenths.
+        assert!(!filled(&[[a, on(0, 0.6), c], [a, on(0, 0.5), c]]));
+        assert!(filled(&[[a, on(0, 0.6), c], [on(0, 0.3), b, c]]));
+        assert!(filled(&[[c, on(0, 0.6), a], [b, on(0, 0.3), c], [a, MIDDLE, b]]));
+        // Three of the four triangles between the middles of the edges.
+        let middles = [0, 1, 2].map(|k| on(k, 0.5));
+        let [ab, bc, ca] = middles;
+        assert!(!filled(&[[a, ab, ca], [b, bc, ab], [c, ca, bc]]));
+        assert!(filled(&[[a, ab, ca], [b, bc, ab], middles, [c, ca, bc]]));
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub(super) fn dress(
     let plain = graft.overlay(face, base.format())?.opaque();
     let dressed = match &toning {
         Some(toning) => {
-            let toned = plain.clone().toned(toning);
+            let toned = plain.clone().toned(toning)?;
             warn_of_tint(&plain, &toned, &base, path)?;
             toned.lay(0, base)?
         }

@@ -179,13 +179,20 @@ impl Blend {
     /// [`RegionError::Empty`] if that is nothing.
     pub fn new(selection: &Selection, options: BlendOptions) -> Result<Self, RegionError> {
         let ground = selection.ground().clone();
-        let selection = selection.within(&ground.linked());
+        let linked = ground.linked();
+        let selection = selection.within(&linked)?;
         // Far beyond any mesh, and so that 32 bits hold it.
         let feather = if options.feather > 0.0 { options.feather.min(1e30) } else { 0.0 };
         let options = BlendOptions { feather, ..options };
         let touched = ground.touched(&selection);
         if !touched.contains(&true) {
-            return Err(RegionError::Empty("no linked triangle is left in it"));
+            let cuts_only =
+                !ground.touched(&linked).contains(&true) && ground.pair().piece_count() > 0;
+            return Err(RegionError::Empty(if cuts_only {
+                "it is made of whole triangles, and pieces fill only parts of them"
+            } else {
+                "no linked triangle is left in it"
+            }));
         }
         // Farther points are as good as endless; a triangle's corners must be told apart up to there.
         let limit = options.feather + ground.longest_edge();
@@ -298,12 +305,18 @@ impl BlendMap {
     }
 
     /// A toning at the texels of its map.
-    pub fn gains(&self, map: &SamplingMap, toning: &Toning) -> Gains {
+    ///
+    /// # Errors
+    /// [`ToningError::Ground`] if it is another ground's.
+    pub fn gains(&self, map: &SamplingMap, toning: &Toning) -> Result<Gains, ToningError> {
+        if !self.blend.ground.is_like(&toning.ground) {
+            return Err(ToningError::Ground);
+        }
         let source = toning.source.as_ref().map(|recolor| self.recoloring(map, recolor));
         let base = toning.base.as_ref().and_then(|(recolor, model)| {
             Some((self.recoloring(self.layout.as_ref()?, recolor), *model))
         });
-        Gains(Some(Arc::new(ToneGains { source, base })))
+        Ok(Gains(Some(Arc::new(ToneGains { source, base }))))
     }
 
     fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> Recoloring {

@@ -32,6 +32,9 @@ pub enum RegionError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// What is to be combined belongs to different pairs or directions.
+    #[error("the selections were made for different pairs or directions")]
+    Ground,
     /// Nothing is left to be transferred.
     #[error("the region is empty: {0}")]
     Empty(&'static str),
@@ -86,6 +89,16 @@ impl Ground {
         Self(Arc::new(Parts { pair, direction, surface, pieces }))
     }
 
+    /// Whether selections that were made on one fit the other.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.is_of(other.pair(), other.direction())
+    }
+
+    /// Whether it is the ground for textures of a pair that are carried in a direction.
+    pub(crate) fn is_of(&self, pair: &Arc<Pair>, direction: Direction) -> bool {
+        direction == self.direction() && (Arc::ptr_eq(self.pair(), pair) || self.pair() == pair)
+    }
+
     /// The pair.
     pub fn pair(&self) -> &Arc<Pair> {
         &self.0.pair
@@ -120,7 +133,8 @@ impl Ground {
         Selection { ground: self.clone(), shape }
     }
 
-    /// Everything that is linked: the triangles that pieces fill.
+    /// Everything that is linked: the triangles that pieces fill, but for a hundredth of their area. Of others the
+    /// rim would be the outline of pieces, which no point of the mesh lies on.
     pub fn linked(&self) -> Selection {
         let faces = 0..self.pieces().faces();
         self.with_shape(Shape::Faces(faces.map(|face| self.pieces().is_filled(face)).collect()))
@@ -342,20 +356,26 @@ impl Selection {
     }
 
     /// What is in either.
-    #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
+    ///
+    /// # Errors
+    /// [`RegionError::Ground`] if they were made for different pairs or directions.
+    pub fn and(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a || b, f64::max)
     }
 
     /// What is in this and not in the other.
-    #[must_use]
-    pub fn without(&self, other: &Self) -> Self {
+    ///
+    /// # Errors
+    /// As [`Selection::and`].
+    pub fn without(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a && !b, |a, b| a.min(-b))
     }
 
     /// What is in both.
-    #[must_use]
-    pub fn within(&self, other: &Self) -> Self {
+    ///
+    /// # Errors
+    /// As [`Selection::and`].
+    pub fn within(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a && b, f64::min)
     }
 
@@ -370,16 +390,19 @@ impl Selection {
         other: &Self,
         of_faces: impl Fn(bool, bool) -> bool,
         of_levels: impl Fn(f64, f64) -> f64,
-    ) -> Self {
+    ) -> Result<Self, RegionError> {
         let ground = &self.ground;
+        if !ground.is_like(&other.ground) {
+            return Err(RegionError::Ground);
+        }
         if let (Shape::Faces(a), Shape::Faces(b)) = (&self.shape, &other.shape) {
             let faces = a.iter().zip(b).map(|(&a, &b)| of_faces(a, b));
-            return ground.with_shape(Shape::Faces(faces.collect()));
+            return Ok(ground.with_shape(Shape::Faces(faces.collect())));
         }
         let faces = ground.touched(self).into_iter().zip(ground.touched(other));
         let faces = faces.map(|(a, b)| of_faces(a, b)).collect();
         let (a, b) = (ground.level(self), ground.level(other));
         let level = a.into_iter().zip(b).map(|(a, b)| of_levels(a, b)).collect();
-        ground.with_shape(Shape::Level(level, faces))
+        Ok(ground.with_shape(Shape::Level(level, faces)))
     }
 }

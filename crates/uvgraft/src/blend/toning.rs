@@ -18,6 +18,8 @@ use super::{Blend, Tone};
 /// What a blend does to the colours of one texture and its base.
 #[derive(Debug, Clone)]
 pub struct Toning {
+    /// Whose points the gains are of.
+    pub(super) ground: Ground,
     pub(super) source: Option<Recolor>,
     pub(super) base: Option<(Recolor, Option<SkinModel>)>,
 }
@@ -52,6 +54,9 @@ pub enum ToningError {
         /// Why.
         reason: SkinError,
     },
+    /// A tone that was found for another pair or direction.
+    #[error("the tone was found for another pair or direction")]
+    Ground,
     /// There is nothing to compare.
     #[error(transparent)]
     Match(#[from] ColorMatchError),
@@ -144,11 +149,12 @@ impl Blend {
             }
         };
         let recolor = Recolor { matrix, gains };
+        let ground = self.ground.clone();
         Ok(Some(match tone {
-            Tone::Base => Toning { source: Some(recolor), base: None },
+            Tone::Base => Toning { ground, source: Some(recolor), base: None },
             Tone::Source => {
                 let model = base_skin.map(|(model, _)| model);
-                Toning { source: None, base: Some((recolor, model)) }
+                Toning { ground, source: None, base: Some((recolor, model)) }
             }
         }))
     }

@@ -88,7 +88,8 @@ impl GraftBuilder {
         Self { content, ..self }
     }
 
-    /// Which part of the target's surface is carried: all that is linked, unless this says otherwise.
+    /// Which part of the target's surface is carried: all that is linked, unless this says otherwise. With a region
+    /// or a blend those are the triangles that pieces fill: [`Ground::linked`].
     pub fn region(self, region: Selection) -> Self {
         Self { region: Some(region), ..self }
     }
@@ -128,7 +129,7 @@ impl GraftBuilder {
                     region.unwrap_or_else(|| Ground::new(Arc::clone(&pair), direction).linked());
                 let options =
                     options.unwrap_or_else(|| BlendOptions::default().gutter_px(map.gutter_px));
-                check_ground(region.ground(), &pair, direction)?;
+                check_ground("region", region.ground(), &pair, direction)?;
                 let blend = Blend::new(&region, options)?;
                 Some(Arc::new(match self.skin {
                     Some(mask) => blend.with_skin(mask),
@@ -152,7 +153,7 @@ impl GraftBuilder {
         let blend = match blend {
             None => None,
             Some(blend) => {
-                check_ground(blend.ground(), &pair, direction)?;
+                check_ground("blend", blend.ground(), &pair, direction)?;
                 let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
                 Some(Blending { blend, at })
             }
@@ -173,7 +174,7 @@ impl GraftBuilder {
 }
 
 /// Refuses a size that no texture has.
-fn check_size(size: Size) -> Result<(), TextureError> {
+pub(super) fn check_size(size: Size) -> Result<(), TextureError> {
     if size.texels() == 0 {
         Err(TextureError::Empty(size))
     } else if size.width.max(size.height) > Texture::MAX_SIDE {
@@ -184,11 +185,19 @@ fn check_size(size: Size) -> Result<(), TextureError> {
 }
 
 /// Refuses a ground of another pair or direction.
-fn check_ground(ground: &Ground, pair: &Arc<Pair>, wanted: Direction) -> Result<(), GraftError> {
-    let is_pair = Arc::ptr_eq(ground.pair(), pair) || **ground.pair() == **pair;
-    if is_pair && ground.direction() == wanted {
+///
+/// - `what`: was made on it.
+fn check_ground(
+    what: &'static str,
+    ground: &Ground,
+    pair: &Arc<Pair>,
+    wanted: Direction,
+) -> Result<(), GraftError> {
+    let found = ground.direction();
+    if ground.is_of(pair, wanted) {
         Ok(())
     } else {
-        Err(GraftError::Ground { wanted })
+        let is_other_pair = !ground.is_of(pair, found);
+        Err(GraftError::Ground { what, is_other_pair, found, wanted })
     }
 }

@@ -40,13 +40,22 @@ pub enum GraftError {
     #[error(transparent)]
     Region(#[from] RegionError),
     /// The region or the blend is one of another pair or direction.
-    #[error("the region was selected for another pair, or not for the direction {wanted:?}")]
+    #[error(
+        "the {what} was made for {} and the direction {found:?}, wanted this pair and {wanted:?}",
+        which_pair(*is_other_pair)
+    )]
     Ground {
+        /// `"region"` or `"blend"`.
+        what: &'static str,
+        /// Whether it is of another pair.
+        is_other_pair: bool,
+        /// The direction that it is for.
+        found: Direction,
         /// The direction of the graft.
         wanted: Direction,
     },
     /// There is no tone to be found.
-    #[error("no tone was found: {0}")]
+    #[error("no tone was brought in: {0}")]
     Toning(#[from] ToningError),
     /// A fit that contradicts how the graft was made.
     #[error("cannot fit: {0}")]
@@ -54,4 +63,8 @@ pub enum GraftError {
     /// A size that no texture has, or no memory for one.
     #[error(transparent)]
     Texture(#[from] TextureError),
+}
+
+const fn which_pair(is_other: bool) -> &'static str {
+    if is_other { "another pair" } else { "this pair" }
 }

@@ -127,7 +127,7 @@ impl Graft {
         let toning = self.toning(&texture, &base, base_format)?;
         let overlay = self.overlay(texture, base_format)?;
         let overlay = match &toning {
-            Some(toning) => overlay.toned(toning),
+            Some(toning) => overlay.toned(toning)?,
             None => overlay,
         };
         Ok(overlay.lay(0, self.meant(base.into_owned()))?)
@@ -225,12 +225,16 @@ impl Graft {
     }
 
     /// The same for textures of another size; what does not depend on that is shared.
-    #[must_use]
-    pub fn with_texture_size(&self, from: Size) -> Self {
+    ///
+    /// # Errors
+    /// [`GraftError::Texture`] for a size that no texture has.
+    pub fn with_texture_size(&self, from: Size) -> Result<Self, GraftError> {
+        builder::check_size(from)?;
         let maps = (Arc::clone(self.resampler.map()), self.resampler.beneath().cloned());
         let resampler = Resampler::new(&self.way(), maps, from, self.filter());
         let sizes = Sizes { from, ..self.sizes };
-        Self { sizes, resampler: Arc::new(resampler), fit: OnceLock::new(), ..self.clone() }
+        let resampler = Arc::new(resampler);
+        Ok(Self { sizes, resampler, fit: OnceLock::new(), ..self.clone() })
     }
 
     /// The rows of a texture that results depend on; what the others hold does not matter. A fit and a blend that
