@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use uvgraft::{Depth, Size, Texels, Texture};
+use uvgraft::{Depth, Size, TexelsMut, Texture};
 
 use crate::failure::warn;
 
@@ -30,7 +30,7 @@ pub(crate) fn over_black(texture: Texture) -> Texture {
         return texture;
     }
     let mut texture = texture.converted(channels, Depth::F32);
-    if let Texels::F32(values) = texture.texels_mut() {
+    if let TexelsMut::F32(values) = texture.texels_mut() {
         for texel in values.chunks_exact_mut(channels.count()) {
             if let [colors @ .., alpha] = texel {
                 colors.iter_mut().for_each(|color| *color *= *alpha);

@@ -5,7 +5,7 @@
 use std::io::Cursor;
 
 use uvgraft::color::{Encoding, linear_from_srgb};
-use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
+use uvgraft::texture::{Channels, Depth, Size, Texels, TexelsMut, Texture};
 use uvgraft_io::image::{
     EncodeError, Format, Header, Image, Loss, WriteError, WriteOptions, decode, decode_header,
     encode, read, read_header, write,
@@ -54,7 +54,7 @@ fn lossless_formats_give_back_every_value_and_the_profile() {
                 let mut texture = random_texture(size, channels, depth, encoding);
                 if format == Format::Exr && channels.has_alpha() {
                     // Premultiplied in the file: exact where opacity is a power of two.
-                    let Texels::F32(values) = texture.texels_mut() else { unreachable!() };
+                    let TexelsMut::F32(values) = texture.texels_mut() else { unreachable!() };
                     for (index, texel) in values.chunks_exact_mut(channels.count()).enumerate() {
                         texel[channels.count() - 1] = [1.0, 0.5, 0.125][index % 3];
                     }

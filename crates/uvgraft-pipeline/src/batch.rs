@@ -9,7 +9,7 @@ use uvgraft_io::image;
 
 use crate::base::bytes_of;
 use crate::carrier::{Carrier, Outcome};
-use crate::failure::{Blame, Fault, Result};
+use crate::failure::{Blame, Failure, Fault, Result};
 use crate::manifest::Manifest;
 use crate::observer::{Event, Observer};
 use crate::plan::Job;
@@ -26,6 +26,9 @@ pub(crate) fn run(
     let mut report = Report::new(jobs, manifest, carrier.observer);
     if at_once <= 1 {
         for (index, job) in jobs.iter().enumerate() {
+            if report.is_cancelled() {
+                break;
+            }
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             report.begin(job);
             report.add(index, carrier.carry(job, true), made_from);
@@ -50,6 +53,9 @@ pub(crate) fn run(
             let mut place = lock(&next);
             let index = *place;
             let Some(job) = jobs.get(index) else { return Ok(()) };
+            if lock(&report).is_cancelled() {
+                return Ok(());
+            }
             *place += 1;
             // Whoever waits for memory keeps the others from taking it: large textures get their turn.
             let taken = memory.take(bytes_needed(job, carrier));
@@ -139,6 +145,8 @@ struct Report<'a> {
     waiting: BTreeMap<usize, Outcome>,
     told: usize,
     done: Transferred,
+    /// Whether textures were left because of that.
+    was_cancelled: bool,
 }
 
 impl<'a> Report<'a> {
@@ -149,7 +157,13 @@ impl<'a> Report<'a> {
     ) -> Self {
         observer.event(Event::BatchStarted { textures: jobs.len() });
         let (waiting, done) = (BTreeMap::new(), Transferred::default());
-        Self { jobs, manifest, observer, waiting, told: 0, done }
+        Self { jobs, manifest, observer, waiting, told: 0, done, was_cancelled: false }
+    }
+
+    /// Whether the textures that are left are not to be begun.
+    fn is_cancelled(&mut self) -> bool {
+        self.was_cancelled |= self.observer.is_cancelled();
+        self.was_cancelled
     }
 
     fn begin(&self, job: &Job) {
@@ -187,10 +201,10 @@ impl<'a> Report<'a> {
         let (textures, written) = (self.jobs.len(), self.done.written);
         self.observer.event(Event::BatchEnded { textures, written });
         let mut failures = self.done.failures.iter();
-        match failures.find(|failure| failure.fault() == Fault::Cancelled) {
-            Some(cancelled) => Err(cancelled.clone()),
-            None => Ok(self.done),
+        if self.was_cancelled || failures.any(|failure| failure.fault() == Fault::Cancelled) {
+            return Err(Failure::cancelled());
         }
+        Ok(self.done)
     }
 }
 

@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
-use uvgraft::{Blend, FitSummary, Graft, Pair, Size, Sizes, TexelFormat, Texture, Toning};
+use uvgraft::{
+    Blend, FitSummary, Graft, GraftError, Pair, Size, Sizes, TexelFormat, Texture, Toning,
+};
 use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, Written,
 };
@@ -200,7 +202,13 @@ impl Carrier<'_> {
         let fitted = graft.fit(texture, base, options, &mut |progress| {
             self.observer.event(Event::FitProgress { source: path, progress });
         });
-        let fitted = fitted.or_work()?;
+        let fitted = match fitted {
+            Err(error @ GraftError::NotFinite { .. }) => {
+                let failure = Err(error).or_input();
+                return failure.map_err(|failure| failure.context(path.display()));
+            }
+            fitted => fitted.or_work()?,
+        };
         Ok((fitted.overlay, Some(fitted.summary)))
     }
 

@@ -27,10 +27,8 @@ pub enum Values {
 /// What a map of a material is called, and what its values are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Role {
-    /// Its name, such as `roughness`: outputs are named for it.
-    pub name: &'static str,
-    /// What its values are.
-    pub values: Values,
+    name: &'static str,
+    values: Values,
 }
 
 const ROLES: [(&str, Values); 27] = [
@@ -74,6 +72,16 @@ impl Role {
             let names: Vec<&str> = ROLES.iter().map(|(name, _)| *name).collect();
             Failure::input(format!("--map {name}: wanted one of {}", names.join(", ")))
         })
+    }
+
+    /// Its name, such as `roughness`: outputs are named for it.
+    pub const fn name(self) -> &'static str {
+        self.name
+    }
+
+    /// What its values are.
+    pub const fn values(self) -> Values {
+        self.values
     }
 }
 

@@ -53,6 +53,13 @@ impl Outputs {
     }
 }
 
+/// Refuses a folder that cannot be made.
+pub(crate) fn check_new_folder(folder: &Path) -> Result<()> {
+    can_write_into(folder_of(folder)).map_err(|failure| {
+        failure.context(format_args!("cannot make the folder {}", folder.display()))
+    })
+}
+
 fn can_write_into(folder: &Path) -> Result<()> {
     if !folder.exists() {
         return Err(Failure::input(format!("there is no folder {}", folder.display())));

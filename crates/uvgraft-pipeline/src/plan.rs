@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use uvgraft_io::image::Format;
 
 use crate::failure::{Blame, Failure, Result};
-use crate::material::{Role, Values};
+use crate::material::Values;
 use crate::onto::Onto;
 use crate::transfer::{Inputs, MaterialMap, Transfer};
 
@@ -61,24 +61,25 @@ impl Plan {
             )));
         }
         let mut batches: Vec<Batch> = Vec::with_capacity(maps.len());
-        for MaterialMap { role: Role { name, values }, source, onto } in maps {
+        for MaterialMap { role, source, onto } in maps {
             let extension = match &transfer.format {
                 Some(extension) => extension.clone(),
                 None => source.extension().unwrap_or_default().to_string_lossy().into_owned(),
             };
             if Format::from_extension(&extension).is_none() {
                 return Err(Failure::input(format!(
-                    "{}: its name says no format to write {name} in; say --format png, for instance",
-                    source.display()
+                    "{}: its name says no format to write {} in; say --format png, for instance",
+                    source.display(),
+                    role.name()
                 )));
             }
-            let output = folder.join(name).with_extension(extension);
+            let output = folder.join(role.name()).with_extension(extension);
             let mut others = batches.iter().flat_map(|batch| &batch.jobs);
             if others.any(|job| job.output.file_stem() == output.file_stem()) {
-                return Err(Failure::input(format!("--map {name}= is given twice")));
+                return Err(Failure::input(format!("--map {}= is given twice", role.name())));
             }
             let jobs = vec![Job { source: source.clone(), output }];
-            batches.push(Batch { values: *values, onto: onto.clone(), jobs });
+            batches.push(Batch { values: role.values(), onto: onto.clone(), jobs });
         }
         Ok(Self { batches, new_folder: is_new.then(|| folder.to_path_buf()) })
     }

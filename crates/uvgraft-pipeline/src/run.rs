@@ -19,9 +19,10 @@ use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::onto::Onto;
-use crate::outputs::Outputs;
+use crate::outputs::{self, Outputs};
 use crate::plan::{Batch, Plan, format_of};
 use crate::region::RegionPart;
+use crate::stream;
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
 
 impl Transfer {
@@ -42,12 +43,13 @@ impl Transfer {
         let manifests = manifests(&plan, &fingerprints)?;
         for (batch, manifest) in plan.batches.iter_mut().zip(&manifests) {
             if let Some(manifest) = manifest {
-                let is_done = |job: &_| manifest.is_up_to_date(job);
+                let is_done = |job: &_| !observer.is_cancelled() && manifest.is_up_to_date(job);
                 let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
                 let mut is_done = is_done.into_iter();
                 batch.jobs.retain(|_| !is_done.next().unwrap_or(false));
             }
         }
+        stream::check(observer)?;
         let left = plan.jobs().count();
         done.up_to_date = planned - left;
         let keeps = self.existing == Existing::KeepUpToDate;
@@ -65,6 +67,7 @@ impl Transfer {
         }
         let mut mask = self.mask.as_deref();
         for (batch, manifest) in plan.batches.iter().zip(&manifests) {
+            stream::check(observer)?;
             let base = self.base(batch)?;
             if let Some(folder) = plan.new_folder.take() {
                 std::fs::create_dir(&folder).or_input().map_err(|failure| {
@@ -100,6 +103,19 @@ impl Transfer {
 
     /// Refuses options that contradict each other.
     fn check(&self) -> Result<()> {
+        let is_nothing = match &self.inputs {
+            Inputs::Textures { sources, .. } => sources.is_empty(),
+            Inputs::Material(maps) => maps.is_empty(),
+        };
+        if is_nothing {
+            return Err(Failure::input("there is no texture to be carried"));
+        }
+        if let Some(format) = &self.format
+            && Format::from_extension(format).is_none()
+        {
+            let wanted = Format::extension_list();
+            return Err(Failure::input(format!("--format {format}: wanted one of {wanted}")));
+        }
         let values = match &self.inputs {
             Inputs::Textures { values, .. } => Some(*values),
             Inputs::Material(_) => None,
@@ -117,6 +133,11 @@ impl Transfer {
             }
             if values.is_none() {
                 return Err(Failure::input("--fit is for textures that are named without --map"));
+            }
+            if values == Some(Values::Normals) {
+                return Err(Failure::input(
+                    "--fit solves for values as they are, and normals turn",
+                ));
             }
         }
         if values.is_some_and(Values::is_data) {
@@ -139,8 +160,9 @@ impl Transfer {
     fn check_outputs(&self, plan: &Plan) -> Result<()> {
         let sources = plan.jobs().map(|job| &*job.source);
         let mut outputs = Outputs::new(self.shared_inputs(plan).into_iter().chain(sources));
-        if plan.new_folder.is_none() {
-            plan.jobs().try_for_each(|job| outputs.check(&job.output))?;
+        match &plan.new_folder {
+            None => plan.jobs().try_for_each(|job| outputs.check(&job.output))?,
+            Some(folder) => outputs::check_new_folder(folder)?,
         }
         if let Some(mask) = &self.mask {
             if format_of(mask)? == Format::Jpeg {

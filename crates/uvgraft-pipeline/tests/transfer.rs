@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texture};
+use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texels, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
@@ -156,6 +156,21 @@ fn what_is_cancelled_leaves_what_was_there() {
             assert_eq!(std::fs::read(&file).unwrap(), b"before", "{}", file.display());
         }
     }
+    // Cancelled before anything is begun: then nothing is, and no folder is made.
+    for existing in [Existing::Replace, Existing::KeepUpToDate] {
+        let mut transfer = desk.transfer(&names, "new");
+        transfer.existing = existing;
+        let log = Log::new(0);
+        assert_eq!(transfer.run(&log).unwrap_err().fault(), Fault::Cancelled);
+        assert_eq!(log.begun.into_inner(), 0);
+        assert!(!desk.path("new").exists());
+    }
+    // What is left is not begun any more.
+    let mut transfer = desk.transfer(&names, "some");
+    transfer.jobs = Some(1);
+    let log = Log::new(2);
+    assert_eq!(transfer.run(&log).unwrap_err().fault(), Fault::Cancelled);
+    assert_eq!(log.begun.into_inner(), 2);
     // One that was done before stays done, and is not done again.
     let mut transfer = desk.transfer(&names, "out");
     transfer.jobs = Some(1);
@@ -190,6 +205,30 @@ fn failures_say_whose_fault_they_are() {
         transfer.filter = Some(uvgraft::Filter::Nearest);
     });
     assert!(nearest.contains("nearest"), "{nearest}");
+    let turned = fails(&|transfer| {
+        transfer.fit = Some(FitOptions::default());
+        if let Inputs::Textures { values, .. } = &mut transfer.inputs {
+            *values = Values::Normals;
+        }
+    });
+    assert!(turned.contains("normals turn"), "{turned}");
+    let format = fails(&|transfer| transfer.format = Some("bmp".to_owned()));
+    assert!(format.contains("bmp: wanted one of .png"), "{format}");
+    let nothing = fails(&|transfer| transfer.inputs = Inputs::Material(Vec::new()));
+    assert!(nothing.contains("no texture"), "{nothing}");
+    let deeper = fails(&|transfer| transfer.output = desk.path("none/deeper/"));
+    assert!(deeper.contains("cannot make the folder") && deeper.contains("no folder"), "{deeper}");
+    // A file of a batch, which stops no other.
+    let size = Size::square(8);
+    let nan = Texture::new(size, Channels::Grey, Encoding::Linear, Texels::F32(vec![f32::NAN; 64]));
+    let written =
+        image::write(&Image::from(nan.unwrap()), &desk.path("nan.exr"), &WriteOptions::default());
+    assert!(written.unwrap().losses.is_empty());
+    let mut transfer = desk.transfer(&["nan.exr"], "out.png");
+    transfer.fit = Some(FitOptions::default());
+    let done = transfer.run(&()).unwrap();
+    assert_eq!(done.worst(), Some(Fault::Input));
+    assert!(done.failures[0].to_string().contains("nan.exr: texel (0, 0) of the texture"));
     assert!(Role::named("banana").unwrap_err().to_string().contains("wanted one of albedo"));
 }
 

@@ -140,7 +140,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
                     let toning = graft.toning(&source, &base, base.format()).ok().flatten();
                     let overlay = graft.overlay(source, base.format()).expect("its size");
                     match &toning {
-                        Some(toning) => overlay.toned(toning).unwrap().lay(0, base),
+                        Some(toning) => overlay.toned(toning).expect("found for it").lay(0, base),
                         None => overlay.lay(0, base),
                     }
                 },

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{
     Averaging, Channels, Content, Depth, Direction, Encoding, Filter, Graft, GraftBuilder,
-    MapOptions, Mesh, Pair, SamplingMap, Size, Sizes, Texels, Texture, baseline::grid,
+    MapOptions, Mesh, Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture, baseline::grid,
 };
 use uvgraft_tests::{real, synthetic};
 
@@ -318,9 +318,9 @@ fn full_opacity_changes_no_color() {
         let mut cut = opaque;
         let first = read.end as usize * 96 * 4;
         match cut.texels_mut() {
-            Texels::U8(values) => values[first..].fill(0),
-            Texels::U16(values) => values[first..].fill(0),
-            Texels::F32(values) => values[first..].fill(0.0),
+            TexelsMut::U8(values) => values[first..].fill(0),
+            TexelsMut::U16(values) => values[first..].fill(0),
+            TexelsMut::F32(values) => values[first..].fill(0.0),
         }
         assert!(result == carried(cut), "{filter} {depth:?}");
     }

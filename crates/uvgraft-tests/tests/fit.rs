@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, FitOptions, FitProgress, Graft, GraftError, Mesh,
-    Pair, Size, Sizes, Texels, Texture,
+    Pair, Size, Sizes, Texels, TexelsMut, Texture,
 };
 use uvgraft_tests::{real, synthetic};
 
@@ -207,7 +207,7 @@ fn no_steps_give_what_sampling_gives() {
         (Channels::Grey, Depth::F32),
     ] {
         let mut texture = synthetic::detailed(SOURCE, 3).converted(channels, depth);
-        if let (Texels::U8(values), Channels::Rgba) = (texture.texels_mut(), channels) {
+        if let (TexelsMut::U8(values), Channels::Rgba) = (texture.texels_mut(), channels) {
             values.iter_mut().skip(3).step_by(4).enumerate().for_each(|(k, a)| *a = (k / 9) as u8);
         }
         let base = base(channels, depth);
@@ -246,7 +246,7 @@ fn the_bytes_do_not_depend_on_threads() {
 fn opaque_and_clear_parts_stay_so() {
     let pair = synthetic::pair();
     let mut texture = synthetic::detailed(SOURCE, 3).converted(Channels::Rgba, Depth::U8);
-    let Texels::U8(values) = texture.texels_mut() else { panic!("8 bits") };
+    let TexelsMut::U8(values) = texture.texels_mut() else { panic!("8 bits") };
     // Opaque on the left, clear on the right, where colours are garbage.
     for (k, texel) in values.chunks_exact_mut(4).enumerate() {
         if k % SOURCE.width as usize > 256 {

@@ -98,17 +98,21 @@ fn regions_of_something_else() {
 
 #[test]
 fn tones_of_something_else() {
-    let (texture, base) = (synthetic::detailed(FROM, 1), synthetic::detailed(TO, 2));
-    let half = (0..64 * 64).map(|k| if k % 64 < 32 { 255 } else { 0 });
+    let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));
+    let half = (0..64 * 64).map(|k| if k % 64 + k / 64 < 64 { 255 } else { 0 });
     let half = Texels::U8(half.collect());
     let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
-    let blended = |pair: &Arc<Pair>| {
-        let ground = Ground::new(Arc::clone(pair), Direction::Forward);
+    let charts = synthetic::turned_charts();
+    // The same meshes, less of them linked.
+    let (source, target) = (charts.source().clone(), charts.target().clone());
+    let fewer = charts.pieces().take(charts.piece_count() - 1);
+    let other = Arc::new(Pair::from_pieces(source, target, fewer).unwrap());
+    let [here, there] = [charts, other].map(|pair| {
+        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
         let region = ground.painted(Side::Target, &half).unwrap();
-        let blend = BlendOptions::default().membrane();
-        builder(pair).region(region).blend(blend).build().unwrap()
-    };
-    let [here, there] = [synthetic::pair(), synthetic::turned_charts()].map(|pair| blended(&pair));
+        let blend = BlendOptions::default().feather(0.1).membrane();
+        builder(&pair).region(region).blend(blend).build().unwrap()
+    });
     let tone = |graft: &Graft| graft.toning(&texture, &base, base.format()).unwrap().unwrap();
     let overlay = here.overlay(&texture, base.format()).unwrap();
     assert!(overlay.clone().toned(&tone(&here)).is_ok());
@@ -203,6 +207,17 @@ fn fits_of_what_cannot_be_solved_for() {
         let error = fit(&builder.build().unwrap(), &texture).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");
         assert!(error.to_string().contains(reason), "{error}");
+    }
+    let graft = builder(&pair).build().unwrap();
+    let options = FitOptions::default();
+    for bad in [
+        options.least_gain(f64::NAN),
+        options.regularization(f32::NAN),
+        options.regularization(-1.0),
+        options.regularization(f32::INFINITY),
+    ] {
+        let error = graft.fit(&texture, texture.format(), &bad, &mut |_| {}).map(drop).unwrap_err();
+        assert!(matches!(error, GraftError::Fit(_)), "{error}");
     }
     // Where nothing overlaps there is one island to solve for everywhere.
     let alone = builder(&synthetic::turned_charts()).overlap(Overlap::Average).build().unwrap();

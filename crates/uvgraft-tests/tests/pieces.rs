@@ -10,7 +10,7 @@ use uvgraft::seams::{SeamOptions, measure};
 use uvgraft::{
     BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter, FitOptions, Graft,
     GraftBuilder, Ground, Mesh, NormalOptions, Overlap, Pair, PairReport, Piece, Prefer, Size,
-    Sizes, Texels, Texture, Tone, Weights,
+    Sizes, Texels, TexelsMut, Texture, Tone, Weights,
 };
 use uvgraft_tests::{real, synthetic};
 
@@ -91,7 +91,7 @@ fn builder(pair: &Arc<Pair>, direction: Direction, [from, to]: [Size; 2]) -> Gra
 fn picture(size: Size, seed: u64, channels: Channels, depth: Depth) -> Texture {
     let mut rng = fastrand::Rng::with_seed(seed);
     let mut texture = synthetic::detailed(size, seed).converted(channels, Depth::F32);
-    let Texels::F32(values) = texture.texels_mut() else { panic!("floats") };
+    let TexelsMut::F32(values) = texture.texels_mut() else { panic!("floats") };
     if channels.has_alpha() {
         for texel in values.chunks_exact_mut(channels.count()) {
             let opacity = [0.0, 1.0, 1.0, rng.f32()][rng.usize(..4)];

@@ -1,7 +1,7 @@
 //! Conversions between channels, depths and encodings of textures.
 
 use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
-use crate::texture::{Channels, Depth, Texels, Texture, Value};
+use crate::texture::{Channels, Depth, Texels, TexelsMut, Texture, Value};
 use crate::threads::for_each_chunk;
 
 /// Values that one piece of work converts.
@@ -44,7 +44,7 @@ impl Texture {
         };
         let channels = self.channels();
         let mut texture = self.converted(channels, Depth::F32).with_encoding(encoding);
-        if let Texels::F32(values) = texture.texels_mut() {
+        if let TexelsMut::F32(values) = texture.texels_mut() {
             let count = channels.count();
             let colors = count - usize::from(channels.has_alpha());
             for_each_chunk(values, CHUNK / count * count, |_, values| {

@@ -4,7 +4,7 @@
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::formats::Averaging;
-use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError, Value};
+use crate::texture::{Channels, Depth, Size, Texels, TexelsMut, Texture, TextureError, Value};
 use crate::threads::for_each_chunk;
 
 /// Texels that one piece of work mixes.
@@ -114,9 +114,9 @@ pub fn with_confidence(source: Texture, mask: &Texture) -> Result<Texture, FillE
     let depth = source.depth();
     let mut texture = source.converted(channels, depth);
     match texture.texels_mut() {
-        Texels::U8(values) => multiply(values, channels.count(), &mask),
-        Texels::U16(values) => multiply(values, channels.count(), &mask),
-        Texels::F32(values) => multiply(values, channels.count(), &mask),
+        TexelsMut::U8(values) => multiply(values, channels.count(), &mask),
+        TexelsMut::U16(values) => multiply(values, channels.count(), &mask),
+        TexelsMut::F32(values) => multiply(values, channels.count(), &mask),
     }
     Ok(texture)
 }
@@ -144,7 +144,7 @@ fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<f32>, FillError> {
 
 /// Replaces each value of a float texture.
 fn change(texture: &mut Texture, by: impl Fn(f32) -> f32 + Send + Sync) {
-    if let Texels::F32(values) = texture.texels_mut() {
+    if let TexelsMut::F32(values) = texture.texels_mut() {
         for_each_chunk(values, CHUNK, |_, values| {
             values.iter_mut().for_each(|value| *value = by(*value));
         });

@@ -72,5 +72,5 @@ pub use report::PairReport;
 pub use resampler::Overlap;
 pub use tangents::{TangentFrame, TangentFrames};
 pub use texture::{
-    Channels, Depth, Size, Sizes, TexelFormat, Texels, Texture, TextureError, Value,
+    Channels, Depth, Size, Sizes, TexelFormat, Texels, TexelsMut, Texture, TextureError, Value,
 };

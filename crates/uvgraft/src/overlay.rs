@@ -10,7 +10,7 @@ use crate::map::SamplingMap;
 use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::store;
 use crate::resampler::{Resampler, Source, TexelShape};
-use crate::texture::{Size, TexelFormat, Texels, Texture, Value};
+use crate::texture::{Size, TexelFormat, Texels, TexelsMut, Texture, Value};
 use crate::threads::for_each_chunk;
 
 /// A texture that is ready to be laid over a base, from [`Graft::overlay`] or [`Graft::fit`].
@@ -112,7 +112,8 @@ impl Overlay {
     ///
     /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
     /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
-    /// unchanged; but where light is averaged a float base goes to light and back, within rounding.
+    /// unchanged; but where light is averaged a float base goes to light and back, within rounding. A band is
+    /// taken for one of the format that was announced: one of other channels or depth is converted to it.
     ///
     /// # Errors
     /// [`BandError`] if the band is no part of the target.
@@ -128,25 +129,25 @@ impl Overlay {
             (Layer::Sampled(source), target) => {
                 let is_opaque = source.is_opaque;
                 match (source.texture.texels(), target) {
-                    (Texels::U8(source), Texels::U8(target)) => {
+                    (Texels::U8(source), TexelsMut::U8(target)) => {
                         self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
                     }
-                    (Texels::U16(source), Texels::U16(target)) => {
+                    (Texels::U16(source), TexelsMut::U16(target)) => {
                         self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
                     }
-                    (Texels::F32(source), Texels::F32(target)) => {
+                    (Texels::F32(source), TexelsMut::F32(target)) => {
                         self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
                     }
                     _ => unreachable!("both were converted to one depth"),
                 }
             }
-            (Layer::Solved(layer), Texels::U8(target)) => {
+            (Layer::Solved(layer), TexelsMut::U8(target)) => {
                 self.lay_values(first_row, target, Values::Solved(layer));
             }
-            (Layer::Solved(layer), Texels::U16(target)) => {
+            (Layer::Solved(layer), TexelsMut::U16(target)) => {
                 self.lay_values(first_row, target, Values::Solved(layer));
             }
-            (Layer::Solved(layer), Texels::F32(target)) => {
+            (Layer::Solved(layer), TexelsMut::F32(target)) => {
                 self.lay_values(first_row, target, Values::Solved(layer));
             }
         }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::bits;
 use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
-use crate::texture::{Size, Texels, Texture};
+use crate::texture::{Size, TexelsMut, Texture};
 use crate::threads::map_indices_with;
 
 /// Which texels outside the islands take whose value, for one layout and size.
@@ -63,9 +63,9 @@ impl Padding {
         assert_eq!(texture.size(), self.size, "padding is for one size");
         let channels = texture.channels().count();
         match texture.texels_mut() {
-            Texels::U8(values) => self.copy_channels(channels, values),
-            Texels::U16(values) => self.copy_channels(channels, values),
-            Texels::F32(values) => self.copy_channels(channels, values),
+            TexelsMut::U8(values) => self.copy_channels(channels, values),
+            TexelsMut::U16(values) => self.copy_channels(channels, values),
+            TexelsMut::F32(values) => self.copy_channels(channels, values),
         }
     }
 
@@ -292,6 +292,7 @@ mod tests {
     use crate::map::{Coverage, Layout, Precedence, Prefer};
     use crate::mesh::Mesh;
     use crate::texture::Channels;
+    use crate::texture::Texels;
 
     #[test]
     fn takes_the_nearest_texel_within_the_radius() {

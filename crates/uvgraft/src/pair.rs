@@ -48,6 +48,14 @@ pub enum PairError {
         #[source]
         reason: PieceError,
     },
+    /// Nothing corresponds.
+    #[error(
+        "no piece is left: {given} were given, and none lies in the unit square of both layouts"
+    )]
+    Empty {
+        /// How many pieces were given.
+        given: usize,
+    },
     /// A piece is there twice.
     #[error("a piece of target face {target_face} and source face {source_face} is there twice")]
     Repeated {
@@ -107,7 +115,7 @@ impl Pair {
     /// more than a thousandth, are left out: [`Mesh::is_outside`].
     ///
     /// # Errors
-    /// [`PairError`] if a piece does not fit the meshes, or is there twice.
+    /// [`PairError`] if a piece does not fit the meshes, or is there twice, or if none is left.
     pub fn from_pieces(
         source: Mesh,
         target: Mesh,
@@ -192,7 +200,9 @@ fn checked(
     let mut checked = Pieces::with_capacity(pieces.size_hint().0);
     let mut last = 0;
     let mut is_sorted = true;
+    let mut given = 0;
     for (index, piece) in pieces.enumerate() {
+        given = index + 1;
         piece
             .check(target.faces().len(), source.faces().len())
             .map_err(|reason| PairError::Piece { piece: index, reason })?;
@@ -201,6 +211,9 @@ fn checked(
         if reaches(&piece) {
             checked.push(piece);
         }
+    }
+    if checked.len() == 0 {
+        return Err(PairError::Empty { given });
     }
     if !is_sorted {
         checked = checked.sorted();
@@ -262,7 +275,10 @@ mod tests {
         // Rounding is not outside.
         assert!(Pair::by_vertex_map(triangle_at(0.0005), triangle(), &ids).is_ok());
         let whole = Piece::whole(0, 0, [0, 1, 2]);
-        let pair = Pair::from_pieces(triangle_at(2.0), triangle(), [whole]).unwrap();
-        assert_eq!(pair.piece_count(), 0);
+        let given = |pieces: &[Piece]| {
+            Pair::from_pieces(triangle_at(2.0), triangle(), pieces.iter().copied())
+        };
+        assert_eq!(given(&[whole]), Err(PairError::Empty { given: 1 }));
+        assert_eq!(given(&[]), Err(PairError::Empty { given: 0 }));
     }
 }

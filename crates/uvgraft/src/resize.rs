@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::pair::{Direction, Pair};
 use crate::piece::Piece;
 use crate::resampler::{Overlap, Resampler, TexelShape, Way};
-use crate::texture::{Size, Texels, Texture, TextureError, Value};
+use crate::texture::{Size, Texels, TexelsMut, Texture, TextureError, Value};
 
 impl Texture {
     /// The same picture with another number of texels, filtered like a transfer.
@@ -47,9 +47,9 @@ impl Texture {
         }
         let mut result = formats.working(base);
         match (source.texture.texels(), result.texels_mut()) {
-            (Texels::U8(source), Texels::U8(rows)) => fill(&resampler, shape, source, rows),
-            (Texels::U16(source), Texels::U16(rows)) => fill(&resampler, shape, source, rows),
-            (Texels::F32(source), Texels::F32(rows)) => fill(&resampler, shape, source, rows),
+            (Texels::U8(source), TexelsMut::U8(rows)) => fill(&resampler, shape, source, rows),
+            (Texels::U16(source), TexelsMut::U16(rows)) => fill(&resampler, shape, source, rows),
+            (Texels::F32(source), TexelsMut::F32(rows)) => fill(&resampler, shape, source, rows),
             _ => unreachable!("both were converted to one depth"),
         }
         Ok(formats.restore(result))

@@ -127,6 +127,17 @@ pub enum Texels {
     F32(Vec<f32>),
 }
 
+/// The values of a texture, as many as they are; from [`Texture::texels_mut`].
+#[derive(Debug, PartialEq)]
+pub enum TexelsMut<'t> {
+    /// 8 bits a value.
+    U8(&'t mut [u8]),
+    /// 16 bits a value.
+    U16(&'t mut [u16]),
+    /// 32-bit float values.
+    F32(&'t mut [f32]),
+}
+
 impl Texels {
     /// How many values there are.
     pub const fn len(&self) -> usize {
@@ -391,8 +402,12 @@ impl Texture {
     }
 
     /// The values, to be changed in place.
-    pub const fn texels_mut(&mut self) -> &mut Texels {
-        &mut self.texels
+    pub fn texels_mut(&mut self) -> TexelsMut<'_> {
+        match &mut self.texels {
+            Texels::U8(values) => TexelsMut::U8(values),
+            Texels::U16(values) => TexelsMut::U16(values),
+            Texels::F32(values) => TexelsMut::F32(values),
+        }
     }
 
     /// The values by themselves.

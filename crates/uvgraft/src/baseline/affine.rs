@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use super::median::median;
 use crate::pair::{Direction, Oriented, Pair};
 use crate::piece::wide;
-use crate::texture::{Channels, Depth, Size, Sizes, Texels, Texture};
+use crate::texture::{Channels, Depth, Size, Sizes, Texels, TexelsMut, Texture};
 use crate::threads::for_each_chunk;
 
 /// Side of the median's window, in texels.
@@ -69,7 +69,8 @@ impl Affine {
         let (source, mut base) = self.rgb(source, base);
         let width = self.target_size.width as usize;
         let mut drawn = vec![false; self.target_size.texels()];
-        let (Texels::U8(source), Texels::U8(values)) = (source.texels(), base.texels_mut()) else {
+        let (Texels::U8(source), TexelsMut::U8(values)) = (source.texels(), base.texels_mut())
+        else {
             unreachable!("converted to 8 bits")
         };
         for triangle in &self.triangles {
@@ -105,7 +106,8 @@ impl Affine {
         let (source, mut base) = self.rgb(source, base);
         let triangle = &self.triangles[triangle];
         let width = self.target_size.width as usize;
-        let (Texels::U8(source), Texels::U8(values)) = (source.texels(), base.texels_mut()) else {
+        let (Texels::U8(source), TexelsMut::U8(values)) = (source.texels(), base.texels_mut())
+        else {
             unreachable!("converted to 8 bits")
         };
         let mut warped = vec![0; values.len()];

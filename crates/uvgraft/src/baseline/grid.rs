@@ -5,7 +5,7 @@
 //! texel. Theirs keeps a grid of positions and faces for each texel; that is the same picture.
 
 use crate::map::SamplingMap;
-use crate::texture::{Channels, Depth, Texels, Texture};
+use crate::texture::{Channels, Depth, Texels, TexelsMut, Texture};
 use crate::threads::for_each_chunk;
 
 /// Carries a texture through a map the reference's way, as 8-bit RGB. A map for this has no gutter;
@@ -18,7 +18,7 @@ pub fn transfer(map: &SamplingMap, source: &Texture, base: Texture) -> Texture {
     let source = source.clone().converted(Channels::Rgb, Depth::U8);
     let mut base = base.converted(Channels::Rgb, Depth::U8);
     let (size, width) = (source.size(), map.size().width as usize);
-    let (Texels::U8(source), Texels::U8(target)) = (source.texels(), base.texels_mut()) else {
+    let (Texels::U8(source), TexelsMut::U8(target)) = (source.texels(), base.texels_mut()) else {
         unreachable!("converted to 8 bits")
     };
     let last = [size.width, size.height].map(|count| f64::from(count - 1));

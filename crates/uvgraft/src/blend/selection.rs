@@ -70,7 +70,8 @@ pub(super) enum Shape {
     Level(Vec<f64>, Vec<bool>),
 }
 
-/// How far a selection is widened, or narrowed where it is negative.
+/// How far a selection is widened, or narrowed where it is negative. What has no rim, such as an eyeball that is
+/// selected whole, stays as it is; so does everything if the length is no number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Growth {

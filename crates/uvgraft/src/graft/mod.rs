@@ -107,9 +107,9 @@ impl Graft {
 
     /// Lays a texture over a base.
     ///
-    /// The result has all channels of both and the greater depth of both, and the base's encoding. Where the
-    /// blend has a tone to find, it is found for this texture and this base. What becomes of the values is told by
-    /// [`Overlay::lay`].
+    /// The result has all channels of both and the greater depth of both, and the base's encoding; of data and
+    /// normals, that of data. Where the blend has a tone to find, it is found for this texture and this base. What
+    /// becomes of the values is told by [`Overlay::lay`].
     ///
     /// Textures that are given away, rather than lent, are worked on in place.
     ///
@@ -179,8 +179,8 @@ impl Graft {
     ///
     /// # Errors
     /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture holds a NaN or an infinity;
-    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`], which has no one island to solve for, and for
-    /// [`Filter::Nearest`], which never blends texels.
+    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap, since there is no one island to solve for, for
+    /// [`Filter::Nearest`], which never blends texels, and for options that are no numbers.
     pub fn fit<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
@@ -198,6 +198,13 @@ impl Graft {
         }
         if self.filter() == Filter::Nearest {
             return Err(GraftError::Fit("a fit blends texels, and the filter nearest never does"));
+        }
+        if !(options.least_gain.is_finite()
+            && (0.0..f32::INFINITY).contains(&options.regularization))
+        {
+            return Err(GraftError::Fit(
+                "the least gain must be finite, and the regularization too, and not negative",
+            ));
         }
         let texture = self.checked(texture.into())?;
         let formats = self.formats(texture.format(), base);
