@@ -285,8 +285,7 @@ fn read_pieces(
 ) -> Result<impl Iterator<Item = Piece>, PairFileError> {
     let [pieces_name, corners_name] =
         if version == 1 { ["links", "links.corners"] } else { [PIECES, PIECE_CORNERS] };
-    let faces = tensor(tensors, pieces_name, Dtype::U32, Some(2))?;
-    let (faces, _) = faces.as_chunks::<4>().0.as_chunks::<2>();
+    let faces = rows::<2>(tensors, pieces_name, Dtype::U32)?;
     let corners = tensor(tensors, corners_name, Dtype::U8, Some(3))?;
     let (corners, _) = corners.as_chunks::<3>();
     let count = faces.len();
@@ -307,7 +306,7 @@ fn read_pieces(
         return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
     }
     let mut parts = parts.into_iter();
-    Ok(faces.iter().zip(corners).map(move |(faces, &corners)| {
+    Ok(faces.zip(corners).map(move |(faces, &corners)| {
         let [target, source] = faces.map(u32::from_le_bytes);
         let part = if is_part(corners) { parts.next() } else { None };
         match part {
@@ -428,12 +427,16 @@ fn read_mesh(
     side: &'static str,
     header: &Side,
 ) -> Result<Mesh, PairFileError> {
-    let positions = f32s(tensors, &format!("{side}.positions"), 3)?;
-    let uv = f32s(tensors, &format!("{side}.uv"), 2)?;
-    let corners = u32s(tensors, &format!("{side}.corners"), Some(2))?;
-    let sizes = u32s(tensors, &format!("{side}.sizes"), None)?;
-    let corners: Vec<Corner> =
-        corners.chunks_exact(2).map(|corner| Corner { vertex: corner[0], uv: corner[1] }).collect();
+    let positions = rows::<3>(tensors, &format!("{side}.positions"), Dtype::F32)?;
+    let uv = rows::<2>(tensors, &format!("{side}.uv"), Dtype::F32)?;
+    let corners = rows::<2>(tensors, &format!("{side}.corners"), Dtype::U32)?;
+    let corners: Vec<Corner> = corners
+        .map(|corner| corner.map(u32::from_le_bytes))
+        .map(|[vertex, uv]| Corner { vertex, uv })
+        .collect();
+    let sizes = tensor(tensors, &format!("{side}.sizes"), Dtype::U32, None)?;
+    let (sizes, _) = sizes.as_chunks::<4>();
+    let sizes: Vec<u32> = sizes.iter().map(|&size| u32::from_le_bytes(size)).collect();
     if sizes.iter().map(|&size| u64::from(size)).sum::<u64>() != corners.len() as u64 {
         let problem = format!("does not add up to {} corners", corners.len());
         return Err(PairFileError::Tensor { name: format!("{side}.sizes"), problem });
@@ -445,8 +448,8 @@ fn read_mesh(
         polygons: part.first..part.end,
     });
     let mesh = Mesh::from_polygons(
-        positions.chunks_exact(3).map(|row| [row[0], row[1], row[2]]).collect(),
-        uv.chunks_exact(2).map(|row| [row[0], row[1]]).collect(),
+        positions.map(|row| row.map(f32::from_le_bytes)).collect(),
+        uv.map(|row| row.map(f32::from_le_bytes)).collect(),
         &corners,
         &sizes,
     );
@@ -476,20 +479,14 @@ fn tensor<'a>(
     Ok(view.data())
 }
 
-fn f32s(tensors: &SafeTensors<'_>, name: &str, columns: usize) -> Result<Vec<f32>, PairFileError> {
-    Ok(words(tensor(tensors, name, Dtype::F32, Some(columns))?).map(f32::from_le_bytes).collect())
-}
-
-fn u32s(
-    tensors: &SafeTensors<'_>,
+/// The rows of a tensor of `N` columns of four bytes each.
+fn rows<'a, const N: usize>(
+    tensors: &SafeTensors<'a>,
     name: &str,
-    columns: Option<usize>,
-) -> Result<Vec<u32>, PairFileError> {
-    Ok(words(tensor(tensors, name, Dtype::U32, columns)?).map(u32::from_le_bytes).collect())
-}
-
-fn words(bytes: &[u8]) -> impl ExactSizeIterator<Item = [u8; 4]> {
-    bytes.as_chunks::<4>().0.iter().copied()
+    dtype: Dtype,
+) -> Result<impl ExactSizeIterator<Item = [[u8; 4]; N]> + 'a, PairFileError> {
+    let bytes = tensor(tensors, name, dtype, Some(N))?;
+    Ok(bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().copied())
 }
 
 /// Bytes in hexadecimal.
