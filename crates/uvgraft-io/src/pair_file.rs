@@ -298,20 +298,22 @@ fn read_pieces(
     let wanted = corners.iter().filter(|&&corners| is_part(corners)).count();
     let parts =
         if wanted > 0 { tensor(tensors, PARTS, Dtype::F64, Some(PART_VALUES))? } else { &[] };
-    let weights: Vec<f64> =
-        parts.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
-    let parts: Vec<[Weights; 6]> = weights.as_chunks::<3>().0.as_chunks::<6>().0.to_vec();
+    let (parts, _) = parts.as_chunks::<8>().0.as_chunks::<3>().0.as_chunks::<6>();
     if parts.len() != wanted {
         let problem = format!("has {} rows, `{corners_name}` has {wanted} parts", parts.len());
         return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
     }
-    let mut parts = parts.into_iter();
+    let mut parts = parts.iter();
     Ok(faces.zip(corners).map(move |(faces, &corners)| {
         let [target, source] = faces.map(u32::from_le_bytes);
         let part = if is_part(corners) { parts.next() } else { None };
         match part {
             None => Piece::whole(target, source, corners),
-            Some([a, b, c, d, e, f]) => Piece::part((target, [a, b, c]), (source, [d, e, f])),
+            Some(part) => {
+                let [a, b, c, d, e, f]: [Weights; 6] =
+                    part.map(|weights| weights.map(f64::from_le_bytes));
+                Piece::part((target, [a, b, c]), (source, [d, e, f]))
+            }
         }
     }))
 }

@@ -26,7 +26,7 @@ pub(crate) fn run(
     let mut report = Report::new(jobs, manifest, carrier.observer);
     if at_once <= 1 {
         for (index, job) in jobs.iter().enumerate() {
-            if report.is_cancelled() {
+            if carrier.observer.is_cancelled() {
                 break;
             }
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
@@ -53,7 +53,7 @@ pub(crate) fn run(
             let mut place = lock(&next);
             let index = *place;
             let Some(job) = jobs.get(index) else { return Ok(()) };
-            if lock(&report).is_cancelled() {
+            if carrier.observer.is_cancelled() {
                 return Ok(());
             }
             *place += 1;
@@ -145,8 +145,6 @@ struct Report<'a> {
     waiting: BTreeMap<usize, Outcome>,
     told: usize,
     done: Transferred,
-    /// Whether textures were left because of that.
-    was_cancelled: bool,
 }
 
 impl<'a> Report<'a> {
@@ -157,13 +155,7 @@ impl<'a> Report<'a> {
     ) -> Self {
         observer.event(Event::BatchStarted { textures: jobs.len() });
         let (waiting, done) = (BTreeMap::new(), Transferred::default());
-        Self { jobs, manifest, observer, waiting, told: 0, done, was_cancelled: false }
-    }
-
-    /// Whether the textures that are left are not to be begun.
-    fn is_cancelled(&mut self) -> bool {
-        self.was_cancelled |= self.observer.is_cancelled();
-        self.was_cancelled
+        Self { jobs, manifest, observer, waiting, told: 0, done }
     }
 
     fn begin(&self, job: &Job) {
@@ -201,7 +193,9 @@ impl<'a> Report<'a> {
         let (textures, written) = (self.jobs.len(), self.done.written);
         self.observer.event(Event::BatchEnded { textures, written });
         let mut failures = self.done.failures.iter();
-        if self.was_cancelled || failures.any(|failure| failure.fault() == Fault::Cancelled) {
+        // Only then are textures left.
+        let some_left = self.told < self.jobs.len();
+        if some_left || failures.any(|failure| failure.fault() == Fault::Cancelled) {
             return Err(Failure::cancelled());
         }
         Ok(self.done)

@@ -6,9 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
-use uvgraft::{
-    Blend, FitSummary, Graft, GraftError, Pair, Size, Sizes, TexelFormat, Texture, Toning,
-};
+use uvgraft::{Blend, FitSummary, Graft, Pair, Size, Sizes, TexelFormat, Texture, Toning};
 use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, Written,
 };
@@ -194,22 +192,16 @@ impl Carrier<'_> {
         base: TexelFormat,
         path: &Path,
     ) -> Result<(uvgraft::Overlay, Option<FitSummary>)> {
-        let Some(options) = &self.transfer.fit else {
-            let overlay = graft.overlay(texture, base).or_input();
-            let overlay = overlay.map_err(|failure| failure.context(path.display()))?;
-            return Ok((overlay, None));
-        };
-        let fitted = graft.fit(texture, base, options, &mut |progress| {
-            self.observer.event(Event::FitProgress { source: path, progress });
-        });
-        let fitted = match fitted {
-            Err(error @ GraftError::NotFinite { .. }) => {
-                let failure = Err(error).or_input();
-                return failure.map_err(|failure| failure.context(path.display()));
+        let overlay = match &self.transfer.fit {
+            None => graft.overlay(texture, base).map(|overlay| (overlay, None)),
+            Some(options) => {
+                let mut progress =
+                    |progress| self.observer.event(Event::FitProgress { source: path, progress });
+                let fitted = graft.fit(texture, base, options, &mut progress);
+                fitted.map(|fitted| (fitted.overlay, Some(fitted.summary)))
             }
-            fitted => fitted.or_work()?,
         };
-        Ok((fitted.overlay, Some(fitted.summary)))
+        overlay.or_input().map_err(|failure| failure.context(path.display()))
     }
 
     /// The row of a texture after the last that counts.

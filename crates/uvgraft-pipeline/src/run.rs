@@ -103,11 +103,11 @@ impl Transfer {
 
     /// Refuses options that contradict each other.
     fn check(&self) -> Result<()> {
-        let is_nothing = match &self.inputs {
-            Inputs::Textures { sources, .. } => sources.is_empty(),
-            Inputs::Material(maps) => maps.is_empty(),
+        let (values, textures) = match &self.inputs {
+            Inputs::Textures { values, sources, .. } => (Some(*values), sources.len()),
+            Inputs::Material(maps) => (None, maps.len()),
         };
-        if is_nothing {
+        if textures == 0 {
             return Err(Failure::input("there is no texture to be carried"));
         }
         if let Some(format) = &self.format
@@ -116,10 +116,6 @@ impl Transfer {
             let wanted = Format::extension_list();
             return Err(Failure::input(format!("--format {format}: wanted one of {wanted}")));
         }
-        let values = match &self.inputs {
-            Inputs::Textures { values, .. } => Some(*values),
-            Inputs::Material(_) => None,
-        };
         if self.fit.is_some() {
             if self.filter(values.unwrap_or_default()) == Filter::Nearest {
                 return Err(Failure::input(

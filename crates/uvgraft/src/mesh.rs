@@ -353,6 +353,15 @@ mod tests {
             build(&[0, 1, 4], &[3]),
             Err(MeshError::Index { polygon: 0, what: "vertex", index: 4, count: 4 })
         );
+        let count = |what, found, wanted| Err(MeshError::Count { what, found, wanted });
+        assert_eq!(build(&[0, 1, 2], &[4]), count("corners", 3, 4));
+        assert_eq!(build(&[0, 1, 2, 3], &[3]), count("corners", 4, 3));
+        let triangle = |uv_faces: &[[u32; 3]]| {
+            Mesh::from_triangles(positions.clone(), uv.clone(), &[[0, 1, 2]], uv_faces)
+        };
+        assert_eq!(triangle(&[]), count("UV faces", 0, 1));
+        let mesh = triangle(&[[0, 1, 2]]).unwrap();
+        assert_eq!(mesh.with_positions(vec![[0.0; 3]; 3]), count("positions", 3, 4));
         let mut broken = positions.clone();
         broken[2][1] = f32::NEG_INFINITY;
         assert_eq!(

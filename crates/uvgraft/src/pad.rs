@@ -291,8 +291,7 @@ mod tests {
     use crate::color::Encoding;
     use crate::map::{Coverage, Layout, Precedence, Prefer};
     use crate::mesh::Mesh;
-    use crate::texture::Channels;
-    use crate::texture::Texels;
+    use crate::texture::{Channels, Texels};
 
     #[test]
     fn takes_the_nearest_texel_within_the_radius() {

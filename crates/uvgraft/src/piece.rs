@@ -198,29 +198,21 @@ impl Pieces {
         if self.stored.windows(2).all(|pair| pair[0].target != pair[1].target) {
             return None;
         }
-        let mut parts = &self.parts[..];
-        for of_face in self.stored.chunk_by(|a, b| a.target == b.target) {
-            let is_part = |piece: &&Stored| piece.corners == PART;
-            let (of_face_parts, others) = parts.split_at(of_face.iter().filter(is_part).count());
-            parts = others;
-            if of_face.len() == 1 {
-                continue;
+        let mut of_face: Vec<Piece> = Vec::new();
+        for piece in self.iter() {
+            if of_face.first().is_some_and(|first| first.target != piece.target) {
+                of_face.clear();
             }
-            let mut seen: Vec<(Stored, Option<[[Weights; 3]; 2]>)> = Vec::new();
-            let mut of_face_parts = of_face_parts.iter();
-            for piece in of_face {
-                let part = if is_part(&piece) { of_face_parts.next().copied() } else { None };
-                if seen.contains(&(*piece, part)) {
-                    return Some([piece.target, piece.source]);
-                }
-                seen.push((*piece, part));
+            if of_face.contains(&piece) {
+                return Some([piece.target, piece.source]);
             }
+            of_face.push(piece);
         }
         None
     }
 
     /// How each lies in its target face; parts by their index.
-    fn lying(&self) -> impl Iterator<Item = FacePiece> + Clone {
+    fn lying(&self) -> impl ExactSizeIterator<Item = FacePiece> + Clone {
         let mut parts = 0..;
         self.stored.iter().map(move |&Stored { target: to, source: from, corners }| {
             let lie = match corners {
@@ -232,14 +224,13 @@ impl Pieces {
     }
 
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
-        let mut parts = self.parts.iter();
-        self.stored.iter().map(move |&Stored { target, source, corners }| {
-            let extent = match corners {
-                PART => {
-                    let &[target, source] = parts.next().expect("as many as are stored");
+        self.lying().map(|FacePiece { to: target, from: source, lie }| {
+            let extent = match lie {
+                Lie::Whole(corners) => Extent::Whole(corners),
+                Lie::Part(index) => {
+                    let [target, source] = self.parts[index as usize];
                     Extent::Part { target, source }
                 }
-                corners => Extent::Whole(corners),
             };
             Piece { target, source, extent }
         })
@@ -368,7 +359,9 @@ impl FacePieces {
         Self { first: (0..=faces as u32).collect(), pieces: pieces.collect(), parts: Vec::new() }
     }
 
-    /// - `part`: makes one of the part with a number; `None` if nothing of the face is filled by it.
+    /// - `lying`: the pieces, turned the way that they are wanted.
+    /// - `part`: a part turned that way, of its corners in the target's and in the source's face; `None` without
+    ///   area in the face that is filled.
     fn new(
         faces: usize,
         pieces: &Pieces,

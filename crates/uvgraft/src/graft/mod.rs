@@ -179,8 +179,8 @@ impl Graft {
     ///
     /// # Errors
     /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture holds a NaN or an infinity;
-    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap, since there is no one island to solve for, for
-    /// [`Filter::Nearest`], which never blends texels, and for options that are no numbers.
+    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap, since there is no one
+    /// island to solve for, for [`Filter::Nearest`], which never blends texels, and for options that are no numbers.
     pub fn fit<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
