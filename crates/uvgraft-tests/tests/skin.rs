@@ -3,10 +3,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use uvgraft::blend::skin::SkinModel;
-use uvgraft::blend::statistics::ColorMatch;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::raster::ScanTriangle;
+use uvgraft::skin::SkinModel;
+use uvgraft::statistics::ColorMatch;
 use uvgraft::{Graft, Pair, Part, Size, Sizes, Texels, Texture};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
 use uvgraft_tests::real;

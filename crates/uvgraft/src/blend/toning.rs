@@ -10,10 +10,10 @@ use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
 use super::sample::Sampler;
 use super::selection::Ground;
-use super::skin::{SkinError, SkinModel};
-use super::statistics::{ColorMatch, ColorMatchError};
 use super::tone::{GAINS, Matrix};
 use super::{Blend, Tone};
+use crate::skin::{SkinError, SkinModel};
+use crate::statistics::{ColorMatch, ColorMatchError};
 
 /// What a blend does to the colours of one texture and its base.
 #[derive(Debug, Clone)]

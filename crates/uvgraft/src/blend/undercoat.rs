@@ -10,9 +10,9 @@ use crate::threads::for_each_chunk;
 
 use super::compose::Finish;
 use super::field::{Line, Slope};
-use super::skin::SkinModel;
 use super::tone::{KNEE, Matrix, bend, bent, toned};
 use super::toning::srgb;
+use crate::skin::SkinModel;
 
 /// Texels that are worked on together.
 const STRETCH: usize = 16;

@@ -1,9 +1,9 @@
 //! Steps between colours along an edge.
 
-use super::edges::Shared;
 use super::probe::{Fate, Probe};
 use super::shared::Kind;
 use super::{SeamEdge, SeamNotes, Side, Step};
+use crate::edges::Shared;
 use crate::mesh::Mesh;
 use crate::metrics::delta_e;
 

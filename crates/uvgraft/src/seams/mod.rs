@@ -7,7 +7,6 @@
 //! which nothing ends, tell how different neighbouring colours of the texture are anyway.
 
 mod along;
-mod edges;
 mod probe;
 mod report;
 mod sample;
@@ -23,11 +22,11 @@ pub use statistics::Steps;
 pub use unfold::Unfolded;
 
 use crate::color::Encoding;
+use crate::edges::{Edges, NONE, Shared};
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 use crate::threads;
 use along::{Walked, along, step};
-use edges::{Edges, NONE, Shared};
 use probe::Probe;
 use shared::{Kind, kinds_by_half};
 use worst::worst;

@@ -1,9 +1,9 @@
 //! Looking at a texture beside an edge.
 
 use super::SeamError;
-use super::edges::{Edges, Half};
 use super::sample::{Sample, sample};
 use super::walk::{Ground, HalfKind, Heading, Walker};
+use crate::edges::{Edges, Half};
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 

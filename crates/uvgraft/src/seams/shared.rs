@@ -1,7 +1,7 @@
 //! What kind of edge an edge is, and how long.
 
-use super::edges::{Edges, Half, Shared};
 use super::walk::HalfKind;
+use crate::edges::{Edges, Half, Shared};
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 

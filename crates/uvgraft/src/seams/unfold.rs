@@ -1,9 +1,9 @@
 //! The surroundings of a place on an edge, laid flat.
 
 use super::SeamEdge;
-use super::edges::Edges;
 use super::shared::{Kind, kinds_by_half};
 use super::walk::{Ground, HalfKind, Heading, Walker};
+use crate::edges::Edges;
 use crate::mesh::Mesh;
 
 /// A surface whose surroundings of a place can be laid flat, to draw what a seam looks like.

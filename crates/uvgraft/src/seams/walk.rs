@@ -4,7 +4,7 @@
 //! walk is a straight line on the unfolded surface. What a triangle's sides measure is either their
 //! length on the surface or their length in texels.
 
-use super::edges::{Edges, Half, NONE};
+use crate::edges::{Edges, Half, NONE};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 

@@ -7,17 +7,17 @@ use crate::mesh::Mesh;
 use crate::surface::Surface;
 
 /// A triangle's edge: number `3 * face + corner` runs from that corner to the next.
-pub(super) type Half = u32;
+pub(crate) type Half = u32;
 
 /// No edge.
-pub(super) const NONE: Half = u32::MAX;
+pub(crate) const NONE: Half = u32::MAX;
 
 /// More triangles than this at one edge are not paired; a sound mesh has two.
 const MOST_AT_AN_EDGE: usize = 16;
 
 /// The edges of a mesh that two triangles share.
 #[derive(Debug)]
-pub(super) struct Edges {
+pub(crate) struct Edges {
     /// `[faces]` for each corner, which point of the surface it is.
     pub vertices: Vec<[u32; 3]>,
     /// How many points there are.
@@ -34,7 +34,7 @@ pub(super) struct Edges {
 
 /// An edge that two triangles share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Shared {
+pub(crate) struct Shared {
     /// The edge in each of them, the lower one first.
     pub halves: [Half; 2],
     /// Whether the two run along it in opposite directions, as they do where both wind alike.

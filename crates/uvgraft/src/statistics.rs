@@ -185,13 +185,13 @@ fn nearest(
 ///
 /// # Panics
 /// If there is none.
-pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     let rank = ((values.len() - 1) as f64 * share) as usize;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
 /// Mean and covariance of weighted points; zeros where all weights are.
-pub(super) fn moments(
+pub(crate) fn moments(
     points: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
 ) -> (Vector3<f64>, Matrix3<f64>) {
     let weights: f64 = points.clone().map(|(_, weight)| weight).sum();
