@@ -18,6 +18,7 @@
 //! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
 //! are worked on by the caller's rayon pool; results do not depend on it. See [`threads`].
 
+pub mod anatomy;
 pub mod baseline;
 mod bits;
 pub mod blend;
@@ -56,6 +57,7 @@ pub mod texture;
 pub mod threads;
 mod vector;
 
+pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, Toning, ToningError};
 pub use color::Encoding;
 pub use correspond::LinkError;

@@ -1,0 +1,278 @@
+//! Areas as functions of position, normal and component in the head's coordinates.
+
+use super::Area;
+use super::body;
+use super::landmarks::Face;
+use super::points::Points;
+use super::relief::Relief;
+use crate::vector::{Vector, norm, sub};
+
+/// 0 at `from`, 1 at `to`, smooth between; `from` may be the larger.
+pub(super) fn ramp(from: f64, to: f64, value: f64) -> f64 {
+    let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// 1 between two bounds, falling to 0 within `soft` outside them.
+fn band(low: f64, high: f64, soft: f64, value: f64) -> f64 {
+    ramp(low - soft, low, value) * ramp(high + soft, high, value)
+}
+
+/// 1 within an ellipse, falling to 0 at `outer` times its size.
+fn ellipse([x, y]: [f64; 2], [rx, ry]: [f64; 2], outer: f64) -> f64 {
+    ramp(outer, 1.0, (x / rx).hypot(y / ry))
+}
+
+pub(super) struct Areas<'a> {
+    pub points: &'a Points,
+    pub face: &'a Face,
+    pub relief: &'a Relief,
+}
+
+/// One point, as areas see it.
+struct Place {
+    at: Vector,
+    /// Distance from the plane of symmetry.
+    x: f64,
+    y: f64,
+    z: f64,
+    normal: Vector,
+    /// How far it is behind the foremost skin.
+    behind: f64,
+    is_skin: bool,
+    is_eye: bool,
+}
+
+impl Areas<'_> {
+    /// The areas' values at every point, in the order of [`Area`].
+    pub fn all(&self) -> Vec<Vec<f32>> {
+        let count = self.points.positions.len();
+        let mut areas = vec![vec![0.0_f32; count]; Area::ALL.len()];
+        for index in 0..count {
+            let place = self.place(index);
+            if place.at.iter().all(|x| x.abs() < 6.0) {
+                for (area, value) in self.head(&place) {
+                    areas[area as usize][index] = value.clamp(0.0, 1.0) as f32;
+                }
+            }
+        }
+        let [hands, feet] = body::extremities(self.points, self.face);
+        areas[Area::Hands as usize] = hands;
+        areas[Area::Feet as usize] = feet;
+        areas
+    }
+
+    fn place(&self, index: usize) -> Place {
+        let at = self.face.local.positions[index];
+        let component = self.points.component[index];
+        let foremost = self.relief.near(at[0], at[1]).unwrap_or(f64::NEG_INFINITY);
+        Place {
+            at,
+            x: at[0].abs(),
+            y: at[1],
+            z: at[2],
+            normal: self.face.local.normals[index],
+            behind: foremost - at[2],
+            is_skin: component == self.face.eyes.skin,
+            is_eye: self.face.eyes.components[component as usize],
+        }
+    }
+
+    fn head(&self, place: &Place) -> [(Area, f64); 13] {
+        let eyes = self.eyes(place);
+        let interior = self.mouth_interior(place) * (1.0 - eyes);
+        let ears = self.ears(place) * (1.0 - eyes);
+        // What is on the outside, and not within lids or lips.
+        let skin = (1.0 - eyes) * (1.0 - interior) * (1.0 - ears);
+        let skin = if place.is_eye { 0.0 } else { skin };
+        let seen = skin * ramp(0.25, 0.1, place.behind);
+        let lips = self.lips(place) * seen;
+        let face = seen * if place.is_skin { 1.0 } else { 0.0 };
+        let sockets = self.sockets(place) * face;
+        let neck = self.neck(place) * skin;
+        [
+            (Area::Cheeks, self.cheeks(place) * face * (1.0 - sockets) * (1.0 - lips)),
+            (Area::Forehead, self.forehead(place) * face),
+            (Area::Nose, self.nose(place) * face),
+            (Area::Jaw, self.jaw(place) * skin * (1.0 - lips)),
+            (Area::Lips, lips),
+            (Area::MouthInterior, interior),
+            (Area::Eyes, eyes),
+            (Area::EyeSockets, sockets),
+            (Area::Brows, self.brows(place) * seen),
+            (Area::Ears, ears),
+            (Area::Scalp, self.scalp(place) * skin),
+            (Area::Neck, neck),
+            (Area::Chest, self.chest(place) * skin * (1.0 - neck)),
+        ]
+    }
+
+    fn eyes(&self, place: &Place) -> f64 {
+        if place.is_eye {
+            return 1.0;
+        }
+        let nearest = |&center: &Vector| norm(sub(place.at, center));
+        let distance = self.face.eyes.centers.iter().map(nearest).fold(f64::INFINITY, f64::min);
+        let Some(radius) = self.face.eyes.radius else { return 0.0 };
+        if self.face.eyes.components.contains(&true) {
+            // Lids lie on the ball, what lines them within it.
+            return ramp(1.02, 0.94, distance / radius);
+        }
+        let [dx, dy] = [place.x - 0.5, place.y];
+        ramp(1.07, 1.03, distance / radius) * ellipse([dx, dy], [0.24, 0.14], 1.2)
+    }
+
+    fn sockets(&self, place: &Place) -> f64 {
+        let radius = self.face.eyes.radius.unwrap_or(0.2);
+        let [dx, dy] = [place.x - 0.5, place.y];
+        let ry = if dy > 0.0 { 0.24_f64.max(1.15 * radius) } else { 0.3_f64.max(1.3 * radius) };
+        ellipse([dx, dy], [0.36_f64.max(1.6 * radius), ry], 1.25) * ramp(-1.0, -0.7, place.z)
+    }
+
+    fn brows(&self, place: &Place) -> f64 {
+        let radius = self.face.eyes.radius.unwrap_or(0.2);
+        // The band rises outwards from the nose, then bends down around the eye.
+        let middle = 0.36_f64.max(1.5 * radius) + 0.04 - 0.25 * (place.x - 0.55).powi(2);
+        band(0.16, 0.85, 0.08, place.x)
+            * band(middle - 0.08, middle + 0.08, 0.06, place.y)
+            * ramp(-0.7, -0.5, place.z)
+    }
+
+    fn forehead(&self, place: &Place) -> f64 {
+        let low = self.face.brow[1].max(0.3) + 0.2;
+        let high = self.face.brow[1].max(0.3) + 0.42 * (self.face.crown[1] - self.face.brow[1]);
+        let side = self.face.half_width * 0.72;
+        band(low, high.max(low + 0.1), 0.1, place.y)
+            * ramp(side + 0.1, side - 0.1, place.x)
+            * ramp(0.2, 0.45, place.normal[2])
+    }
+
+    fn nose(&self, place: &Place) -> f64 {
+        let tip = self.face.nose_tip;
+        let down = (place.y / tip[1].min(-0.2)).clamp(0.0, 1.2);
+        let width = 0.08 + 0.1 * down;
+        band(tip[1] - 0.05, -0.05, 0.06, place.y)
+            * ramp(width + 0.08, width, place.x)
+            * ramp(-0.5, -0.25, place.normal[1])
+            * ramp(0.1, 0.3, place.normal[2])
+    }
+
+    fn cheeks(&self, place: &Place) -> f64 {
+        let top = -0.36_f64.max(1.5 * self.face.eyes.radius.unwrap_or(0.2));
+        let low = self.face.nose_base[1] - 0.02;
+        let side = self.face.half_width * 0.86;
+        // The fold between cheek and mouth runs outwards as it goes down.
+        let inner = 0.44 + 0.25 * (top - place.y).max(0.0);
+        band(low.min(top - 0.15), top, 0.09, place.y)
+            * ramp(inner - 0.06, inner + 0.06, place.x)
+            * ramp(side + 0.08, side - 0.08, place.x)
+            * ramp(0.1, 0.35, place.normal[2])
+            * ramp(-1.0, -0.7, place.z)
+    }
+
+    fn lips(&self, place: &Place) -> f64 {
+        let corner = self.face.mouth_corner;
+        let t = (place.x / corner[0]).min(1.0);
+        let line = self.face.mouth[1] + (corner[1] - self.face.mouth[1]) * t * t;
+        let above = 0.35 * (self.face.nose_base[1] - self.face.mouth[1]).clamp(0.2, 0.5);
+        let below = 0.32 * (self.face.mouth[1] - self.face.chin[1]).clamp(0.35, 0.7);
+        let dy = place.y - line;
+        let height = if dy > 0.0 { above } else { below };
+        ellipse([place.x, dy], [corner[0] + 0.01, height * 0.95], 1.22)
+            * ramp(-0.55, -0.4, place.z - self.face.mouth[2])
+    }
+
+    /// What is well behind the lips at their height: sheets inside the head that the skin of the face hides.
+    fn mouth_interior(&self, place: &Place) -> f64 {
+        let mouth = self.face.mouth;
+        let depth = mouth[2] - place.z;
+        ellipse([place.x, place.y - mouth[1]], [0.6, 0.5], 1.15)
+            * ramp(0.05, 0.11, place.behind)
+            * ramp(0.02, 0.08, depth)
+            * ramp(1.45, 1.3, depth)
+            * ramp(self.face.jaw_bottom[1] - 0.05, self.face.jaw_bottom[1] + 0.1, place.y)
+    }
+
+    fn jaw(&self, place: &Place) -> f64 {
+        let mouth = self.face.mouth[1];
+        // Upper bound: below the mouth, and back up to the lobes of the ears.
+        let upper = mouth - 0.14 + 0.35 * ramp(0.4, 1.0, place.x);
+        ramp(upper + 0.1, upper - 0.02, place.y)
+            * ramp(-0.04, 0.08, self.above_jaw_line(place))
+            * ramp(-1.25, -1.0, place.z)
+    }
+
+    /// How far a place is above the line from the underside of the chin to the angle of the jaw.
+    fn above_jaw_line(&self, place: &Place) -> f64 {
+        let [_, y, z] = self.face.jaw_bottom;
+        let angle = [self.face.mouth[1] - 0.1, -0.95];
+        let along = ((z - place.z) / (z - angle[1]).max(0.3)).clamp(-0.3, 1.3);
+        place.y - (y + along * (angle[0] - y))
+    }
+
+    fn ears(&self, place: &Place) -> f64 {
+        let side = usize::from(place.at[0] < 0.0);
+        let Some(ear) = self.face.ears[side] else { return 0.0 };
+        let width = self.face.half_width;
+        let [dy, dz] = [place.y + 0.35, place.z + 1.25];
+        let out = ramp(width - 0.02, width + 0.06, place.x);
+        out * ellipse([dz, dy], [0.55, 0.75], 1.2)
+            * ramp(ear[0].abs() + 0.4, ear[0].abs() + 0.2, place.x)
+    }
+
+    fn scalp(&self, place: &Place) -> f64 {
+        let hairline =
+            self.face.brow[1].max(0.3) + 0.58 * (self.face.crown[1] - self.face.brow[1]).max(0.5);
+        // Depth and height of the line from the forehead over the temples, before and behind the ears to the
+        // nape.
+        let line = [
+            [0.5, hairline],
+            [0.1, hairline],
+            [-0.35, 0.75],
+            [-0.6, 0.35],
+            [-0.8, 0.0],
+            [-1.1, -0.1],
+            [-1.5, -0.5],
+            [-1.75, -1.0],
+            [-4.0, -1.1],
+        ];
+        let height = piecewise(&line, place.z);
+        ramp(height - 0.08, height + 0.08, place.y)
+    }
+
+    fn neck(&self, place: &Place) -> f64 {
+        let Some(base) = self.face.neck_base else { return 0.0 };
+        // The base rises to the back, as collars do.
+        let low = base[1] + 0.3 * (base[2] - place.z).clamp(0.0, 2.0);
+        let nape = -1.2;
+        let top = ramp(0.06, -0.06, self.above_jaw_line(place)).min(ramp(
+            nape + 0.1,
+            nape - 0.05,
+            place.y + 0.45 * (place.z + 1.7).max(0.0),
+        ));
+        ramp(low - 0.12, low + 0.05, place.y) * top * ramp(1.9, 1.5, place.x)
+    }
+
+    fn chest(&self, place: &Place) -> f64 {
+        let Some(base) = self.face.neck_base else { return 0.0 };
+        let has_more = self.face.bottom < base[1] - 0.25;
+        if !has_more {
+            return 0.0;
+        }
+        band(base[1] - 2.4, base[1] + 0.35, 0.2, place.y)
+            * ramp(3.2, 2.8, place.x)
+            * ramp(-0.05, 0.2, place.normal[2])
+            * ramp(base[2] - 2.2, base[2] - 1.6, place.z)
+    }
+}
+
+/// The height of a line at a depth; depths fall from place to place.
+fn piecewise(line: &[[f64; 2]], depth: f64) -> f64 {
+    for pair in line.windows(2) {
+        let [[from, a], [to, b]] = [pair[0], pair[1]];
+        if depth >= to {
+            return a + (b - a) * ((from - depth) / (from - to)).clamp(0.0, 1.0);
+        }
+    }
+    line.last().map_or(0.0, |place| place[1])
+}

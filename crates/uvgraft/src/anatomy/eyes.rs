@@ -1,0 +1,115 @@
+//! Eyeballs: pairs of components that are spheres, or caps of spheres, of the same size.
+
+use nalgebra::{Matrix4, Vector4};
+
+use super::points::Points;
+use crate::vector::{Vector, norm, sub};
+
+/// A sphere through points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sphere {
+    pub center: Vector,
+    pub radius: f64,
+}
+
+/// Two spheres that may be eyes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EyePair {
+    pub spheres: [Sphere; 2],
+}
+
+/// Least-squares fit of a sphere, summed up point by point.
+///
+/// `|p|² = 2 c·p + k` is linear in the centre `c` and in `k = r² - |c|²` (Coope 1993).
+#[derive(Clone)]
+pub(super) struct SphereFit {
+    origin: Vector,
+    matrix: Matrix4<f64>,
+    right: Vector4<f64>,
+    pub count: u32,
+}
+
+impl SphereFit {
+    /// `origin` is near the points, for the sake of rounding.
+    pub fn new(origin: Vector) -> Self {
+        Self { origin, matrix: Matrix4::zeros(), right: Vector4::zeros(), count: 0 }
+    }
+
+    pub fn add(&mut self, point: Vector) {
+        let [x, y, z] = sub(point, self.origin);
+        let row = Vector4::new(2.0 * x, 2.0 * y, 2.0 * z, 1.0);
+        self.matrix += row * row.transpose();
+        self.right += row * (x * x + y * y + z * z);
+        self.count += 1;
+    }
+
+    /// `None` where the points lie in a plane.
+    pub fn sphere(&self) -> Option<Sphere> {
+        let found = self.matrix.lu().solve(&self.right)?;
+        let center = [found[0], found[1], found[2]];
+        let radius = (found[3] + center.iter().map(|x| x * x).sum::<f64>()).sqrt();
+        let center = std::array::from_fn(|k| center[k] + self.origin[k]);
+        (radius.is_finite() && radius > 0.0).then_some(Sphere { center, radius })
+    }
+}
+
+/// The pairs of components that may be eyes, the most plausible first; few.
+pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
+    let spheres = spheres(points);
+    let mut pairs = Vec::new();
+    for (index, a) in spheres.iter().enumerate() {
+        for b in &spheres[index + 1..] {
+            let radius = 0.5 * (a.0.radius + b.0.radius);
+            let ratio = norm(sub(a.0.center, b.0.center)) / radius;
+            let unlike = (a.0.radius - b.0.radius).abs() / radius;
+            let counts = f64::from(a.1.min(b.1)) / f64::from(a.1.max(b.1));
+            if unlike < 0.12 && counts > 0.6 && (2.0..9.0).contains(&ratio) {
+                // Real eyes are five radii apart, large ones less; outer shells (corneas) come first.
+                let cost = unlike * 5.0 + (1.0 - counts) + (ratio / 4.5).ln().abs();
+                pairs.push((cost, EyePair { spheres: [a.0, b.0] }));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    pairs.truncate(8);
+    pairs.into_iter().map(|(_, pair)| pair).collect()
+}
+
+/// Components that are spheres, with the number of their points.
+fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
+    const MOST: usize = 64;
+    let mut fits: Vec<Option<SphereFit>> = vec![None; points.component_count];
+    for (&position, &component) in points.positions.iter().zip(&points.component) {
+        fits[component as usize].get_or_insert_with(|| SphereFit::new(position)).add(position);
+    }
+    let diagonal = points.diagonal();
+    let spheres: Vec<Option<Sphere>> = fits
+        .iter()
+        .map(|fit| fit.as_ref().filter(|fit| fit.count >= 12)?.sphere())
+        .map(|sphere| sphere.filter(|sphere| (0.002..0.2).contains(&(sphere.radius / diagonal))))
+        .collect();
+    // The sums of squared deviations, of outward directions and how far that goes around.
+    let mut deviation = vec![(0.0, [0.0; 3]); points.component_count];
+    for (&position, &component) in points.positions.iter().zip(&points.component) {
+        if let Some(sphere) = spheres[component as usize] {
+            let offset = sub(position, sphere.center);
+            let relative = norm(offset) / sphere.radius;
+            let (squares, sum) = &mut deviation[component as usize];
+            *squares += (relative - 1.0).powi(2);
+            *sum = std::array::from_fn(|k| sum[k] + offset[k] / sphere.radius);
+        }
+    }
+    let mut found: Vec<(f64, Sphere, u32)> = Vec::new();
+    for ((sphere, (squares, sum)), fit) in spheres.into_iter().zip(deviation).zip(&fits) {
+        let (Some(sphere), Some(fit)) = (sphere, fit) else { continue };
+        let count = f64::from(fit.count);
+        let (error, lopsided) = ((squares / count).sqrt(), norm(sum) / count);
+        // A cap of less than 50 degrees is too flat to have a reliable centre.
+        if error < 0.08 && lopsided < 0.85 {
+            found.push((error, sphere, fit.count));
+        }
+    }
+    found.sort_by(|a, b| b.2.cmp(&a.2).then(a.0.total_cmp(&b.0)));
+    found.truncate(MOST);
+    found.into_iter().map(|(_, sphere, count)| (sphere, count)).collect()
+}

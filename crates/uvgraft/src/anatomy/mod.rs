@@ -1,0 +1,189 @@
+//! Named points and areas of a human head, found by geometry alone.
+//!
+//! [`Anatomy::find`] takes a head, a bust or a whole body in any unit and orientation. It needs no vertex
+//! numbers and no data: eyeballs (or the symmetry of the mesh and the profile of a face) give a frame, a depth
+//! map of the face gives the landmarks, and areas are functions of position, normal and component in that frame.
+
+mod areas;
+mod body;
+mod eyes;
+mod frame;
+mod landmarks;
+mod points;
+mod profile;
+mod relief;
+mod search;
+mod symmetry;
+#[cfg(test)]
+mod tests;
+
+pub use self::frame::HeadFrame;
+
+use self::areas::Areas;
+use self::landmarks::Face;
+use self::points::Points;
+use self::search::Head;
+use crate::mesh::Mesh;
+
+/// A point of the head. Left and right are the person's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Landmark {
+    /// Centre of the left eyeball.
+    LeftEye,
+    /// Centre of the right eyeball.
+    RightEye,
+    /// Foremost point of the nose (pronasale).
+    NoseTip,
+    /// Where the nose meets the upper lip (subnasale).
+    NoseBase,
+    /// Centre of the line between the lips (stomion).
+    Mouth,
+    /// Left end of the line between the lips.
+    LeftMouthCorner,
+    /// Right end of the line between the lips.
+    RightMouthCorner,
+    /// Foremost point of the chin (pogonion).
+    Chin,
+    /// Between the brows (glabella).
+    BrowCenter,
+    /// Highest point of the head on the midline (vertex).
+    Crown,
+    /// Outermost point of the left ear.
+    LeftEar,
+    /// Outermost point of the right ear.
+    RightEar,
+    /// Front of the neck between the collar bones, or the neck's lowest point where the mesh ends above them.
+    NeckBase,
+}
+
+/// An area of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Area {
+    /// Plain skin beside the nose, above the line of beard and moustache.
+    Cheeks,
+    /// Between brows and hairline.
+    Forehead,
+    /// Bridge and tip of the nose, without the nostrils.
+    Nose,
+    /// Chin and lower jaw.
+    Jaw,
+    /// Both lips.
+    Lips,
+    /// What lies behind the lips: cavity, teeth, tongue.
+    MouthInterior,
+    /// Eyeballs and what is within the lids.
+    Eyes,
+    /// Lids and the skin around them.
+    EyeSockets,
+    /// A band above the eyes.
+    Brows,
+    /// Both ears.
+    Ears,
+    /// Where hair usually grows, nape and behind the ears included.
+    Scalp,
+    /// From the line of the jaw down to the collar bones.
+    Neck,
+    /// Upper chest and front of the shoulders; meshes that go on below the neck have it.
+    Chest,
+    /// From the wrists on; bodies only.
+    Hands,
+    /// From the ankles on; bodies only.
+    Feet,
+}
+
+impl Area {
+    /// Every area, in the order of their declaration.
+    pub const ALL: [Self; 15] = [
+        Self::Cheeks,
+        Self::Forehead,
+        Self::Nose,
+        Self::Jaw,
+        Self::Lips,
+        Self::MouthInterior,
+        Self::Eyes,
+        Self::EyeSockets,
+        Self::Brows,
+        Self::Ears,
+        Self::Scalp,
+        Self::Neck,
+        Self::Chest,
+        Self::Hands,
+        Self::Feet,
+    ];
+}
+
+/// Why no head was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnatomyError {
+    /// Too few distinct points, or all of them at one place.
+    #[error("mesh has {found} distinct points, a head needs at least {needed} that span a volume")]
+    TooCoarse {
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        needed: usize,
+    },
+    /// There is neither a pair of eyeballs nor a plane that mirrors the mesh onto itself.
+    #[error(
+        "mesh has no pair of eyeballs and no symmetry plane: at best {:.0} % of it is mirrored, \
+         a head needs at least {:.0} %", found * 100.0, needed * 100.0
+    )]
+    NoSymmetry {
+        /// The share of points that have a mirror image, `0.0..=1.0`.
+        found: f64,
+        /// The least that is accepted.
+        needed: f64,
+    },
+    /// The mesh is symmetric, but its outline is nowhere that of a face.
+    #[error("mesh has no face: {reason}")]
+    NoFace {
+        /// What is missing.
+        reason: &'static str,
+    },
+}
+
+/// Landmarks and areas of the head of one mesh.
+#[derive(Debug, Clone)]
+pub struct Anatomy {
+    frame: HeadFrame,
+    landmarks: [Option<[f64; 3]>; 13],
+    areas: Vec<Vec<f32>>,
+}
+
+impl Anatomy {
+    /// Finds the head of a mesh: of a head alone, a bust or a body, with or without eyeballs, hair and
+    /// clothes, in any unit and orientation. Vertices at the same position count as one.
+    ///
+    /// The result depends on shape alone: not on the order of vertices, on UVs or on names of parts.
+    ///
+    /// # Errors
+    /// [`AnatomyError`] if the mesh is too coarse or shows no face.
+    pub fn find(mesh: &Mesh) -> Result<Self, AnatomyError> {
+        let points = Points::new(mesh)?;
+        let Head { frame, eyes, relief } = search::head(&points)?;
+        let face = Face::new(&points, &frame, &eyes, &relief);
+        let areas = Areas { points: &points, face: &face, relief: &relief };
+        let areas = areas.all().into_iter().map(|area| points.to_vertices(&area)).collect();
+        let landmarks = face.landmarks().map(|point| point.map(|local| frame.world(local)));
+        Ok(Self { frame, landmarks, areas })
+    }
+
+    /// The head's own coordinates.
+    pub fn frame(&self) -> &HeadFrame {
+        &self.frame
+    }
+
+    /// Where a landmark is, in the mesh's space; `None` where the mesh does not show it.
+    pub fn point(&self, landmark: Landmark) -> Option<[f64; 3]> {
+        self.landmarks[landmark as usize]
+    }
+
+    /// `[vertices]` how far each vertex of the mesh belongs to an area, `0.0..=1.0`, soft at its edges. All
+    /// zero where the mesh lacks the area.
+    pub fn area(&self, area: Area) -> &[f32] {
+        &self.areas[area as usize]
+    }
+}

@@ -1,0 +1,147 @@
+//! The mesh as distinct points: welded by position, with components and normals.
+
+use super::AnatomyError;
+use crate::mesh::Mesh;
+use crate::vector::{Vector, cross, direction, norm, plus, sub};
+
+/// Fewer points show no face.
+const LEAST_POINTS: usize = 120;
+
+/// Distinct positions of a mesh and the triangles between them.
+pub(super) struct Points {
+    pub positions: Vec<Vector>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals, weighted by area; zero where triangles cancel.
+    pub normals: Vec<Vector>,
+    /// The component of each point.
+    pub component: Vec<u32>,
+    pub component_count: usize,
+    of_vertex: Vec<u32>,
+    /// The bounding box's lowest and highest corner.
+    pub bounds: [Vector; 2],
+}
+
+impl Points {
+    pub fn new(mesh: &Mesh) -> Result<Self, AnatomyError> {
+        let (of_vertex, mut positions) = weld(mesh);
+        let used = mesh.faces().iter().map(|face| face.map(|vertex| of_vertex[vertex as usize]));
+        let triangles: Vec<[u32; 3]> =
+            used.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+        let too_coarse = |found| Err(AnatomyError::TooCoarse { found, needed: LEAST_POINTS });
+        if positions.len() < LEAST_POINTS || triangles.len() < LEAST_POINTS {
+            return too_coarse(positions.len().min(triangles.len()));
+        }
+        let (component, component_count) = components(positions.len(), &triangles);
+        let bounds = bounds(&positions, &triangles);
+        let diagonal = norm(sub(bounds[1], bounds[0]));
+        if !(diagonal.is_normal() && diagonal < 1e30) {
+            return too_coarse(1);
+        }
+        // Lengths near 1 keep squares and cubes within the range of floats.
+        let center: Vector = std::array::from_fn(|k| 0.5 * (bounds[0][k] + bounds[1][k]));
+        let is_extreme = !(1e-6..1e9).contains(&diagonal);
+        if is_extreme && norm(center) > 1e6 * diagonal {
+            return too_coarse(1);
+        }
+        positions.shrink_to_fit();
+        let normals = normals(&positions, &triangles);
+        Ok(Self { positions, triangles, normals, component, component_count, of_vertex, bounds })
+    }
+
+    pub fn diagonal(&self) -> f64 {
+        norm(sub(self.bounds[1], self.bounds[0]))
+    }
+
+    /// Values of points as values of the mesh's vertices.
+    pub fn to_vertices(&self, values: &[f32]) -> Vec<f32> {
+        self.of_vertex.iter().map(|&point| values[point as usize]).collect()
+    }
+
+    pub fn corners(&self, triangle: [u32; 3]) -> [Vector; 3] {
+        triangle.map(|point| self.positions[point as usize])
+    }
+}
+
+/// The point of each vertex, and the points' positions. A hash table with linear probing over the bits of
+/// the coordinates.
+fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<Vector>) {
+    const EMPTY: u32 = u32::MAX;
+    let vertices = mesh.positions();
+    let mask = (2 * vertices.len()).next_power_of_two().max(2) - 1;
+    let mut table = vec![EMPTY; mask + 1];
+    let mut first_vertex: Vec<u32> = Vec::with_capacity(vertices.len());
+    let mut of_vertex = Vec::with_capacity(vertices.len());
+    // Adding 0.0 makes one zero of the two.
+    let key = |vertex: usize| vertices[vertex].map(|value| (value + 0.0).to_bits());
+    for vertex in 0..vertices.len() {
+        let bits = key(vertex);
+        let hash = bits.iter().fold(0u64, |hash, &bits| {
+            (hash ^ u64::from(bits)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+        });
+        let mut slot = hash as usize & mask;
+        while table[slot] != EMPTY && key(first_vertex[table[slot] as usize] as usize) != bits {
+            slot = (slot + 1) & mask;
+        }
+        if table[slot] == EMPTY {
+            table[slot] = first_vertex.len() as u32;
+            first_vertex.push(vertex as u32);
+        }
+        of_vertex.push(table[slot]);
+    }
+    let position = |&vertex: &u32| vertices[vertex as usize].map(f64::from);
+    (of_vertex, first_vertex.iter().map(position).collect())
+}
+
+/// The component of each point, numbered from 0, and how many there are.
+fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    for &[a, b, c] in triangles {
+        for (a, b) in [(a, b), (a, c)] {
+            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut number = vec![u32::MAX; count];
+    let mut next = 0;
+    let component = (0..count as u32).map(|point| {
+        let number = &mut number[root(&mut parent, point) as usize];
+        if *number == u32::MAX {
+            *number = next;
+            next += 1;
+        }
+        *number
+    });
+    (component.collect(), next as usize)
+}
+
+fn root(parent: &mut [u32], mut node: u32) -> u32 {
+    while parent[node as usize] != node {
+        let grandparent = parent[parent[node as usize] as usize];
+        parent[node as usize] = grandparent;
+        node = grandparent;
+    }
+    node
+}
+
+fn bounds(positions: &[Vector], triangles: &[[u32; 3]]) -> [Vector; 2] {
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for &point in triangles.as_flattened() {
+        for k in 0..3 {
+            bounds[0][k] = bounds[0][k].min(positions[point as usize][k]);
+            bounds[1][k] = bounds[1][k].max(positions[point as usize][k]);
+        }
+    }
+    bounds
+}
+
+fn normals(positions: &[Vector], triangles: &[[u32; 3]]) -> Vec<Vector> {
+    let mut normals = vec![[0.0; 3]; positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|point| positions[point as usize]);
+        let normal = cross(sub(b, a), sub(c, a));
+        for &point in triangle {
+            normals[point as usize] = plus(normals[point as usize], 1.0, normal);
+        }
+    }
+    normals.into_iter().map(|normal| direction(normal).unwrap_or_default()).collect()
+}

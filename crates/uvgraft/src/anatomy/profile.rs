@@ -1,0 +1,247 @@
+//! The outline of a mesh in a plane, and where on it the profile of a face is.
+
+use super::points::Points;
+use crate::vector::{Vector, cross, dot, perpendicular, plus, sub};
+
+/// Profile of an adult face on the midline: height and depth from the centre between the eyeballs, in
+/// distances between the eyes. Rounded facial proportions (sellion, pronasale, subnasale, stomion, pogonion
+/// and what is between them), hairline to chin.
+const TEMPLATE: [[f64; 2]; 24] = [
+    [1.2, 0.15],
+    [1.0, 0.26],
+    [0.8, 0.34],
+    [0.6, 0.4],
+    [0.45, 0.43],
+    [0.3, 0.43],
+    [0.15, 0.38],
+    [0.02, 0.36],
+    [-0.1, 0.4],
+    [-0.22, 0.48],
+    [-0.35, 0.58],
+    [-0.48, 0.67],
+    TIP,
+    [-0.72, 0.64],
+    [-0.82, 0.5],
+    [-0.93, 0.5],
+    [-1.03, 0.52],
+    [-1.12, 0.46],
+    [-1.22, 0.48],
+    [-1.36, 0.37],
+    [-1.5, 0.36],
+    [-1.65, 0.37],
+    [-1.8, 0.25],
+    [-1.95, -0.1],
+];
+/// The tip of the nose in it.
+const TIP: [f64; 2] = [-0.6, 0.74];
+/// A larger deviation says no more than this one.
+const LARGEST_DEVIATION: f64 = 0.5;
+
+/// Where a mesh cuts a plane: segments in the plane's own coordinates.
+pub(super) struct Section {
+    origin: Vector,
+    axes: [Vector; 2],
+    segments: Vec<[[f64; 2]; 2]>,
+}
+
+/// Where a face was found in a section.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// Mean deviation from the profile of a face, in distances between the eyes.
+    pub deviation: f64,
+    /// Halfway between the eyes.
+    pub origin: Vector,
+    pub up: Vector,
+    pub forward: Vector,
+    /// The distance between the eyes.
+    pub unit: f64,
+}
+
+/// An orientation of a section: the direction of forward, and on which side of it up is.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    angle: f64,
+    is_mirrored: bool,
+}
+
+impl Turn {
+    fn up_and_forward(self) -> [[f64; 2]; 2] {
+        let (sin, cos) = self.angle.sin_cos();
+        let up = if self.is_mirrored { [sin, -cos] } else { [-sin, cos] };
+        [up, [cos, sin]]
+    }
+
+    fn all(steps: usize) -> impl Iterator<Item = Self> {
+        (0..2 * steps).map(move |index| Self {
+            angle: (index / 2) as f64 * std::f64::consts::TAU / steps as f64,
+            is_mirrored: index % 2 == 1,
+        })
+    }
+
+    fn near(self, step: f64) -> impl Iterator<Item = Self> {
+        (-2..=2).map(move |k| Self { angle: self.angle + f64::from(k) * step, ..self })
+    }
+}
+
+impl Section {
+    /// Cuts the triangles within `reach` of `origin` by the plane through it at right angles to `normal`.
+    pub fn new(points: &Points, origin: Vector, normal: Vector, reach: f64) -> Self {
+        let first = perpendicular(normal);
+        let axes = [first, cross(normal, first)];
+        let heights: Vec<f64> =
+            points.positions.iter().map(|&point| dot(sub(point, origin), normal)).collect();
+        let mut segments = Vec::new();
+        for &triangle in &points.triangles {
+            let height = triangle.map(|point| heights[point as usize]);
+            let above = height.map(|height| height >= 0.0);
+            if above[0] == above[1] && above[1] == above[2] {
+                continue;
+            }
+            let corners = points.corners(triangle);
+            let mut ends = [[0.0; 2]; 2];
+            let mut count = 0;
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                if above[a] != above[b] && count < 2 {
+                    let along = height[a] / (height[a] - height[b]);
+                    let at = plus(corners[a], along, sub(corners[b], corners[a]));
+                    let offset = sub(at, origin);
+                    ends[count] = axes.map(|axis| dot(offset, axis));
+                    count += 1;
+                }
+            }
+            if ends.iter().all(|end| end[0].hypot(end[1]) < reach) {
+                segments.push(ends);
+            }
+        }
+        Self { origin, axes, segments }
+    }
+
+    /// The orientation in which the face is, its eyes being known.
+    pub fn around_eyes(&self, unit: f64) -> Found {
+        let deviation = |turn: Turn| {
+            let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 148);
+            outline.deviation([0.0, 0.0], unit)
+        };
+        let mut best = least(Turn::all(48), deviation);
+        for degrees in [3.0_f64, 1.0, 0.4] {
+            best = least(best.1.near(degrees.to_radians()), deviation);
+        }
+        self.found(best.0, best.1, [0.0, 0.0], unit)
+    }
+
+    /// The face of a section without eyes: its place, size and orientation.
+    pub fn anywhere(&self) -> Option<Found> {
+        let reach = self.segments.iter().flatten().map(|end| end[0].hypot(end[1]));
+        let reach = reach.fold(0.0, f64::max);
+        let units: Vec<f64> = (0..20).map(|k| reach / 17.0 * 1.13_f64.powi(k)).collect();
+        let mut best: Option<(f64, Turn, [f64; 2], f64)> = None;
+        let mut try_all = |turn: Turn, units: &[f64], bins: usize| {
+            let outline = Outline::new(self, turn, [-reach, reach], bins);
+            for &unit in units {
+                outline.for_each_tip(unit, |eyes| {
+                    let deviation = outline.deviation(eyes, unit);
+                    if best.is_none_or(|best| deviation < best.0) {
+                        best = Some((deviation, turn, eyes, unit));
+                    }
+                });
+            }
+            best
+        };
+        let mut coarse = None;
+        for turn in Turn::all(36) {
+            coarse = try_all(turn, &units, 400);
+        }
+        for step in [0.05, 0.02] {
+            let (_, turn, _, unit) = coarse?;
+            let units: Vec<f64> = (-2..=2).map(|k| unit * (1.0 + step * f64::from(k))).collect();
+            for turn in turn.near(step) {
+                coarse = try_all(turn, &units, 1200);
+            }
+        }
+        let (deviation, turn, eyes, unit) = coarse?;
+        Some(self.found(deviation, turn, eyes, unit))
+    }
+
+    fn found(&self, deviation: f64, turn: Turn, eyes: [f64; 2], unit: f64) -> Found {
+        let [up, forward] = turn.up_and_forward();
+        let space = |[a, b]: [f64; 2]| plus(plus([0.0; 3], a, self.axes[0]), b, self.axes[1]);
+        let (up, forward) = (space(up), space(forward));
+        let origin = plus(plus(self.origin, eyes[0], up), eyes[1], forward);
+        Found { deviation, origin, up, forward, unit }
+    }
+}
+
+fn least(turns: impl Iterator<Item = Turn>, deviation: impl Fn(Turn) -> f64) -> (f64, Turn) {
+    let first = (f64::INFINITY, Turn { angle: 0.0, is_mirrored: false });
+    turns.map(|turn| (deviation(turn), turn)).fold(
+        first,
+        |best, next| {
+            if next.0 < best.0 { next } else { best }
+        },
+    )
+}
+
+/// The foremost depth at each height of a section that is turned.
+struct Outline {
+    low: f64,
+    step: f64,
+    depths: Vec<f64>,
+}
+
+impl Outline {
+    fn new(section: &Section, turn: Turn, [low, high]: [f64; 2], bins: usize) -> Self {
+        let [up, forward] = turn.up_and_forward();
+        let step = (high - low) / bins as f64;
+        let mut depths = vec![f64::NEG_INFINITY; bins];
+        for ends in &section.segments {
+            let [a, b] = ends.map(|[p, q]| {
+                let height = (p * up[0] + q * up[1] - low) / step - 0.5;
+                [height, p * forward[0] + q * forward[1]]
+            });
+            let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
+            let (first, last) = (a[0].ceil().max(0.0), b[0].floor().min(bins as f64 - 1.0));
+            if first > last {
+                continue;
+            }
+            let slope = (b[1] - a[1]) / (b[0] - a[0]).max(1e-12);
+            for bin in first as usize..=last as usize {
+                let depth = a[1] + slope * (bin as f64 - a[0]);
+                depths[bin] = depths[bin].max(depth);
+            }
+        }
+        Self { low, step, depths }
+    }
+
+    fn at(&self, height: f64) -> f64 {
+        let bin = (height - self.low) / self.step;
+        if bin < 0.0 { f64::NEG_INFINITY } else { self.get(bin as usize) }
+    }
+
+    fn get(&self, bin: usize) -> f64 {
+        self.depths.get(bin).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// How far the outline is from a face whose eyes are at a height and depth.
+    fn deviation(&self, eyes: [f64; 2], unit: f64) -> f64 {
+        let deviations = TEMPLATE.iter().map(|&[height, depth]| {
+            let found = (self.at(eyes[0] + height * unit) - eyes[1]) / unit;
+            (found - depth).abs().min(LARGEST_DEVIATION)
+        });
+        deviations.sum::<f64>() / TEMPLATE.len() as f64
+    }
+
+    /// Calls `visit` with where eyes are if a tip of a nose is at each foremost place of the outline.
+    fn for_each_tip(&self, unit: f64, mut visit: impl FnMut([f64; 2])) {
+        let beside = ((0.2 * unit / self.step) as usize).max(1);
+        for bin in beside..self.depths.len().saturating_sub(beside) {
+            let depth = self.depths[bin];
+            if !depth.is_finite() || self.get(bin - 1) > depth || self.get(bin + 1) > depth {
+                continue;
+            }
+            if self.get(bin - beside) < depth && self.get(bin + beside) < depth - 0.03 * unit {
+                let height = self.low + (bin as f64 + 0.5) * self.step;
+                visit([height - TIP[0] * unit, depth - TIP[1] * unit]);
+            }
+        }
+    }
+}

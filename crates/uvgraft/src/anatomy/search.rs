@@ -1,0 +1,187 @@
+//! Where the head is: from its eyeballs, or without them from its symmetry and the profile of its face.
+
+use super::AnatomyError;
+use super::eyes::{EyePair, SphereFit, pairs};
+use super::frame::HeadFrame;
+use super::points::Points;
+use super::profile::{Found, Section};
+use super::relief::Relief;
+use super::symmetry::{LEAST_MIRRORED, planes};
+use crate::vector::{Vector, direction, norm, plus, sub};
+
+/// A head that was found.
+pub(super) struct Head {
+    pub frame: HeadFrame,
+    pub eyes: Eyes,
+    /// The depth map of the skin.
+    pub relief: Relief,
+}
+
+/// Eyes in the head's coordinates.
+pub(super) struct Eyes {
+    /// The left one's centre and the right one's.
+    pub centers: [Vector; 2],
+    /// `None` where there are no eyeballs.
+    pub radius: Option<f64>,
+    /// Whether each component is part of an eyeball.
+    pub components: Vec<bool>,
+    /// The component of the face's skin.
+    pub skin: u32,
+}
+
+/// Deviations from the profile of a face that are accepted: the eyes being known, or not.
+const LARGEST_DEVIATION: f64 = 0.26;
+const LARGEST_DEVIATION_WITHOUT_EYES: f64 = 0.085;
+
+pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
+    let mut best: Option<(f64, Head)> = None;
+    for pair in pairs(points) {
+        if let Some((deviation, head)) = by_eyes(points, &pair)
+            && best.as_ref().is_none_or(|best| deviation < best.0)
+        {
+            best = Some((deviation, head));
+        }
+    }
+    match best {
+        Some((_, head)) => Ok(head),
+        None => by_symmetry(points),
+    }
+}
+
+fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
+    let [a, b] = pair.spheres;
+    let unit = norm(sub(b.center, a.center));
+    let normal = direction(sub(b.center, a.center))?;
+    let origin = plus(a.center, 0.5, sub(b.center, a.center));
+    let found = Section::new(points, origin, normal, 4.0 * unit).around_eyes(unit);
+    if found.deviation > LARGEST_DEVIATION {
+        return None;
+    }
+    let frame = HeadFrame::new(origin, found.up, found.forward, unit)?;
+    let radius = 0.5 * (a.radius + b.radius) / unit;
+    let mut centers = [frame.local(a.center), frame.local(b.center)];
+    centers.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let is_eye = eye_components(points, &frame, centers, radius);
+    let (relief, skin) = skin_relief(points, &frame, &is_eye)?;
+    check(&relief, 0.06).ok()?;
+    let eyes = Eyes { centers, radius: Some(radius), components: is_eye, skin };
+    Some((found.deviation, Head { frame, eyes, relief }))
+}
+
+fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
+    let planes = planes(points);
+    let mirrored = planes.first().map_or(0.0, |plane| plane.mirrored);
+    if mirrored < LEAST_MIRRORED {
+        return Err(AnatomyError::NoSymmetry { found: mirrored, needed: LEAST_MIRRORED });
+    }
+    let mut founds: Vec<Found> = planes
+        .iter()
+        .filter(|plane| plane.mirrored >= LEAST_MIRRORED)
+        .filter_map(|plane| {
+            Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere()
+        })
+        .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
+        .collect();
+    founds.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+    let mut reason = "its outline is nowhere the profile of a face";
+    for found in founds {
+        match without_eyes(points, &found) {
+            Ok(head) => return Ok(head),
+            Err(why) => reason = why,
+        }
+    }
+    Err(AnatomyError::NoFace { reason })
+}
+
+fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
+    let nothing = vec![false; points.component_count];
+    let mut frame = HeadFrame::new(found.origin, found.up, found.forward, found.unit)
+        .ok_or("its outline is a point")?;
+    let mut radius = None;
+    for _ in 0..3 {
+        let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
+        let Some([left, right]) = bulges(&relief) else { break };
+        let middle = plus(left.0, 0.5, sub(right.0, left.0));
+        let unit = frame.unit * (left.0[0] - right.0[0]);
+        if (unit / found.unit - 1.0).abs() > 0.2 {
+            break;
+        }
+        // The plane of symmetry is more reliable than the centres of two small spheres.
+        let origin = frame.world([0.0, middle[1], middle[2]]);
+        radius = Some(0.5 * (left.1 + right.1) * frame.unit / unit);
+        frame = HeadFrame { origin, unit, ..frame };
+    }
+    let (relief, skin) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
+    check(&relief, 0.25)?;
+    let centers = [[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]];
+    let eyes = Eyes { centers, radius, components: nothing, skin };
+    Ok(Head { frame, eyes, relief })
+}
+
+/// Centre and radius of what bulges where eyes are: eyeballs joined to the skin, or closed lids.
+fn bulges(relief: &Relief) -> Option<[(Vector, f64); 2]> {
+    let bulge = |x: f64| {
+        let places = relief.within([x, 0.0], 0.11);
+        let mut fit = SphereFit::new([x, 0.0, 0.0]);
+        places.iter().for_each(|&place| fit.add(place));
+        let sphere = fit.sphere().filter(|_| places.len() > 20)?;
+        let errors = places.iter().map(|&p| (norm(sub(p, sphere.center)) - sphere.radius).abs());
+        let error = errors.sum::<f64>() / places.len() as f64;
+        let is_behind = places.iter().all(|place| place[2] > sphere.center[2]);
+        let is_near = (sphere.center[0] - x).abs() < 0.15 && sphere.center[1].abs() < 0.15;
+        let is_eye = error < 0.012 && is_behind && is_near && (0.12..0.3).contains(&sphere.radius);
+        is_eye.then_some((sphere.center, sphere.radius))
+    };
+    Some([bulge(0.5)?, bulge(-0.5)?])
+}
+
+/// Components that lie within either eye.
+fn eye_components(
+    points: &Points,
+    frame: &HeadFrame,
+    centers: [Vector; 2],
+    radius: f64,
+) -> Vec<bool> {
+    let mut is_eye = vec![true; points.component_count];
+    for (&position, &component) in points.positions.iter().zip(&points.component) {
+        if is_eye[component as usize] {
+            let local = frame.local(position);
+            let distance = centers.iter().map(|&c| norm(sub(local, c))).fold(9.0, f64::min);
+            is_eye[component as usize] = distance < 1.25 * radius;
+        }
+    }
+    is_eye
+}
+
+/// The depth map of the component that the face is of, and which one that is.
+fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(Relief, u32)> {
+    let at: Vec<Vector> = points.positions.iter().map(|&p| frame.local(p)).collect();
+    let all = Relief::new(points, &at, |component| !is_eye[component as usize]);
+    let skin = all.skin(points.component_count)?;
+    if points.component_count == 1 {
+        return Some((all, skin));
+    }
+    Some((Relief::new(points, &at, |component| component == skin), skin))
+}
+
+/// Whether a depth map is that of a face, with a nose that stands out at least so far.
+fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
+    if relief.coverage() < 0.7 {
+        return Err("there are holes where a face would be");
+    }
+    if relief.asymmetry() > 0.14 {
+        return Err("both sides of what would be a face differ");
+    }
+    let column = relief.column(0.0, [-1.0, -0.2]);
+    let tip = column.into_iter().reduce(|a, b| if b[1] > a[1] { b } else { a });
+    let tip = tip.ok_or("there is no nose")?;
+    let beside = relief.both(0.5, tip[1]).ok_or("there are no cheeks")?;
+    if tip[1] - beside < nose {
+        return Err("no nose stands out between the cheeks");
+    }
+    let [inner, outer] = [relief.both(0.3, -0.4), relief.both(1.0, -0.4)];
+    if outer.unwrap_or(-2.0) > inner.unwrap_or(0.0) {
+        return Err("the cheeks do not recede to the sides");
+    }
+    Ok(())
+}
