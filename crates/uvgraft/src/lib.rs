@@ -32,6 +32,8 @@ pub mod fit;
 pub mod formats;
 pub mod graft;
 pub mod islands;
+pub mod labels;
+mod layout_grid;
 pub mod map;
 pub mod mesh;
 pub mod metrics;

@@ -30,6 +30,17 @@ pub struct SkinModel {
     whiten: [f32; 6],
 }
 
+/// How a colour differs from skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Deviation {
+    /// In hue, in standard deviations. More of the same hue, as where skin shades skin, counts less.
+    pub hue: f32,
+    /// How much less saturated it is, in standard deviations; 0 for skin that is grey itself.
+    pub pale: f32,
+    /// The logarithm of how much lighter it is.
+    pub light: f32,
+}
+
 /// Why there is no estimate of skin.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -57,6 +68,12 @@ pub enum SkinError {
 
 /// `d`, in units of `s`: below about 5 levels of 8 bits in each channel hue counts little.
 const DARK: f32 = 0.06;
+/// Added to sums of red, green and blue before their logarithms are compared.
+const SHADE: f32 = 0.03;
+/// Skin less saturated than this, as a length of both hues, is grey: it has no hue of its own.
+const GREY: f32 = 0.02;
+/// How much of a difference counts that makes a colour more saturated than skin.
+const MORE_SATURATED: f32 = 0.4;
 /// The least `m`; blacker skin is as light as this.
 const LEAST_LIGHTNESS: f32 = 0.1;
 
@@ -149,6 +166,31 @@ impl SkinModel {
     #[inline(always)]
     pub fn weight(&self, rgb: [f32; 3]) -> f32 {
         fade(self.squared_distance(coordinates(rgb, self.lightness)), NEAR, FAR)
+    }
+
+    /// How a colour, as sRGB stores it, differs from skin.
+    pub(crate) fn deviation(&self, rgb: [f32; 3]) -> Deviation {
+        let [x, y, _] = coordinates(rgb, self.lightness);
+        let [x, y] = [x - self.center[0], y - self.center[1]];
+        let sums = [sum(rgb), sum(self.color())].map(|sum| sum + SHADE);
+        let light = (sums[0] / sums[1]).ln();
+        let whitened = |x: f32, y: f32| {
+            let [xx, yx, yy, ..] = self.whiten;
+            (xx * x).hypot(yx * x + yy * y)
+        };
+        let saturation = self.center[0].hypot(self.center[1]);
+        if saturation < GREY {
+            return Deviation { hue: whitened(x, y), pale: 0.0, light };
+        }
+        let outwards = [self.center[0] / saturation, self.center[1] / saturation];
+        let along = x * outwards[0] + y * outwards[1];
+        let counted = if along > 0.0 { MORE_SATURATED * along } else { along };
+        let shift = counted - along;
+        Deviation {
+            hue: whitened(x + shift * outwards[0], y + shift * outwards[1]),
+            pale: -along * whitened(outwards[0], outwards[1]),
+            light,
+        }
     }
 
     /// The colour in the middle of what is skin.

@@ -1,0 +1,218 @@
+//! How far the colours of a texture are from the skin that cheeks and nose show.
+
+use crate::layout_grid::{GridColors, LayoutGrid};
+use crate::skin::{SkinError, SkinModel};
+use crate::threads::map_indices;
+
+use super::geodesic::Steps;
+use super::head::HeadLayout;
+
+/// What is known of each texel's colour.
+#[derive(Debug, Clone)]
+pub(super) struct Evidence {
+    /// How far the hue is from skin's, in standard deviations. Towards more saturated colours of the same hue, as
+    /// where skin shades skin, it counts less.
+    pub hue: Vec<f32>,
+    /// How far the colour is less saturated than skin, in standard deviations; negative where it is more.
+    pub pale: Vec<f32>,
+    /// Logarithm of how much lighter it is than the skin around.
+    pub light: Vec<f32>,
+    /// Logarithm of how much lighter it is than the cheeks.
+    pub light_of_face: Vec<f32>,
+    /// The distance from cheeks, forehead and nose in steps of colour, ΔE beyond noise.
+    pub step: Vec<f32>,
+    pub steps: Steps,
+    /// How much there is of the texture.
+    pub known: Vec<f32>,
+}
+
+/// Colours of an area's texels, at most some thousands of them.
+fn colors_of(colors: &GridColors, area: &[f32]) -> Vec<[f32; 3]> {
+    const MOST: usize = 4096;
+    let is_in = |&texel: &usize| area[texel] >= 0.5 && colors.known[texel] >= 0.5;
+    let all: Vec<usize> = (0..area.len()).filter(is_in).collect();
+    let step = all.len().div_ceil(MOST).max(1);
+    all.into_iter().step_by(step).map(|texel| colors.rgb[texel]).collect()
+}
+
+impl Evidence {
+    /// Looks at the texels of a grid.
+    ///
+    /// # Errors
+    /// [`SkinError`] if cheeks and nose are not of one colour.
+    pub fn new(head: &HeadLayout, colors: GridColors) -> Result<Self, SkinError> {
+        let (grid, areas) = (&head.grid, &head.areas);
+        let mut seeds = colors_of(&colors, &areas.cheeks);
+        // A nose has highlights; it must not outnumber the cheeks.
+        let nose = colors_of(&colors, &areas.nose);
+        let most = seeds.len() / 3;
+        seeds.extend(nose.iter().step_by((nose.len() / most.max(1)).max(1)).take(most));
+        let skin = SkinModel::new(&seeds, &[])?;
+        let deviation: Vec<_> =
+            map_indices(colors.rgb.len(), |texel| skin.deviation(colors.rgb[texel]));
+        let light_of_face: Vec<f32> = deviation.iter().map(|deviation| deviation.light).collect();
+        let is_skin = |texel: usize| {
+            let deviation = &deviation[texel];
+            colors.known[texel] >= 0.5
+                && areas.eyes[texel] < 0.5
+                && deviation.hue < 2.5
+                && deviation.light.abs() < 0.7
+        };
+        let around =
+            Surroundings::new(grid, |texel| is_skin(texel).then_some(light_of_face[texel]));
+        let width = grid.size().width as usize;
+        let light = map_indices(light_of_face.len(), |texel| {
+            light_of_face[texel] - around.at(texel % width, texel / width)
+        });
+        let steps = steps(head, &colors);
+        let is_seed = |&texel: &u32| {
+            let texel = texel as usize;
+            let area = areas.cheeks[texel].max(areas.nose[texel]).max(areas.forehead[texel]);
+            area >= 0.5 && is_skin(texel) && light[texel].abs() < 0.4 && deviation[texel].hue < 2.0
+        };
+        let seeds = (0..light.len() as u32).filter(is_seed);
+        let step = steps.distances(grid, seeds, |texel| {
+            areas.eyes[texel as usize] < 0.5 && colors.known[texel as usize] >= 0.5
+        });
+        Ok(Self {
+            hue: deviation.iter().map(|deviation| deviation.hue).collect(),
+            pale: deviation.iter().map(|deviation| deviation.pale).collect(),
+            light,
+            light_of_face,
+            step,
+            steps,
+            known: colors.known,
+        })
+    }
+}
+
+/// Colours as one sees them, and what of their changes is noise: what nine in ten of the cheeks' texels stay below.
+fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
+    let grid = &head.grid;
+    let plain: Vec<[f32; 3]> = map_indices(colors.rgb.len(), |texel| lab(colors.rgb[texel]));
+    let lab: Vec<[f32; 3]> = map_indices(plain.len(), |texel| {
+        // A texel and those beside it: noise of single texels is no edge.
+        let (mut sum, mut total) = (plain[texel].map(|value| value * 2.0), 2.0);
+        for near in grid.neighbours(texel as u32) {
+            if colors.known[near as usize] >= 0.5 {
+                for (sum, value) in sum.iter_mut().zip(plain[near as usize]) {
+                    *sum += 0.5 * value;
+                }
+                total += 0.5;
+            }
+        }
+        sum.map(|sum| sum / total)
+    });
+    let mut steps = Steps { lab, noise: 0.0 };
+    let cheeks = (0..plain.len() as u32).filter(|&texel| head.areas.cheeks[texel as usize] >= 0.5);
+    let mut changes: Vec<f32> = cheeks
+        .flat_map(|texel| grid.neighbours(texel).map(move |near| (texel, near)))
+        .filter(|&(texel, near)| texel < near)
+        .map(|(texel, near)| distance(steps.lab[texel as usize], steps.lab[near as usize]))
+        .filter(|change| change.is_finite())
+        .collect();
+    let most = changes.len() * 9 / 10;
+    let noise = if changes.is_empty() {
+        0.0
+    } else {
+        *changes.select_nth_unstable_by(most, f32::total_cmp).1
+    };
+    steps.noise = (1.2 * noise).clamp(0.6, 4.0);
+    steps
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
+}
+
+/// CIELAB of an sRGB colour as stored.
+pub(crate) fn lab(rgb: [f32; 3]) -> [f32; 3] {
+    let [r, g, b] = rgb.map(|value| crate::color::linear_from_srgb(value.clamp(0.0, 1.0)));
+    let root = |value: f32| {
+        if value > 0.008_856 { value.cbrt() } else { 7.787 * value + 16.0 / 116.0 }
+    };
+    let x = root((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
+    let y = root(0.2126 * r + 0.7152 * g + 0.0722 * b);
+    let z = root((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089);
+    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+/// A value that some texels have, smooth and everywhere.
+struct Surroundings {
+    side: [usize; 2],
+    cells: Vec<f32>,
+}
+
+/// So many texels of the grid are a cell.
+const CELL: usize = 8;
+
+impl Surroundings {
+    fn new(grid: &LayoutGrid, value: impl Fn(usize) -> Option<f32>) -> Self {
+        let [width, height] = [grid.size().width, grid.size().height].map(|side| side as usize);
+        let side = [width.div_ceil(CELL), height.div_ceil(CELL)];
+        let mut sums = vec![(0.0, 0.0); side[0] * side[1]];
+        for texel in 0..width * height {
+            if let Some(value) = value(texel) {
+                let sum = &mut sums[texel / width / CELL * side[0] + texel % width / CELL];
+                sum.0 += value;
+                sum.1 += 1.0;
+            }
+        }
+        let full = (CELL * CELL) as f32;
+        let cells: Vec<(f32, f32)> = sums
+            .into_iter()
+            .map(|(sum, count)| (sum / f32::max(count, 1.0), count / full))
+            .collect();
+        Self { side, cells: pushed_and_pulled(&cells, side) }
+    }
+
+    /// The value at a texel, linear between the middles of cells.
+    fn at(&self, x: usize, y: usize) -> f32 {
+        let place = |at: usize, side: usize| {
+            let at = ((at as f32 + 0.5) / CELL as f32 - 0.5).clamp(0.0, (side - 1) as f32);
+            let first = at as usize;
+            (first, (first + 1).min(side - 1), at - first as f32)
+        };
+        let (left, right, s) = place(x, self.side[0]);
+        let (top, bottom, t) = place(y, self.side[1]);
+        let value = |x: usize, y: usize| self.cells[y * self.side[0] + x];
+        let above = value(left, top) + (value(right, top) - value(left, top)) * s;
+        let below = value(left, bottom) + (value(right, bottom) - value(left, bottom)) * s;
+        above + (below - above) * t
+    }
+}
+
+/// Fills cells whose weight is less than 1 from coarser ones ("pull-push", S. Gortler et al., 1996).
+fn pushed_and_pulled(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f32> {
+    if width <= 2 && height <= 2 {
+        let total: f32 = cells.iter().map(|cell| cell.1).sum();
+        let mean = cells.iter().map(|cell| cell.0 * cell.1).sum::<f32>() / total.max(1e-6);
+        return vec![mean; cells.len()];
+    }
+    let coarse = [width.div_ceil(2), height.div_ceil(2)];
+    let mut sums = vec![(0.0, 0.0); coarse[0] * coarse[1]];
+    for (index, &(value, weight)) in cells.iter().enumerate() {
+        let sum = &mut sums[index / width / 2 * coarse[0] + index % width / 2];
+        sum.0 += value * weight;
+        sum.1 += weight;
+    }
+    let sums: Vec<(f32, f32)> = sums
+        .into_iter()
+        .map(|(sum, weight)| (sum / f32::max(weight, 1e-6), weight.min(1.0)))
+        .collect();
+    let filled = pushed_and_pulled(&sums, coarse);
+    cells
+        .iter()
+        .enumerate()
+        .map(|(index, &(value, weight))| {
+            let beneath = filled[index / width / 2 * coarse[0] + index % width / 2];
+            beneath + (value - beneath) * weight.min(1.0)
+        })
+        .collect()
+}
+
+/// From 0 to 1 while a value goes from one to another.
+pub(super) fn ramp(from: f32, to: f32, value: f32) -> f32 {
+    let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

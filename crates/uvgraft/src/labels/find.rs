@@ -1,0 +1,247 @@
+//! From evidence to labels.
+
+use crate::layout_grid::GridColors;
+use crate::texture::Texture;
+
+use super::evidence::{Evidence, ramp};
+use super::geodesic::{flood, parts};
+use super::head::HeadLayout;
+use super::{Label, LabelError, Labels};
+
+/// What is not skin and has fewer texels, of some 220,000, is a mole.
+const MOLE: usize = 70;
+/// Hair that hangs down is looked for up to so many eye distances below the scalp.
+const HANGING: f32 = 1.2;
+/// Cloth is at least this share of the neck.
+const LEAST_CLOTH: f64 = 0.004;
+
+impl Labels {
+    /// Finds what the texture of a head shows.
+    ///
+    /// # Errors
+    /// [`LabelError::Skin`] if the cheeks are not of one colour, or not there.
+    pub(crate) fn find(head: &HeadLayout, texture: &Texture) -> Result<Self, LabelError> {
+        let colors = GridColors::new(texture, &head.grid);
+        let evidence = Evidence::new(head, colors)?;
+        let finder = Finder { head, evidence };
+        let cloth = finder.cloth();
+        let hair = finder.hair(&cloth);
+        let other = finder.other(&cloth, &hair);
+        let weights = (0..cloth.len())
+            .map(|texel| finder.weights(texel, cloth[texel], hair[texel], other[texel]))
+            .collect();
+        Ok(Self { size: head.grid.size(), weights }.softened())
+    }
+}
+
+struct Finder<'a> {
+    head: &'a HeadLayout,
+    evidence: Evidence,
+}
+
+impl Finder<'_> {
+    fn texels(&self) -> std::ops::Range<u32> {
+        0..self.evidence.hue.len() as u32
+    }
+
+    /// How far a texel's colour rules out that it is skin, whatever is around it.
+    fn is_not_skin(&self, texel: usize) -> f32 {
+        let Evidence { hue, light, light_of_face, .. } = &self.evidence;
+        let hue = ramp(3.5, 6.0, hue[texel]) * ramp(-2.0, -1.3, light_of_face[texel]);
+        let dark = ramp(0.33, 0.75, -light[texel]);
+        hue.max(dark)
+    }
+
+    /// How far a texel at the neck is cloth or background by its colour, and by the step that leads there.
+    fn is_like_cloth(&self, texel: usize) -> f32 {
+        let Evidence { hue, light, step, known, .. } = &self.evidence;
+        if known[texel] < 0.5 {
+            return 1.0;
+        }
+        let (hue, light, step) = (hue[texel], light[texel], step[texel]);
+        let dark_enough = ramp(-2.2, -1.5, self.evidence.light_of_face[texel]);
+        let other_color = (ramp(3.0, 5.0, hue) * dark_enough)
+            .max(ramp(0.33, 0.6, light))
+            .max(ramp(0.9, 1.4, -light));
+        // A shadow is darker and keeps skin's hue; cloth of skin's colour is behind a step alone.
+        let no_shadow = ramp(-0.45, -0.2, light).max(ramp(1.8, 3.0, hue));
+        (other_color * ramp(1.0, 2.5, step)).max(no_shadow * ramp(2.5, 4.0, step))
+    }
+
+    /// Cloth and background: what is like it and hangs together with the rim at the neck.
+    fn cloth(&self) -> Vec<f32> {
+        let head = self.head;
+        let alike: Vec<f32> = self
+            .texels()
+            .map(|texel| {
+                let texel = texel as usize;
+                if self.may_be_cloth(texel) { self.is_like_cloth(texel) } else { 0.0 }
+            })
+            .collect();
+        let is_open = |texel: u32| alike[texel as usize] >= 0.5;
+        let mut found = flood(&head.grid, head.rim.iter().copied(), is_open);
+        let count = |of: &[bool]| of.iter().filter(|is| **is).count();
+        let neck = head.areas.neck.iter().filter(|&&neck| neck >= 0.5).count();
+        if count(&found) as f64 > LEAST_CLOTH * neck as f64 {
+            self.drop_hair(&mut found);
+            let left = found;
+            found = flood(&head.grid, head.rim.iter().copied(), |texel| left[texel as usize]);
+        }
+        if (count(&found) as f64) <= LEAST_CLOTH * neck as f64 {
+            return vec![0.0; alike.len()];
+        }
+        // Its edge is as soft as the evidence there.
+        let near = self.widened(&found, 2);
+        (0..found.len()).map(|texel| if near[texel] { alike[texel] } else { 0.0 }).collect()
+    }
+
+    fn may_be_cloth(&self, texel: usize) -> bool {
+        let areas = &self.head.areas;
+        let face = areas.cheeks[texel]
+            .max(areas.nose[texel])
+            .max(areas.forehead[texel])
+            .max(areas.lips[texel])
+            .max(areas.eyes[texel])
+            .max(areas.mouth[texel])
+            .max(areas.sockets[texel]);
+        self.head.grid.faces()[texel] != crate::layout_grid::NONE && face < 0.2
+    }
+
+    /// Takes hair that hangs down to the neck out of what looks like cloth.
+    fn drop_hair(&self, found: &mut [bool]) {
+        let areas = &self.head.areas;
+        let Evidence { step, .. } = &self.evidence;
+        let is_crown = |&texel: &u32| {
+            let texel = texel as usize;
+            areas.scalp[texel] >= 0.9 && areas.neck[texel] < 0.1 && self.is_not_skin(texel) >= 0.5
+        };
+        let seeds: Vec<u32> = self.texels().filter(is_crown).collect();
+        if seeds.is_empty() {
+            return;
+        }
+        let steps = &self.evidence.steps;
+        let from_hair =
+            steps.distances(&self.head.grid, seeds.into_iter(), |texel| step[texel as usize] > 0.5);
+        for texel in 0..found.len() {
+            if found[texel] && from_hair[texel] < 3.0 && self.is_near_scalp(texel) {
+                found[texel] = false;
+            }
+        }
+    }
+
+    fn is_near_scalp(&self, texel: usize) -> bool {
+        self.head.areas.scalp[texel] > 0.02 || self.head.above_nape[texel] > -HANGING
+    }
+
+    /// Hair: what is no skin and hangs together with the scalp, and beards.
+    fn hair(&self, cloth: &[f32]) -> Vec<f32> {
+        let areas = &self.head.areas;
+        let Evidence { hue, light, step, .. } = &self.evidence;
+        let unlike: Vec<f32> = (0..cloth.len())
+            .map(|texel| {
+                let scalp = areas.scalp[texel];
+                let colors = self.is_not_skin(texel);
+                // On the scalp what is not clearly skin is hair: blond hair is close to it.
+                let clearly = ramp(1.5, 3.0, hue[texel])
+                    .max(ramp(0.12, 0.3, light[texel].abs()))
+                    .max(ramp(1.5, 4.0, step[texel]));
+                colors.max(scalp * clearly) * (1.0 - cloth[texel])
+            })
+            .collect();
+        let is_face = |texel: usize| areas.eyes[texel] >= 0.5 || areas.mouth[texel] >= 0.5;
+        let is_open = |texel: u32| unlike[texel as usize] >= 0.4 && !is_face(texel as usize);
+        let crown = self.texels().filter(|&texel| areas.scalp[texel as usize] >= 0.5);
+        let mut found = flood(&self.head.grid, crown, is_open);
+        self.add_beard(&unlike, &mut found);
+        let near = self.widened(&found, 2);
+        (0..cloth.len()).map(|texel| if near[texel] { unlike[texel] } else { 0.0 }).collect()
+    }
+
+    /// Beards: parts on the jaw and around the lips that are darker than skin and larger than a mole.
+    fn add_beard(&self, unlike: &[f32], found: &mut [bool]) {
+        let areas = &self.head.areas;
+        let is_open: Vec<bool> = (0..unlike.len())
+            .map(|texel| {
+                let place = areas.jaw[texel].max(areas.neck[texel]).max(areas.cheeks[texel]);
+                unlike[texel] >= 0.5
+                    && !found[texel]
+                    && place > 0.05
+                    && self.evidence.light[texel] < -0.2
+                    && areas.lips[texel] < 0.3
+            })
+            .collect();
+        for part in parts(&self.head.grid, &is_open) {
+            if part.len() > 4 * MOLE {
+                part.into_iter().for_each(|texel| found[texel as usize] = true);
+            }
+        }
+    }
+
+    /// What else is no skin in the face, as glasses are: nothing as small as a mole.
+    fn other(&self, cloth: &[f32], hair: &[f32]) -> Vec<f32> {
+        let areas = &self.head.areas;
+        let unlike: Vec<f32> = (0..cloth.len())
+            .map(|texel| {
+                let known = areas.ears[texel].max(areas.lips[texel]).max(areas.mouth[texel]);
+                let rest = (1.0 - known) * (1.0 - hair[texel]) * (1.0 - cloth[texel]);
+                self.is_not_skin(texel) * rest
+            })
+            .collect();
+        let is_open: Vec<bool> = unlike.iter().map(|&unlike| unlike >= 0.5).collect();
+        let mut found = vec![false; cloth.len()];
+        for part in parts(&self.head.grid, &is_open) {
+            if part.len() > MOLE {
+                part.into_iter().for_each(|texel| found[texel as usize] = true);
+            }
+        }
+        let near = self.widened(&found, 1);
+        (0..cloth.len()).map(|texel| if near[texel] { unlike[texel] } else { 0.0 }).collect()
+    }
+
+    /// What a texel is, softly.
+    fn weights(&self, texel: usize, cloth: f32, hair: f32, other: f32) -> [f32; 8] {
+        let areas = &self.head.areas;
+        let Evidence { hue, pale, light, .. } = &self.evidence;
+        let (hue, pale, light) = (hue[texel], pale[texel], light[texel]);
+        let mut weights = [0.0; 8];
+        let mut rest = 1.0_f32;
+        let mut take = |label: Label, share: f32| {
+            let share = share.clamp(0.0, 1.0) * rest;
+            weights[label as usize] += share;
+            rest -= share;
+        };
+        take(Label::Cloth, cloth);
+        take(Label::Eye, ramp(0.3, 0.7, areas.eyes[texel]));
+        take(Label::Mouth, ramp(0.3, 0.7, areas.mouth[texel]));
+        let (lips, sockets, brows) = (areas.lips[texel], areas.sockets[texel], areas.brows[texel]);
+        // Teeth are paler than skin and hardly darker; between lips it is black.
+        let teeth = ramp(3.5, 6.0, pale) * ramp(-0.5, -0.2, light);
+        take(Label::Mouth, ramp(0.1, 0.5, lips) * teeth.max(ramp(0.9, 1.3, -light)));
+        take(Label::Lip, ramp(0.1, 0.5, lips) * ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, -light)));
+        let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
+        take(Label::Eye, ramp(0.1, 0.5, sockets) * white.max(ramp(0.5, 0.9, -light)));
+        take(Label::Brow, ramp(0.1, 0.4, brows) * ramp(0.1, 0.3, -light));
+        take(Label::Hair, hair);
+        take(Label::Other, other);
+        weights[Label::Skin as usize] = rest;
+        weights
+    }
+
+    /// The texels that are at most so many texels from those that were found.
+    fn widened(&self, found: &[bool], texels: usize) -> Vec<bool> {
+        let mut wide = found.to_vec();
+        let mut edge: Vec<u32> = self.texels().filter(|&texel| found[texel as usize]).collect();
+        for _ in 0..texels {
+            let mut next = Vec::new();
+            for texel in edge {
+                for near in self.head.grid.neighbours(texel) {
+                    if !std::mem::replace(&mut wide[near as usize], true) {
+                        next.push(near);
+                    }
+                }
+            }
+            edge = next;
+        }
+        wide
+    }
+}

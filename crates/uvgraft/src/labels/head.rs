@@ -1,0 +1,129 @@
+//! A head's layout: where on the head each texel is.
+
+use crate::anatomy::{Anatomy, AnatomyError, Area};
+use crate::layout_grid::LayoutGrid;
+use crate::mesh::Mesh;
+use crate::texture::Size;
+use crate::vector::{cross, norm, sub};
+
+/// The areas that labels ask for.
+#[derive(Debug, Clone)]
+pub(crate) struct Areas {
+    pub cheeks: Vec<f32>,
+    pub forehead: Vec<f32>,
+    pub nose: Vec<f32>,
+    pub jaw: Vec<f32>,
+    pub lips: Vec<f32>,
+    pub mouth: Vec<f32>,
+    pub eyes: Vec<f32>,
+    pub sockets: Vec<f32>,
+    pub brows: Vec<f32>,
+    pub ears: Vec<f32>,
+    pub scalp: Vec<f32>,
+    pub neck: Vec<f32>,
+}
+
+/// A mesh with a head, and the grid over its layout. Made once for a mesh.
+#[derive(Debug, Clone)]
+pub(crate) struct HeadLayout {
+    pub anatomy: Anatomy,
+    pub grid: LayoutGrid,
+    pub areas: Areas,
+    /// How high each texel is above the lowest of the scalp, in eye distances.
+    pub above_nape: Vec<f32>,
+    /// The texels of an eye distance, along the surface.
+    pub texels_per_unit: f64,
+    /// The texels at which the carried part ends at the neck.
+    pub rim: Vec<u32>,
+}
+
+/// So many texels of the grid should lie on the carried part.
+const TEXELS: f64 = 220_000.0;
+/// The least and the greatest side of a grid.
+const SIDES: [f64; 2] = [384.0, 1024.0];
+
+impl HeadLayout {
+    /// Finds the head.
+    ///
+    /// - `is_carried`: the triangles whose texels are carried.
+    ///
+    /// # Errors
+    /// [`AnatomyError`] if the mesh has none.
+    pub fn new(mesh: &Mesh, is_carried: &[bool]) -> Result<Self, AnatomyError> {
+        let anatomy = Anatomy::find(mesh)?;
+        let side = grid_side(mesh, is_carried);
+        let grid = LayoutGrid::new(mesh, Size::square(side));
+        let at = |area: Area| grid.at_texels(mesh, anatomy.area(area));
+        let areas = Areas {
+            cheeks: at(Area::Cheeks),
+            forehead: at(Area::Forehead),
+            nose: at(Area::Nose),
+            jaw: at(Area::Jaw),
+            lips: at(Area::Lips),
+            mouth: at(Area::MouthInterior),
+            eyes: at(Area::Eyes),
+            sockets: at(Area::EyeSockets),
+            brows: at(Area::Brows),
+            ears: at(Area::Ears),
+            scalp: at(Area::Scalp),
+            neck: at(Area::Neck),
+        };
+        let rim = rim(&grid, &areas, is_carried);
+        let frame = anatomy.frame();
+        let height =
+            mesh.positions().iter().map(|position| frame.local(position.map(f64::from))[1]);
+        let height: Vec<f32> = height.map(|height| height as f32).collect();
+        let on_scalp = anatomy.area(Area::Scalp).iter().zip(&height);
+        let nape = on_scalp.filter(|(scalp, _)| **scalp >= 0.5).map(|(_, height)| *height);
+        let nape = nape.fold(f32::INFINITY, f32::min);
+        let above_nape = grid.at_texels(mesh, &height).into_iter().map(|at| at - nape).collect();
+        let texels_per_unit = texels_per_unit(mesh, &grid, is_carried) * frame.unit;
+        Ok(Self { anatomy, grid, areas, above_nape, texels_per_unit, rim })
+    }
+
+    /// Which texels are carried.
+    pub fn is_carried(&self, is_carried: &[bool]) -> Vec<bool> {
+        let faces = self.grid.faces().iter();
+        faces.map(|&face| is_carried.get(face as usize).is_some_and(|&is| is)).collect()
+    }
+}
+
+/// How many texels are as long as the mesh's unit, on the mean of what is carried.
+fn texels_per_unit(mesh: &Mesh, grid: &LayoutGrid, is_carried: &[bool]) -> f64 {
+    let is_in = |&&face: &&u32| is_carried.get(face as usize).is_some_and(|&is| is);
+    let texels = grid.faces().iter().filter(is_in).count();
+    let area = |face: usize| {
+        let [a, b, c] =
+            mesh.faces()[face].map(|vertex| mesh.positions()[vertex as usize].map(f64::from));
+        0.5 * norm(cross(sub(b, a), sub(c, a)))
+    };
+    let faces = (0..is_carried.len()).filter(|&face| is_carried[face] && !mesh.is_outside(face));
+    (texels as f64 / faces.map(area).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
+}
+
+fn grid_side(mesh: &Mesh, is_carried: &[bool]) -> u32 {
+    let faces = (0..is_carried.len()).filter(|&face| is_carried[face] && !mesh.is_outside(face));
+    let area = |face: usize| {
+        let [a, b, c] = mesh.uv_triangle(face).map(|uv| uv.map(f64::from));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+    };
+    let share: f64 = faces.map(area).sum::<f64>().clamp(1e-3, 1.0);
+    (TEXELS / share).sqrt().clamp(SIDES[0], SIDES[1]).round() as u32
+}
+
+/// Texels beside what is not carried, or beside the end of the mesh, at the neck.
+fn rim(grid: &LayoutGrid, areas: &Areas, is_carried: &[bool]) -> Vec<u32> {
+    let is_in = |texel: u32| {
+        let face = grid.faces()[texel as usize] as usize;
+        is_carried.get(face).is_some_and(|&is| is)
+    };
+    let is_rim = |&texel: &u32| {
+        if !is_in(texel) || areas.neck[texel as usize] < 0.05 {
+            return false;
+        }
+        let near: Vec<u32> = grid.neighbours(texel).collect();
+        // Inside an island a texel has four others beside it, and so has one at a seam.
+        near.len() < 4 || near.iter().any(|&other| !is_in(other))
+    };
+    (0..grid.size().texels() as u32).filter(is_rim).collect()
+}

@@ -1,0 +1,262 @@
+//! What is what in the texture of a head: skin, hair, brows, lips, eyes, mouth, cloth.
+//!
+//! Captures are not clean: collars, hair over the forehead, teeth between the lips. [`Labels`] say softly, for every
+//! texel of a coarse grid over the layout, what it shows. They follow from three kinds of evidence:
+//!
+//! - where a texel is on the head ([`Anatomy`]): cheeks are skin, the scalp is mostly hair;
+//! - how far its colour is from that of the face's own skin, which cheeks and nose show (`evidence`);
+//! - what it hangs together with: how large a step of colour lies between it and the cheeks, whether it reaches the
+//!   region's rim as collars do, or the crown as hair does (`geodesic`).
+//!
+//! Labels can be drawn as a picture and read back: one colour for each, [`Label::color`].
+
+mod evidence;
+mod find;
+mod geodesic;
+mod head;
+
+pub(crate) use head::HeadLayout;
+
+#[cfg(doc)]
+use crate::anatomy::Anatomy;
+use crate::color::Encoding;
+use crate::mesh::Mesh;
+use crate::texture::{Channels, Size, Texels, Texture};
+
+/// What a texel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Label {
+    /// Skin, moles and stubble included.
+    Skin,
+    /// Hair of the head, and beards.
+    Hair,
+    /// Eyebrows.
+    Brow,
+    /// Lips.
+    Lip,
+    /// Eyeballs, and what shows of them between the lids.
+    Eye,
+    /// Teeth, tongue and the inside of the mouth.
+    Mouth,
+    /// Cloth and background at the neck, and what the texture does not know.
+    Cloth,
+    /// Anything else: glasses, jewellery.
+    Other,
+}
+
+impl Label {
+    /// All labels, in the order of their numbers.
+    pub const ALL: [Self; 8] = [
+        Self::Skin,
+        Self::Hair,
+        Self::Brow,
+        Self::Lip,
+        Self::Eye,
+        Self::Mouth,
+        Self::Cloth,
+        Self::Other,
+    ];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Skin => "skin",
+            Self::Hair => "hair",
+            Self::Brow => "brow",
+            Self::Lip => "lip",
+            Self::Eye => "eye",
+            Self::Mouth => "mouth",
+            Self::Cloth => "cloth",
+            Self::Other => "other",
+        }
+    }
+
+    /// Its colour in pictures of labels: sRGB, 0 to 255.
+    pub const fn color(self) -> [u8; 3] {
+        match self {
+            Self::Skin => [240, 190, 150],
+            Self::Hair => [90, 60, 30],
+            Self::Brow => [150, 110, 0],
+            Self::Lip => [220, 40, 90],
+            Self::Eye => [60, 120, 240],
+            Self::Mouth => [250, 250, 250],
+            Self::Cloth => [0, 160, 80],
+            Self::Other => [150, 60, 220],
+        }
+    }
+
+    /// How far it takes on another tone: skin wholly, lips half, all else not at all.
+    const fn tone(self) -> f32 {
+        match self {
+            Self::Skin => 1.0,
+            Self::Lip => 0.5,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Why a head's texture has no labels.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LabelError {
+    /// The mesh has no head.
+    #[error(transparent)]
+    Anatomy(#[from] crate::anatomy::AnatomyError),
+    /// Cheeks, forehead and nose show no colour, or many.
+    #[error("the cheeks show no skin to go by: {0}")]
+    Skin(#[from] crate::skin::SkinError),
+    /// A picture that is not one of labels.
+    #[error(
+        "{:.0} % of a picture of labels must not have colours other than the labels' own, at most 5 % may",
+        .share * 100.0
+    )]
+    Colors {
+        /// How much of it has other colours, 0 to 1.
+        share: f64,
+    },
+}
+
+/// What the texels of a layout show, softly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Labels {
+    size: Size,
+    /// For each texel how far it is each label, in the order of [`Label::ALL`]; together about 1.
+    weights: Vec<[f32; 8]>,
+}
+
+/// Colours of a picture of labels that are farther than this from every label's, squared, are none of them. Lossy
+/// images and soft brushes stay closer.
+const FAR: i32 = 60 * 60;
+
+impl Labels {
+    /// Finds what the texture of a head, or of a body with one, shows.
+    ///
+    /// - `texture`: in the mesh's layout, of any size.
+    ///
+    /// # Errors
+    /// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if the cheeks are not of one colour.
+    pub fn new(mesh: &Mesh, texture: &Texture) -> Result<Self, LabelError> {
+        let head = HeadLayout::new(mesh, &vec![true; mesh.faces().len()])?;
+        Self::find(&head, texture)
+    }
+
+    /// From a picture: each texel is the label whose colour is nearest; edges are softened by a texel.
+    ///
+    /// - `picture`: of any size, as [`Labels::picture`] draws it.
+    ///
+    /// # Errors
+    /// [`LabelError::Colors`] if more than 5 % of it have other colours.
+    pub fn from_picture(picture: &Texture) -> Result<Self, LabelError> {
+        let size = picture.size();
+        let mut far = 0_usize;
+        let mut weights = Vec::with_capacity(size.texels());
+        for y in 0..size.height {
+            for x in 0..size.width {
+                let at = |k: usize| {
+                    let channel = if picture.channels().has_color() { k } else { 0 };
+                    let value = picture.get(x, y, channel);
+                    let linear = picture.encoding() == Encoding::Linear;
+                    let value = if linear { crate::color::srgb_from_linear(value) } else { value };
+                    (value * 255.0).clamp(0.0, 255.0) as i32
+                };
+                let rgb = [at(0), at(1), at(2)];
+                let distance = |label: Label| {
+                    let color = label.color().map(i32::from);
+                    (0..3).map(|k| (rgb[k] - color[k]).pow(2)).sum::<i32>()
+                };
+                let index = (0..8).min_by_key(|&index| distance(Label::ALL[index])).unwrap_or(0);
+                far += usize::from(distance(Label::ALL[index]) > FAR);
+                let mut weight = [0.0; 8];
+                weight[index] = 1.0;
+                weights.push(weight);
+            }
+        }
+        let share = far as f64 / size.texels() as f64;
+        if share > 0.05 {
+            return Err(LabelError::Colors { share });
+        }
+        Ok(Self { size, weights }.softened())
+    }
+
+    /// A picture of them: each texel in the colour of the label that it is most.
+    pub fn picture(&self) -> Texture {
+        let texels = self.weights.iter().flat_map(|weights| dominant(weights).color()).collect();
+        Texture::new(self.size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
+            .expect("the size is that of a texture")
+    }
+
+    /// How large the grid is.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// How far a texel is a label, 0 to 1.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    pub fn weight(&self, label: Label, x: u32, y: u32) -> f32 {
+        assert!(x < self.size.width && y < self.size.height, "no texel {x}, {y}");
+        self.weights[(y * self.size.width + x) as usize][label as usize]
+    }
+
+    /// How far the texel at a UV coordinate is a label, 0 to 1.
+    pub(crate) fn at_uv(&self, label: Label, uv: [f64; 2]) -> f32 {
+        let Size { width, height } = self.size;
+        let place = |at: f64, side: u32| ((at * f64::from(side)) as u32).min(side - 1);
+        self.weight(label, place(uv[0], width), place(uv[1], height))
+    }
+
+    /// How far texels take on another tone, and how far they stay in the region: two channels of data.
+    pub(crate) fn controls(&self) -> Texture {
+        let level = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let texels = self.weights.iter().flat_map(|weights| {
+            let tone: f32 =
+                Label::ALL.iter().zip(weights).map(|(label, weight)| label.tone() * weight).sum();
+            [level(tone), level(1.0 - weights[Label::Cloth as usize])]
+        });
+        let texels = Texels::U8(texels.collect());
+        Texture::new(self.size, Channels::GreyAlpha, Encoding::Data, texels)
+            .expect("the size is that of a texture")
+    }
+
+    /// The same with nothing that leaves the region: cloth is something other.
+    #[must_use]
+    pub fn keeping_all(mut self) -> Self {
+        for weights in &mut self.weights {
+            weights[Label::Other as usize] += std::mem::take(&mut weights[Label::Cloth as usize]);
+        }
+        self
+    }
+
+    /// Averaged with the texels around, three by three.
+    fn softened(self) -> Self {
+        let Size { width, height } = self.size;
+        let (width, height) = (width as usize, height as usize);
+        let blur = |values: &[[f32; 8]], step: usize, count: usize, at: &dyn Fn(usize) -> usize| {
+            (0..values.len())
+                .map(|index| {
+                    let k = at(index);
+                    let before = if k > 0 { index - step } else { index };
+                    let after = if k + 1 < count { index + step } else { index };
+                    std::array::from_fn(|n| {
+                        0.25 * values[before][n] + 0.5 * values[index][n] + 0.25 * values[after][n]
+                    })
+                })
+                .collect::<Vec<[f32; 8]>>()
+        };
+        let rows = blur(&self.weights, 1, width, &|index| index % width);
+        let weights = blur(&rows, width, height, &|index| index / width);
+        Self { weights, ..self }
+    }
+}
+
+fn dominant(weights: &[f32; 8]) -> Label {
+    let mut best = 0;
+    for index in 1..8 {
+        if weights[index] > weights[best] {
+            best = index;
+        }
+    }
+    Label::ALL[best]
+}
