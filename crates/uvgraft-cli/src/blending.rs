@@ -30,6 +30,13 @@ pub(crate) struct BlendArgs {
     /// Give one side's skin the mean and the covariance of the other's
     #[arg(long = "match", value_enum, value_name = "WHAT")]
     matched: Option<MatchName>,
+    /// What the texture shows (skin, hair, cloth ...), as a picture of labels: read if the file is there, drawn
+    /// into it if not
+    #[arg(long, value_name = "IMAGE")]
+    labels: Option<PathBuf>,
+    /// Keep cloth and background at the neck, which blending leaves out
+    #[arg(long)]
+    keep_all: bool,
     /// Where the texture can be trusted, white on black, in its own layout; the base shows elsewhere
     #[arg(long, value_name = "IMAGE")]
     pub(crate) source_mask: Option<PathBuf>,
@@ -59,6 +66,8 @@ enum ToneName {
     Base,
     /// The base's skin takes on the texture's tone
     Source,
+    /// Both give way half
+    Both,
     /// Neither
     None,
 }
@@ -89,6 +98,7 @@ impl BlendArgs {
         match self.tone {
             ToneName::Base => Some(Tone::Base),
             ToneName::Source => Some(Tone::Source),
+            ToneName::Both => Some(Tone::Both),
             ToneName::None => None,
         }
     }
@@ -106,7 +116,9 @@ impl BlendArgs {
 
     /// The images that are named.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
-        [&self.skin, &self.source_mask, &self.fill].into_iter().flatten().map(|path| &**path)
+        let labels = self.labels.as_deref().filter(|path| path.exists());
+        let images = [&self.skin, &self.source_mask, &self.fill].into_iter().flatten();
+        images.map(PathBuf::as_path).chain(labels)
     }
 
     /// How it is blended, whatever is asked for.
@@ -119,6 +131,8 @@ impl BlendArgs {
         blending.match_skin = self.matched.is_some() && self.tone().is_some();
         blending.tone = self.tone().unwrap_or(Tone::Base);
         blending.skin.clone_from(&self.skin);
+        blending.labels = self.labels.clone().filter(|path| path.exists());
+        blending.keep_all = self.keep_all;
         blending.gutter_px = gutter_px;
         blending
     }
@@ -133,19 +147,31 @@ impl BlendArgs {
         asks.then(|| self.blending(gutter_px))
     }
 
+    /// Where labels are drawn, if they are.
+    pub(crate) fn drawn_labels(&self) -> Option<&Path> {
+        self.labels.as_deref().filter(|path| !path.exists())
+    }
+
     /// Refuses options that contradict each other.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
             return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
         }
-        if self.skin.is_some() && !(self.needs_colors() && self.tone() == Some(Tone::Source)) {
+        let changes_base = matches!(self.tone(), Some(Tone::Source | Tone::Both));
+        if self.skin.is_some() && !(self.needs_colors() && changes_base) {
             return Err(bad_input(
-                "--skin says which part of the base changes, which takes --tone source and --blend membrane \
+                "--skin says which part of the base changes, which takes --tone source or both, and --blend membrane \
                  or --match skin",
             ));
         }
-        if self.tone() == Some(Tone::Source) && !self.needs_colors() {
-            return Err(bad_input("--tone source needs --blend membrane or --match skin"));
+        if changes_base && !self.needs_colors() {
+            return Err(bad_input("--tone source and both need --blend membrane or --match skin"));
+        }
+        let is_blended = self.needs_colors() || self.mode() != BlendName::None;
+        if !is_blended && (self.labels.is_some() || self.keep_all) {
+            return Err(bad_input(
+                "--labels and --keep-all say what is blended: add --blend feather or --blend membrane",
+            ));
         }
         if self.tone().is_none() && self.matched.is_some() {
             return Err(bad_input(

@@ -168,19 +168,25 @@ impl<'a> Report<'a> {
             (self.manifest, made_from, &outcome.result)
             && let Err(failure) = manifest.record(&self.jobs[index], made_from)
         {
-            outcome.warnings.push(failure.to_string());
+            outcome.said.warnings.push(failure.to_string());
         }
         self.observer.event(Event::TextureEnded);
         self.waiting.insert(index, outcome);
-        while let Some(Outcome { result, warnings }) = self.waiting.remove(&self.told) {
+        while let Some(Outcome { result, said }) = self.waiting.remove(&self.told) {
             let Job { source, output } = &self.jobs[self.told];
             self.told += 1;
             // What was cancelled is told once, at the end.
             let is_told = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
             if is_told {
                 let result = result.as_ref().map(Option::as_ref);
-                let warnings = &warnings[..];
-                self.observer.event(Event::TextureReport { source, output, warnings, result });
+                let (notes, warnings) = (&said.notes[..], &said.warnings[..]);
+                self.observer.event(Event::TextureReport {
+                    source,
+                    output,
+                    notes,
+                    warnings,
+                    result,
+                });
             }
             match result {
                 Ok(_) => self.done.written += 1,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use uvgraft::blend::Side;
 use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
 use uvgraft::fill::{self, FillError};
-use uvgraft::{Direction, Texture};
+use uvgraft::{Direction, Labels, Texture, Toning};
 use uvgraft_io::image;
 
 use crate::failure::{Blame, Failure, Result};
@@ -29,6 +29,10 @@ pub struct Blending {
     pub tone: Tone,
     /// Which texels of the base are skin, white on black; estimated where there is none.
     pub skin: Option<PathBuf>,
+    /// A picture of labels that says what textures show; found out of each where there is none.
+    pub labels: Option<PathBuf>,
+    /// Whether cloth and background at a neck stay in the region.
+    pub keep_all: bool,
     /// Texels beyond the islands in which a base's skin changes too.
     pub gutter_px: u32,
 }
@@ -38,7 +42,16 @@ impl Default for Blending {
     fn default() -> Self {
         let BlendOptions { membrane, match_skin, tone, gutter_px, .. } = BlendOptions::default();
         let feather = Length::millimeters(0.0);
-        Self { feather, membrane, match_skin, tone, skin: None, gutter_px }
+        Self {
+            feather,
+            membrane,
+            match_skin,
+            tone,
+            skin: None,
+            labels: None,
+            keep_all: false,
+            gutter_px,
+        }
     }
 }
 
@@ -46,6 +59,11 @@ impl Blending {
     /// Whether colours of the base are looked at before anything is laid over it.
     pub fn needs_colors(&self) -> bool {
         self.membrane || self.match_skin
+    }
+
+    /// Whether it matters what textures show.
+    pub fn asks_for_labels(&self) -> bool {
+        self.needs_colors() || self.feather != Length::millimeters(0.0)
     }
 
     /// Reads what it needs and prepares it.
@@ -83,12 +101,30 @@ impl Blending {
         options.match_skin = self.match_skin;
         options.tone = self.tone;
         options.gutter_px = self.gutter_px;
-        let blend = Blend::new(&selection, options).or_input()?;
-        Ok(Arc::new(match skin {
-            Some(skin) => blend.with_skin(skin.texture),
-            None => blend,
-        }))
+        options.keep_all = self.keep_all;
+        let mut blend = Blend::new(&selection, options).or_input()?;
+        if let Some(skin) = skin {
+            blend = blend.with_skin(skin.texture);
+        }
+        if let Some(path) = &self.labels {
+            let picture = image::read(path).or_input()?.texture;
+            let labels = Labels::from_picture(&picture)
+                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+            blend = blend.with_labels(labels);
+        }
+        Ok(Arc::new(blend))
     }
+}
+
+/// What of a texture is left out of the region, in words; nothing if it is next to nothing.
+pub fn left_out(toning: &Toning) -> Option<String> {
+    let share = toning.report().left_out;
+    (toning.narrowed().is_some() && share > 5e-4).then(|| {
+        format!(
+            "{:.1} % of what is carried is cloth or background at the neck and was left out (--keep-all keeps it)",
+            share * 100.0
+        )
+    })
 }
 
 /// The side of a pair whose layout textures come from.

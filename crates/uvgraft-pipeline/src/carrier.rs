@@ -12,7 +12,7 @@ use uvgraft_io::image::{
 };
 
 use crate::base::{Base, bytes_of};
-use crate::blending::KnownTexels;
+use crate::blending::{self, KnownTexels};
 use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
 use crate::observer::{Event, Observer};
@@ -30,6 +30,16 @@ pub(crate) struct Carrier<'a> {
     pub(crate) known: &'a KnownTexels,
     pub(crate) observer: &'a dyn Observer,
     pub(crate) grafts: Grafts,
+    /// The first of the textures that are carried, and what is found out about it.
+    pub(crate) first: (&'a Path, OnceLock<Found>),
+}
+
+/// What is found out about a texture.
+pub(crate) struct Found {
+    /// The blend of what is left of the region.
+    pub(crate) narrowed: Option<Arc<Blend>>,
+    /// Which texels it is carried to, if a mask is wanted and anything is left out.
+    mask: Option<Texture>,
 }
 
 /// One place for each size of textures, and the first graft that was made, which others share parts with.
@@ -47,6 +57,13 @@ pub(crate) struct Outcome {
     /// How its fit went, if it was fitted.
     pub(crate) result: Result<Option<FitSummary>>,
     /// What the user should know.
+    pub(crate) said: Said,
+}
+
+/// What there is to say about a texture.
+#[derive(Debug, Default)]
+pub(crate) struct Said {
+    pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -56,30 +73,25 @@ impl Carrier<'_> {
     /// - `alone`: whether no other is carried meanwhile, so that decoding, sampling and encoding are
     ///   to overlap.
     pub(crate) fn carry(&self, job: &Job, alone: bool) -> Outcome {
-        let mut warnings = Vec::new();
-        let result = self.try_carry(job, alone, &mut warnings);
-        Outcome { result, warnings }
+        let mut said = Said::default();
+        let result = self.try_carry(job, alone, &mut said);
+        Outcome { result, said }
     }
 
-    fn try_carry(
-        &self,
-        job: &Job,
-        alone: bool,
-        warnings: &mut Vec<String>,
-    ) -> Result<Option<FitSummary>> {
+    fn try_carry(&self, job: &Job, alone: bool, said: &mut Said) -> Result<Option<FitSummary>> {
         stream::check(self.observer)?;
         let source = BandReader::open(&job.source).or_input()?;
         let found = source.spec().format();
         let depth = self.values.depth(found.depth, &job.output);
         let format = self.values.meant(TexelFormat { depth, ..found });
-        warnings.extend(self.base.mismatch(source.icc(), &job.source));
+        said.warnings.extend(self.base.mismatch(source.icc(), &job.source));
         let (base, mut icc) = self.base.under(format, source.icc());
         let channels = format.channels.union(base.channels);
         // A profile is for grey or for RGB; readers refuse images that have the other one.
         let owner = if self.base.is_image() { base } else { format };
         if channels.has_color() != owner.channels.has_color() && icc.take().is_some() {
             let warning = "the ICC profile was dropped: it is for grey and the result has colours";
-            warnings.push(format!("{}: {warning}", job.output.display()));
+            said.warnings.push(format!("{}: {warning}", job.output.display()));
         }
         if channels.has_alpha() && Format::from_path(&job.output) == Some(Format::Jpeg) {
             return Err(self.needs_alpha(&job.output));
@@ -125,10 +137,15 @@ impl Carrier<'_> {
             }
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
             let texture = self.known.complete(texture, self.values, &job.source)?;
-            let toning = self.toning(&graft, &texture, base, &job.source, warnings)?;
+            let toning = self.toning(&graft, &texture, base, &job.source, said)?;
             let (mut overlay, fit) = self.overlay(&graft, texture, base, &job.source)?;
             if let Some(toning) = &toning {
-                overlay = overlay.toned(toning).or_work()?;
+                overlay = if self.values.is_toned() {
+                    overlay.toned(toning).or_work()?
+                } else {
+                    overlay.narrowed(toning).or_work()?
+                };
+                self.note_found(job, toning, &overlay);
             }
             if self.known.adds_opacity() && !channels.has_alpha() {
                 overlay = overlay.opaque();
@@ -147,7 +164,7 @@ impl Carrier<'_> {
             };
             Ok((written, fit))
         })?;
-        warnings.extend(losses(written, &job.output)?);
+        said.warnings.extend(losses(written, &job.output)?);
         Ok(fit)
     }
 
@@ -164,24 +181,51 @@ impl Carrier<'_> {
         ))
     }
 
-    /// The tone that a texture and the base are to have; why there is none is a warning.
+    /// The tone that a texture and the base are to have, and what is left out of the texture; why there is none is a
+    /// warning.
     fn toning(
         &self,
         graft: &Graft,
         texture: &Texture,
         base: TexelFormat,
         path: &Path,
-        warnings: &mut Vec<String>,
+        said: &mut Said,
     ) -> Result<Option<Toning>> {
-        let wants = graft.blend().is_some_and(|blend| blend.options().needs_colors());
-        if !(wants && self.values.is_toned()) {
+        let Some(blend) = graft.blend().filter(|blend| blend.options().asks_for_labels()) else {
             return Ok(None);
+        };
+        if !self.values.is_toned() {
+            // What it shows is known of the albedo, if at all.
+            return Ok(if blend.has_labels() { graft.narrowing(texture) } else { None });
         }
-        let colors = self.base.colors()?;
-        Ok(graft.toning(texture, &colors, base).unwrap_or_else(|why| {
-            warnings.push(format!("{}: {why}; colours are left as they are", path.display()));
-            None
-        }))
+        let toning = if blend.options().needs_colors() {
+            let colors = self.base.colors()?;
+            graft.toning(texture, &colors, base).unwrap_or_else(|why| {
+                let warning = format!("{}: {why}; colours are left as they are", path.display());
+                said.warnings.push(warning);
+                graft.narrowing(texture)
+            })
+        } else {
+            graft.narrowing(texture)
+        };
+        if let Some(toning) = &toning {
+            let name = path.display();
+            said.notes.extend(blending::left_out(toning).map(|note| format!("{name}: {note}")));
+            let warnings = toning.report().warnings().into_iter();
+            said.warnings.extend(warnings.map(|warning| format!("{name}: {warning}")));
+        }
+        Ok(toning)
+    }
+
+    /// Keeps what was found out about the first texture.
+    fn note_found(&self, job: &Job, toning: &Toning, overlay: &uvgraft::Overlay) {
+        let (first, found) = &self.first;
+        if *first == job.source {
+            let narrowed = toning.narrowed().cloned();
+            let wants_mask = narrowed.is_some() && self.transfer.mask.is_some();
+            let mask = wants_mask.then(|| overlay.mask());
+            let _ = found.set(Found { narrowed, mask });
+        }
     }
 
     /// The texture, sampled or fitted.
@@ -247,8 +291,12 @@ impl Carrier<'_> {
         builder.build().or_work()
     }
 
-    /// Which texels are covered, and how much, the same for textures of every size.
+    /// Which texels are covered, and how much, the same for textures of every size; without what is left out of the
+    /// first.
     pub(crate) fn mask(&self) -> Result<Texture> {
+        if let Some(mask) = self.first.1.get().and_then(|found| found.mask.clone()) {
+            return Ok(mask);
+        }
         match self.grafts.first.get() {
             Some(graft) => Ok(graft.mask()),
             // None was needed, so any size does.

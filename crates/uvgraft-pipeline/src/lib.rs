@@ -39,7 +39,7 @@ mod run;
 mod stream;
 mod transfer;
 
-pub use blending::{Blending, KnownTexels};
+pub use blending::{Blending, KnownTexels, left_out};
 pub use failure::{Failure, Fault, Result};
 pub use length::{Length, Unit};
 pub use material::{Role, Values};

@@ -64,6 +64,8 @@ pub enum Event<'a> {
         source: &'a Path,
         /// The file that was written, or was to be.
         output: &'a Path,
+        /// What was done that nobody asked for, such as leaving out a collar.
+        notes: &'a [String],
         /// What the user should know.
         warnings: &'a [String],
         /// How its fit went, if it was fitted.

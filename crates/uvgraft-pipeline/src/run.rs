@@ -1,7 +1,7 @@
 //! Doing what a transfer is asked to do.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use uvgraft::{Blend, Filter, Ground, Overlap};
@@ -11,10 +11,9 @@ use uvgraft_io::pair_file::{self, PairFile};
 use crate::base::{Base, BaseOrder};
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
-use crate::carrier::{Carrier, Grafts, losses};
+use crate::carrier::{Carrier, Found, Grafts, losses};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
-use crate::length::Length;
 use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
@@ -62,10 +61,14 @@ impl Transfer {
         let file = pair_file::read(&self.pair).or_input()?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         done.blend = self.blend(&file, &known, observer)?;
+        if let Some(path) = &self.draw_labels {
+            self.write_labels(done.blend.as_deref(), path, observer)?;
+        }
         if plan.batches.len() > 1 {
             plan.batches.iter().try_for_each(|batch| self.base_order(batch).check())?;
         }
         let mut mask = self.mask.as_deref();
+        let mut narrowed = None;
         for (batch, manifest) in plan.batches.iter().zip(&manifests) {
             stream::check(observer)?;
             let base = self.base(batch)?;
@@ -83,6 +86,10 @@ impl Transfer {
                 known: &known,
                 observer,
                 grafts: Grafts::default(),
+                first: (
+                    batch.jobs.first().map_or(Path::new(""), |job| &job.source),
+                    OnceLock::new(),
+                ),
             };
             let carried = batch::run(&carrier, &batch.jobs, manifest.as_ref())?;
             if carried.written > 0 || left == 0 {
@@ -94,9 +101,13 @@ impl Transfer {
                     }
                 }
             }
+            if let Some(Found { narrowed: Some(blend), .. }) = carrier.first.1.into_inner() {
+                narrowed.get_or_insert(blend);
+            }
             done.written += carried.written;
             done.failures.extend(carried.failures);
         }
+        done.blend = narrowed.or(done.blend);
         done.pair = Some(file);
         Ok(done)
     }
@@ -169,7 +180,7 @@ impl Transfer {
             }
             outputs.check(mask)?;
         }
-        self.also_written.iter().try_for_each(|path| outputs.check(path))
+        self.also_written.iter().chain(&self.draw_labels).try_for_each(|path| outputs.check(path))
     }
 
     /// The files that all textures are made from, beside their own.
@@ -180,8 +191,12 @@ impl Transfer {
 
     /// The files that everything is made from.
     fn common_inputs(&self) -> Vec<&Path> {
-        let skin = self.blending.as_ref().and_then(|blending| blending.skin.as_ref());
-        let images = [skin, self.source_mask.as_ref(), self.fill.as_ref()];
+        let blending = self.blending.as_ref();
+        let skin = blending.and_then(|blending| blending.skin.as_ref());
+        let labels = blending.and_then(|blending| blending.labels.as_ref());
+        // What the albedo shows is left out of all maps.
+        let albedo = self.labelled_map();
+        let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
         let images = images.into_iter().flatten().map(PathBuf::as_path);
         std::iter::once(&*self.pair).chain(self.region.inputs()).chain(images).collect()
     }
@@ -220,13 +235,22 @@ impl Transfer {
             parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
         };
         // A hard border without another tone is what there is without blending.
-        let blends = |blending: &&Blending| {
-            blending.needs_colors() || blending.feather != Length::millimeters(0.0)
-        };
-        let blending = blending.as_ref().filter(blends).map(|blending| {
-            let Blending { feather, membrane, match_skin, tone, skin, gutter_px } = blending;
-            (*feather, *membrane, *match_skin, *tone, skin.is_some(), *gutter_px)
-        });
+        let blending = blending.as_ref().filter(|blending| blending.asks_for_labels());
+        let blending =
+            blending.map(|blending| {
+                let Blending {
+                    feather,
+                    membrane,
+                    match_skin,
+                    tone,
+                    skin,
+                    labels,
+                    keep_all,
+                    gutter_px,
+                } = blending;
+                let files = (skin.is_some(), labels.is_some());
+                (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
+            });
         let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
         // With a blend, maps of materials end where the mask does.
         let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
@@ -249,7 +273,51 @@ impl Transfer {
         let ground = Ground::new(Arc::clone(&file.pair), self.direction);
         let blending = self.blending.clone().unwrap_or_default();
         let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
-        blending.prepare(&self.region, &ground, known, ends_at_mask, observer).map(Some)
+        let blend = blending.prepare(&self.region, &ground, known, ends_at_mask, observer)?;
+        let Some(albedo) = self.labelled_map() else { return Ok(Some(blend)) };
+        let texture = image::read(albedo).or_input()?.texture;
+        Ok(Some(match blend.labels(&texture) {
+            Some(labels) => Arc::new(Blend::clone(&blend).with_labels(labels)),
+            None => blend,
+        }))
+    }
+
+    /// The map of a material that says what all of its maps show, where that matters and no picture says it.
+    fn labelled_map(&self) -> Option<&PathBuf> {
+        let asks = |blending: &Blending| blending.asks_for_labels() && blending.labels.is_none();
+        match &self.inputs {
+            Inputs::Material(maps) if self.blending.as_ref().is_some_and(asks) => {
+                maps.iter().find(|map| map.role.values().is_toned()).map(|map| &map.source)
+            }
+            _ => None,
+        }
+    }
+
+    /// Draws what the one texture shows.
+    fn write_labels(
+        &self,
+        blend: Option<&Blend>,
+        path: &Path,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let source = match &self.inputs {
+            Inputs::Textures { sources, .. } => sources.first(),
+            Inputs::Material(maps) => {
+                maps.iter().find(|map| map.role.values().is_toned()).map(|map| &map.source)
+            }
+        };
+        let (Some(source), Some(blend)) = (source, blend) else {
+            return Err(Failure::input("--labels is for colours that are blended: add --blend"));
+        };
+        let texture = image::read(source).or_input()?.texture;
+        let ground = blend.ground();
+        let labels = ground.labels(&texture).map_err(|error| {
+            Failure::input(format!("{}: it has no labels: {error}", source.display()))
+        })?;
+        for loss in losses(image::write(&labels.picture().into(), path, &self.write), path)? {
+            observer.event(Event::Warning(&loss));
+        }
+        Ok(())
     }
 
     fn base_order<'a>(&self, batch: &'a Batch) -> BaseOrder<'a> {

@@ -94,6 +94,8 @@ pub struct Transfer {
     pub write: WriteOptions,
     /// Where a mask of the texels that are carried is written.
     pub mask: Option<PathBuf>,
+    /// Where a picture of what a texture shows is drawn, as labels; for one texture.
+    pub draw_labels: Option<PathBuf>,
     /// What becomes of outputs that are there already.
     pub existing: Existing,
     /// How many textures are carried at once; one a thread, if it is not said.
@@ -150,6 +152,7 @@ impl Transfer {
             format: None,
             write: WriteOptions::default(),
             mask: None,
+            draw_labels: None,
             existing: Existing::default(),
             jobs: None,
             memory: 2 << 30,

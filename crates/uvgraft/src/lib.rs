@@ -60,7 +60,7 @@ pub mod threads;
 mod vector;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
-pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, Toning, ToningError};
+pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, ToneReport, Toning, ToningError};
 pub use color::Encoding;
 pub use correspond::LinkError;
 pub use fill::{FillError, fill, with_confidence};
@@ -68,6 +68,7 @@ pub use filter::Filter;
 pub use fit::{FitOptions, FitProgress, FitSummary};
 pub use formats::Averaging;
 pub use graft::{Content, Fitted, Graft, GraftBuilder, GraftError};
+pub use labels::{Label, LabelError, Labels};
 pub use map::{MapOptions, Prefer, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, Part};
 pub use normals::{NormalFrames, NormalOptions, NormalY};

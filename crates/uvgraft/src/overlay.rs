@@ -92,9 +92,32 @@ impl Overlay {
     /// [`Graft::toning`]: crate::Graft::toning
     pub fn toned(mut self, toning: &Toning) -> Result<Self, ToningError> {
         if let Some((blend, gains)) = &mut self.blend {
-            *gains = blend.gains(self.resampler.map(), toning)?;
+            *gains = blend.gains(self.resampler.map(), toning, true)?;
         }
         Ok(self)
+    }
+
+    /// The same with what a toning leaves out of the region left out, and no colour changed: for the other maps of a
+    /// material whose colours were toned.
+    ///
+    /// # Errors
+    /// As [`Overlay::toned`].
+    pub fn narrowed(mut self, toning: &Toning) -> Result<Self, ToningError> {
+        if let Some((blend, gains)) = &mut self.blend {
+            *gains = blend.gains(self.resampler.map(), toning, false)?;
+        }
+        Ok(self)
+    }
+
+    /// Which texels are carried, as [`Graft::mask`] says it, without those that a toning leaves out.
+    ///
+    /// [`Graft::mask`]: crate::Graft::mask
+    pub fn mask(&self) -> Texture {
+        let map = self.resampler.map();
+        match &self.blend {
+            Some((blend, gains)) => blend.weights(map, gains),
+            None => map.mask(),
+        }
     }
 
     /// What results are stored as: all channels of the source and the base, the greater depth of
@@ -159,16 +182,16 @@ impl Overlay {
             return self.fill(first_row, band, values);
         };
         let map = self.resampler.map();
-        let finish = blend.finish(map, gains, self.normals.is_some());
-        let undercoat = blend.undercoat(gains);
+        let encoding = self.formats.working_encoding();
+        let finish = blend.finish(map, gains, self.normals.is_some(), encoding);
+        let undercoat = blend.base_change(gains);
         let (channels, has_opacity) = (self.formats.channels(), self.formats.has_opacity());
         let width = map.size().width as usize * channels.count();
         let mut layer = Vec::new();
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
             if let Some(undercoat) = &undercoat {
-                let encoding = self.formats.working_encoding();
-                let hiding = (!has_opacity).then_some(&finish);
+                let hiding = (!has_opacity && !finish.leaves_out).then_some(&finish);
                 undercoat.lay(channels, encoding, hiding, first_row, rows);
             }
             // What has opacity is laid over what is there, so nothing must be.
@@ -177,7 +200,9 @@ impl Overlay {
             }
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
-            finish.lay(channels, has_opacity, first_row, &layer, rows);
+            let height = (rows.len() / width) as u32;
+            let controls = gains.controls().map_or_else(Vec::new, |of| of.rows(first_row, height));
+            finish.lay(channels, has_opacity, first_row, &layer, rows, &controls);
         }
     }
 

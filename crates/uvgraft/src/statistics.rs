@@ -32,6 +32,8 @@ impl ColorMatch {
     /// The least and the greatest factor by which differences between colours change, in any
     /// direction. Beyond it contrast would vanish, or the noise of 8 bits show as blotches.
     pub const GAIN: [f64; 2] = [0.5, 2.0];
+    /// The least and the greatest change of contrast, beside that of a ratio, where contrast is to be kept.
+    pub const CONTRAST: [f64; 2] = [0.87, 1.15];
     /// With fewer finite samples on either side colours are shifted only: a covariance from `n`
     /// samples is off by about `√(2/n)`, which is a third here.
     pub const LEAST_FOR_SPREAD: usize = 16;
@@ -64,6 +66,36 @@ impl ColorMatch {
         } else {
             stretch(&from.covariance, &to.covariance).unwrap_or_else(Matrix3::identity)
         };
+        let offset = to.mean - matrix * from.mean;
+        Ok(Self {
+            matrix: std::array::from_fn(|row| {
+                std::array::from_fn(|column| matrix[(row, column)] as f32)
+            }),
+            offset: std::array::from_fn(|channel| offset[channel] as f32),
+        })
+    }
+
+    /// The map that carries `source`'s mean onto that of `base` as light and pigment do, by a ratio in each channel, and
+    /// its covariance onto that of `base` only so far that contrast changes by [`ColorMatch::CONTRAST`] at most. For
+    /// skin: a face keeps its freckles and its light, whatever the body's skin is like.
+    ///
+    /// # Errors
+    /// As [`ColorMatch::new`].
+    pub fn keeping_contrast(
+        source: &[[f32; 3]],
+        base: &[[f32; 3]],
+    ) -> Result<Self, ColorMatchError> {
+        let found = Self::new(source, base)?;
+        let [from, to] = [source, base].map(Gaussian::robust);
+        let (Some(from), Some(to)) = (from, to) else { return Ok(found) };
+        let ratio = Vector3::from_fn(|k, _| (to.mean[k].max(1e-3) / from.mean[k].max(1e-3)).sqrt());
+        let (scale, inverse) =
+            (Matrix3::from_diagonal(&ratio), Matrix3::from_diagonal(&ratio.map(f64::recip)));
+        let rows = found.matrix.map(|row| row.map(f64::from));
+        let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
+        let [least, most] = Self::CONTRAST;
+        let bounded = powered(inverse * matrix * inverse, |gain| gain.clamp(least, most));
+        let matrix = scale * bounded.unwrap_or_else(Matrix3::identity) * scale;
         let offset = to.mean - matrix * from.mean;
         Ok(Self {
             matrix: std::array::from_fn(|row| {

@@ -3,16 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Overlay, Size, Sizes, Texture};
+use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Size, Sizes, Texture};
 use uvgraft_avatar::preset::Preset;
-use uvgraft_io::image;
+use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
-use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values};
+use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values, left_out};
 
 use super::Args;
 use super::face::Face;
 use crate::blending::BlendArgs;
-use crate::failure::{Notes, OrBadInput, bad_input, warn};
+use crate::failure::{Notes, OrBadInput, bad_input, note, warn};
 use crate::preview;
 
 /// The texture that a face is laid over, at the size that is wanted.
@@ -72,62 +72,29 @@ pub(super) fn dress(
             .build()?;
     let toning = graft.toning(&face, &base, base.format()).unwrap_or_else(|why| {
         warn(format_args!("{}: {why}; colours are left as they are", path.display()));
-        None
+        graft.narrowing(&face)
     });
-    if let Some(preview) = &args.blending.preview {
-        preview::write_region(file, &blend, preview)?;
+    if let Some(labels) = args.blending.drawn_labels() {
+        let found = ground.labels(&face);
+        let found = found.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+        image::write(&found.picture().into(), labels, &WriteOptions::default())?;
     }
-    let plain = graft.overlay(face, base.format())?.opaque();
-    let dressed = match &toning {
-        Some(toning) => {
-            let toned = plain.clone().toned(toning)?;
-            warn_of_tint(&plain, &toned, &base, path)?;
-            toned.lay(0, base)?
-        }
-        None => plain.lay(0, base)?,
-    };
+    let mut shown = &blend;
+    if let Some(toning) = &toning {
+        let name = path.display();
+        left_out(toning).into_iter().for_each(|said| note(format_args!("{name}: {said}")));
+        let warnings = toning.report().warnings().into_iter();
+        warnings.for_each(|warning| warn(format_args!("{name}: {warning}")));
+        shown = toning.narrowed().unwrap_or(shown);
+    }
+    if let Some(preview) = &args.blending.preview {
+        preview::write_region(file, shown, preview)?;
+    }
+    let mut overlay = graft.overlay(face, base.format())?.opaque();
+    if let Some(toning) = &toning {
+        overlay = overlay.toned(toning)?;
+    }
+    let dressed = overlay.lay(0, base)?;
     let channels = uvgraft::Channels::Rgb;
     Ok(dressed.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8))
-}
-
-/// Says so if a tone changes the face as no skin differs from another: then the face has something else
-/// at the rim, such as a collar, that is taken for its skin.
-fn warn_of_tint(
-    plain: &Overlay,
-    toned: &Overlay,
-    base: &Texture,
-    path: &Path,
-) -> anyhow::Result<()> {
-    /// One row of so many tells enough.
-    const ROWS: u32 = 16;
-    /// Of the strongest gain to the weakest, as values are encoded: skins stay below 1.3.
-    const STRONG: f32 = 1.35;
-    let mut gains: [Vec<f32>; 3] = Default::default();
-    for row in (0..base.size().height).step_by(ROWS as usize) {
-        let band = base.rows(row..row + 1);
-        let (before, after) = (plain.lay(row, band.clone())?, toned.lay(row, band.clone())?);
-        for x in 0..base.size().width {
-            let of = |texture: &Texture| std::array::from_fn(|k| texture.get(x, 0, k));
-            let [beneath, before, after]: [[f32; 3]; 3] = [&band, &before, &after].map(of);
-            if before != beneath && before != after {
-                for channel in 0..3 {
-                    gains[channel].push(after[channel] / before[channel].max(1.0 / 255.0));
-                }
-            }
-        }
-    }
-    let medians = gains.map(|mut gains| {
-        let middle = gains.len() / 2;
-        if gains.is_empty() { 1.0 } else { *gains.select_nth_unstable_by(middle, f32::total_cmp).1 }
-    });
-    let most = medians.iter().copied().fold(f32::MIN, f32::max);
-    let least = medians.iter().copied().fold(f32::MAX, f32::min);
-    if most > STRONG * least {
-        warn(format_args!(
-            "{}: the body's tone tints the face strongly; if its neck shows a collar or hair, leave that out, \
-             as by --grow -60mm",
-            path.display()
-        ));
-    }
-    Ok(())
 }

@@ -228,5 +228,9 @@ fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
         check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
+    if let Some(labels) = args.blending.drawn_labels() {
+        check_name(labels, "a picture of labels")?;
+        outputs.check(labels)?;
+    }
     Ok(())
 }

@@ -226,6 +226,13 @@ impl Args {
         transfer.format.clone_from(&self.format);
         transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
         transfer.mask.clone_from(&self.mask);
+        if let Some(labels) = self.blending.drawn_labels() {
+            check_name(labels, "a picture of labels")?;
+            if self.sources.len() > 1 || self.sources.iter().any(|source| source.is_dir()) {
+                return Err(bad_input("--labels draws what one texture shows, not several"));
+            }
+            transfer.draw_labels = Some(labels.to_path_buf());
+        }
         transfer.existing =
             if self.skip_existing { Existing::KeepUpToDate } else { Existing::Replace };
         transfer.jobs = self.jobs;

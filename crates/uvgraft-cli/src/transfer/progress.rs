@@ -49,12 +49,15 @@ impl State {
                 self.fits.entry(source.to_path_buf()).or_default().show(progress);
             }
             Event::TextureEnded => self.textures.inc(1),
-            Event::TextureReport { source, output, warnings, result } => {
+            Event::TextureReport { source, output, notes, warnings, result } => {
                 if let Some(bar) = self.fits.remove(source) {
                     bar.finish();
                 }
                 let result = result.map(|fit| fit.map(FitSummary::from));
-                self.textures.suspend(|| report(output, warnings, result));
+                self.textures.suspend(|| {
+                    notes.iter().for_each(note);
+                    report(output, warnings, result);
+                });
             }
             Event::BatchEnded { textures, written } => {
                 self.textures.finish_and_clear();

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use crate::color::{linear_from_srgb, srgb_from_linear};
 use crate::map::SamplingMap;
 use crate::resample::{load, store};
 use crate::texture::{Channels, Value};
 use crate::threads::for_each_chunk;
 
+use super::controls::{self, VALUES};
 use super::field::{Line, Slope};
 use super::stretch;
 use super::tone::{Matrix, toned};
@@ -27,11 +29,18 @@ pub(crate) struct Finish<'a> {
     pub matrix: Option<Matrix>,
     /// Whether values are encoded normals, which are given their length again where they were mixed.
     pub normals: bool,
+    /// Whether values are light. Tones are of sRGB values as stored, whatever is worked on, so that results do not
+    /// depend on that.
+    pub is_linear: bool,
+    /// Whether labels say that texels are carried less than wholly.
+    pub leaves_out: bool,
 }
 
 impl Finish<'_> {
     /// Lays the texels of a map, sampled into `layer`, over rows from `first_row` on. If the last channel
     /// is opacity, `layer` has it.
+    ///
+    /// - `controls`: what labels say about each texel of the rows, [`controls::VALUES`] each; empty for nothing.
     ///
     /// # Panics
     /// If the two have different lengths.
@@ -42,6 +51,7 @@ impl Finish<'_> {
         first_row: u32,
         layer: &[T],
         rows: &mut [T],
+        controls: &[u8],
     ) {
         let lay = match (channels.count(), has_opacity) {
             (1, _) => Self::lay_rows::<T, 1, false>,
@@ -51,7 +61,7 @@ impl Finish<'_> {
             (_, false) => Self::lay_rows::<T, 4, false>,
             (_, true) => Self::lay_rows::<T, 4, true>,
         };
-        lay(self, first_row, layer, rows);
+        lay(self, first_row, layer, rows, controls);
     }
 
     /// Adds the columns of a row at which nothing is left of the base, if the layer is opaque.
@@ -74,9 +84,11 @@ impl Finish<'_> {
         first_row: u32,
         layer: &[T],
         band: &mut [T],
+        controls: &[u8],
     ) {
         assert_eq!(layer.len(), band.len());
-        let width = self.map.size().width as usize * C;
+        let texels_in_row = self.map.size().width as usize;
+        let width = texels_in_row * C;
         let level = Level::new();
         for_each_chunk(band, width, |index, texels| {
             let row = first_row + index as u32;
@@ -84,6 +96,12 @@ impl Finish<'_> {
             for run in self.map.row(row) {
                 let part = run.x as usize * C..(run.x + run.len) as usize * C;
                 let (layer, texels) = (&layer[part.clone()], &mut texels[part]);
+                let controls = if controls.is_empty() {
+                    controls
+                } else {
+                    let first = (index * texels_in_row + run.x as usize) * VALUES;
+                    &controls[first..first + run.len as usize * VALUES]
+                };
                 let patch = run.patch as usize;
                 let inside = self.inside[patch][0].line(run.x, row);
                 // A run is straight: what holds at both ends holds between them.
@@ -96,27 +114,32 @@ impl Finish<'_> {
                     .gains
                     .get(patch)
                     .filter(|gains| gains.iter().any(|gain| !gain.is_constant(1.0)));
-                if full && !OPACITY && gains.is_none() && self.matrix.is_none() {
+                let is_recolored = gains.is_some() || self.matrix.is_some();
+                if full && !OPACITY && !is_recolored && !self.leaves_out {
                     texels.copy_from_slice(layer);
                     continue;
                 }
                 let gains =
                     gains.map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
-                if !(OPACITY || self.normals || self.matrix.is_some())
+                if !(OPACITY
+                    || self.normals
+                    || self.matrix.is_some()
+                    || (self.is_linear && is_recolored))
                     && (full || self.feather > 0.0)
                 {
                     // Where it is full, any feather does that is not beyond it.
                     let feather = if full { f32::MIN_POSITIVE } else { self.feather };
                     let inside = if full { Line::ONE } else { inside };
-                    let run = stretch::Run { inside, feather, gains };
+                    let run = stretch::Run { inside, feather, gains, controls };
                     stretch::lay_run::<T, C>(level, &run, layer, texels);
                     continue;
                 }
                 let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
                 for (k, (texel, layer)) in (0..).zip(texels) {
                     let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
-                    let gains = gains.map(|gain| gain.at(k));
-                    self.texel::<T, C, OPACITY>(layer, weight, gains, texel);
+                    let [tone, carried] = controls::at(controls, k as usize);
+                    let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
+                    self.texel::<T, C, OPACITY>(layer, weight * carried, &change, texel);
                 }
             }
         });
@@ -137,7 +160,7 @@ impl Finish<'_> {
         &self,
         layer: &[T],
         weight: f32,
-        gains: [f32; 3],
+        change: &Change,
         texel: &mut [T],
     ) {
         if weight <= 0.0 {
@@ -146,16 +169,7 @@ impl Finish<'_> {
         let one = T::ONE.to_level();
         let mut levels = load::<T, C, false>(layer);
         let colors = if OPACITY { C - 1 } else { C };
-        if let (Some(matrix), 1 | 3) = (&self.matrix, colors) {
-            // Grey is a colour whose channels are equal.
-            let rgb = [0, 1, 2].map(|channel| levels[channel.min(colors - 1)] / one);
-            for (level, value) in levels[..colors].iter_mut().zip(matrix.apply(rgb)) {
-                *level = value * one;
-            }
-        }
-        for channel in 0..colors {
-            levels[channel] = toned(levels[channel], gains[channel % 3], one);
-        }
+        self.recolor(&mut levels[..colors], one, change);
         if OPACITY {
             let opacity = levels[C - 1] / one * weight;
             for channel in 0..colors {
@@ -176,6 +190,47 @@ impl Finish<'_> {
             store::<T, C, false>(levels, texel);
         }
     }
+}
+
+impl Finish<'_> {
+    /// Gives the colours of a texel another tone.
+    #[inline(always)]
+    fn recolor(&self, levels: &mut [f32], one: f32, change: &Change) {
+        let colors = levels.len();
+        let is_light = self.is_linear && (self.matrix.is_some() || change.gains != [1.0; 3]);
+        let [to_stored, to_light]: [fn(f32) -> f32; 2] =
+            if is_light { [srgb_from_linear, linear_from_srgb] } else { [|value| value; 2] };
+        let mut stored = [0.0; 4];
+        for (stored, &level) in stored.iter_mut().zip(levels.iter()) {
+            *stored = if is_light { to_stored(level / one) * one } else { level };
+        }
+        let before = stored;
+        if let (Some(matrix), 1 | 3) = (&self.matrix, colors) {
+            // Grey is a colour whose channels are equal.
+            let rgb = [0, 1, 2].map(|channel| stored[channel.min(colors - 1)] / one);
+            for (level, value) in stored[..colors].iter_mut().zip(matrix.apply(rgb)) {
+                *level = value * one;
+            }
+        }
+        for channel in 0..colors {
+            let value = toned(stored[channel], change.gains[channel % 3], one);
+            let value = mixed(before[channel], value, change.tone);
+            levels[channel] = if is_light { to_light(value / one) * one } else { value };
+        }
+    }
+}
+
+/// How a texel's colours change.
+struct Change {
+    gains: [f32; 3],
+    /// How far they do, from 0 to 1.
+    tone: f32,
+}
+
+/// A value on the way to another; the other to the bit where all of the way is gone.
+#[inline(always)]
+pub(super) fn mixed(from: f32, to: f32, share: f32) -> f32 {
+    if share < 1.0 { from + (to - from) * share } else { to }
 }
 
 /// Gives an encoded normal the length 1; one that has no direction stays as it is.
@@ -232,10 +287,12 @@ mod tests {
             gains: &[],
             matrix: None,
             normals: false,
+            is_linear: false,
+            leaves_out: false,
         };
         let layer = [200_u8; 64];
         let mut values = [100; 64];
-        finish.lay(Channels::Grey, false, 0, &layer, &mut values);
+        finish.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
         // Distances are -0.5, 0.5, 1.5, 2.5, 3.5, 4.5 ...
         let weight = |t: f64| t * t * (3.0 - 2.0 * t);
         let wanted =
@@ -253,9 +310,11 @@ mod tests {
             gains: &gains,
             matrix: None,
             normals: false,
+            is_linear: false,
+            leaves_out: false,
         };
         let mut values = [80; 64];
-        finish.lay(Channels::Grey, false, 0, &layer, &mut values);
+        finish.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
         assert_eq!(values[..3], [80, 100, 100]);
 
         // With opacity: what is laid over covers as much as its weight and its opacity say.
@@ -266,10 +325,12 @@ mod tests {
             gains: &[],
             matrix: None,
             normals: false,
+            is_linear: false,
+            leaves_out: false,
         };
         let layer = [1.0_f32, 0.5].repeat(64);
         let mut values = [0.0, 1.0].repeat(64);
-        finish.lay(Channels::GreyAlpha, true, 0, &layer, &mut values);
+        finish.lay(Channels::GreyAlpha, true, 0, &layer, &mut values, &[]);
         assert_eq!(values[..6], [0.0, 1.0, 0.25, 1.0, 0.5, 1.0]);
     }
 
@@ -288,6 +349,9 @@ mod tests {
                 let gains = [(); 3].map(|()| line(0.4, most));
                 let layer: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
                 let base: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
+                let labelled = if rng.bool() { len as usize * VALUES } else { 0 };
+                let controls: Vec<u8> =
+                    (0..labelled).map(|_| *rng.choice(&[0, 255, 100, 254]).unwrap()).collect();
                 let finish = Finish {
                     map: &map,
                     inside: &[],
@@ -295,17 +359,20 @@ mod tests {
                     gains: &[],
                     matrix: None,
                     normals: false,
+                    is_linear: false,
+                    leaves_out: true,
                 };
                 let mut wanted = base.clone();
                 for (k, texel) in (0..).zip(wanted.chunks_exact_mut(C)) {
                     let layer = &layer[k as usize * C..][..C];
                     let weight = finish.weight(inside.at(k));
-                    let gains = gains.map(|gain| gain.at(k));
-                    finish.texel::<T, C, false>(layer, weight, gains, texel);
+                    let [tone, carried] = controls::at(&controls, k as usize);
+                    let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
+                    finish.texel::<T, C, false>(layer, weight * carried, &change, texel);
                 }
                 for level in [Level::new(), Level::baseline()] {
                     let mut found = base.clone();
-                    let run = stretch::Run { inside, feather, gains };
+                    let run = stretch::Run { inside, feather, gains, controls: &controls };
                     stretch::lay_run::<T, C>(level, &run, &layer, &mut found);
                     assert_eq!(found, wanted);
                 }

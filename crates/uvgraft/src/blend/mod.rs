@@ -11,22 +11,29 @@
 //!   surface, so that one side takes on the other's tone there (after P. Pérez et al., "Poisson image
 //!   editing", 2003, on a mesh and with ratios for differences).
 
+mod along_rim;
+mod between_skins;
 mod compose;
+mod controls;
 mod cut;
 mod field;
 mod geodesic;
 mod harmonic;
 mod painted;
+mod report;
 mod rim;
 mod sample;
 mod selection;
+mod skins;
 mod stretch;
 mod tone;
 mod toning;
 mod undercoat;
 
 use compose::Finish;
+pub(crate) use controls::Controls;
 pub use cut::CutMesh;
+pub use report::ToneReport;
 pub use selection::{Ground, Growth, RegionError, Selection, Side};
 pub use toning::{Toning, ToningError};
 use undercoat::{Skin, Undercoat};
@@ -36,14 +43,23 @@ use std::sync::Arc;
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::formats::Averaging;
+use crate::labels::{Label, Labels};
 use crate::map::{MapOptions, SamplingMap};
+use crate::pair::Direction;
 use crate::skin::SkinModel;
-use crate::texture::{Channels, Depth, Texels, Texture, TextureError};
+use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError};
 use field::{Slope, slopes};
 use harmonic::Harmonic;
 use rim::Rim;
 use tone::Matrix;
-use toning::Recolor;
+use toning::{BaseSkin, Recolor};
+
+/// How far from the rim a tone that was found there has faded out, in distances between the eyes: 5 cm.
+const FADE: f64 = 0.8;
+
+/// So wide beside cloth a texture is left out too, in distances between the eyes: 4 mm, where collars shade skin and
+/// their colour bleeds into it.
+const MARGIN: f64 = 0.065;
 
 /// How a texture becomes one with the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +74,8 @@ pub struct BlendOptions {
     pub match_skin: bool,
     /// Which side the tone is taken from.
     pub tone: Tone,
+    /// Whether cloth and background at a neck stay in the region.
+    pub keep_all: bool,
     /// Texels beyond the islands in which a base's skin changes too: as many as its own gutter has.
     pub gutter_px: u32,
 }
@@ -87,6 +105,12 @@ impl BlendOptions {
         Self { tone, ..self }
     }
 
+    /// The same with all of the region kept, cloth and background at a neck too.
+    #[must_use]
+    pub const fn keep_all(self) -> Self {
+        Self { keep_all: true, ..self }
+    }
+
     /// The same for a base whose own gutter is so wide.
     #[must_use]
     pub const fn gutter_px(self, gutter_px: u32) -> Self {
@@ -97,13 +121,25 @@ impl BlendOptions {
     pub const fn needs_colors(&self) -> bool {
         self.membrane || self.match_skin
     }
+
+    /// Whether it matters what textures show: cloth leaves regions that have no hard border, and only skin takes tone.
+    pub fn asks_for_labels(&self) -> bool {
+        self.needs_colors() || self.feather > 0.0
+    }
 }
 
 impl Default for BlendOptions {
     /// A hard border, and no colour changed.
     fn default() -> Self {
         let gutter_px = MapOptions::default().gutter_px;
-        Self { feather: 0.0, membrane: false, match_skin: false, tone: Tone::Base, gutter_px }
+        Self {
+            feather: 0.0,
+            membrane: false,
+            match_skin: false,
+            tone: Tone::Base,
+            keep_all: false,
+            gutter_px,
+        }
     }
 }
 
@@ -115,6 +151,19 @@ pub enum Tone {
     Base,
     /// The base's skin takes on the tone that the texture has.
     Source,
+    /// Both give way half.
+    Both,
+}
+
+impl Tone {
+    /// How far the texture gives way, from 0 to 1; the base does for the rest.
+    const fn share(self) -> f64 {
+        match self {
+            Self::Base => 1.0,
+            Self::Source => 0.0,
+            Self::Both => 0.5,
+        }
+    }
 }
 
 /// A blend of one region: distances, and the factorised membrane. Made once, used for any number of
@@ -122,13 +171,19 @@ pub enum Tone {
 #[derive(Debug, Clone)]
 pub struct Blend {
     ground: Ground,
+    /// What was asked for, within what is linked.
+    selection: Selection,
     options: BlendOptions,
     touched: Vec<bool>,
-    /// Signed distance of each point from the rim, within what the feather needs.
+    /// Signed distance of each point from the rim, within what the feather and the tone need.
     inside: Vec<f32>,
+    /// How far from the rim a tone that was found there has faded out; without a head it goes on everywhere.
+    fade: Option<f64>,
     measure: Option<Measure>,
     /// What is skin in the base, if it is not to be estimated.
     skin: Option<Texture>,
+    /// What textures show, if it is not to be found out.
+    labels: Option<Arc<Labels>>,
 }
 
 /// What a tone is found with.
@@ -145,9 +200,9 @@ pub(crate) struct BlendMap {
     /// For each patch of the map, the signed distance from the rim.
     inside: Vec<[Slope; 1]>,
     /// All of the target's layout, if the base changes too.
-    layout: Option<SamplingMap>,
-    /// How far each texel is skin.
-    skin: Option<Vec<u8>>,
+    layout: Option<Arc<SamplingMap>>,
+    /// How far each texel is skin, where a mask says it.
+    skin: Option<Arc<Vec<u8>>>,
 }
 
 /// A toning at the texels of one map. Clones share it.
@@ -158,8 +213,18 @@ pub(crate) struct Gains(Option<Arc<ToneGains>>);
 struct ToneGains {
     /// Of the texture.
     source: Option<Recoloring>,
-    /// Of the base, and what looks like skin in it.
-    base: Option<(Recoloring, Option<SkinModel>)>,
+    /// Of the base, and what is skin in it.
+    base: Option<(Recoloring, SkinTexels)>,
+    /// The blend of what is left of the region.
+    narrowed: Option<BlendMap>,
+    controls: Option<Controls>,
+}
+
+/// What is skin at the texels of a map.
+#[derive(Debug)]
+enum SkinTexels {
+    Model(SkinModel),
+    Mask(Arc<Vec<u8>>),
 }
 
 /// Another tone for the texels of a map.
@@ -192,21 +257,101 @@ impl Blend {
                 "no linked triangle is left in it"
             }));
         }
+        let fade = if options.needs_colors() {
+            ground.eye_distance().map(|eyes| FADE * eyes)
+        } else {
+            None
+        };
         // Farther points are as good as endless; a triangle's corners must be told apart up to there.
-        let limit = options.feather + ground.longest_edge();
+        let limit = options.feather.max(fade.unwrap_or(0.0)) + ground.longest_edge();
         let inside = ground.signed_distances(&selection, limit);
         let measure = options.needs_colors().then(|| {
             let rim = Rim::new(&ground, &touched, &inside, options.feather);
-            let harmonic = options.membrane.then(|| match options.tone {
-                Tone::Base => Harmonic::new(ground.surface(), &touched, &rim.points),
-                Tone::Source => {
-                    Harmonic::new(ground.surface(), &vec![true; touched.len()], &rim.points)
-                }
+            let harmonic = options.membrane.then(|| {
+                let is_near = |corners: &[u32; 3]| match fade {
+                    Some(fade) => corners.iter().any(|&point| inside[point as usize].abs() < fade),
+                    None => true,
+                };
+                // Of the base skin changes beyond the rim too.
+                let beyond = options.tone != Tone::Base;
+                let triangles = ground.surface().triangles().iter().zip(&touched);
+                let faces: Vec<bool> = triangles
+                    .map(|(corners, &touched)| (touched || beyond) && is_near(corners))
+                    .collect();
+                Harmonic::new(ground.surface(), &faces, &rim.points)
             });
             Measure { rim, harmonic }
         });
         let inside = inside.into_iter().map(|inside| inside.clamp(-limit, limit) as f32).collect();
-        Ok(Self { ground, options, touched, inside, measure, skin: None })
+        Ok(Self {
+            ground,
+            selection,
+            options,
+            touched,
+            inside,
+            fade,
+            measure,
+            skin: None,
+            labels: None,
+        })
+    }
+
+    /// The same with labels that say what textures show, rather than what is found out of each.
+    #[must_use]
+    pub fn with_labels(self, labels: impl Into<Arc<Labels>>) -> Self {
+        Self { labels: Some(labels.into()), ..self }
+    }
+
+    /// Whether it was said what textures show.
+    pub fn has_labels(&self) -> bool {
+        self.labels.is_some()
+    }
+
+    /// What a texture shows; nothing if that does not matter, or if it is not one of a head.
+    pub fn labels(&self, source: &Texture) -> Option<Arc<Labels>> {
+        if !self.options.asks_for_labels() {
+            return None;
+        }
+        let labels = match &self.labels {
+            Some(labels) => Arc::clone(labels),
+            None => Arc::new(self.ground.labels(source).ok()?),
+        };
+        let keeps_all = self.options.keep_all && labels.has_cloth();
+        Some(if keeps_all { Arc::new((*labels).clone().keeping_all()) } else { labels })
+    }
+
+    /// The same without cloth and background, and a margin around them; nothing if there are none.
+    fn narrowed(&self, labels: &Labels) -> Option<Self> {
+        if !labels.has_cloth() {
+            return None;
+        }
+        let head = self.ground.head();
+        let margin = head.map_or(1.0, |head| MARGIN * head.texels_per_unit(labels.size()));
+        let side = match self.ground.direction() {
+            Direction::Forward => Side::Source,
+            Direction::Reverse => Side::Target,
+        };
+        let kept = self.ground.painted(side, &labels.kept(margin)).ok()?;
+        let selection = self.selection.within(&kept).ok()?;
+        let Self { skin, labels, .. } = self.clone();
+        // If nothing is left the whole region stays: then it is no head that is labelled.
+        Some(Self { skin, labels, ..Self::new(&selection, self.options).ok()? })
+    }
+
+    /// The share of the region's surface that is cloth or background.
+    fn left_out(&self, labels: &Labels) -> f64 {
+        let ground = &self.ground;
+        let mesh = ground.pair().from(ground.direction());
+        let (mut cloth, mut all) = (0.0, 0.0);
+        for piece in ground.pieces().all() {
+            if self.touched[piece.to as usize] {
+                let area = ground.surface().area(piece.to) * ground.pieces().share(*piece);
+                let uv = ground.middle(*piece, mesh);
+                cloth += area * f64::from(labels.at_uv(Label::Cloth, uv));
+                all += area;
+            }
+        }
+        if all > 0.0 { cloth / all } else { 0.0 }
     }
 
     /// The same with a mask of what is skin in the base: white for all, black for none. It is brought to
@@ -239,37 +384,20 @@ impl BlendMap {
     /// [`TextureError`] if there is no memory for a mask of skin at the map's size.
     pub fn new(blend: Arc<Blend>, map: &SamplingMap) -> Result<Self, TextureError> {
         assert_eq!(map.direction(), blend.ground.direction());
-        let value = |face: u32, point: u32| {
-            // What is not in the region is beyond its rim, even where all its corners are on it.
-            [if blend.touched[face as usize] {
-                blend.inside[point as usize]
-            } else {
-                f32::NEG_INFINITY
-            }]
-        };
-        let inside = slopes(map, blend.ground.mesh(), blend.ground.surface(), value);
-        let changes_base = blend.measure.is_some() && blend.options.tone == Tone::Source;
+        let changes_base = blend.measure.is_some() && blend.options.tone != Tone::Base;
         let layout = changes_base.then(|| {
             let options = MapOptions::with_gutter(blend.options.gutter_px);
-            SamplingMap::of_layout(blend.ground.mesh(), map.size(), &options)
+            Arc::new(SamplingMap::of_layout(blend.ground.mesh(), map.size(), &options))
         });
-        let skin = match &blend.skin {
-            None => None,
-            Some(mask) => {
-                let mask = mask.clone().with_encoding(Encoding::Data);
-                let mask = mask.resized(map.size(), Filter::Bilinear, Averaging::Encoded)?;
-                match mask.converted(Channels::Grey, Depth::U8).into_texels() {
-                    Texels::U8(values) => Some(values),
-                    Texels::U16(_) | Texels::F32(_) => None,
-                }
-            }
-        };
-        Ok(Self { blend, inside, layout, skin })
+        let skin = blend.skin.as_ref().map(|mask| resized_mask(mask, map.size())).transpose()?;
+        let inside = blend.inside_of(map);
+        Ok(Self { blend, inside, layout, skin: skin.map(Arc::new) })
     }
 
     /// How the texels of its map are laid over a base.
     ///
     /// - `normals`: whether values are encoded normals.
+    /// - `encoding`: of the values.
     ///
     /// # Panics
     /// If it is the blend of another map.
@@ -278,43 +406,77 @@ impl BlendMap {
         map: &'b SamplingMap,
         gains: &'b Gains,
         normals: bool,
+        encoding: Encoding,
     ) -> Finish<'b> {
-        assert_eq!(map.patches().len(), self.inside.len(), "the blend is one of another map");
+        let at = gains.0.as_ref().and_then(|gains| gains.narrowed.as_ref()).unwrap_or(self);
+        assert_eq!(map.patches().len(), at.inside.len(), "the blend is one of another map");
         let recoloring = gains.0.as_ref().and_then(|gains| gains.source.as_ref());
         Finish {
             map,
-            inside: &self.inside,
+            inside: &at.inside,
             feather: self.blend.options.feather as f32,
             gains: recoloring.map_or(&[], |recoloring| &recoloring.gains),
             matrix: recoloring.and_then(|recoloring| recoloring.matrix),
             normals,
+            is_linear: encoding == Encoding::Linear,
+            leaves_out: gains.controls().is_some_and(Controls::leaves_out),
         }
     }
 
     /// What is done to the base first, where that changes.
-    pub fn undercoat<'b>(&'b self, gains: &'b Gains) -> Option<Undercoat<'b>> {
-        let (Recoloring { matrix, gains }, model) = gains.0.as_ref()?.base.as_ref()?;
-        let skin = match (&self.skin, model) {
-            (Some(mask), _) => Skin::Mask(mask),
-            (None, Some(model)) => Skin::Model(*model),
-            (None, None) => return None,
+    pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<Undercoat<'b>> {
+        let (Recoloring { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
+        let skin = match (&self.skin, skin) {
+            (Some(mask), _) | (None, SkinTexels::Mask(mask)) => Skin::Mask(mask),
+            (None, SkinTexels::Model(model)) => Skin::Model(*model),
         };
-        Some(Undercoat { map: self.layout.as_ref()?, gains, matrix: *matrix, skin })
+        Some(Undercoat { map: self.layout.as_deref()?, gains, matrix: *matrix, skin })
     }
 
     /// A toning at the texels of its map.
     ///
+    /// - `colors`: whether colours change; else only what is left of the region counts.
+    ///
     /// # Errors
-    /// [`ToningError::Ground`] if it is another ground's.
-    pub fn gains(&self, map: &SamplingMap, toning: &Toning) -> Result<Gains, ToningError> {
+    /// [`ToningError::Ground`] if it is another ground's, [`ToningError::Texture`] if there is no memory for a mask.
+    pub fn gains(
+        &self,
+        map: &Arc<SamplingMap>,
+        toning: &Toning,
+        colors: bool,
+    ) -> Result<Gains, ToningError> {
         if !self.blend.ground.is_like(&toning.ground) {
             return Err(ToningError::Ground);
         }
-        let source = toning.source.as_ref().map(|recolor| self.recoloring(map, recolor));
-        let base = toning.base.as_ref().and_then(|(recolor, model)| {
-            Some((self.recoloring(self.layout.as_ref()?, recolor), *model))
+        let recoloring = |map: &SamplingMap, recolor| self.recoloring(map, recolor);
+        let source =
+            toning.source.as_ref().filter(|_| colors).map(|recolor| recoloring(map, recolor));
+        let base = match (toning.base.as_ref().filter(|_| colors), &self.layout) {
+            (Some((recolor, skin)), Some(layout)) => {
+                let skin = match (skin, &self.skin) {
+                    (_, Some(mask)) => Some(SkinTexels::Mask(Arc::clone(mask))),
+                    (BaseSkin::Mask(mask), None) => {
+                        Some(SkinTexels::Mask(Arc::new(resized_mask(mask, map.size())?)))
+                    }
+                    (BaseSkin::Model(model), None) => model.map(SkinTexels::Model),
+                };
+                skin.map(|skin| (recoloring(layout, recolor), skin))
+            }
+            _ => None,
+        };
+        let narrowed = toning.narrowed.as_ref().map(|blend| Self {
+            inside: blend.inside_of(map),
+            blend: Arc::clone(blend),
+            layout: None,
+            skin: None,
         });
-        Ok(Gains(Some(Arc::new(ToneGains { source, base }))))
+        let controls = match &toning.labels {
+            Some(labels) if source.is_some() || narrowed.is_some() => {
+                Some(Controls::new(&self.blend.ground, map, labels, narrowed.is_some()))
+            }
+            _ => None,
+        };
+        Ok(Gains(Some(Arc::new(ToneGains { source, base, narrowed, controls }))))
     }
 
     fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> Recoloring {
@@ -330,21 +492,53 @@ impl BlendMap {
 
     /// How much of the texture there is at each texel, as an 8-bit grey texture: white where it is all,
     /// black where it is nothing. The gutter is black.
-    pub fn weights(&self, map: &SamplingMap) -> Texture {
+    ///
+    /// - `gains`: what is left of the region for a texture.
+    pub fn weights(&self, map: &SamplingMap, gains: &Gains) -> Texture {
         let size = map.size();
         let white = vec![255_u8; size.texels()];
         let mut values = vec![0; size.texels()];
-        self.finish(map, &Gains::default(), false).lay(
-            Channels::Grey,
-            false,
-            0,
-            &white,
-            &mut values,
-        );
+        let finish =
+            Finish { gains: &[], matrix: None, ..self.finish(map, gains, false, Encoding::Data) };
+        let controls =
+            gains.controls().map_or_else(Vec::new, |controls| controls.rows(0, size.height));
+        finish.lay(Channels::Grey, false, 0, &white, &mut values, &controls);
         if let Texels::U8(mask) = map.mask().texels() {
             values.iter_mut().zip(mask).for_each(|(value, &mask)| *value &= mask);
         }
         Texture::new(size, Channels::Grey, Encoding::Data, Texels::U8(values))
             .expect("a map's size is that of a texture")
+    }
+}
+
+impl Blend {
+    /// The signed distance from the rim over the patches of a map.
+    fn inside_of(&self, map: &SamplingMap) -> Vec<[Slope; 1]> {
+        let value = |face: u32, point: u32| {
+            // What is not in the region is beyond its rim, even where all its corners are on it.
+            [if self.touched[face as usize] {
+                self.inside[point as usize]
+            } else {
+                f32::NEG_INFINITY
+            }]
+        };
+        slopes(map, self.ground.mesh(), self.ground.surface(), value)
+    }
+}
+
+impl Gains {
+    /// What labels say about each texel, if there are any.
+    pub fn controls(&self) -> Option<&Controls> {
+        self.0.as_ref()?.controls.as_ref()
+    }
+}
+
+/// A mask at another size, 255 for white.
+fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<u8>, TextureError> {
+    let mask = mask.clone().with_encoding(Encoding::Data);
+    let mask = mask.resized(size, Filter::Bilinear, Averaging::Encoded)?;
+    match mask.converted(Channels::Grey, Depth::U8).into_texels() {
+        Texels::U8(values) => Ok(values),
+        Texels::U16(_) | Texels::F32(_) => unreachable!("it was converted to 8 bits"),
     }
 }

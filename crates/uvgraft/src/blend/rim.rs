@@ -145,43 +145,46 @@ impl Rim {
         });
     }
 
-    /// The colours of a source beside the rim.
-    pub fn source(&self, texture: &Texture, encoding: Encoding) -> Side {
-        self.side(texture, encoding, &self.inside_uv, |places| places.inside.clone())
+    /// The colours of a source beside the rim, sRGB values as stored.
+    ///
+    /// - `counts`: how much what is at a UV coordinate counts, from 0 to 1.
+    pub fn source(&self, texture: &Texture, counts: impl Fn([f64; 2]) -> f32 + Sync) -> Side {
+        let range = |places: &Places| places.inside.clone();
+        self.side(texture, &self.inside_uv, range, |uv, _| counts(uv))
     }
 
-    /// The colours of a base beside the rim.
-    pub fn base(&self, texture: &Texture, encoding: Encoding) -> Side {
-        self.side(texture, encoding, &self.outside_uv, |places| places.outside.clone())
+    /// The colours of a base beside the rim, sRGB values as stored.
+    ///
+    /// - `counts`: how much a colour counts, from 0 to 1.
+    pub fn base(&self, texture: &Texture, counts: impl Fn([f32; 3]) -> f32 + Sync) -> Side {
+        let range = |places: &Places| places.outside.clone();
+        self.side(texture, &self.outside_uv, range, |_, rgb| counts(rgb))
     }
 
     fn side(
         &self,
         texture: &Texture,
-        encoding: Encoding,
         uv: &[[f64; 2]],
         range: impl Fn(&Places) -> Range<u32> + Sync,
+        counts: impl Fn([f64; 2], [f32; 3]) -> f32 + Sync,
     ) -> Side {
         let sampler = Sampler::new(texture);
         map_indices(self.places.len(), |index| {
             let places = &self.places[index];
             let range = range(places);
-            let (mut sum, mut weight) = ([0.0; 3], 0.0);
+            let (mut sum, mut total) = ([0.0; 3], 0.0);
             for &uv in &uv[range.start as usize..range.end as usize] {
-                let [rgb @ .., opacity] = sampler.rgba_as(uv, encoding);
+                let [rgb @ .., opacity] = sampler.rgba_as(uv, Encoding::Srgb);
                 // What is hardly there has no colour that counts.
                 if opacity >= 0.5 && rgb.iter().all(|value| value.is_finite()) {
+                    let weight = f64::from(counts(uv, rgb));
                     for (sum, value) in sum.iter_mut().zip(rgb) {
-                        *sum += f64::from(value);
+                        *sum += weight * f64::from(value);
                     }
-                    weight += 1.0;
+                    total += weight;
                 }
             }
-            if weight > 0.0 {
-                (sum.map(|sum| sum / weight), weight * places.area)
-            } else {
-                (sum, 0.0)
-            }
+            if total > 0.0 { (sum.map(|sum| sum / total), total * places.area) } else { (sum, 0.0) }
         })
     }
 

@@ -1,7 +1,9 @@
 //! Which part of the surface is meant: by vertices, by a painted mask, and what is made of these.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use crate::anatomy::Anatomy;
+use crate::labels::{HeadLayout, LabelError, Labels};
 use crate::mesh::Mesh;
 use crate::pair::{Direction, Pair};
 use crate::piece::{FacePieces, Weights, mixed, wide};
@@ -51,6 +53,10 @@ struct Parts {
     surface: Surface,
     /// The pieces of each triangle of the target.
     pieces: FacePieces,
+    /// The head of the mesh that textures come from, once somebody asks.
+    head: OnceLock<Result<HeadLayout, LabelError>>,
+    /// The same of the mesh that they are carried to.
+    anatomy: OnceLock<Option<Anatomy>>,
 }
 
 /// A part of the target's surface, on a [`Ground`].
@@ -87,7 +93,8 @@ impl Ground {
         let pair = pair.into();
         let surface = Surface::new(pair.to(direction));
         let pieces = pair.face_pieces(direction);
-        Self(Arc::new(Parts { pair, direction, surface, pieces }))
+        let (head, anatomy) = (OnceLock::new(), OnceLock::new());
+        Self(Arc::new(Parts { pair, direction, surface, pieces, head, anatomy }))
     }
 
     /// Whether selections that were made on one fit the other.
@@ -121,6 +128,54 @@ impl Ground {
 
     pub(super) fn pieces(&self) -> &FacePieces {
         &self.0.pieces
+    }
+
+    /// What a texture shows that is carried.
+    ///
+    /// # Errors
+    /// [`LabelError`] if no head is carried, or its cheeks are not of one colour.
+    pub fn labels(&self, texture: &Texture) -> Result<Labels, LabelError> {
+        Labels::find(self.found_head().as_ref().map_err(Clone::clone)?, texture)
+    }
+
+    /// The head whose texture is carried, if the mesh has one and it is linked.
+    pub(super) fn head(&self) -> Option<&HeadLayout> {
+        self.found_head().as_ref().ok()
+    }
+
+    fn found_head(&self) -> &Result<HeadLayout, LabelError> {
+        let find = || {
+            let mesh = self.pair().from(self.direction());
+            let mut is_carried = vec![false; mesh.faces().len()];
+            for piece in self.pieces().all() {
+                is_carried[piece.from as usize] = true;
+            }
+            let head = HeadLayout::new(mesh, &is_carried)?;
+            if head.has_cheeks(mesh, &is_carried) { Ok(head) } else { Err(LabelError::Cheeks) }
+        };
+        self.0.head.get_or_init(find)
+    }
+
+    /// The anatomy of the mesh that textures are carried to, if it has a head.
+    pub(super) fn anatomy(&self) -> Option<&Anatomy> {
+        self.0.anatomy.get_or_init(|| Anatomy::find(self.mesh()).ok()).as_ref()
+    }
+
+    /// The distance between the eyes on the target, in its unit; nothing if no head is carried.
+    pub(super) fn eye_distance(&self) -> Option<f64> {
+        let head = self.head()?;
+        if let Some(anatomy) = self.anatomy() {
+            return Some(anatomy.frame().unit);
+        }
+        // As much larger as what is linked is on the target.
+        let read = self.pair().from(self.direction());
+        let from = Surface::new(read);
+        let areas = self.pieces().all().iter().map(|piece| {
+            let to = self.surface().area(piece.to) * self.pieces().share(*piece);
+            [from.area(piece.from), to]
+        });
+        let sums = areas.fold([0.0, 0.0], |sum, area| [sum[0] + area[0], sum[1] + area[1]]);
+        (sums[0] > 0.0).then(|| head.anatomy.frame().unit * (sums[1] / sums[0]).sqrt())
     }
 
     /// Where a point of a triangle lies in the layout that textures come from; nowhere if it is not linked.

@@ -6,6 +6,8 @@ use fearless_simd::{Level, Simd};
 use crate::simd::dispatch;
 use crate::texture::Value;
 
+use super::compose::mixed;
+use super::controls;
 use super::field::Line;
 use super::tone::{KNEE, bend, bent};
 
@@ -17,19 +19,21 @@ const MOST: usize = STRETCH * 4;
 
 /// How the texels of a run are laid over what is there.
 #[derive(Clone, Copy)]
-pub(super) struct Run {
+pub(super) struct Run<'a> {
     /// The signed distance from the rim.
     pub inside: Line,
     /// Greater than 0.
     pub feather: f32,
     /// The gain of each channel.
     pub gains: [Line; 3],
+    /// What labels say about its texels; empty for nothing.
+    pub controls: &'a [u8],
 }
 
 /// Lays a run of texels without opacity over what is there.
 pub(super) fn lay_run<T: Value, const C: usize>(
     level: Level,
-    run: &Run,
+    run: &Run<'_>,
     layer: &[T],
     texels: &mut [T],
 ) {
@@ -46,7 +50,7 @@ pub(super) fn lay_run<T: Value, const C: usize>(
 #[inline(always)]
 fn in_vectors<S: Simd, T: Value, const C: usize, const SHOULDER: bool>(
     _: S,
-    run: &Run,
+    run: &Run<'_>,
     layer: &[T],
     texels: &mut [T],
 ) {
@@ -55,17 +59,23 @@ fn in_vectors<S: Simd, T: Value, const C: usize, const SHOULDER: bool>(
 
 /// - `SHOULDER`: whether any gain is above 1.
 #[inline(always)]
-fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], texels: &mut [T]) {
+fn lay<T: Value, const C: usize, const SHOULDER: bool>(
+    run: &Run<'_>,
+    layer: &[T],
+    texels: &mut [T],
+) {
     let one = T::ONE.to_level();
     let pieces = layer.chunks(STRETCH * C).zip(texels.chunks_mut(STRETCH * C));
     for (index, (layer, texels)) in pieces.enumerate() {
         let first = (index * STRETCH) as u32;
-        let (mut weights, mut gains) = ([0.0; MOST], [1.0; MOST]);
+        let (mut weights, mut gains, mut tones) = ([0.0; MOST], [1.0; MOST], [1.0; MOST]);
         for k in 0..STRETCH {
             let at = first + k as u32;
-            let weight = weight(run.inside.at(at), run.feather);
+            let [tone, carried] = controls::at(run.controls, at as usize);
+            let weight = weight(run.inside.at(at), run.feather) * carried;
             for channel in 0..C {
                 weights[k * C + channel] = weight;
+                tones[k * C + channel] = tone;
                 gains[k * C + channel] = run.gains[channel % 3].at(at);
             }
         }
@@ -82,6 +92,7 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(run: &Run, layer: &[T], t
                 let bent = bent(level, bend(gains[i]), one);
                 level = if gains[i] > 1.0 && level > KNEE * one { bent } else { level };
             }
+            let level = mixed(above[i], level, tones[i]);
             // Where one side is nothing, it may be no number.
             let mixed = below[i] + (level - below[i]) * weights[i];
             let whole = if weights[i] < 1.0 { mixed } else { level };

@@ -5,6 +5,8 @@
 //! are bent instead, so that full stays full. Values are those that the texture holds: of sRGB as it
 //! is encoded, where ratios are nearly those of light to the power of 1/2.4; or light.
 
+use crate::statistics::ColorMatch;
+
 /// Where the shoulder of gains above 1 begins.
 pub(super) const KNEE: f32 = 0.75;
 
@@ -48,6 +50,20 @@ pub(crate) struct Matrix {
 }
 
 impl Matrix {
+    /// What a match of colours does, or a share of it.
+    ///
+    /// - `from`: the colours that were matched.
+    pub fn matching(found: &ColorMatch, from: &[[f32; 3]], share: f32) -> Self {
+        let (rows, offset) = (found.matrix(), found.offset());
+        let mean = from.iter().map(|rgb| rgb.iter().sum::<f32>()).sum::<f32>() / from.len() as f32;
+        let row = |k: usize| {
+            let unit = |column: usize| f32::from(u8::from(k == column));
+            let part = |column: usize| unit(column) + share * (rows[k][column] - unit(column));
+            [part(0), part(1), part(2), share * offset[k]]
+        };
+        Self { rows: [row(0), row(1), row(2)], whole_from: (0.5 * mean).max(1e-3) }
+    }
+
     /// The colour in place of another; 1.0 is full.
     #[inline(always)]
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {

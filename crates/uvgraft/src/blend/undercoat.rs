@@ -2,7 +2,7 @@
 
 use fearless_simd::{Level, Simd};
 
-use crate::color::Encoding;
+use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use crate::map::SamplingMap;
 use crate::simd::dispatch;
 use crate::texture::{Channels, Value};
@@ -11,7 +11,6 @@ use crate::threads::for_each_chunk;
 use super::compose::Finish;
 use super::field::{Line, Slope};
 use super::tone::{KNEE, Matrix, bend, bent, toned};
-use super::toning::srgb;
 use crate::skin::SkinModel;
 
 /// Texels that are worked on together.
@@ -152,9 +151,11 @@ impl Undercoat<'_> {
         texel: &mut [T],
     ) {
         let of = |channel: usize| if channels.has_color() { texel[channel] } else { texel[0] };
-        let rgb = [0, 1, 2].map(|channel| of(channel).to_unit());
+        let is_light = encoding == Encoding::Linear;
+        let stored = |value: f32| if is_light { srgb_from_linear(value) } else { value };
+        let rgb = [0, 1, 2].map(|channel| stored(of(channel).to_unit()));
         let weight = match self.skin {
-            Skin::Model(model) => model.weight(srgb(rgb, encoding)),
+            Skin::Model(model) => model.weight(rgb),
             Skin::Mask(mask) => f32::from(mask[index]) / 255.0,
         };
         if weight.is_nan() || weight <= 0.0 {
@@ -164,7 +165,8 @@ impl Undercoat<'_> {
         let colors = if channels.has_color() { 3 } else { 1 };
         for channel in 0..colors {
             let value = toned(changed[channel], gains[channel], 1.0);
-            texel[channel] = T::from_unit(rgb[channel] + (value - rgb[channel]) * weight);
+            let value = rgb[channel] + (value - rgb[channel]) * weight;
+            texel[channel] = T::from_unit(if is_light { linear_from_srgb(value) } else { value });
         }
     }
 }

@@ -6,6 +6,7 @@ use super::{Blending, Content, Graft, GraftError};
 use crate::blend::{Blend, BlendMap, BlendOptions, Ground, Selection};
 use crate::filter::Filter;
 use crate::formats::Averaging;
+use crate::labels::Labels;
 use crate::map::{MapOptions, Prefer};
 use crate::normals::NormalFrames;
 use crate::pair::{Direction, Pair};
@@ -27,6 +28,7 @@ pub struct GraftBuilder {
     region: Option<Selection>,
     blend: Option<BlendOptions>,
     skin: Option<Texture>,
+    labels: Option<Arc<Labels>>,
     prepared: Option<Arc<Blend>>,
 }
 
@@ -44,6 +46,7 @@ impl GraftBuilder {
             region: None,
             blend: None,
             skin: None,
+            labels: None,
             prepared: None,
         }
     }
@@ -105,8 +108,13 @@ impl GraftBuilder {
         Self { skin: Some(mask), ..self }
     }
 
+    /// What textures show; found out of each, unless this says otherwise.
+    pub fn labels(self, labels: impl Into<Arc<Labels>>) -> Self {
+        Self { labels: Some(labels.into()), ..self }
+    }
+
     /// A blend that was made before, to be shared by several grafts; in place of [`GraftBuilder::region`],
-    /// [`GraftBuilder::blend`] and [`GraftBuilder::skin`].
+    /// [`GraftBuilder::blend`], [`GraftBuilder::skin`] and [`GraftBuilder::labels`].
     pub fn shared_blend(self, blend: Arc<Blend>) -> Self {
         Self { prepared: Some(blend), ..self }
     }
@@ -131,8 +139,12 @@ impl GraftBuilder {
                     options.unwrap_or_else(|| BlendOptions::default().gutter_px(map.gutter_px));
                 check_ground("region", region.ground(), &pair, direction)?;
                 let blend = Blend::new(&region, options)?;
-                Some(Arc::new(match self.skin {
+                let blend = match self.skin {
                     Some(mask) => blend.with_skin(mask),
+                    None => blend,
+                };
+                Some(Arc::new(match self.labels {
+                    Some(labels) => blend.with_labels(labels),
                     None => blend,
                 }))
             }

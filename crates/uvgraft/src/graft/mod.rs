@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::blend::{Blend, BlendMap, Toning, ToningError};
+use crate::blend::{Blend, BlendMap, Gains, Toning, ToningError};
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
@@ -165,11 +165,23 @@ impl Graft {
     ) -> Result<Option<Toning>, ToningError> {
         match &self.blend {
             Some(Blending { blend, .. }) if self.content == Content::Color => {
-                let formats = self.formats(texture.format(), base_format);
-                blend.toning(texture, base, formats.working_encoding())
+                // Data is refused, whatever it is laid over.
+                let encoding = self.formats(texture.format(), base_format).working_encoding();
+                if encoding == Encoding::Data && blend.options().needs_colors() {
+                    return Err(ToningError::Data);
+                }
+                blend.toning(texture, base)
             }
             _ => Ok(None),
         }
+    }
+
+    /// Finds what of a texture a blend leaves out, such as a collar, and changes no colour: for
+    /// [`Overlay::narrowed`].
+    pub fn narrowing(&self, texture: &Texture) -> Option<Toning> {
+        let blend = self.blend()?;
+        let toning = blend.narrowing(texture);
+        toning.narrowed().is_some().then_some(toning)
     }
 
     /// Solves for the texture that reads back best with the same filter, rather than sampling it, and makes it
@@ -226,7 +238,7 @@ impl Graft {
     /// through a feather, black elsewhere, the gutter included.
     pub fn mask(&self) -> Texture {
         match &self.blend {
-            Some(Blending { at, .. }) => at.weights(self.map()),
+            Some(Blending { at, .. }) => at.weights(self.map(), &Gains::default()),
             None => self.map().mask(),
         }
     }

@@ -32,7 +32,7 @@ pub(crate) struct HeadLayout {
     /// How high each texel is above the lowest of the scalp, in eye distances.
     pub above_nape: Vec<f32>,
     /// The texels of an eye distance, along the surface.
-    pub texels_per_unit: f64,
+    texels_per_eyes: f64,
     /// The texels at which the carried part ends at the neck.
     pub rim: Vec<u32>,
 }
@@ -77,14 +77,21 @@ impl HeadLayout {
         let nape = on_scalp.filter(|(scalp, _)| **scalp >= 0.5).map(|(_, height)| *height);
         let nape = nape.fold(f32::INFINITY, f32::min);
         let above_nape = grid.at_texels(mesh, &height).into_iter().map(|at| at - nape).collect();
-        let texels_per_unit = texels_per_unit(mesh, &grid, is_carried) * frame.unit;
-        Ok(Self { anatomy, grid, areas, above_nape, texels_per_unit, rim })
+        let texels_per_eyes = texels_per_unit(mesh, &grid, is_carried) * frame.unit;
+        Ok(Self { anatomy, grid, areas, above_nape, texels_per_eyes, rim })
     }
 
-    /// Which texels are carried.
-    pub fn is_carried(&self, is_carried: &[bool]) -> Vec<bool> {
-        let faces = self.grid.faces().iter();
-        faces.map(|&face| is_carried.get(face as usize).is_some_and(|&is| is)).collect()
+    /// Whether the cheeks are carried: hands of a body with a head are no faces.
+    pub fn has_cheeks(&self, mesh: &Mesh, is_carried: &[bool]) -> bool {
+        let cheeks = self.anatomy.area(Area::Cheeks);
+        let mut faces = mesh.faces().iter().zip(is_carried).filter(|(_, is)| **is);
+        faces.any(|(corners, _)| corners.iter().all(|&vertex| cheeks[vertex as usize] >= 0.5))
+    }
+
+    /// How many texels of a texture of some size are as long as the distance between the eyes, along the surface.
+    pub fn texels_per_unit(&self, size: Size) -> f64 {
+        let ratio = size.texels() as f64 / self.grid.size().texels() as f64;
+        self.texels_per_eyes * ratio.sqrt()
     }
 }
 

@@ -15,6 +15,7 @@ mod find;
 mod geodesic;
 mod head;
 
+pub(crate) use evidence::lab;
 pub(crate) use head::HeadLayout;
 
 #[cfg(doc)]
@@ -103,6 +104,9 @@ pub enum LabelError {
     /// The mesh has no head.
     #[error(transparent)]
     Anatomy(#[from] crate::anatomy::AnatomyError),
+    /// The mesh has a head, but its face is not carried.
+    #[error("the face is not carried")]
+    Cheeks,
     /// Cheeks, forehead and nose show no colour, or many.
     #[error("the cheeks show no skin to go by: {0}")]
     Skin(#[from] crate::skin::SkinError),
@@ -205,6 +209,43 @@ impl Labels {
         let Size { width, height } = self.size;
         let place = |at: f64, side: u32| ((at * f64::from(side)) as u32).min(side - 1);
         self.weight(label, place(uv[0], width), place(uv[1], height))
+    }
+
+    /// Whether there is anything that leaves the region.
+    pub(crate) fn has_cloth(&self) -> bool {
+        self.weights.iter().any(|weights| weights[Label::Cloth as usize] > 0.5)
+    }
+
+    /// White for what stays in the region: all but cloth and what is nearer to it than a distance in texels.
+    pub(crate) fn kept(&self, margin: f64) -> Texture {
+        let Size { width, height } = self.size;
+        let is_cloth = |texel: usize| self.weights[texel][Label::Cloth as usize] >= 0.5;
+        let mut texels = vec![255_u8; self.weights.len()];
+        let reach = margin.ceil() as i64;
+        let is_at = |x: i64, y: i64| {
+            (0..i64::from(width)).contains(&x) && (0..i64::from(height)).contains(&y)
+        };
+        for texel in (0..texels.len()).filter(|&texel| is_cloth(texel)) {
+            texels[texel] = 0;
+            let (x, y) = ((texel % width as usize) as i64, (texel / width as usize) as i64);
+            let at = |dx: i64, dy: i64| ((y + dy) * i64::from(width) + x + dx) as usize;
+            let is_inner = [(-1, 0), (1, 0), (0, -1), (0, 1)]
+                .into_iter()
+                .all(|(dx, dy)| !is_at(x + dx, y + dy) || is_cloth(at(dx, dy)));
+            if is_inner {
+                continue;
+            }
+            for dy in -reach..=reach {
+                for dx in -reach..=reach {
+                    let is_near = ((dx * dx + dy * dy) as f64) <= margin * margin;
+                    if is_near && is_at(x + dx, y + dy) {
+                        texels[at(dx, dy)] = 0;
+                    }
+                }
+            }
+        }
+        Texture::new(self.size, Channels::Grey, Encoding::Data, Texels::U8(texels))
+            .expect("the size is that of a texture")
     }
 
     /// How far texels take on another tone, and how far they stay in the region: two channels of data.

@@ -1,0 +1,211 @@
+//! The tone from skin to skin: one gain over all of it, and what is left at the rim fades out near there.
+
+use crate::color::Encoding;
+use crate::labels::{Label, Labels};
+use crate::metrics::delta_e;
+use crate::skin::SkinModel;
+use crate::statistics::ColorMatch;
+use crate::texture::Texture;
+
+use super::report::{ToneReport, lightness};
+use super::rim::{Rim, Side};
+use super::sample::Sampler;
+use super::skins::{Skins, mean};
+use super::tone::{GAINS, Matrix, gain_between, toned};
+use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
+use super::{Blend, Measure, Tone};
+use crate::threads::map_indices;
+
+type Rgb = [f32; 3];
+
+/// What is done to one side's colours everywhere.
+#[derive(Debug, Clone, Copy)]
+struct Overall {
+    matrix: Option<Matrix>,
+    gains: Rgb,
+}
+
+impl Overall {
+    fn apply(&self, rgb: Rgb) -> Rgb {
+        let rgb = self.matrix.map_or(rgb, |matrix| matrix.apply(rgb));
+        [0, 1, 2].map(|k| toned(rgb[k], self.gains[k], 1.0))
+    }
+}
+
+impl Blend {
+    /// What both sides get from each other, from the skin of large areas and from the rim near it.
+    ///
+    /// # Errors
+    /// [`ToningError`] where one side has no skin.
+    pub(super) fn between_skins(
+        &self,
+        measure: &Measure,
+        (source, base): (&Texture, &Texture),
+        skins: &Skins,
+        labels: &Labels,
+        report: &mut ToneReport,
+    ) -> Result<Recolored, ToningError> {
+        let overall = self.overall((source, base), skins, labels)?;
+        let rim = &measure.rim;
+        let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
+        let of_base = rim.base(base, |rgb| skins.model.weight(rgb));
+        let left = self.left_at_rim(rim, [&of_source, &of_base], &overall);
+        report.lightness = [
+            lightness(overall[0].apply(skins.face.color)) - lightness(skins.face.color),
+            lightness(overall[1].apply(skins.body.color)) - lightness(skins.body.color),
+        ];
+        report.clipped =
+            [clipped(&skins.face.samples, &overall[0]), clipped(&skins.body.samples, &overall[1])];
+        report.at_rim = left.as_ref().map(|left| left.median);
+        let gains = |side: usize| -> Vec<Rgb> {
+            if !self.options.membrane {
+                return Vec::new();
+            }
+            let harmonic = left.as_ref().zip(measure.harmonic.as_ref());
+            let mut logs =
+                vec![overall[side].gains.map(|gain| f64::from(gain.ln())); self.inside.len()];
+            if let Some((left, harmonic)) = harmonic {
+                let given = &left.log_gains[side];
+                let extended = harmonic.extend(given);
+                let on_rim =
+                    rim.points.iter().zip(given).map(|(&point, &log)| (point as usize, log));
+                let beyond =
+                    extended.into_iter().enumerate().filter_map(|(point, log)| Some((point, log?)));
+                for (point, log) in beyond.chain(on_rim) {
+                    let share = self.near_rim(point);
+                    for (sum, log) in logs[point].iter_mut().zip(log) {
+                        *sum += share * log;
+                    }
+                }
+            }
+            let bounds = GAINS.map(|gain| f64::from(gain.ln()));
+            let gain = |log: f64| log.clamp(bounds[0], bounds[1]).exp() as f32;
+            logs.into_iter().map(|logs| logs.map(gain)).collect()
+        };
+        let recolor = |side: usize| Recolor { matrix: overall[side].matrix, gains: gains(side) };
+        let base = (self.options.tone != Tone::Base).then(|| {
+            let skin = self.skin_of_base(base, &skins.model);
+            (recolor(1), skin)
+        });
+        let source = (self.options.tone != Tone::Source).then(|| recolor(0));
+        Ok(Recolored { source, base })
+    }
+
+    /// What is done to the texture and to the base everywhere.
+    fn overall(
+        &self,
+        (source, base): (&Texture, &Texture),
+        skins: &Skins,
+        labels: &Labels,
+    ) -> Result<[Overall; 2], ToningError> {
+        let share = self.options.tone.share();
+        if !self.options.match_skin {
+            return Ok(skins.gains(share).map(|gains| Overall { matrix: None, gains }));
+        }
+        let face = self.skin_of_source(source, labels);
+        let body = self.skin_of_body(base, &skins.model);
+        let one_way = |from: &[Rgb], to: &[Rgb], share: f32| {
+            if share <= 0.0 || from.is_empty() || to.is_empty() {
+                return Ok(Overall { matrix: None, gains: [1.0; 3] });
+            }
+            // Means of large areas: all of a face has brows' shadows, all of a body has soles.
+            let found = ColorMatch::keeping_contrast(from, to)?;
+            let matrix = Matrix::matching(&found, from, share);
+            Ok::<_, ToningError>(Overall { matrix: Some(matrix), gains: [1.0; 3] })
+        };
+        let share = share as f32;
+        let mut overall = [one_way(&face, &body, share)?, one_way(&body, &face, 1.0 - share)?];
+        // Cheeks meet cheeks, whatever the means of all skin are.
+        let middle = skins.middle(f64::from(share));
+        for (overall, skin) in overall.iter_mut().zip([&skins.face, &skins.body]) {
+            if let Some(matrix) = overall.matrix {
+                let changed: Vec<Rgb> = skin.samples.iter().map(|&rgb| matrix.apply(rgb)).collect();
+                let found = mean(&changed);
+                overall.gains = [0, 1, 2].map(|k| gain_between(found[k], middle[k]));
+            }
+        }
+        Ok(overall)
+    }
+
+    /// How far a point is within what the rim changes: 1 at the rim, 0 where that has faded out.
+    pub(super) fn near_rim(&self, point: usize) -> f64 {
+        let Some(fade) = self.fade else { return 1.0 };
+        let t = (f64::from(self.inside[point]).abs() / fade).clamp(0.0, 1.0);
+        1.0 - t * t * (3.0 - 2.0 * t)
+    }
+
+    /// What is left between both sides at the rim after both were changed; nothing where no skin meets skin.
+    fn left_at_rim(&self, rim: &Rim, sides: [&Side; 2], overall: &[Overall; 2]) -> Option<Left> {
+        if rim.points.is_empty() {
+            return None;
+        }
+        let changed = [0, 1].map(|side| {
+            let change = |&(color, area): &([f64; 3], f64)| {
+                let rgb = overall[side].apply(color.map(|value| value as f32));
+                (rgb.map(f64::from), area)
+            };
+            sides[side].iter().map(change).collect::<Side>()
+        });
+        let found = rim.difference([&changed[0], &changed[1]], [&|_| 1.0, &|_| 1.0])?;
+        let share = self.options.tone.share();
+        let scaled = |by: f64| found.log_gains.iter().map(|log| log.map(|log| by * log)).collect();
+        let median = {
+            let means = [0, 1].map(|side| {
+                let with_color = changed[side].iter().filter(|(_, area)| *area > 0.0);
+                mean(&with_color.map(|(rgb, _)| rgb.map(|value| value as f32)).collect::<Vec<_>>())
+            });
+            delta_e(means[0], means[1])
+        };
+        Some(Left { log_gains: [scaled(share), scaled(share - 1.0)], median })
+    }
+
+    /// What is skin in a base.
+    fn skin_of_base(&self, _base: &Texture, model: &SkinModel) -> BaseSkin {
+        BaseSkin::Model(self.skin.is_none().then_some(*model))
+    }
+
+    /// Colours of the texture's skin, all over what is carried.
+    fn skin_of_source(&self, source: &Texture, labels: &Labels) -> Vec<Rgb> {
+        let ground = &self.ground;
+        let mesh = ground.pair().from(ground.direction());
+        let sampler = Sampler::new(source);
+        let pieces = ground.pieces().all();
+        let found = map_indices(pieces.len(), |index| {
+            let uv = ground.middle(pieces[index], mesh);
+            if labels.at_uv(Label::Skin, uv) < 0.8 {
+                return None;
+            }
+            let [r, g, b, opacity] = sampler.rgba_as(uv, Encoding::Srgb);
+            (opacity >= 0.5).then_some([r, g, b])
+        });
+        found.into_iter().flatten().collect()
+    }
+
+    /// Colours of the base's skin, all over the body.
+    fn skin_of_body(&self, base: &Texture, model: &SkinModel) -> Vec<Rgb> {
+        let mesh = self.ground.mesh();
+        let sampler = Sampler::new(base);
+        let found = map_indices(mesh.faces().len(), |face| {
+            let uv = super::along_rim::middle(crate::piece::wide(mesh.uv_triangle(face)));
+            let [r, g, b, opacity] = sampler.rgba_as(uv, Encoding::Srgb);
+            (opacity >= 0.5 && model.weight([r, g, b]) > 0.5).then_some([r, g, b])
+        });
+        found.into_iter().flatten().collect()
+    }
+}
+
+/// What is left at a rim.
+struct Left {
+    /// For both sides, the logarithms of the gains at the rim's points.
+    log_gains: [Vec<[f64; 3]>; 2],
+    /// How different both sides look, ΔE 2000.
+    median: f64,
+}
+
+/// The share of colours that are full in a channel and were not before.
+fn clipped(samples: &[Rgb], overall: &Overall) -> f64 {
+    const FULL: f32 = 254.5 / 255.0;
+    let is_full = |rgb: Rgb| rgb.iter().any(|&value| value >= FULL);
+    let count = samples.iter().filter(|&&rgb| !is_full(rgb) && is_full(overall.apply(rgb))).count();
+    count as f64 / samples.len().max(1) as f64
+}

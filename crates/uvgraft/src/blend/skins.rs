@@ -1,0 +1,203 @@
+//! The skin of both sides in large areas, and the gains that take one to the other.
+//!
+//! A rim says little about a face: necks are shaded, and captures end in collars. So one gain is found from the cheeks,
+//! which both sides have, and the rim only decides on what is left there.
+
+use crate::anatomy::{Anatomy, Area};
+use crate::color::Encoding;
+use crate::labels::{Label, Labels, lab};
+use crate::mesh::Mesh;
+use crate::metrics::delta_e;
+use crate::piece::{mixed, wide};
+use crate::skin::SkinModel;
+use crate::texture::Texture;
+use crate::threads::map_indices;
+
+use super::sample::Sampler;
+use super::selection::Ground;
+use super::tone::{GAINS, toned};
+
+type Rgb = [f32; 3];
+
+/// The skin of a texture where it shows best.
+#[derive(Debug, Clone)]
+pub(super) struct Skin {
+    /// Its mean: sRGB as stored, 1.0 for full.
+    pub color: Rgb,
+    /// Colours of it, those that are far from most left out.
+    pub samples: Vec<Rgb>,
+}
+
+/// The skin of a texture and of its base.
+#[derive(Debug, Clone)]
+pub(super) struct Skins {
+    pub face: Skin,
+    pub body: Skin,
+    /// Which colours of the base are skin.
+    pub model: SkinModel,
+}
+
+/// With fewer colours an area says nothing.
+const LEAST_SAMPLES: usize = 24;
+
+/// Areas of one skin differ less than this, ΔE 2000: a chest is paler and a neck darker than cheeks.
+const ALIKE: f64 = 18.0;
+
+/// Where each quarter of a triangle has its middle.
+const QUARTERS: [[f64; 3]; 4] = {
+    const SIX: f64 = 1.0 / 6.0;
+    const TWO_THIRDS: f64 = 2.0 / 3.0;
+    const THIRD: f64 = 1.0 / 3.0;
+    [[TWO_THIRDS, SIX, SIX], [SIX, TWO_THIRDS, SIX], [SIX, SIX, TWO_THIRDS], [THIRD, THIRD, THIRD]]
+};
+
+impl Skins {
+    /// Looks at both sides; nothing where one of them shows no skin in the face.
+    pub fn new(ground: &Ground, source: &Texture, labels: &Labels, base: &Texture) -> Option<Self> {
+        let head = ground.head()?;
+        let read = ground.pair().from(ground.direction());
+        let is_skin = |uv| labels.at_uv(Label::Skin, uv) >= 0.8;
+        let of_face = |area| Skin::new(samples(read, &head.anatomy, area, source, &is_skin));
+        // A beard or a mask may hide the cheeks.
+        let face = of_face(Area::Cheeks)
+            .or_else(|| of_face(Area::Nose))
+            .or_else(|| of_face(Area::Forehead))?;
+        let body = Skin::of_body(ground, base)?;
+        let model = SkinModel::new(&body.samples, &[]).ok()?;
+        Some(Self { face, body, model })
+    }
+
+    /// The gains of the texture and of the base that take both skins to a colour between them.
+    ///
+    /// - `share`: how far the texture gives way, from 0 to 1.
+    pub fn gains(&self, share: f64) -> [Rgb; 2] {
+        let middle = self.middle(share);
+        [&self.face, &self.body].map(|skin| skin.gains_to(middle))
+    }
+
+    /// The colour between both skins, as their ratios go.
+    pub fn middle(&self, share: f64) -> Rgb {
+        [0, 1, 2].map(|k| {
+            let [face, body] =
+                [self.face.color[k], self.body.color[k]].map(|value| f64::from(value.max(1e-3)));
+            (face.ln() * (1.0 - share) + body.ln() * share).exp() as f32
+        })
+    }
+}
+
+impl Skin {
+    /// From colours, most of which are skin.
+    fn new(colors: Vec<Rgb>) -> Option<Self> {
+        let samples = without_outliers(colors)?;
+        Some(Self { color: mean(&samples), samples })
+    }
+
+    /// What a base's own cheeks show, unless all else of its body says otherwise.
+    fn of_body(ground: &Ground, base: &Texture) -> Option<Self> {
+        let mesh = ground.mesh();
+        let any = |_| true;
+        let Some(anatomy) = ground.anatomy() else {
+            // The body's head is where the other one's is.
+            let head = ground.head()?;
+            let cheeks = |face: usize, weights| {
+                let piece = ground.pieces().at(face, weights)?;
+                let read = ground.pair().from(ground.direction());
+                let corners = read.faces()[piece.from as usize];
+                let cheeks = head.anatomy.area(Area::Cheeks);
+                Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)
+            };
+            return Self::new(samples_where(mesh, base, |face, weights, _| {
+                cheeks(face, weights).is_some_and(|cheeks| cheeks >= 0.5)
+            }));
+        };
+        let of = |area| Self::new(samples(mesh, anatomy, area, base, &any));
+        let cheeks = of(Area::Cheeks);
+        let others = [Area::Neck, Area::Chest, Area::Hands].map(of);
+        let distance = |a: &Self, b: &Self| delta_e(a.color, b.color);
+        match (cheeks, others) {
+            // A painted body whose head is another's, or blank.
+            (Some(cheeks), [Some(neck), Some(chest), hands])
+                if distance(&cheeks, &neck) > ALIKE
+                    && distance(&cheeks, &chest) > ALIKE
+                    && distance(&neck, &chest) < ALIKE
+                    && hands.as_ref().is_none_or(|hands| distance(hands, &chest) < ALIKE) =>
+            {
+                Some(Self { samples: [neck.samples, chest.samples].concat(), ..chest })
+            }
+            (Some(cheeks), _) => Some(cheeks),
+            (None, [neck, chest, hands]) => neck.or(chest).or(hands),
+        }
+    }
+
+    /// The gains after which the mean of its colours is another one.
+    fn gains_to(&self, color: Rgb) -> Rgb {
+        [0, 1, 2].map(|k| {
+            let mut gain = 1.0_f32;
+            // The shoulder takes some away from highlights, so the gain is found step by step.
+            for _ in 0..12 {
+                let sum: f64 =
+                    self.samples.iter().map(|rgb| f64::from(toned(rgb[k], gain, 1.0))).sum();
+                let now = (sum / self.samples.len() as f64) as f32;
+                gain = (gain * (color[k].max(1e-3) / now.max(1e-3))).clamp(GAINS[0], GAINS[1]);
+            }
+            gain
+        })
+    }
+}
+
+/// Colours of a texture in an area, four of each triangle.
+fn samples(
+    mesh: &Mesh,
+    anatomy: &Anatomy,
+    area: Area,
+    texture: &Texture,
+    is_wanted: &(impl Fn([f64; 2]) -> bool + Sync),
+) -> Vec<Rgb> {
+    let weights = anatomy.area(area);
+    let in_area = |face: usize| {
+        mesh.faces()[face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 1.5
+    };
+    samples_where(mesh, texture, |face, _, uv| in_area(face) && is_wanted(uv))
+}
+
+/// Colours of a texture at those places of triangles that are wanted.
+fn samples_where(
+    mesh: &Mesh,
+    texture: &Texture,
+    is_wanted: impl Fn(usize, [f64; 3], [f64; 2]) -> bool + Sync,
+) -> Vec<Rgb> {
+    let sampler = Sampler::new(texture);
+    let of_face = |face: usize| {
+        let corners = wide(mesh.uv_triangle(face));
+        let places = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
+        let wanted = places.filter(|&(weights, uv)| is_wanted(face, weights, uv));
+        let colors = wanted.map(|(_, uv)| sampler.rgba_as(uv, Encoding::Srgb));
+        let known =
+            colors.filter(|rgba| rgba[3] >= 0.5 && rgba.iter().all(|value| value.is_finite()));
+        known.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
+    };
+    map_indices(mesh.faces().len(), of_face).concat()
+}
+
+/// The colours that are near the median in CIELAB; nothing if they are too few.
+fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
+    if colors.len() < LEAST_SAMPLES {
+        return None;
+    }
+    let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
+    let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
+    let far = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
+    let reach = (3.0 * median(labs.iter().map(far).collect())).max(8.0);
+    let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| far(lab) <= reach);
+    Some(kept.map(|(rgb, _)| rgb).collect())
+}
+
+fn median(mut values: Vec<f32>) -> f32 {
+    let half = values.len() / 2;
+    *values.select_nth_unstable_by(half, f32::total_cmp).1
+}
+
+pub(super) fn mean(colors: &[Rgb]) -> Rgb {
+    let sum = |k: usize| colors.iter().map(|rgb| f64::from(rgb[k])).sum::<f64>();
+    [0, 1, 2].map(|k| (sum(k) / colors.len() as f64) as f32)
+}
