@@ -119,10 +119,10 @@ impl Section {
     /// The orientation in which the face is, its eyes being known.
     pub fn around_eyes(&self, unit: f64) -> Found {
         let deviation = |turn: Turn| {
-            let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 148);
-            outline.deviation([0.0, 0.0], unit)
+            let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 93);
+            outline.deviation([0.0, 0.0], unit, f64::INFINITY)
         };
-        let mut best = least(Turn::all(48), deviation);
+        let mut best = least(Turn::all(36), deviation);
         for degrees in [3.0_f64, 1.0, 0.4] {
             best = least(best.1.near(degrees.to_radians()), deviation);
         }
@@ -139,7 +139,8 @@ impl Section {
             let outline = Outline::new(self, turn, [-reach, reach], bins);
             for &unit in units {
                 outline.for_each_tip(unit, |eyes| {
-                    let deviation = outline.deviation(eyes, unit);
+                    let limit = best.map_or(f64::INFINITY, |best| best.0);
+                    let deviation = outline.deviation(eyes, unit, limit);
                     if best.is_none_or(|best| deviation < best.0) {
                         best = Some((deviation, turn, eyes, unit));
                     }
@@ -221,13 +222,18 @@ impl Outline {
         self.depths.get(bin).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// How far the outline is from a face whose eyes are at a height and depth.
-    fn deviation(&self, eyes: [f64; 2], unit: f64) -> f64 {
-        let deviations = TEMPLATE.iter().map(|&[height, depth]| {
+    /// How far the outline is from a face whose eyes are at a height and depth, or some number above `limit`.
+    fn deviation(&self, eyes: [f64; 2], unit: f64, limit: f64) -> f64 {
+        let limit = limit * TEMPLATE.len() as f64;
+        let mut sum = 0.0;
+        for [height, depth] in TEMPLATE {
             let found = (self.at(eyes[0] + height * unit) - eyes[1]) / unit;
-            (found - depth).abs().min(LARGEST_DEVIATION)
-        });
-        deviations.sum::<f64>() / TEMPLATE.len() as f64
+            sum += (found - depth).abs().min(LARGEST_DEVIATION);
+            if sum > limit {
+                break;
+            }
+        }
+        sum / TEMPLATE.len() as f64
     }
 
     /// Calls `visit` with where eyes are if a tip of a nose is at each foremost place of the outline.
