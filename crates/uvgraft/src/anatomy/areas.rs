@@ -115,13 +115,23 @@ impl Areas<'_> {
         }
         let nearest = |&center: &Vector| norm(sub(place.at, center));
         let distance = self.face.eyes.centers.iter().map(nearest).fold(f64::INFINITY, f64::min);
-        let Some(radius) = self.face.eyes.radius else { return 0.0 };
+        let Some(radius) = self.face.eyes.radius else { return self.hollow_eyes(place) };
         if self.face.eyes.components.contains(&true) {
             // Lids lie on the ball, what lines them within it.
             return ramp(1.02, 0.94, distance / radius);
         }
         let [dx, dy] = [place.x - 0.5, place.y];
         ramp(1.07, 1.03, distance / radius) * ellipse([dx, dy], [0.24, 0.14], 1.2)
+    }
+
+    /// Without eyeballs: the inside of the sockets, well behind the lids above and below.
+    fn hollow_eyes(&self, place: &Place) -> f64 {
+        let [dx, dy] = [place.x - 0.5, place.y];
+        if dx.abs() > 0.45 || dy.abs() > 0.45 || place.z < -0.8 {
+            return 0.0;
+        }
+        let lids = [0.2, -0.28].map(|y| self.relief.both(place.x, y).unwrap_or(-1.0));
+        ellipse([dx, dy], [0.36, 0.34], 1.15) * ramp(0.1, 0.15, lids[0].min(lids[1]) - place.z)
     }
 
     fn sockets(&self, place: &Place) -> f64 {

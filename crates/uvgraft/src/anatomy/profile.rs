@@ -123,7 +123,7 @@ impl Section {
             outline.deviation([0.0, 0.0], unit, f64::INFINITY)
         };
         let mut best = least(Turn::all(36), deviation);
-        for degrees in [3.0_f64, 1.0, 0.4] {
+        for degrees in [3.0_f64, 1.0, 0.4, 0.15, 0.05, 0.02] {
             best = least(best.1.near(degrees.to_radians()), deviation);
         }
         self.found(best.0, best.1, [0.0, 0.0], unit)
