@@ -244,8 +244,13 @@ impl Outline {
             if !depth.is_finite() || self.get(bin - 1) > depth || self.get(bin + 1) > depth {
                 continue;
             }
+            let height = self.low + (bin as f64 + 0.5) * self.step;
+            // A nose stands before the line from the brow to the upper lip.
+            let [brow, lip] = [0.9, -0.35].map(|above| self.at(height + above * unit));
+            if depth - 0.28 * brow - 0.72 * lip < 0.12 * unit {
+                continue;
+            }
             if self.get(bin - beside) < depth && self.get(bin + beside) < depth - 0.03 * unit {
-                let height = self.low + (bin as f64 + 0.5) * self.step;
                 visit([height - TIP[0] * unit, depth - TIP[1] * unit]);
             }
         }

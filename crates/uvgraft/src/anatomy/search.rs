@@ -99,7 +99,8 @@ fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
         .ok_or("its outline is a point")?;
     let mut radius = None;
     let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
-    if let Some((center, size)) = bulge(&relief) {
+    let bulge = bulge(&relief).filter(|(center, _)| (center[0] - 0.5).abs() < 0.06);
+    if let Some((center, size)) = bulge {
         // The plane of symmetry is more reliable than the centres of two small spheres.
         let origin = frame.world([0.0, center[1], center[2]]);
         radius = Some(size / (2.0 * center[0]));
@@ -179,8 +180,9 @@ fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
     let column = relief.column(0.0, [-1.0, -0.2]);
     let tip = column.into_iter().reduce(|a, b| if b[1] > a[1] { b } else { a });
     let tip = tip.ok_or("there is no nose")?;
-    let beside = relief.both(0.5, tip[1]).ok_or("there are no cheeks")?;
-    if tip[1] - beside < nose {
+    let [height, depth] = tip;
+    let beside = relief.both(0.5, height).ok_or("there are no cheeks")?;
+    if depth - beside < nose {
         return Err("no nose stands out between the cheeks");
     }
     let [inner, outer] = [relief.both(0.3, -0.4), relief.both(1.0, -0.4)];
