@@ -78,9 +78,9 @@ impl Arm {
             .max_by(|a, b| dot(**a, towards).total_cmp(&dot(**b, towards)))
             .copied()?;
         let widths = Self::widths(at, tip, towards, height);
-        let widest = widths[2..9].iter().copied().fold(0.0, f64::max);
         let wrist = (6..16).min_by(|&a, &b| widths[a].total_cmp(&widths[b]))?;
-        if widths[wrist] > 0.85 * widest || widths[wrist] <= 0.0 {
+        let palm = widths[2..wrist].iter().copied().filter(|width| width.is_finite());
+        if widths[wrist] > 0.85 * palm.fold(0.0, f64::max) || widths[wrist] <= 0.0 {
             return None;
         }
         // Forearms may be as thin as the wrist for long: hands have a usual length.

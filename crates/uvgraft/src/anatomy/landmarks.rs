@@ -190,7 +190,7 @@ fn mouth_corner(relief: &Relief, mouth: Vector) -> Vector {
 /// The foremost point below the fold under the lower lip, measured along a line that leans back as chins do.
 fn chin(relief: &Relief, mouth: Vector) -> Vector {
     let column = relief.column(0.0, [mouth[1] - 1.0, mouth[1] - 0.1]);
-    let lean = |&[y, depth]: &[f64; 2]| depth - 0.25 * (mouth[1] - y).max(0.0) * -1.0;
+    let lean = |&[y, depth]: &[f64; 2]| depth + 0.25 * (mouth[1] - y).max(0.0);
     let fold = column
         .iter()
         .filter(|place| place[0] > mouth[1] - 0.5)

@@ -77,9 +77,7 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
     let mut founds: Vec<Found> = planes
         .iter()
         .filter(|plane| plane.mirrored >= LEAST_MIRRORED)
-        .filter_map(|plane| {
-            Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere()
-        })
+        .flat_map(|plane| Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere())
         .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
         .collect();
     founds.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
