@@ -41,6 +41,7 @@ struct Place {
     behind: f64,
     is_skin: bool,
     is_eye: bool,
+    may_be_ear: bool,
 }
 
 impl Areas<'_> {
@@ -65,7 +66,7 @@ impl Areas<'_> {
     fn place(&self, index: usize) -> Place {
         let at = self.face.local.positions[index];
         let component = self.points.component[index];
-        let foremost = self.relief.near(at[0], at[1]).unwrap_or(f64::NEG_INFINITY);
+        let foremost = self.relief.around(at[0], at[1]).unwrap_or(f64::NEG_INFINITY);
         Place {
             at,
             x: at[0].abs(),
@@ -75,6 +76,7 @@ impl Areas<'_> {
             behind: foremost - at[2],
             is_skin: component == self.face.eyes.skin,
             is_eye: self.face.eyes.components[component as usize],
+            may_be_ear: self.face.may_be_ear[component as usize],
         }
     }
 
@@ -113,13 +115,23 @@ impl Areas<'_> {
         }
         let nearest = |&center: &Vector| norm(sub(place.at, center));
         let distance = self.face.eyes.centers.iter().map(nearest).fold(f64::INFINITY, f64::min);
-        let Some(radius) = self.face.eyes.radius else { return 0.0 };
+        let Some(radius) = self.face.eyes.radius else { return self.hollow_eyes(place) };
         if self.face.eyes.components.contains(&true) {
             // Lids lie on the ball, what lines them within it.
             return ramp(1.02, 0.94, distance / radius);
         }
         let [dx, dy] = [place.x - 0.5, place.y];
         ramp(1.07, 1.03, distance / radius) * ellipse([dx, dy], [0.24, 0.14], 1.2)
+    }
+
+    /// Without eyeballs: the inside of the sockets, well behind the lids above and below.
+    fn hollow_eyes(&self, place: &Place) -> f64 {
+        let [dx, dy] = [place.x - 0.5, place.y];
+        if dx.abs() > 0.45 || dy.abs() > 0.45 || place.z < -0.8 {
+            return 0.0;
+        }
+        let lids = [0.2, -0.28].map(|y| self.relief.both(place.x, y).unwrap_or(-1.0));
+        ellipse([dx, dy], [0.36, 0.34], 1.15) * ramp(0.1, 0.15, lids[0].min(lids[1]) - place.z)
     }
 
     fn sockets(&self, place: &Place) -> f64 {
@@ -190,6 +202,8 @@ impl Areas<'_> {
             * ramp(0.05, 0.11, place.behind)
             * ramp(0.02, 0.08, depth)
             * ramp(1.45, 1.3, depth)
+            // Nostrils are not far behind the lips.
+            * ramp(0.03, -0.07, place.y - self.face.nose_base[1] - ramp(0.3, 0.6, depth))
             * ramp(self.face.jaw_bottom[1] - 0.05, self.face.jaw_bottom[1] + 0.1, place.y)
     }
 
@@ -212,11 +226,14 @@ impl Areas<'_> {
 
     fn ears(&self, place: &Place) -> f64 {
         let side = usize::from(place.at[0] < 0.0);
-        let Some(ear) = self.face.ears[side] else { return 0.0 };
-        let width = self.face.half_width;
-        let [dy, dz] = [place.y + 0.35, place.z + 1.25];
-        let out = ramp(width - 0.02, width + 0.06, place.x);
-        out * ellipse([dz, dy], [0.55, 0.75], 1.2)
+        let Some(ear) = self.face.ears[side].filter(|_| place.may_be_ear) else { return 0.0 };
+        // Heads are wider above the ears and narrower below them.
+        let width = self.face.half_width
+            + (self.face.upper_half_width - self.face.half_width) * ramp(-0.2, 0.3, place.y)
+            - 0.25 * (-0.4 - place.y).max(0.0);
+        let [dy, dz] = [place.y - (ear[1] - 0.25), place.z - (ear[2] + 0.2)];
+        ramp(width - 0.03, width + 0.06, place.x)
+            * ellipse([dz, dy], [0.42, 0.6], 1.25)
             * ramp(ear[0].abs() + 0.4, ear[0].abs() + 0.2, place.x)
     }
 
@@ -243,12 +260,13 @@ impl Areas<'_> {
     fn neck(&self, place: &Place) -> f64 {
         let Some(base) = self.face.neck_base else { return 0.0 };
         // The base rises to the back, as collars do.
-        let low = base[1] + 0.3 * (base[2] - place.z).clamp(0.0, 2.0);
+        let low =
+            base[1] + 0.3 * (base[2] - place.z).clamp(0.0, 2.0) + 0.8 * (place.x - 0.8).max(0.0);
         let nape = -1.2;
         let top = ramp(0.06, -0.06, self.above_jaw_line(place)).min(ramp(
             nape + 0.1,
             nape - 0.05,
-            place.y + 0.45 * (place.z + 1.7).max(0.0),
+            place.y - 0.5 * (place.z + 1.7).max(0.0),
         ));
         ramp(low - 0.12, low + 0.05, place.y) * top * ramp(1.9, 1.5, place.x)
     }

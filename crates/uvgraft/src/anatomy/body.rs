@@ -78,9 +78,9 @@ impl Arm {
             .max_by(|a, b| dot(**a, towards).total_cmp(&dot(**b, towards)))
             .copied()?;
         let widths = Self::widths(at, tip, towards, height);
-        let widest = widths[2..9].iter().copied().fold(0.0, f64::max);
         let wrist = (6..16).min_by(|&a, &b| widths[a].total_cmp(&widths[b]))?;
-        if widths[wrist] > 0.85 * widest || widths[wrist] <= 0.0 {
+        let palm = widths[2..wrist].iter().copied();
+        if widths[wrist] > 0.85 * palm.fold(0.0, f64::max) || widths[wrist] <= 0.0 {
             return None;
         }
         // Forearms may be as thin as the wrist for long: hands have a usual length.
@@ -98,15 +98,18 @@ impl Arm {
                 slices[along as usize].push(p);
             }
         }
-        slices.map(|slice| {
+        let own = slices.map(|slice| {
             let sum = slice.iter().fold([0.0; 3], |sum, &p| plus(sum, 1.0, p));
             let middle = sum.map(|x| x / slice.len().max(1) as f64);
             let widths = slice.iter().map(|&p| {
                 let offset = sub(p, middle);
                 norm(plus(offset, -dot(offset, towards), towards))
             });
-            let widest = widths.fold(0.0, f64::max);
-            if slice.len() < 4 { f64::INFINITY } else { widest }
+            widths.fold(0.0, f64::max)
+        });
+        // Coarse arms have slices with points on one side only: neighbours fill in for them.
+        std::array::from_fn(|k| {
+            own[k.saturating_sub(1)..(k + 2).min(20)].iter().copied().fold(0.0, f64::max)
         })
     }
 }

@@ -22,8 +22,12 @@ pub(super) struct Face {
     pub crown: Vector,
     /// Left and right.
     pub ears: [Option<Vector>; 2],
+    /// Whether each component is the skin or has the place and size of an ear.
+    pub may_be_ear: Vec<bool>,
     /// Half the width of the head in front of the ears.
     pub half_width: f64,
+    /// Half its width above the ears.
+    pub upper_half_width: f64,
     pub neck_base: Option<Vector>,
     /// The mesh's lowest point.
     pub bottom: f64,
@@ -56,7 +60,11 @@ impl Face {
         let jaw_bottom = jaw_bottom(relief, chin);
         let brow = foremost(relief, [0.18, 0.5]).unwrap_or([0.0, 0.35, nose_tip[2] - 0.3]);
         let crown = crown(&skin);
-        let (half_width, ears) = ears(&local.positions, points, &eyes);
+        let upper_half_width = widest(&skin, [0.3, 0.8], [-2.2, -0.5]).max(0.7);
+        // In front of any ear.
+        let half_width = widest(&skin, [-0.5, 0.9], [-0.75, 0.1]).max(0.7);
+        let may_be_ear = may_be_ear(&local.positions, points, eyes.skin);
+        let ears = ears(&local.positions, points, &may_be_ear, half_width);
         let neck_base = neck_base(&skin, relief, jaw_bottom);
         Self {
             local,
@@ -70,7 +78,9 @@ impl Face {
             brow,
             crown,
             ears,
+            may_be_ear,
             half_width,
+            upper_half_width,
             neck_base,
             bottom,
         }
@@ -180,7 +190,7 @@ fn mouth_corner(relief: &Relief, mouth: Vector) -> Vector {
 /// The foremost point below the fold under the lower lip, measured along a line that leans back as chins do.
 fn chin(relief: &Relief, mouth: Vector) -> Vector {
     let column = relief.column(0.0, [mouth[1] - 1.0, mouth[1] - 0.1]);
-    let lean = |&[y, depth]: &[f64; 2]| depth - 0.25 * (mouth[1] - y).max(0.0) * -1.0;
+    let lean = |&[y, depth]: &[f64; 2]| depth + 0.25 * (mouth[1] - y).max(0.0);
     let fold = column
         .iter()
         .filter(|place| place[0] > mouth[1] - 0.5)
@@ -207,26 +217,31 @@ fn crown(skin: &[Vector]) -> Vector {
     best.map_or([0.0, 1.8, -1.2], |p| [0.0, p[1], p[2]])
 }
 
-/// Half the width of the head before the ears, and the outermost points of both.
-fn ears(at: &[Vector], points: &Points, eyes: &Eyes) -> (f64, [Option<Vector>; 2]) {
-    let is_skin = |index: usize| points.component[index] == eyes.skin;
-    // The widest place of the temple and the cheekbone, in front of any ear.
-    let temple = |&(index, p): &(usize, &Vector)| {
-        is_skin(index) && (-0.5..0.9).contains(&p[1]) && (-0.75..0.1).contains(&p[2])
-    };
-    let widths = at.iter().enumerate().filter(temple).map(|(_, p)| p[0].abs());
-    let half_width = widths.filter(|x| *x < 2.2).fold(0.0, f64::max).max(0.7);
-    // Ears may be components of their own: near the skin's side, no larger than an ear.
+/// The largest distance from the midline within heights and depths.
+fn widest(skin: &[Vector], [low, high]: [f64; 2], [back, front]: [f64; 2]) -> f64 {
+    let near = skin.iter().filter(|p| (low..high).contains(&p[1]) && (back..front).contains(&p[2]));
+    near.map(|p| p[0].abs()).filter(|x| *x < 2.2).fold(0.0, f64::max)
+}
+
+/// Whether each component is the skin, or an ear by its place and size.
+fn may_be_ear(at: &[Vector], points: &Points, skin: u32) -> Vec<bool> {
     let mut reach = vec![[f64::INFINITY, f64::NEG_INFINITY]; points.component_count];
     for (p, &component) in at.iter().zip(&points.component) {
         let [low, high] = &mut reach[component as usize];
         *low = low.min(p[1]);
         *high = high.max(p[1]);
     }
-    let may_be_ear = |index: usize| {
-        let [low, high] = reach[points.component[index] as usize];
-        is_skin(index) || (high - low < 1.8 && low > -1.7 && high < 1.0)
-    };
+    let is_small = |[low, high]: [f64; 2]| high - low < 1.8 && low > -1.7 && high < 1.0;
+    (0..).zip(reach).map(|(component, reach)| component == skin || is_small(reach)).collect()
+}
+
+/// The outermost points of the left and the right ear.
+fn ears(
+    at: &[Vector],
+    points: &Points,
+    may_be_ear: &[bool],
+    half_width: f64,
+) -> [Option<Vector>; 2] {
     let outermost = |side: f64| {
         let near = |&(index, p): &(usize, &Vector)| {
             let x = p[0] * side;
@@ -234,13 +249,13 @@ fn ears(at: &[Vector], points: &Points, eyes: &Eyes) -> (f64, [Option<Vector>; 2
             is_beside
                 && (-1.0..0.5).contains(&p[1])
                 && (-2.4..-0.5).contains(&p[2])
-                && may_be_ear(index)
+                && may_be_ear[points.component[index] as usize]
         };
         let found = at.iter().enumerate().filter(near);
         let best = found.max_by(|a, b| (a.1[0] * side).total_cmp(&(b.1[0] * side)))?;
         Some(*best.1).filter(|p| p[0] * side > half_width + 0.08)
     };
-    (half_width, [outermost(1.0), outermost(-1.0)])
+    [outermost(1.0), outermost(-1.0)]
 }
 
 /// The hollow between the collar bones, about as far below the chin as the eyes are above it.

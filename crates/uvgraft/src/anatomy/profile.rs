@@ -83,6 +83,15 @@ impl Turn {
     }
 }
 
+/// Where a face may be in a section: its eyes in coordinates of the turned section.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    deviation: f64,
+    turn: Turn,
+    eyes: [f64; 2],
+    unit: f64,
+}
+
 impl Section {
     /// Cuts the triangles within `reach` of `origin` by the plane through it at right angles to `normal`.
     pub fn new(points: &Points, origin: Vector, normal: Vector, reach: f64) -> Self {
@@ -119,47 +128,54 @@ impl Section {
     /// The orientation in which the face is, its eyes being known.
     pub fn around_eyes(&self, unit: f64) -> Found {
         let deviation = |turn: Turn| {
-            let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 148);
-            outline.deviation([0.0, 0.0], unit)
+            let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 93);
+            outline.deviation([0.0, 0.0], unit, f64::INFINITY)
         };
-        let mut best = least(Turn::all(48), deviation);
-        for degrees in [3.0_f64, 1.0, 0.4] {
+        let mut best = least(Turn::all(36), deviation);
+        for degrees in [3.0_f64, 1.0, 0.4, 0.15, 0.05, 0.02] {
             best = least(best.1.near(degrees.to_radians()), deviation);
         }
         self.found(best.0, best.1, [0.0, 0.0], unit)
     }
 
-    /// The face of a section without eyes: its place, size and orientation.
-    pub fn anywhere(&self) -> Option<Found> {
+    /// Where the section of a head without eyes may have a face, the likeliest place first; few.
+    pub fn anywhere(&self) -> Vec<Found> {
+        const MOST: usize = 8;
         let reach = self.segments.iter().flatten().map(|end| end[0].hypot(end[1]));
         let reach = reach.fold(0.0, f64::max);
         let units: Vec<f64> = (0..20).map(|k| reach / 17.0 * 1.13_f64.powi(k)).collect();
-        let mut best: Option<(f64, Turn, [f64; 2], f64)> = None;
-        let mut try_all = |turn: Turn, units: &[f64], bins: usize| {
-            let outline = Outline::new(self, turn, [-reach, reach], bins);
-            for &unit in units {
-                outline.for_each_tip(unit, |eyes| {
-                    let deviation = outline.deviation(eyes, unit);
-                    if best.is_none_or(|best| deviation < best.0) {
-                        best = Some((deviation, turn, eyes, unit));
-                    }
-                });
-            }
-            best
-        };
-        let mut coarse = None;
-        for turn in Turn::all(36) {
-            coarse = try_all(turn, &units, 400);
-        }
-        for step in [0.05, 0.02] {
-            let (_, turn, _, unit) = coarse?;
-            let units: Vec<f64> = (-2..=2).map(|k| unit * (1.0 + step * f64::from(k))).collect();
-            for turn in turn.near(step) {
-                coarse = try_all(turn, &units, 1200);
+        let all = Turn::all(36).filter_map(|turn| self.best_place(turn, &units, reach, 900));
+        let mut places: Vec<Place> = all.collect();
+        places.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+        places.truncate(MOST);
+        for place in &mut places {
+            for step in [0.05, 0.02] {
+                let units = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| place.unit * (1.0 + step * k));
+                let near = place.turn.near(step);
+                let all = near.filter_map(|turn| self.best_place(turn, &units, reach, 1200));
+                let best = all.min_by(|a, b| a.deviation.total_cmp(&b.deviation));
+                *place = best.unwrap_or(*place);
             }
         }
-        let (deviation, turn, eyes, unit) = coarse?;
-        Some(self.found(deviation, turn, eyes, unit))
+        places.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+        let found = |place: Place| self.found(place.deviation, place.turn, place.eyes, place.unit);
+        places.into_iter().map(found).collect()
+    }
+
+    /// The likeliest place of a face for an orientation.
+    fn best_place(&self, turn: Turn, units: &[f64], reach: f64, bins: usize) -> Option<Place> {
+        let outline = Outline::new(self, turn, [-reach, reach], bins);
+        let mut best: Option<Place> = None;
+        for &unit in units {
+            outline.for_each_tip(unit, |eyes| {
+                let limit = best.map_or(LARGEST_DEVIATION, |best| best.deviation);
+                let deviation = outline.deviation(eyes, unit, limit);
+                if deviation < limit {
+                    best = Some(Place { deviation, turn, eyes, unit });
+                }
+            });
+        }
+        best
     }
 
     fn found(&self, deviation: f64, turn: Turn, eyes: [f64; 2], unit: f64) -> Found {
@@ -221,13 +237,18 @@ impl Outline {
         self.depths.get(bin).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// How far the outline is from a face whose eyes are at a height and depth.
-    fn deviation(&self, eyes: [f64; 2], unit: f64) -> f64 {
-        let deviations = TEMPLATE.iter().map(|&[height, depth]| {
+    /// How far the outline is from a face whose eyes are at a height and depth, or some number above `limit`.
+    fn deviation(&self, eyes: [f64; 2], unit: f64, limit: f64) -> f64 {
+        let limit = limit * TEMPLATE.len() as f64;
+        let mut sum = 0.0;
+        for [height, depth] in TEMPLATE {
             let found = (self.at(eyes[0] + height * unit) - eyes[1]) / unit;
-            (found - depth).abs().min(LARGEST_DEVIATION)
-        });
-        deviations.sum::<f64>() / TEMPLATE.len() as f64
+            sum += (found - depth).abs().min(LARGEST_DEVIATION);
+            if sum > limit {
+                break;
+            }
+        }
+        sum / TEMPLATE.len() as f64
     }
 
     /// Calls `visit` with where eyes are if a tip of a nose is at each foremost place of the outline.
@@ -238,8 +259,13 @@ impl Outline {
             if !depth.is_finite() || self.get(bin - 1) > depth || self.get(bin + 1) > depth {
                 continue;
             }
+            let height = self.low + (bin as f64 + 0.5) * self.step;
+            // A nose stands before the line from the brow to the upper lip.
+            let [brow, lip] = [0.9, -0.35].map(|above| self.at(height + above * unit));
+            if depth - 0.28 * brow - 0.72 * lip < 0.12 * unit {
+                continue;
+            }
             if self.get(bin - beside) < depth && self.get(bin + beside) < depth - 0.03 * unit {
-                let height = self.low + (bin as f64 + 0.5) * self.step;
                 visit([height - TIP[0] * unit, depth - TIP[1] * unit]);
             }
         }

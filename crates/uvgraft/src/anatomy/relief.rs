@@ -90,13 +90,14 @@ impl Relief {
         }
     }
 
-    /// The foremost depth among the cells around; `None` where nothing is.
-    pub fn near(&self, x: f64, y: f64) -> Option<f64> {
+    /// The least depth among the cells around, so that what is on a steep slope is not behind it; `None` where
+    /// nothing is.
+    pub fn around(&self, x: f64, y: f64) -> Option<f64> {
         let around = (0..9).filter_map(|k| {
             let [dx, dy] = [f64::from(k % 3 - 1), f64::from(k / 3 - 1)];
             self.depth(x + dx * STEP, y + dy * STEP)
         });
-        around.reduce(f64::max)
+        around.reduce(f64::min)
     }
 
     /// Heights and depths along a column, both sides taken together, from the lowest up.
@@ -142,6 +143,11 @@ impl Relief {
         }
         let best = (0..count).max_by_key(|&component| cells[component])?;
         (cells[best] > 0).then_some(best as u32)
+    }
+
+    /// Whether nothing but one component is visible.
+    pub fn is_all(&self, component: u32) -> bool {
+        self.components.iter().all(|&found| found == component || found == u32::MAX)
     }
 
     /// The share of the face in which something is.

@@ -77,9 +77,7 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
     let mut founds: Vec<Found> = planes
         .iter()
         .filter(|plane| plane.mirrored >= LEAST_MIRRORED)
-        .filter_map(|plane| {
-            Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere()
-        })
+        .flat_map(|plane| Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere())
         .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
         .collect();
     founds.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
@@ -98,18 +96,13 @@ fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
     let mut frame = HeadFrame::new(found.origin, found.up, found.forward, found.unit)
         .ok_or("its outline is a point")?;
     let mut radius = None;
-    for _ in 0..3 {
-        let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
-        let Some([left, right]) = bulges(&relief) else { break };
-        let middle = plus(left.0, 0.5, sub(right.0, left.0));
-        let unit = frame.unit * (left.0[0] - right.0[0]);
-        if (unit / found.unit - 1.0).abs() > 0.2 {
-            break;
-        }
+    let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
+    let bulge = bulge(&relief).filter(|(center, _)| (center[0] - 0.5).abs() < 0.06);
+    if let Some((center, size)) = bulge {
         // The plane of symmetry is more reliable than the centres of two small spheres.
-        let origin = frame.world([0.0, middle[1], middle[2]]);
-        radius = Some(0.5 * (left.1 + right.1) * frame.unit / unit);
-        frame = HeadFrame { origin, unit, ..frame };
+        let origin = frame.world([0.0, center[1], center[2]]);
+        radius = Some(size / (2.0 * center[0]));
+        frame = HeadFrame { origin, unit: frame.unit * 2.0 * center[0], ..frame };
     }
     let (relief, skin) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
     check(&relief, 0.25)?;
@@ -118,21 +111,31 @@ fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
     Ok(Head { frame, eyes, relief })
 }
 
-/// Centre and radius of what bulges where eyes are: eyeballs joined to the skin, or closed lids.
-fn bulges(relief: &Relief) -> Option<[(Vector, f64); 2]> {
-    let bulge = |x: f64| {
-        let places = relief.within([x, 0.0], 0.11);
-        let mut fit = SphereFit::new([x, 0.0, 0.0]);
+/// Centre and radius of what bulges where eyes are: eyeballs joined to the skin, or closed lids. The left one,
+/// as the mean of both sides.
+fn bulge(relief: &Relief) -> Option<(Vector, f64)> {
+    let sphere = |x: f64, y: f64| {
+        let places = relief.within([x, y], 0.065);
+        let mut fit = SphereFit::new([x, y, 0.0]);
         places.iter().for_each(|&place| fit.add(place));
         let sphere = fit.sphere().filter(|_| places.len() > 20)?;
         let errors = places.iter().map(|&p| (norm(sub(p, sphere.center)) - sphere.radius).abs());
         let error = errors.sum::<f64>() / places.len() as f64;
         let is_behind = places.iter().all(|place| place[2] > sphere.center[2]);
-        let is_near = (sphere.center[0] - x).abs() < 0.15 && sphere.center[1].abs() < 0.15;
-        let is_eye = error < 0.012 && is_behind && is_near && (0.12..0.3).contains(&sphere.radius);
-        is_eye.then_some((sphere.center, sphere.radius))
+        // An eye looks forward; the slopes of brow and lid do not.
+        let is_near = (sphere.center[0] - x).hypot(sphere.center[1] - y) < 0.06;
+        let is_eye = error < 0.006 && is_behind && is_near && (0.12..0.26).contains(&sphere.radius);
+        is_eye.then_some((error, sphere))
     };
-    Some([bulge(0.5)?, bulge(-0.5)?])
+    let places = (0..56).map(|k| [0.41 + 0.03 * f64::from(k % 7), 0.03 * f64::from(k / 7 - 5)]);
+    let found = places.filter_map(|[x, y]| {
+        let ((error, left), (other, right)) = (sphere(x, y)?, sphere(-x, y)?);
+        let mirrored = [-right.center[0], right.center[1], right.center[2]];
+        let unlike = norm(sub(left.center, mirrored)) + (left.radius - right.radius).abs();
+        let center = plus(left.center, 0.5, sub(mirrored, left.center));
+        (unlike < 0.08).then_some((error + other, (center, 0.5 * (left.radius + right.radius))))
+    });
+    found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bulge)| bulge)
 }
 
 /// Components that lie within either eye.
@@ -158,7 +161,7 @@ fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(R
     let at: Vec<Vector> = points.positions.iter().map(|&p| frame.local(p)).collect();
     let all = Relief::new(points, &at, |component| !is_eye[component as usize]);
     let skin = all.skin(points.component_count)?;
-    if points.component_count == 1 {
+    if all.is_all(skin) {
         return Some((all, skin));
     }
     Some((Relief::new(points, &at, |component| component == skin), skin))
@@ -175,8 +178,9 @@ fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
     let column = relief.column(0.0, [-1.0, -0.2]);
     let tip = column.into_iter().reduce(|a, b| if b[1] > a[1] { b } else { a });
     let tip = tip.ok_or("there is no nose")?;
-    let beside = relief.both(0.5, tip[1]).ok_or("there are no cheeks")?;
-    if tip[1] - beside < nose {
+    let [height, depth] = tip;
+    let beside = relief.both(0.5, height).ok_or("there are no cheeks")?;
+    if depth - beside < nose {
         return Err("no nose stands out between the cheeks");
     }
     let [inner, outer] = [relief.both(0.3, -0.4), relief.both(1.0, -0.4)];
