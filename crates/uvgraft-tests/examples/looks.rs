@@ -49,10 +49,9 @@ fn main() -> ExitCode {
         );
         return ExitCode::from(2);
     };
-    let (pairs, frame, head, mut faces, mut bodies) = subjects();
+    let (pairs, frame, mut faces, mut bodies) = subjects();
     faces.retain(|face| chosen(&face.name, &arguments.faces));
     bodies.retain(|body| chosen(&body.name, &arguments.bodies));
-    let _ = head;
     if let Some(folder) = &arguments.textures {
         for subject in faces.iter().chain(&bodies) {
             let name = subject.name.replace([' ', ','], "-");
@@ -112,7 +111,7 @@ fn chosen(name: &str, wanted: &[String]) -> bool {
 }
 
 /// Pairs, landmarks, faces and bodies: real ones where there are some.
-fn subjects() -> (Vec<Arc<Pair>>, BodyFrame, HeadFrame, Vec<Subject>, Vec<Subject>) {
+fn subjects() -> (Vec<Arc<Pair>>, BodyFrame, Vec<Subject>, Vec<Subject>) {
     let folder = real::folder();
     let (mut pairs, frame, head) = match real::flame_to_smplx() {
         Some(pair) => (vec![pair], BodyFrame::SMPLX, HeadFrame::FLAME),
@@ -148,7 +147,7 @@ fn subjects() -> (Vec<Arc<Pair>>, BodyFrame, HeadFrame, Vec<Subject>, Vec<Subjec
         let truth = Some(painted.truth);
         bodies.push(Subject { truth, ..subject(look.name, painted.texture) });
     }
-    (pairs, frame, head, faces, bodies)
+    (pairs, frame, faces, bodies)
 }
 
 fn subject(name: &str, texture: Texture) -> Subject {
@@ -254,5 +253,6 @@ fn read(path: &Path) -> Texture {
 
 fn write(texture: &Texture, path: &Path) {
     let image = Image::from(texture.clone());
-    image::write(&image, path, &WriteOptions::default()).expect("a folder to write to");
+    // Nothing is lost in 8-bit PNG files.
+    let _ = image::write(&image, path, &WriteOptions::default()).expect("a folder to write to");
 }

@@ -215,7 +215,7 @@ impl FaceLook {
         let brow = self.brow_cover(frame, p);
         lay(self.strands(p, 0.6), brow, Label::BrowLip);
         let (beard, is_hair) = self.beard_cover(frame, p);
-        lay(self.strands(p, 0.3), beard, if is_hair { Label::Hair } else { Label::Skin });
+        lay(self.whiskers(p), beard, if is_hair { Label::Hair } else { Label::Skin });
         lay(linear([0.06, 0.04, 0.035]), lash_cover(frame, p), Label::Other);
         if self.hair != HairColor::Bald {
             lay(self.strands(p, 0.0), self.hair_cover(frame, p), Label::Hair);
@@ -241,11 +241,11 @@ impl FaceLook {
         let (x, y, z) = (p[0].abs(), p[1], p[2]);
         let front = smoothstep(-3.5, 0.0, z);
         let [nose_y, nose_z] = frame.nose;
-        let cheek = bell(x - 4.0, 2.0) * bell(y - nose_y - 0.2, 2.0) * front;
+        let cheek = bell(x - 4.2, 2.7) * bell(y - nose_y - 0.1, 2.6) * front;
         let nose = bell(x, 1.3) * bell(y - nose_y, 1.2) * smoothstep(nose_z - 2.5, nose_z, z);
         let chin = bell(x, 1.8) * bell(y - frame.chin - 1.2, 1.2) * front;
         let ear = smoothstep(7.2, 8.2, x) * smoothstep(3.5, 1.5, y) * smoothstep(-8.0, -5.0, y);
-        let flush = 1.25 * cheek + 0.8 * nose + 0.3 * chin + 0.8 * ear
+        let flush = 0.9 * cheek + 0.8 * nose + 0.3 * chin + 0.8 * ear
             - 0.35 * smoothstep(frame.chin, frame.chin - 6.0, y);
         let mut color = self.skin.at(p, flush, self.seed);
         let socket = bell(x - frame.eye[0] + 0.5, 2.0) * bell(y - 0.5, 1.2);
@@ -278,8 +278,10 @@ impl FaceLook {
         let gloss =
             0.16 * bell(x, 0.5) * bell(y - nose_y - 0.3, 0.8) * smoothstep(nose_z - 1.5, nose_z, z)
                 + 0.09 * bell(x - 1.0, 2.2) * bell(y - 0.65 * frame.hairline, 1.2) * front
-                + 0.06 * bell(x - 4.6, 1.0) * bell(y + 1.9, 0.7) * front;
-        let rough = 1.0 + 0.5 * fractal(p, 0.5, self.seed + 51);
+                + 0.035 * bell(x - 4.6, 1.4) * bell(y + 1.9, 0.9) * front;
+        // Oil shines as brightly on dark skin, but less of it is blurred below the surface.
+        let rough = 1.0 + 0.6 * fractal(p, 0.5, self.seed + 51);
+        let rough = rough * (0.3 + 0.7 * self.skin.0[1]);
         color.map(|value| value + gloss * rough)
     }
 
@@ -311,6 +313,8 @@ impl FaceLook {
         let x = p[0] / frame.mouth_width;
         let [top, middle, bottom] = frame.lips;
         let depth = frame.mouth_depth - 1.2 * x * x;
+        // Below the lower lip's border the chin begins, in front of the mouth's floor.
+        let depth = if p[1] < bottom + 0.2 { depth - 0.9 } else { depth };
         if x.abs() > 1.0 || !(bottom - 0.7..top).contains(&p[1]) || p[2] > depth || p[2] < -1.0 {
             return None;
         }
@@ -342,6 +346,15 @@ impl FaceLook {
         let base = linear(self.hair.color());
         let spread = if self.hair == HairColor::Grey { 0.5 * strand } else { 0.0 };
         scaled(base, (light + spread).max(0.15))
+    }
+
+    /// Short hairs that hang down.
+    fn whiskers(&self, p: Point) -> Color {
+        let curl = 0.4 * noise(p, self.seed + 92);
+        let strand = noise([p[0] * 5.0 + curl, p[1] * 1.1, p[2] * 5.0], self.seed + 93);
+        let finer = noise([p[0] * 11.0 + curl, p[1] * 2.4, p[2] * 11.0], self.seed + 94);
+        let light = 0.75 + 0.3 * strand + 0.3 * finer + 0.15 * fractal(p, 2.0, self.seed + 95);
+        scaled(linear(self.hair.color()), light.max(0.15))
     }
 
     fn hair_cover(&self, frame: &HeadFrame, p: Point) -> f32 {

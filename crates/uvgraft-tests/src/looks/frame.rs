@@ -129,9 +129,8 @@ impl HeadFrame {
         for part in mesh.parts() {
             let piece = match (part.object.as_str(), part.material.as_str()) {
                 ("head", "hair") => Piece::HairShell,
-                ("head", _) => continue,
-                (_, "leather") => Piece::Shoe,
-                _ => Piece::Body,
+                ("body", "leather") => Piece::Shoe,
+                _ => continue,
             };
             for polygon in part.polygons.clone() {
                 pieces[mesh.polygon(polygon as usize)].fill(piece);
