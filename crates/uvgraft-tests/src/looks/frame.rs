@@ -29,11 +29,11 @@ pub struct HeadFrame {
     pub mouth_width: f32,
     /// What is between the lips and less far out than this belongs to the mouth's inside.
     pub mouth_depth: f32,
-    /// Heights of the chin's lower border and of the hairline.
+    /// Height of the chin's lower border.
     pub chin: f32,
-    /// The hairline over the forehead.
+    /// Height of the hairline over the forehead.
     pub hairline: f32,
-    /// A collar covers what has `y + slope · z` below a level: the slope, and levels of crew and polo necks.
+    /// A collar covers what has `y + slope · z` below a level: the slope, then the levels of crew and polo necks.
     pub collar: [f32; 3],
 }
 

@@ -310,7 +310,7 @@ pub fn agreement(predicted: &Labels, truth: &Labels) -> Agreement {
 }
 
 impl Figures {
-    /// What [`Figures`] print their columns under.
+    /// The heads of the columns that [`Figures`] prints.
     pub const HEAD: &str = "cheek-chest(own)   hair med/mean   brow    eye  mouth  cloth95   skin  hands   feet  \
                             clip255%  clip0%    rim(own)";
 }

@@ -6,6 +6,7 @@
 
 pub mod bodies;
 pub mod faces;
+mod features;
 pub mod frame;
 mod lab;
 mod layout;

@@ -18,7 +18,6 @@ const BODY: Size = Size::square(512);
 /// The figure with a face in a white collar, on a medium body.
 struct Stage {
     bench: Bench,
-    face: Painted,
     body: Painted,
     carried: Labels,
     paste: Texture,
@@ -40,7 +39,7 @@ impl Stage {
         let linked = Ground::new(pair, Direction::Forward).linked();
         let region = Blend::new(&linked, BlendOptions::default()).expect("a region").cut();
         let region = region.expect("a small mesh");
-        Self { bench, face, body, carried, paste, region }
+        Self { bench, body, carried, paste, region }
     }
 
     fn measured(&self, base: &Texture, result: &Texture) -> Figures {
