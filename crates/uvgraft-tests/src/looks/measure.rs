@@ -92,6 +92,8 @@ pub struct Figures {
     pub clipped_high: Option<f64>,
     /// The same for channels at 0.
     pub clipped_low: Option<f64>,
+    /// The same for channels within ten levels of the top: washed out, though no texel need be clipped.
+    pub washed_out: Option<f64>,
     /// Median step across the region's rim.
     pub rim: Option<f64>,
     /// The same in the body as it was.
@@ -207,6 +209,7 @@ impl Bench {
             feet: follow(&self.areas.feet),
             clipped_high: clipped(&|value| value >= 254.5 / 255.0),
             clipped_low: clipped(&|value| value <= 0.5 / 255.0),
+            washed_out: clipped(&|value| value >= 244.5 / 255.0),
             rim: rim(case.result),
             own_rim: rim(case.base),
         }
@@ -312,7 +315,7 @@ pub fn agreement(predicted: &Labels, truth: &Labels) -> Agreement {
 impl Figures {
     /// The heads of the columns that [`Figures`] prints.
     pub const HEAD: &str = "cheek-chest(own)   hair med/mean   brow    eye  mouth  cloth95   skin  hands   feet  \
-                            clip255%  clip0%    rim(own)";
+                            clip255%   clip0%  washed%    rim(own)";
 }
 
 impl fmt::Display for Figures {
@@ -325,7 +328,7 @@ impl fmt::Display for Figures {
         let percent = |share: Option<f64>| number(share.map(|share| share * 100.0), 8);
         write!(
             f,
-            "{} ({}) {}/{} {} {} {} {} {} {} {} {} {} {} ({})",
+            "{} ({}) {}/{} {} {} {} {} {} {} {} {} {} {} {} ({})",
             number(self.cheek_to_chest, 9),
             number(self.own_cheek_to_chest, 5),
             number(median(self.hair), 8),
@@ -339,6 +342,7 @@ impl fmt::Display for Figures {
             number(self.feet, 6),
             percent(self.clipped_high),
             percent(self.clipped_low),
+            percent(self.washed_out),
             number(self.rim, 6),
             number(self.own_rim, 5),
         )

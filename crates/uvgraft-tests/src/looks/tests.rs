@@ -174,6 +174,13 @@ fn clipped_texels_are_counted() {
     let found = figures.clipped_high.expect("skin");
     assert!((found - 0.25).abs() < 0.02, "{found}");
     assert_eq!(figures.clipped_low, Some(0.0));
+    // A shoulder that keeps colours below the top does not keep them from washing out.
+    let pale = [250.0 / 255.0; 3];
+    let result = mapped(&stage.paste, |at, color| if burnt.contains(&at) { pale } else { color });
+    let figures = stage.measured(&stage.body.texture, &result);
+    assert_eq!(figures.clipped_high, Some(0.0));
+    let found = figures.washed_out.expect("skin");
+    assert!((found - 0.25).abs() < 0.02, "{found}");
 }
 
 #[test]
