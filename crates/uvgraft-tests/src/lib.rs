@@ -6,6 +6,7 @@ pub mod browser;
 pub mod downloads;
 pub mod fixtures;
 pub mod independent;
+pub mod looks;
 pub mod mannequin;
 pub mod normal_bake;
 pub mod photographs;

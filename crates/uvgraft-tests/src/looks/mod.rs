@@ -1,0 +1,120 @@
+//! A bench for how faces look on bodies: painted faces and bodies whose every texel is known to be skin, hair,
+//! cloth and so on, and measures of what a transfer makes of them.
+//!
+//! Everything is painted by place on the mesh, in a frame of landmarks that is handed in. What is true comes from
+//! the painters alone, never from the code that is judged.
+
+pub mod bodies;
+pub mod faces;
+mod features;
+pub mod frame;
+mod lab;
+mod layout;
+pub mod measure;
+mod noise;
+mod skin;
+#[cfg(test)]
+mod tests;
+
+pub use bodies::{BodyLook, Clothing};
+pub use faces::{Beard, Collar, FaceLook, HairColor};
+pub use frame::{BodyFrame, HeadFrame};
+pub use lab::{lab_from_srgb, mean_color};
+pub use layout::{Layout, Spot};
+pub use skin::{Color, Dye, Skin, ramped, recolored};
+
+use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+
+/// What a texel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[repr(u8)]
+pub enum Label {
+    /// Outside the layout, glasses, the inside of eye sockets: nothing that is judged.
+    #[default]
+    Other,
+    /// Skin, stubble included.
+    Skin,
+    /// Hair of the head, and full beards.
+    Hair,
+    /// Brows and lips.
+    BrowLip,
+    /// Eyeballs.
+    Eye,
+    /// The inside of the mouth, with teeth.
+    Mouth,
+    /// Collars and clothes.
+    Cloth,
+}
+
+impl Label {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 7] =
+        [Self::Other, Self::Skin, Self::Hair, Self::BrowLip, Self::Eye, Self::Mouth, Self::Cloth];
+}
+
+/// A label for each texel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    /// Of the texture that they describe.
+    pub size: Size,
+    /// `[height * width]`, row by row.
+    pub of_texels: Vec<Label>,
+}
+
+impl Labels {
+    /// How many texels have a label.
+    pub fn count(&self, label: Label) -> usize {
+        self.of_texels.iter().filter(|&&found| found == label).count()
+    }
+
+    /// As 8-bit data: the labels' numbers.
+    pub fn texture(&self) -> Texture {
+        let values = self.of_texels.iter().map(|&label| label as u8).collect();
+        Texture::new(self.size, Channels::Grey, Encoding::Data, Texels::U8(values))
+            .expect("as many values as texels")
+    }
+
+    /// From what [`Labels::texture`] makes; unknown numbers are [`Label::Other`].
+    pub fn from_texture(texture: &Texture) -> Self {
+        let label = |value: f32| {
+            let number = (value * 255.0).round() as usize;
+            Label::ALL.get(number).copied().unwrap_or_default()
+        };
+        let size = texture.size();
+        let of_texels = (0..size.height)
+            .flat_map(|y| (0..size.width).map(move |x| label(texture.get(x, y, 0))))
+            .collect();
+        Self { size, of_texels }
+    }
+
+    /// The texels of a label that are at least `margin` texels away from any other label, along rows and columns
+    /// and diagonally.
+    pub fn well_inside(&self, label: Label, margin: u32) -> Vec<bool> {
+        let (width, height) = (self.size.width as i32, self.size.height as i32);
+        let margin = margin as i32;
+        let mut rows = vec![false; self.of_texels.len()];
+        let is = |x: i32, y: i32| {
+            (0..width).contains(&x)
+                && (0..height).contains(&y)
+                && self.of_texels[(y * width + x) as usize] == label
+        };
+        for y in 0..height {
+            for x in 0..width {
+                rows[(y * width + x) as usize] = (-margin..=margin).all(|d| is(x + d, y));
+            }
+        }
+        let in_rows = |x: i32, y: i32| (0..height).contains(&y) && rows[(y * width + x) as usize];
+        (0..width * height)
+            .map(|at| (-margin..=margin).all(|d| in_rows(at % width, at / width + d)))
+            .collect()
+    }
+}
+
+/// A texture and what its texels truly are.
+#[derive(Debug, Clone)]
+pub struct Painted {
+    /// 8-bit sRGB.
+    pub texture: Texture,
+    /// What was painted.
+    pub truth: Labels,
+}
