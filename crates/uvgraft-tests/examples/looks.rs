@@ -16,7 +16,7 @@ use uvgraft::{
 use uvgraft_avatar::Figure;
 use uvgraft_avatar::render::{View, render};
 use uvgraft_io::image::{self, Image, WriteOptions};
-use uvgraft_tests::looks::measure::{Bench, Case, Figures};
+use uvgraft_tests::looks::measure::{self, Bench, Case, Figures};
 use uvgraft_tests::looks::{
     BodyFrame, BodyLook, FaceLook, HeadFrame, Label, Labels, Layout, frame,
 };
@@ -68,6 +68,16 @@ fn main() -> ExitCode {
     for face in &faces {
         let bench = &benches[face.pair];
         let carried = face.truth.as_ref().map(|truth| bench.carry(truth));
+        if let Some(truth) = &face.truth {
+            let found = uvgraft::Labels::new(pairs[face.pair].source(), &face.texture);
+            match found {
+                Ok(found) => {
+                    let agreement = measure::agreement(&measure::labels_like(truth, &found), truth);
+                    println!("{:<28} labels: {agreement:?}", face.name);
+                }
+                Err(error) => println!("{:<28} labels: {error}", face.name),
+            }
+        }
         let mut row = Vec::new();
         for body in &bodies {
             for (tone, name) in [(Tone::Base, "base"), (Tone::Source, "source")] {
@@ -180,11 +190,21 @@ fn transfer(
     let paste = plain.apply(&face.texture, &body.texture).expect("textures of these sizes");
     let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
     let graft = Graft::builder(Arc::clone(pair), sizes).blend(options).build().expect("a region");
-    let result = graft.apply(&face.texture, &body.texture).unwrap_or_else(|error| {
+    let toning = graft.toning(&face.texture, &body.texture, body.texture.format());
+    let toning = toning.unwrap_or_else(|error| {
         eprintln!("{} on {}: {error}", face.name, body.name);
-        paste.clone()
+        None
     });
-    let region = graft.blend().expect("a blend").cut().expect("a mesh of that size");
+    let overlay =
+        graft.overlay(&face.texture, body.texture.format()).expect("a texture of that size");
+    let overlay = match &toning {
+        Some(toning) => overlay.toned(toning).expect("found for it"),
+        None => overlay,
+    };
+    let result = overlay.lay(0, body.texture.clone()).expect("a base of that size");
+    let narrowed = toning.as_ref().and_then(|toning| toning.narrowed());
+    let blend = narrowed.or(graft.blend()).expect("a blend");
+    let region = blend.cut().expect("a mesh of that size");
     let figures = bench.measure(&Case {
         face: carried,
         body: body.truth.as_ref(),

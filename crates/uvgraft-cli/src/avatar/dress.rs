@@ -1,6 +1,5 @@
 //! A face on a body's texture.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Size, Sizes, Texture};
@@ -77,7 +76,10 @@ pub(super) fn dress(
     if let Some(labels) = args.blending.drawn_labels() {
         let found = ground.labels(&face);
         let found = found.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
-        image::write(&found.picture().into(), labels, &WriteOptions::default())?;
+        image::write(&found.picture().into(), labels, &WriteOptions::default())?
+            .losses
+            .iter()
+            .for_each(warn);
     }
     let mut shown = &blend;
     if let Some(toning) = &toning {

@@ -290,6 +290,31 @@ impl Shift {
     }
 }
 
+/// Labels that were found, in the classes and at the size of the truth.
+pub fn labels_like(truth: &Labels, found: &uvgraft::Labels) -> Labels {
+    let (to, from) = (truth.size, found.size());
+    let at = |index: usize| {
+        let (x, y) = (index as u32 % to.width, index as u32 / to.width);
+        let place = |at: u32, to: u32, from: u32| {
+            (((f64::from(at) + 0.5) * f64::from(from) / f64::from(to)) as u32).min(from - 1)
+        };
+        let (x, y) = (place(x, to.width, from.width), place(y, to.height, from.height));
+        let most = uvgraft::Label::ALL
+            .into_iter()
+            .max_by(|&a, &b| found.weight(a, x, y).total_cmp(&found.weight(b, x, y)));
+        match most {
+            Some(uvgraft::Label::Skin) => Label::Skin,
+            Some(uvgraft::Label::Hair) => Label::Hair,
+            Some(uvgraft::Label::Brow | uvgraft::Label::Lip) => Label::BrowLip,
+            Some(uvgraft::Label::Eye) => Label::Eye,
+            Some(uvgraft::Label::Mouth) => Label::Mouth,
+            Some(uvgraft::Label::Cloth) => Label::Cloth,
+            _ => Label::Other,
+        }
+    };
+    Labels { size: to, of_texels: (0..to.texels()).map(at).collect() }
+}
+
 /// How well predicted labels agree with the truth.
 ///
 /// # Panics

@@ -146,7 +146,7 @@ impl Blend {
             };
             sides[side].iter().map(change).collect::<Side>()
         });
-        let found = rim.difference([&changed[0], &changed[1]], [&|_| 1.0, &|_| 1.0])?;
+        let found = rim.difference([&changed[0], &changed[1]], None)?;
         let share = self.options.tone.share();
         let scaled = |by: f64| found.log_gains.iter().map(|log| log.map(|log| by * log)).collect();
         let median = {

@@ -192,11 +192,12 @@ impl Rim {
     /// at all.
     ///
     /// - `counts`: how far a colour of the first side, and one of the second, is of the kind that
-    ///   decides, from 0 to 1.
+    ///   decides, from 0 to 1; nothing if all colours are of that kind, so that none is an outlier for being
+    ///   unlike most.
     pub fn difference(
         &self,
         [from, to]: [&Side; 2],
-        counts: [&dyn Fn([f32; 3]) -> f32; 2],
+        counts: Option<[&dyn Fn([f32; 3]) -> f32; 2]>,
     ) -> Option<Difference> {
         let mean = |around: &[(u32, f64)], side: &Side| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
@@ -225,7 +226,9 @@ impl Rim {
         let kind: Vec<f64> = colors
             .iter()
             .map(|colors| {
-                colors.map_or(0.0, |[from, to]| f64::from(counts[0](from).min(counts[1](to))))
+                colors.map_or(0.0, |[from, to]| {
+                    counts.map_or(1.0, |counts| f64::from(counts[0](from).min(counts[1](to))))
+                })
             })
             .collect();
         // Where hardly anything is of that kind, the kind is not what decides.
@@ -240,8 +243,11 @@ impl Rim {
             .iter()
             .zip(&kind)
             .map(|(measured, kind)| {
-                measured.map_or(0.0, |d| {
-                    kind * (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
+                measured.map_or(0.0, |d| match counts {
+                    Some(_) => {
+                        kind * (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
+                    }
+                    None => 1.0,
                 })
             })
             .collect();

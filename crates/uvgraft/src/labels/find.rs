@@ -1,7 +1,8 @@
 //! From evidence to labels.
 
-use crate::layout_grid::GridColors;
+use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::texture::Texture;
+use crate::threads::map_indices;
 
 use super::evidence::{Evidence, ramp};
 use super::geodesic::{flood, parts};
@@ -30,8 +31,22 @@ impl Labels {
         let weights = (0..cloth.len())
             .map(|texel| finder.weights(texel, cloth[texel], hair[texel], other[texel]))
             .collect();
-        Ok(Self { size: head.grid.size(), weights }.softened())
+        Ok(Self { size: head.grid.size(), weights: softened(&head.grid, weights) })
     }
+}
+
+/// Weights, averaged with those beside on the surface; what islands do not cover is no part of it.
+fn softened(grid: &LayoutGrid, weights: Vec<[f32; 8]>) -> Vec<[f32; 8]> {
+    map_indices(weights.len(), |texel| {
+        let (mut sum, mut total) = (weights[texel].map(|weight| 4.0 * weight), 4.0);
+        for near in grid.neighbours(texel as u32) {
+            for (sum, weight) in sum.iter_mut().zip(weights[near as usize]) {
+                *sum += weight;
+            }
+            total += 1.0;
+        }
+        sum.map(|sum| sum / total)
+    })
 }
 
 struct Finder<'a> {
@@ -104,7 +119,7 @@ impl Finder<'_> {
             .max(areas.eyes[texel])
             .max(areas.mouth[texel])
             .max(areas.sockets[texel]);
-        self.head.grid.faces()[texel] != crate::layout_grid::NONE && face < 0.2
+        self.head.grid.faces()[texel] != NONE && face < 0.2
     }
 
     /// Takes hair that hangs down to the neck out of what looks like cloth.
