@@ -90,12 +90,16 @@ impl LayoutGrid {
         &self.face
     }
 
+    /// The texels beside one in the layout, on the same island.
+    fn beside(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
+        self.beside[texel as usize].into_iter().filter(|&near| near != NONE)
+    }
+
     /// The texels beside one on the surface.
     pub fn neighbours(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
-        let beside = self.beside[texel as usize].into_iter().filter(|&near| near != NONE);
         let range = self.across_starts[texel as usize] as usize
             ..self.across_starts[texel as usize + 1] as usize;
-        beside.chain(self.across[range].iter().map(|&(_, other)| other))
+        self.beside(texel).chain(self.across[range].iter().map(|&(_, other)| other))
     }
 
     /// Values at the vertices of the mesh, linear over its triangles, at the texels; 0 where there is no triangle.
@@ -240,28 +244,56 @@ impl GridColors {
             Texels::F32(values) => averaged(texture, size, |index| values[index]),
         };
         let (rgb, known): (Vec<[f32; 3]>, Vec<f32>) = rows.into_iter().flatten().unzip();
-        let mut colors = Self { rgb: rgb.clone(), known: known.clone() };
-        for texel in 0..rgb.len() as u32 {
-            if grid.faces()[texel as usize] == NONE || !grid.is_at_edge(texel) {
-                continue;
-            }
-            let (mut sum, mut opacity, mut count) = ([0.0; 3], 0.0, 0.0);
-            for near in grid.neighbours(texel).filter(|&near| !grid.is_at_edge(near)) {
-                for (sum, value) in sum.iter_mut().zip(rgb[near as usize]) {
-                    *sum += value * known[near as usize];
+        let mut colors = Self { rgb, known };
+        // From the inside out, so that each ring finds its inner one done.
+        for (texel, inner) in rings(grid).into_iter().rev() {
+            let (mut sum, mut opacity) = ([0.0; 3], 0.0);
+            for &near in &inner {
+                for (sum, value) in sum.iter_mut().zip(colors.rgb[near as usize]) {
+                    *sum += value * colors.known[near as usize];
                 }
-                opacity += known[near as usize];
-                count += 1.0;
+                opacity += colors.known[near as usize];
             }
-            if count > 0.0 {
-                colors.known[texel as usize] = opacity / count;
-                if opacity > 0.0 {
-                    colors.rgb[texel as usize] = sum.map(|sum| sum / opacity);
-                }
+            colors.known[texel as usize] = opacity / inner.len() as f32;
+            if opacity > 0.0 {
+                colors.rgb[texel as usize] = sum.map(|sum| sum / opacity);
             }
         }
         colors
     }
+}
+
+/// So many texels at the edges of islands are what lies beside them, at worst.
+const BLEEDING: u8 = 3;
+
+/// The texels at the edges of islands, ring by ring inwards, each with those beside it on the next ring.
+fn rings(grid: &LayoutGrid) -> Vec<(u32, Vec<u32>)> {
+    const INNER: u8 = u8::MAX;
+    let texels = grid.size().texels() as u32;
+    let mut ring = vec![INNER; texels as usize];
+    let mut order: Vec<u32> = (0..texels)
+        .filter(|&texel| grid.faces()[texel as usize] != NONE && grid.is_at_edge(texel))
+        .collect();
+    order.iter().for_each(|&texel| ring[texel as usize] = 0);
+    let mut next = 0;
+    while let Some(&texel) = order.get(next) {
+        next += 1;
+        let further = ring[texel as usize] + 1;
+        if further == BLEEDING {
+            continue;
+        }
+        for near in grid.beside(texel) {
+            if ring[near as usize] == INNER {
+                ring[near as usize] = further;
+                order.push(near);
+            }
+        }
+    }
+    let with_inner = |texel: u32| {
+        let inner = grid.beside(texel).filter(|&near| ring[near as usize] > ring[texel as usize]);
+        (texel, inner.collect::<Vec<u32>>())
+    };
+    order.into_iter().map(with_inner).filter(|(_, inner)| !inner.is_empty()).collect()
 }
 
 /// The rows of a grid: colours and how much there is of them.

@@ -193,6 +193,13 @@ impl SkinModel {
         }
     }
 
+    /// How far a colour may be skin in some light, from 0 to 1, where the surroundings speak for it: necks are shaded by
+    /// heads, and shadows on skin are more saturated. Hair and cloth of another hue are not.
+    pub(crate) fn likeness(&self, rgb: [f32; 3]) -> f32 {
+        let Deviation { hue, light, .. } = self.deviation(rgb);
+        fade(hue * hue, 5.0, 9.0) * fade(light * light, 0.7, 1.2)
+    }
+
     /// The colour in the middle of what is skin.
     pub fn color(&self) -> [f32; 3] {
         let [x, y, u] = self.center;

@@ -51,7 +51,7 @@ impl Blend {
             let models = sides.map(|side| SkinModel::new(&seeds(side), &[]).ok());
             let counts =
                 models.map(|model| move |rgb| model.map_or(1.0, |model| model.weight(rgb)));
-            let found = rim.difference(sides, Some([&counts[0], &counts[1]]));
+            let found = rim.difference(sides, Some([&counts[0], &counts[1]]), |_, to| to);
             let found = found.ok_or(ToningError::NoColors("texture"))?;
             let of_rim =
                 |share: f64, is_skin: &[bool]| self.gains(rim, harmonic, &found, is_skin, share);

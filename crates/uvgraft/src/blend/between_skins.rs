@@ -26,8 +26,12 @@ struct Overall {
 }
 
 impl Overall {
+    fn matched(&self, rgb: Rgb) -> Rgb {
+        self.matrix.map_or(rgb, |matrix| matrix.apply(rgb))
+    }
+
     fn apply(&self, rgb: Rgb) -> Rgb {
-        let rgb = self.matrix.map_or(rgb, |matrix| matrix.apply(rgb));
+        let rgb = self.matched(rgb);
         [0, 1, 2].map(|k| toned(rgb[k], self.gains[k], 1.0))
     }
 }
@@ -134,29 +138,36 @@ impl Blend {
         1.0 - t * t * (3.0 - 2.0 * t)
     }
 
-    /// What is left between both sides at the rim after both were changed; nothing where no skin meets skin.
+    /// What is left to do at the rim beyond what is done everywhere; nothing where no skin meets skin.
     fn left_at_rim(&self, rim: &Rim, sides: [&Side; 2], overall: &[Overall; 2]) -> Option<Left> {
         if rim.points.is_empty() {
             return None;
         }
-        let changed = [0, 1].map(|side| {
-            let change = |&(color, area): &([f64; 3], f64)| {
-                let rgb = overall[side].apply(color.map(|value| value as f32));
-                (rgb.map(f64::from), area)
-            };
-            sides[side].iter().map(change).collect::<Side>()
-        });
-        let found = rim.difference([&changed[0], &changed[1]], None)?;
-        let share = self.options.tone.share();
-        let scaled = |by: f64| found.log_gains.iter().map(|log| log.map(|log| by * log)).collect();
-        let median = {
-            let means = [0, 1].map(|side| {
-                let with_color = changed[side].iter().filter(|(_, area)| *area > 0.0);
-                mean(&with_color.map(|(rgb, _)| rgb.map(|value| value as f32)).collect::<Vec<_>>())
-            });
-            delta_e(means[0], means[1])
+        let changed = |by: &dyn Fn(usize, Rgb) -> Rgb| {
+            [0, 1].map(|side| {
+                let change = |&(color, area): &([f64; 3], f64)| {
+                    (by(side, color.map(|value| value as f32)).map(f64::from), area)
+                };
+                sides[side].iter().map(change).collect::<Side>()
+            })
         };
-        Some(Left { log_gains: [scaled(share), scaled(share - 1.0)], median })
+        let matched = changed(&|side, rgb| overall[side].matched(rgb));
+        let share = self.options.tone.share();
+        let log_gains = [(0, share), (1, 1.0 - share)].map(|(side, share)| {
+            let aim = |from: Rgb, to: Rgb| [0, 1, 2].map(|k| between(from[k], to[k], share));
+            // Gains as a whole: a shoulder bends two that follow each other otherwise than one.
+            let found = rim.difference([&matched[side], &matched[1 - side]], None, aim)?;
+            let everywhere = overall[side].gains.map(|gain| f64::from(gain.ln()));
+            let left = |log: &[f64; 3]| [0, 1, 2].map(|k| log[k] - everywhere[k]);
+            Some(found.log_gains.iter().map(left).collect())
+        });
+        let [Some(of_source), Some(of_base)] = log_gains else { return None };
+        let toned = changed(&|side, rgb| overall[side].apply(rgb));
+        let means = toned.map(|side| {
+            let with_color = side.iter().filter(|(_, area)| *area > 0.0);
+            mean(&with_color.map(|(rgb, _)| rgb.map(|value| value as f32)).collect::<Vec<_>>())
+        });
+        Some(Left { log_gains: [of_source, of_base], median: delta_e(means[0], means[1]) })
     }
 
     /// What is skin in a base.
@@ -200,6 +211,12 @@ struct Left {
     log_gains: [Vec<[f64; 3]>; 2],
     /// How different both sides look, ΔE 2000.
     median: f64,
+}
+
+/// A value between two, as their ratio goes.
+fn between(from: f32, to: f32, share: f64) -> f32 {
+    let [from, to] = [from, to].map(|value| f64::from(value.max(1e-3)).ln());
+    (from + (to - from) * share).exp() as f32
 }
 
 /// The share of colours that are full in a channel and were not before.

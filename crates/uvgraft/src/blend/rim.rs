@@ -194,10 +194,12 @@ impl Rim {
     /// - `counts`: how far a colour of the first side, and one of the second, is of the kind that
     ///   decides, from 0 to 1; nothing if all colours are of that kind, so that none is an outlier for being
     ///   unlike most.
+    /// - `aim`: from a colour of the first side and one of the second, the one that the first is taken to.
     pub fn difference(
         &self,
         [from, to]: [&Side; 2],
         counts: Option<[&dyn Fn([f32; 3]) -> f32; 2]>,
+        aim: impl Fn([f32; 3], [f32; 3]) -> [f32; 3],
     ) -> Option<Difference> {
         let mean = |around: &[(u32, f64)], side: &Side| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
@@ -220,6 +222,7 @@ impl Rim {
             .iter()
             .map(|colors| {
                 let [from, to] = (*colors)?;
+                let to = aim(from, to);
                 Some([0, 1, 2].map(|k| f64::from(gain_between(from[k], to[k])).ln()))
             })
             .collect();

@@ -8,7 +8,7 @@
 use crate::statistics::ColorMatch;
 
 /// Where the shoulder of gains above 1 begins.
-pub(super) const KNEE: f32 = 0.75;
+pub(super) const KNEE: f32 = 0.5;
 
 /// The least and the greatest gain.
 pub(super) const GAINS: [f32; 2] = [0.2, 5.0];

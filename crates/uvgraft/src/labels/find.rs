@@ -13,6 +13,8 @@ use super::{Label, LabelError, Labels};
 const MOLE: usize = 70;
 /// Hair that hangs down is looked for up to so many eye distances below the scalp.
 const HANGING: f32 = 1.2;
+/// So many texels from cloth, what looks like it is cloth too.
+const SCRAPS: usize = 8;
 /// Cloth is at least this share of the neck.
 const LEAST_CLOTH: f64 = 0.004;
 
@@ -33,6 +35,16 @@ impl Labels {
             .collect();
         Ok(Self { size: head.grid.size(), weights: softened(&head.grid, weights) })
     }
+}
+
+/// How much of a texel's light is hair's, where skin and hair mix.
+///
+/// - `light`: the logarithm of its lightness beside skin's.
+/// - `dark`: the lightness of hair beside skin's.
+fn hair_share(light: f32, dark: f32) -> f32 {
+    let ratio = light.exp();
+    let of_skin = (ratio - dark) / (ratio * (1.0 - dark));
+    1.0 - of_skin.clamp(0.0, 1.0)
 }
 
 /// Weights, averaged with those beside on the surface; what islands do not cover is no part of it.
@@ -105,6 +117,16 @@ impl Finder<'_> {
         if (count(&found) as f64) <= LEAST_CLOTH * neck as f64 {
             return vec![0.0; alike.len()];
         }
+        // Scraps beside it, cut off by a shadow or a strand.
+        let beside = self.widened(&found, SCRAPS);
+        let scraps = flood(
+            &head.grid,
+            self.texels().filter(|&texel| beside[texel as usize] && !found[texel as usize]),
+            |texel| is_open(texel) && !found[texel as usize],
+        );
+        if count(&scraps) < count(&found) / 4 {
+            found.iter_mut().zip(scraps).for_each(|(found, scrap)| *found |= scrap);
+        }
         // Its edge is as soft as the evidence there.
         let near = self.widened(&found, 2);
         (0..found.len()).map(|texel| if near[texel] { alike[texel] } else { 0.0 }).collect()
@@ -169,7 +191,25 @@ impl Finder<'_> {
         let mut found = flood(&self.head.grid, crown, is_open);
         self.add_beard(&unlike, &mut found);
         let near = self.widened(&found, 2);
-        (0..cloth.len()).map(|texel| if near[texel] { unlike[texel] } else { 0.0 }).collect()
+        let darkness = self.darkness_of_hair(&found);
+        let share = |texel: usize| match darkness {
+            Some(dark) => hair_share(light[texel], dark) * (1.0 - cloth[texel]),
+            None => unlike[texel],
+        };
+        (0..cloth.len()).map(|texel| if near[texel] { share(texel) } else { 0.0 }).collect()
+    }
+
+    /// How dark hair is beside skin, as a ratio; nothing for hair that is not clearly darker.
+    fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
+        let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
+        let mut light: Vec<f32> =
+            (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]).collect();
+        if light.is_empty() {
+            return None;
+        }
+        let half = light.len() / 2;
+        let median = *light.select_nth_unstable_by(half, f32::total_cmp).1;
+        (median < -0.6).then(|| median.exp())
     }
 
     /// Beards: parts on the jaw and around the lips that are darker than skin and larger than a mole.

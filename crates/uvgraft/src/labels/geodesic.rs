@@ -15,18 +15,19 @@ pub(crate) struct Steps {
     pub noise: f32,
 }
 
-/// Buckets for each unit of distance.
-const BUCKETS_PER_UNIT: f32 = 16.0;
+/// Distances are told in so many parts of a unit.
+const PARTS: f32 = 16.0;
 
 /// Distances are told up to here.
 pub(crate) const FARTHEST: f32 = 40.0;
 
 impl Steps {
-    /// What a step from a texel to the next costs.
-    fn cost(&self, from: u32, to: u32) -> f32 {
+    /// What a step from a texel to the next costs, in [`PARTS`] of a unit: whole numbers, so that texels in one bucket
+    /// are equally far and each is visited once.
+    fn cost(&self, from: u32, to: u32) -> u32 {
         let (a, b) = (self.lab[from as usize], self.lab[to as usize]);
         let squared: f32 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();
-        (squared.sqrt() - self.noise).max(0.0)
+        ((squared.sqrt() - self.noise).max(0.0) * PARTS + 0.5) as u32
     }
 
     /// The distance of each texel from the nearest seed; [`FARTHEST`] where no way is shorter.
@@ -38,32 +39,29 @@ impl Steps {
         seeds: impl Iterator<Item = u32>,
         is_open: impl Fn(u32) -> bool,
     ) -> Vec<f32> {
-        let count = (FARTHEST * BUCKETS_PER_UNIT) as usize;
-        let mut distance = vec![FARTHEST; self.lab.len()];
-        let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); count];
+        let farthest = (FARTHEST * PARTS) as u32;
+        let mut distance = vec![farthest; self.lab.len()];
+        let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); farthest as usize];
         for seed in seeds {
-            distance[seed as usize] = 0.0;
+            distance[seed as usize] = 0;
             buckets[0].push(seed);
         }
         // A bucket grows while it is emptied: most steps cost nothing.
-        for bucket in 0..count {
-            while let Some(texel) = buckets[bucket].pop() {
-                let here = distance[texel as usize];
-                if ((here * BUCKETS_PER_UNIT) as usize) < bucket {
+        for here in 0..farthest {
+            while let Some(texel) = buckets[here as usize].pop() {
+                if distance[texel as usize] < here {
                     continue;
                 }
                 for next in grid.neighbours(texel) {
                     let there = here + self.cost(texel, next);
                     if there < distance[next as usize] && is_open(next) {
                         distance[next as usize] = there;
-                        if let Some(bucket) = buckets.get_mut((there * BUCKETS_PER_UNIT) as usize) {
-                            bucket.push(next);
-                        }
+                        buckets[there as usize].push(next);
                     }
                 }
             }
         }
-        distance
+        distance.into_iter().map(|distance| distance as f32 / PARTS).collect()
     }
 }
 
