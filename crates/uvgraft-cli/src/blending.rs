@@ -20,9 +20,10 @@ pub(crate) struct BlendArgs {
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
     #[arg(allow_hyphen_values = true)]
     feather: Option<Length>,
-    /// Which side the tone of the skin is taken from, with --blend membrane and --match
-    #[arg(long, value_enum, default_value = "base")]
-    tone: ToneName,
+    /// Which side the tone of the skin is taken from, with --blend membrane and --match [default: base, for
+    /// avatars source]
+    #[arg(long, value_enum)]
+    tone: Option<ToneName>,
     /// Which texels of the base are skin, white on black, with --tone source [default: estimated from the
     /// colours beside the rim]
     #[arg(long, value_name = "IMAGE")]
@@ -95,7 +96,7 @@ impl BlendArgs {
     }
 
     fn tone(&self) -> Option<Tone> {
-        match self.tone {
+        match self.tone.unwrap_or(ToneName::Base) {
             ToneName::Base => Some(Tone::Base),
             ToneName::Source => Some(Tone::Source),
             ToneName::Both => Some(Tone::Both),
@@ -103,9 +104,13 @@ impl BlendArgs {
         }
     }
 
-    /// The same, with a membrane if no other way is named.
-    pub(crate) fn or_membrane(mut self) -> Self {
+    /// The same for an avatar, as far as nothing else is said: with a membrane, and in the tone of the face. A person's
+    /// colour is its own, and the body is nobody's.
+    pub(crate) fn of_avatar(mut self) -> Self {
         self.blend = self.blend.or(Some(BlendName::Membrane));
+        if self.mode() == BlendName::Membrane || self.matched.is_some() {
+            self.tone = self.tone.or(Some(ToneName::Source));
+        }
         self
     }
 

@@ -52,7 +52,7 @@ pub(super) fn dress(
     let known = KnownTexels::read(source_mask.as_deref(), fill.as_deref())?;
     let known = known.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
-    let how = args.blending.clone().or_membrane();
+    let how = args.blending.clone().of_avatar();
     how.check()?;
     let ground = Ground::new(Arc::clone(&file.pair), Direction::Forward);
     let mut region = args.region.region();
