@@ -90,12 +90,22 @@ impl LayoutGrid {
         &self.face
     }
 
+    /// The texels to the left, right, above and below one on the same island, or [`NONE`].
+    pub fn beside(&self, texel: u32) -> [u32; 4] {
+        self.beside[texel as usize]
+    }
+
+    /// The texels beside one across a UV seam.
+    pub fn across(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
+        let range = self.across_starts[texel as usize] as usize
+            ..self.across_starts[texel as usize + 1] as usize;
+        self.across[range].iter().map(|&(_, other)| other)
+    }
+
     /// The texels beside one on the surface.
     pub fn neighbours(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
         let beside = self.beside[texel as usize].into_iter().filter(|&near| near != NONE);
-        let range = self.across_starts[texel as usize] as usize
-            ..self.across_starts[texel as usize + 1] as usize;
-        beside.chain(self.across[range].iter().map(|&(_, other)| other))
+        beside.chain(self.across(texel))
     }
 
     /// Values at the vertices of the mesh, linear over its triangles, at the texels; 0 where there is no triangle.
