@@ -90,16 +90,21 @@ impl LayoutGrid {
         &self.face
     }
 
-    /// The texels beside one in the layout, on the same island.
-    fn beside(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
-        self.beside[texel as usize].into_iter().filter(|&near| near != NONE)
+    /// The texels to the left, right, above and below one on the same island, or [`NONE`].
+    pub fn beside(&self, texel: u32) -> [u32; 4] {
+        self.beside[texel as usize]
+    }
+
+    /// The texels beside one across a UV seam.
+    pub fn across(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
+        let range = self.across_starts[texel as usize] as usize
+            ..self.across_starts[texel as usize + 1] as usize;
+        self.across[range].iter().map(|&(_, other)| other)
     }
 
     /// The texels beside one on the surface.
     pub fn neighbours(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
-        let range = self.across_starts[texel as usize] as usize
-            ..self.across_starts[texel as usize + 1] as usize;
-        self.beside(texel).chain(self.across[range].iter().map(|&(_, other)| other))
+        self.beside(texel).into_iter().filter(|&near| near != NONE).chain(self.across(texel))
     }
 
     /// Values at the vertices of the mesh, linear over its triangles, at the texels; 0 where there is no triangle.
@@ -282,7 +287,7 @@ fn rings(grid: &LayoutGrid) -> Vec<(u32, Vec<u32>)> {
         if further == BLEEDING {
             continue;
         }
-        for near in grid.beside(texel) {
+        for near in grid.beside(texel).into_iter().filter(|&near| near != NONE) {
             if ring[near as usize] == INNER {
                 ring[near as usize] = further;
                 order.push(near);
@@ -290,7 +295,8 @@ fn rings(grid: &LayoutGrid) -> Vec<(u32, Vec<u32>)> {
         }
     }
     let with_inner = |texel: u32| {
-        let inner = grid.beside(texel).filter(|&near| ring[near as usize] > ring[texel as usize]);
+        let inner = grid.beside(texel).into_iter().filter(|&near| near != NONE);
+        let inner = inner.filter(|&near| ring[near as usize] > ring[texel as usize]);
         (texel, inner.collect::<Vec<u32>>())
     };
     order.into_iter().map(with_inner).filter(|(_, inner)| !inner.is_empty()).collect()

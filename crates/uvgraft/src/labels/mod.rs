@@ -10,11 +10,13 @@
 //!
 //! Labels can be drawn as a picture and read back: one colour for each, [`Label::color`].
 
+mod body;
 mod evidence;
 mod find;
 mod geodesic;
 mod head;
 
+pub(crate) use body::{BodyLayout, body_skin};
 pub(crate) use evidence::lab;
 pub(crate) use head::HeadLayout;
 
@@ -119,6 +121,20 @@ pub enum LabelError {
         /// How much of it has other colours, 0 to 1.
         share: f64,
     },
+}
+
+/// How far each texel of a body's texture is skin: grey data, up to 1024 texels a side, 255 for skin. Lips are half, hair,
+/// brows, eyes, the inside of the mouth and cloth are not.
+///
+/// Skin of the body is what hangs together with the face over no step of colour, and hands, feet, arms and legs of the
+/// same colour that cloth keeps apart. Cloth of skin's colour is told by the step at its edge.
+///
+/// - `texture`: in the mesh's layout, of any size.
+///
+/// # Errors
+/// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if neither the face nor the neck is of one colour.
+pub fn skin_of_body(mesh: &Mesh, texture: &Texture) -> Result<Texture, LabelError> {
+    Ok(body_skin(&BodyLayout::new(mesh)?, texture)?)
 }
 
 /// What the texels of a layout show, softly.
