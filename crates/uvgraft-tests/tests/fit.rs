@@ -291,3 +291,46 @@ fn the_transpose_is_the_adjoint_on_real_meshes() {
         }
     }
 }
+
+/// Where texels are about as dense on both sides, a bilinear filter sees fine stripes here and not there. What it
+/// cannot see is not to be made up: a fit that does so is farther from the texture that its source was made from.
+#[test]
+fn a_bilinear_fit_does_not_ring() {
+    let pair = synthetic::pair();
+    let truth = synthetic::detailed(TARGET, 5);
+    for side in [200, 256, 330, 512] {
+        let size = Size::square(side);
+        let grey = Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
+        let there = forward(&pair, TARGET, size, Filter::default());
+        let source = there.apply(&truth, &grey.unwrap()).unwrap();
+        for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
+            let graft = Graft::builder(Arc::clone(&pair), Sizes { from: size, to: TARGET })
+                .direction(Direction::Reverse)
+                .filter(filter)
+                .gutter_px(0)
+                .build()
+                .unwrap();
+            let error = |texture: Texture| {
+                let inside = graft.mask();
+                let mut squares = 0.0;
+                for (x, y) in (0..TARGET.texels() as u32).map(|k| (k % 256, k / 256)) {
+                    if inside.get(x, y, 0) > 0.0 {
+                        for channel in 0..3 {
+                            let off = texture.get(x, y, channel) - truth.get(x, y, channel);
+                            squares += f64::from(off).powi(2);
+                        }
+                    }
+                }
+                (squares / (3 * graft.map().stats().linked) as f64).sqrt() * 255.0
+            };
+            let sampled = error(graft.apply(&source, &truth).unwrap());
+            let of = |options| error(fitted(&graft, &source, truth.clone(), options, &mut ignore));
+            let held = of(FitOptions::default());
+            assert!(held < sampled, "{side} {filter}: {held} against {sampled}");
+            if filter == Filter::Bilinear {
+                let loose = of(FitOptions::default().smoothness(0.0));
+                assert!(held < 0.99 * loose, "{side}: {held} against {loose}");
+            }
+        }
+    }
+}

@@ -215,6 +215,8 @@ fn fits_of_what_cannot_be_solved_for() {
         options.regularization(f32::NAN),
         options.regularization(-1.0),
         options.regularization(f32::INFINITY),
+        options.smoothness(f32::NAN),
+        options.smoothness(-0.1),
     ] {
         let error = graft.fit(&texture, texture.format(), &bad, &mut |_| {}).map(drop).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");

@@ -4,10 +4,16 @@
 //! twice. The texture `f` with the least `‖H f − s‖²` is found by conjugate gradients on the normal
 //! equations (CGLS, Hestenes and Stiefel 1952, in the form of Björck 1996), started from the sampled
 //! texture `f₀` and held to it by `λ ‖f − f₀‖²` where `H` sees little or nothing.
+//!
+//! Halfway between texels a bilinear filter sees nothing of stripes one texel wide, and on a texel all of
+//! them. Where texels are about as dense on both sides that alternates from place to place, and a solution
+//! that makes up for all that is lost rings in time with it. `μ ‖∇(f − f₀)‖²` holds back just that: it
+//! weighs most for stripes, and most where few texels are read.
 
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::filter::Filter;
 use crate::formats::Formats;
 use crate::map::{Coverage, Layout, MapOptions, Precedence, Region, corners_px};
 use crate::operator::Operator;
@@ -28,6 +34,9 @@ pub struct FitOptions {
     /// `λ`: how much a texel's distance from its sampled value counts beside what it is seen with,
     /// which is about the number of texels that read it. 0 leaves what `H` barely sees to noise.
     pub regularization: f32,
+    /// `μ`: how much differences between neighbours of what is changed count beside what a texel is seen with.
+    /// `None` takes what suits the filter: 0.1 for the bilinear one, and nothing for those that are sharper.
+    pub smoothness: Option<f32>,
 }
 
 impl FitOptions {
@@ -48,11 +57,29 @@ impl FitOptions {
     pub const fn regularization(self, regularization: f32) -> Self {
         Self { regularization, ..self }
     }
+
+    /// The same with another `μ`.
+    #[must_use]
+    pub const fn smoothness(self, smoothness: f32) -> Self {
+        Self { smoothness: Some(smoothness), ..self }
+    }
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { max_steps: 32, least_gain: 0.005, regularization: 0.02 }
+        Self { max_steps: 32, least_gain: 0.005, regularization: 0.02, smoothness: None }
+    }
+}
+
+/// `μ` of a filter.
+fn default_smoothness(filter: Filter) -> f32 {
+    match filter {
+        // From 0.1 on a fitted texture has no more noise than the sampled one has error: against the
+        // texture that a face was baked from, fits without it were worse than sampling at 1024².
+        Filter::Nearest | Filter::Bilinear => 0.1,
+        // These see nearly everything up to stripes of a texel and a half, and what `μ` takes from the
+        // noise it takes from the detail as well.
+        Filter::CatmullRom | Filter::Lanczos3 => 0.0,
     }
 }
 
@@ -208,6 +235,14 @@ impl Problem<'_> {
         drop(seen);
 
         let lambda = self.options.regularization;
+        let smoothness =
+            self.options.smoothness.unwrap_or_else(|| default_smoothness(there.filter()));
+        // λ ‖f − f₀‖² + μ ‖∇(f − f₀)‖².
+        let held = |moved: &[f32]| {
+            let far = f64::from(lambda) * unknowns.dot::<C>(moved, moved);
+            let rough = if smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(moved) };
+            far + f64::from(smoothness) * rough
+        };
         let terms = (equations.texels() * C).max(1) as f64;
         let mut squares = equations.dot::<C>(&rest, &rest);
         let mut report = |step: u32, squares: f64| {
@@ -220,10 +255,13 @@ impl Problem<'_> {
         step.fill(0.0);
         let (mut error, mut steepness) = (squares, 0.0);
         for number in 1..=self.options.max_steps {
-            // Downhill: Hᵀ rest − λ moved, then turned to be conjugate to the steps before.
+            // Downhill: Hᵀ rest − λ moved − μ ∇ᵀ∇ moved, then turned to be conjugate to the steps before.
             gradient.fill(0.0);
             back.add_transposed_to::<C>(&rest, &mut gradient);
             unknowns.update::<C>(&mut gradient, &moved, |pull, moved| pull - lambda * moved);
+            if smoothness > 0.0 {
+                unknowns.smooth::<C>(&moved, &mut gradient, smoothness);
+            }
             let before = steepness;
             steepness = unknowns.dot::<C>(&gradient, &gradient);
             if steepness == 0.0 {
@@ -234,8 +272,7 @@ impl Problem<'_> {
 
             // As far as the error falls. Padding writes beside the unknowns, where nothing looks.
             back.resampler().fill_floats::<C>(&mut step, &mut made);
-            let bend = equations.dot::<C>(&made, &made)
-                + f64::from(lambda) * unknowns.dot::<C>(&step, &step);
+            let bend = equations.dot::<C>(&made, &made) + held(&step);
             if bend.is_nan() || bend <= 0.0 || bend.is_infinite() {
                 break;
             }
@@ -245,7 +282,7 @@ impl Problem<'_> {
             squares = equations.dot::<C>(&rest, &rest);
             report(number, squares);
             let was = error;
-            error = squares + f64::from(lambda) * unknowns.dot::<C>(&moved, &moved);
+            error = squares + held(&moved);
             if was - error < self.options.least_gain * was {
                 break;
             }
@@ -299,6 +336,54 @@ impl Region {
         });
     }
 
+    /// Takes `weight` times the graph Laplacian of `values` from `gradient`: each texel is drawn to those of its
+    /// four neighbours that are in the region too.
+    fn smooth<const C: usize>(&self, values: &[f32], gradient: &mut [f32], weight: f32) {
+        let stride = self.size().width as usize * C;
+        for_each_chunk(gradient, stride, |row, gradient| {
+            let own = &values[row * stride..][..stride];
+            for span in self.row(row) {
+                for k in span.start as usize * C..(span.end as usize - 1) * C {
+                    let pull = weight * (own[k + C] - own[k]);
+                    gradient[k] += pull;
+                    gradient[k + C] -= pull;
+                }
+            }
+            let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
+            for other in beside.filter(|&other| other < self.size().height as usize) {
+                let values = &values[other * stride..][..stride];
+                for_each_shared(self.row(row), self.row(other), |shared| {
+                    for k in shared.start as usize * C..shared.end as usize * C {
+                        gradient[k] += weight * (values[k] - own[k]);
+                    }
+                });
+            }
+        });
+    }
+
+    /// The sum of squared differences between neighbours: values times the Laplacian of [`Region::smooth`].
+    fn roughness<const C: usize>(&self, values: &[f32]) -> f64 {
+        let stride = self.size().width as usize * C;
+        let square = |a: f32, b: f32| f64::from(a - b).powi(2);
+        let rows = map_indices(self.size().height as usize, |row| {
+            let own = &values[row * stride..][..stride];
+            let mut sum = 0.0;
+            for span in self.row(row) {
+                let span = span.start as usize * C..(span.end as usize - 1) * C;
+                sum += span.map(|k| square(own[k], own[k + C])).sum::<f64>();
+            }
+            if row + 1 < self.size().height as usize {
+                let below = &values[(row + 1) * stride..][..stride];
+                for_each_shared(self.row(row), self.row(row + 1), |shared| {
+                    let shared = shared.start as usize * C..shared.end as usize * C;
+                    sum += shared.map(|k| square(own[k], below[k])).sum::<f64>();
+                });
+            }
+            sum
+        });
+        rows.into_iter().sum()
+    }
+
     fn dot<const C: usize>(&self, a: &[f32], b: &[f32]) -> f64 {
         let stride = self.size().width as usize * C;
         let rows = map_indices(self.size().height as usize, |row| {
@@ -311,6 +396,16 @@ impl Region {
             self.row(row).iter().map(of_span).sum::<f64>()
         });
         rows.into_iter().sum()
+    }
+}
+
+/// Calls `visit` with what two sorted lists of ranges share.
+fn for_each_shared(a: &[Range<u32>], mut b: &[Range<u32>], mut visit: impl FnMut(Range<u32>)) {
+    for range in a {
+        b = &b[b.partition_point(|other| other.end <= range.start)..];
+        for other in b.iter().take_while(|other| other.start < range.end) {
+            visit(range.start.max(other.start)..range.end.min(other.end));
+        }
     }
 }
 

@@ -37,6 +37,7 @@ mod layout_grid;
 pub mod map;
 pub mod mesh;
 pub mod metrics;
+mod non_finite;
 pub mod normals;
 pub mod operator;
 pub mod overlay;

@@ -211,11 +211,11 @@ impl Graft {
         if self.filter() == Filter::Nearest {
             return Err(GraftError::Fit("a fit blends texels, and the filter nearest never does"));
         }
-        if !(options.least_gain.is_finite()
-            && (0.0..f32::INFINITY).contains(&options.regularization))
-        {
+        let weights = [options.regularization, options.smoothness.unwrap_or(0.0)];
+        let is_weight = |weight: f32| (0.0..f32::INFINITY).contains(&weight);
+        if !(options.least_gain.is_finite() && weights.into_iter().all(is_weight)) {
             return Err(GraftError::Fit(
-                "the least gain must be finite, and the regularization too, and not negative",
+                "the least gain must be finite, and so must regularization and smoothness, which cannot be negative",
             ));
         }
         let texture = self.checked(texture.into())?;
