@@ -213,7 +213,8 @@ fn figure_bench() -> Bench {
 #[test]
 fn the_tone_of_a_face() {
     let bench = figure_bench();
-    let carry = "transfer figure.uvpair face.png --onto body.png --unit m --feather 10mm";
+    let carry =
+        "transfer figure.uvpair face.png --onto body.png --unit m --feather 10mm --keep-all";
     bench.succeed(&format!("{carry} -o plain.png"));
     bench.succeed(&format!("{carry} --blend membrane -o toned.png"));
     let judge = |texture: &str, options: &str| {
