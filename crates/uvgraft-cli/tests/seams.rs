@@ -7,8 +7,11 @@ mod bench;
 use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
+use uvgraft_avatar::Figure;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_tests::looks::frame::figure_pair;
+use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, Layout, Skin};
 
 const RED: [u8; 3] = [200, 50, 50];
 const BLUE: [u8; 3] = [50, 50, 200];
@@ -142,6 +145,8 @@ fn json_for_programs() {
     }
     assert_eq!(document["notes"]["single_edges"], 8);
     assert_eq!(document["notes"]["shortened"], 0);
+    // Squares have no head.
+    assert!(document["tone"].is_null());
 }
 
 #[test]
@@ -187,6 +192,109 @@ fn the_picture_shows_edges_and_places() {
     assert!(count(&|texel| texel == [252, 70, 226]) > 228);
     // Crops: at the seam one side has the red of the texture, the other its blue.
     assert!(count(&|texel| texel == RED) > 10_000 && count(&|texel| texel == BLUE) > 10_000);
+}
+
+/// `figure.uvpair`, the figure's head and body, with a brown face (`face.png`) and a light body (`body.png`).
+fn figure_bench() -> Bench {
+    let bench = Bench::new();
+    let pair = figure_pair(&Figure::new());
+    let look = FaceLook { skin: Skin::BROWN, ..FaceLook::all()[0] };
+    let layout = Layout::new(pair.source(), Size::square(384));
+    bench.save("face.png", look.paint(pair.source(), &HeadFrame::FIGURE, &layout).texture);
+    let look = BodyLook::new("very light", Skin::VERY_LIGHT);
+    let layout = Layout::new(pair.target(), Size::square(768));
+    bench.save("body.png", look.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture);
+    let [source_name, target_name] = ["head.obj", "body.obj"].map(str::to_owned);
+    let file = PairFile { pair, source_name, target_name, note: String::new() };
+    pair_file::write(&file, &bench.path("figure.uvpair")).unwrap();
+    bench
+}
+
+#[test]
+fn the_tone_of_a_face() {
+    let bench = figure_bench();
+    let carry =
+        "transfer figure.uvpair face.png --onto body.png --unit m --feather 10mm --keep-all";
+    bench.succeed(&format!("{carry} -o plain.png"));
+    // It warns that so much lighter a face is hardly the same person.
+    assert_eq!(bench.run(&format!("{carry} --blend membrane -o toned.png")).code, Some(0));
+    let judge = |texture: &str, options: &str| {
+        bench.succeed(&format!("seams figure.uvpair {texture} --worst 1 {options}"))
+    };
+    let plain = judge("plain.png", "--onto body.png --face face.png");
+    for wanted in
+        ["\ntone: cheek to chest ΔE ", " (the base's own ", "\nhair and brows shifted by ΔE "]
+    {
+        assert!(plain.contains(wanted), "{wanted}\n{plain}");
+    }
+    assert!(plain.ends_with(" more than the base's.\n"), "{plain}");
+    assert!(
+        plain.contains(
+            "\nThe face is not of the body's tone: its cheeks differ from the chest by ΔE"
+        )
+    );
+    let toned = judge("toned.png", "--onto body.png --face face.png");
+    assert!(toned.ends_with(" % of the carried skin\n"), "{toned}");
+    // With nothing to compare with there is no verdict.
+    let alone = judge("plain.png", "");
+    assert!(alone.contains("\ntone: cheek to chest ΔE ") && !alone.contains("base's"), "{alone}");
+    assert!(!alone.contains("hair and brows") && !alone.contains("body's tone"), "{alone}");
+
+    let parse = |texture: &str, options: &str| -> Value {
+        serde_json::from_str(&judge(texture, &format!("--json {options}"))).unwrap()
+    };
+    let tone = &parse("plain.png", "--onto body.png --face face.png")["tone"];
+    let number = |name: &str| tone[name].as_f64().unwrap();
+    assert!(number("cheek_to_chest") > number("own") + 4.0, "{tone}");
+    assert!(number("hair_shift") < 1.0 && number("clipped") < 0.01, "{tone}");
+    assert_eq!((&tone["chest"], &tone["fits"]), (&json!("chest"), &json!(false)));
+    let tone = &parse("toned.png", "--onto body.png")["tone"];
+    assert_eq!((&tone["hair_shift"], &tone["fits"]), (&Value::Null, &json!(true)));
+    // A head has no chest.
+    let tone = &parse("face.png", "--reverse")["tone"];
+    assert_eq!((&tone["chest"], &tone["own"]), (&json!("neck"), &Value::Null));
+}
+
+#[test]
+fn the_picture_shows_the_face() {
+    let bench = figure_bench();
+    let size = |options: &str| {
+        bench.succeed(&format!("seams figure.uvpair body.png {options} --picture seams.png"));
+        bench.texture("seams.png").size()
+    };
+    // Below all else, beside each other.
+    let (one, two) = (size("--worst 0"), size("--worst 0 --onto body.png"));
+    assert!(one.width == two.width && two.height > 1288 + 200, "{one} {two}");
+    let picture = bench.texture("seams.png");
+    let column =
+        |x: u32| -> Vec<_> { (1400..two.height - 60).map(|y| texel_u8(&picture, x, y)).collect() };
+    let (left, right) = (column(200), column(200 + (two.width - 2 * 24 + 24) / 2));
+    assert!(left == right, "both are the body");
+}
+
+#[test]
+fn references_are_checked() {
+    let bench = bench();
+    bench.paint("small.png", (10, 10), Channels::Rgb, &GREY);
+    bench.write("text.png", "no image at all");
+    let cases: &[(&str, &[&str])] = &[
+        ("--onto missing.png", &["missing.png", "No such file"]),
+        ("--onto text.png", &["text.png: not an image"]),
+        ("--face missing.png", &["missing.png", "No such file"]),
+        ("--face text.png", &["text.png: not an image"]),
+        (
+            "--onto small.png",
+            &["small.png: the base must be of the texture's size, 100×100, got 10×10"],
+        ),
+        ("--onto small.png --picture small.png", &["output small.png is also an input"]),
+        ("--face small.png --picture small.png", &["output small.png is also an input"]),
+    ];
+    for (options, wanted) in cases {
+        bench.refuse(&format!("seams row.uvpair paint.png {options}"), wanted);
+    }
+    // Where there is no head, there is nothing to compare.
+    let text = bench.succeed("seams row.uvpair paint.png --onto paint.png --face small.png");
+    assert!(!text.contains("tone"), "{text}");
 }
 
 #[test]

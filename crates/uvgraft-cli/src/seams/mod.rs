@@ -1,25 +1,27 @@
 //! `uvgraft seams`: how visible the seams of a texture are.
 
 mod crops;
+mod face;
 mod lines;
 mod picture;
 mod region;
 mod report;
+mod tone;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::Direction;
-use uvgraft::Ground;
 use uvgraft::seams::{Offset, SeamOptions, measure};
+use uvgraft::{Anatomy, Direction, Ground};
 use uvgraft_io::{image, pair_file};
 use uvgraft_pipeline::{Length, Outputs, Unit};
 
 use crate::failure::{Notes, OrBadInput};
 use crate::picture::check_name;
 use crate::region::RegionArgs;
+use face::Face;
 
 /// Measures how visible seams are in a texture
 ///
@@ -27,6 +29,10 @@ use crate::region::RegionArgs;
 /// UV seams, where the surface goes on in another island; along the rim of the region, which is what
 /// the pair's links reach; and for comparison along ordinary edges, where the texture's own detail is
 /// all there is. Every edge counts with its length on the surface.
+///
+/// Where the mesh has a head, its tone is judged too: how different cheeks and chest look, beside the
+/// base's own with --onto; and with --face how far hair and brows were shifted, and how much skin was
+/// clipped. A blend hides the border even of a face whose colour is wrong.
 ///
 /// Colours are compared as sRGB, whatever their opacity; where one side has none, nothing is compared.
 /// Colour profiles are not applied. Textures that hold no colours, such as normals, have no answer.
@@ -51,15 +57,19 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1000))]
     worst: u16,
-    /// Draw the layout with its seams, and the worst places from close by, into an image
+    /// Draw the layout with its seams, the worst places from close by, and the face, into an image
     #[arg(long, value_name = "out.png")]
     picture: Option<PathBuf>,
     /// Print the result as JSON. Under `edges` there are `uv_seams`, `uv_seams_inside` the region,
     /// `rim`, ordinary edges `beside_` each of these, and all that are `ordinary`, with `edges`,
     /// `length`, `points` and `delta_e`: null where no point could be measured. Lengths are in the
-    /// mesh's unit, `uv` is in the texture's unit square, from its top left corner
+    /// mesh's unit, `uv` is in the texture's unit square, from its top left corner. Under `tone` there
+    /// are `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and `fits`; null where the mesh has
+    /// no head
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    tone: tone::ToneArgs,
     #[command(flatten)]
     region: RegionArgs,
 }
@@ -84,10 +94,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(picture) = &args.picture {
         check_name(picture, "a picture of seams")?;
         let inputs = [&*args.pair, &*args.texture].into_iter();
-        Outputs::new(inputs.chain(args.region.inputs())).check(picture)?;
+        let inputs = inputs.chain(args.tone.inputs()).chain(args.region.inputs());
+        Outputs::new(inputs).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
+    let references = args.tone.read(texture.size())?;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
     let ground = Ground::new(Arc::clone(&file.pair), direction);
     let region = args.region.region();
@@ -98,6 +110,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let seams = measure(mesh, &texture, &region.cut.inside, &options)
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
+    let anatomy = Anatomy::find(mesh).ok();
+    let tone = tone::measured(anatomy.as_ref(), &ground, &region, &texture, &references)?;
     let mesh_name = match direction {
         Direction::Forward => &file.target_name,
         Direction::Reverse => &file.source_name,
@@ -109,9 +123,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         size: texture.size(),
         offset: options.offset,
     };
-    report::print(&subject, &seams, args.json)?;
+    report::print(&subject, &seams, tone.as_ref(), args.json)?;
     if let Some(path) = &args.picture {
-        picture::draw(&subject, mesh, &texture, &seams)?.write(path)?;
+        let face = anatomy.zip(tone).and_then(|(anatomy, tone)| {
+            Face::new(mesh, &anatomy, &texture, references.base.as_ref(), &tone)
+        });
+        picture::draw(&subject, mesh, &texture, &seams, face.as_ref())?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -5,6 +5,7 @@ use uvgraft::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
 use uvgraft::{Mesh, Size, Texture};
 
 use super::crops::{CROP, Place};
+use super::face::Face;
 use super::lines::{BEHIND, TOP, blend, edge_color, line, ring, shown, step_color};
 use super::report::{Subject, kind, worst};
 use crate::picture::{Picture, Rgb};
@@ -24,8 +25,8 @@ const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 14);
 const MOST_PLACES: usize = 60;
 
 const BACKGROUND: Rgb = [24, 26, 30];
-const TITLE: Rgb = [236, 238, 242];
-const TEXT: Rgb = [176, 182, 192];
+pub(super) const TITLE: Rgb = [236, 238, 242];
+pub(super) const TEXT: Rgb = [176, 182, 192];
 
 /// Draws seams.
 pub(super) fn draw(
@@ -33,16 +34,17 @@ pub(super) fn draw(
     mesh: &Mesh,
     texture: &Texture,
     seams: &SeamReport,
+    face: Option<&Face<'_>>,
 ) -> anyhow::Result<Picture> {
     let places: Vec<(&SeamEdge, Step)> = worst(seams).take(MOST_PLACES).collect();
     let layout = layout(texture, seams, &places)?;
     // As many below each other as beside the layout, unless that takes too many columns.
     let columns = (places.len() as u32).div_ceil(PANEL / CELL.height).min(3);
     let rows = (places.len() as u32).div_ceil(columns.max(1));
-    let size = Size::new(
-        MARGIN + PANEL + columns * (MARGIN + CELL.width) + MARGIN,
-        HEAD + PANEL.max(rows * CELL.height) + MARGIN,
-    );
+    let width = MARGIN + PANEL + columns * (MARGIN + CELL.width) + MARGIN;
+    let bottom = HEAD + PANEL.max(rows * CELL.height) + MARGIN;
+    let below = face.map_or(0, |face| face.height(width - 2 * MARGIN) + MARGIN);
+    let size = Size::new(width, bottom + below);
     let mut picture = Picture::new(size, BACKGROUND);
     head(&mut picture, subject, seams, size.width - 2 * MARGIN);
     let Size { width, height } = layout.size();
@@ -53,6 +55,9 @@ pub(super) fn draw(
         let top = HEAD + index % rows * CELL.height;
         let place = Place::new(texture, edge, step);
         cell(&mut picture, [left, top], index + 1, (edge, step), &place, &surface)?;
+    }
+    if let Some(face) = face {
+        face.draw(&mut picture, [MARGIN, bottom], size.width - 2 * MARGIN);
     }
     Ok(picture)
 }

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use uvgraft::Size;
-use uvgraft::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step};
+use uvgraft::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step, ToneMatch};
 
+use super::tone;
 use crate::report::{grouped, to_stdout};
 use crate::table::{Align, table};
 
@@ -46,11 +47,16 @@ pub(super) fn worst(seams: &SeamReport) -> impl Iterator<Item = (&SeamEdge, Step
     })
 }
 
-pub(super) fn print(subject: &Subject, seams: &SeamReport, json: bool) -> anyhow::Result<()> {
+pub(super) fn print(
+    subject: &Subject,
+    seams: &SeamReport,
+    tone: Option<&ToneMatch>,
+    json: bool,
+) -> anyhow::Result<()> {
     let text = if json {
-        serde_json::to_string_pretty(&Document::new(subject, seams))? + "\n"
+        serde_json::to_string_pretty(&Document::new(subject, seams, tone))? + "\n"
     } else {
-        text(subject, seams)
+        text(subject, seams, tone)
     };
     to_stdout(&text)
 }
@@ -69,6 +75,8 @@ struct Document<'a> {
     worst: Vec<Place>,
     /// What could not be measured as it should; counts of edges, triangles and points.
     notes: SeamNotes,
+    /// Null if the mesh has no head.
+    tone: Option<tone::Document>,
 }
 
 #[derive(Serialize)]
@@ -107,7 +115,7 @@ struct Place {
 }
 
 impl<'a> Document<'a> {
-    fn new(subject: &'a Subject, seams: &SeamReport) -> Self {
+    fn new(subject: &'a Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> Self {
         let place = |(edge, step): (&SeamEdge, Step)| Place {
             edge_mean: edge.mean.unwrap_or(step.delta_e),
             delta_e: step.delta_e,
@@ -141,11 +149,12 @@ impl<'a> Document<'a> {
             },
             worst: worst(seams).map(place).collect(),
             notes: seams.notes,
+            tone: tone.map(tone::Document::new),
         }
     }
 }
 
-fn text(subject: &Subject, seams: &SeamReport) -> String {
+fn text(subject: &Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> String {
     let mut text = format!(
         "{}, {} texels, on {}; the region is {}\n\
          steps between colours (CIEDE2000) from {} on one side of an edge to as much on the other\n\n",
@@ -168,6 +177,22 @@ fn text(subject: &Subject, seams: &SeamReport) -> String {
     let notes = notes(&seams.notes);
     if !notes.is_empty() {
         let _ = write!(text, "\n{notes}");
+    }
+    if let Some(tone) = tone {
+        text += &tone_lines(tone);
+    }
+    text
+}
+
+fn tone_lines(tone: &ToneMatch) -> String {
+    let lines = tone::lines(tone);
+    if lines.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("\ntone: {}\n", lines.join("\n"));
+    if let Some(verdict) = tone::verdict(tone) {
+        text += &verdict;
+        text.push('\n');
     }
     text
 }

@@ -212,9 +212,9 @@ impl FaceLook {
                 label = what;
             }
         };
-        lay(self.lip(frame, p), lip_cover(frame, p), Label::BrowLip);
+        lay(self.lip(frame, p), lip_cover(frame, p), Label::Lip);
         let brow = self.brow_cover(frame, p);
-        lay(self.strands(p, 0.6), brow, Label::BrowLip);
+        lay(self.strands(p, 0.6), brow, Label::Brow);
         let (beard, is_hair) = self.beard_cover(frame, p);
         lay(self.whiskers(p), beard, if is_hair { Label::Hair } else { Label::Skin });
         lay(linear([0.06, 0.04, 0.035]), lash_cover(frame, p), Label::Other);

@@ -75,7 +75,7 @@ pub struct Figures {
     /// Hair in the result against the plain paste.
     pub hair: Option<Shift>,
     /// The same of brows and lips.
-    pub brow_lip: Option<Shift>,
+    pub brow: Option<Shift>,
     /// The same of eyes.
     pub eye: Option<Shift>,
     /// The same of teeth and the mouth's inside.
@@ -197,7 +197,7 @@ impl Bench {
             cheek_to_chest: contrast(&result, &shows_skin),
             own_cheek_to_chest: contrast(&base, &own_skin),
             hair: carried_shift(Label::Hair),
-            brow_lip: carried_shift(Label::BrowLip),
+            brow: carried_shift(Label::Brow),
             eye: carried_shift(Label::Eye),
             mouth: carried_shift(Label::Mouth),
             cloth: inside_cloth
@@ -305,7 +305,8 @@ pub fn labels_like(truth: &Labels, found: &uvgraft::Labels) -> Labels {
         match most {
             Some(uvgraft::Label::Skin) => Label::Skin,
             Some(uvgraft::Label::Hair) => Label::Hair,
-            Some(uvgraft::Label::Brow | uvgraft::Label::Lip) => Label::BrowLip,
+            Some(uvgraft::Label::Brow) => Label::Brow,
+            Some(uvgraft::Label::Lip) => Label::Lip,
             Some(uvgraft::Label::Eye) => Label::Eye,
             Some(uvgraft::Label::Mouth) => Label::Mouth,
             Some(uvgraft::Label::Cloth) => Label::Cloth,
@@ -358,7 +359,7 @@ impl fmt::Display for Figures {
             number(self.own_cheek_to_chest, 5),
             number(median(self.hair), 8),
             number(self.hair.map(|shift| shift.mean), 5),
-            number(median(self.brow_lip), 6),
+            number(median(self.brow), 6),
             number(median(self.eye), 6),
             number(median(self.mouth), 6),
             number(self.cloth.map(|shift| shift.p95), 8),

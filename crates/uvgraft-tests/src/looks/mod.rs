@@ -13,6 +13,7 @@ mod layout;
 pub mod measure;
 mod noise;
 mod skin;
+pub mod subjects;
 #[cfg(test)]
 mod tests;
 
@@ -36,8 +37,10 @@ pub enum Label {
     Skin,
     /// Hair of the head, and full beards.
     Hair,
-    /// Brows and lips.
-    BrowLip,
+    /// Eyebrows.
+    Brow,
+    /// Lips.
+    Lip,
     /// Eyeballs.
     Eye,
     /// The inside of the mouth, with teeth.
@@ -48,8 +51,16 @@ pub enum Label {
 
 impl Label {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 7] =
-        [Self::Other, Self::Skin, Self::Hair, Self::BrowLip, Self::Eye, Self::Mouth, Self::Cloth];
+    pub const ALL: [Self; 8] = [
+        Self::Other,
+        Self::Skin,
+        Self::Hair,
+        Self::Brow,
+        Self::Lip,
+        Self::Eye,
+        Self::Mouth,
+        Self::Cloth,
+    ];
 }
 
 /// A label for each texel.

@@ -79,7 +79,7 @@ fn faces_have_all_that_they_are_said_to_have() {
         let share = |label: Label| painted.truth.count(label) as f64 / FACE.texels() as f64;
         let name = look.name;
         assert!(share(Label::Skin) > 0.1, "{name}: skin {}", share(Label::Skin));
-        assert!(share(Label::BrowLip) > 0.003, "{name}: brows {}", share(Label::BrowLip));
+        assert!(share(Label::Brow) > 0.003, "{name}: brows {}", share(Label::Brow));
         assert!(share(Label::Eye) > 0.003, "{name}: eyes {}", share(Label::Eye));
         let has_hair = look.hair != HairColor::Bald || look.beard == Beard::Full;
         assert_eq!(share(Label::Hair) > 0.02, has_hair, "{name}: hair {}", share(Label::Hair));

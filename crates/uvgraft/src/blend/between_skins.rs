@@ -1,7 +1,9 @@
 //! The tone from skin to skin: one gain over all of it, and what is left at the rim fades out near there.
 
+use std::sync::Arc;
+
 use crate::color::Encoding;
-use crate::labels::{Label, Labels};
+use crate::labels::{Label, Labels, body_skin};
 use crate::metrics::delta_e;
 use crate::skin::SkinModel;
 use crate::statistics::ColorMatch;
@@ -171,8 +173,12 @@ impl Blend {
     }
 
     /// What is skin in a base.
-    fn skin_of_base(&self, _base: &Texture, model: &SkinModel) -> BaseSkin {
-        BaseSkin::Model(self.skin.is_none().then_some(*model))
+    fn skin_of_base(&self, base: &Texture, model: &SkinModel) -> BaseSkin {
+        if self.skin.is_some() {
+            return BaseSkin::Model(None);
+        }
+        let mask = self.ground.body().and_then(|body| body_skin(body, base).ok());
+        mask.map_or(BaseSkin::Model(Some(*model)), |mask| BaseSkin::Mask(Arc::new(mask)))
     }
 
     /// Colours of the texture's skin, all over what is carried.

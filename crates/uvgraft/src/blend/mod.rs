@@ -35,6 +35,7 @@ pub(crate) use controls::Controls;
 pub use cut::CutMesh;
 pub use report::ToneReport;
 pub use selection::{Ground, Growth, RegionError, Selection, Side};
+pub(crate) use skins::{samples, without_outliers};
 pub use toning::{Toning, ToningError};
 use undercoat::{Skin, Undercoat};
 

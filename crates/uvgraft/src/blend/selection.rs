@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::anatomy::Anatomy;
-use crate::labels::{HeadLayout, LabelError, Labels};
+use crate::labels::{BodyLayout, HeadLayout, LabelError, Labels};
 use crate::mesh::Mesh;
 use crate::pair::{Direction, Pair};
 use crate::piece::{FacePieces, Weights, mixed, wide};
@@ -57,6 +57,8 @@ struct Parts {
     head: OnceLock<Result<HeadLayout, LabelError>>,
     /// The same of the mesh that they are carried to.
     anatomy: OnceLock<Option<Anatomy>>,
+    /// And its whole layout, to find skin in.
+    body: OnceLock<Option<BodyLayout>>,
 }
 
 /// A part of the target's surface, on a [`Ground`].
@@ -93,8 +95,8 @@ impl Ground {
         let pair = pair.into();
         let surface = Surface::new(pair.to(direction));
         let pieces = pair.face_pieces(direction);
-        let (head, anatomy) = (OnceLock::new(), OnceLock::new());
-        Self(Arc::new(Parts { pair, direction, surface, pieces, head, anatomy }))
+        let (head, anatomy, body) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self(Arc::new(Parts { pair, direction, surface, pieces, head, anatomy, body }))
     }
 
     /// Whether selections that were made on one fit the other.
@@ -159,6 +161,11 @@ impl Ground {
     /// The anatomy of the mesh that textures are carried to, if it has a head.
     pub(super) fn anatomy(&self) -> Option<&Anatomy> {
         self.0.anatomy.get_or_init(|| Anatomy::find(self.mesh()).ok()).as_ref()
+    }
+
+    /// The layout of the mesh that textures are carried to, to find skin in, if it has a head.
+    pub(super) fn body(&self) -> Option<&BodyLayout> {
+        self.0.body.get_or_init(|| BodyLayout::new(self.mesh()).ok()).as_ref()
     }
 
     /// The distance between the eyes on the target, in its unit; nothing if no head is carried.

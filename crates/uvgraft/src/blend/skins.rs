@@ -146,7 +146,7 @@ impl Skin {
 }
 
 /// Colours of a texture in an area, four of each triangle.
-fn samples(
+pub(crate) fn samples(
     mesh: &Mesh,
     anatomy: &Anatomy,
     area: Area,
@@ -180,7 +180,7 @@ fn samples_where(
 }
 
 /// The colours that are near the median in CIELAB; nothing if they are too few.
-fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
+pub(crate) fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
     if colors.len() < LEAST_SAMPLES {
         return None;
     }

@@ -10,8 +10,8 @@ use crate::statistics::ColorMatch;
 /// Where the shoulder of gains above 1 begins.
 pub(super) const KNEE: f32 = 0.5;
 
-/// The least and the greatest gain.
-pub(super) const GAINS: [f32; 2] = [0.2, 5.0];
+/// The least and the greatest gain: from the darkest skin to the lightest takes 10, for the shoulder takes most away.
+pub(super) const GAINS: [f32; 2] = [0.05, 40.0];
 
 /// Added to both sides of ratios where what is divided by is black, so that it is no reason for wild ones:
 /// two and a half levels of 255, and less up to [`DARK`].

@@ -26,7 +26,8 @@ impl Labels {
     pub(crate) fn find(head: &HeadLayout, texture: &Texture) -> Result<Self, LabelError> {
         let colors = GridColors::new(texture, &head.grid);
         let evidence = Evidence::new(head, colors)?;
-        let finder = Finder { head, evidence };
+        let mut finder = Finder { head, evidence };
+        finder.cross_beard();
         let cloth = finder.cloth();
         let hair = finder.hair(&cloth);
         let other = finder.other(&cloth, &hair);
@@ -74,9 +75,52 @@ impl Finder<'_> {
     /// How far a texel's colour rules out that it is skin, whatever is around it.
     fn is_not_skin(&self, texel: usize) -> f32 {
         let Evidence { hue, light, light_of_face, .. } = &self.evidence;
+        // Highlights are pale and lighter than what is around them.
+        let highlight = ramp(0.03, 0.15, light[texel]) * ramp(0.5, 2.0, self.evidence.pale[texel]);
         let hue = ramp(3.5, 6.0, hue[texel]) * ramp(-2.0, -1.3, light_of_face[texel]);
+        let hue = hue * (1.0 - highlight);
         let dark = ramp(0.33, 0.75, -light[texel]);
         hue.max(dark)
+    }
+
+    /// Takes the skin beyond a full beard for skin of the face: no way without a step leads there. So are ears, which hair
+    /// cuts off.
+    fn cross_beard(&mut self) {
+        let grid = &self.head.grid;
+        let areas = &self.head.areas;
+        let Evidence { hue, light, light_of_face, step, .. } = &self.evidence;
+        let is_alike = |texel: u32| {
+            let texel = texel as usize;
+            hue[texel] < 2.5 && light[texel].abs() < 0.45 && light_of_face[texel].abs() < 0.7
+        };
+        let is_open: Vec<bool> = (0..hue.len())
+            .map(|texel| self.is_not_skin(texel) >= 0.5 && areas.lips[texel] < 0.3)
+            .collect();
+        let is_beard = |part: &&Vec<u32>| {
+            let on_jaw = part.iter().filter(|&&texel| areas.jaw[texel as usize] >= 0.3).count();
+            part.len() > 8 * MOLE && 5 * on_jaw > part.len()
+        };
+        let parts = parts(grid, &is_open);
+        let beards = parts.iter().filter(is_beard).flatten();
+        // An edge is soft: a few texels on, colours are skin's alone.
+        let mut beard = vec![false; hue.len()];
+        beards.for_each(|&texel| beard[texel as usize] = true);
+        let beyond = self.widened(&beard, 4);
+        let mut seeds: Vec<u32> = self
+            .texels()
+            .filter(|&texel| {
+                let is_near = beyond[texel as usize] && !beard[texel as usize];
+                (is_near || areas.ears[texel as usize] >= 0.5) && is_alike(texel)
+            })
+            .collect();
+        if seeds.iter().all(|&texel| step[texel as usize] < 1.0) {
+            return;
+        }
+        seeds.extend(self.texels().filter(|&texel| step[texel as usize] == 0.0));
+        let known = &self.evidence.known;
+        self.evidence.step = self.evidence.steps.distances(grid, seeds.into_iter(), |texel| {
+            areas.eyes[texel as usize] < 0.5 && known[texel as usize] >= 0.5
+        });
     }
 
     /// How far a texel at the neck is cloth or background by its colour, and by the step that leads there.
@@ -221,7 +265,7 @@ impl Finder<'_> {
                 unlike[texel] >= 0.5
                     && !found[texel]
                     && place > 0.05
-                    && self.evidence.light[texel] < -0.2
+                    && (self.evidence.light[texel] < -0.2 || self.evidence.pale[texel] > 3.0)
                     && areas.lips[texel] < 0.3
             })
             .collect();

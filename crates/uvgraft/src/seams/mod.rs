@@ -5,26 +5,33 @@
 //! where a transferred region ends, two textures meet. [`measure`] walks along those edges, looks at
 //! the colours on both sides, and tells how different they look ([`delta_e`](crate::metrics::delta_e)). Ordinary edges, at
 //! which nothing ends, tell how different neighbouring colours of the texture are anyway.
+//!
+//! A blend may hide the border of a face that is of another colour than its body. [`measure_tone`] compares cheeks
+//! with the chest, and a carried face with what it was.
 
 mod along;
+mod pasted;
 mod probe;
 mod report;
 mod sample;
 mod shared;
 mod statistics;
+mod tone;
 mod unfold;
 mod walk;
 mod worst;
 
+pub use pasted::PastedFace;
 pub use probe::Offset;
 pub use report::{EdgeGroup, SeamEdge, SeamNotes, SeamReport, Side, Step};
 pub use statistics::Steps;
+pub use tone::{SkinColors, ToneMatch, ToneReferences, measure_tone};
 pub use unfold::Unfolded;
 
 use crate::color::Encoding;
 use crate::edges::{Edges, NONE, Shared};
 use crate::mesh::Mesh;
-use crate::texture::Texture;
+use crate::texture::{Size, Texture};
 use crate::threads;
 use along::{Walked, along, step};
 use probe::Probe;
@@ -80,6 +87,16 @@ pub enum SeamError {
     /// An offset that is negative or no number.
     #[error("the offset from the edge is {0}, wanted a finite number from 0")]
     Offset(f64),
+    /// What a texture is compared with has another size.
+    #[error("the {what} must be of the texture's size, {wanted}, got {found}")]
+    Size {
+        /// `"base"` or `"face"`.
+        what: &'static str,
+        /// The size that it has.
+        found: Size,
+        /// The texture's.
+        wanted: Size,
+    },
 }
 
 /// Groups to compare with are measured at this many points at most, evenly along all their edges.
@@ -114,9 +131,7 @@ pub fn measure(
     if texture.encoding() == Encoding::Data {
         return Err(SeamError::NotColor);
     }
-    if inside.len() != mesh.faces().len() {
-        return Err(SeamError::Region { found: inside.len(), wanted: mesh.faces().len() });
-    }
+    check_region(mesh, inside)?;
     options.offset.check()?;
     let edges = Edges::new(mesh);
     let kinds: Vec<Kind> = edges.shared.iter().map(|edge| Kind::of(mesh, edge, inside)).collect();
@@ -149,6 +164,11 @@ pub fn measure(
     report.edges = measured.into_iter().map(|edge| edge.seam).collect();
     report.worst = worst(&report.edges, options.worst);
     Ok(report)
+}
+
+fn check_region(mesh: &Mesh, inside: &[bool]) -> Result<(), SeamError> {
+    let (found, wanted) = (inside.len(), mesh.faces().len());
+    if found == wanted { Ok(()) } else { Err(SeamError::Region { found, wanted }) }
 }
 
 /// What is measured, and with what.

@@ -56,7 +56,7 @@ pub(super) fn sample(texture: &Texture, uv: [f64; 2]) -> Sample {
 }
 
 /// A texel's sRGB values and its opacity.
-fn texel(texture: &Texture, x: u32, y: u32) -> ([f32; 3], f32) {
+pub(super) fn texel(texture: &Texture, x: u32, y: u32) -> ([f32; 3], f32) {
     let channels = texture.channels();
     let get = |channel: usize| texture.get(x, y, channel);
     let rgb = if channels.has_color() { [get(0), get(1), get(2)] } else { [get(0); 3] };

@@ -1,0 +1,148 @@
+//! How the face's tone fits the body's.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+use uvgraft::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, measure_tone};
+use uvgraft::{Anatomy, Area, Ground, Size, Texture};
+use uvgraft_io::image;
+
+use super::region::Region;
+use crate::failure::{OrBadInput, bad_input};
+
+#[derive(clap::Args)]
+#[command(next_help_heading = "Tone of the face")]
+pub(super) struct ToneArgs {
+    /// Compare with the base that the face was carried onto, in the layout and size of the texture. Its own
+    /// face must show its skin: a blank head is of no tone
+    #[arg(long, value_name = "BASE")]
+    onto: Option<PathBuf>,
+    /// Compare with the face that was carried, in the pair's other layout and of any size
+    #[arg(long, value_name = "SOURCE")]
+    face: Option<PathBuf>,
+}
+
+/// What the texture's tone is compared with.
+pub(super) struct References {
+    pub base: Option<Texture>,
+    face: Option<Texture>,
+}
+
+impl ToneArgs {
+    /// The files that are named.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        [&self.onto, &self.face].into_iter().filter_map(|path| path.as_deref())
+    }
+
+    /// Reads them.
+    ///
+    /// - `size`: the texture's.
+    pub fn read(&self, size: Size) -> anyhow::Result<References> {
+        let read = |path: &Option<PathBuf>| {
+            let image = path.as_deref().map(image::read).transpose().or_bad_input()?;
+            anyhow::Ok(image.map(|image| image.texture))
+        };
+        let base = read(&self.onto)?;
+        if let (Some(path), Some(base)) = (&self.onto, &base)
+            && base.size() != size
+        {
+            return Err(bad_input(format!(
+                "{}: the base must be of the texture's size, {size}, got {}",
+                path.display(),
+                base.size()
+            )));
+        }
+        Ok(References { base, face: read(&self.face)? })
+    }
+}
+
+/// Measures the tone on the mesh of a head; nothing if it has none.
+pub(super) fn measured(
+    anatomy: Option<&Anatomy>,
+    ground: &Ground,
+    region: &Region,
+    texture: &Texture,
+    references: &References,
+) -> anyhow::Result<Option<ToneMatch>> {
+    let Some(anatomy) = anatomy else { return Ok(None) };
+    let paste = |face| PastedFace::new(ground, face, texture.size());
+    let face = references.face.as_ref().map(paste).transpose().context("cannot carry the face")?;
+    let references = ToneReferences { base: references.base.as_ref(), face: face.as_ref() };
+    let cut = &region.cut;
+    let tone = measure_tone(&cut.mesh, anatomy, texture, &cut.inside, references).or_bad_input()?;
+    Ok(Some(tone))
+}
+
+/// For programs.
+#[derive(Serialize)]
+pub(super) struct Document {
+    /// CIEDE2000 between the mean colours of cheeks and chest.
+    cheek_to_chest: Option<f64>,
+    /// The same of the base.
+    own: Option<f64>,
+    /// `"chest"`, or `"neck"` of meshes that have no chest.
+    chest: Option<&'static str>,
+    /// Median CIEDE2000 between hair and brows and those of the face.
+    hair_shift: Option<f64>,
+    /// Share of the carried skin, 0 to 1.
+    clipped: Option<f64>,
+    /// Whether nothing of it is worth a warning.
+    fits: bool,
+}
+
+impl Document {
+    pub fn new(tone: &ToneMatch) -> Self {
+        Self {
+            cheek_to_chest: tone.skin.map(|skin| skin.delta_e()),
+            own: tone.own.map(|own| own.delta_e()),
+            chest: tone.skin.map(chest),
+            hair_shift: tone.hair_shift,
+            clipped: tone.clipped,
+            fits: tone.is_toned() && !tone.is_clipped(),
+        }
+    }
+}
+
+/// What the colours that cheeks are compared with are of.
+pub(super) fn chest(skin: SkinColors) -> &'static str {
+    if skin.chest_area == Area::Neck { "neck" } else { "chest" }
+}
+
+/// For people, a line for each thing that is known.
+pub(super) fn lines(tone: &ToneMatch) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(skin) = tone.skin {
+        let mut line = format!("cheek to {} ΔE {:.1}", chest(skin), skin.delta_e());
+        if let Some(own) = tone.own {
+            let _ = write!(line, " (the base's own {:.1})", own.delta_e());
+        }
+        lines.push(line);
+    }
+    if let Some(shift) = tone.hair_shift {
+        lines.push(format!("hair and brows shifted by ΔE {shift:.1} from the face's own"));
+    }
+    if let Some(clipped) = tone.clipped {
+        lines.push(format!("clipped {:.2} % of the carried skin", clipped * 100.0));
+    }
+    lines
+}
+
+/// What is wrong with it, if anything is.
+pub(super) fn verdict(tone: &ToneMatch) -> Option<String> {
+    let mut reasons = Vec::new();
+    if let (Some(skin), Some(excess), false) = (tone.skin, tone.excess(), tone.is_toned()) {
+        let more = if excess > 0.0 { "more" } else { "less" };
+        reasons.push(format!(
+            "its cheeks differ from the {} by ΔE {:.1} {more} than the base's",
+            chest(skin),
+            excess.abs()
+        ));
+    }
+    if tone.is_clipped() {
+        reasons.push("its highlights are clipped".to_owned());
+    }
+    (!reasons.is_empty())
+        .then(|| format!("The face is not of the body's tone: {}.", reasons.join(", and ")))
+}
