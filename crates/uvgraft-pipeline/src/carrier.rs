@@ -15,6 +15,7 @@ use crate::base::{Base, bytes_of};
 use crate::blending::KnownTexels;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
+use crate::non_finite::without_non_finite;
 use crate::observer::{Event, Observer};
 use crate::plan::Job;
 use crate::stream::{self, Ahead};
@@ -124,13 +125,16 @@ impl Carrier<'_> {
                 return Err(Failure::input(error));
             }
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
+            let (texture, unknown) = without_non_finite(texture, &job.source);
+            let lacks_texels = unknown.is_some();
+            warnings.extend(unknown);
             let texture = self.known.complete(texture, self.values, &job.source)?;
             let toning = self.toning(&graft, &texture, base, &job.source, warnings)?;
             let (mut overlay, fit) = self.overlay(&graft, texture, base, &job.source)?;
             if let Some(toning) = &toning {
                 overlay = overlay.toned(toning).or_work()?;
             }
-            if self.known.adds_opacity() && !channels.has_alpha() {
+            if (self.known.adds_opacity() || lacks_texels) && !channels.has_alpha() {
                 overlay = overlay.opaque();
             }
             let spec = TextureSpec::new(self.base.size(), overlay.format());

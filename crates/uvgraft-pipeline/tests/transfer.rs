@@ -219,16 +219,6 @@ fn failures_say_whose_fault_they_are() {
     let deeper = fails(&|transfer| transfer.output = desk.path("none/deeper/"));
     assert!(deeper.contains("cannot make the folder") && deeper.contains("no folder"), "{deeper}");
     // A file of a batch, which stops no other.
-    let size = Size::square(8);
-    let nan = Texture::new(size, Channels::Grey, Encoding::Linear, Texels::F32(vec![f32::NAN; 64]));
-    let written =
-        image::write(&Image::from(nan.unwrap()), &desk.path("nan.exr"), &WriteOptions::default());
-    assert!(written.unwrap().losses.is_empty());
-    let mut transfer = desk.transfer(&["nan.exr"], "out.png");
-    transfer.fit = Some(FitOptions::default());
-    let done = transfer.run(&()).unwrap();
-    assert_eq!(done.worst(), Some(Fault::Input));
-    assert!(done.failures[0].to_string().contains("nan.exr: texel (0, 0) of the texture"));
     assert!(Role::named("banana").unwrap_err().to_string().contains("wanted one of albedo"));
 }
 
@@ -259,4 +249,99 @@ fn fits_and_materials() {
     let done = transfer.run(&()).unwrap();
     assert_eq!((done.written, done.blend.is_some()), (2, true));
     assert_eq!(desk.middle("material/roughness.png"), 0.8);
+}
+
+/// Keeps the warnings.
+#[derive(Default)]
+struct Warnings(Mutex<Vec<String>>);
+
+impl Observer for Warnings {
+    fn event(&self, event: Event<'_>) {
+        if let Event::TextureReport { warnings, .. } = event {
+            self.0.lock().unwrap().extend_from_slice(warnings);
+        }
+    }
+}
+
+/// A NaN is a texel that is not known: it does not spread, and is told of.
+#[test]
+fn what_is_not_finite_is_unknown() {
+    let desk = Desk::new();
+    let spots = |k: u32| (12..15).contains(&(k % 32)) && (14..17).contains(&(k / 32));
+    let save = |name: &str, spot: f32| {
+        let value = |k: u32| if spots(k) { [0.5, spot, 0.5] } else { [0.5; 3] };
+        let values = (0..32 * 32).flat_map(value).collect();
+        let size = Size::square(32);
+        let texture = Texture::new(size, Channels::Rgb, Encoding::Linear, Texels::F32(values));
+        let image = Image::from(texture.unwrap());
+        let written = image::write(&image, &desk.path(name), &WriteOptions::default()).unwrap();
+        assert!(written.losses.is_empty());
+    };
+    let nothing = Texture::new(
+        Size::square(8),
+        Channels::Grey,
+        Encoding::Linear,
+        Texels::F32(vec![f32::NAN; 64]),
+    );
+    let written = image::write(
+        &Image::from(nothing.unwrap()),
+        &desk.path("nothing.exr"),
+        &WriteOptions::default(),
+    )
+    .unwrap();
+    assert!(written.losses.is_empty());
+    save("whole.exr", 0.5);
+    for (name, spot) in [("nan.exr", f32::NAN), ("infinite.tif", f32::NEG_INFINITY)] {
+        save(name, spot);
+    }
+    let carry = |source: &str, values: Values, fit: Option<FitOptions>| {
+        let mut transfer = desk.transfer(&[source], "out.exr");
+        let Inputs::Textures { values: meant, .. } = &mut transfer.inputs else { unreachable!() };
+        *meant = values;
+        transfer.fit = fit;
+        let log = Warnings::default();
+        assert_eq!(transfer.run(&log).unwrap().worst(), None);
+        let texture = image::read(&desk.path("out.exr")).unwrap().texture;
+        assert_eq!(texture.channels(), Channels::Rgb);
+        (texture, log.0.into_inner().unwrap())
+    };
+    let differing = |a: &Texture, b: &Texture| {
+        let off = |k: u32| {
+            (0..3).any(|c| (a.get(k % 48, k / 48, c) - b.get(k % 48, k / 48, c)).abs() > 1e-5)
+        };
+        (0..48 * 48).filter(|&k| off(k)).count()
+    };
+    for fit in [None, Some(FitOptions::default())] {
+        let (whole, none) = carry("whole.exr", Values::Albedo, fit);
+        assert_eq!(none, [String::new(); 0]);
+        for source in ["nan.exr", "infinite.tif"] {
+            let (carried, warnings) = carry(source, Values::Albedo, fit);
+            let told = format!("{source}: 9 texels are NaN or infinite, and are taken for unknown");
+            assert!(warnings.len() == 1 && warnings[0].contains(&told), "{warnings:?}");
+            let Texels::F32(values) = carried.texels() else { panic!("floats") };
+            assert!(values.iter().all(|value| value.is_finite()));
+            // The base's green, 0.3, as light; and a hole of 4.5 texels a side with what a filter adds.
+            let hole =
+                (0..48 * 48).filter(|k| (carried.get(k % 48, k / 48, 1) - 0.0732).abs() < 2e-3);
+            let at_middle =
+                hole.filter(|k| (12..36).contains(&(k % 48)) && (12..36).contains(&(k / 48)));
+            assert!(at_middle.count() >= 9, "{source}");
+            let differing = differing(&carried, &whole);
+            // At most what the window of the filter takes in around the spot: nine source texels a side.
+            assert!((12..=14 * 14).contains(&differing), "{source}: {differing}");
+        }
+        // Of what knows nothing the base is left.
+        let (nothing, warnings) = carry("nothing.exr", Values::Albedo, fit);
+        assert!(warnings[0].contains("nothing.exr: 64 texels are NaN"), "{warnings:?}");
+        let green = |texture: &Texture, k: u32| texture.get(k % 48, k / 48, 1);
+        assert!((0..48 * 48).all(|k| (green(&nothing, k) - 0.0732).abs() < 2e-3));
+        // Data have no opacity, and take what is nearest.
+        let (whole, _) = carry("whole.exr", Values::Data, fit);
+        let (carried, warnings) = carry("nan.exr", Values::Data, fit);
+        assert!(
+            warnings[0].contains("9 texels are NaN or infinite, and are given the value"),
+            "{warnings:?}"
+        );
+        assert_eq!(differing(&carried, &whole), 0);
+    }
 }

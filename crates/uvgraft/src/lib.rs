@@ -33,6 +33,7 @@ pub mod islands;
 pub mod map;
 pub mod mesh;
 pub mod metrics;
+mod non_finite;
 pub mod normals;
 pub mod operator;
 pub mod overlay;

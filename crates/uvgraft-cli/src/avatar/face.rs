@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::Texture;
 use uvgraft_io::{fate, image};
+use uvgraft_pipeline::without_non_finite;
 
-use crate::failure::OrBadInput;
+use crate::failure::{OrBadInput, warn};
 
 /// A texture in the head's layout.
 pub(super) struct Face {
@@ -28,6 +29,8 @@ impl Face {
         });
         if !(is_dump || path.is_dir()) {
             let texture = image::read(path).or_bad_input()?.texture;
+            let (texture, unknown) = without_non_finite(texture, path);
+            unknown.iter().for_each(warn);
             return Ok(Self { texture, confidence: None, file: path.to_path_buf() });
         }
         let read = fate::read(path, Self::SIDE_OF_DUMPS).or_bad_input()?;

@@ -1,0 +1,24 @@
+//! Float images with NaNs or infinities in them.
+
+use std::path::Path;
+
+use uvgraft::{Encoding, Texture};
+
+/// A texture that was read from a file, with the texels that hold a NaN or an infinity taken for unknown as
+/// [`Texture::without_non_finite`] does, and a warning if there are any.
+///
+/// - `path`: the file, for the warning.
+pub fn without_non_finite(texture: Texture, path: &Path) -> (Texture, Option<String>) {
+    let (texture, count) = texture.without_non_finite();
+    let texels = match count {
+        0 => return (texture, None),
+        1 => "1 texel is NaN or infinite, and is".to_owned(),
+        _ => format!("{count} texels are NaN or infinite, and are"),
+    };
+    let remedy = if texture.encoding() == Encoding::Data {
+        "given the value of the nearest texel that is not"
+    } else {
+        "taken for unknown: what the texture is laid over shows there"
+    };
+    (texture, Some(format!("{}: {texels} {remedy}", path.display())))
+}
