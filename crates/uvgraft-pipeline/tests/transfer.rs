@@ -313,7 +313,7 @@ fn what_is_not_finite_is_unknown() {
     };
     for fit in [None, Some(FitOptions::default())] {
         let (whole, none) = carry("whole.exr", Values::Albedo, fit);
-        assert_eq!(none, [String::new(); 0]);
+        assert!(none.is_empty(), "{none:?}");
         for source in ["nan.exr", "infinite.tif"] {
             let (carried, warnings) = carry(source, Values::Albedo, fit);
             let told = format!("{source}: 9 texels are NaN or infinite, and are taken for unknown");

@@ -41,7 +41,8 @@ fn faces_look_like_themselves_on_every_body() {
         let bench = &benches[face.pair];
         let carried = face.truth.as_ref().map(|truth| bench.carry(truth));
         for k in 0..BODIES_A_FACE.min(bodies.len()) {
-            let body: &Subject = &bodies[(index + k * bodies.len().div_ceil(BODIES_A_FACE)) % bodies.len()];
+            let body: &Subject =
+                &bodies[(index + k * bodies.len().div_ceil(BODIES_A_FACE)) % bodies.len()];
             for tone in [Tone::Base, Tone::Source] {
                 let pair = &pairs[face.pair];
                 let (_, figures) = transfer(pair, bench, face, carried.as_ref(), body, tone);
@@ -60,7 +61,8 @@ fn labels_agree_with_what_was_painted() {
     let (pairs, _, faces, _) = subjects();
     for face in &faces {
         let Some(truth) = &face.truth else { continue };
-        let found = Labels::new(pairs[face.pair].source(), &face.texture).expect("a head's texture");
+        let found =
+            Labels::new(pairs[face.pair].source(), &face.texture).expect("a head's texture");
         let agreement = measure::agreement(&measure::labels_like(truth, &found), truth);
         eprintln!("{}: {agreement:?}", face.name);
         if truth.count(uvgraft_tests::looks::Label::Cloth) > 0 {

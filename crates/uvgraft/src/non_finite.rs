@@ -119,7 +119,7 @@ mod tests {
         let data = texture(5, Channels::Grey, Encoding::Data, &values);
         let wanted = [1.0, 1.0, 1.0, 5.0, 5.0, 1.0, 1.0, 1.0, 5.0, 5.0];
         let wanted = texture(5, Channels::Grey, Encoding::Data, &wanted);
-        assert_eq!(data.without_non_finite(), (wanted, 7));
+        assert_eq!(data.without_non_finite(), (wanted, 8));
         let nothing = texture(1, Channels::GreyAlpha, Encoding::Data, &[NAN, 0.5]);
         let zero = texture(1, Channels::GreyAlpha, Encoding::Data, &[0.0, 0.0]);
         assert_eq!(nothing.without_non_finite(), (zero, 1));

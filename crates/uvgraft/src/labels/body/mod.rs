@@ -104,10 +104,41 @@ pub(crate) fn body_skin(body: &BodyLayout, base: &Texture) -> Result<Texture, Sk
     let colors = GridColors::new(base, &body.grid);
     let steps = Steps::new(body, &colors);
     let decision = Decision::new(body, &colors, &steps)?;
-    let weights = decision.weights();
+    let weights = padded(&body.grid, decision.weights());
     let texels = map_indices(weights.len(), |texel| (weights[texel] * 255.0 + 0.5) as u8);
     Ok(Texture::new(body.grid.size(), Channels::Grey, Encoding::Data, Texels::U8(texels))
         .expect("the size is that of a grid"))
+}
+
+/// Weights with what lies beside islands like their edges, so that neither filters nor gutters meet a border there.
+fn padded(grid: &LayoutGrid, mut weights: Vec<f32>) -> Vec<f32> {
+    /// Texels of the grid: a gutter of 16 texels of a texture of its size.
+    const RINGS: u32 = 18;
+    let Size { width, height } = grid.size();
+    let mut ring: Vec<u32> = (0..weights.len() as u32)
+        .filter(|&texel| grid.faces()[texel as usize] != NONE && grid.is_at_edge(texel))
+        .collect();
+    let mut is_set: Vec<bool> = grid.faces().iter().map(|&face| face != NONE).collect();
+    for _ in 0..RINGS {
+        let mut next = Vec::new();
+        for texel in ring {
+            let (x, y) = (texel % width, texel / width);
+            let beside = [
+                (x > 0).then(|| texel - 1),
+                (x + 1 < width).then(|| texel + 1),
+                (y > 0).then(|| texel - width),
+                (y + 1 < height).then(|| texel + width),
+            ];
+            for near in beside.into_iter().flatten() {
+                if !std::mem::replace(&mut is_set[near as usize], true) {
+                    weights[near as usize] = weights[texel as usize];
+                    next.push(near);
+                }
+            }
+        }
+        ring = next;
+    }
+    weights
 }
 
 /// The skin that an area shows.
