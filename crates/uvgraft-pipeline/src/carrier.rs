@@ -139,7 +139,7 @@ impl Carrier<'_> {
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
             let (texture, unknown) = without_non_finite(texture, &job.source);
             let lacks_texels = unknown.is_some();
-            warnings.extend(unknown);
+            said.warnings.extend(unknown);
             let texture = self.known.complete(texture, self.values, &job.source)?;
             let toning = self.toning(&graft, &texture, base, &job.source, said)?;
             let (mut overlay, fit) = self.overlay(&graft, texture, base, &job.source)?;

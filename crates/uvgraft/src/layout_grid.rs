@@ -130,18 +130,6 @@ impl LayoutGrid {
         self.beside[texel as usize].contains(&NONE)
     }
 
-    /// The position of a texel on the surface, in the mesh's unit.
-    pub fn position(&self, mesh: &Mesh, texel: u32) -> Option<[f64; 3]> {
-        let face = self.face[texel as usize];
-        let [a, b] = self.weights[texel as usize].map(f64::from);
-        let corners = mesh.faces().get(face as usize)?;
-        let corners = corners.map(|vertex| mesh.positions()[vertex as usize].map(f64::from));
-        Some(
-            [0, 1, 2]
-                .map(|k| corners[0][k] * a + corners[1][k] * b + corners[2][k] * (1.0 - a - b)),
-        )
-    }
-
     fn link_seams(&mut self, mesh: &Mesh) {
         let edges = Edges::new(mesh);
         let mut links = Vec::new();

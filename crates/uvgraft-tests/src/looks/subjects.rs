@@ -99,10 +99,7 @@ pub fn transfer(
     let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
     let graft = Graft::builder(Arc::clone(pair), sizes).blend(options).build().expect("a region");
     let toning = graft.toning(&face.texture, &body.texture, body.texture.format());
-    let toning = toning.unwrap_or_else(|error| {
-        eprintln!("{} on {}: {error}", face.name, body.name);
-        None
-    });
+    let toning = toning.unwrap_or_default();
     let overlay =
         graft.overlay(&face.texture, body.texture.format()).expect("a texture of that size");
     let overlay = match &toning {

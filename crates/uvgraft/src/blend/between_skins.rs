@@ -54,7 +54,7 @@ impl Blend {
         let overall = self.overall((source, base), skins, labels)?;
         let rim = &measure.rim;
         let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
-        let of_base = rim.base(base, |rgb| skins.model.weight(rgb));
+        let of_base = rim.base(base, |rgb| skins.model.likeness(rgb));
         let left = self.left_at_rim(rim, [&of_source, &of_base], &overall);
         report.lightness = [
             lightness(overall[0].apply(skins.face.color)) - lightness(skins.face.color),

@@ -31,10 +31,10 @@ impl Labels {
         let cloth = finder.cloth();
         let hair = finder.hair(&cloth);
         let other = finder.other(&cloth, &hair);
-        let weights = (0..cloth.len())
+        let weights: Vec<[f32; 8]> = (0..cloth.len())
             .map(|texel| finder.weights(texel, cloth[texel], hair[texel], other[texel]))
             .collect();
-        Ok(Self { size: head.grid.size(), weights: softened(&head.grid, weights) })
+        Ok(Self { size: head.grid.size(), weights: softened(&head.grid, &weights) })
     }
 }
 
@@ -49,7 +49,7 @@ fn hair_share(light: f32, dark: f32) -> f32 {
 }
 
 /// Weights, averaged with those beside on the surface; what islands do not cover is no part of it.
-fn softened(grid: &LayoutGrid, weights: Vec<[f32; 8]>) -> Vec<[f32; 8]> {
+fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
     map_indices(weights.len(), |texel| {
         let (mut sum, mut total) = (weights[texel].map(|weight| 4.0 * weight), 4.0);
         for near in grid.neighbours(texel as u32) {
