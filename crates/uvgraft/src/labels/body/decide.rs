@@ -5,8 +5,8 @@ use crate::skin::{Deviation, SkinError, SkinModel};
 use crate::threads::map_indices;
 
 use super::super::evidence::ramp;
-use super::grow::{grown, parts, widened};
-use super::steps::Steps;
+use super::grow::{divided, grown, parts, widened};
+use super::steps::{GAP, Steps};
 use super::{BodyLayout, MOST_COLORS, skin_of};
 
 /// Skin reaches over steps of so many ΔE in all.
@@ -47,7 +47,7 @@ impl<'a> Decision<'a> {
         colors: &'a GridColors,
         steps: &'a Steps,
     ) -> Result<Self, SkinError> {
-        let (areas, grid) = (&body.areas, &body.grid);
+        let areas = &body.areas;
         let of_face = skin_of(&areas.face, colors)
             .or_else(|error| skin_of(&areas.neck, colors).map_err(|_| error))?;
         let mut decision = Self {
@@ -63,7 +63,7 @@ impl<'a> Decision<'a> {
             areas.face[at] >= 0.5 && decision.is_open(texel) && hue < 2.0 && light.abs() < 0.4
         };
         let seeds = decision.texels().filter(start);
-        decision.is_skin = grown(grid, steps, seeds, REACH, |texel| decision.is_open(texel));
+        decision.is_skin = decision.grown(seeds);
         // The neck's own tone, where the face's leads there, is what hands and feet have.
         let on_neck: Vec<f32> = (0..areas.neck.len())
             .map(|texel| if decision.is_skin[texel] { areas.neck[texel] } else { 0.0 })
@@ -73,6 +73,7 @@ impl<'a> Decision<'a> {
         }
         decision.add_ends();
         decision.add_parts();
+        decision.divide();
         decision.fill();
         Ok(decision)
     }
@@ -96,6 +97,16 @@ impl<'a> Decision<'a> {
             && hue < 6.0
             && light > -1.5
             && light < 0.8
+    }
+
+    /// What seeds reach without passing gaps in edges, and up to those edges.
+    fn grown(&self, seeds: impl Iterator<Item = u32>) -> Vec<bool> {
+        let Self { body, steps, .. } = *self;
+        let is_free = |texel: u32| self.is_open(texel) && !steps.barrier[texel as usize];
+        let found = grown(&body.grid, steps, seeds.filter(|&texel| is_free(texel)), REACH, is_free);
+        let close = widened(&body.grid, &found, GAP + WIDTH);
+        let found = self.texels().filter(|&texel| found[texel as usize]);
+        grown(&body.grid, steps, found, REACH, |texel| close[texel as usize] && self.is_open(texel))
     }
 
     fn likeness(&self, part: &[u32]) -> Likeness {
@@ -130,9 +141,7 @@ impl<'a> Decision<'a> {
     }
 
     fn accept(&mut self, part: &[u32]) {
-        let (body, steps) = (self.body, self.steps);
-        let found =
-            grown(&body.grid, steps, part.iter().copied(), REACH, |texel| self.is_open(texel));
+        let found = self.grown(part.iter().copied());
         for (is_skin, found) in self.is_skin.iter_mut().zip(found) {
             *is_skin |= found;
         }
@@ -186,6 +195,31 @@ impl<'a> Decision<'a> {
         }
     }
 
+    /// Gives what is close to edges, and what is small, to skin or not, whichever is nearer over steps.
+    fn divide(&mut self) {
+        let Self { body, steps, known, .. } = *self;
+        let is_free = |texel: u32| {
+            let at = texel as usize;
+            body.grid.faces()[at] != NONE && known[at] >= 0.5 && !steps.barrier[at]
+        };
+        let mut side = vec![None; known.len()];
+        for texel in self.texels().filter(|&texel| is_free(texel)) {
+            if self.is_skin[texel as usize] {
+                side[texel as usize] = Some(true);
+            }
+        }
+        let is_other = |texel: u32| is_free(texel) && !self.is_skin[texel as usize];
+        for part in parts(&body.grid, steps, CUT, is_other) {
+            if part.len() >= self.share(LEAST_PART) {
+                part.into_iter().for_each(|texel| side[texel as usize] = Some(false));
+            }
+        }
+        divided(&body.grid, steps, &mut side);
+        for (texel, side) in side.into_iter().enumerate() {
+            self.is_skin[texel] = side.unwrap_or(false) && self.is_open(texel as u32);
+        }
+    }
+
     /// Moles and the like: what skin encloses.
     fn fill(&mut self) {
         let body = self.body;
@@ -196,7 +230,7 @@ impl<'a> Decision<'a> {
         let all: Vec<bool> = self.texels().map(is_open).collect();
         let largest = self.share(ALIKE_FLECK);
         for part in super::super::geodesic::parts(&body.grid, &all) {
-            if part.len() > largest || part.iter().any(|&texel| body.is_detail(texel as usize)) {
+            if part.len() > largest {
                 continue;
             }
             let Likeness { hue, light } = self.likeness(&part);

@@ -37,6 +37,40 @@ pub(super) fn grown(
     distance.into_iter().map(|distance| distance != u16::MAX).collect()
 }
 
+/// Gives each texel without a side that of the nearest texel that has one; a watershed along the highest steps.
+pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>]) {
+    const FARTHEST: usize = 64 * UNITS as usize;
+    let mut distance = vec![u16::MAX; side.len()];
+    let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); FARTHEST];
+    for texel in 0..side.len() as u32 {
+        if side[texel as usize].is_some() {
+            distance[texel as usize] = 0;
+            let mut beside = grid.neighbours(texel);
+            if beside.any(|near| side[near as usize].is_none()) {
+                buckets[0].push(texel);
+            }
+        }
+    }
+    for bucket in 0..FARTHEST {
+        // In the order in which they were found, so that sides meet halfway where nothing costs.
+        let mut index = 0;
+        while let Some(&texel) = buckets[bucket].get(index) {
+            index += 1;
+            if usize::from(distance[texel as usize]) < bucket {
+                continue;
+            }
+            for (next, cost) in steps.ways(grid, texel) {
+                let there = bucket + usize::from(cost);
+                if there < FARTHEST && there < usize::from(distance[next as usize]) {
+                    distance[next as usize] = there as u16;
+                    side[next as usize] = side[texel as usize];
+                    buckets[there].push(next);
+                }
+            }
+        }
+    }
+}
+
 /// The parts into which open texels fall where steps that cost more than `most` ΔE cut them apart.
 pub(super) fn parts(
     grid: &LayoutGrid,

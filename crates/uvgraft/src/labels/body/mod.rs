@@ -89,6 +89,12 @@ impl BodyLayout {
         Ok(Self { grid, areas, leftness, covered })
     }
 
+    /// Whether a texel is of the face or an ear, whose features have edges of their own.
+    fn is_feature(&self, texel: usize) -> bool {
+        let Areas { face, ears, lips, mouth, eyes, sockets, brows, .. } = &self.areas;
+        [face, ears, lips, mouth, eyes, sockets, brows].iter().any(|area| area[texel] > 0.02)
+    }
+
     /// Whether a texel is of the head, where labels of its own apply.
     fn is_detail(&self, texel: usize) -> bool {
         let Areas { lips, mouth, eyes, sockets, brows, scalp, .. } = &self.areas;

@@ -11,7 +11,7 @@ use super::BodyLayout;
 /// The unit of costs: this share of a ΔE.
 pub(super) const UNITS: f32 = 16.0;
 /// How far on each side slopes go on, in texels.
-const AROUND: usize = 4;
+const AROUND: usize = 5;
 /// A change that nine in ten texels of skin stay below is noise; so many times that, and within this range.
 const NOISE: f32 = 1.2;
 const NOISE_RANGE: [f32; 2] = [0.35, 1.6];
@@ -22,6 +22,8 @@ pub(super) struct Steps {
     pub seen: Vec<[f32; 3]>,
     /// To each texel, from wherever it is beside.
     costs: Vec<u16>,
+    /// Edges that are long enough not to be noise, and what is close to them: gaps in them are closed.
+    pub barrier: Vec<bool>,
     noise: f32,
 }
 
@@ -44,7 +46,7 @@ impl Steps {
         let grid = &body.grid;
         let mut values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
         // Thin dark strands of hair vanish in a closing; a blur is what a weave vanishes in.
-        for lightest in [true, false] {
+        for lightest in [true, true, false, false] {
             for axis in 0..2 {
                 values = along(grid, &values, axis, |[before, here, after]| {
                     let pick = |a: [f32; 3], b: [f32; 3]| {
@@ -54,7 +56,7 @@ impl Steps {
                 });
             }
         }
-        for axis in [0, 1, 0, 1] {
+        for axis in [0, 1, 0, 1, 0, 1, 0, 1] {
             values = along(grid, &values, axis, |[before, here, after]| {
                 [0, 1, 2].map(|k| 0.25 * (before[k] + after[k]) + 0.5 * here[k])
             });
@@ -67,7 +69,8 @@ impl Steps {
             .min(NOISE_RANGE[1]);
         let cost = |texel: usize| ((edges[texel] - noise).max(0.0) * UNITS) as u16;
         let costs = map_indices(edges.len(), cost);
-        Self { seen: values, costs, noise }
+        let barrier = barrier(body, &edges, noise);
+        Self { seen: values, costs, barrier, noise }
     }
 
     /// The texels beside one, and what it costs to get there.
@@ -84,6 +87,38 @@ impl Steps {
         });
         beside.map(|near| (near, self.costs[near as usize])).chain(over_seams)
     }
+}
+
+/// An edge goes on where it is as steep as this share of noise, if it is long and somewhere higher than noise.
+const FAINT: f32 = 0.55;
+/// The least height that an edge has somewhere, in ΔE from a texel to the next beyond noise.
+const LEAST_HEIGHT: f32 = 0.35;
+/// The least numbers of texels of edges, and the half of gaps in them that are closed: where cloth's colour meets
+/// that of a darker place of the skin, an edge has gaps, and the longer it is the less is it chance.
+const GAPS: [(usize, usize); 2] = [(40, 3), (150, 10)];
+/// The largest of them.
+pub(super) const GAP: usize = 10;
+
+fn barrier(body: &BodyLayout, edges: &[f32], noise: f32) -> Vec<bool> {
+    let grid = &body.grid;
+    let is_edge: Vec<bool> = (0..edges.len())
+        .map(|texel| edges[texel] > FAINT * noise && !body.is_feature(texel))
+        .collect();
+    let parts = super::super::geodesic::parts(grid, &is_edge);
+    let mut all = vec![false; edges.len()];
+    for (least, gap) in GAPS {
+        let mut found = vec![false; edges.len()];
+        for part in parts.iter().filter(|part| part.len() >= least) {
+            let heights = part.iter().map(|&texel| edges[texel as usize] - noise);
+            if heights.fold(0.0, f32::max) >= LEAST_HEIGHT {
+                part.iter().for_each(|&texel| found[texel as usize] = true);
+            }
+        }
+        for (all, near) in all.iter_mut().zip(super::grow::widened(grid, &found, gap)) {
+            *all |= near;
+        }
+    }
+    all
 }
 
 /// Each texel from those before and behind it along an axis.
@@ -122,7 +157,7 @@ fn edges(grid: &LayoutGrid, values: &[[f32; 3]]) -> Vec<f32> {
         let changes =
             [0, 1].map(|axis| 0.5 * distance(at(beside[2 * axis]), at(beside[2 * axis + 1])));
         let steepness = changes[0].hypot(changes[1]);
-        if steepness < NOISE_RANGE[0] {
+        if steepness < FAINT * NOISE_RANGE[0] {
             return 0.0;
         }
         let axis = usize::from(changes[1] > changes[0]);
@@ -142,7 +177,7 @@ fn edges(grid: &LayoutGrid, values: &[[f32; 3]]) -> Vec<f32> {
         let [first, last] = [texel - AROUND * stride, texel + AROUND * stride];
         let slopes =
             [slope(first - stride, first + 2 * stride), slope(last - 2 * stride, last + stride)];
-        (steepness - 1.2 * slopes[0].min(slopes[1])).max(0.0)
+        (steepness - 1.6 * slopes[0].min(slopes[1])).max(0.0)
     })
 }
 
