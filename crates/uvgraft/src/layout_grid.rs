@@ -109,20 +109,23 @@ impl LayoutGrid {
 
     /// Values at the vertices of the mesh, linear over its triangles, at the texels; 0 where there is no triangle.
     pub fn at_texels(&self, mesh: &Mesh, values: &[f32]) -> Vec<f32> {
-        let at = |texel: usize| {
-            let face = self.face[texel];
-            if face == NONE {
-                return 0.0;
-            }
-            let [a, b] = self.weights[texel];
-            let [x, y, z] = mesh.faces()[face as usize].map(|vertex| values[vertex as usize]);
-            x * a + y * b + z * (1.0 - a - b)
-        };
         let width = self.size.width as usize;
         map_indices(self.size.height as usize, |y| {
-            (y * width..(y + 1) * width).map(at).collect::<Vec<_>>()
+            let row = y * width..(y + 1) * width;
+            row.map(|texel| self.at_texel(mesh, values, texel)).collect::<Vec<_>>()
         })
         .concat()
+    }
+
+    /// As [`LayoutGrid::at_texels`], at one of them.
+    pub fn at_texel(&self, mesh: &Mesh, values: &[f32], texel: usize) -> f32 {
+        let face = self.face[texel];
+        if face == NONE {
+            return 0.0;
+        }
+        let [a, b] = self.weights[texel];
+        let [x, y, z] = mesh.faces()[face as usize].map(|vertex| values[vertex as usize]);
+        x * a + y * b + z * (1.0 - a - b)
     }
 
     /// Whether an island ends beside a texel.

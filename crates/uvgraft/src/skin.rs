@@ -170,26 +170,33 @@ impl SkinModel {
 
     /// How a colour, as sRGB stores it, differs from skin.
     pub(crate) fn deviation(&self, rgb: [f32; 3]) -> Deviation {
-        let [x, y, _] = coordinates(rgb, self.lightness);
-        let [x, y] = [x - self.center[0], y - self.center[1]];
-        let sums = [sum(rgb), sum(self.color())].map(|sum| sum + SHADE);
-        let light = (sums[0] / sums[1]).ln();
-        let whitened = |x: f32, y: f32| {
-            let [xx, yx, yy, ..] = self.whiten;
-            (xx * x).hypot(yx * x + yy * y)
+        self.deviations()(rgb)
+    }
+
+    /// As [`SkinModel::deviation`], for many colours.
+    pub(crate) fn deviations(&self) -> impl Fn([f32; 3]) -> Deviation {
+        let model = *self;
+        let whole = sum(model.color()) + SHADE;
+        let saturation = model.center[0].hypot(model.center[1]);
+        let is_grey = saturation < GREY;
+        let outwards = [0, 1].map(|k| model.center[k] / saturation.max(GREY));
+        let [xx, yx, yy, ..] = model.whiten;
+        let whitened = move |x: f32, y: f32| {
+            let (a, b) = (xx * x, yx * x + yy * y);
+            (a * a + b * b).sqrt()
         };
-        let saturation = self.center[0].hypot(self.center[1]);
-        if saturation < GREY {
-            return Deviation { hue: whitened(x, y), pale: 0.0, light };
-        }
-        let outwards = [self.center[0] / saturation, self.center[1] / saturation];
-        let along = x * outwards[0] + y * outwards[1];
-        let counted = if along > 0.0 { MORE_SATURATED * along } else { along };
-        let shift = counted - along;
-        Deviation {
-            hue: whitened(x + shift * outwards[0], y + shift * outwards[1]),
-            pale: -along * whitened(outwards[0], outwards[1]),
-            light,
+        let pale = whitened(outwards[0], outwards[1]);
+        move |rgb| {
+            let [x, y, _] = coordinates(rgb, model.lightness);
+            let [x, y] = [x - model.center[0], y - model.center[1]];
+            let light = ((sum(rgb) + SHADE) / whole).ln();
+            if is_grey {
+                return Deviation { hue: whitened(x, y), pale: 0.0, light };
+            }
+            let along = x * outwards[0] + y * outwards[1];
+            let shift = (MORE_SATURATED - 1.0) * along.max(0.0);
+            let hue = whitened(x + shift * outwards[0], y + shift * outwards[1]);
+            Deviation { hue, pale: -along * pale, light }
         }
     }
 

@@ -2,12 +2,12 @@
 
 use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
-use crate::threads::map_indices;
+use crate::threads::{for_each_chunk, map_indices};
 
 use super::super::evidence::ramp;
-use super::grow::{grown, parts, widened};
+use super::grow::{Growth, divided, parts};
+use super::layout::{BodyLayout, Detail};
 use super::steps::Steps;
-use super::{BodyLayout, MOST_COLORS, skin_of};
 
 /// Skin reaches over steps of so many ΔE in all.
 const REACH: f32 = 1.5;
@@ -23,6 +23,8 @@ const LEAST_PART: f32 = 0.002;
 const TOUCH: f32 = 0.06;
 /// How many texels wide a step is.
 const WIDTH: usize = 4;
+/// Colours that models of skin and medians are made of, at most.
+const MOST_COLORS: usize = 3000;
 
 /// Which texels are skin.
 pub(super) struct Decision<'a> {
@@ -30,6 +32,9 @@ pub(super) struct Decision<'a> {
     steps: &'a Steps,
     known: &'a [f32],
     deviation: Vec<Deviation>,
+    /// Where skin may be.
+    is_open: Vec<bool>,
+    growth: Growth,
     is_skin: Vec<bool>,
 }
 
@@ -47,32 +52,35 @@ impl<'a> Decision<'a> {
         colors: &'a GridColors,
         steps: &'a Steps,
     ) -> Result<Self, SkinError> {
-        let (areas, grid) = (&body.areas, &body.grid);
-        let of_face = skin_of(&areas.face, colors)
-            .or_else(|error| skin_of(&areas.neck, colors).map_err(|_| error))?;
+        let skin_of = |area: &[u32]| SkinModel::new(&some_colors(area, colors), &[]);
+        let of_face =
+            skin_of(&body.face).or_else(|error| skin_of(&body.neck).map_err(|_| error))?;
+        let texels = colors.rgb.len();
         let mut decision = Self {
             body,
             steps,
             known: &colors.known,
-            deviation: deviations(body, colors, &[of_face]),
-            is_skin: Vec::new(),
+            deviation: Vec::new(),
+            is_open: Vec::new(),
+            growth: Growth::new(texels, REACH),
+            is_skin: vec![false; texels],
         };
-        let start = |&texel: &u32| {
-            let at = texel as usize;
-            let Deviation { hue, light, .. } = decision.deviation[at];
-            areas.face[at] >= 0.5 && decision.is_open(texel) && hue < 2.0 && light.abs() < 0.4
+        decision.compare(colors, &of_face);
+        let is_plain = |&&texel: &&u32| {
+            let Deviation { hue, light, .. } = decision.deviation[texel as usize];
+            hue < 2.0 && light.abs() < 0.4
         };
-        let seeds = decision.texels().filter(start);
-        decision.is_skin = grown(grid, steps, seeds, REACH, |texel| decision.is_open(texel));
+        let start = if body.face.is_empty() { &body.neck } else { &body.face };
+        let seeds: Vec<u32> = start.iter().filter(is_plain).copied().collect();
+        decision.grow(&seeds);
         // The neck's own tone, where the face's leads there, is what hands and feet have.
-        let on_neck: Vec<f32> = (0..areas.neck.len())
-            .map(|texel| if decision.is_skin[texel] { areas.neck[texel] } else { 0.0 })
-            .collect();
-        if let Ok(of_neck) = skin_of(&on_neck, colors) {
-            decision.deviation = deviations(body, colors, &[of_face, of_neck]);
+        let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
+        if let Ok(of_neck) = skin_of(&neck.copied().collect::<Vec<_>>()) {
+            decision.compare(colors, &of_neck);
         }
         decision.add_ends();
         decision.add_parts();
+        decision.divide();
         decision.fill();
         Ok(decision)
     }
@@ -85,22 +93,37 @@ impl<'a> Decision<'a> {
         (share * self.body.covered as f32) as usize
     }
 
-    /// Whether skin may grow over a texel.
-    fn is_open(&self, texel: u32) -> bool {
-        let texel = texel as usize;
-        let Deviation { hue, light, .. } = self.deviation[texel];
-        self.body.grid.faces()[texel] != NONE
-            && self.known[texel] >= 0.5
-            && self.body.areas.eyes[texel] < 0.5
-            && self.body.areas.mouth[texel] < 0.5
-            && hue < 6.0
-            && light > -1.5
-            && light < 0.8
+    /// Compares colours with a model of skin; the nearest of several counts.
+    fn compare(&mut self, colors: &GridColors, model: &SkinModel) {
+        let deviations = model.deviations();
+        let old = std::mem::take(&mut self.deviation);
+        let far = |deviation: &Deviation| deviation.hue + 5.0 * deviation.light.abs();
+        self.deviation = map_indices(colors.rgb.len(), |texel| {
+            if !self.body.bits[texel].is_covered() {
+                return Deviation { hue: f32::INFINITY, pale: f32::INFINITY, light: 0.0 };
+            }
+            let new = deviations(colors.rgb[texel]);
+            match old.get(texel) {
+                Some(old) if far(old) < far(&new) => *old,
+                _ => new,
+            }
+        });
+        self.is_open = map_indices(self.known.len(), |texel| {
+            let Deviation { hue, light, .. } = self.deviation[texel];
+            self.body.bits[texel].is_outer()
+                && self.known[texel] >= 0.5
+                && hue < 6.0
+                && (-1.5..0.8).contains(&light)
+        });
+    }
+
+    fn grow(&mut self, seeds: &[u32]) {
+        self.growth.add(&self.body.grid, self.steps, seeds.iter().copied(), &self.is_open);
     }
 
     fn likeness(&self, part: &[u32]) -> Likeness {
         let step = part.len().div_ceil(MOST_COLORS).max(1);
-        let median = |value: &dyn Fn(&Deviation) -> f32| {
+        let median = |value: fn(&Deviation) -> f32| {
             let texels = part.iter().step_by(step);
             let mut values: Vec<f32> =
                 texels.map(|&texel| value(&self.deviation[texel as usize])).collect();
@@ -108,8 +131,8 @@ impl<'a> Decision<'a> {
             *values.select_nth_unstable_by(middle, f32::total_cmp).1
         };
         Likeness {
-            hue: median(&|deviation| deviation.hue),
-            light: median(&|deviation| deviation.light),
+            hue: median(|deviation| deviation.hue),
+            light: median(|deviation| deviation.light),
         }
     }
 
@@ -118,43 +141,59 @@ impl<'a> Decision<'a> {
         let grid = &self.body.grid;
         let mut within = vec![false; self.known.len()];
         part.iter().for_each(|&texel| within[texel as usize] = true);
-        let near_skin = &widened(grid, &self.is_skin, WIDTH);
-        let (mut edge, mut touching) = (0, 0);
-        for &texel in part {
-            if grid.neighbours(texel).any(|near| !within[near as usize]) {
-                edge += 1;
-                touching += usize::from(near_skin[texel as usize]);
-            }
-        }
-        touching as f32 / edge.max(1) as f32
+        let is_edge = |texel: u32| grid.neighbours(texel).any(|near| !within[near as usize]);
+        let edge: Vec<u32> = part.iter().copied().filter(|&texel| is_edge(texel)).collect();
+        let touching = edge.iter().filter(|&&texel| self.is_near_skin(texel)).count();
+        touching as f32 / edge.len().max(1) as f32
     }
 
-    fn accept(&mut self, part: &[u32]) {
-        let (body, steps) = (self.body, self.steps);
-        let found =
-            grown(&body.grid, steps, part.iter().copied(), REACH, |texel| self.is_open(texel));
-        for (is_skin, found) in self.is_skin.iter_mut().zip(found) {
-            *is_skin |= found;
+    fn is_near_skin(&self, texel: u32) -> bool {
+        let (mut around, mut first) = (vec![texel], 0);
+        for _ in 0..WIDTH {
+            let end = around.len();
+            for index in first..end {
+                for near in self.body.grid.neighbours(around[index]) {
+                    if self.growth.has(near) {
+                        return true;
+                    }
+                    if !around.contains(&near) {
+                        around.push(near);
+                    }
+                }
+            }
+            first = end;
         }
+        false
+    }
+
+    /// What looks like skin and growth has not reached, largest parts first.
+    fn candidates(
+        &self,
+        from: impl Iterator<Item = u32>,
+        is_place: impl Fn(usize) -> bool,
+    ) -> Vec<Vec<u32>> {
+        let is_like = |texel: u32| {
+            let at = texel as usize;
+            self.is_open[at]
+                && self.deviation[at].hue < 3.0
+                && !self.growth.has(texel)
+                && is_place(at)
+        };
+        let mut found = parts(&self.body.grid, self.steps, CUT, from, is_like);
+        found.retain(|part| part.len() >= self.share(LEAST_PART));
+        found.sort_by_key(|part| std::cmp::Reverse(part.len()));
+        found
     }
 
     /// Hands and feet behind sleeves and trousers.
     fn add_ends(&mut self) {
-        let areas = &self.body.areas;
-        for area in [&areas.hands, &areas.feet] {
-            let is_end = |texel: u32| {
-                area[texel as usize] >= 0.5
-                    && !self.is_skin[texel as usize]
-                    && self.is_open(texel)
-                    && self.deviation[texel as usize].hue < 3.0
-            };
-            let mut found = parts(&self.body.grid, self.steps, CUT, is_end);
-            found.retain(|part| part.len() >= self.share(LEAST_PART));
-            found.sort_by_key(|part| std::cmp::Reverse(part.len()));
-            for part in found {
+        for area in [&self.body.hands, &self.body.feet] {
+            let mut is_end = vec![false; self.known.len()];
+            area.iter().for_each(|&texel| is_end[texel as usize] = true);
+            for part in self.candidates(area.iter().copied(), |at| is_end[at]) {
                 let Likeness { hue, light } = self.likeness(&part);
                 if hue < 2.2 && light.abs() < 0.35 && self.touch(&part) < TOUCH {
-                    self.accept(&part);
+                    self.grow(&part);
                 }
             }
         }
@@ -162,104 +201,108 @@ impl<'a> Decision<'a> {
 
     /// Arms and legs between cloth; a belly too, if its colour is skin's own.
     fn add_parts(&mut self) {
-        let is_open = |texel: u32| {
-            !self.is_skin[texel as usize]
-                && self.is_open(texel)
-                && self.deviation[texel as usize].hue < 3.0
-                && !self.body.is_detail(texel as usize)
+        let bits = &self.body.bits;
+        let is_two_sided = |part: &Vec<u32>| {
+            let left = part.iter().filter(|&&texel| bits[texel as usize].is_left()).count();
+            (0.1..0.9).contains(&(left as f32 / part.len() as f32))
         };
-        let mut found = parts(&self.body.grid, self.steps, CUT, is_open);
-        found.retain(|part| part.len() >= self.share(LEAST_PART));
-        let two_sided = |part: &[u32]| {
-            let left = part.iter().filter(|&&texel| self.body.leftness[texel as usize] > 0.0);
-            let left = left.count() as f32 / part.len() as f32;
-            (0.1..0.9).contains(&left)
-        };
-        let mut found: Vec<_> = found.into_iter().map(|part| (two_sided(&part), part)).collect();
-        found.sort_by_key(|(two_sided, part)| (*two_sided, std::cmp::Reverse(part.len())));
-        for (two_sided, part) in found {
-            let Likeness { hue, light } = self.likeness(&part);
-            let (most_hue, most_light) = if two_sided { (0.8, 0.06) } else { (1.6, 0.16) };
-            if hue < most_hue && light.abs() < most_light && self.touch(&part) < TOUCH {
-                self.accept(&part);
+        let found = self.candidates(self.texels(), |at| !bits[at].is_detail());
+        let (two_sided, one_sided): (Vec<_>, Vec<_>) = found.into_iter().partition(is_two_sided);
+        // Legs come in two parts, trousers and shirts in one.
+        for (parts, most) in [(one_sided, (1.6, 0.16)), (two_sided, (0.8, 0.06))] {
+            for part in parts {
+                let Likeness { hue, light } = self.likeness(&part);
+                if hue < most.0 && light.abs() < most.1 && self.touch(&part) < TOUCH {
+                    self.grow(&part);
+                }
             }
         }
+    }
+
+    /// Gives what is close to edges, and what is small, to skin or not, whichever is nearer over steps.
+    fn divide(&mut self) {
+        let Self { body, steps, known, .. } = *self;
+        let is_free =
+            |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier[at];
+        let mut side = map_indices(known.len(), |at| {
+            (is_free(at) && self.growth.has(at as u32)).then_some(true)
+        });
+        let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
+        for part in parts(&body.grid, steps, CUT, self.texels(), is_other) {
+            if part.len() >= self.share(LEAST_PART) {
+                part.into_iter().for_each(|texel| side[texel as usize] = Some(false));
+            }
+        }
+        divided(&body.grid, steps, &mut side);
+        self.is_skin = map_indices(side.len(), |at| side[at].unwrap_or(false) && self.is_open[at]);
     }
 
     /// Moles and the like: what skin encloses.
     fn fill(&mut self) {
         let body = self.body;
-        let is_open = |texel: u32| {
-            let at = texel as usize;
-            body.grid.faces()[at] != NONE && !self.is_skin[at] && self.known[at] >= 0.5
-        };
-        let all: Vec<bool> = self.texels().map(is_open).collect();
-        let largest = self.share(ALIKE_FLECK);
-        for part in super::super::geodesic::parts(&body.grid, &all) {
-            if part.len() > largest || part.iter().any(|&texel| body.is_detail(texel as usize)) {
+        let is_hole =
+            |at: usize| body.bits[at].is_covered() && !self.is_skin[at] && self.known[at] >= 0.5;
+        let holes: Vec<bool> = map_indices(self.known.len(), is_hole);
+        let [most, alike] = [FLECK, ALIKE_FLECK].map(|share| self.share(share));
+        for part in super::super::geodesic::parts(&body.grid, &holes) {
+            if part.len() > alike {
                 continue;
             }
             let Likeness { hue, light } = self.likeness(&part);
-            let is_alike = hue < 4.0 && light < 0.15;
-            if is_alike || part.len() <= self.share(FLECK) {
+            if part.len() <= most || (hue < 4.0 && light < 0.15) {
                 part.into_iter().for_each(|texel| self.is_skin[texel as usize] = true);
             }
         }
     }
 
-    /// How far texels are skin, soft at edges.
-    pub fn weights(&self) -> Vec<f32> {
+    /// How far texels are skin, soft at edges, 0 to 255.
+    pub fn levels(&self) -> Vec<u8> {
         let grid = &self.body.grid;
-        let hard: Vec<f32> = self.is_skin.iter().map(|&is| f32::from(u8::from(is))).collect();
-        map_indices(hard.len(), |texel| {
-            if grid.faces()[texel] == NONE {
-                return 0.0;
+        let width = grid.size().width as usize;
+        let mut levels = vec![0; self.known.len()];
+        for_each_chunk(&mut levels, width, |y, row| {
+            for (x, level) in row.iter_mut().enumerate() {
+                let texel = y * width + x;
+                if !self.body.bits[texel].is_covered() {
+                    continue;
+                }
+                let skin = |at: usize| f32::from(u8::from(self.is_skin[at]));
+                let at = |near: u32| skin(if near == NONE { texel } else { near as usize });
+                let around = grid.beside(texel as u32).map(at).into_iter().sum::<f32>();
+                let soft = 0.5 * skin(texel) + 0.125 * around;
+                *level = (soft * self.known[texel] * 255.0 + 0.5) as u8;
             }
-            let beside = grid.beside(texel as u32);
-            let at = |near: u32| if near == NONE { hard[texel] } else { hard[near as usize] };
-            let around = beside.map(at).into_iter().sum::<f32>();
-            let soft = 0.5 * hard[texel] + 0.125 * around;
-            soft * self.known[texel] * self.detail(texel)
-        })
-    }
-
-    /// How far a texel of the head takes part: lips half, eyes, brows and hair not.
-    fn detail(&self, texel: usize) -> f32 {
-        if !self.body.is_detail(texel) {
-            return 1.0;
+        });
+        for (texel, detail) in &self.body.details {
+            let level = &mut levels[*texel as usize];
+            let share = share_of_skin(detail, &self.deviation[*texel as usize]);
+            *level = (f32::from(*level) * share + 0.5) as u8;
         }
-        let areas = &self.body.areas;
-        let Deviation { hue, pale, light } = self.deviation[texel];
-        let at = |area: &[f32], from: f32, to: f32| ramp(from, to, area[texel]);
-        let (lips, sockets) = (at(&areas.lips, 0.1, 0.5), at(&areas.sockets, 0.1, 0.5));
-        let dark = |from: f32, to: f32| ramp(from, to, -light);
-        let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
-        let none = at(&areas.eyes, 0.3, 0.7)
-            .max(at(&areas.mouth, 0.3, 0.7))
-            .max(lips * white.max(dark(0.9, 1.3)))
-            .max(sockets * white.max(dark(0.5, 0.9)))
-            .max(at(&areas.brows, 0.1, 0.4) * dark(0.1, 0.3))
-            .max(
-                at(&areas.scalp, 0.2, 0.6) * ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, light.abs())),
-            );
-        let lip = lips * ramp(1.5, 3.0, hue).max(dark(0.12, 0.3));
-        (1.0 - none) * (1.0 - 0.5 * lip)
+        levels
     }
 }
 
-/// How texels differ from the nearest of some models of skin.
-fn deviations(body: &BodyLayout, colors: &GridColors, models: &[SkinModel]) -> Vec<Deviation> {
-    map_indices(colors.rgb.len(), |texel| {
-        let mut best = Deviation { hue: f32::INFINITY, pale: f32::INFINITY, light: 0.0 };
-        if body.grid.faces()[texel] == NONE {
-            return best;
-        }
-        let far = |deviation: &Deviation| deviation.hue + 5.0 * deviation.light.abs();
-        for deviation in models.iter().map(|model| model.deviation(colors.rgb[texel])) {
-            if far(&deviation) < far(&best) {
-                best = deviation;
-            }
-        }
-        best
-    })
+/// How far a texel of the head takes part: lips half, eyes, brows and hair not.
+fn share_of_skin(detail: &Detail, deviation: &Deviation) -> f32 {
+    let Deviation { hue, pale, light } = *deviation;
+    let [lips, sockets] = [detail.lips, detail.sockets].map(|area| ramp(0.1, 0.5, area));
+    let dark = |from: f32, to: f32| ramp(from, to, -light);
+    let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
+    let hair = ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, light.abs()));
+    let none = ramp(0.3, 0.7, detail.eyes)
+        .max(ramp(0.3, 0.7, detail.mouth))
+        .max(lips * white.max(dark(0.9, 1.3)))
+        .max(sockets * white.max(dark(0.5, 0.9)))
+        .max(ramp(0.1, 0.4, detail.brows) * dark(0.1, 0.3))
+        .max(ramp(0.2, 0.6, detail.scalp) * hair);
+    let lip = lips * ramp(1.5, 3.0, hue).max(dark(0.12, 0.3));
+    (1.0 - none) * (1.0 - 0.5 * lip)
+}
+
+/// Colours of some texels, where they are known.
+fn some_colors(texels: &[u32], colors: &GridColors) -> Vec<[f32; 3]> {
+    let is_known = |&&texel: &&u32| colors.known[texel as usize] >= 0.5;
+    let step = texels.len().div_ceil(MOST_COLORS).max(1);
+    let some = texels.iter().step_by(step).filter(is_known);
+    some.map(|&texel| colors.rgb[texel as usize]).collect()
 }

@@ -1,27 +1,34 @@
-//! How large a step of colour lies between each texel and the next.
+//! How large a step of colour lies between each texel and those beside it.
 //!
-//! A step is what colours change by beyond noise and beyond how they change on around it: shading and soft shadows go
-//! on for many texels, an edge is over after a few.
+//! A step is how steep colours are beyond noise and beyond the slope that goes on around: shading and soft shadows
+//! go on for many texels, an edge is over after a few.
 
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
-use crate::threads::map_indices;
+use crate::threads::{for_each_chunk, map_indices};
 
-use super::BodyLayout;
+use super::barrier::barrier;
+use super::layout::BodyLayout;
 
 /// The unit of costs: this share of a ΔE.
 pub(super) const UNITS: f32 = 16.0;
-/// How far on each side slopes go on, in texels.
-const AROUND: usize = 4;
-/// A change that nine in ten texels of skin stay below is noise; so many times that, and within this range.
+/// How far on each side slopes go on, in texels: from half of it to it.
+const AROUND: usize = 6;
+/// How many times the slope around counts. Where light and shadow meet it is less than in the middle.
+const SLOPE: f32 = 1.6;
+/// A steepness that nine in ten texels of skin stay below is noise; so many times that, and within this range.
 const NOISE: f32 = 1.2;
 const NOISE_RANGE: [f32; 2] = [0.35, 1.6];
+/// An edge goes on where it is as steep as this share of noise.
+pub(super) const FAINT: f32 = 0.55;
 
-/// What it costs to go from texels to the next.
+/// What it costs to go from texels to those beside them.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
-    pub seen: Vec<[f32; 3]>,
+    seen: Vec<[f32; 3]>,
     /// To each texel, from wherever it is beside.
     costs: Vec<u16>,
+    /// What is close to long edges: gaps in them are closed.
+    pub barrier: Vec<bool>,
     noise: f32,
 }
 
@@ -35,120 +42,150 @@ fn seen(rgb: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-pub(super) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
+fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    squared(a, b).sqrt()
 }
 
 impl Steps {
     pub fn new(body: &BodyLayout, colors: &GridColors) -> Self {
-        let grid = &body.grid;
-        let mut values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
-        // Thin dark strands of hair vanish in a closing; a blur is what a weave vanishes in.
-        for lightest in [true, false] {
-            for axis in 0..2 {
-                values = along(grid, &values, axis, |[before, here, after]| {
-                    let pick = |a: [f32; 3], b: [f32; 3]| {
-                        if (a[0] >= b[0]) == lightest { a } else { b }
-                    };
-                    pick(pick(before, here), after)
-                });
-            }
-        }
-        for axis in [0, 1, 0, 1] {
-            values = along(grid, &values, axis, |[before, here, after]| {
-                [0, 1, 2].map(|k| 0.25 * (before[k] + after[k]) + 0.5 * here[k])
-            });
-        }
-        let edges = edges(grid, &values);
-        let noise = [&body.areas.cheeks, &body.areas.neck, &body.areas.hands]
+        let seen = softened(&body.grid, colors);
+        let edges = edges(&body.grid, &seen);
+        let noise = [&body.cheeks, &body.neck, &body.hands]
             .map(|area| noise_of(&edges, area))
             .into_iter()
             .fold(NOISE_RANGE[0], f32::max)
             .min(NOISE_RANGE[1]);
-        let cost = |texel: usize| ((edges[texel] - noise).max(0.0) * UNITS) as u16;
-        let costs = map_indices(edges.len(), cost);
-        Self { seen: values, costs, noise }
+        let cost = |&edge: &f32| ((edge - noise).max(0.0) * UNITS) as u16;
+        let costs = edges.iter().map(cost).collect();
+        let barrier = barrier(body, &edges, noise);
+        Self { seen, costs, barrier, noise }
     }
 
     /// The texels beside one, and what it costs to get there.
-    pub fn ways<'a>(
-        &'a self,
-        grid: &'a LayoutGrid,
-        texel: u32,
-    ) -> impl Iterator<Item = (u32, u16)> + 'a {
-        let beside = grid.beside(texel).into_iter().filter(|&near| near != NONE);
-        let over_seams = grid.across(texel).map(move |other| {
+    #[inline]
+    pub fn ways(&self, grid: &LayoutGrid, texel: u32, mut visit: impl FnMut(u32, u16)) {
+        for near in grid.beside(texel) {
+            if near != NONE {
+                visit(near, self.costs[near as usize]);
+            }
+        }
+        for other in grid.across(texel) {
             let change = distance(self.seen[texel as usize], self.seen[other as usize]);
             let cost = ((change - self.noise).max(0.0) * UNITS) as u16;
-            (other, cost.max(self.costs[other as usize]))
-        });
-        beside.map(|near| (near, self.costs[near as usize])).chain(over_seams)
+            visit(other, cost.max(self.costs[other as usize]));
+        }
     }
 }
 
-/// Each texel from those before and behind it along an axis.
+/// Colours as they are seen without thin dark strands of hair, which vanish in a closing, and without a weave, which
+/// vanishes in a blur.
+fn softened(grid: &LayoutGrid, colors: &GridColors) -> Vec<[f32; 3]> {
+    let mut values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
+    let mut other = vec![[0.0; 3]; values.len()];
+    let mut pass = |axis: usize, kernel: fn([[f32; 3]; 5]) -> [f32; 3]| {
+        along(grid, &values, axis, kernel, &mut other);
+        std::mem::swap(&mut values, &mut other);
+    };
+    for kernel in [lightest, darkest, blurred, blurred] {
+        pass(0, kernel);
+        pass(1, kernel);
+    }
+    values
+}
+
+fn lightest(taps: [[f32; 3]; 5]) -> [f32; 3] {
+    taps.into_iter().fold(taps[2], |best, tap| if tap[0] > best[0] { tap } else { best })
+}
+
+fn darkest(taps: [[f32; 3]; 5]) -> [f32; 3] {
+    taps.into_iter().fold(taps[2], |best, tap| if tap[0] < best[0] { tap } else { best })
+}
+
+fn blurred([a, b, c, d, e]: [[f32; 3]; 5]) -> [f32; 3] {
+    [0, 1, 2].map(|k| (a[k] + e[k] + 4.0 * (b[k] + d[k]) + 6.0 * c[k]) / 16.0)
+}
+
+/// What is beside a texel along an axis: beyond an island's edge what is across the seam, or itself.
+#[inline(always)]
+fn next_value(grid: &LayoutGrid, values: &[[f32; 3]], texel: u32, near: u32) -> [f32; 3] {
+    if near != NONE {
+        return values[near as usize];
+    }
+    let beyond = grid.across(texel).next().unwrap_or(texel);
+    values[beyond as usize]
+}
+
+/// Each texel from the two before and the two behind it along an axis.
 fn along(
     grid: &LayoutGrid,
     values: &[[f32; 3]],
     axis: usize,
-    kernel: impl Fn([[f32; 3]; 3]) -> [f32; 3] + Sync,
-) -> Vec<[f32; 3]> {
-    map_indices(values.len(), |texel| {
-        let here = values[texel];
-        if grid.faces()[texel] == NONE {
-            return here;
+    kernel: fn([[f32; 3]; 5]) -> [f32; 3],
+    out: &mut [[f32; 3]],
+) {
+    let width = grid.size().width as usize;
+    for_each_chunk(out, width, |y, row| {
+        for (x, out) in row.iter_mut().enumerate() {
+            let texel = (y * width + x) as u32;
+            if grid.faces()[texel as usize] == NONE {
+                continue;
+            }
+            let side = |side: usize| {
+                let near = grid.beside(texel)[2 * axis + side];
+                let first = next_value(grid, values, texel, near);
+                let second = if near == NONE { NONE } else { grid.beside(near)[2 * axis + side] };
+                [first, if second == NONE { first } else { values[second as usize] }]
+            };
+            let ([b, a], [d, e]) = (side(0), side(1));
+            *out = kernel([a, b, values[texel as usize], d, e]);
         }
-        let beside = grid.beside(texel as u32);
-        // Beyond an island's edge the surface goes on on another.
-        let beyond = || grid.across(texel as u32).next().map_or(here, |near| values[near as usize]);
-        let at = |near: u32| if near == NONE { beyond() } else { values[near as usize] };
-        kernel([at(beside[2 * axis]), here, at(beside[2 * axis + 1])])
-    })
+    });
 }
 
 /// How steep colours are at each texel, less the slope that goes on around it.
 ///
 /// In whichever direction a way leads: along an edge that it meets at a small angle it would climb little by little.
 fn edges(grid: &LayoutGrid, values: &[[f32; 3]]) -> Vec<f32> {
-    let strides = [1, grid.size().width as usize];
     map_indices(values.len(), |texel| {
         if grid.faces()[texel] == NONE {
             return 0.0;
         }
         let beside = grid.beside(texel as u32);
-        let here = values[texel];
-        let beyond = || grid.across(texel as u32).next().map_or(here, |near| values[near as usize]);
-        let at = |near: u32| if near == NONE { beyond() } else { values[near as usize] };
-        let changes =
-            [0, 1].map(|axis| 0.5 * distance(at(beside[2 * axis]), at(beside[2 * axis + 1])));
-        let steepness = changes[0].hypot(changes[1]);
-        if steepness < NOISE_RANGE[0] {
+        let at = |side: usize| next_value(grid, values, texel as u32, beside[side]);
+        let changes = [squared(at(0), at(1)), squared(at(2), at(3))];
+        let steepness = 0.5 * (changes[0] + changes[1]).sqrt();
+        if steepness < FAINT * NOISE_RANGE[0] {
             return 0.0;
         }
         let axis = usize::from(changes[1] > changes[0]);
-        let stride = strides[axis];
-        let goes_on = |side: usize| {
-            let mut at = texel as u32;
-            (0..=AROUND).all(|_| {
-                at = grid.beside(at)[2 * axis + side];
-                at != NONE
-            })
-        };
-        if !goes_on(0) || !goes_on(1) {
-            return steepness;
-        }
+        let slopes = [0, 1].map(|side| slope(grid, values, texel, 2 * axis + side));
+        let [Some(before), Some(behind)] = slopes else { return steepness };
         // A slope goes on on both sides, an edge on neither.
-        let slope = |from: usize, to: usize| distance(values[from], values[to]) / 3.0;
-        let [first, last] = [texel - AROUND * stride, texel + AROUND * stride];
-        let slopes =
-            [slope(first - stride, first + 2 * stride), slope(last - 2 * stride, last + stride)];
-        (steepness - 1.2 * slopes[0].min(slopes[1])).max(0.0)
+        (steepness - SLOPE * before.min(behind)).max(0.0)
     })
 }
 
-fn noise_of(edges: &[f32], area: &[f32]) -> f32 {
-    let is_in = |texel: &usize| area[*texel] >= 0.5;
-    let mut changes: Vec<f32> = (0..area.len()).filter(is_in).map(|texel| edges[texel]).collect();
+/// The slope some texels to a side; `None` where the island ends before.
+fn slope(grid: &LayoutGrid, values: &[[f32; 3]], texel: usize, side: usize) -> Option<f32> {
+    let (mut at, mut half) = (texel as u32, texel);
+    for step in 1..=AROUND {
+        at = grid.beside(at)[side];
+        if at == NONE {
+            return None;
+        }
+        if step == AROUND / 2 {
+            half = at as usize;
+        }
+    }
+    Some(distance(values[half], values[at as usize]) / (AROUND - AROUND / 2) as f32)
+}
+
+fn noise_of(edges: &[f32], area: &[u32]) -> f32 {
+    let mut changes: Vec<f32> = area.iter().map(|&texel| edges[texel as usize]).collect();
     if changes.is_empty() {
         return 0.0;
     }
