@@ -302,7 +302,7 @@ fn a_bilinear_fit_does_not_ring() {
         let size = Size::square(side);
         let grey = Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
         let there = forward(&pair, TARGET, size, Filter::default());
-        let source = there.apply(&truth, &grey.unwrap()).unwrap();
+        let source = there.apply(&truth, grey.unwrap()).unwrap();
         for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::Lanczos3] {
             let graft = Graft::builder(Arc::clone(&pair), Sizes { from: size, to: TARGET })
                 .direction(Direction::Reverse)

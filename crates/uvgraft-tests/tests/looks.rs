@@ -1,7 +1,5 @@
 //! Faces on bodies as people would judge them: the person stays the person, and the body's cloth stays as it is.
 
-#![expect(clippy::print_stderr, reason = "figures help where one is missed")]
-
 use std::sync::Arc;
 
 use uvgraft::{Labels, Tone};
