@@ -260,10 +260,14 @@ fn the_demos_body_takes_on_the_tone() {
         let rgb = texel_u8(&face, x, y);
         [(0, 0.62), (1, 0.55), (2, 0.5)].map(|(k, gain)| (f64::from(rgb[k]) * gain) as u8)
     });
-    bench.succeed(
+    let run = bench.run(
         "transfer demo/head_to_body.uvpair dark.png --onto demo/body_base.png --blend membrane \
          --tone source --unit m --mask mask.png -o out.png",
     );
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    // That much is told.
+    assert!(run.stderr.starts_with("warning: dark.png: the tone makes the body's skin darker"));
+    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     let [base, out, mask] =
         ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
     let (mut skin, mut blue, mut changed) = (0, 0, 0);
@@ -467,13 +471,13 @@ fn masks_that_do_not_fit() {
         ("--skin wide.png", &["--skin", "--tone source"]),
         (
             "--blend feather --tone source",
-            &["--tone source needs --blend membrane or --match skin"],
+            &["--tone source and both need --blend membrane or --match skin"],
         ),
-        ("--tone source", &["--tone source needs --blend membrane or --match skin"]),
+        ("--tone source", &["--tone source and both need --blend membrane or --match skin"]),
         ("--match skin --tone none", &["--match skin", "--tone none"]),
         ("--blend none --feather 3mm", &["--feather", "--blend none"]),
         ("--blend soft", &["'soft'", "none, feather, membrane"]),
-        ("--tone both", &["'both'", "base, source, none"]),
+        ("--tone mean", &["'mean'", "base, source, both, none"]),
         ("--match hair", &["'hair'", "skin"]),
         ("--data --fill wide.png", &["--data", "--fill"]),
         ("--data --source-mask wide.png", &["--data", "--source-mask"]),

@@ -39,6 +39,11 @@ impl Blend {
                 return Err(ToningError::NoColors(what));
             }
         }
+        // Of colours as they are, before any of them is changed.
+        let base_skin = match self.options.tone {
+            Tone::Base => None,
+            Tone::Source | Tone::Both => Some(self.base_model(&of_base, base)?),
+        };
         let [of_texture, of_body] =
             self.matched_along(source, base, [&mut of_source, &mut of_base])?;
         let (mut of_texture, mut of_body) = (of_texture, of_body);
@@ -71,12 +76,7 @@ impl Blend {
                 }
             }
         }
-        let base = match self.options.tone {
-            Tone::Base => None,
-            Tone::Source | Tone::Both => {
-                Some((of_body, BaseSkin::Model(self.base_model(&of_base, base)?)))
-            }
-        };
+        let base = base_skin.map(|model| (of_body, BaseSkin::Model(model)));
         let source = (self.options.tone != Tone::Source).then_some(of_texture);
         Ok(Recolored { source, base })
     }

@@ -16,7 +16,7 @@ const HANGING: f32 = 1.2;
 /// So many texels from cloth, what looks like it is cloth too.
 const SCRAPS: usize = 8;
 /// Cloth is at least this share of the neck.
-const LEAST_CLOTH: f64 = 0.004;
+const LEAST_CLOTH: f64 = 0.02;
 
 impl Labels {
     /// Finds what the texture of a head shows.
@@ -204,7 +204,7 @@ impl Finder<'_> {
         let from_hair =
             steps.distances(&self.head.grid, seeds.into_iter(), |texel| step[texel as usize] > 0.5);
         for texel in 0..found.len() {
-            if found[texel] && from_hair[texel] < 3.0 && self.is_near_scalp(texel) {
+            if found[texel] && from_hair[texel] < 5.0 && self.is_near_scalp(texel) {
                 found[texel] = false;
             }
         }
