@@ -21,6 +21,8 @@ const ALIKE_FLECK: f32 = 0.006;
 const LEAST_PART: f32 = 0.002;
 /// A part touches skin if this share of its edge does.
 const TOUCH: f32 = 0.06;
+/// Tones that differ by less in hue and light are one.
+const SAME: (f32, f32) = (0.3, 0.03);
 /// How many texels wide a step is.
 const WIDTH: usize = 4;
 /// Colours that models of skin and medians are made of, at most.
@@ -76,7 +78,10 @@ impl<'a> Decision<'a> {
         // The neck's own tone, where the face's leads there, is what hands and feet have.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
         if let Ok(of_neck) = skin_of(&neck.copied().collect::<Vec<_>>()) {
-            decision.compare(colors, &of_neck);
+            let Deviation { hue, light, .. } = of_face.deviation(of_neck.color());
+            if hue > SAME.0 || light.abs() > SAME.1 {
+                decision.compare(colors, &of_neck);
+            }
         }
         decision.add_ends();
         decision.add_parts();
