@@ -8,7 +8,7 @@ use crate::islands::Islands;
 use crate::map::{MapOptions, SamplingMap, corners_px};
 use crate::mesh::Mesh;
 use crate::texture::{Size, Texels, Texture};
-use crate::threads::map_indices;
+use crate::threads::{for_each, map_indices};
 
 /// No texel, or no triangle.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -231,16 +231,13 @@ impl GridColors {
     /// Averages what the texels of a grid span. What lies beside islands bleeds into those at their edges, which take
     /// the colour of the others around.
     pub fn new(texture: &Texture, grid: &LayoutGrid) -> Self {
-        let size = grid.size();
-        let rows = match texture.texels() {
-            Texels::U8(values) => averaged(texture, size, |index| f32::from(values[index]) / 255.0),
+        let mut colors = match texture.texels() {
+            Texels::U8(values) => averaged(texture, grid, |index| f32::from(values[index]) / 255.0),
             Texels::U16(values) => {
-                averaged(texture, size, |index| f32::from(values[index]) / 65535.0)
+                averaged(texture, grid, |index| f32::from(values[index]) / 65535.0)
             }
-            Texels::F32(values) => averaged(texture, size, |index| values[index]),
+            Texels::F32(values) => averaged(texture, grid, |index| values[index]),
         };
-        let (rgb, known): (Vec<[f32; 3]>, Vec<f32>) = rows.into_iter().flatten().unzip();
-        let mut colors = Self { rgb, known };
         // From the inside out, so that each ring finds its inner one done.
         for (texel, inner) in rings(grid).into_iter().rev() {
             let (mut sum, mut opacity) = ([0.0; 3], 0.0);
@@ -293,54 +290,65 @@ fn rings(grid: &LayoutGrid) -> Vec<(u32, Vec<u32>)> {
     order.into_iter().map(with_inner).filter(|(_, inner)| !inner.is_empty()).collect()
 }
 
-/// The rows of a grid: colours and how much there is of them.
+/// What a grid's texels span of a texture; nothing where there is no triangle.
 fn averaged(
     texture: &Texture,
-    size: Size,
+    grid: &LayoutGrid,
     value: impl Fn(usize) -> f32 + Sync,
-) -> Vec<Vec<([f32; 3], f32)>> {
+) -> GridColors {
     let channels = texture.channels();
     let count = channels.count();
     let is_linear = texture.encoding() == crate::color::Encoding::Linear;
     let Size { width, height } = texture.size();
-    let span = |index: u32, from: u32, to: u32| {
-        let [first, end] = [index, index + 1]
-            .map(|index| (u64::from(index) * u64::from(from) / u64::from(to)) as u32);
-        let end = end.max(first + 1);
-        let samples = (end - first).min(MOST_SAMPLES);
-        (0..samples).map(move |k| first + (2 * k + 1) * (end - first) / (2 * samples))
-    };
-    map_indices(size.height as usize, |y| {
-        let average = |x: u32| {
-            let (mut sum, mut total, mut samples) = ([0.0; 3], 0.0, 0.0);
-            for row in span(y as u32, height, size.height) {
-                for column in span(x, width, size.width) {
-                    let at = (row as usize * width as usize + column as usize) * count;
-                    let rgb: [f32; 3] = if channels.has_color() {
-                        std::array::from_fn(|k| value(at + k))
-                    } else {
-                        [value(at); 3]
-                    };
-                    let opacity = if channels.has_alpha() { value(at + count - 1) } else { 1.0 };
-                    samples += 1.0;
-                    if opacity > 0.0
-                        && opacity.is_finite()
-                        && rgb.iter().all(|value| value.is_finite())
-                    {
-                        for (sum, value) in sum.iter_mut().zip(rgb) {
-                            *sum += value * opacity;
-                        }
-                        total += opacity;
+    let size = grid.size();
+    let columns: Vec<Vec<u32>> = (0..size.width).map(|x| samples(x, width, size.width)).collect();
+    let average = |columns: &[u32], rows: &[u32]| {
+        let (mut sum, mut total) = ([0.0; 3], 0.0);
+        for &row in rows {
+            for &column in columns {
+                let at = (row as usize * width as usize + column as usize) * count;
+                let rgb: [f32; 3] = if channels.has_color() {
+                    std::array::from_fn(|k| value(at + k))
+                } else {
+                    [value(at); 3]
+                };
+                let opacity = if channels.has_alpha() { value(at + count - 1) } else { 1.0 };
+                if opacity > 0.0 && opacity.is_finite() && rgb.iter().all(|value| value.is_finite())
+                {
+                    for (sum, value) in sum.iter_mut().zip(rgb) {
+                        *sum += value * opacity;
                     }
+                    total += opacity;
                 }
             }
-            if total <= 0.0 {
-                return ([0.0; 3], 0.0);
+        }
+        if total <= 0.0 {
+            return ([0.0; 3], 0.0);
+        }
+        let rgb = sum.map(|sum| sum / total);
+        let rgb = if is_linear { rgb.map(crate::color::srgb_from_linear) } else { rgb };
+        (rgb, total / (rows.len() * columns.len()) as f32)
+    };
+    let mut colors =
+        GridColors { rgb: vec![[0.0; 3]; size.texels()], known: vec![0.0; size.texels()] };
+    let side = size.width as usize;
+    let rows = colors.rgb.chunks_mut(side).zip(colors.known.chunks_mut(side));
+    for_each(rows, |y, (rgb, known)| {
+        let rows = samples(y as u32, height, size.height);
+        for x in 0..side {
+            if grid.face[y * side + x] != NONE {
+                (rgb[x], known[x]) = average(&columns[x], &rows);
             }
-            let rgb = sum.map(|sum| sum / total);
-            let rgb = if is_linear { rgb.map(crate::color::srgb_from_linear) } else { rgb };
-            (rgb, total / samples)
-        };
-        (0..size.width).map(average).collect()
-    })
+        }
+    });
+    colors
+}
+
+/// Which rows or columns of `from` the one at an index of `to` spans, some of them.
+fn samples(index: u32, from: u32, to: u32) -> Vec<u32> {
+    let [first, end] =
+        [index, index + 1].map(|index| (u64::from(index) * u64::from(from) / u64::from(to)) as u32);
+    let end = end.max(first + 1);
+    let count = (end - first).min(MOST_SAMPLES);
+    (0..count).map(|k| first + (2 * k + 1) * (end - first) / (2 * count)).collect()
 }

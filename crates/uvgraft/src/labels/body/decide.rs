@@ -21,6 +21,10 @@ const ALIKE_FLECK: f32 = 0.006;
 const LEAST_PART: f32 = 0.002;
 /// A part touches skin if this share of its edge does.
 const TOUCH: f32 = 0.06;
+/// Tones that differ by less in hue and light are one.
+const SAME: (f32, f32) = (0.3, 0.03);
+/// How much farther in hue than hands other parts of the body may be.
+const MORE_HUE: f32 = 0.6;
 /// How many texels wide a step is.
 const WIDTH: usize = 4;
 /// Colours that models of skin and medians are made of, at most.
@@ -76,7 +80,10 @@ impl<'a> Decision<'a> {
         // The neck's own tone, where the face's leads there, is what hands and feet have.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
         if let Ok(of_neck) = skin_of(&neck.copied().collect::<Vec<_>>()) {
-            decision.compare(colors, &of_neck);
+            let Deviation { hue, light, .. } = of_face.deviation(of_neck.color());
+            if hue > SAME.0 || light.abs() > SAME.1 {
+                decision.compare(colors, &of_neck);
+            }
         }
         decision.add_ends();
         decision.add_parts();
@@ -185,14 +192,25 @@ impl<'a> Decision<'a> {
         found
     }
 
+    /// How far parts of the body may be from skin's hue: somewhat farther than hands are, where those are known.
+    fn most_hue(&self) -> f32 {
+        let hands = self.body.hands.iter().filter(|&&texel| self.growth.has(texel));
+        let hands: Vec<u32> = hands.copied().collect();
+        if hands.len() < self.share(LEAST_PART) {
+            return f32::INFINITY;
+        }
+        self.likeness(&hands).hue + MORE_HUE
+    }
+
     /// Hands and feet behind sleeves and trousers.
     fn add_ends(&mut self) {
         for area in [&self.body.hands, &self.body.feet] {
+            let most_hue = self.most_hue().min(2.2);
             let mut is_end = vec![false; self.known.len()];
             area.iter().for_each(|&texel| is_end[texel as usize] = true);
             for part in self.candidates(area.iter().copied(), |at| is_end[at]) {
                 let Likeness { hue, light } = self.likeness(&part);
-                if hue < 2.2 && light.abs() < 0.35 && self.touch(&part) < TOUCH {
+                if hue < most_hue && light.abs() < 0.35 && self.touch(&part) < TOUCH {
                     self.grow(&part);
                 }
             }
@@ -209,10 +227,11 @@ impl<'a> Decision<'a> {
         let found = self.candidates(self.texels(), |at| !bits[at].is_detail());
         let (two_sided, one_sided): (Vec<_>, Vec<_>) = found.into_iter().partition(is_two_sided);
         // Legs come in two parts, trousers and shirts in one.
-        for (parts, most) in [(one_sided, (1.6, 0.16)), (two_sided, (0.8, 0.06))] {
+        let most_hue = self.most_hue();
+        for (parts, most) in [(one_sided, (1.6_f32, 0.16)), (two_sided, (0.8, 0.06))] {
             for part in parts {
                 let Likeness { hue, light } = self.likeness(&part);
-                if hue < most.0 && light.abs() < most.1 && self.touch(&part) < TOUCH {
+                if hue < most.0.min(most_hue) && light.abs() < most.1 && self.touch(&part) < TOUCH {
                     self.grow(&part);
                 }
             }

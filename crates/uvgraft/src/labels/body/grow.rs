@@ -85,12 +85,15 @@ impl Growth {
 pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>]) {
     const FARTHEST: usize = 64 * UNITS as usize;
     let mut distance = vec![FAR; side.len()];
+    let fixed: Vec<bool> = side.iter().map(Option::is_some).collect();
     let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); FARTHEST];
     for texel in 0..side.len() as u32 {
         if side[texel as usize].is_some() {
-            distance[texel as usize] = 0;
-            if grid.neighbours(texel).any(|near| side[near as usize].is_none()) {
-                buckets[0].push(texel);
+            continue;
+        }
+        for near in grid.neighbours(texel).filter(|&near| side[near as usize].is_some()) {
+            if std::mem::replace(&mut distance[near as usize], 0) == FAR {
+                buckets[0].push(near);
             }
         }
     }
@@ -104,7 +107,8 @@ pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>
             }
             steps.ways(grid, texel, |next, cost| {
                 let there = bucket + usize::from(cost);
-                if there < FARTHEST && there < usize::from(distance[next as usize]) {
+                let is_nearer = there < usize::from(distance[next as usize]);
+                if there < FARTHEST && is_nearer && !fixed[next as usize] {
                     distance[next as usize] = there as u16;
                     side[next as usize] = side[texel as usize];
                     buckets[there].push(next);

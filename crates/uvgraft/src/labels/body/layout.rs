@@ -30,6 +30,7 @@ impl Bits {
     const FEATURE: u8 = 4;
     const DETAIL: u8 = 8;
     const LEFT: u8 = 16;
+    const WITHIN: [u8; 2] = [32, 64];
 
     /// Whether there is a triangle.
     pub fn is_covered(self) -> bool {
@@ -49,6 +50,11 @@ impl Bits {
     /// Whether it has a [`Detail`].
     pub fn is_detail(self) -> bool {
         self.0 & Self::DETAIL != 0
+    }
+
+    /// Whether the two texels before and the two behind it along an axis are on the same island.
+    pub fn is_within(self, axis: usize) -> bool {
+        self.0 & Self::WITHIN[axis] != 0
     }
 
     /// Whether it is on the left half of the body.
@@ -118,6 +124,11 @@ impl BodyLayout {
                     if grid.at_texel(mesh, &left, texel) > 0.0 {
                         bits |= Bits::LEFT;
                     }
+                    for axis in 0..2 {
+                        if is_within(&grid, texel as u32, axis) {
+                            bits |= Bits::WITHIN[axis];
+                        }
+                    }
                     if has_any[face as usize] {
                         let values = areas.map(|area| grid.at_texel(mesh, area, texel));
                         bits |= row.add(texel as u32, values);
@@ -140,6 +151,14 @@ impl BodyLayout {
         let (bits, details) = (all.bits, all.details);
         Ok(Self { grid, bits, covered, face, cheeks, neck, hands, feet, details })
     }
+}
+
+fn is_within(grid: &LayoutGrid, texel: u32, axis: usize) -> bool {
+    let goes_on = |side: usize| {
+        let near = grid.beside(texel)[2 * axis + side];
+        near != NONE && grid.beside(near)[2 * axis + side] != NONE
+    };
+    goes_on(0) && goes_on(1)
 }
 
 /// What is found in a row of texels.

@@ -10,8 +10,6 @@ mod decide;
 mod grow;
 mod layout;
 mod steps;
-#[cfg(test)]
-mod tests;
 
 pub(crate) use layout::BodyLayout;
 

@@ -24,7 +24,7 @@ pub(super) const FAINT: f32 = 0.55;
 /// What it costs to go from texels to those beside them.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
-    seen: Vec<[f32; 3]>,
+    seen: Vec<Seen>,
     /// To each texel, from wherever it is beside.
     costs: Vec<u16>,
     /// What is close to long edges: gaps in them are closed.
@@ -32,28 +32,32 @@ pub(super) struct Steps {
     noise: f32,
 }
 
+/// A colour, about as one sees it; four values fill a vector register, the last is 0.
+type Seen = [f32; 4];
+
 /// About CIELAB, linear in values as stored: its differences, from pale to dark skin, to some tenths.
-fn seen(rgb: [f32; 3]) -> [f32; 3] {
+fn seen(rgb: [f32; 3]) -> Seen {
     let [r, g, b] = rgb.map(|value| value.clamp(0.0, 1.0));
     [
         29.0 * r + 65.0 * g + 6.0 * b,
         108.0 * r - 143.0 * g + 35.0 * b,
         44.0 * r + 91.0 * g - 135.0 * b,
+        0.0,
     ]
 }
 
-fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
+fn squared(a: Seen, b: Seen) -> f32 {
+    (0..4).map(|k| (a[k] - b[k]).powi(2)).sum()
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+fn distance(a: Seen, b: Seen) -> f32 {
     squared(a, b).sqrt()
 }
 
 impl Steps {
     pub fn new(body: &BodyLayout, colors: &GridColors) -> Self {
-        let seen = softened(&body.grid, colors);
-        let edges = edges(&body.grid, &seen);
+        let seen = softened(body, colors);
+        let edges = edges(body, &seen);
         let noise = [&body.cheeks, &body.neck, &body.hands]
             .map(|area| noise_of(&edges, area))
             .into_iter()
@@ -83,35 +87,52 @@ impl Steps {
 
 /// Colours as they are seen without thin dark strands of hair, which vanish in a closing, and without a weave, which
 /// vanishes in a blur.
-fn softened(grid: &LayoutGrid, colors: &GridColors) -> Vec<[f32; 3]> {
-    let mut values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
-    let mut other = vec![[0.0; 3]; values.len()];
-    let mut pass = |axis: usize, kernel: fn([[f32; 3]; 5]) -> [f32; 3]| {
-        along(grid, &values, axis, kernel, &mut other);
-        std::mem::swap(&mut values, &mut other);
-    };
-    for kernel in [lightest, darkest, blurred, blurred] {
-        pass(0, kernel);
-        pass(1, kernel);
-    }
-    values
+fn softened(body: &BodyLayout, colors: &GridColors) -> Vec<Seen> {
+    let values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
+    let other = vec![[0.0; 4]; values.len()];
+    let mut buffers = Buffers { body, values, other };
+    buffers.pass(lightest);
+    buffers.pass(darkest);
+    buffers.pass(blurred);
+    buffers.pass(blurred);
+    buffers.values
 }
 
-fn lightest(taps: [[f32; 3]; 5]) -> [f32; 3] {
+/// Values, and where the next ones go.
+struct Buffers<'a> {
+    body: &'a BodyLayout,
+    values: Vec<Seen>,
+    other: Vec<Seen>,
+}
+
+impl Buffers<'_> {
+    /// Along rows, then along columns.
+    fn pass(&mut self, kernel: impl Fn([Seen; 5]) -> Seen + Sync) {
+        for axis in 0..2 {
+            along(self.body, &self.values, axis, &kernel, &mut self.other);
+            std::mem::swap(&mut self.values, &mut self.other);
+        }
+    }
+}
+
+#[inline(always)]
+fn lightest(taps: [Seen; 5]) -> Seen {
     taps.into_iter().fold(taps[2], |best, tap| if tap[0] > best[0] { tap } else { best })
 }
 
-fn darkest(taps: [[f32; 3]; 5]) -> [f32; 3] {
+#[inline(always)]
+fn darkest(taps: [Seen; 5]) -> Seen {
     taps.into_iter().fold(taps[2], |best, tap| if tap[0] < best[0] { tap } else { best })
 }
 
-fn blurred([a, b, c, d, e]: [[f32; 3]; 5]) -> [f32; 3] {
-    [0, 1, 2].map(|k| (a[k] + e[k] + 4.0 * (b[k] + d[k]) + 6.0 * c[k]) / 16.0)
+#[inline(always)]
+fn blurred([a, b, c, d, e]: [Seen; 5]) -> Seen {
+    [0, 1, 2, 3].map(|k| (a[k] + e[k] + 4.0 * (b[k] + d[k]) + 6.0 * c[k]) / 16.0)
 }
 
 /// What is beside a texel along an axis: beyond an island's edge what is across the seam, or itself.
 #[inline(always)]
-fn next_value(grid: &LayoutGrid, values: &[[f32; 3]], texel: u32, near: u32) -> [f32; 3] {
+fn next_value(grid: &LayoutGrid, values: &[Seen], texel: u32, near: u32) -> Seen {
     if near != NONE {
         return values[near as usize];
     }
@@ -121,19 +142,28 @@ fn next_value(grid: &LayoutGrid, values: &[[f32; 3]], texel: u32, near: u32) -> 
 
 /// Each texel from the two before and the two behind it along an axis.
 fn along(
-    grid: &LayoutGrid,
-    values: &[[f32; 3]],
+    body: &BodyLayout,
+    values: &[Seen],
     axis: usize,
-    kernel: fn([[f32; 3]; 5]) -> [f32; 3],
-    out: &mut [[f32; 3]],
+    kernel: impl Fn([Seen; 5]) -> Seen + Sync,
+    out: &mut [Seen],
 ) {
+    let grid = &body.grid;
     let width = grid.size().width as usize;
+    let stride = [1, width][axis];
     for_each_chunk(out, width, |y, row| {
         for (x, out) in row.iter_mut().enumerate() {
-            let texel = (y * width + x) as u32;
-            if grid.faces()[texel as usize] == NONE {
+            let at = y * width + x;
+            let bits = body.bits[at];
+            if bits.is_within(axis) {
+                let taps = [at - 2 * stride, at - stride, at, at + stride, at + 2 * stride];
+                *out = kernel(taps.map(|tap| values[tap]));
                 continue;
             }
+            if !bits.is_covered() {
+                continue;
+            }
+            let texel = at as u32;
             let side = |side: usize| {
                 let near = grid.beside(texel)[2 * axis + side];
                 let first = next_value(grid, values, texel, near);
@@ -149,13 +179,20 @@ fn along(
 /// How steep colours are at each texel, less the slope that goes on around it.
 ///
 /// In whichever direction a way leads: along an edge that it meets at a small angle it would climb little by little.
-fn edges(grid: &LayoutGrid, values: &[[f32; 3]]) -> Vec<f32> {
+fn edges(body: &BodyLayout, values: &[Seen]) -> Vec<f32> {
+    let grid = &body.grid;
+    let width = grid.size().width as usize;
     map_indices(values.len(), |texel| {
-        if grid.faces()[texel] == NONE {
+        let bits = body.bits[texel];
+        if !bits.is_covered() {
             return 0.0;
         }
-        let beside = grid.beside(texel as u32);
-        let at = |side: usize| next_value(grid, values, texel as u32, beside[side]);
+        let beside = if bits.is_within(0) && bits.is_within(1) {
+            [texel - 1, texel + 1, texel - width, texel + width].map(|near| values[near])
+        } else {
+            grid.beside(texel as u32).map(|near| next_value(grid, values, texel as u32, near))
+        };
+        let at = |side: usize| beside[side];
         let changes = [squared(at(0), at(1)), squared(at(2), at(3))];
         let steepness = 0.5 * (changes[0] + changes[1]).sqrt();
         if steepness < FAINT * NOISE_RANGE[0] {
@@ -170,7 +207,7 @@ fn edges(grid: &LayoutGrid, values: &[[f32; 3]]) -> Vec<f32> {
 }
 
 /// The slope some texels to a side; `None` where the island ends before.
-fn slope(grid: &LayoutGrid, values: &[[f32; 3]], texel: usize, side: usize) -> Option<f32> {
+fn slope(grid: &LayoutGrid, values: &[Seen], texel: usize, side: usize) -> Option<f32> {
     let (mut at, mut half) = (texel as u32, texel);
     for step in 1..=AROUND {
         at = grid.beside(at)[side];
