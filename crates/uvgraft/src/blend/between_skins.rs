@@ -177,7 +177,7 @@ impl Blend {
         if self.skin.is_some() {
             return BaseSkin::Model(None);
         }
-        let mask = self.ground.body().and_then(|body| body_skin(body, base).ok());
+        let mask = self.ground.body().and_then(|body| body_skin(body, base, Some(model)).ok());
         mask.map_or(BaseSkin::Model(Some(*model)), |mask| BaseSkin::Mask(Arc::new(mask)))
     }
 

@@ -1,6 +1,6 @@
 //! How a tone changes colours, in numbers.
 
-use crate::labels::lab;
+use crate::labels::{LabelError, lab};
 
 /// What a tone does to a texture and its base, for people to judge.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,6 +15,8 @@ pub struct ToneReport {
     pub at_rim: Option<f64>,
     /// The share of what is carried that is left out for being cloth or background, 0 to 1 of its surface.
     pub left_out: f64,
+    /// Why the rim alone decides on the tone of a head, where that is so.
+    pub rim_alone: Option<LabelError>,
 }
 
 /// Cheeks that change their lightness by more than this are another person's, L* of CIELAB.
@@ -28,6 +30,9 @@ impl ToneReport {
     /// What is not plausible, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
+        if let Some(reason) = &self.rim_alone {
+            warnings.push(format!("{reason}; the tone is that of the rim alone"));
+        }
         for (change, what) in
             self.lightness.into_iter().zip(["the face's cheeks", "the body's skin"])
         {

@@ -43,6 +43,9 @@ const LEAST_SAMPLES: usize = 24;
 /// Areas of one skin differ less than this, ΔE 2000: a chest is paler and a neck darker than cheeks.
 const ALIKE: f64 = 18.0;
 
+/// Nine tenths of a blank face differ by less, ΔE 2000: lips and brows of a face differ by more.
+const BLANK: f64 = 5.0;
+
 /// Where each quarter of a triangle has its middle.
 const QUARTERS: [[f64; 3]; 4] = {
     const SIX: f64 = 1.0 / 6.0;
@@ -57,12 +60,17 @@ impl Skins {
         let head = ground.head()?;
         let read = ground.pair().from(ground.direction());
         let is_skin = |uv| labels.at_uv(Label::Skin, uv) >= 0.8;
-        let of_face = |area| Skin::new(samples(read, &head.anatomy, area, source, &is_skin));
+        let of = |area| samples(read, &head.anatomy, area, source, &is_skin);
+        let of_face = |area| Skin::new(of(area));
         // A beard or a mask may hide the cheeks.
         let face = of_face(Area::Cheeks)
             .or_else(|| of_face(Area::Nose))
             .or_else(|| of_face(Area::Forehead))?;
-        let body = Skin::of_body(ground, base)?;
+        let (body, is_cheeks) = Skin::of_body(ground, base)?;
+        let whole =
+            || Skin::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat());
+        // Cheeks blush and hands do not.
+        let face = if is_cheeks { face } else { whole().unwrap_or(face) };
         let model = SkinModel::new(&body.samples, &[]).ok()?;
         Some(Self { face, body, model })
     }
@@ -92,8 +100,8 @@ impl Skin {
         Some(Self { color: mean(&samples), samples })
     }
 
-    /// What a base's own cheeks show, unless all else of its body says otherwise.
-    fn of_body(ground: &Ground, base: &Texture) -> Option<Self> {
+    /// What a base's own cheeks show, unless all else of its body says otherwise; and whether it is theirs.
+    fn of_body(ground: &Ground, base: &Texture) -> Option<(Self, bool)> {
         let mesh = ground.mesh();
         let any = |_| true;
         let Some(anatomy) = ground.anatomy() else {
@@ -106,27 +114,43 @@ impl Skin {
                 let cheeks = head.anatomy.area(Area::Cheeks);
                 Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)
             };
-            return Self::new(samples_where(mesh, base, |face, weights, _| {
+            let found = samples_where(mesh, base, |face, weights, _| {
                 cheeks(face, weights).is_some_and(|cheeks| cheeks >= 0.5)
-            }));
+            });
+            return Some((Self::new(found)?, true));
         };
         let of = |area| Self::new(samples(mesh, anatomy, area, base, &any));
-        let cheeks = of(Area::Cheeks);
-        let others = [Area::Neck, Area::Chest, Area::Hands].map(of);
-        let distance = |a: &Self, b: &Self| delta_e(a.color, b.color);
-        match (cheeks, others) {
-            // A painted body whose head is another's, or blank.
-            (Some(cheeks), [Some(neck), Some(chest), hands])
-                if distance(&cheeks, &neck) > ALIKE
-                    && distance(&cheeks, &chest) > ALIKE
-                    && distance(&neck, &chest) < ALIKE
-                    && hands.as_ref().is_none_or(|hands| distance(hands, &chest) < ALIKE) =>
-            {
-                Some(Self { samples: [neck.samples, chest.samples].concat(), ..chest })
-            }
-            (Some(cheeks), _) => Some(cheeks),
-            (None, [neck, chest, hands]) => neck.or(chest).or(hands),
+        let [cheeks, neck, chest, hands] =
+            [Area::Cheeks, Area::Neck, Area::Chest, Area::Hands].map(of);
+        let other = |found: Option<Self>| Some((found?, false));
+        let Some(cheeks) = cheeks else { return other(neck.or(chest).or(hands)) };
+        let distance = |other: &Option<Self>| {
+            other.as_ref().map_or(f64::INFINITY, |other| delta_e(cheeks.color, other.color))
+        };
+        if distance(&neck) > BLANK && neck.is_some() && cheeks.is_all_of(mesh, anatomy, base) {
+            return other(hands.or(neck));
         }
+        if distance(&neck) < ALIKE || distance(&hands) < ALIKE {
+            return Some((cheeks, true));
+        }
+        // A head may be another's, unless all else is clothes.
+        let pair = |a: &Option<Self>, b: &Option<Self>| {
+            let (a, b) = (a.as_ref()?, b.as_ref()?);
+            (delta_e(a.color, b.color) < ALIKE)
+                .then(|| Self { samples: [&a.samples[..], &b.samples].concat(), ..b.clone() })
+        };
+        let is_chest = hands.is_none() && distance(&chest) > ALIKE;
+        let of_chest = || if is_chest { pair(&neck, &chest) } else { None };
+        other(pair(&neck, &hands).or_else(of_chest)).or(Some((cheeks, true)))
+    }
+
+    /// Whether a face shows this colour alone, as a dummy's does.
+    fn is_all_of(&self, mesh: &Mesh, anatomy: &Anatomy, base: &Texture) -> bool {
+        const FACE: [Area; 5] =
+            [Area::Forehead, Area::Nose, Area::Lips, Area::Brows, Area::EyeSockets];
+        let found = FACE.map(|area| samples(mesh, anatomy, area, base, &|_| true)).concat();
+        let alike = found.iter().filter(|&&rgb| delta_e(rgb, self.color) < BLANK).count();
+        alike * 10 > found.len() * 9
     }
 
     /// The gains after which the mean of its colours is another one.

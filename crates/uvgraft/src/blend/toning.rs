@@ -132,7 +132,12 @@ impl Blend {
             Some((skins, labels)) => {
                 blend.between_skins(measure, (source, base), &skins, labels, &mut toning.report)?
             }
-            None => blend.along_rim(measure, source, base)?,
+            None => {
+                if self.ground.head().is_some() && labels.is_none() {
+                    toning.report.rim_alone = self.ground.labels(source).err();
+                }
+                blend.along_rim(measure, source, base)?
+            }
         };
         Ok(Some(Toning { source, base, ..toning }))
     }

@@ -134,7 +134,7 @@ pub enum LabelError {
 /// # Errors
 /// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if neither the face nor the neck is of one colour.
 pub fn skin_of_body(mesh: &Mesh, texture: &Texture) -> Result<Texture, LabelError> {
-    Ok(body_skin(&BodyLayout::new(mesh)?, texture)?)
+    Ok(body_skin(&BodyLayout::new(mesh)?, texture, None)?)
 }
 
 /// What the texels of a layout show, softly.

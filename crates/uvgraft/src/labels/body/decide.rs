@@ -55,10 +55,13 @@ impl<'a> Decision<'a> {
         body: &'a BodyLayout,
         colors: &'a GridColors,
         steps: &'a Steps,
+        skin: Option<&SkinModel>,
     ) -> Result<Self, SkinError> {
         let skin_of = |area: &[u32]| SkinModel::new(&some_colors(area, colors), &[]);
-        let of_face =
-            skin_of(&body.face).or_else(|error| skin_of(&body.neck).map_err(|_| error))?;
+        let of_face = match skin {
+            Some(skin) => *skin,
+            None => skin_of(&body.face).or_else(|error| skin_of(&body.neck).map_err(|_| error))?,
+        };
         let texels = colors.rgb.len();
         let mut decision = Self {
             body,
@@ -74,8 +77,11 @@ impl<'a> Decision<'a> {
             let Deviation { hue, light, .. } = decision.deviation[texel as usize];
             hue < 2.0 && light.abs() < 0.4
         };
-        let start = if body.face.is_empty() { &body.neck } else { &body.face };
-        let seeds: Vec<u32> = start.iter().filter(is_plain).copied().collect();
+        let mut seeds: Vec<u32> = body.face.iter().filter(is_plain).copied().collect();
+        if 2 * seeds.len() <= body.face.len() {
+            // A blank head, or none.
+            seeds = body.neck.iter().chain(&body.hands).filter(is_plain).copied().collect();
+        }
         decision.grow(&seeds);
         // The neck's own tone, where the face's leads there, is what hands and feet have.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));

@@ -15,7 +15,7 @@ pub(crate) use layout::BodyLayout;
 
 use crate::color::Encoding;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
-use crate::skin::SkinError;
+use crate::skin::{SkinError, SkinModel};
 use crate::texture::{Channels, Size, Texels, Texture};
 
 use decide::Decision;
@@ -23,12 +23,18 @@ use steps::Steps;
 
 /// How far each texel of the grid is skin of the body: grey data at the grid's size.
 ///
+/// - `skin`: the body's, if it is known; the face's, or else the neck's, if not.
+///
 /// # Errors
 /// [`SkinError`] if neither the face nor the neck is of one colour.
-pub(crate) fn body_skin(body: &BodyLayout, base: &Texture) -> Result<Texture, SkinError> {
+pub(crate) fn body_skin(
+    body: &BodyLayout,
+    base: &Texture,
+    skin: Option<&SkinModel>,
+) -> Result<Texture, SkinError> {
     let colors = GridColors::new(base, &body.grid);
     let steps = Steps::new(body, &colors);
-    let levels = Decision::new(body, &colors, &steps)?.levels();
+    let levels = Decision::new(body, &colors, &steps, skin)?.levels();
     let texels = Texels::U8(padded(&body.grid, levels));
     Ok(Texture::new(body.grid.size(), Channels::Grey, Encoding::Data, texels)
         .expect("the size is that of a grid"))
