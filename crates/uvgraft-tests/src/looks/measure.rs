@@ -256,7 +256,7 @@ impl Areas {
 
         Self {
             cheeks: area(&|[x, y, z]| {
-                (2.6..4.8).contains(&x.abs()) && (y - nose_y - 0.2).abs() < 1.3 && z > -1.5
+                (2.2..5.6).contains(&x.abs()) && (-2.6..1.9).contains(&(y - nose_y)) && z > -3.0
             }),
             chest: area(&|[x, y, z]| x.abs() < half && (low..high).contains(&y) && z > -8.0),
             hands: area(&|p| frame.along_arm(p).is_some_and(|along| along > 1.05)),

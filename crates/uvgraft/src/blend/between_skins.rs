@@ -90,7 +90,7 @@ impl Blend {
         };
         let recolor = |side: usize| Recolor { matrix: overall[side].matrix, gains: gains(side) };
         let base = (self.options.tone != Tone::Base).then(|| {
-            let skin = self.skin_of_base(base, &skins.model);
+            let skin = self.skin_of_base(base, skins);
             (recolor(1), skin)
         });
         let source = (self.options.tone != Tone::Source).then(|| recolor(0));
@@ -173,12 +173,13 @@ impl Blend {
     }
 
     /// What is skin in a base.
-    fn skin_of_base(&self, base: &Texture, model: &SkinModel) -> BaseSkin {
+    fn skin_of_base(&self, base: &Texture, skins: &Skins) -> BaseSkin {
         if self.skin.is_some() {
             return BaseSkin::Model(None);
         }
-        let mask = self.ground.body().and_then(|body| body_skin(body, base, Some(model)).ok());
-        mask.map_or(BaseSkin::Model(Some(*model)), |mask| BaseSkin::Mask(Arc::new(mask)))
+        let model = (!skins.is_of_cheeks).then_some(&skins.model);
+        let mask = self.ground.body().and_then(|body| body_skin(body, base, model).ok());
+        mask.map_or(BaseSkin::Model(Some(skins.model)), |mask| BaseSkin::Mask(Arc::new(mask)))
     }
 
     /// Colours of the texture's skin, all over what is carried.

@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(values[1..5], wanted);
         assert_eq!(values[5..7], [200, 200]);
 
-        // A gain of a half, without a feather: nothing outside, everything inside.
+        // A gain of a half and its toe, without a feather: nothing outside, everything inside.
         let gains = vec![[Slope::constant(0.5); 3]];
         let finish = Finish {
             map: &map,
@@ -315,7 +315,9 @@ mod tests {
         };
         let mut values = [80; 64];
         finish.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
-        assert_eq!(values[..3], [80, 100, 100]);
+        let toe: f32 = 0.85 * 0.25 * 200.0 / 255.0;
+        let level = (100.0 / (1.0 - toe)).round() as u8;
+        assert_eq!(values[..3], [80, level, level]);
 
         // With opacity: what is laid over covers as much as its weight and its opacity say.
         let finish = Finish {

@@ -73,9 +73,9 @@ impl Line {
     /// 1 at every texel.
     pub const ONE: Self = Self { start: 1.0, step: 0.0, least: 1.0, most: 1.0 };
 
-    /// The greatest value along a run of `len` texels.
-    pub fn most(&self, len: u32) -> f32 {
-        self.at(0).max(self.at(len - 1))
+    /// Whether it is one value along a run of `len` texels.
+    pub fn is_constant(&self, value: f32, len: u32) -> bool {
+        self.at(0) == value && self.at(len.saturating_sub(1)) == value
     }
 
     /// The value at the run's texel `k`.

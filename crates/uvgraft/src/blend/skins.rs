@@ -35,6 +35,8 @@ pub(super) struct Skins {
     pub body: Skin,
     /// Which colours of the base are skin.
     pub model: SkinModel,
+    /// Whether the base's cheeks say so; its head is a dummy's if not.
+    pub is_of_cheeks: bool,
 }
 
 /// With fewer colours an area says nothing.
@@ -66,13 +68,13 @@ impl Skins {
         let face = of_face(Area::Cheeks)
             .or_else(|| of_face(Area::Nose))
             .or_else(|| of_face(Area::Forehead))?;
-        let (body, is_cheeks) = Skin::of_body(ground, base)?;
+        let (body, is_of_cheeks) = Skin::of_body(ground, base)?;
         let whole =
             || Skin::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat());
         // Cheeks blush and hands do not.
-        let face = if is_cheeks { face } else { whole().unwrap_or(face) };
+        let face = if is_of_cheeks { face } else { whole().unwrap_or(face) };
         let model = SkinModel::new(&body.samples, &[]).ok()?;
-        Some(Self { face, body, model })
+        Some(Self { face, body, model, is_of_cheeks })
     }
 
     /// The gains of the texture and of the base that take both skins to a colour between them.

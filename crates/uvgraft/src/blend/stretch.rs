@@ -9,7 +9,7 @@ use crate::texture::Value;
 use super::compose::mixed;
 use super::controls;
 use super::field::Line;
-use super::tone::{KNEE, bend, bent};
+use super::tone::toned;
 
 /// Texels that are worked on together.
 const STRETCH: usize = 16;
@@ -38,8 +38,7 @@ pub(super) fn lay_run<T: Value, const C: usize>(
     texels: &mut [T],
 ) {
     let len = (layer.len() / C) as u32;
-    let has_shoulder = run.gains.iter().any(|gain| gain.most(len) > 1.0);
-    if has_shoulder {
+    if run.gains.iter().any(|gain| !gain.is_constant(1.0, len)) {
         dispatch!(level, simd => in_vectors::<_, T, C, true>(simd, run, layer, texels));
     } else {
         dispatch!(level, simd => in_vectors::<_, T, C, false>(simd, run, layer, texels));
@@ -48,22 +47,18 @@ pub(super) fn lay_run<T: Value, const C: usize>(
 
 /// As [`lay`], compiled for what a processor has.
 #[inline(always)]
-fn in_vectors<S: Simd, T: Value, const C: usize, const SHOULDER: bool>(
+fn in_vectors<S: Simd, T: Value, const C: usize, const TONED: bool>(
     _: S,
     run: &Run<'_>,
     layer: &[T],
     texels: &mut [T],
 ) {
-    lay::<T, C, SHOULDER>(run, layer, texels);
+    lay::<T, C, TONED>(run, layer, texels);
 }
 
-/// - `SHOULDER`: whether any gain is above 1.
+/// - `TONED`: whether any gain is not 1.
 #[inline(always)]
-fn lay<T: Value, const C: usize, const SHOULDER: bool>(
-    run: &Run<'_>,
-    layer: &[T],
-    texels: &mut [T],
-) {
+fn lay<T: Value, const C: usize, const TONED: bool>(run: &Run<'_>, layer: &[T], texels: &mut [T]) {
     let one = T::ONE.to_level();
     let pieces = layer.chunks(STRETCH * C).zip(texels.chunks_mut(STRETCH * C));
     for (index, (layer, texels)) in pieces.enumerate() {
@@ -87,11 +82,7 @@ fn lay<T: Value, const C: usize, const SHOULDER: bool>(
             *to = from.to_level();
         }
         for i in 0..STRETCH * C {
-            let mut level = above[i] * gains[i];
-            if SHOULDER {
-                let bent = bent(level, bend(gains[i]), one);
-                level = if gains[i] > 1.0 && level > KNEE * one { bent } else { level };
-            }
+            let level = if TONED { toned(above[i], gains[i], one) } else { above[i] };
             let level = mixed(above[i], level, tones[i]);
             // Where one side is nothing, it may be no number.
             let mixed = below[i] + (level - below[i]) * weights[i];

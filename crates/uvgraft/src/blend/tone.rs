@@ -1,14 +1,12 @@
-//! How a colour takes on another tone: a gain with a shoulder.
+//! How a colour takes on another tone: a gain whose curve is bent.
 //!
 //! Skins differ by what they absorb, so a ratio carries shading, brows and pores along where a sum
-//! would leave them grey or cut them off. A ratio above 1 would push highlights beyond white; these
-//! are bent instead, so that full stays full. Values are those that the texture holds: of sRGB as it
-//! is encoded, where ratios are nearly those of light to the power of 1/2.4; or light.
+//! would leave them grey or cut them off. But a ratio flattens what becomes much darker, makes the contrast of what
+//! becomes much lighter several times as strong, and would push highlights beyond white. So small gains are ratios,
+//! and the greater a gain is, the more its curve is bent to keep contrast; full never becomes more than full. Values
+//! are of sRGB as it is encoded, where ratios are nearly those of light to the power of 1/2.4.
 
 use crate::statistics::ColorMatch;
-
-/// Where the shoulder of gains above 1 begins.
-pub(super) const KNEE: f32 = 0.5;
 
 /// The least and the greatest gain: from the darkest skin to the lightest takes 10, for the shoulder takes most away.
 pub(super) const GAINS: [f32; 2] = [0.05, 40.0];
@@ -20,24 +18,32 @@ const BLACK: f32 = 0.01;
 /// From here on ratios are taken as they are.
 const DARK: f32 = 0.1;
 
-/// A level under a gain; `one` is full. A gain of 1 changes nothing.
+/// Where the shoulder of a gain above 1 begins.
+#[inline(always)]
+fn knee(gain: f32) -> f32 {
+    (0.65 - 0.15 * gain).max(0.0)
+}
+
+/// A level under a gain; `one` is full. A gain of 1 changes nothing, more gain always gives more.
+///
+/// Written without branches, for vectors.
 #[inline(always)]
 pub(super) fn toned(level: f32, gain: f32, one: f32) -> f32 {
     let plain = level * gain;
-    if gain > 1.0 && plain > KNEE * one { bent(plain, bend(gain), one) } else { plain }
-}
-
-/// How much the shoulder of a gain above 1 bends.
-#[inline(always)]
-pub(super) fn bend(gain: f32) -> f32 {
-    1.0 / (1.0 - KNEE) - 1.0 / (gain - KNEE)
-}
-
-/// A level beyond the knee: slope 1 there, and full where the gain takes what is full.
-#[inline(always)]
-pub(super) fn bent(plain: f32, bend: f32, one: f32) -> f32 {
-    let beyond = plain - KNEE * one;
-    KNEE * one + beyond / (1.0 + bend / one * beyond)
+    // A toe: the less the gain, the less highlights take of it.
+    let toe = 0.85 * (1.0 - gain) * (1.0 - gain);
+    let share = level * (1.0 / one);
+    let share = if share < 1.0 { share } else { 1.0 };
+    // A shoulder: slope `gain` at the knee, and full where the gain takes what is full.
+    let knee = knee(gain);
+    let whole = (1.0 - knee) * (gain - knee);
+    let beyond = plain - knee * one;
+    let below = whole + (gain - 1.0) * beyond * (1.0 / one);
+    let is_bent = gain > 1.0 && beyond > 0.0;
+    let of_shoulder = (knee * one * below + beyond * whole, below);
+    let of_toe = (plain, if gain < 1.0 { 1.0 - toe * share } else { 1.0 });
+    let (above, below) = if is_bent { of_shoulder } else { of_toe };
+    above / below
 }
 
 /// An affine change of colours: rows of a matrix, with what is added last. What is darker than skin changes
@@ -80,17 +86,14 @@ impl Matrix {
 /// The gain that takes one value to another, within bounds.
 pub(super) fn gain_between(from: f32, to: f32) -> f32 {
     let added = BLACK * (1.0 - from / DARK).max(0.0);
-    let ratio = (to + added) / (from + added);
-    if ratio <= 1.0 || ratio * from <= KNEE {
-        return ratio.clamp(GAINS[0], GAINS[1]);
-    }
-    // The shoulder takes some away; more gain always gives more.
-    let (mut low, mut high) = (1.0, GAINS[1]);
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
+    let [from, to] = [from + added, to + added];
+    // More gain always gives more.
+    let [mut low, mut high] = GAINS;
+    for _ in 0..32 {
+        let middle = (low * high).sqrt();
         if toned(from, middle, 1.0) < to { low = middle } else { high = middle }
     }
-    0.5 * (low + high)
+    (low * high).sqrt()
 }
 
 #[cfg(test)]
@@ -100,10 +103,10 @@ mod tests {
     #[test]
     fn takes_one_tone_to_the_other_and_keeps_full() {
         for from in [0.05, 0.3, 0.5, 0.8, 0.9] {
-            assert_eq!(toned(from, gain_between(from, from), 1.0), from);
+            assert!((toned(from, gain_between(from, from), 1.0) - from).abs() < 1e-5);
             for to in [0.1, 0.3, 0.7, 0.85, 0.93] {
                 let gain = gain_between(from, to);
-                if gain > GAINS[0] && gain < GAINS[1] {
+                if gain > 1.01 * GAINS[0] && gain < 0.99 * GAINS[1] {
                     // What is added beside black is the difference.
                     let added = BLACK * (1.0 - from / DARK).max(0.0) * (gain - 1.0).abs();
                     assert!((toned(from, gain, 1.0) - to).abs() < added + 1e-3, "{from} to {to}");
@@ -114,18 +117,58 @@ mod tests {
             assert!((toned(1.0, gain, 1.0) - 1.0).abs() < 1e-5);
             assert_eq!(toned(0.0, gain, 1.0), 0.0);
         }
-        assert_eq!(toned(0.6, 0.5, 1.0), 0.3);
+        for level in [0.0, 0.3, 0.7, 1.0, 1.5] {
+            assert_eq!(toned(level, 1.0, 1.0), level);
+        }
+    }
+
+    #[test]
+    fn small_gains_are_ratios() {
+        for gain in [0.8_f32, 0.9, 1.1, 1.2] {
+            for level in [0.1, 0.2, 0.3] {
+                let found = toned(level, gain, 1.0);
+                assert!((found / (level * gain) - 1.0).abs() < 0.02, "{level} by {gain}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn contrast_of_skin_is_kept_however_much_its_tone_changes() {
+        for (from, to, most) in
+            [(0.7, 0.35, 0.4), (0.35, 0.7, 0.2), (0.6, 0.2, 0.6), (0.2, 0.6, 0.6)]
+        {
+            let gain = gain_between(from, to);
+            let [above, below] = [from + 0.02, from - 0.02].map(|level| toned(level, gain, 1.0));
+            let contrast = (above - below) / 0.04;
+            // A ratio's is 0.5, 2, 0.33 and 3.
+            assert!((contrast - 1.0).abs() < most, "{from} to {to}: {contrast}");
+        }
     }
 
     #[test]
     fn is_even_and_grows() {
-        for gain in [0.5, 1.0, 1.2, 3.0] {
+        let gains: Vec<f32> = (0..400).map(|k| 0.05 * 800_f32.powf(k as f32 / 399.0)).collect();
+        for &gain in &gains {
             let values: Vec<f32> =
                 (0..=1000).map(|k| toned(k as f32 / 1000.0, gain, 1.0)).collect();
             let steps: Vec<f32> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            assert!(steps.iter().all(|&step| step > 0.0 && step < 0.001 * gain.max(1.0) + 1e-6));
+            assert!(steps.iter().all(|&step| step > 0.0), "{gain}");
             // No kink at the knee.
-            assert!(steps.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 2e-4));
+            let bends = steps.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+            let most = if gain < 0.2 { 1e-3 } else { 2e-4 * gain.max(1.0) * gain.max(1.0) };
+            assert!(bends.fold(0.0, f32::max) < most, "{gain}");
+        }
+        for level in [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99] {
+            let values = gains.iter().map(|&gain| toned(level, gain, 1.0));
+            assert!(values.is_sorted(), "{level}");
+        }
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        for (level, gain) in [(0.3, 0.4), (0.8, 0.4), (0.3, 3.0), (0.8, 1.7), (0.1, 1.2)] {
+            let [unit, byte] = [toned(level, gain, 1.0), toned(level * 255.0, gain, 255.0) / 255.0];
+            assert!((unit - byte).abs() < 1e-6);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::threads::for_each_chunk;
 
 use super::compose::Finish;
 use super::field::{Line, Slope};
-use super::tone::{KNEE, Matrix, bend, bent, toned};
+use super::tone::{Matrix, toned};
 use crate::skin::SkinModel;
 
 /// Texels that are worked on together.
@@ -124,9 +124,7 @@ impl Undercoat<'_> {
             for channel in 0..3 {
                 for k in 0..STRETCH {
                     let (value, gain) = (rgb[channel][k], gains[channel].at((start + k) as u32));
-                    let plain = value * gain;
-                    let bent = bent(plain, bend(gain), 1.0);
-                    let toned = if gain > 1.0 && plain > KNEE { bent } else { plain };
+                    let toned = toned(value, gain, 1.0);
                     // Written as it is asked: a weight that is no number is none.
                     let weight = if weights[k] > 0.0 { weights[k] } else { 0.0 };
                     rgb[channel][k] = (value + (toned - value) * weight) * one;

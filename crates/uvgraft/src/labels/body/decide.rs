@@ -19,14 +19,22 @@ const FLECK: f32 = 0.0012;
 const ALIKE_FLECK: f32 = 0.006;
 /// The least part that is looked at by itself.
 const LEAST_PART: f32 = 0.002;
-/// A part touches skin if this share of its edge does.
+/// A part is near skin if this share of its edge is,
 const TOUCH: f32 = 0.06;
+/// at most so many texels from it,
+const ACROSS: usize = 56;
+/// or touches it within so many where all skin is close to edges,
+const WIDTH: usize = 6;
+/// and one with it if colours on both sides differ by less than this on the whole, in ΔE.
+const ALIKE: f32 = 2.5;
+/// The same beside hands and feet.
+const ALIKE_ENDS: f32 = 9.0;
 /// Tones that differ by less in hue and light are one.
 const SAME: (f32, f32) = (0.3, 0.03);
 /// How much farther in hue than hands other parts of the body may be.
-const MORE_HUE: f32 = 0.6;
-/// How many texels wide a step is.
-const WIDTH: usize = 4;
+const MORE_HUE: f32 = 1.7;
+/// So much of a part's lightness, as a logarithm, counts as one standard deviation of hue.
+const LIGHT: f32 = 12.0;
 /// Colours that models of skin and medians are made of, at most.
 const MOST_COLORS: usize = 3000;
 
@@ -36,16 +44,53 @@ pub(super) struct Decision<'a> {
     steps: &'a Steps,
     known: &'a [f32],
     deviation: Vec<Deviation>,
+    is_end: Vec<bool>,
     /// Where skin may be.
     is_open: Vec<bool>,
     growth: Growth,
     is_skin: Vec<bool>,
 }
 
+/// How colours on both sides of an edge differ.
+#[derive(Debug, Clone, Copy, Default)]
+struct Contrast {
+    sum: [f32; 4],
+    count: f32,
+}
+
+impl Contrast {
+    fn add(&mut self, difference: [f32; 4]) {
+        self.sum = [0, 1, 2, 3].map(|k| self.sum[k] + difference[k]);
+        self.count += 1.0;
+    }
+
+    /// Whether it is less than `most` ΔE on the whole, or there are less than `least` places to tell.
+    fn is_within(&self, most: f32, least: f32) -> bool {
+        let squares = self.sum.map(|sum| (sum / self.count.max(1.0)).powi(2));
+        self.count < least || squares.iter().sum::<f32>() < most * most
+    }
+}
+
 /// How a part differs from skin, by the medians of its texels.
 struct Likeness {
     hue: f32,
     light: f32,
+}
+
+/// How far parts may be from skin.
+#[derive(Debug, Clone, Copy)]
+struct Likely {
+    hue: f32,
+    /// Hue and light together.
+    both: f32,
+    light: f32,
+}
+
+impl Likely {
+    fn has(&self, found: &Likeness) -> bool {
+        let light = found.light.abs();
+        found.hue < self.hue && light < self.light && found.hue + LIGHT * light < self.both
+    }
 }
 
 impl<'a> Decision<'a> {
@@ -63,11 +108,14 @@ impl<'a> Decision<'a> {
             None => skin_of(&body.face).or_else(|error| skin_of(&body.neck).map_err(|_| error))?,
         };
         let texels = colors.rgb.len();
+        let mut is_end = vec![false; texels];
+        body.hands.iter().chain(&body.feet).for_each(|&texel| is_end[texel as usize] = true);
         let mut decision = Self {
             body,
             steps,
             known: &colors.known,
             deviation: Vec::new(),
+            is_end,
             is_open: Vec::new(),
             growth: Growth::new(texels, REACH),
             is_skin: vec![false; texels],
@@ -149,34 +197,48 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Which share of a part's edge is beside skin.
-    fn touch(&self, part: &[u32]) -> f32 {
+    /// Whether a part is not cut off from skin by an edge of colour.
+    ///
+    /// Of all ways to skin across edges as a whole: single ones cross where shadows make both sides alike. Hands and feet
+    /// are redder than what they are at.
+    fn goes_on(&self, part: &[u32]) -> bool {
         let grid = &self.body.grid;
-        let mut within = vec![false; self.known.len()];
-        part.iter().for_each(|&texel| within[texel as usize] = true);
-        let is_edge = |texel: u32| grid.neighbours(texel).any(|near| !within[near as usize]);
-        let edge: Vec<u32> = part.iter().copied().filter(|&texel| is_edge(texel)).collect();
-        let touching = edge.iter().filter(|&&texel| self.is_near_skin(texel)).count();
-        touching as f32 / edge.len().max(1) as f32
-    }
-
-    fn is_near_skin(&self, texel: u32) -> bool {
-        let (mut around, mut first) = (vec![texel], 0);
-        for _ in 0..WIDTH {
-            let end = around.len();
-            for index in first..end {
-                for near in self.body.grid.neighbours(around[index]) {
-                    if self.growth.has(near) {
-                        return true;
+        let mut origin = vec![NONE; self.known.len()];
+        part.iter().for_each(|&texel| origin[texel as usize] = texel);
+        let is_edge = |texel: u32| grid.neighbours(texel).any(|near| origin[near as usize] == NONE);
+        let mut edge: Vec<u32> = part.iter().copied().filter(|&texel| is_edge(texel)).collect();
+        let least = TOUCH * edge.len() as f32;
+        let (mut contrasts, mut of_touch) = ([Contrast::default(); 2], Contrast::default());
+        for step in 0..ACROSS {
+            let mut next = Vec::new();
+            for texel in edge {
+                let from = origin[texel as usize];
+                for near in grid.neighbours(texel) {
+                    let at = near as usize;
+                    if origin[at] != NONE || !self.body.bits[at].is_covered() {
+                        continue;
                     }
-                    if !around.contains(&near) {
-                        around.push(near);
+                    origin[at] = from;
+                    let is_skin = self.growth.has(near);
+                    let difference = self.steps.difference(from, near);
+                    if is_skin && step < WIDTH {
+                        of_touch.add(difference);
+                    }
+                    if is_skin && !self.steps.barrier.wide[at] {
+                        contrasts[usize::from(self.is_end[at])].add(difference);
+                    } else {
+                        next.push(near);
                     }
                 }
             }
-            first = end;
+            edge = next;
         }
-        false
+        let [of_others, of_ends] = contrasts;
+        // Skin may be no wider than what is close to its edge.
+        if of_others.count + of_ends.count < least {
+            return of_touch.is_within(ALIKE, least);
+        }
+        of_others.is_within(ALIKE, least) && of_ends.is_within(ALIKE_ENDS, least)
     }
 
     /// What looks like skin and growth has not reached, largest parts first.
@@ -210,13 +272,14 @@ impl<'a> Decision<'a> {
 
     /// Hands and feet behind sleeves and trousers.
     fn add_ends(&mut self) {
-        for area in [&self.body.hands, &self.body.feet] {
+        // Trousers may reach over feet.
+        for (area, most_of_both) in [(&self.body.hands, f32::INFINITY), (&self.body.feet, 2.2)] {
             let most_hue = self.most_hue().min(2.2);
             let mut is_end = vec![false; self.known.len()];
             area.iter().for_each(|&texel| is_end[texel as usize] = true);
             for part in self.candidates(area.iter().copied(), |at| is_end[at]) {
-                let Likeness { hue, light } = self.likeness(&part);
-                if hue < most_hue && light.abs() < 0.35 && self.touch(&part) < TOUCH {
+                let most = Likely { hue: most_hue, both: most_of_both, light: 0.35 };
+                if most.has(&self.likeness(&part)) && self.goes_on(&part) {
                     self.grow(&part);
                 }
             }
@@ -234,10 +297,11 @@ impl<'a> Decision<'a> {
         let (two_sided, one_sided): (Vec<_>, Vec<_>) = found.into_iter().partition(is_two_sided);
         // Legs come in two parts, trousers and shirts in one.
         let most_hue = self.most_hue();
-        for (parts, most) in [(one_sided, (1.6_f32, 0.16)), (two_sided, (0.8, 0.06))] {
+        let of_limbs = Likely { hue: most_hue.min(1.9), both: 1.9, light: 0.16 };
+        let of_trunk = Likely { hue: most_hue.min(0.8), both: 1.5, light: 0.06 };
+        for (parts, most) in [(one_sided, of_limbs), (two_sided, of_trunk)] {
             for part in parts {
-                let Likeness { hue, light } = self.likeness(&part);
-                if hue < most.0.min(most_hue) && light.abs() < most.1 && self.touch(&part) < TOUCH {
+                if most.has(&self.likeness(&part)) && self.goes_on(&part) {
                     self.grow(&part);
                 }
             }
@@ -248,9 +312,9 @@ impl<'a> Decision<'a> {
     fn divide(&mut self) {
         let Self { body, steps, known, .. } = *self;
         let is_free =
-            |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier[at];
+            |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier.narrow[at];
         let mut side = map_indices(known.len(), |at| {
-            (is_free(at) && self.growth.has(at as u32)).then_some(true)
+            (is_free(at) && !steps.barrier.wide[at] && self.growth.has(at as u32)).then_some(true)
         });
         let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
         for part in parts(&body.grid, steps, CUT, self.texels(), is_other) {

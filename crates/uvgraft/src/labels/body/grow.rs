@@ -33,14 +33,15 @@ impl Growth {
         is_open: &[bool],
     ) {
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.most + 1];
-        buckets[0]
-            .extend(seeds.filter(|&seed| is_open[seed as usize] && !steps.barrier[seed as usize]));
+        buckets[0].extend(
+            seeds.filter(|&seed| is_open[seed as usize] && !steps.barrier.wide[seed as usize]),
+        );
         for &seed in &buckets[0] {
             self.distance[seed as usize] = 0;
         }
         let mut rim = Vec::new();
         self.spread(grid, steps, &mut buckets, |next, from| {
-            if steps.barrier[next as usize] {
+            if steps.barrier.wide[next as usize] {
                 rim.push(from);
                 return false;
             }
@@ -49,7 +50,7 @@ impl Growth {
         rim.iter()
             .for_each(|&texel| buckets[usize::from(self.distance[texel as usize])].push(texel));
         self.spread(grid, steps, &mut buckets, |next, _| {
-            is_open[next as usize] && steps.barrier[next as usize]
+            is_open[next as usize] && steps.barrier.wide[next as usize]
         });
     }
 

@@ -6,7 +6,7 @@
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::threads::{for_each_chunk, map_indices};
 
-use super::barrier::barrier;
+use super::barrier::{Barrier, barrier};
 use super::layout::BodyLayout;
 
 /// The unit of costs: this share of a ΔE.
@@ -28,7 +28,7 @@ pub(super) struct Steps {
     /// To each texel, from wherever it is beside.
     costs: Vec<u16>,
     /// What is close to long edges: gaps in them are closed.
-    pub barrier: Vec<bool>,
+    pub barrier: Barrier,
     noise: f32,
 }
 
@@ -67,6 +67,12 @@ impl Steps {
         let costs = edges.iter().map(cost).collect();
         let barrier = barrier(body, &edges, noise);
         Self { seen, costs, barrier, noise }
+    }
+
+    /// How far one texel's colour is from another's, about as CIELAB has it; the last value is 0.
+    pub fn difference(&self, from: u32, to: u32) -> [f32; 4] {
+        let [from, to] = [from, to].map(|texel| self.seen[texel as usize]);
+        [0, 1, 2, 3].map(|k| from[k] - to[k])
     }
 
     /// The texels beside one, and what it costs to get there.
