@@ -19,15 +19,15 @@ pub enum HairColor {
     Blond,
     /// White and dark hairs.
     Grey,
-    /// None on the skull; brows are brown.
+    /// None on the skull; brows are black.
     Bald,
 }
 
 impl HairColor {
     pub(super) fn color(self) -> Color {
         match self {
-            Self::Black => [0.085, 0.075, 0.075],
-            Self::Brown | Self::Bald => [0.27, 0.175, 0.115],
+            Self::Black | Self::Bald => [0.085, 0.075, 0.075],
+            Self::Brown => [0.27, 0.175, 0.115],
             Self::Blond => [0.66, 0.51, 0.33],
             Self::Grey => [0.55, 0.545, 0.54],
         }

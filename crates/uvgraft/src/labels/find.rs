@@ -313,8 +313,8 @@ impl Finder<'_> {
         take(Label::Eye, ramp(0.3, 0.7, areas.eyes[texel]));
         take(Label::Mouth, ramp(0.3, 0.7, areas.mouth[texel]));
         let (lips, sockets, brows) = (areas.lips[texel], areas.sockets[texel], areas.brows[texel]);
-        // Teeth are paler than skin and hardly darker; between lips it is black.
-        let teeth = ramp(3.5, 6.0, pale) * ramp(-0.5, -0.2, light);
+        // Teeth are paler than skin and hardly darker, or lighter where no colour tells; between lips it is black.
+        let teeth = (ramp(3.5, 6.0, pale) * ramp(-0.5, -0.2, light)).max(ramp(0.1, 0.25, light));
         take(Label::Mouth, ramp(0.1, 0.5, lips) * teeth.max(ramp(0.9, 1.3, -light)));
         take(Label::Lip, ramp(0.1, 0.5, lips) * ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, -light)));
         let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);

@@ -131,6 +131,7 @@ impl<'a> Decision<'a> {
             seeds = body.neck.iter().chain(&body.hands).filter(is_plain).copied().collect();
         }
         decision.grow(&seeds);
+        decision.add_area(&body.neck, Likely { hue: 1.2, both: 2.2, light: 0.16 });
         // The neck's own tone, where the face's leads there, is what hands and feet have.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
         if let Ok(of_neck) = skin_of(&neck.copied().collect::<Vec<_>>()) {
@@ -273,15 +274,19 @@ impl<'a> Decision<'a> {
     /// Hands and feet behind sleeves and trousers.
     fn add_ends(&mut self) {
         // Trousers may reach over feet.
-        for (area, most_of_both) in [(&self.body.hands, f32::INFINITY), (&self.body.feet, 2.2)] {
-            let most_hue = self.most_hue().min(2.2);
-            let mut is_end = vec![false; self.known.len()];
-            area.iter().for_each(|&texel| is_end[texel as usize] = true);
-            for part in self.candidates(area.iter().copied(), |at| is_end[at]) {
-                let most = Likely { hue: most_hue, both: most_of_both, light: 0.35 };
-                if most.has(&self.likeness(&part)) && self.goes_on(&part) {
-                    self.grow(&part);
-                }
+        for (area, both) in [(&self.body.hands, f32::INFINITY), (&self.body.feet, 2.2)] {
+            let hue = self.most_hue().min(2.2);
+            self.add_area(area, Likely { hue, both, light: 0.35 });
+        }
+    }
+
+    /// Parts of an area that are skin by their colour and not cut off from skin that they touch.
+    fn add_area(&mut self, area: &[u32], most: Likely) {
+        let mut is_within = vec![false; self.known.len()];
+        area.iter().for_each(|&texel| is_within[texel as usize] = true);
+        for part in self.candidates(area.iter().copied(), |at| is_within[at]) {
+            if most.has(&self.likeness(&part)) && self.goes_on(&part) {
+                self.grow(&part);
             }
         }
     }
