@@ -2,7 +2,8 @@
 //! `cargo run --release -p uvgraft-tests --example looks -- --sheet looks.png`
 //!
 //! With `UVGRAFT_DATA` real meshes, faces and bodies are there too. `--faces` and `--bodies` choose by parts of
-//! names, separated by commas; `--textures FOLDER` writes what was painted.
+//! names, separated by semicolons; `--textures FOLDER` writes what was painted. The sheet shows each face on each body pasted, in the
+//! body's tone, and the body in the face's.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "the table is the output")]
 
@@ -14,7 +15,7 @@ use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Tone};
 use uvgraft_avatar::render::{View, render};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_tests::looks::measure::{self, Bench, Figures};
-use uvgraft_tests::looks::subjects::{BODY, subjects, transfer};
+use uvgraft_tests::looks::subjects::{BODY, Outcome, subjects, transfer};
 use uvgraft_tests::looks::{BodyFrame, Label, Labels};
 
 const CELL: Size = Size::new(200, 220);
@@ -65,10 +66,13 @@ fn main() -> ExitCode {
         let mut row = Vec::new();
         for body in &bodies {
             for (tone, name) in [(Tone::Base, "base"), (Tone::Source, "source")] {
-                let (result, figures) =
+                let Outcome { paste, result, figures } =
                     transfer(&pairs[face.pair], bench, face, carried.as_ref(), body, tone);
                 println!("{:<28} {:<14} {name:<6} {figures}", face.name, body.name);
                 if arguments.sheet.is_some() {
+                    if tone == Tone::Base {
+                        row.push(view(pairs[face.pair].target(), &frame, &paste));
+                    }
                     row.push(view(pairs[face.pair].target(), &frame, &result));
                 }
             }
@@ -87,7 +91,7 @@ impl Arguments {
         let mut arguments = std::env::args().skip(1);
         while let Some(argument) = arguments.next() {
             let value = arguments.next()?;
-            let names = || value.split(',').map(str::to_owned).collect();
+            let names = || value.split(';').map(str::to_owned).collect();
             match argument.as_str() {
                 "--sheet" => found.sheet = Some(value.into()),
                 "--textures" => found.textures = Some(value.into()),

@@ -84,6 +84,17 @@ fn hifi3d_pair(folder: &Path) -> Arc<Pair> {
     Arc::new(pair.expect("a head that is part of the body"))
 }
 
+/// What a transfer makes of a body.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The face laid over without any blending.
+    pub paste: Texture,
+    /// The face blended.
+    pub result: Texture,
+    /// What that is like.
+    pub figures: Figures,
+}
+
 /// The transfer as users get it, and what it is like.
 pub fn transfer(
     pair: &Arc<Pair>,
@@ -92,7 +103,7 @@ pub fn transfer(
     carried: Option<&Labels>,
     body: &Subject,
     tone: Tone,
-) -> (Texture, Figures) {
+) -> Outcome {
     let sizes = Sizes { from: face.texture.size(), to: BODY };
     let plain = Graft::builder(Arc::clone(pair), sizes).build().expect("sound sizes");
     let paste = plain.apply(&face.texture, &body.texture).expect("textures of these sizes");
@@ -118,7 +129,7 @@ pub fn transfer(
         result: &result,
         region: &region,
     });
-    (result, figures)
+    Outcome { paste, result, figures }
 }
 
 fn read(path: &Path) -> Texture {
