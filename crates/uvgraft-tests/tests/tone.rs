@@ -8,7 +8,7 @@ use uvgraft::blend::CutMesh;
 use uvgraft::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
 use uvgraft::{
     Anatomy, Area, Blend, BlendOptions, Channels, Depth, Direction, Encoding, Graft, Ground, Pair,
-    Size, Sizes, Texels, Texture,
+    Size, Sizes, Texels, Texture, Tone,
 };
 use uvgraft_avatar::Figure;
 use uvgraft_tests::looks::frame::figure_pair;
@@ -44,8 +44,12 @@ impl Stage {
     }
 
     fn carried(&self, options: BlendOptions) -> Texture {
+        self.carry(&self.face, options)
+    }
+
+    fn carry(&self, face: &Texture, options: BlendOptions) -> Texture {
         let graft = Graft::builder(Arc::clone(&self.pair), SIZES).blend(options).build().unwrap();
-        graft.apply(&self.face, &self.base).unwrap()
+        graft.apply(face, &self.base).unwrap()
     }
 
     fn measured(
@@ -132,4 +136,125 @@ fn refused() {
     let short =
         measure_tone(&stage.cut.mesh, &stage.anatomy, &texture, &[true], ToneReferences::default());
     assert!(matches!(short, Err(SeamError::Region { found: 1, .. })));
+}
+
+/// Colours at the middles of the cheeks' triangles.
+fn cheeks(stage: &Stage, texture: &Texture) -> Vec<[f32; 3]> {
+    let mesh = &stage.cut.mesh;
+    let weights = stage.anatomy.area(Area::Cheeks);
+    let is_cheek = |face: &usize| {
+        mesh.faces()[*face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 2.4
+    };
+    let color = |face: usize| {
+        let corners = mesh.uv_triangle(face);
+        let uv = [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f32>() / 3.0);
+        let Size { width, height } = texture.size();
+        let at = |uv: f32, side: u32| ((uv * side as f32) as u32).min(side - 1);
+        [0, 1, 2].map(|k| texture.get(at(uv[0], width), at(uv[1], height), k))
+    };
+    (0..mesh.faces().len()).filter(is_cheek).map(color).collect()
+}
+
+fn mean(colors: &[[f32; 3]]) -> [f32; 3] {
+    [0, 1, 2].map(|k| colors.iter().map(|color| color[k]).sum::<f32>() / colors.len() as f32)
+}
+
+/// A stage whose body wears the face already.
+fn worn() -> Stage {
+    let mut stage = Stage::new();
+    let layout = Layout::new(stage.pair.target(), SIZES.to);
+    let body = BodyLook::new("brown", Skin::BROWN);
+    stage.base = body.paint(stage.pair.target(), &BodyFrame::FIGURE, &layout).texture;
+    stage.base = stage.carried(BlendOptions::default());
+    stage
+}
+
+/// With each colour as a function of it and of where it is from left to right, 0 to 1.
+fn recolored(texture: &Texture, color: impl Fn(f32, f32, usize) -> f32) -> Texture {
+    let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
+    let width = texture.size().width as usize;
+    let value = |(index, &value): (usize, &u8)| {
+        let x = (index / 3 % width) as f32 / width as f32;
+        (color(f32::from(value), x, index % 3) + 0.5).clamp(0.0, 255.0) as u8
+    };
+    let values = values.iter().enumerate().map(value).collect();
+    Texture::new(texture.size(), texture.channels(), Encoding::Srgb, Texels::U8(values)).unwrap()
+}
+
+#[test]
+fn a_known_gain_is_taken_back() {
+    let stage = worn();
+    let wanted = cheeks(&stage, &stage.base);
+    assert!(wanted.len() > 20, "{} triangles", wanted.len());
+    for gain in [[0.75, 0.8, 0.7], [1.25, 1.15, 1.1], [0.9, 0.6, 0.8], [1.1, 1.3, 1.5], [0.5; 3]] {
+        let face = recolored(&stage.face, |value, _, channel| value * gain[channel]);
+        let found =
+            cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
+        let differences = found.iter().zip(&wanted).map(|(&a, &b)| uvgraft::metrics::delta_e(a, b));
+        let mean = differences.sum::<f64>() / found.len() as f64;
+        assert!(mean < 2.0, "{gain:?}: ΔE {mean}");
+    }
+}
+
+#[test]
+fn a_ramp_of_light_keeps_its_contrast() {
+    let stage = worn();
+    let wanted = mean(&cheeks(&stage, &stage.base));
+    let contrast = |colors: &[[f32; 3]]| {
+        let green = colors.iter().map(|color| color[1]);
+        let mean = green.clone().sum::<f32>() / colors.len() as f32;
+        (green.map(|value| (value - mean).powi(2)).sum::<f32>() / colors.len() as f32).sqrt() / mean
+    };
+    for (left, right) in [(0.75, 1.15), (1.2, 0.7), (0.6, 0.9)] {
+        let face = recolored(&stage.face, |value, x, _| value * (left + (right - left) * x));
+        let pasted = cheeks(&stage, &stage.carry(&face, BlendOptions::default()));
+        let found =
+            cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
+        let off = uvgraft::metrics::delta_e(mean(&found), wanted);
+        assert!(off < 2.0, "{left} to {right}: ΔE {off}");
+        let kept = contrast(&found) / contrast(&pasted);
+        assert!((kept - 1.0).abs() < 0.1, "{left} to {right}: {kept} of the contrast");
+    }
+}
+
+/// The same at 16 bits, or as floats.
+fn deeper(texture: &Texture, depth: Depth) -> Texture {
+    let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
+    let texels = match depth {
+        Depth::U8 => Texels::U8(values.clone()),
+        Depth::U16 => Texels::U16(values.iter().map(|&value| u16::from(value) * 257).collect()),
+        Depth::F32 => Texels::F32(values.iter().map(|&value| f32::from(value) / 255.0).collect()),
+    };
+    Texture::new(texture.size(), texture.channels(), Encoding::Srgb, texels).unwrap()
+}
+
+#[test]
+fn depths_do_not_matter() {
+    let stage = Stage::new();
+    let membrane = BlendOptions::default().feather(0.01).membrane();
+    let modes = [
+        membrane,
+        membrane.tone(Tone::Source),
+        membrane.tone(Tone::Both),
+        membrane.match_skin(),
+        BlendOptions::default().feather(0.01),
+    ];
+    for options in modes {
+        let plain = stage.carried(options);
+        for depth in [Depth::U16, Depth::F32] {
+            let graft = Graft::builder(Arc::clone(&stage.pair), SIZES).blend(options).build();
+            let [face, base] = [&stage.face, &stage.base].map(|texture| deeper(texture, depth));
+            let found = graft.unwrap().apply(&face, &base).unwrap();
+            let Size { width, height } = found.size();
+            let texels = (0..width * height).map(|index| (index % width, index / width));
+            let most = texels
+                .flat_map(|(x, y)| {
+                    [0, 1, 2]
+                        .map(|k| (found.get(x, y, k).clamp(0.0, 1.0) - plain.get(x, y, k)).abs())
+                })
+                .fold(0.0, f32::max);
+            // Floats keep what filters make more than full, where there is no tone. Of 8 bits a level is rounded before its gain, which is up to 3, and after it.
+            assert!(most * 255.0 < 2.5, "{depth:?}, {options:?}: {} levels", most * 255.0);
+        }
+    }
 }

@@ -24,16 +24,19 @@ fn knee(gain: f32) -> f32 {
     (0.65 - 0.15 * gain).max(0.0)
 }
 
-/// A level under a gain; `one` is full. A gain of 1 changes nothing, more gain always gives more.
+/// A level under a gain; `one` is full. A gain of 1 changes nothing, more gain always gives more. What filters make less than
+/// nothing of floats, or more than full, would become more of it, and is cut off as other depths do.
 ///
 /// Written without branches, for vectors.
 #[inline(always)]
 pub(super) fn toned(level: f32, gain: f32, one: f32) -> f32 {
+    let is_same = gain == 1.0;
+    let from = if level > 0.0 || is_same { level } else { 0.0 };
+    let level = if from < one || is_same { from } else { one };
     let plain = level * gain;
     // A toe: the less the gain, the less highlights take of it.
     let toe = 0.85 * (1.0 - gain) * (1.0 - gain);
     let share = level * (1.0 / one);
-    let share = if share < 1.0 { share } else { 1.0 };
     // A shoulder: slope `gain` at the knee, and full where the gain takes what is full.
     let knee = knee(gain);
     let whole = (1.0 - knee) * (gain - knee);
