@@ -112,7 +112,7 @@ impl Blending {
                 .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
             blend = blend.with_labels(labels);
         }
-        Ok(Arc::new(blend))
+        Ok(Arc::new(blend.prepared()))
     }
 }
 

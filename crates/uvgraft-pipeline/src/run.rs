@@ -60,7 +60,12 @@ impl Transfer {
 
         let file = pair_file::read(&self.pair).or_input()?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
-        done.blend = self.blend(&file, &known, observer)?;
+        // Decoding a base and preparing a blend take about as long.
+        let (blend, mut first_base) = rayon::join(
+            || self.blend(&file, &known, observer),
+            || plan.batches.first().map(|batch| self.base(batch)),
+        );
+        done.blend = blend?;
         if let Some(path) = &self.draw_labels {
             self.write_labels(done.blend.as_deref(), path, observer)?;
         }
@@ -71,7 +76,7 @@ impl Transfer {
         let mut narrowed = None;
         for (batch, manifest) in plan.batches.iter().zip(&manifests) {
             stream::check(observer)?;
-            let base = self.base(batch)?;
+            let base = first_base.take().unwrap_or_else(|| self.base(batch))?;
             if let Some(folder) = plan.new_folder.take() {
                 std::fs::create_dir(&folder).or_input().map_err(|failure| {
                     failure.context(format_args!("cannot make the folder {}", folder.display()))

@@ -187,7 +187,7 @@ impl Overlay {
         let undercoat = blend.base_change(gains);
         let (channels, has_opacity) = (self.formats.channels(), self.formats.has_opacity());
         let width = map.size().width as usize * channels.count();
-        let mut layer = Vec::new();
+        let (mut layer, mut controls) = (Vec::new(), Vec::new());
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
             if let Some(undercoat) = &undercoat {
@@ -201,7 +201,9 @@ impl Overlay {
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
             let height = (rows.len() / width) as u32;
-            let controls = gains.controls().map_or_else(Vec::new, |of| of.rows(first_row, height));
+            if let Some(of) = gains.controls() {
+                of.rows(first_row, height, &mut controls);
+            }
             finish.lay(channels, has_opacity, first_row, &layer, rows, &controls);
         }
     }

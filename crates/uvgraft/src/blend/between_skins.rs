@@ -12,7 +12,7 @@ use crate::texture::Texture;
 use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
 use super::sample::Sampler;
-use super::skins::{Skins, mean};
+use super::skins::{BodySkin, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
@@ -49,19 +49,22 @@ impl Blend {
         (source, base): (&Texture, &Texture),
         skins: &Skins,
         labels: &Labels,
+        mask: Option<BaseSkin>,
         report: &mut ToneReport,
     ) -> Result<Recolored, ToningError> {
         let overall = self.overall((source, base), skins, labels)?;
         let rim = &measure.rim;
         let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
-        let of_base = rim.base(base, |rgb| skins.model.likeness(rgb));
+        let of_base = rim.base(base, |rgb| skins.body.model.likeness(rgb));
         let left = self.left_at_rim(rim, [&of_source, &of_base], &overall);
         report.lightness = [
             lightness(overall[0].apply(skins.face.color)) - lightness(skins.face.color),
-            lightness(overall[1].apply(skins.body.color)) - lightness(skins.body.color),
+            lightness(overall[1].apply(skins.body.skin.color)) - lightness(skins.body.skin.color),
         ];
-        report.clipped =
-            [clipped(&skins.face.samples, &overall[0]), clipped(&skins.body.samples, &overall[1])];
+        report.clipped = [
+            clipped(&skins.face.samples, &overall[0]),
+            clipped(&skins.body.skin.samples, &overall[1]),
+        ];
         report.at_rim = left.as_ref().map(|left| left.median);
         let gains = |side: usize| -> Vec<Rgb> {
             if !self.options.membrane {
@@ -89,10 +92,7 @@ impl Blend {
             logs.into_iter().map(|logs| logs.map(gain)).collect()
         };
         let recolor = |side: usize| Recolor { matrix: overall[side].matrix, gains: gains(side) };
-        let base = (self.options.tone != Tone::Base).then(|| {
-            let skin = self.skin_of_base(base, skins);
-            (recolor(1), skin)
-        });
+        let base = mask.map(|skin| (recolor(1), skin));
         let source = (self.options.tone != Tone::Source).then(|| recolor(0));
         Ok(Recolored { source, base })
     }
@@ -109,7 +109,7 @@ impl Blend {
             return Ok(skins.gains(share).map(|gains| Overall { matrix: None, gains }));
         }
         let face = self.skin_of_source(source, labels);
-        let body = self.skin_of_body(base, &skins.model);
+        let body = self.skin_of_body(base, &skins.body.model);
         let one_way = |from: &[Rgb], to: &[Rgb], share: f32| {
             if share <= 0.0 || from.is_empty() || to.is_empty() {
                 return Ok(Overall { matrix: None, gains: [1.0; 3] });
@@ -123,7 +123,7 @@ impl Blend {
         let mut overall = [one_way(&face, &body, share)?, one_way(&body, &face, 1.0 - share)?];
         // Cheeks meet cheeks, whatever the means of all skin are.
         let middle = skins.middle(f64::from(share));
-        for (overall, skin) in overall.iter_mut().zip([&skins.face, &skins.body]) {
+        for (overall, skin) in overall.iter_mut().zip([&skins.face, &skins.body.skin]) {
             if let Some(matrix) = overall.matrix {
                 let changed: Vec<Rgb> = skin.samples.iter().map(|&rgb| matrix.apply(rgb)).collect();
                 let found = mean(&changed);
@@ -172,14 +172,20 @@ impl Blend {
         Some(Left { log_gains: [of_source, of_base], median: delta_e(means[0], means[1]) })
     }
 
-    /// What is skin in a base.
-    fn skin_of_base(&self, base: &Texture, skins: &Skins) -> BaseSkin {
-        if self.skin.is_some() {
-            return BaseSkin::Model(None);
-        }
-        let model = (!skins.is_of_cheeks).then_some(&skins.model);
-        let mask = self.ground.body().and_then(|body| body_skin(body, base, model).ok());
-        mask.map_or(BaseSkin::Model(Some(skins.model)), |mask| BaseSkin::Mask(Arc::new(mask)))
+    /// The skin of a base, and where that is, if it changes.
+    pub(super) fn body_side(&self, base: &Texture) -> Option<(BodySkin, Option<BaseSkin>)> {
+        self.ground.head()?;
+        let skin = BodySkin::new(&self.ground, base)?;
+        let find = || {
+            if self.skin.is_some() {
+                return BaseSkin::Model(None);
+            }
+            let model = (!skin.is_of_cheeks).then_some(&skin.model);
+            let mask = self.ground.body().and_then(|body| body_skin(body, base, model).ok());
+            mask.map_or(BaseSkin::Model(Some(skin.model)), |mask| BaseSkin::Mask(Arc::new(mask)))
+        };
+        let mask = (self.options.tone != Tone::Base).then(find);
+        Some((skin, mask))
     }
 
     /// Colours of the texture's skin, all over what is carried.

@@ -5,14 +5,14 @@ use std::ops::Range;
 use fearless_simd::Level;
 
 use crate::color::{linear_from_srgb, srgb_from_linear};
-use crate::map::SamplingMap;
+use crate::map::{Run, SamplingMap};
 use crate::resample::{load, store};
 use crate::texture::{Channels, Value};
-use crate::threads::for_each_chunk;
+use crate::threads::for_each_with;
 
 use super::controls::{self, VALUES};
 use super::field::{Line, Slope};
-use super::stretch;
+use super::stretch::{self, Span};
 use super::tone::{Matrix, toned};
 
 /// How the texels of a map are laid over a base.
@@ -87,62 +87,86 @@ impl Finish<'_> {
         controls: &[u8],
     ) {
         assert_eq!(layer.len(), band.len());
-        let texels_in_row = self.map.size().width as usize;
-        let width = texels_in_row * C;
+        let width = self.map.size().width as usize;
         let level = Level::new();
-        for_each_chunk(band, width, |index, texels| {
+        for_each_with(band.chunks_mut(width * C), Span::default, |span, index, texels| {
             let row = first_row + index as u32;
-            let layer = &layer[index * width..][..width];
-            for run in self.map.row(row) {
-                let part = run.x as usize * C..(run.x + run.len) as usize * C;
+            let layer = &layer[index * width * C..][..width * C];
+            let controls_of = |columns: Range<usize>| {
+                let first = index * width;
+                let values = (first + columns.start) * VALUES..(first + columns.end) * VALUES;
+                if controls.is_empty() { controls } else { &controls[values] }
+            };
+            let lay_span = |span: &mut Span, texels: &mut [T]| {
+                let columns = span.columns();
+                let part = columns.start * C..columns.end * C;
                 let (layer, texels) = (&layer[part.clone()], &mut texels[part]);
-                let controls = if controls.is_empty() {
-                    controls
-                } else {
-                    let first = (index * texels_in_row + run.x as usize) * VALUES;
-                    &controls[first..first + run.len as usize * VALUES]
-                };
-                let patch = run.patch as usize;
-                let inside = self.inside[patch][0].line(run.x, row);
-                // A run is straight: what holds at both ends holds between them.
-                let ends = [inside.at(0), inside.at(run.len - 1)];
-                if ends.iter().all(|&end| end < 0.0) {
+                stretch::lay_span::<T, C>(level, span, controls_of(columns), layer, texels);
+                span.clear();
+            };
+            for run in self.map.row(row) {
+                let columns = run.x as usize..(run.x + run.len) as usize;
+                let change = self.change_of(run, row);
+                let is_one_by_one = OPACITY
+                    || self.normals
+                    || self.matrix.is_some()
+                    || (self.is_linear && change.is_recolored)
+                    || (change.reach == Reach::Partly && self.feather <= 0.0);
+                let is_copied = change.reach == Reach::Wholly
+                    && !(OPACITY || change.is_recolored || self.leaves_out);
+                let is_of_span = change.reach != Reach::Nowhere && !is_copied && !is_one_by_one;
+                if !is_of_span || span.columns().end != columns.start {
+                    lay_span(span, texels);
+                }
+                if is_of_span {
+                    let inside = (change.reach == Reach::Partly).then_some(change.inside);
+                    span.push(columns, inside, self.feather, &change.gains);
                     continue;
                 }
-                let full = ends.iter().all(|&end| end >= self.feather);
-                let gains = self
-                    .gains
-                    .get(patch)
-                    .filter(|gains| gains.iter().any(|gain| !gain.is_constant(1.0)));
-                let is_recolored = gains.is_some() || self.matrix.is_some();
-                if full && !OPACITY && !is_recolored && !self.leaves_out {
+                if change.reach == Reach::Nowhere {
+                    continue;
+                }
+                let part = columns.start * C..columns.end * C;
+                let (layer, texels) = (&layer[part.clone()], &mut texels[part]);
+                if is_copied {
                     texels.copy_from_slice(layer);
                     continue;
                 }
-                let gains =
-                    gains.map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
-                if !(OPACITY
-                    || self.normals
-                    || self.matrix.is_some()
-                    || (self.is_linear && is_recolored))
-                    && (full || self.feather > 0.0)
-                {
-                    // Where it is full, any feather does that is not beyond it.
-                    let feather = if full { f32::MIN_POSITIVE } else { self.feather };
-                    let inside = if full { Line::ONE } else { inside };
-                    let run = stretch::Run { inside, feather, gains, controls };
-                    stretch::lay_run::<T, C>(level, &run, layer, texels);
-                    continue;
-                }
+                let controls = controls_of(columns);
                 let texels = texels.chunks_exact_mut(C).zip(layer.chunks_exact(C));
                 for (k, (texel, layer)) in (0..).zip(texels) {
-                    let weight = if full { 1.0 } else { self.weight(inside.at(k)) };
+                    let is_whole = change.reach == Reach::Wholly;
+                    let weight = if is_whole { 1.0 } else { self.weight(change.inside.at(k)) };
                     let [tone, carried] = controls::at(controls, k as usize);
-                    let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
+                    let change = Change { gains: change.gains.map(|gain| gain.at(k)), tone };
                     self.texel::<T, C, OPACITY>(layer, weight * carried, &change, texel);
                 }
             }
+            lay_span(span, texels);
         });
+    }
+
+    /// What is done along a run of the map.
+    fn change_of(&self, run: &Run, row: u32) -> RunChange {
+        let patch = run.patch as usize;
+        let inside = self.inside[patch][0].line(run.x, row);
+        // A run is straight: what holds at both ends holds between them.
+        let ends = [inside.at(0), inside.at(run.len - 1)];
+        let reach = if ends.iter().all(|&end| end < 0.0) {
+            Reach::Nowhere
+        } else if ends.iter().all(|&end| end >= self.feather) {
+            Reach::Wholly
+        } else {
+            Reach::Partly
+        };
+        let gains = self.gains.get(patch);
+        let gains = gains.filter(|gains| gains.iter().any(|gain| !gain.is_constant(1.0)));
+        RunChange {
+            reach,
+            inside,
+            is_recolored: gains.is_some() || self.matrix.is_some(),
+            gains: gains.map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row))),
+        }
     }
 
     #[inline(always)]
@@ -218,6 +242,23 @@ impl Finish<'_> {
             levels[channel] = if is_light { to_light(value / one) * one } else { value };
         }
     }
+}
+
+/// What is done along a run of a map.
+struct RunChange {
+    reach: Reach,
+    /// The signed distance from the rim.
+    inside: Line,
+    is_recolored: bool,
+    gains: [Line; 3],
+}
+
+/// How much of a layer is laid over a run.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    Nowhere,
+    Partly,
+    Wholly,
 }
 
 /// How a texel's colours change.
@@ -340,15 +381,16 @@ mod tests {
     fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
         let mut rng = fastrand::Rng::with_seed(C as u64);
         let map = map();
-        for len in [1, 15, 16, 17, 50] {
+        for len in [1, 15, 63, 64, 65, 150] {
             for (feather, most) in [(0.5, 1.0), (0.2, 3.0), (1.0, 1.0)] {
                 let mut line = |least: f32, most: f32| {
                     let values = [0, 1, 2].map(|_| least + (most - least) * rng.f32());
                     let corners = [[0.0, 0.0], [f64::from(len), 0.0], [0.0, 9.0]];
                     Slope::new(corners, values).line(0, 3)
                 };
-                let inside = line(-0.3, 1.0);
-                let gains = [(); 3].map(|()| line(0.4, most));
+                // Two runs beside each other.
+                let runs = [0..len / 3, len / 3..len]
+                    .map(|run| (run, line(-0.3, 1.0), [(); 3].map(|()| line(0.4, most))));
                 let layer: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
                 let base: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
                 let labelled = if rng.bool() { len as usize * VALUES } else { 0 };
@@ -365,17 +407,25 @@ mod tests {
                     leaves_out: true,
                 };
                 let mut wanted = base.clone();
-                for (k, texel) in (0..).zip(wanted.chunks_exact_mut(C)) {
-                    let layer = &layer[k as usize * C..][..C];
-                    let weight = finish.weight(inside.at(k));
-                    let [tone, carried] = controls::at(&controls, k as usize);
-                    let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
-                    finish.texel::<T, C, false>(layer, weight * carried, &change, texel);
+                for (run, inside, gains) in &runs {
+                    for (k, at) in run.clone().enumerate() {
+                        let (k, at) = (k as u32, at as usize);
+                        let layer = &layer[at * C..][..C];
+                        let weight = finish.weight(inside.at(k));
+                        let [tone, carried] = controls::at(&controls, at);
+                        let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
+                        let texel = &mut wanted[at * C..][..C];
+                        finish.texel::<T, C, false>(layer, weight * carried, &change, texel);
+                    }
                 }
                 for level in [Level::new(), Level::baseline()] {
                     let mut found = base.clone();
-                    let run = stretch::Run { inside, feather, gains, controls: &controls };
-                    stretch::lay_run::<T, C>(level, &run, &layer, &mut found);
+                    let mut span = Span::default();
+                    for (run, inside, gains) in &runs {
+                        let columns = run.start as usize..run.end as usize;
+                        span.push(columns, Some(*inside), feather, gains);
+                    }
+                    stretch::lay_span::<T, C>(level, &span, &controls, &layer, &mut found);
                     assert_eq!(found, wanted);
                 }
             }

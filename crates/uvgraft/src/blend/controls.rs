@@ -44,15 +44,14 @@ impl Controls {
         self.leaves_out
     }
 
-    /// The values of all texels of some rows; 0 where the map does not reach.
-    pub fn rows(&self, first_row: u32, count: u32) -> Vec<u8> {
+    /// The values of the texels of some rows; where the map does not reach they say nothing.
+    pub fn rows(&self, first_row: u32, count: u32, rows: &mut Vec<u8>) {
         let width = self.resampler.map().size().width as usize;
-        let mut rows = vec![0; width * VALUES * count as usize];
+        rows.resize(width * VALUES * count as usize, 0);
         let shape = TexelShape { channels: VALUES, has_opacity: false, is_opaque: false };
         if let Texels::U8(labels) = self.labels.texture.texels() {
-            self.resampler.fill(shape, labels, first_row, &mut rows, |_, _| {});
+            self.resampler.fill(shape, labels, first_row, rows, |_, _| {});
         }
-        rows
     }
 }
 
@@ -60,7 +59,12 @@ impl Controls {
 #[inline(always)]
 pub(super) fn at(controls: &[u8], texel: usize) -> [f32; 2] {
     match controls.get(texel * VALUES..texel * VALUES + VALUES) {
-        Some(&[tone, carried]) => [tone, carried].map(|value| f32::from(value) * (1.0 / 255.0)),
+        Some(&[tone, carried]) => as_shares([tone, carried]),
         _ => [1.0, 1.0],
     }
+}
+
+#[inline(always)]
+pub(super) fn as_shares(values: [u8; VALUES]) -> [f32; VALUES] {
+    values.map(|value| f32::from(value) * (1.0 / 255.0))
 }

@@ -56,6 +56,9 @@ impl Slope {
     /// Along a row, from a texel on.
     #[inline(always)]
     pub fn line(&self, x: u32, row: u32) -> Line {
+        if self.least == self.most {
+            return Line { start: self.least, step: 0.0, least: self.least, most: self.most };
+        }
         let offset = [x, row].map(|px| f64::from(px) + 0.5);
         let start = self.at_origin
             + self.by_px[0] * (offset[0] - self.origin_px[0])
@@ -73,15 +76,16 @@ impl Line {
     /// 1 at every texel.
     pub const ONE: Self = Self { start: 1.0, step: 0.0, least: 1.0, most: 1.0 };
 
-    /// Whether it is one value along a run of `len` texels.
-    pub fn is_constant(&self, value: f32, len: u32) -> bool {
-        self.at(0) == value && self.at(len.saturating_sub(1)) == value
+    /// Whether it is one value everywhere.
+    pub fn is_level(&self) -> bool {
+        self.step == 0.0 || self.least == self.most
     }
 
     /// The value at the run's texel `k`.
     #[inline(always)]
     pub fn at(&self, k: u32) -> f32 {
-        let value = self.start + self.step * k as f32;
+        // Vectors of numbers without a sign are slow to convert.
+        let value = self.start + self.step * k as i32 as f32;
         // Steep slopes go out of bounds within a texel.
         value.max(self.least).min(self.most)
     }

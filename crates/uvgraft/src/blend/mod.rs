@@ -24,6 +24,7 @@ mod report;
 mod rim;
 mod sample;
 mod selection;
+mod skin_mask;
 mod skins;
 mod stretch;
 mod tone;
@@ -42,16 +43,15 @@ use undercoat::{Skin, Undercoat};
 use std::sync::Arc;
 
 use crate::color::Encoding;
-use crate::filter::Filter;
-use crate::formats::Averaging;
-use crate::labels::{Label, Labels};
+use crate::labels::{Label, LabelError, Labels};
 use crate::map::{MapOptions, SamplingMap};
 use crate::pair::Direction;
 use crate::skin::SkinModel;
-use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError};
+use crate::texture::{Channels, Texels, Texture, TextureError};
 use field::{Slope, slopes};
 use harmonic::Harmonic;
 use rim::Rim;
+use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};
 
@@ -203,7 +203,7 @@ pub(crate) struct BlendMap {
     /// All of the target's layout, if the base changes too.
     layout: Option<Arc<SamplingMap>>,
     /// How far each texel is skin, where a mask says it.
-    skin: Option<Arc<Vec<u8>>>,
+    skin: Option<Arc<SkinMask>>,
 }
 
 /// A toning at the texels of one map. Clones share it.
@@ -225,7 +225,7 @@ struct ToneGains {
 #[derive(Debug)]
 enum SkinTexels {
     Model(SkinModel),
-    Mask(Arc<Vec<u8>>),
+    Mask(Arc<SkinMask>),
 }
 
 /// Another tone for the texels of a map.
@@ -297,6 +297,15 @@ impl Blend {
         })
     }
 
+    /// The same with all that textures will ask for: where several are carried at once, each would find it for itself.
+    #[must_use]
+    pub fn prepared(self) -> Self {
+        if self.measure.is_some() && self.options.tone != Tone::Base && self.skin.is_none() {
+            self.ground.body();
+        }
+        self
+    }
+
     /// The same with labels that say what textures show, rather than what is found out of each.
     #[must_use]
     pub fn with_labels(self, labels: impl Into<Arc<Labels>>) -> Self {
@@ -310,15 +319,22 @@ impl Blend {
 
     /// What a texture shows; nothing if that does not matter, or if it is not one of a head.
     pub fn labels(&self, source: &Texture) -> Option<Arc<Labels>> {
+        self.found_labels(source)?.ok()
+    }
+
+    /// As [`Blend::labels`], with the reason why there are none.
+    fn found_labels(&self, source: &Texture) -> Option<Result<Arc<Labels>, LabelError>> {
         if !self.options.asks_for_labels() {
             return None;
         }
         let labels = match &self.labels {
-            Some(labels) => Arc::clone(labels),
-            None => Arc::new(self.ground.labels(source).ok()?),
+            Some(labels) => Ok(Arc::clone(labels)),
+            None => self.ground.labels(source).map(Arc::new),
         };
-        let keeps_all = self.options.keep_all && labels.has_cloth();
-        Some(if keeps_all { Arc::new((*labels).clone().keeping_all()) } else { labels })
+        Some(labels.map(|labels| {
+            let keeps_all = self.options.keep_all && labels.has_cloth();
+            if keeps_all { Arc::new((*labels).clone().keeping_all()) } else { labels }
+        }))
     }
 
     /// The same without cloth and background, and a margin around them; nothing if there are none.
@@ -390,7 +406,7 @@ impl BlendMap {
             let options = MapOptions::with_gutter(blend.options.gutter_px);
             Arc::new(SamplingMap::of_layout(blend.ground.mesh(), map.size(), &options))
         });
-        let skin = blend.skin.as_ref().map(|mask| resized_mask(mask, map.size())).transpose()?;
+        let skin = blend.skin.as_ref().map(|mask| SkinMask::new(mask, map.size())).transpose()?;
         let inside = blend.inside_of(map);
         Ok(Self { blend, inside, layout, skin: skin.map(Arc::new) })
     }
@@ -457,7 +473,7 @@ impl BlendMap {
                 let skin = match (skin, &self.skin) {
                     (_, Some(mask)) => Some(SkinTexels::Mask(Arc::clone(mask))),
                     (BaseSkin::Mask(mask), None) => {
-                        Some(SkinTexels::Mask(Arc::new(resized_mask(mask, map.size())?)))
+                        Some(SkinTexels::Mask(Arc::new(SkinMask::new(mask, map.size())?)))
                     }
                     (BaseSkin::Model(model), None) => model.map(SkinTexels::Model),
                 };
@@ -501,8 +517,10 @@ impl BlendMap {
         let mut values = vec![0; size.texels()];
         let finish =
             Finish { gains: &[], matrix: None, ..self.finish(map, gains, false, Encoding::Data) };
-        let controls =
-            gains.controls().map_or_else(Vec::new, |controls| controls.rows(0, size.height));
+        let mut controls = Vec::new();
+        if let Some(of) = gains.controls() {
+            of.rows(0, size.height, &mut controls);
+        }
         finish.lay(Channels::Grey, false, 0, &white, &mut values, &controls);
         if let Texels::U8(mask) = map.mask().texels() {
             values.iter_mut().zip(mask).for_each(|(value, &mask)| *value &= mask);
@@ -531,15 +549,5 @@ impl Gains {
     /// What labels say about each texel, if there are any.
     pub fn controls(&self) -> Option<&Controls> {
         self.0.as_ref()?.controls.as_ref()
-    }
-}
-
-/// A mask at another size, 255 for white.
-fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<u8>, TextureError> {
-    let mask = mask.clone().with_encoding(Encoding::Data);
-    let mask = mask.resized(size, Filter::Bilinear, Averaging::Encoded)?;
-    match mask.converted(Channels::Grey, Depth::U8).into_texels() {
-        Texels::U8(values) => Ok(values),
-        Texels::U16(_) | Texels::F32(_) => unreachable!("it was converted to 8 bits"),
     }
 }

@@ -9,6 +9,7 @@ use crate::pair::{Direction, Pair};
 use crate::piece::{FacePieces, Weights, mixed, wide};
 use crate::surface::Surface;
 use crate::texture::Texture;
+use crate::threads::join;
 
 use super::geodesic;
 use super::painted::{self, Place};
@@ -89,6 +90,18 @@ pub enum Growth {
     Rings(i32),
 }
 
+/// What a cell holds, found first if it is empty.
+///
+/// It isn't found while others wait for the cell: a thread that waits for pieces of that work may take on what waits
+/// for the cell, for ever.
+fn found<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+    if let Some(found) = cell.get() {
+        return found;
+    }
+    let found = find();
+    cell.get_or_init(|| found)
+}
+
 impl Ground {
     /// The ground for textures that are carried in a direction.
     pub fn new(pair: impl Into<Arc<Pair>>, direction: Direction) -> Self {
@@ -155,23 +168,25 @@ impl Ground {
             let head = HeadLayout::new(mesh, &is_carried)?;
             if head.has_cheeks(mesh, &is_carried) { Ok(head) } else { Err(LabelError::Cheeks) }
         };
-        self.0.head.get_or_init(find)
+        found(&self.0.head, find)
     }
 
     /// The anatomy of the mesh that textures are carried to, if it has a head.
     pub(super) fn anatomy(&self) -> Option<&Anatomy> {
-        self.0.anatomy.get_or_init(|| Anatomy::find(self.mesh()).ok()).as_ref()
+        found(&self.0.anatomy, || Anatomy::find(self.mesh()).ok()).as_ref()
     }
 
     /// The layout of the mesh that textures are carried to, to find skin in, if it has a head.
     pub(super) fn body(&self) -> Option<&BodyLayout> {
-        self.0.body.get_or_init(|| BodyLayout::new(self.mesh()).ok()).as_ref()
+        let find = || Some(BodyLayout::with_anatomy(self.mesh(), self.anatomy()?));
+        found(&self.0.body, find).as_ref()
     }
 
     /// The distance between the eyes on the target, in its unit; nothing if no head is carried.
     pub(super) fn eye_distance(&self) -> Option<f64> {
-        let head = self.head()?;
-        if let Some(anatomy) = self.anatomy() {
+        let (head, anatomy) = join(|| self.head(), || self.anatomy());
+        let head = head?;
+        if let Some(anatomy) = anatomy {
             return Some(anatomy.frame().unit);
         }
         // As much larger as what is linked is on the target.

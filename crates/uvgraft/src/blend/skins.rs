@@ -32,7 +32,13 @@ pub(super) struct Skin {
 #[derive(Debug, Clone)]
 pub(super) struct Skins {
     pub face: Skin,
-    pub body: Skin,
+    pub body: BodySkin,
+}
+
+/// The skin of a base.
+#[derive(Debug, Clone)]
+pub(super) struct BodySkin {
+    pub skin: Skin,
     /// Which colours of the base are skin.
     pub model: SkinModel,
     /// Whether the base's cheeks say so; its head is a dummy's if not.
@@ -57,8 +63,8 @@ const QUARTERS: [[f64; 3]; 4] = {
 };
 
 impl Skins {
-    /// Looks at both sides; nothing where one of them shows no skin in the face.
-    pub fn new(ground: &Ground, source: &Texture, labels: &Labels, base: &Texture) -> Option<Self> {
+    /// Looks at the texture; nothing where it shows no skin in the face.
+    pub fn new(ground: &Ground, source: &Texture, labels: &Labels, body: BodySkin) -> Option<Self> {
         let head = ground.head()?;
         let read = ground.pair().from(ground.direction());
         let is_skin = |uv| labels.at_uv(Label::Skin, uv) >= 0.8;
@@ -68,13 +74,11 @@ impl Skins {
         let face = of_face(Area::Cheeks)
             .or_else(|| of_face(Area::Nose))
             .or_else(|| of_face(Area::Forehead))?;
-        let (body, is_of_cheeks) = Skin::of_body(ground, base)?;
         let whole =
             || Skin::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat());
         // Cheeks blush and hands do not.
-        let face = if is_of_cheeks { face } else { whole().unwrap_or(face) };
-        let model = SkinModel::new(&body.samples, &[]).ok()?;
-        Some(Self { face, body, model, is_of_cheeks })
+        let face = if body.is_of_cheeks { face } else { whole().unwrap_or(face) };
+        Some(Self { face, body })
     }
 
     /// The gains of the texture and of the base that take both skins to a colour between them.
@@ -82,16 +86,25 @@ impl Skins {
     /// - `share`: how far the texture gives way, from 0 to 1.
     pub fn gains(&self, share: f64) -> [Rgb; 2] {
         let middle = self.middle(share);
-        [&self.face, &self.body].map(|skin| skin.gains_to(middle))
+        [&self.face, &self.body.skin].map(|skin| skin.gains_to(middle))
     }
 
     /// The colour between both skins, as their ratios go.
     pub fn middle(&self, share: f64) -> Rgb {
         [0, 1, 2].map(|k| {
-            let [face, body] =
-                [self.face.color[k], self.body.color[k]].map(|value| f64::from(value.max(1e-3)));
+            let [face, body] = [self.face.color[k], self.body.skin.color[k]]
+                .map(|value| f64::from(value.max(1e-3)));
             (face.ln() * (1.0 - share) + body.ln() * share).exp() as f32
         })
+    }
+}
+
+impl BodySkin {
+    /// Looks at a base; nothing where it shows none.
+    pub fn new(ground: &Ground, base: &Texture) -> Option<Self> {
+        let (skin, is_of_cheeks) = Skin::of_body(ground, base)?;
+        let model = SkinModel::new(&skin.samples, &[]).ok()?;
+        Some(Self { skin, model, is_of_cheeks })
     }
 }
 
@@ -116,7 +129,8 @@ impl Skin {
                 let cheeks = head.anatomy.area(Area::Cheeks);
                 Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)
             };
-            let found = samples_where(mesh, base, |face, weights, _| {
+            let all = (0..mesh.faces().len()).collect();
+            let found = samples_where(mesh, base, all, |face, weights, _| {
                 cheeks(face, weights).is_some_and(|cheeks| cheeks >= 0.5)
             });
             return Some((Self::new(found)?, true));
@@ -183,17 +197,20 @@ pub(crate) fn samples(
     let in_area = |face: usize| {
         mesh.faces()[face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 1.5
     };
-    samples_where(mesh, texture, |face, _, uv| in_area(face) && is_wanted(uv))
+    let faces = (0..mesh.faces().len()).filter(|&face| in_area(face)).collect();
+    samples_where(mesh, texture, faces, |_, _, uv| is_wanted(uv))
 }
 
-/// Colours of a texture at those places of triangles that are wanted.
+/// Colours of a texture at those places of some triangles that are wanted.
 fn samples_where(
     mesh: &Mesh,
     texture: &Texture,
+    faces: Vec<usize>,
     is_wanted: impl Fn(usize, [f64; 3], [f64; 2]) -> bool + Sync,
 ) -> Vec<Rgb> {
     let sampler = Sampler::new(texture);
-    let of_face = |face: usize| {
+    let of_face = |index: usize| {
+        let face = faces[index];
         let corners = wide(mesh.uv_triangle(face));
         let places = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
         let wanted = places.filter(|&(weights, uv)| is_wanted(face, weights, uv));
@@ -202,7 +219,7 @@ fn samples_where(
             colors.filter(|rgba| rgba[3] >= 0.5 && rgba.iter().all(|value| value.is_finite()));
         known.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
     };
-    map_indices(mesh.faces().len(), of_face).concat()
+    map_indices(faces.len(), of_face).concat()
 }
 
 /// The colours that are near the median in CIELAB; nothing if they are too few.

@@ -1,5 +1,10 @@
 //! The texels of a run, a stretch of them at once: what `compose::texel` does to one, as plain loops over
 //! arrays, which compilers turn into vectors.
+//!
+//! Loops have as many turns as there are texels, in full vectors: of loops that always have the same, compilers make one
+//! instruction after the other, and no vectors.
+
+use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
@@ -7,91 +12,207 @@ use crate::simd::dispatch;
 use crate::texture::Value;
 
 use super::compose::mixed;
-use super::controls;
+use super::controls::{self, VALUES};
 use super::field::Line;
 use super::tone::toned;
 
-/// Texels that are worked on together.
-const STRETCH: usize = 16;
+/// Texels that are worked on together, at most.
+pub(super) const STRETCH: usize = 64;
 
 /// Values of a stretch, at most.
 const MOST: usize = STRETCH * 4;
 
-/// How the texels of a run are laid over what is there.
-#[derive(Clone, Copy)]
-pub(super) struct Run<'a> {
-    /// The signed distance from the rim.
-    pub inside: Line,
-    /// Greater than 0.
-    pub feather: f32,
-    /// The gain of each channel.
-    pub gains: [Line; 3],
-    /// What labels say about its texels; empty for nothing.
-    pub controls: &'a [u8],
+/// A value of each texel.
+pub(super) type Plane = [f32; STRETCH];
+
+/// How many values of a plane are worked on for so many texels: no vector is left half full.
+#[inline(always)]
+pub(super) fn lanes(texels: usize) -> usize {
+    texels.next_multiple_of(8).min(STRETCH)
 }
 
-/// Lays a run of texels without opacity over what is there.
-pub(super) fn lay_run<T: Value, const C: usize>(
-    level: Level,
-    run: &Run<'_>,
-    layer: &[T],
-    texels: &mut [T],
-) {
-    let len = (layer.len() / C) as u32;
-    if run.gains.iter().any(|gain| !gain.is_constant(1.0, len)) {
-        dispatch!(level, simd => in_vectors::<_, T, C, true>(simd, run, layer, texels));
-    } else {
-        dispatch!(level, simd => in_vectors::<_, T, C, false>(simd, run, layer, texels));
+/// The levels of texels, channel by channel.
+#[inline(always)]
+pub(super) fn split<T: Value, const C: usize>(texels: &[T]) -> [Plane; C] {
+    let mut levels = [0.0; MOST];
+    for (to, from) in levels.iter_mut().zip(texels) {
+        *to = from.to_level();
+    }
+    let mut planes = [[0.0; STRETCH]; C];
+    let texels = levels.chunks_exact(C).take(texels.len() / C);
+    for (k, texel) in texels.enumerate().take(STRETCH) {
+        for (plane, &level) in planes.iter_mut().zip(texel) {
+            plane[k] = level;
+        }
+    }
+    planes
+}
+
+/// Stores levels, texel by texel.
+#[inline(always)]
+pub(super) fn join<T: Value, const C: usize>(planes: &[Plane; C], texels: &mut [T]) {
+    let mut levels = [0.0; MOST];
+    let of_texels = levels.chunks_exact_mut(C).take(texels.len() / C);
+    for (k, texel) in of_texels.enumerate().take(STRETCH) {
+        for (level, plane) in texel.iter_mut().zip(planes) {
+            *level = plane[k];
+        }
+    }
+    for (to, &level) in texels.iter_mut().zip(&levels) {
+        *to = T::from_level(level);
     }
 }
 
-/// As [`lay`], compiled for what a processor has.
-#[inline(always)]
-fn in_vectors<S: Simd, T: Value, const C: usize, const TONED: bool>(
-    _: S,
-    run: &Run<'_>,
+/// Texels in a row, of runs that are beside each other: runs are short. Values of each.
+#[derive(Debug, Default)]
+pub(super) struct Span {
+    /// The column behind its last texel.
+    end: usize,
+    /// How much of the layer there is.
+    weights: Vec<f32>,
+    gains: RowGains,
+}
+
+/// The gains of red, green and blue for texels in a row.
+#[derive(Debug, Default)]
+pub(super) struct RowGains([Vec<f32>; 3]);
+
+impl RowGains {
+    pub fn clear(&mut self) {
+        self.0.iter_mut().for_each(Vec::clear);
+    }
+
+    /// How many texels there are.
+    pub fn len(&self) -> usize {
+        self.0[0].len()
+    }
+
+    /// Adds a run of texels.
+    pub fn push(&mut self, gains: &[Line; 3], len: usize) {
+        for (values, gain) in self.0.iter_mut().zip(gains) {
+            push(values, *gain, len);
+        }
+    }
+
+    /// Those of a channel, from a texel on.
+    #[inline(always)]
+    pub fn of(&self, channel: usize, first: usize) -> &[f32] {
+        &self.0[channel][first..]
+    }
+
+    fn are_one(&self) -> bool {
+        self.0.iter().flatten().all(|&gain| gain == 1.0)
+    }
+}
+
+fn push(values: &mut Vec<f32>, line: Line, len: usize) {
+    if line.is_level() {
+        values.resize(values.len() + len, line.at(0));
+    } else {
+        values.extend((0..len as u32).map(|k| line.at(k)));
+    }
+}
+
+impl Span {
+    pub fn clear(&mut self) {
+        self.weights.clear();
+        self.gains.clear();
+    }
+
+    /// The columns of its texels; none if there are none.
+    pub fn columns(&self) -> Range<usize> {
+        self.end - self.weights.len()..self.end
+    }
+
+    /// Adds a run of texels.
+    ///
+    /// - `columns`: from where the span ends, unless it is empty.
+    /// - `inside`: the signed distance from the rim, or nothing where all of the layer is there.
+    /// - `feather`: greater than 0 if there is a distance.
+    pub fn push(
+        &mut self,
+        columns: Range<usize>,
+        inside: Option<Line>,
+        feather: f32,
+        gains: &[Line; 3],
+    ) {
+        let first = self.weights.len();
+        push(&mut self.weights, inside.unwrap_or(Line::ONE), columns.len());
+        if inside.is_some() {
+            for value in &mut self.weights[first..] {
+                *value = weight(*value, feather);
+            }
+        }
+        self.gains.push(gains, columns.len());
+        self.end = columns.end;
+    }
+}
+
+/// Lays texels without opacity over what is there.
+///
+/// - `controls`: what labels say about them; empty for nothing.
+pub(super) fn lay_span<T: Value, const C: usize>(
+    level: Level,
+    span: &Span,
+    controls: &[u8],
     layer: &[T],
     texels: &mut [T],
 ) {
-    lay::<T, C, TONED>(run, layer, texels);
+    if span.gains.are_one() {
+        dispatch!(level, simd => lay::<_, T, C, false>(simd, span, controls, layer, texels));
+    } else {
+        dispatch!(level, simd => lay::<_, T, C, true>(simd, span, controls, layer, texels));
+    }
 }
 
 /// - `TONED`: whether any gain is not 1.
 #[inline(always)]
-fn lay<T: Value, const C: usize, const TONED: bool>(run: &Run<'_>, layer: &[T], texels: &mut [T]) {
+fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
+    _: S,
+    span: &Span,
+    controls: &[u8],
+    layer: &[T],
+    texels: &mut [T],
+) {
     let one = T::ONE.to_level();
     let pieces = layer.chunks(STRETCH * C).zip(texels.chunks_mut(STRETCH * C));
     for (index, (layer, texels)) in pieces.enumerate() {
-        let first = (index * STRETCH) as u32;
-        let (mut weights, mut gains, mut tones) = ([0.0; MOST], [1.0; MOST], [1.0; MOST]);
-        for k in 0..STRETCH {
-            let at = first + k as u32;
-            let [tone, carried] = controls::at(run.controls, at as usize);
-            let weight = weight(run.inside.at(at), run.feather) * carried;
-            for channel in 0..C {
-                weights[k * C + channel] = weight;
-                tones[k * C + channel] = tone;
-                gains[k * C + channel] = run.gains[channel % 3].at(at);
+        let first = index * STRETCH;
+        let count = layer.len() / C;
+        let mut weights = [1.0; STRETCH];
+        weights[..count].copy_from_slice(&span.weights[first..][..count]);
+        let mut tones = [1.0; STRETCH];
+        if let Some(controls) = controls.get(first * VALUES..) {
+            let of_texels = controls.chunks_exact(VALUES).zip(tones.iter_mut().zip(&mut weights));
+            for (values, (tone, weight)) in of_texels.take(count) {
+                let [of_tone, carried] = controls::as_shares([values[0], values[1]]);
+                *tone = of_tone;
+                *weight *= carried;
             }
         }
-        let (mut above, mut below) = ([0.0; MOST], [0.0; MOST]);
-        for (to, from) in above.iter_mut().zip(layer) {
-            *to = from.to_level();
+        let lanes = lanes(count);
+        let (tones, weights) = (&tones[..lanes], &weights[..lanes]);
+        let above: [Plane; C] = split(layer);
+        let mut below: [Plane; C] = split(texels);
+        for channel in 0..C {
+            let mut levels = above[channel];
+            let levels = &mut levels[..lanes];
+            if TONED {
+                let mut gains = [1.0; STRETCH];
+                gains[..count].copy_from_slice(&span.gains.of(channel % 3, first)[..count]);
+                for ((level, &gain), &tone) in levels.iter_mut().zip(&gains).zip(tones) {
+                    *level = mixed(*level, toned(*level, gain, one), tone);
+                }
+            }
+            let below = below[channel].iter_mut().zip(levels.iter()).zip(weights);
+            for ((below, &level), &weight) in below {
+                // Where one side is nothing, it may be no number.
+                let mixed = *below + (level - *below) * weight;
+                let whole = if weight < 1.0 { mixed } else { level };
+                *below = if weight > 0.0 { whole } else { *below };
+            }
         }
-        for (to, from) in below.iter_mut().zip(texels.iter()) {
-            *to = from.to_level();
-        }
-        for i in 0..STRETCH * C {
-            let level = if TONED { toned(above[i], gains[i], one) } else { above[i] };
-            let level = mixed(above[i], level, tones[i]);
-            // Where one side is nothing, it may be no number.
-            let mixed = below[i] + (level - below[i]) * weights[i];
-            let whole = if weights[i] < 1.0 { mixed } else { level };
-            above[i] = if weights[i] > 0.0 { whole } else { below[i] };
-        }
-        for (to, &from) in texels.iter_mut().zip(&above) {
-            *to = T::from_level(from);
-        }
+        join(&below, texels);
     }
 }
 

@@ -13,6 +13,7 @@ use super::report::ToneReport;
 use super::selection::Ground;
 use super::skins::Skins;
 use super::tone::Matrix;
+use crate::threads::join;
 
 /// What a blend does to the colours of one texture and its base, and what of the texture it leaves out.
 #[derive(Debug, Clone)]
@@ -118,24 +119,32 @@ impl Blend {
         {
             return Err(ToningError::Data);
         }
-        let mut toning = self.narrowing(source);
+        // Both take some time, and neither asks for the other.
+        let (labels, body) = join(
+            || self.found_labels(source).transpose(),
+            || self.measure.as_ref().and_then(|_| self.body_side(base)),
+        );
+        let (labels, unlabelled) = match labels {
+            Ok(labels) => (labels, None),
+            Err(error) => (None, Some(error)),
+        };
+        let mut toning = self.without_cloth(labels);
         let narrowed = toning.narrowed.clone();
         let blend = narrowed.as_deref().unwrap_or(self);
         let Some(measure) = &blend.measure else {
             return Ok(toning.narrowed.is_some().then_some(toning));
         };
         let labels = toning.labels.clone();
-        let skins = labels
-            .as_ref()
-            .and_then(|labels| Some((Skins::new(&self.ground, source, labels, base)?, labels)));
+        let skins = labels.as_ref().zip(body).and_then(|(labels, (body, mask))| {
+            Some((Skins::new(&self.ground, source, labels, body)?, labels, mask))
+        });
         let Recolored { source, base } = match skins {
-            Some((skins, labels)) => {
-                blend.between_skins(measure, (source, base), &skins, labels, &mut toning.report)?
+            Some((skins, labels, mask)) => {
+                let report = &mut toning.report;
+                blend.between_skins(measure, (source, base), &skins, labels, mask, report)?
             }
             None => {
-                if self.ground.head().is_some() && labels.is_none() {
-                    toning.report.rim_alone = self.ground.labels(source).err();
-                }
+                toning.report.rim_alone = unlabelled.filter(|_| self.ground.head().is_some());
                 blend.along_rim(measure, source, base)?
             }
         };
@@ -144,7 +153,10 @@ impl Blend {
 
     /// Finds what of a texture is left out of the region, and changes no colour.
     pub fn narrowing(&self, source: &Texture) -> Toning {
-        let labels = self.labels(source);
+        self.without_cloth(self.labels(source))
+    }
+
+    fn without_cloth(&self, labels: Option<Arc<Labels>>) -> Toning {
         let narrowed = labels.as_ref().and_then(|labels| self.narrowed(labels)).map(Arc::new);
         let left_out = labels.as_ref().map_or(0.0, |labels| self.left_out(labels));
         Toning {

@@ -1,20 +1,21 @@
 //! A base whose skin takes on another tone, before anything is laid over it.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd};
 
 use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use crate::map::SamplingMap;
 use crate::simd::dispatch;
 use crate::texture::{Channels, Value};
-use crate::threads::for_each_chunk;
+use crate::threads::for_each_with;
 
 use super::compose::Finish;
 use super::field::{Line, Slope};
+use super::skin_mask::SkinMask;
+use super::stretch::{Plane, RowGains, STRETCH, join, lanes, split};
 use super::tone::{Matrix, toned};
 use crate::skin::SkinModel;
-
-/// Texels that are worked on together.
-const STRETCH: usize = 16;
 
 /// What is done to the texels of a base.
 #[derive(Debug, Clone)]
@@ -34,8 +35,15 @@ pub(crate) struct Undercoat<'a> {
 pub(crate) enum Skin<'a> {
     /// What looks like it.
     Model(SkinModel),
-    /// For each texel, 255 if it is.
-    Mask(&'a [u8]),
+    /// What a mask says.
+    Mask(&'a SkinMask),
+}
+
+/// What a row is worked on with.
+#[derive(Default)]
+struct Buffers {
+    hidden: Vec<Range<u32>>,
+    gains: RowGains,
 }
 
 impl Undercoat<'_> {
@@ -54,87 +62,109 @@ impl Undercoat<'_> {
         let count = channels.count();
         let width = self.map.size().width as usize * count;
         let level = Level::new();
-        for_each_chunk(rows, width, |index, texels| {
+        let is_one_by_one =
+            encoding == Encoding::Linear || self.matrix.is_some() || !channels.has_color();
+        for_each_with(rows.chunks_mut(width), Buffers::default, |buffers, index, texels| {
             let row = first_row + index as u32;
-            let mut hidden = Vec::new();
+            let Buffers { hidden, gains } = buffers;
+            hidden.clear();
             if let Some(finish) = hiding {
-                finish.push_full(row, &mut hidden);
+                finish.push_full(row, hidden);
             }
             let mut hidden = hidden.iter().peekable();
+            let lay_span = |gains: &mut RowGains, end: u32, texels: &mut [T]| {
+                let x = end - gains.len() as u32;
+                let texels = &mut texels[x as usize * count..end as usize * count];
+                if count == 3 {
+                    dispatch!(level, simd => self.span::<_, T, 3>(simd, [x, row], gains, texels));
+                } else {
+                    dispatch!(level, simd => self.span::<_, T, 4>(simd, [x, row], gains, texels));
+                }
+                gains.clear();
+            };
+            let mut span_end = 0;
             for run in self.map.row(row) {
                 let end = run.x + run.len;
                 while hidden.next_if(|hidden| hidden.end < end).is_some() {}
                 if hidden.peek().is_some_and(|hidden| hidden.start <= run.x && end <= hidden.end) {
                     continue;
                 }
-                let gains = self
+                if let Skin::Mask(mask) = self.skin
+                    && mask.is_none([run.x, row], run.len)
+                {
+                    continue;
+                }
+                let of_run = self
                     .gains
                     .get(run.patch as usize)
-                    .map_or([Line::ONE; 3], |gains| [0, 1, 2].map(|k| gains[k].line(run.x, row)));
-                let first = row as usize * self.map.size().width as usize + run.x as usize;
-                let part = run.x as usize * count..(run.x + run.len) as usize * count;
-                let texels = &mut texels[part];
-                if encoding == Encoding::Linear || self.matrix.is_some() || !channels.has_color() {
-                    for (k, texel) in (0..).zip(texels.chunks_exact_mut(count)) {
-                        let gains = gains.map(|gain| gain.at(k));
-                        self.texel(channels, encoding, first + k as usize, gains, texel);
+                    .map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
+                if is_one_by_one {
+                    let part = run.x as usize * count..end as usize * count;
+                    for (k, texel) in (0..).zip(texels[part].chunks_exact_mut(count)) {
+                        let gains = of_run.map(|gain| gain.at(k));
+                        self.texel(channels, encoding, [run.x + k, row], gains, texel);
                     }
-                } else if count == 3 {
-                    dispatch!(level, simd => self.stretches::<_, T, 3>(simd, first, gains, texels));
-                } else {
-                    dispatch!(level, simd => self.stretches::<_, T, 4>(simd, first, gains, texels));
+                    continue;
                 }
+                // Runs are short, and those beside each other are one span.
+                if run.x != span_end {
+                    lay_span(gains, span_end, texels);
+                }
+                gains.push(&of_run, run.len as usize);
+                span_end = end;
+            }
+            if !is_one_by_one {
+                lay_span(gains, span_end, texels);
             }
         });
     }
 
-    /// What [`Undercoat::texel`] does to sRGB colours without a matrix, some texels at a time.
+    /// What [`Undercoat::texel`] does to sRGB colours without a matrix.
     #[inline(always)]
-    fn stretches<S: Simd, T: Value, const C: usize>(
+    fn span<S: Simd, T: Value, const C: usize>(
         &self,
         _: S,
-        first: usize,
-        gains: [Line; 3],
+        [x, row]: [u32; 2],
+        gains: &RowGains,
         texels: &mut [T],
     ) {
         let one = T::ONE.to_level();
         for (index, texels) in texels.chunks_mut(STRETCH * C).enumerate() {
-            let start = index * STRETCH;
+            let first = index * STRETCH;
             let count = texels.len() / C;
-            let mut rgb = [[0.0_f32; STRETCH]; 3];
-            for k in 0..count {
-                for channel in 0..3 {
-                    rgb[channel][k] = texels[k * C + channel].to_level() / one;
-                }
-            }
+            let lanes = lanes(count);
             let mut weights = [0.0_f32; STRETCH];
-            match &self.skin {
-                Skin::Model(model) => {
-                    for k in 0..STRETCH {
-                        weights[k] = model.weight([rgb[0][k], rgb[1][k], rgb[2][k]]);
-                    }
-                }
-                Skin::Mask(mask) => {
-                    let mask = &mask[first + start..][..count];
-                    for (weight, &mask) in weights.iter_mut().zip(mask) {
-                        *weight = f32::from(mask) / 255.0;
-                    }
+            if let Skin::Mask(mask) = &self.skin {
+                mask.weights([x + first as u32, row], &mut weights[..count]);
+                if weights[..count].iter().all(|&weight| weight == 0.0) {
+                    continue;
                 }
             }
-            for channel in 0..3 {
-                for k in 0..STRETCH {
-                    let (value, gain) = (rgb[channel][k], gains[channel].at((start + k) as u32));
-                    let toned = toned(value, gain, 1.0);
+            let mut values: [Plane; C] = split(texels);
+            let (colors, _) = values.split_at_mut(3);
+            for plane in colors.iter_mut() {
+                for value in &mut plane[..lanes] {
+                    *value /= one;
+                }
+            }
+            if let (Skin::Model(model), [r, g, b]) = (&self.skin, &*colors) {
+                let rgb = r.iter().zip(g).zip(b);
+                for (weight, ((&r, &g), &b)) in weights[..lanes].iter_mut().zip(rgb) {
+                    *weight = model.weight([r, g, b]);
+                }
+            }
+            for (channel, values) in colors.iter_mut().enumerate() {
+                let mut of_channel = [1.0; STRETCH];
+                of_channel[..count].copy_from_slice(&gains.of(channel, first)[..count]);
+                let change = of_channel[..lanes].iter().zip(&weights);
+                for (value, (&gain, &weight)) in values.iter_mut().zip(change) {
+                    let toned = toned(*value, gain, 1.0);
                     // Written as it is asked: a weight that is no number is none.
-                    let weight = if weights[k] > 0.0 { weights[k] } else { 0.0 };
-                    rgb[channel][k] = (value + (toned - value) * weight) * one;
+                    let weight = if weight > 0.0 { weight } else { 0.0 };
+                    *value = (*value + (toned - *value) * weight) * one;
                 }
             }
-            for k in 0..count {
-                for channel in 0..3 {
-                    texels[k * C + channel] = T::from_level(rgb[channel][k]);
-                }
-            }
+            join(&values, texels);
         }
     }
 
@@ -144,7 +174,7 @@ impl Undercoat<'_> {
         &self,
         channels: Channels,
         encoding: Encoding,
-        index: usize,
+        at: [u32; 2],
         gains: [f32; 3],
         texel: &mut [T],
     ) {
@@ -154,7 +184,11 @@ impl Undercoat<'_> {
         let rgb = [0, 1, 2].map(|channel| stored(of(channel).to_unit()));
         let weight = match self.skin {
             Skin::Model(model) => model.weight(rgb),
-            Skin::Mask(mask) => f32::from(mask[index]) / 255.0,
+            Skin::Mask(mask) => {
+                let mut weight = [0.0];
+                mask.weights(at, &mut weight);
+                weight[0]
+            }
         };
         if weight.is_nan() || weight <= 0.0 {
             return;
@@ -174,7 +208,7 @@ mod tests {
     use super::*;
     use crate::map::MapOptions;
     use crate::mesh::Mesh;
-    use crate::texture::Size;
+    use crate::texture::{Size, Texels, Texture};
 
     fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
         let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -182,7 +216,10 @@ mod tests {
         let size = Size::square(50);
         let map = SamplingMap::of_layout(&mesh, size, &MapOptions::with_gutter(0));
         let mut rng = fastrand::Rng::with_seed(9);
-        let mask: Vec<u8> = (0..size.texels()).map(|_| rng.u8(..)).collect();
+        let coarse = Size { width: 21, height: 50 };
+        let levels = Texels::U8((0..coarse.texels()).map(|_| rng.u8(..)).collect());
+        let mask = Texture::new(coarse, Channels::Grey, Encoding::Data, levels).unwrap();
+        let mask = SkinMask::new(&mask, size).unwrap();
         let seeds: Vec<[f32; 3]> =
             (0..40).map(|_| [0.7, 0.5, 0.4].map(|mean| mean + 0.02 * rng.f32())).collect();
         let model = SkinModel::new(&seeds, &[]).unwrap();
@@ -195,9 +232,8 @@ mod tests {
             for row in 0..size.height {
                 for run in map.row(row) {
                     for x in run.x..run.x + run.len {
-                        let index = (row * size.width + x) as usize;
-                        let texel = &mut wanted[index * C..][..C];
-                        undercoat.texel(channels, Encoding::Srgb, index, [0.6, 1.7, 1.0], texel);
+                        let texel = &mut wanted[(row * size.width + x) as usize * C..][..C];
+                        undercoat.texel(channels, Encoding::Srgb, [x, row], [0.6, 1.7, 1.0], texel);
                     }
                 }
             }

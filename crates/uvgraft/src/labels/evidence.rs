@@ -1,6 +1,7 @@
 //! How far the colours of a texture are from the skin that cheeks and nose show.
 
-use crate::layout_grid::{GridColors, LayoutGrid};
+use crate::color::linear_from_srgb;
+use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 use crate::threads::map_indices;
 
@@ -48,8 +49,11 @@ impl Evidence {
         let most = seeds.len() / 3;
         seeds.extend(nose.iter().step_by((nose.len() / most.max(1)).max(1)).take(most));
         let skin = SkinModel::new(&seeds, &[])?;
-        let deviation: Vec<_> =
-            map_indices(colors.rgb.len(), |texel| skin.deviation(colors.rgb[texel]));
+        let deviations = skin.deviations();
+        let of_none = deviations([0.0; 3]);
+        let deviation = map_indices(colors.rgb.len(), |texel| {
+            if grid.faces()[texel] == NONE { of_none } else { deviations(colors.rgb[texel]) }
+        });
         let light_of_face: Vec<f32> = deviation.iter().map(|deviation| deviation.light).collect();
         let is_skin = |texel: usize| {
             let deviation = &deviation[texel];
@@ -89,18 +93,21 @@ impl Evidence {
 /// Colours as one sees them, and what of their changes is noise: what nine in ten of the cheeks' texels stay below.
 fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
     let grid = &head.grid;
-    let plain: Vec<[f32; 3]> = map_indices(colors.rgb.len(), |texel| lab(colors.rgb[texel]));
+    let labs = LabTables::new();
+    let plain: Vec<[f32; 3]> = map_indices(colors.rgb.len(), |texel| {
+        if grid.faces()[texel] == NONE { [0.0; 3] } else { labs.of(colors.rgb[texel]) }
+    });
     let lab: Vec<[f32; 3]> = map_indices(plain.len(), |texel| {
         // A texel and those beside it: noise of single texels is no edge.
         let (mut sum, mut total) = (plain[texel].map(|value| value * 2.0), 2.0);
-        for near in grid.neighbours(texel as u32) {
+        grid.each_neighbour(texel as u32, |near| {
             if colors.known[near as usize] >= 0.5 {
                 for (sum, value) in sum.iter_mut().zip(plain[near as usize]) {
                     *sum += 0.5 * value;
                 }
                 total += 0.5;
             }
-        }
+        });
         sum.map(|sum| sum / total)
     });
     let mut steps = Steps { lab, noise: 0.0 };
@@ -127,10 +134,41 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 /// CIELAB of an sRGB colour as stored.
 pub(crate) fn lab(rgb: [f32; 3]) -> [f32; 3] {
-    let [r, g, b] = rgb.map(|value| crate::color::linear_from_srgb(value.clamp(0.0, 1.0)));
-    let root = |value: f32| {
-        if value > 0.008_856 { value.cbrt() } else { 7.787 * value + 16.0 / 116.0 }
-    };
+    lab_by(rgb, linear_from_srgb, root)
+}
+
+/// What CIELAB is linear in, of a share of white.
+fn root(value: f32) -> f32 {
+    if value > 0.008_856 { value.cbrt() } else { 7.787 * value + 16.0 / 116.0 }
+}
+
+/// As [`lab`], within 0.003 of it, for many colours: powers and roots are looked up.
+struct LabTables {
+    linear: Vec<f32>,
+    root: Vec<f32>,
+}
+
+impl LabTables {
+    fn new() -> Self {
+        const STEPS: usize = 4096;
+        let table = |value: fn(f32) -> f32| {
+            (0..=STEPS).map(|step| value(step as f32 / STEPS as f32)).collect::<Vec<f32>>()
+        };
+        Self { linear: table(linear_from_srgb), root: table(root) }
+    }
+
+    fn of(&self, rgb: [f32; 3]) -> [f32; 3] {
+        let look_up = |table: &[f32], value: f32| {
+            let at = value.clamp(0.0, 1.0) * (table.len() - 1) as f32;
+            let first = (at as usize).min(table.len() - 2);
+            table[first] + (table[first + 1] - table[first]) * (at - first as f32)
+        };
+        lab_by(rgb, |value| look_up(&self.linear, value), |value| look_up(&self.root, value))
+    }
+}
+
+fn lab_by(rgb: [f32; 3], linear: impl Fn(f32) -> f32, root: impl Fn(f32) -> f32) -> [f32; 3] {
+    let [r, g, b] = rgb.map(|value| linear(value.clamp(0.0, 1.0)));
     let x = root((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
     let y = root(0.2126 * r + 0.7152 * g + 0.0722 * b);
     let z = root((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089);

@@ -5,7 +5,7 @@ use crate::texture::Texture;
 use crate::threads::map_indices;
 
 use super::evidence::{Evidence, ramp};
-use super::geodesic::{flood, parts};
+use super::geodesic::{flood, parts, widened};
 use super::head::HeadLayout;
 use super::{Label, LabelError, Labels};
 
@@ -26,14 +26,14 @@ impl Labels {
     pub(crate) fn find(head: &HeadLayout, texture: &Texture) -> Result<Self, LabelError> {
         let colors = GridColors::new(texture, &head.grid);
         let evidence = Evidence::new(head, colors)?;
-        let mut finder = Finder { head, evidence };
+        let mut finder = Finder::new(head, evidence);
         finder.cross_beard();
         let cloth = finder.cloth();
         let hair = finder.hair(&cloth);
         let other = finder.other(&cloth, &hair);
-        let weights: Vec<[f32; 8]> = (0..cloth.len())
-            .map(|texel| finder.weights(texel, cloth[texel], hair[texel], other[texel]))
-            .collect();
+        let weights = map_indices(cloth.len(), |texel| {
+            finder.weights(texel, cloth[texel], hair[texel], other[texel])
+        });
         Ok(Self { size: head.grid.size(), weights: softened(&head.grid, &weights) })
     }
 }
@@ -52,35 +52,42 @@ fn hair_share(light: f32, dark: f32) -> f32 {
 fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
     map_indices(weights.len(), |texel| {
         let (mut sum, mut total) = (weights[texel].map(|weight| 4.0 * weight), 4.0);
-        for near in grid.neighbours(texel as u32) {
+        grid.each_neighbour(texel as u32, |near| {
             for (sum, weight) in sum.iter_mut().zip(weights[near as usize]) {
                 *sum += weight;
             }
             total += 1.0;
-        }
+        });
         sum.map(|sum| sum / total)
     })
+}
+
+/// How far a texel's colour rules out that it is skin.
+fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
+    let Evidence { hue, pale, light, light_of_face, .. } = evidence;
+    // Highlights are pale and lighter than what is around them.
+    let highlight = ramp(0.03, 0.15, light[texel]) * ramp(0.5, 2.0, pale[texel]);
+    let hue = ramp(3.5, 6.0, hue[texel]) * ramp(-2.0, -1.3, light_of_face[texel]);
+    let hue = hue * (1.0 - highlight);
+    let dark = ramp(0.33, 0.75, -light[texel]);
+    hue.max(dark)
 }
 
 struct Finder<'a> {
     head: &'a HeadLayout,
     evidence: Evidence,
+    /// How far each texel's colour rules out that it is skin, whatever is around it.
+    not_skin: Vec<f32>,
 }
 
-impl Finder<'_> {
-    fn texels(&self) -> std::ops::Range<u32> {
-        0..self.evidence.hue.len() as u32
+impl<'a> Finder<'a> {
+    fn new(head: &'a HeadLayout, evidence: Evidence) -> Self {
+        let not_skin = map_indices(evidence.hue.len(), |texel| is_not_skin(&evidence, texel));
+        Self { head, evidence, not_skin }
     }
 
-    /// How far a texel's colour rules out that it is skin, whatever is around it.
-    fn is_not_skin(&self, texel: usize) -> f32 {
-        let Evidence { hue, light, light_of_face, .. } = &self.evidence;
-        // Highlights are pale and lighter than what is around them.
-        let highlight = ramp(0.03, 0.15, light[texel]) * ramp(0.5, 2.0, self.evidence.pale[texel]);
-        let hue = ramp(3.5, 6.0, hue[texel]) * ramp(-2.0, -1.3, light_of_face[texel]);
-        let hue = hue * (1.0 - highlight);
-        let dark = ramp(0.33, 0.75, -light[texel]);
-        hue.max(dark)
+    fn texels(&self) -> std::ops::Range<u32> {
+        0..self.evidence.hue.len() as u32
     }
 
     /// Takes the skin beyond a full beard for skin of the face: no way without a step leads there. So are ears, which hair
@@ -93,9 +100,8 @@ impl Finder<'_> {
             let texel = texel as usize;
             hue[texel] < 2.5 && light[texel].abs() < 0.45 && light_of_face[texel].abs() < 0.7
         };
-        let is_open: Vec<bool> = (0..hue.len())
-            .map(|texel| self.is_not_skin(texel) >= 0.5 && areas.lips[texel] < 0.3)
-            .collect();
+        let is_open =
+            map_indices(hue.len(), |texel| self.not_skin[texel] >= 0.5 && areas.lips[texel] < 0.3);
         let is_beard = |part: &&Vec<u32>| {
             let on_jaw = part.iter().filter(|&&texel| areas.jaw[texel as usize] >= 0.3).count();
             part.len() > 8 * MOLE && 5 * on_jaw > part.len()
@@ -106,7 +112,7 @@ impl Finder<'_> {
         let mut beard = vec![false; hue.len()];
         beards.for_each(|&texel| beard[texel as usize] = true);
         let beyond = self.widened(&beard, 4);
-        let mut seeds: Vec<u32> = self
+        let seeds: Vec<u32> = self
             .texels()
             .filter(|&texel| {
                 let is_near = beyond[texel as usize] && !beard[texel as usize];
@@ -116,9 +122,8 @@ impl Finder<'_> {
         if seeds.iter().all(|&texel| step[texel as usize] < 1.0) {
             return;
         }
-        seeds.extend(self.texels().filter(|&texel| step[texel as usize] == 0.0));
-        let known = &self.evidence.known;
-        self.evidence.step = self.evidence.steps.distances(grid, seeds.into_iter(), |texel| {
+        let Evidence { steps, step, known, .. } = &mut self.evidence;
+        steps.shorten(grid, step, seeds.into_iter(), |texel| {
             areas.eyes[texel as usize] < 0.5 && known[texel as usize] >= 0.5
         });
     }
@@ -142,13 +147,9 @@ impl Finder<'_> {
     /// Cloth and background: what is like it and hangs together with the rim at the neck.
     fn cloth(&self) -> Vec<f32> {
         let head = self.head;
-        let alike: Vec<f32> = self
-            .texels()
-            .map(|texel| {
-                let texel = texel as usize;
-                if self.may_be_cloth(texel) { self.is_like_cloth(texel) } else { 0.0 }
-            })
-            .collect();
+        let alike = map_indices(self.not_skin.len(), |texel| {
+            if self.may_be_cloth(texel) { self.is_like_cloth(texel) } else { 0.0 }
+        });
         let is_open = |texel: u32| alike[texel as usize] >= 0.5;
         let mut found = flood(&head.grid, head.rim.iter().copied(), is_open);
         let count = |of: &[bool]| of.iter().filter(|is| **is).count();
@@ -194,7 +195,7 @@ impl Finder<'_> {
         let Evidence { step, .. } = &self.evidence;
         let is_crown = |&texel: &u32| {
             let texel = texel as usize;
-            areas.scalp[texel] >= 0.9 && areas.neck[texel] < 0.1 && self.is_not_skin(texel) >= 0.5
+            areas.scalp[texel] >= 0.9 && areas.neck[texel] < 0.1 && self.not_skin[texel] >= 0.5
         };
         let seeds: Vec<u32> = self.texels().filter(is_crown).collect();
         if seeds.is_empty() {
@@ -218,17 +219,15 @@ impl Finder<'_> {
     fn hair(&self, cloth: &[f32]) -> Vec<f32> {
         let areas = &self.head.areas;
         let Evidence { hue, light, step, .. } = &self.evidence;
-        let unlike: Vec<f32> = (0..cloth.len())
-            .map(|texel| {
-                let scalp = areas.scalp[texel];
-                let colors = self.is_not_skin(texel);
-                // On the scalp what is not clearly skin is hair: blond hair is close to it.
-                let clearly = ramp(1.5, 3.0, hue[texel])
-                    .max(ramp(0.12, 0.3, light[texel].abs()))
-                    .max(ramp(1.5, 4.0, step[texel]));
-                colors.max(scalp * clearly) * (1.0 - cloth[texel])
-            })
-            .collect();
+        let unlike = map_indices(cloth.len(), |texel| {
+            let scalp = areas.scalp[texel];
+            let colors = self.not_skin[texel];
+            // On the scalp what is not clearly skin is hair: blond hair is close to it.
+            let clearly = ramp(1.5, 3.0, hue[texel])
+                .max(ramp(0.12, 0.3, light[texel].abs()))
+                .max(ramp(1.5, 4.0, step[texel]));
+            colors.max(scalp * clearly) * (1.0 - cloth[texel])
+        });
         let is_face = |texel: usize| areas.eyes[texel] >= 0.5 || areas.mouth[texel] >= 0.5;
         let is_open = |texel: u32| unlike[texel as usize] >= 0.4 && !is_face(texel as usize);
         let crown = self.texels().filter(|&texel| areas.scalp[texel as usize] >= 0.5);
@@ -240,7 +239,7 @@ impl Finder<'_> {
             Some(dark) => hair_share(light[texel], dark) * (1.0 - cloth[texel]),
             None => unlike[texel],
         };
-        (0..cloth.len()).map(|texel| if near[texel] { share(texel) } else { 0.0 }).collect()
+        map_indices(cloth.len(), |texel| if near[texel] { share(texel) } else { 0.0 })
     }
 
     /// How dark hair is beside skin, as a ratio; nothing for hair that is not clearly darker.
@@ -259,16 +258,14 @@ impl Finder<'_> {
     /// Beards: parts on the jaw and around the lips that are darker than skin and larger than a mole.
     fn add_beard(&self, unlike: &[f32], found: &mut [bool]) {
         let areas = &self.head.areas;
-        let is_open: Vec<bool> = (0..unlike.len())
-            .map(|texel| {
-                let place = areas.jaw[texel].max(areas.neck[texel]).max(areas.cheeks[texel]);
-                unlike[texel] >= 0.5
-                    && !found[texel]
-                    && place > 0.05
-                    && (self.evidence.light[texel] < -0.2 || self.evidence.pale[texel] > 3.0)
-                    && areas.lips[texel] < 0.3
-            })
-            .collect();
+        let is_open = map_indices(unlike.len(), |texel| {
+            let place = areas.jaw[texel].max(areas.neck[texel]).max(areas.cheeks[texel]);
+            unlike[texel] >= 0.5
+                && !found[texel]
+                && place > 0.05
+                && (self.evidence.light[texel] < -0.2 || self.evidence.pale[texel] > 3.0)
+                && areas.lips[texel] < 0.3
+        });
         for part in parts(&self.head.grid, &is_open) {
             if part.len() > 4 * MOLE {
                 part.into_iter().for_each(|texel| found[texel as usize] = true);
@@ -279,13 +276,11 @@ impl Finder<'_> {
     /// What else is no skin in the face, as glasses are: nothing as small as a mole.
     fn other(&self, cloth: &[f32], hair: &[f32]) -> Vec<f32> {
         let areas = &self.head.areas;
-        let unlike: Vec<f32> = (0..cloth.len())
-            .map(|texel| {
-                let known = areas.ears[texel].max(areas.lips[texel]).max(areas.mouth[texel]);
-                let rest = (1.0 - known) * (1.0 - hair[texel]) * (1.0 - cloth[texel]);
-                self.is_not_skin(texel) * rest
-            })
-            .collect();
+        let unlike = map_indices(cloth.len(), |texel| {
+            let known = areas.ears[texel].max(areas.lips[texel]).max(areas.mouth[texel]);
+            let rest = (1.0 - known) * (1.0 - hair[texel]) * (1.0 - cloth[texel]);
+            self.not_skin[texel] * rest
+        });
         let is_open: Vec<bool> = unlike.iter().map(|&unlike| unlike >= 0.5).collect();
         let mut found = vec![false; cloth.len()];
         for part in parts(&self.head.grid, &is_open) {
@@ -328,18 +323,10 @@ impl Finder<'_> {
 
     /// The texels that are at most so many texels from those that were found.
     fn widened(&self, found: &[bool], texels: usize) -> Vec<bool> {
-        let mut wide = found.to_vec();
-        let mut edge: Vec<u32> = self.texels().filter(|&texel| found[texel as usize]).collect();
-        for _ in 0..texels {
-            let mut next = Vec::new();
-            for texel in edge {
-                for near in self.head.grid.neighbours(texel) {
-                    if !std::mem::replace(&mut wide[near as usize], true) {
-                        next.push(near);
-                    }
-                }
-            }
-            edge = next;
+        let of = self.texels().filter(|&texel| found[texel as usize]);
+        let mut wide = vec![false; found.len()];
+        for texel in widened(&self.head.grid, of, texels) {
+            wide[texel as usize] = true;
         }
         wide
     }

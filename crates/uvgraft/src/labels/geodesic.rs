@@ -39,29 +39,46 @@ impl Steps {
         seeds: impl Iterator<Item = u32>,
         is_open: impl Fn(u32) -> bool,
     ) -> Vec<f32> {
+        let mut distance = vec![FARTHEST; self.lab.len()];
+        self.shorten(grid, &mut distance, seeds, is_open);
+        distance
+    }
+
+    /// Takes further seeds into account: distances are those from the nearest of all.
+    ///
+    /// - `is_open`: as for [`Steps::distances`].
+    pub fn shorten(
+        &self,
+        grid: &LayoutGrid,
+        distance: &mut [f32],
+        seeds: impl Iterator<Item = u32>,
+        is_open: impl Fn(u32) -> bool,
+    ) {
         let farthest = (FARTHEST * PARTS) as u32;
-        let mut distance = vec![farthest; self.lab.len()];
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); farthest as usize];
         for seed in seeds {
-            distance[seed as usize] = 0;
+            distance[seed as usize] = 0.0;
             buckets[0].push(seed);
         }
+        let in_units = |parts: u32| parts as f32 * (1.0 / PARTS);
         // A bucket grows while it is emptied: most steps cost nothing.
         for here in 0..farthest {
             while let Some(texel) = buckets[here as usize].pop() {
-                if distance[texel as usize] < here {
+                if distance[texel as usize] < in_units(here) {
                     continue;
                 }
-                for next in grid.neighbours(texel) {
+                grid.each_neighbour(texel, |next| {
+                    if distance[next as usize] <= in_units(here) {
+                        return;
+                    }
                     let there = here + self.cost(texel, next);
-                    if there < distance[next as usize] && is_open(next) {
-                        distance[next as usize] = there;
+                    if in_units(there) < distance[next as usize] && is_open(next) {
+                        distance[next as usize] = in_units(there);
                         buckets[there as usize].push(next);
                     }
-                }
+                });
             }
         }
-        distance.into_iter().map(|distance| distance as f32 / PARTS).collect()
     }
 }
 
@@ -79,12 +96,32 @@ pub(crate) fn flood(
         }
     }
     while let Some(texel) = next.pop() {
-        for other in grid.neighbours(texel) {
+        grid.each_neighbour(texel, |other| {
             if !found[other as usize] && is_open(other) {
                 found[other as usize] = true;
                 next.push(other);
             }
+        });
+    }
+    found
+}
+
+/// Texels and those at most so many texels from them: those that are given first, then others as they are farther.
+pub(crate) fn widened(grid: &LayoutGrid, of: impl Iterator<Item = u32>, texels: usize) -> Vec<u32> {
+    let mut known = vec![false; grid.size().texels()];
+    let mut found: Vec<u32> = of.collect();
+    found.iter().for_each(|&texel| known[texel as usize] = true);
+    let mut first = 0;
+    for _ in 0..texels {
+        let end = found.len();
+        for index in first..end {
+            grid.each_neighbour(found[index], |near| {
+                if !std::mem::replace(&mut known[near as usize], true) {
+                    found.push(near);
+                }
+            });
         }
+        first = end;
     }
     found
 }
@@ -100,11 +137,11 @@ pub(crate) fn parts(grid: &LayoutGrid, is_open: &[bool]) -> Vec<Vec<u32>> {
         let (mut part, mut next) = (vec![first], 0);
         while let Some(&texel) = part.get(next) {
             next += 1;
-            for other in grid.neighbours(texel) {
+            grid.each_neighbour(texel, |other| {
                 if is_open[other as usize] && !std::mem::replace(&mut known[other as usize], true) {
                     part.push(other);
                 }
-            }
+            });
         }
         parts.push(part);
     }

@@ -1,7 +1,6 @@
 //! Long edges of colour, without gaps.
 
-use super::super::geodesic::parts;
-use super::grow::widened;
+use super::super::geodesic::{parts, widened};
 use super::layout::BodyLayout;
 use super::steps::FAINT;
 

@@ -158,16 +158,19 @@ impl<'a> Decision<'a> {
     /// Compares colours with a model of skin; the nearest of several counts.
     fn compare(&mut self, colors: &GridColors, model: &SkinModel) {
         let deviations = model.deviations();
-        let old = std::mem::take(&mut self.deviation);
         let far = |deviation: &Deviation| deviation.hue + 5.0 * deviation.light.abs();
-        self.deviation = map_indices(colors.rgb.len(), |texel| {
-            if !self.body.bits[texel].is_covered() {
-                return Deviation { hue: f32::INFINITY, pale: f32::INFINITY, light: 0.0 };
-            }
-            let new = deviations(colors.rgb[texel]);
-            match old.get(texel) {
-                Some(old) if far(old) < far(&new) => *old,
-                _ => new,
+        let none = Deviation { hue: f32::INFINITY, pale: f32::INFINITY, light: 0.0 };
+        self.deviation.resize(colors.rgb.len(), none);
+        let (bits, width) = (&self.body.bits, self.body.grid.size().width as usize);
+        for_each_chunk(&mut self.deviation, width, |y, row| {
+            for (x, deviation) in row.iter_mut().enumerate() {
+                let texel = y * width + x;
+                if bits[texel].is_covered() {
+                    let new = deviations(colors.rgb[texel]);
+                    if far(&new) <= far(deviation) {
+                        *deviation = new;
+                    }
+                }
             }
         });
         self.is_open = map_indices(self.known.len(), |texel| {
@@ -204,9 +207,10 @@ impl<'a> Decision<'a> {
     /// are redder than what they are at.
     fn goes_on(&self, part: &[u32]) -> bool {
         let grid = &self.body.grid;
-        let mut origin = vec![NONE; self.known.len()];
-        part.iter().for_each(|&texel| origin[texel as usize] = texel);
-        let is_edge = |texel: u32| grid.neighbours(texel).any(|near| origin[near as usize] == NONE);
+        // One more than a texel's number, 0 for none: what is not written is no memory yet.
+        let mut origin = vec![0; self.known.len()];
+        part.iter().for_each(|&texel| origin[texel as usize] = texel + 1);
+        let is_edge = |texel: u32| grid.neighbours(texel).any(|near| origin[near as usize] == 0);
         let mut edge: Vec<u32> = part.iter().copied().filter(|&texel| is_edge(texel)).collect();
         let least = TOUCH * edge.len() as f32;
         let (mut contrasts, mut of_touch) = ([Contrast::default(); 2], Contrast::default());
@@ -216,12 +220,12 @@ impl<'a> Decision<'a> {
                 let from = origin[texel as usize];
                 for near in grid.neighbours(texel) {
                     let at = near as usize;
-                    if origin[at] != NONE || !self.body.bits[at].is_covered() {
+                    if origin[at] != 0 || !self.body.bits[at].is_covered() {
                         continue;
                     }
                     origin[at] = from;
                     let is_skin = self.growth.has(near);
-                    let difference = self.steps.difference(from, near);
+                    let difference = self.steps.difference(from - 1, near);
                     if is_skin && step < WIDTH {
                         of_touch.add(difference);
                     }

@@ -152,23 +152,3 @@ pub(super) fn parts(
     }
     parts
 }
-
-/// Texels and those at most so many texels from them.
-pub(super) fn widened(grid: &LayoutGrid, of: impl Iterator<Item = u32>, texels: usize) -> Vec<u32> {
-    let mut known = vec![false; grid.size().texels()];
-    let mut found: Vec<u32> = of.collect();
-    found.iter().for_each(|&texel| known[texel as usize] = true);
-    let mut first = 0;
-    for _ in 0..texels {
-        let end = found.len();
-        for index in first..end {
-            for near in grid.neighbours(found[index]) {
-                if !std::mem::replace(&mut known[near as usize], true) {
-                    found.push(near);
-                }
-            }
-        }
-        first = end;
-    }
-    found
-}

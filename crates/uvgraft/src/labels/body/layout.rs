@@ -6,6 +6,8 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
+use super::steps::Taps;
+
 /// The side of the grid.
 const SIDE: u32 = 1024;
 
@@ -30,7 +32,6 @@ impl Bits {
     const FEATURE: u8 = 4;
     const DETAIL: u8 = 8;
     const LEFT: u8 = 16;
-    const WITHIN: [u8; 2] = [32, 64];
 
     /// Whether there is a triangle.
     pub fn is_covered(self) -> bool {
@@ -50,11 +51,6 @@ impl Bits {
     /// Whether it has a [`Detail`].
     pub fn is_detail(self) -> bool {
         self.0 & Self::DETAIL != 0
-    }
-
-    /// Whether the two texels before and the two behind it along an axis are on the same island.
-    pub fn is_within(self, axis: usize) -> bool {
-        self.0 & Self::WITHIN[axis] != 0
     }
 
     /// Whether it is on the left half of the body.
@@ -77,6 +73,8 @@ pub(crate) struct BodyLayout {
     pub(super) hands: Vec<u32>,
     pub(super) feet: Vec<u32>,
     pub(super) details: Vec<(u32, Detail)>,
+    /// Along rows and along columns.
+    pub(super) taps: [Taps; 2],
 }
 
 /// The areas that are asked for.
@@ -102,7 +100,11 @@ impl BodyLayout {
     /// # Errors
     /// [`AnatomyError`] if the mesh has no head.
     pub fn new(mesh: &Mesh) -> Result<Self, AnatomyError> {
-        let anatomy = Anatomy::find(mesh)?;
+        Ok(Self::with_anatomy(mesh, &Anatomy::find(mesh)?))
+    }
+
+    /// - `anatomy`: of the mesh.
+    pub fn with_anatomy(mesh: &Mesh, anatomy: &Anatomy) -> Self {
         let grid = LayoutGrid::new(mesh, Size::square(SIDE));
         let areas = AREAS.map(|area| anatomy.area(area));
         // Most triangles of a body belong to none of them.
@@ -124,11 +126,6 @@ impl BodyLayout {
                     if grid.at_texel(mesh, &left, texel) > 0.0 {
                         bits |= Bits::LEFT;
                     }
-                    for axis in 0..2 {
-                        if is_within(&grid, texel as u32, axis) {
-                            bits |= Bits::WITHIN[axis];
-                        }
-                    }
                     if has_any[face as usize] {
                         let values = areas.map(|area| grid.at_texel(mesh, area, texel));
                         bits |= row.add(texel as u32, values);
@@ -149,16 +146,9 @@ impl BodyLayout {
         let covered = all.bits.iter().filter(|bits| bits.is_covered()).count();
         let [face, cheeks, neck, hands, feet] = all.lists;
         let (bits, details) = (all.bits, all.details);
-        Ok(Self { grid, bits, covered, face, cheeks, neck, hands, feet, details })
+        let taps = [0, 1].map(|axis| Taps::new(&grid, axis));
+        Self { grid, bits, covered, face, cheeks, neck, hands, feet, details, taps }
     }
-}
-
-fn is_within(grid: &LayoutGrid, texel: u32, axis: usize) -> bool {
-    let goes_on = |side: usize| {
-        let near = grid.beside(texel)[2 * axis + side];
-        near != NONE && grid.beside(near)[2 * axis + side] != NONE
-    };
-    goes_on(0) && goes_on(1)
 }
 
 /// What is found in a row of texels.

@@ -3,8 +3,14 @@
 //! A step is how steep colours are beyond noise and beyond the slope that goes on around: shading and soft shadows
 //! go on for many texels, an edge is over after a few.
 
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd};
+
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
-use crate::threads::{for_each_chunk, map_indices};
+use crate::simd::dispatch;
+use crate::texture::Size;
+use crate::threads::{for_each, map_indices};
 
 use super::barrier::{Barrier, barrier};
 use super::layout::BodyLayout;
@@ -57,12 +63,17 @@ fn distance(a: Seen, b: Seen) -> f32 {
 impl Steps {
     pub fn new(body: &BodyLayout, colors: &GridColors) -> Self {
         let seen = softened(body, colors);
-        let edges = edges(body, &seen);
+        let noise_in = |area: &[u32]| {
+            let edge = |index: usize| edge(body, &seen, area[index] as usize, 0.0);
+            noise_of(map_indices(area.len(), edge))
+        };
         let noise = [&body.cheeks, &body.neck, &body.hands]
-            .map(|area| noise_of(&edges, area))
+            .map(|area| noise_in(area))
             .into_iter()
             .fold(NOISE_RANGE[0], f32::max)
             .min(NOISE_RANGE[1]);
+        // What is less is nothing to anybody.
+        let edges = map_indices(seen.len(), |texel| edge(body, &seen, texel, FAINT * noise));
         let cost = |&edge: &f32| ((edge - noise).max(0.0) * UNITS) as u16;
         let costs = edges.iter().map(cost).collect();
         let barrier = barrier(body, &edges, noise);
@@ -78,10 +89,12 @@ impl Steps {
     /// The texels beside one, and what it costs to get there.
     #[inline]
     pub fn ways(&self, grid: &LayoutGrid, texel: u32, mut visit: impl FnMut(u32, u16)) {
-        for near in grid.beside(texel) {
-            if near != NONE {
-                visit(near, self.costs[near as usize]);
-            }
+        if grid.is_inside(texel) {
+            grid.each_neighbour(texel, |near| visit(near, self.costs[near as usize]));
+            return;
+        }
+        for near in grid.beside(texel).into_iter().filter(|&near| near != NONE) {
+            visit(near, self.costs[near as usize]);
         }
         for other in grid.across(texel) {
             let change = distance(self.seen[texel as usize], self.seen[other as usize]);
@@ -94,144 +107,268 @@ impl Steps {
 /// Colours as they are seen without thin dark strands of hair, which vanish in a closing, and without a weave, which
 /// vanishes in a blur.
 fn softened(body: &BodyLayout, colors: &GridColors) -> Vec<Seen> {
-    let values = map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel]));
-    let other = vec![[0.0; 4]; values.len()];
+    let plane = |k: usize| map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel])[k]);
+    let values = [plane(0), plane(1), plane(2)];
+    let other = values.clone();
     let mut buffers = Buffers { body, values, other };
-    buffers.pass(lightest);
-    buffers.pass(darkest);
-    buffers.pass(blurred);
-    buffers.pass(blurred);
-    buffers.values
+    buffers.pass::<Lightest>();
+    buffers.pass::<Darkest>();
+    buffers.pass::<Blurred>();
+    buffers.pass::<Blurred>();
+    let [l, a, b] = buffers.values;
+    map_indices(l.len(), |texel| [l[texel], a[texel], b[texel], 0.0])
 }
+
+/// The values of [`Seen`], one plane for each: so runs of texels fill vector registers.
+type Planes = [Vec<f32>; 3];
+
+/// Some texels in a row, by planes.
+type Stretch<const W: usize> = [[f32; W]; 3];
+
+/// Texels that are worked on together.
+const STRETCH: usize = 16;
 
 /// Values, and where the next ones go.
 struct Buffers<'a> {
     body: &'a BodyLayout,
-    values: Vec<Seen>,
-    other: Vec<Seen>,
+    values: Planes,
+    other: Planes,
 }
 
 impl Buffers<'_> {
     /// Along rows, then along columns.
-    fn pass(&mut self, kernel: impl Fn([Seen; 5]) -> Seen + Sync) {
+    fn pass<K: Kernel>(&mut self) {
         for axis in 0..2 {
-            along(self.body, &self.values, axis, &kernel, &mut self.other);
+            along::<K>(self.body, &self.values, axis, &mut self.other);
             std::mem::swap(&mut self.values, &mut self.other);
         }
     }
 }
 
-#[inline(always)]
-fn lightest(taps: [Seen; 5]) -> Seen {
-    taps.into_iter().fold(taps[2], |best, tap| if tap[0] > best[0] { tap } else { best })
+/// What becomes of a texel beside the two before and the two behind it.
+trait Kernel {
+    fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W>;
 }
 
-#[inline(always)]
-fn darkest(taps: [Seen; 5]) -> Seen {
-    taps.into_iter().fold(taps[2], |best, tap| if tap[0] < best[0] { tap } else { best })
+struct Lightest;
+struct Darkest;
+struct Blurred;
+
+impl Kernel for Lightest {
+    #[inline(always)]
+    fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W> {
+        outmost(taps, |tap, best| tap > best)
+    }
 }
 
+impl Kernel for Darkest {
+    #[inline(always)]
+    fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W> {
+        outmost(taps, |tap, best| tap < best)
+    }
+}
+
+impl Kernel for Blurred {
+    #[inline(always)]
+    fn of<const W: usize>([a, b, c, d, e]: &[Stretch<W>; 5]) -> Stretch<W> {
+        let mut out = *c;
+        for plane in 0..3 {
+            for k in 0..W {
+                let ends = a[plane][k] + e[plane][k];
+                let beside = b[plane][k] + d[plane][k];
+                out[plane][k] = (ends + 4.0 * beside + 6.0 * c[plane][k]) * (1.0 / 16.0);
+            }
+        }
+        out
+    }
+}
+
+/// The whole colour of the tap whose lightness is beyond all others'.
 #[inline(always)]
-fn blurred([a, b, c, d, e]: [Seen; 5]) -> Seen {
-    [0, 1, 2, 3].map(|k| (a[k] + e[k] + 4.0 * (b[k] + d[k]) + 6.0 * c[k]) / 16.0)
+fn outmost<const W: usize>(
+    taps: &[Stretch<W>; 5],
+    is_beyond: impl Fn(f32, f32) -> bool,
+) -> Stretch<W> {
+    let mut best = taps[2];
+    for tap in [&taps[0], &taps[1], &taps[3], &taps[4]] {
+        for k in 0..W {
+            let is_beyond = is_beyond(tap[0][k], best[0][k]);
+            for plane in 0..3 {
+                best[plane][k] = if is_beyond { tap[plane][k] } else { best[plane][k] };
+            }
+        }
+    }
+    best
 }
 
 /// What is beside a texel along an axis: beyond an island's edge what is across the seam, or itself.
-#[inline(always)]
-fn next_value(grid: &LayoutGrid, values: &[Seen], texel: u32, near: u32) -> Seen {
+fn next_texel(grid: &LayoutGrid, texel: u32, near: u32) -> u32 {
     if near != NONE {
-        return values[near as usize];
+        return near;
     }
-    let beyond = grid.across(texel).next().unwrap_or(texel);
-    values[beyond as usize]
+    grid.across(texel).next().unwrap_or(texel)
+}
+
+/// Which texels are the two before and the two behind each one along an axis.
+#[derive(Debug, Clone)]
+pub(super) struct Taps {
+    rows: Vec<RowTaps>,
+}
+
+/// Those of a row.
+#[derive(Debug, Clone, Default)]
+struct RowTaps {
+    /// Columns of texels whose taps are all on their island.
+    runs: Vec<Range<u32>>,
+    /// Columns of others, and their taps.
+    others: Vec<(u32, [u32; 5])>,
+}
+
+impl Taps {
+    pub fn new(grid: &LayoutGrid, axis: usize) -> Self {
+        let Size { width, height } = grid.size();
+        let of_row = |y: usize| {
+            let mut row = RowTaps::default();
+            for x in 0..width {
+                let texel = y as u32 * width + x;
+                if grid.faces()[texel as usize] == NONE {
+                    continue;
+                }
+                match (taps(grid, texel, axis), row.runs.last_mut()) {
+                    (None, Some(run)) if run.end == x => run.end = x + 1,
+                    (None, _) => row.runs.push(x..x + 1),
+                    (Some(taps), _) => row.others.push((x, taps)),
+                }
+            }
+            row
+        };
+        Self { rows: map_indices(height as usize, of_row) }
+    }
+}
+
+/// The taps of a texel; nothing if all are on its island.
+fn taps(grid: &LayoutGrid, texel: u32, axis: usize) -> Option<[u32; 5]> {
+    let [before, behind] = [2 * axis, 2 * axis + 1];
+    let ends = [before, behind].map(|side| grid.along::<2>(texel, side));
+    if ends.iter().all(Option::is_some) {
+        return None;
+    }
+    let side = |side: usize| {
+        let near = grid.beside(texel)[side];
+        let first = next_texel(grid, texel, near);
+        let second = if near == NONE { NONE } else { grid.beside(near)[side] };
+        [first, if second == NONE { first } else { second }]
+    };
+    let ([b, a], [d, e]) = (side(before), side(behind));
+    Some([a, b, texel, d, e])
 }
 
 /// Each texel from the two before and the two behind it along an axis.
-fn along(
-    body: &BodyLayout,
-    values: &[Seen],
-    axis: usize,
-    kernel: impl Fn([Seen; 5]) -> Seen + Sync,
-    out: &mut [Seen],
-) {
-    let grid = &body.grid;
-    let width = grid.size().width as usize;
+fn along<K: Kernel>(body: &BodyLayout, values: &Planes, axis: usize, out: &mut Planes) {
+    let width = body.grid.size().width as usize;
     let stride = [1, width][axis];
-    for_each_chunk(out, width, |y, row| {
-        for (x, out) in row.iter_mut().enumerate() {
-            let at = y * width + x;
-            let bits = body.bits[at];
-            if bits.is_within(axis) {
-                let taps = [at - 2 * stride, at - stride, at, at + stride, at + 2 * stride];
-                *out = kernel(taps.map(|tap| values[tap]));
-                continue;
+    let level = Level::new();
+    let [a, b, c] = out;
+    let rows = a.chunks_mut(width).zip(b.chunks_mut(width)).zip(c.chunks_mut(width));
+    for_each(rows, |y, ((a, b), c)| {
+        let mut out = [a, b, c];
+        let taps = &body.taps[axis].rows[y];
+        for columns in &taps.runs {
+            let columns = columns.start as usize..columns.end as usize;
+            let first = y * width + columns.start - 2 * stride;
+            let taps = [0, 1, 2, 3, 4].map(|tap| first + tap * stride);
+            let mut out = out.each_mut().map(|row| &mut row[columns.clone()]);
+            dispatch!(level, simd => run::<K, _>(simd, values, taps, &mut out));
+        }
+        for (x, taps) in &taps.others {
+            let mut values_of_taps = [[[0.0]; 3]; 5];
+            for (of_tap, &tap) in values_of_taps.iter_mut().zip(taps) {
+                for (value, plane) in of_tap.iter_mut().zip(values) {
+                    *value = [plane[tap as usize]];
+                }
             }
-            if !bits.is_covered() {
-                continue;
+            for (row, [value]) in out.iter_mut().zip(K::of(&values_of_taps)) {
+                row[*x as usize] = value;
             }
-            let texel = at as u32;
-            let side = |side: usize| {
-                let near = grid.beside(texel)[2 * axis + side];
-                let first = next_value(grid, values, texel, near);
-                let second = if near == NONE { NONE } else { grid.beside(near)[2 * axis + side] };
-                [first, if second == NONE { first } else { values[second as usize] }]
-            };
-            let ([b, a], [d, e]) = (side(0), side(1));
-            *out = kernel([a, b, values[texel as usize], d, e]);
         }
     });
 }
 
-/// How steep colours are at each texel, less the slope that goes on around it.
+/// Texels whose taps are all as far from them.
+///
+/// - `taps`: those of the first.
+#[inline(always)]
+fn run<K: Kernel, S: Simd>(_: S, values: &Planes, taps: [usize; 5], out: &mut [&mut [f32]; 3]) {
+    let len = out[0].len();
+    let mut done = 0;
+    while done + STRETCH <= len {
+        stretch::<K, STRETCH>(values, taps, done, out);
+        done += STRETCH;
+    }
+    while done < len {
+        stretch::<K, 1>(values, taps, done, out);
+        done += 1;
+    }
+}
+
+#[inline(always)]
+fn stretch<K: Kernel, const W: usize>(
+    values: &Planes,
+    taps: [usize; 5],
+    first: usize,
+    out: &mut [&mut [f32]; 3],
+) {
+    // Loops rather than `map`, which is no part of what is compiled for vectors.
+    let mut stretches = [[[0.0; W]; 3]; 5];
+    for (stretch, tap) in stretches.iter_mut().zip(taps) {
+        for (stretch, values) in stretch.iter_mut().zip(values) {
+            stretch.copy_from_slice(&values[tap + first..][..W]);
+        }
+    }
+    for (out, found) in out.iter_mut().zip(&K::of(&stretches)) {
+        out[first..first + W].copy_from_slice(found);
+    }
+}
+
+/// How steep colours are at a texel, less the slope that goes on around it; or 0 if it is less than `least`.
 ///
 /// In whichever direction a way leads: along an edge that it meets at a small angle it would climb little by little.
-fn edges(body: &BodyLayout, values: &[Seen]) -> Vec<f32> {
+fn edge(body: &BodyLayout, values: &[Seen], texel: usize, least: f32) -> f32 {
     let grid = &body.grid;
     let width = grid.size().width as usize;
-    map_indices(values.len(), |texel| {
-        let bits = body.bits[texel];
-        if !bits.is_covered() {
-            return 0.0;
-        }
-        let beside = if bits.is_within(0) && bits.is_within(1) {
-            [texel - 1, texel + 1, texel - width, texel + width].map(|near| values[near])
-        } else {
-            grid.beside(texel as u32).map(|near| next_value(grid, values, texel as u32, near))
-        };
-        let at = |side: usize| beside[side];
-        let changes = [squared(at(0), at(1)), squared(at(2), at(3))];
-        let steepness = 0.5 * (changes[0] + changes[1]).sqrt();
-        if steepness < FAINT * NOISE_RANGE[0] {
-            return 0.0;
-        }
-        let axis = usize::from(changes[1] > changes[0]);
-        let slopes = [0, 1].map(|side| slope(grid, values, texel, 2 * axis + side));
-        let [Some(before), Some(behind)] = slopes else { return steepness };
-        // A slope goes on on both sides, an edge on neither.
-        (steepness - SLOPE * before.min(behind)).max(0.0)
-    })
+    if !body.bits[texel].is_covered() {
+        return 0.0;
+    }
+    let [left, right, above, below] = if grid.is_inside(texel as u32) {
+        [texel - 1, texel + 1, texel - width, texel + width]
+    } else {
+        let beside = grid.beside(texel as u32);
+        beside.map(|near| next_texel(grid, texel as u32, near) as usize)
+    };
+    let changes = [squared(values[left], values[right]), squared(values[above], values[below])];
+    let steepness = 0.5 * (changes[0] + changes[1]).sqrt();
+    if steepness < least {
+        return 0.0;
+    }
+    let axis = usize::from(changes[1] > changes[0]);
+    let slope = |side: usize| slope(grid, values, texel, 2 * axis + side);
+    let (Some(before), Some(behind)) = (slope(0), slope(1)) else { return steepness };
+    // A slope goes on on both sides, an edge on neither.
+    (steepness - SLOPE * before.min(behind)).max(0.0)
 }
 
 /// The slope some texels to a side; `None` where the island ends before.
 fn slope(grid: &LayoutGrid, values: &[Seen], texel: usize, side: usize) -> Option<f32> {
-    let (mut at, mut half) = (texel as u32, texel);
-    for step in 1..=AROUND {
-        at = grid.beside(at)[side];
-        if at == NONE {
-            return None;
-        }
-        if step == AROUND / 2 {
-            half = at as usize;
-        }
-    }
-    Some(distance(values[half], values[at as usize]) / (AROUND - AROUND / 2) as f32)
+    let [half, end] = grid.along::<AROUND>(texel as u32, side)?;
+    let change = distance(values[half as usize], values[end as usize]);
+    Some(change / (AROUND - AROUND / 2) as f32)
 }
 
-fn noise_of(edges: &[f32], area: &[u32]) -> f32 {
-    let mut changes: Vec<f32> = area.iter().map(|&texel| edges[texel as usize]).collect();
-    if changes.is_empty() {
+/// What nine in ten of an area's texels stay below.
+fn noise_of(mut edges: Vec<f32>) -> f32 {
+    if edges.is_empty() {
         return 0.0;
     }
-    let most = changes.len() * 9 / 10;
-    NOISE * *changes.select_nth_unstable_by(most, f32::total_cmp).1
+    let most = edges.len() * 9 / 10;
+    NOISE * *edges.select_nth_unstable_by(most, f32::total_cmp).1
 }

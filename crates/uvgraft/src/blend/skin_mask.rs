@@ -1,0 +1,152 @@
+//! How far the texels of a base are skin, from a mask that may be coarser than it.
+
+use crate::color::Encoding;
+use crate::filter::Filter;
+use crate::formats::Averaging;
+use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError};
+
+use super::stretch::STRETCH;
+
+/// A mask of skin that is read bilinearly at the texels of a larger texture: resizing the mask first would cost more than
+/// all that is done with it.
+#[derive(Debug, Clone)]
+pub(crate) struct SkinMask {
+    /// The mask with its edges once more on all sides: so every place is between two texels.
+    levels: Vec<u8>,
+    stride: usize,
+    /// Where the texture's columns and rows lie between the mask's.
+    places: [Vec<Place>; 2],
+}
+
+/// A place between two columns or rows of a mask.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    first: u32,
+    /// How far it is from the first to the next, 0 to 1.
+    share: f32,
+}
+
+impl SkinMask {
+    /// For textures of a size. What the mask has more texels of is averaged.
+    ///
+    /// # Errors
+    /// [`TextureError`] if there is no memory for it.
+    pub fn new(mask: &Texture, of: Size) -> Result<Self, TextureError> {
+        let mask = mask.clone().with_encoding(Encoding::Data);
+        let Size { width, height } = mask.size();
+        let size = Size { width: width.min(of.width), height: height.min(of.height) };
+        let mask = if size == mask.size() {
+            mask
+        } else {
+            mask.resized(size, Filter::Bilinear, Averaging::Encoded)?
+        };
+        let levels = match mask.converted(Channels::Grey, Depth::U8).into_texels() {
+            Texels::U8(levels) => levels,
+            Texels::U16(_) | Texels::F32(_) => unreachable!("it was converted to 8 bits"),
+        };
+        let levels = padded(&levels, size);
+        let places = [places(size.width, of.width), places(size.height, of.height)];
+        Ok(Self { levels, stride: size.width as usize + 2, places })
+    }
+
+    /// Whether none of some texels in a row is skin at all.
+    pub fn is_none(&self, [x, y]: [u32; 2], len: u32) -> bool {
+        let row = self.places[1][y as usize];
+        let columns = [x, x + len - 1].map(|x| self.places[0][x as usize].first as usize);
+        [row.first, row.first + 1].into_iter().all(|row| {
+            let levels = &self.levels[row as usize * self.stride..];
+            levels[columns[0]..columns[1] + 2].iter().all(|&level| level == 0)
+        })
+    }
+
+    /// How far texels in a row are skin, 0 to 1.
+    ///
+    /// - `at`: column and row of the first.
+    /// - `weights`: of at most [`STRETCH`] texels.
+    #[inline(always)]
+    pub fn weights(&self, [x, y]: [u32; 2], weights: &mut [f32]) {
+        let row = self.places[1][y as usize];
+        let columns = &self.places[0][x as usize..][..weights.len()];
+        let [Some(first), Some(last)] = [columns.first(), columns.last()] else { return };
+        let first = first.first as usize;
+        // The mask has no more columns than the texture.
+        let mut between = [0.0_f32; STRETCH + 2];
+        let count = last.first as usize + 2 - first;
+        let [above, below] = [0, 1].map(|next| {
+            let row = (row.first + next) as usize * self.stride;
+            &self.levels[row + first..][..count]
+        });
+        for ((between, &above), &below) in between.iter_mut().zip(above).zip(below) {
+            let [above, below] = [above, below].map(|level| f32::from(level) * (1.0 / 255.0));
+            *between = above + (below - above) * row.share;
+        }
+        for (weight, column) in weights.iter_mut().zip(columns) {
+            let at = column.first as usize - first;
+            // Always so; and no check that it is.
+            let at = at.min(STRETCH);
+            *weight = between[at] + (between[at + 1] - between[at]) * column.share;
+        }
+    }
+}
+
+/// A mask with its edges once more on all sides.
+fn padded(levels: &[u8], size: Size) -> Vec<u8> {
+    let [width, height] = [size.width, size.height].map(|side| side as usize);
+    let mut padded = Vec::with_capacity((width + 2) * (height + 2));
+    for y in 0..height + 2 {
+        let row = &levels[y.saturating_sub(1).min(height - 1) * width..][..width];
+        padded.push(row[0]);
+        padded.extend_from_slice(row);
+        padded.push(row[width - 1]);
+    }
+    padded
+}
+
+/// Where the columns or rows of a texture lie between those of a mask.
+fn places(of_mask: u32, of_texture: u32) -> Vec<Place> {
+    let scale = f64::from(of_mask) / f64::from(of_texture);
+    let place = |at: u32| {
+        let at = (f64::from(at) + 0.5).mul_add(scale, 0.5);
+        Place { first: at as u32, share: at.fract() as f32 }
+    };
+    (0..of_texture).map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(size: Size, level: impl Fn(u32, u32) -> u8) -> Texture {
+        let texels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+        let levels = texels.map(|(x, y)| level(x, y)).collect();
+        Texture::new(size, Channels::Grey, Encoding::Data, Texels::U8(levels)).unwrap()
+    }
+
+    /// As a mask that was resized has it, wherever a stretch begins.
+    #[test]
+    fn reads_what_a_larger_mask_would_hold() {
+        let mut rng = fastrand::Rng::with_seed(4);
+        let noise: Vec<u8> = (0..13 * 9).map(|_| rng.u8(..)).collect();
+        for (of, from) in [
+            (Size::square(64), Size { width: 13, height: 9 }),
+            (Size { width: 13, height: 40 }, Size { width: 13, height: 9 }),
+            (Size { width: 30, height: 5 }, Size { width: 13, height: 9 }),
+            (Size::square(3), Size { width: 1, height: 1 }),
+        ] {
+            let texture = mask(from, |x, y| noise[(y * from.width + x) as usize]);
+            let wanted = texture.clone().resized(of, Filter::Bilinear, Averaging::Encoded).unwrap();
+            let mask = SkinMask::new(&texture, of).unwrap();
+            for y in 0..of.height {
+                for first in 0..of.width {
+                    let mut weights = [f32::NAN; STRETCH];
+                    let count = (of.width - first).min(STRETCH as u32) as usize;
+                    mask.weights([first, y], &mut weights[..count]);
+                    for (x, weight) in (first..).zip(&weights[..count]) {
+                        let wanted = wanted.get(x, y, 0);
+                        assert!((weight - wanted).abs() < 0.006, "{x}, {y}: {weight}, {wanted}");
+                    }
+                }
+            }
+        }
+    }
+}
