@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::{Blending, Content, Graft, GraftError};
-use crate::blend::{Blend, BlendMap, BlendOptions, Ground, Selection};
+use crate::blend::{Blend, BlendMap, BlendOptions, EyeRims, Ground, Selection};
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::labels::Labels;
@@ -167,7 +167,8 @@ impl GraftBuilder {
             Some(blend) => {
                 check_ground("blend", blend.ground(), &pair, direction)?;
                 let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
-                Some(Blending { blend, at })
+                let eye_rims = eye_rims(&blend, content, sizes.from);
+                Some(Blending { blend, at, eye_rims })
             }
         };
         Ok(Graft {
@@ -183,6 +184,12 @@ impl GraftBuilder {
             fit: OnceLock::new(),
         })
     }
+}
+
+/// The rims of eyeballs, where textures are of a head and what they show matters.
+pub(super) fn eye_rims(blend: &Blend, content: Content, size: Size) -> Option<Arc<EyeRims>> {
+    let asks = content == Content::Color && blend.options().asks_for_labels();
+    asks.then(|| EyeRims::new(blend.ground(), size)).flatten().map(Arc::new)
 }
 
 /// Refuses a size that no texture has.

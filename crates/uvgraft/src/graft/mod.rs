@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::blend::{Blend, BlendMap, Gains, Toning, ToningError};
+use crate::blend::{Blend, BlendMap, EyeRims, Gains, Toning, ToningError};
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
@@ -87,6 +87,8 @@ pub struct Graft {
 struct Blending {
     blend: Arc<Blend>,
     at: Arc<BlendMap>,
+    /// What textures do not know, where that matters.
+    eye_rims: Option<Arc<EyeRims>>,
 }
 
 /// A fitted texture; from [`Graft::fit`].
@@ -253,7 +255,11 @@ impl Graft {
         let resampler = Resampler::new(&self.way(), maps, from, self.filter());
         let sizes = Sizes { from, ..self.sizes };
         let resampler = Arc::new(resampler);
-        Ok(Self { sizes, resampler, fit: OnceLock::new(), ..self.clone() })
+        let blend = self.blend.clone().map(|blending| {
+            let eye_rims = builder::eye_rims(&blending.blend, self.content, from);
+            Blending { eye_rims, ..blending }
+        });
+        Ok(Self { sizes, resampler, blend, fit: OnceLock::new(), ..self.clone() })
     }
 
     /// The rows of a texture that results depend on; what the others hold does not matter. A fit and a blend that
@@ -333,7 +339,11 @@ impl Graft {
         if self.frames.is_some() && !texture.channels().has_color() {
             return Err(GraftError::Channels { found: texture.channels() });
         }
-        Ok(self.meant(texture.into_owned()))
+        let mut texture = self.meant(texture.into_owned());
+        if let Some(Blending { eye_rims: Some(rims), .. }) = &self.blend {
+            rims.fill(&mut texture);
+        }
+        Ok(texture)
     }
 
     fn finished(&self, formats: Formats, layer: Layer) -> Overlay {
