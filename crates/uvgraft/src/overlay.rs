@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::blend::{BlendMap, Gains, Toning, ToningError};
+use crate::blend::{BlendMap, Gains, Smooth, Toning, ToningError};
 #[cfg(doc)]
 use crate::color::Encoding;
 use crate::formats::Formats;
@@ -29,6 +29,8 @@ pub struct Overlay {
     blend: Option<(Arc<BlendMap>, Gains)>,
     /// For normal maps: what turns the normals of one layout into those of the other.
     normals: Option<(Arc<NormalFrames>, NormalOptions)>,
+    /// Of a blend: what parts have that are next to lines in the texture.
+    smooth: Option<Arc<Smooth>>,
 }
 
 /// What is laid over.
@@ -64,7 +66,7 @@ const ROWS_AT_ONCE: usize = 64;
 
 impl Overlay {
     pub(crate) fn new(resampler: Arc<Resampler>, formats: Formats, layer: Layer) -> Self {
-        Self { resampler, formats, layer, blend: None, normals: None }
+        Self { resampler, formats, layer, blend: None, normals: None, smooth: None }
     }
 
     /// The same of a normal map, in its working format.
@@ -75,6 +77,11 @@ impl Overlay {
     /// The same, laid over as a blend says: only in its region, with its weights.
     pub(crate) fn blended(self, blend: Arc<BlendMap>) -> Self {
         Self { blend: Some((blend, Gains::default())), ..self }
+    }
+
+    /// The same with smooth colours where the texture shows next to nothing.
+    pub(crate) fn smoothed(self, smooth: Smooth) -> Self {
+        Self { smooth: Some(Arc::new(smooth)), ..self }
     }
 
     /// The same without opacity in the result: what it is laid over has none, and nothing is seen
@@ -187,6 +194,8 @@ impl Overlay {
         let undercoat = blend.base_change(gains);
         let (channels, has_opacity) = (self.formats.channels(), self.formats.has_opacity());
         let width = map.size().width as usize * channels.count();
+        // What has opacity may be unknown there altogether.
+        let smooth = self.smooth.as_ref().filter(|_| !has_opacity);
         let (mut layer, mut controls) = (Vec::new(), Vec::new());
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
@@ -200,9 +209,15 @@ impl Overlay {
             }
             layer.resize(rows.len(), T::default());
             self.fill(first_row, &mut layer, values);
+            if let Some(smooth) = smooth {
+                smooth.lay(channels, first_row, &mut layer);
+            }
             let height = (rows.len() / width) as u32;
             if let Some(of) = gains.controls() {
                 of.rows(first_row, height, &mut controls);
+                if let Some(smooth) = smooth {
+                    smooth.settle(first_row, &mut controls);
+                }
             }
             finish.lay(channels, has_opacity, first_row, &layer, rows, &controls);
         }

@@ -13,6 +13,7 @@
 
 mod along_rim;
 mod between_skins;
+mod collapsed;
 mod compose;
 mod controls;
 mod cut;
@@ -32,6 +33,7 @@ mod tone;
 mod toning;
 mod undercoat;
 
+pub(crate) use collapsed::{Collapsed, Smooth};
 use compose::Finish;
 pub(crate) use controls::Controls;
 pub use cut::CutMesh;

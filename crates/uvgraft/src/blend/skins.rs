@@ -129,8 +129,8 @@ impl Skin {
                 let cheeks = head.anatomy.area(Area::Cheeks);
                 Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)
             };
-            let all = (0..mesh.faces().len()).collect();
-            let found = samples_where(mesh, base, all, |face, weights, _| {
+            let all: Vec<usize> = (0..mesh.faces().len()).collect();
+            let found = samples_where(mesh, base, &all, |face, weights, _| {
                 cheeks(face, weights).is_some_and(|cheeks| cheeks >= 0.5)
             });
             return Some((Self::new(found)?, true));
@@ -197,15 +197,15 @@ pub(crate) fn samples(
     let in_area = |face: usize| {
         mesh.faces()[face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 1.5
     };
-    let faces = (0..mesh.faces().len()).filter(|&face| in_area(face)).collect();
-    samples_where(mesh, texture, faces, |_, _, uv| is_wanted(uv))
+    let faces: Vec<usize> = (0..mesh.faces().len()).filter(|&face| in_area(face)).collect();
+    samples_where(mesh, texture, &faces, |_, _, uv| is_wanted(uv))
 }
 
 /// Colours of a texture at those places of some triangles that are wanted.
 fn samples_where(
     mesh: &Mesh,
     texture: &Texture,
-    faces: Vec<usize>,
+    faces: &[usize],
     is_wanted: impl Fn(usize, [f64; 3], [f64; 2]) -> bool + Sync,
 ) -> Vec<Rgb> {
     let sampler = Sampler::new(texture);

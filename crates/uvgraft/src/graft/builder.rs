@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::{Blending, Content, Graft, GraftError};
-use crate::blend::{Blend, BlendMap, BlendOptions, EyeRims, Ground, Selection};
+use super::{Blending, Content, Graft, GraftError, Unknown};
+use crate::blend::{Blend, BlendMap, BlendOptions, Ground, Selection};
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::labels::Labels;
@@ -167,8 +167,8 @@ impl GraftBuilder {
             Some(blend) => {
                 check_ground("blend", blend.ground(), &pair, direction)?;
                 let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
-                let eye_rims = eye_rims(&blend, content, sizes.from);
-                Some(Blending { blend, at, eye_rims })
+                let unknown = Unknown::new(&blend, resampler.map(), content, sizes.from);
+                Some(Blending { blend, at, unknown })
             }
         };
         Ok(Graft {
@@ -184,12 +184,6 @@ impl GraftBuilder {
             fit: OnceLock::new(),
         })
     }
-}
-
-/// The rims of eyeballs, where textures are of a head and what they show matters.
-pub(super) fn eye_rims(blend: &Blend, content: Content, size: Size) -> Option<Arc<EyeRims>> {
-    let asks = content == Content::Color && blend.options().asks_for_labels();
-    asks.then(|| EyeRims::new(blend.ground(), size)).flatten().map(Arc::new)
 }
 
 /// Refuses a size that no texture has.

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::blend::{Blend, BlendMap, EyeRims, Gains, Toning, ToningError};
+use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, Toning, ToningError};
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
@@ -87,8 +87,27 @@ pub struct Graft {
 struct Blending {
     blend: Arc<Blend>,
     at: Arc<BlendMap>,
-    /// What textures do not know, where that matters.
+    unknown: Unknown,
+}
+
+/// What textures do not know of the target, where a blend cares for what they show.
+#[derive(Debug, Clone, Default)]
+struct Unknown {
     eye_rims: Option<Arc<EyeRims>>,
+    collapsed: Option<Arc<Collapsed>>,
+}
+
+impl Unknown {
+    fn new(blend: &Blend, map: &Arc<SamplingMap>, content: Content, from: Size) -> Self {
+        if content != Content::Color || !blend.options().asks_for_labels() {
+            return Self::default();
+        }
+        let ground = blend.ground();
+        Self {
+            eye_rims: EyeRims::new(ground, from).map(Arc::new),
+            collapsed: Collapsed::new(ground, map, from).map(Arc::new),
+        }
+    }
 }
 
 /// A fitted texture; from [`Graft::fit`].
@@ -148,7 +167,15 @@ impl Graft {
         let texture = self.checked(texture.into())?;
         let formats = self.formats(texture.format(), base);
         let source = self.resampler.source(&formats, texture);
-        Ok(self.finished(formats, Layer::Sampled(Arc::new(source))))
+        let smooth = self.blend.as_ref().and_then(|Blending { blend, unknown, .. }| {
+            let collapsed = unknown.collapsed.as_ref()?;
+            Some(collapsed.smooth(blend.ground(), &source.texture))
+        });
+        let overlay = self.finished(formats, Layer::Sampled(Arc::new(source)));
+        Ok(match smooth {
+            Some(smooth) => overlay.smoothed(smooth),
+            None => overlay,
+        })
     }
 
     /// The tone that a texture and a base get from each other; nothing if the blend asks for none, or the content
@@ -256,8 +283,9 @@ impl Graft {
         let sizes = Sizes { from, ..self.sizes };
         let resampler = Arc::new(resampler);
         let blend = self.blend.clone().map(|blending| {
-            let eye_rims = builder::eye_rims(&blending.blend, self.content, from);
-            Blending { eye_rims, ..blending }
+            let map = self.resampler.map();
+            let unknown = Unknown::new(&blending.blend, map, self.content, from);
+            Blending { unknown, ..blending }
         });
         Ok(Self { sizes, resampler, blend, fit: OnceLock::new(), ..self.clone() })
     }
@@ -340,7 +368,7 @@ impl Graft {
             return Err(GraftError::Channels { found: texture.channels() });
         }
         let mut texture = self.meant(texture.into_owned());
-        if let Some(Blending { eye_rims: Some(rims), .. }) = &self.blend {
+        if let Some(rims) = self.blend.as_ref().and_then(|blend| blend.unknown.eye_rims.as_ref()) {
             rims.fill(&mut texture);
         }
         Ok(texture)

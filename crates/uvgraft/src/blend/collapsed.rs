@@ -1,0 +1,249 @@
+//! The inside of a mouth that is next to a line in the layout that textures come from.
+//!
+//! A closed mouth is a slit in one layout and an open circle in the other: each texel of the slit would be seen as a shard
+//! across all of it. Nothing is known of such a part but what is around it, so its colours are smooth between those.
+
+use std::sync::Arc;
+
+use crate::anatomy::Area;
+use crate::map::{SamplingMap, corners_px};
+use crate::piece::wide;
+use crate::texture::{Channels, Size, Texture, Value};
+use crate::threads::for_each_chunk;
+
+use super::controls::VALUES;
+use super::field::Slope;
+use super::sample::Sampler;
+use super::selection::Ground;
+
+/// Where a triangle is so much longer in the source than it is wide, in terms of the target, such a part begins,
+const LINE: f64 = 64.0;
+/// and it goes on where that is so much.
+const NARROW: f64 = 8.0;
+/// Smaller parts, as a share of all texels, are left as they are: shards of a few texels are seen by nobody.
+const LEAST: f64 = 5e-4;
+/// So often colours are averaged with those of the points around: enough for rings of ten points.
+const SWEEPS: usize = 400;
+
+/// The inside of mouths that textures show as next to lines, on a map's target.
+#[derive(Debug)]
+pub(crate) struct Collapsed {
+    map: Arc<SamplingMap>,
+    /// For each triangle of the target, whether it is of such a part.
+    faces: Vec<bool>,
+    /// The points of the parts.
+    points: Vec<Point>,
+    /// The points of each triangle that is of a part, as numbers in `points`.
+    corners: Vec<[u32; 3]>,
+}
+
+/// A point of a part.
+#[derive(Debug, Clone, Default)]
+struct Point {
+    /// Where textures are looked up beside the part; empty within it.
+    around: Vec<[f64; 2]>,
+    /// The points that it is joined to.
+    beside: Vec<u32>,
+}
+
+/// The colours that one texture gives to the parts.
+#[derive(Debug)]
+pub(crate) struct Smooth {
+    of: Arc<Collapsed>,
+    /// For each patch of the map that is of a part, red, green and blue; 1.0 is full.
+    slopes: Vec<Option<[Slope; 3]>>,
+}
+
+impl Collapsed {
+    /// Finds them; nothing where there are none.
+    pub fn new(ground: &Ground, map: &Arc<SamplingMap>, source: Size) -> Option<Self> {
+        let anatomy = ground.anatomy()?;
+        let surface = ground.surface();
+        let triangles = surface.triangles();
+        let areas = [Area::MouthInterior, Area::Lips].map(|area| anatomy.area(area));
+        // Behind ears there are such triangles too, and detail between them.
+        let of_mouth = |face: usize| {
+            let corners = ground.mesh().faces()[face].map(|vertex| vertex as usize);
+            corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
+        };
+        let thinness: Vec<f64> =
+            (0..triangles.len()).map(|face| thinness(ground, face, map.size(), source)).collect();
+        let mut faces = vec![false; triangles.len()];
+        let mut is_known = faces.clone();
+        for first in 0..triangles.len() {
+            let begins = thinness[first] >= LINE && of_mouth(first) >= 0.5;
+            if !begins || std::mem::replace(&mut is_known[first], true) {
+                continue;
+            }
+            let (mut part, mut next) = (vec![first as u32], 0);
+            while let Some(&face) = part.get(next) {
+                next += 1;
+                for &other in triangles[face as usize].iter().flat_map(|&at| surface.around(at)) {
+                    if thinness[other as usize] >= NARROW
+                        && of_mouth(other as usize) > 0.0
+                        && !std::mem::replace(&mut is_known[other as usize], true)
+                    {
+                        part.push(other);
+                    }
+                }
+            }
+            let area =
+                |face: u32| doubled_area(corners_px(ground.mesh(), face as usize, map.size()));
+            let texels = 0.5 * part.iter().map(|&face| area(face).abs()).sum::<f64>();
+            if texels >= LEAST * map.size().texels() as f64 {
+                part.into_iter().for_each(|face| faces[face as usize] = true);
+            }
+        }
+        if !faces.contains(&true) {
+            return None;
+        }
+        // What a part encloses is of it: a triangle whose points lie on one line by chance is no less between shards.
+        let mut is_of_part = vec![false; surface.positions().len()];
+        for face in (0..triangles.len()).filter(|&face| faces[face]) {
+            triangles[face].iter().for_each(|&point| is_of_part[point as usize] = true);
+        }
+        for (face, corners) in faces.iter_mut().zip(triangles) {
+            *face |= corners.iter().all(|&point| is_of_part[point as usize]);
+        }
+        let mut numbers = vec![u32::MAX; surface.positions().len()];
+        let mut points: Vec<Point> = Vec::new();
+        let mut corners = vec![[0; 3]; triangles.len()];
+        let read = ground.pair().from(ground.direction());
+        for face in (0..triangles.len()).filter(|&face| faces[face]) {
+            corners[face] = triangles[face].map(|point| {
+                let number = &mut numbers[point as usize];
+                if *number == u32::MAX {
+                    *number = points.len() as u32;
+                    let beyond =
+                        surface.around(point).iter().filter(|&&face| !faces[face as usize]);
+                    let pieces = beyond.flat_map(|&face| ground.pieces().of_face(face as usize));
+                    let around = pieces.map(|&piece| ground.middle(piece, read)).collect();
+                    points.push(Point { around, beside: Vec::new() });
+                }
+                *number
+            });
+            let [a, b, c] = corners[face];
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                points[from as usize].beside.push(to);
+                points[to as usize].beside.push(from);
+            }
+        }
+        Some(Self { map: Arc::clone(map), faces, points, corners })
+    }
+
+    /// The colours that a texture gives them.
+    ///
+    /// - `texture`: in the working format.
+    pub fn smooth(self: &Arc<Self>, ground: &Ground, texture: &Texture) -> Smooth {
+        let sampler = Sampler::new(texture);
+        let mean = |point: &Point| {
+            let mut sum = [0.0; 3];
+            for &uv in &point.around {
+                let [r, g, b, _] = sampler.rgba(uv);
+                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
+                    *sum += value / point.around.len() as f32;
+                }
+            }
+            sum
+        };
+        let mut colors: Vec<[f32; 3]> = self.points.iter().map(mean).collect();
+        let known: Vec<[f32; 3]> = (0..colors.len())
+            .filter(|&point| !self.points[point].around.is_empty())
+            .map(|point| colors[point])
+            .collect();
+        let overall = [0, 1, 2]
+            .map(|k| known.iter().map(|rgb| rgb[k]).sum::<f32>() / known.len().max(1) as f32);
+        let within: Vec<usize> =
+            (0..colors.len()).filter(|&point| self.points[point].around.is_empty()).collect();
+        within.iter().for_each(|&point| colors[point] = overall);
+        for _ in 0..SWEEPS {
+            for &point in &within {
+                let beside = &self.points[point].beside;
+                let sum = |k: usize| beside.iter().map(|&at| colors[at as usize][k]).sum::<f32>();
+                colors[point] = [0, 1, 2].map(|k| sum(k) / beside.len() as f32);
+            }
+        }
+        let slopes = self.map.patches().iter().map(|patch| {
+            let face = patch.face as usize;
+            self.faces[face].then(|| {
+                let corners_px = corners_px(ground.mesh(), face, self.map.size());
+                let of_corners = self.corners[face].map(|point| colors[point as usize]);
+                [0, 1, 2].map(|k| Slope::new(corners_px, of_corners.map(|rgb| rgb[k])))
+            })
+        });
+        Smooth { of: Arc::clone(self), slopes: slopes.collect() }
+    }
+}
+
+impl Smooth {
+    /// Gives the parts' texels in some rows their colours; what else they hold stays.
+    pub fn lay<T: Value>(&self, channels: Channels, first_row: u32, rows: &mut [T]) {
+        let count = channels.count();
+        let colors = if channels.has_color() { 3 } else { 1 };
+        let map = &self.of.map;
+        let one = T::ONE.to_level();
+        for_each_chunk(rows, map.size().width as usize * count, |index, texels| {
+            let row = first_row + index as u32;
+            for run in map.row(row) {
+                let Some(slopes) = &self.slopes[run.patch as usize] else { continue };
+                let part = run.x as usize * count..(run.x + run.len) as usize * count;
+                for (channel, slope) in slopes.iter().take(colors).enumerate() {
+                    let line = slope.line(run.x, row);
+                    let texels = texels[part.clone()].chunks_exact_mut(count);
+                    for (k, texel) in (0..).zip(texels) {
+                        texel[channel] = T::from_level(line.at(k) * one);
+                    }
+                }
+            }
+        });
+    }
+}
+
+impl Smooth {
+    /// Gives the parts' texels in some rows the controls of what is around a mouth: they take on half of a tone, as lips
+    /// do.
+    pub fn settle(&self, first_row: u32, controls: &mut [u8]) {
+        let map = &self.of.map;
+        for_each_chunk(controls, map.size().width as usize * VALUES, |index, texels| {
+            for run in map.row(first_row + index as u32) {
+                if self.slopes[run.patch as usize].is_some() {
+                    let part = run.x as usize * VALUES..(run.x + run.len) as usize * VALUES;
+                    texels[part].as_chunks_mut::<VALUES>().0.fill([128, 255]);
+                }
+            }
+        });
+    }
+}
+
+/// How much longer a triangle of the target is in the source than it is wide, where it would be a circle; 1 for one
+/// that is not carried whole.
+fn thinness(ground: &Ground, face: usize, target: Size, source: Size) -> f64 {
+    let &[piece] = ground.pieces().of_face(face) else { return 1.0 };
+    if ground.pieces().part(piece).is_some() {
+        return 1.0;
+    }
+    let read = ground.pair().from(ground.direction());
+    let to = corners_px(ground.mesh(), face, target);
+    let scale = [f64::from(source.width), f64::from(source.height)];
+    let from = ground.pieces().at_corners(piece, wide(read.uv_triangle(piece.from as usize)));
+    let from = from.map(|uv| [0, 1].map(|k| uv[k] * scale[k]));
+    let edges = |corners: [[f64; 2]; 3]| {
+        [1, 2].map(|k| [0, 1].map(|axis| corners[k][axis] - corners[0][axis]))
+    };
+    let ([p, q], [u, v]) = (edges(to), edges(from));
+    let area = p[0] * q[1] - p[1] * q[0];
+    if area == 0.0 {
+        return 1.0;
+    }
+    // The Jacobian, and its singular values.
+    let column = |a: f64, b: f64| [0, 1].map(|axis| (u[axis] * a + v[axis] * b) / area);
+    let (x, y) = (column(q[1], -p[1]), column(-q[0], p[0]));
+    let squares = x[0] * x[0] + x[1] * x[1] + y[0] * y[0] + y[1] * y[1];
+    let product = (x[0] * y[1] - x[1] * y[0]).abs();
+    let greatest = 0.5 * (squares + (squares * squares - 4.0 * product * product).max(0.0).sqrt());
+    if greatest > 0.0 { greatest / product.max(1e-9 * greatest) } else { 1.0 }
+}
+
+fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
