@@ -148,6 +148,24 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
             );
         });
     }
+    // What a face shows, and the skin of the body where that changes: of textures that show skin at all.
+    let skin = |size: Size| {
+        let mut rng = fastrand::Rng::with_seed(5);
+        let texel = |_| [200_u8, 150, 120].map(|level| level + rng.u8(..8));
+        let texels = Texels::U8((0..size.texels()).flat_map(texel).collect());
+        Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).expect("a sound size")
+    };
+    let (face, body) = (skin(SOURCE), skin(TARGET));
+    if ground.labels(&face).is_ok() {
+        for tone in [Tone::Base, Tone::Source] {
+            let blend = plain.membrane().tone(tone);
+            let graft = builder.clone().region(whole.clone()).blend(blend).build();
+            let graft = graft.expect("a region");
+            group.bench_function(format!("find the tone, {tone:?}"), |bencher| {
+                bencher.iter(|| graft.toning(&face, &body, body.format()).map(drop));
+            });
+        }
+    }
     let graft = builder.build().expect("sound sizes");
     group.bench_function("transfer without blend", |bencher| {
         bencher.iter_batched(
