@@ -1,11 +1,15 @@
-//! Which texels of a body's texture are skin, on the synthetic figure, whose parts name their material.
+//! Which texels of a body's texture are skin: on the synthetic figure, whose parts name their material, and on real bodies.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::labels::skin_of_body;
 use uvgraft::raster::ScanTriangle;
-use uvgraft::{Channels, Encoding, Graft, Pair, Size, Sizes, Texels, Texture};
+use uvgraft::{
+    Anatomy, Area, Channels, Direction, Encoding, Graft, Pair, Size, Sizes, Texels, Texture,
+};
 use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_io::image;
+use uvgraft_tests::real;
 
 const SIDE: usize = 1024;
 const SIZE: Size = Size::square(1024);
@@ -182,4 +186,35 @@ fn soft_shadows_and_noise_do_not_stop_skin() {
         rgb.map(|value| (value * shade + noise[texel]).clamp(0.0, 1.0))
     });
     assert_found("shaded", scene.found(&colors));
+}
+
+/// Legs that are paler than hands, and islands whose edges have bled.
+#[test]
+fn real_bodies_without_clothes_are_skin_all_over() {
+    let (Some(pair), Some(folder)) = (real::flame_to_smplx(), real::folder()) else { return };
+    let mesh = pair.to(Direction::Forward);
+    let anatomy = Anatomy::find(mesh).unwrap();
+    let others = [Area::Scalp, Area::Eyes, Area::MouthInterior, Area::Brows, Area::Lips];
+    let others = others.map(|area| anatomy.area(area));
+    for name in ["body_light.jpg", "body_medium.jpg"] {
+        let body = image::read(&folder.join(name)).unwrap().texture;
+        let found = skin_of_body(mesh, &body).unwrap();
+        let side = f64::from(found.size().width);
+        let (mut skin, mut all) = (0, 0);
+        for (face, corners) in mesh.faces().iter().enumerate() {
+            let is_other = |vertex: &u32| others.iter().any(|area| area[*vertex as usize] > 0.0);
+            if mesh.is_outside(face) || corners.iter().any(is_other) {
+                continue;
+            }
+            let uv = mesh.uv_triangle(face);
+            let [x, y] = [0, 1].map(|k| {
+                let middle = uv.iter().map(|uv| f64::from(uv[k])).sum::<f64>() / 3.0;
+                (middle * side).clamp(0.0, side - 1.0) as u32
+            });
+            skin += usize::from(found.get(x, y, 0) >= 0.5);
+            all += 1;
+        }
+        let share = skin as f64 / all as f64;
+        assert!(share > 0.97, "{name}: {:.1} % of {all} triangles", share * 100.0);
+    }
 }

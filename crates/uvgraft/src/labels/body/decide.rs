@@ -29,6 +29,10 @@ const WIDTH: usize = 6;
 const ALIKE: f32 = 2.5;
 /// The same beside hands and feet.
 const ALIKE_ENDS: f32 = 9.0;
+/// A part is seamless with skin if colours differ by less than this where it touches it,
+const SEAMLESS: f32 = 0.2;
+/// at so many texels within [`WIDTH`] of its edge for one of that.
+const LONG_TOUCH: f32 = 3.0;
 /// Tones that differ by less in hue and light are one.
 const SAME: (f32, f32) = (0.3, 0.03);
 /// How much farther in hue than hands other parts of the body may be.
@@ -75,6 +79,17 @@ impl Contrast {
 struct Likeness {
     hue: f32,
     light: f32,
+}
+
+/// How a part is joined to skin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Joint {
+    /// An edge of colour is between them.
+    Cut,
+    /// There is none, as far as can be told.
+    Open,
+    /// Both are one colour along much of its edge.
+    Seamless,
 }
 
 /// How far parts may be from skin.
@@ -201,18 +216,18 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Whether a part is not cut off from skin by an edge of colour.
+    /// Whether an edge of colour cuts a part off from skin.
     ///
     /// Of all ways to skin across edges as a whole: single ones cross where shadows make both sides alike. Hands and feet
     /// are redder than what they are at.
-    fn goes_on(&self, part: &[u32]) -> bool {
+    fn joint(&self, part: &[u32]) -> Joint {
         let grid = &self.body.grid;
         // One more than a texel's number, 0 for none: what is not written is no memory yet.
         let mut origin = vec![0; self.known.len()];
         part.iter().for_each(|&texel| origin[texel as usize] = texel + 1);
         let is_edge = |texel: u32| grid.neighbours(texel).any(|near| origin[near as usize] == 0);
         let mut edge: Vec<u32> = part.iter().copied().filter(|&texel| is_edge(texel)).collect();
-        let least = TOUCH * edge.len() as f32;
+        let (least, long) = (TOUCH * edge.len() as f32, LONG_TOUCH * edge.len() as f32);
         let (mut contrasts, mut of_touch) = ([Contrast::default(); 2], Contrast::default());
         for step in 0..ACROSS {
             let mut next = Vec::new();
@@ -240,10 +255,18 @@ impl<'a> Decision<'a> {
         }
         let [of_others, of_ends] = contrasts;
         // Skin may be no wider than what is close to its edge.
-        if of_others.count + of_ends.count < least {
-            return of_touch.is_within(ALIKE, least);
+        let is_open = if of_others.count + of_ends.count < least {
+            of_touch.is_within(ALIKE, least)
+        } else {
+            of_others.is_within(ALIKE, least) && of_ends.is_within(ALIKE_ENDS, least)
+        };
+        if !is_open {
+            Joint::Cut
+        } else if of_touch.count >= long.max(1.0) && of_touch.is_within(SEAMLESS, 0.0) {
+            Joint::Seamless
+        } else {
+            Joint::Open
         }
-        of_others.is_within(ALIKE, least) && of_ends.is_within(ALIKE_ENDS, least)
     }
 
     /// What looks like skin and growth has not reached, largest parts first.
@@ -289,7 +312,7 @@ impl<'a> Decision<'a> {
         let mut is_within = vec![false; self.known.len()];
         area.iter().for_each(|&texel| is_within[texel as usize] = true);
         for part in self.candidates(area.iter().copied(), |at| is_within[at]) {
-            if most.has(&self.likeness(&part)) && self.goes_on(&part) {
+            if most.has(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
                 self.grow(&part);
             }
         }
@@ -308,11 +331,23 @@ impl<'a> Decision<'a> {
         let most_hue = self.most_hue();
         let of_limbs = Likely { hue: most_hue.min(1.9), both: 1.9, light: 0.16 };
         let of_trunk = Likely { hue: most_hue.min(0.8), both: 1.5, light: 0.06 };
-        for (parts, most) in [(one_sided, of_limbs), (two_sided, of_trunk)] {
-            for part in parts {
-                if most.has(&self.likeness(&part)) && self.goes_on(&part) {
-                    self.grow(&part);
-                }
+        // A leg may be paler than hands all over, and is one colour with what it is at.
+        let if_seamless = Likely { both: 3.0, ..of_limbs };
+        for part in one_sided {
+            let likeness = self.likeness(&part);
+            let is_skin = if_seamless.has(&likeness)
+                && match self.joint(&part) {
+                    Joint::Cut => false,
+                    Joint::Open => of_limbs.has(&likeness),
+                    Joint::Seamless => true,
+                };
+            if is_skin {
+                self.grow(&part);
+            }
+        }
+        for part in two_sided {
+            if of_trunk.has(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
+                self.grow(&part);
             }
         }
     }
