@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use uvgraft::{
@@ -16,6 +17,14 @@ fn rgb(size: Size, color: impl Fn(u32, u32) -> [u8; 3]) -> Texture {
     let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
     let texels = Texels::U8(places.flat_map(|(x, y)| color(x, y)).collect());
     Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()
+}
+
+/// Rows and columns of the runs that are of some triangles of the target.
+fn runs_of(graft: &Graft, is_wanted: impl Fn(u32) -> bool) -> Vec<(u32, Range<u32>)> {
+    let map = graft.map();
+    let rows = (0..map.size().height).flat_map(|y| map.row(y).iter().map(move |run| (y, run)));
+    let wanted = rows.filter(|(_, run)| is_wanted(map.patches()[run.patch as usize].face));
+    wanted.map(|(y, run)| (y, run.x..run.x + run.len)).collect()
 }
 
 /// What a capture holds behind the lids, where it knows nothing, is seen through neither of two eyes on one disc.
@@ -57,15 +66,10 @@ fn eyes_show_nothing_of_what_is_beside_them_in_a_capture() {
                 .unwrap();
             let found = graft.apply(&face, &body).unwrap();
             let (mut seen, mut cyan) = (0, 0);
-            for y in 0..size.height {
-                for run in graft.map().row(y) {
-                    if !is_eye(graft.map().patches()[run.patch as usize].face) {
-                        continue;
-                    }
-                    for x in run.x..run.x + run.len {
-                        seen += 1;
-                        cyan += u32::from(found.get(x, y, 2) > found.get(x, y, 0));
-                    }
+            for (y, columns) in runs_of(&graft, is_eye) {
+                for x in columns {
+                    seen += 1;
+                    cyan += u32::from(found.get(x, y, 2) > found.get(x, y, 0));
                 }
             }
             assert!(seen > 500, "{seen} texels of eyes");
@@ -95,16 +99,11 @@ fn the_inside_of_a_mouth_has_no_shards() {
     let steep = |graft: &Graft| {
         let found = graft.apply(&body, &head).unwrap();
         let (mut steep, mut all) = (0, 0);
-        for y in 0..size.height {
-            for run in graft.map().row(y) {
-                if !is_inside(graft.map().patches()[run.patch as usize].face) {
-                    continue;
-                }
-                for x in run.x + 1..run.x + run.len {
-                    let step = found.get(x, y, 0) - found.get(x - 1, y, 0);
-                    all += 1;
-                    steep += u32::from(step.abs() > 3.0 / 255.0);
-                }
+        for (y, columns) in runs_of(graft, is_inside) {
+            for x in columns.skip(1) {
+                let step = found.get(x, y, 0) - found.get(x - 1, y, 0);
+                all += 1;
+                steep += u32::from(step.abs() > 3.0 / 255.0);
             }
         }
         f64::from(steep) / f64::from(all)

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use crate::anatomy::Area;
 use crate::map::{SamplingMap, corners_px};
+use crate::mesh::doubled_area;
 use crate::piece::wide;
 use crate::texture::{Channels, Size, Texture, Value};
 use crate::threads::for_each_chunk;
@@ -66,8 +67,10 @@ impl Collapsed {
             let corners = ground.mesh().faces()[face].map(|vertex| vertex as usize);
             corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
         };
-        let thinness: Vec<f64> =
-            (0..triangles.len()).map(|face| thinness(ground, face, map.size(), source)).collect();
+        let thinness_of = |face: usize| {
+            if of_mouth(face) > 0.0 { thinness(ground, face, map.size(), source) } else { 1.0 }
+        };
+        let thinness: Vec<f64> = (0..triangles.len()).map(thinness_of).collect();
         let mut faces = vec![false; triangles.len()];
         let mut is_known = faces.clone();
         for first in 0..triangles.len() {
@@ -80,7 +83,6 @@ impl Collapsed {
                 next += 1;
                 for &other in triangles[face as usize].iter().flat_map(|&at| surface.around(at)) {
                     if thinness[other as usize] >= NARROW
-                        && of_mouth(other as usize) > 0.0
                         && !std::mem::replace(&mut is_known[other as usize], true)
                     {
                         part.push(other);
@@ -197,9 +199,7 @@ impl Smooth {
             }
         });
     }
-}
 
-impl Smooth {
     /// Gives the parts' texels in some rows the controls of what is around a mouth: they take on half of a tone, as lips
     /// do.
     pub fn settle(&self, first_row: u32, controls: &mut [u8]) {
@@ -242,8 +242,4 @@ fn thinness(ground: &Ground, face: usize, target: Size, source: Size) -> f64 {
     let product = (x[0] * y[1] - x[1] * y[0]).abs();
     let greatest = 0.5 * (squares + (squares * squares - 4.0 * product * product).max(0.0).sqrt());
     if greatest > 0.0 { greatest / product.max(1e-9 * greatest) } else { 1.0 }
-}
-
-fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }

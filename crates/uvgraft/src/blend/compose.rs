@@ -99,6 +99,9 @@ impl Finish<'_> {
             };
             let lay_span = |span: &mut Span, texels: &mut [T]| {
                 let columns = span.columns();
+                if columns.is_empty() {
+                    return;
+                }
                 let part = columns.start * C..columns.end * C;
                 let (layer, texels) = (&layer[part.clone()], &mut texels[part]);
                 stretch::lay_span::<T, C>(level, span, controls_of(columns), layer, texels);

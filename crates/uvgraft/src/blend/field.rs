@@ -57,7 +57,7 @@ impl Slope {
     #[inline(always)]
     pub fn line(&self, x: u32, row: u32) -> Line {
         if self.least == self.most {
-            return Line { start: self.least, step: 0.0, least: self.least, most: self.most };
+            return Line::level(self.least);
         }
         let offset = [x, row].map(|px| f64::from(px) + 0.5);
         let start = self.at_origin
@@ -74,7 +74,12 @@ impl Slope {
 
 impl Line {
     /// 1 at every texel.
-    pub const ONE: Self = Self { start: 1.0, step: 0.0, least: 1.0, most: 1.0 };
+    pub const ONE: Self = Self::level(1.0);
+
+    /// A value at every texel.
+    const fn level(value: f32) -> Self {
+        Self { start: value, step: 0.0, least: value, most: value }
+    }
 
     /// Whether it is one value everywhere.
     pub fn is_level(&self) -> bool {

@@ -82,7 +82,7 @@ impl SkinMask {
         }
         for (weight, column) in weights.iter_mut().zip(columns) {
             let at = column.first as usize - first;
-            // Always so; and no check that it is.
+            // It never is more: said so that indices need no check.
             let at = at.min(STRETCH);
             *weight = between[at] + (between[at + 1] - between[at]) * column.share;
         }

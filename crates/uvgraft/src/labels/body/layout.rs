@@ -6,7 +6,7 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-use super::steps::Taps;
+use super::taps::Taps;
 
 /// The side of the grid.
 const SIDE: u32 = 1024;
@@ -103,7 +103,7 @@ impl BodyLayout {
         Ok(Self::with_anatomy(mesh, &Anatomy::find(mesh)?))
     }
 
-    /// - `anatomy`: of the mesh.
+    /// As [`BodyLayout::new`], for a mesh whose anatomy is known.
     pub fn with_anatomy(mesh: &Mesh, anatomy: &Anatomy) -> Self {
         let grid = LayoutGrid::new(mesh, Size::square(SIDE));
         let areas = AREAS.map(|area| anatomy.area(area));

@@ -10,6 +10,7 @@ mod decide;
 mod grow;
 mod layout;
 mod steps;
+mod taps;
 
 pub(crate) use layout::BodyLayout;
 
