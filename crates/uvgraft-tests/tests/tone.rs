@@ -12,7 +12,9 @@ use uvgraft::{
 };
 use uvgraft_avatar::Figure;
 use uvgraft_tests::looks::frame::figure_pair;
-use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, Layout, Skin};
+use uvgraft_tests::looks::{
+    BodyFrame, BodyLook, Collar, FaceLook, HeadFrame, Label, Labels, Layout, Skin,
+};
 
 const SIZES: Sizes = Sizes { from: Size::square(384), to: Size::square(768) };
 
@@ -256,5 +258,57 @@ fn depths_do_not_matter() {
             // Floats keep what filters make more than full, where there is no tone. Of 8 bits a level is rounded before its gain, which is up to 3, and after it.
             assert!(most * 255.0 < 2.5, "{depth:?}, {options:?}: {} levels", most * 255.0);
         }
+    }
+}
+
+/// With skin that becomes brighter towards the cloth below it.
+fn lit_by_cloth(face: &Texture, truth: &Labels, reach: u32) -> Texture {
+    let Size { width, height } = face.size();
+    let label = |x: u32, y: u32| truth.of_texels[(y * width + x) as usize];
+    let gain = |x: u32, y: u32| {
+        let cloth = (1..=reach).find(|far| y + far < height && label(x, y + far) == Label::Cloth);
+        match cloth {
+            Some(far) if label(x, y) == Label::Skin => 1.5 - 0.5 * far as f32 / reach as f32,
+            _ => 1.0,
+        }
+    };
+    let texel = |index: u32| {
+        let (x, y) = (index % width, index / width);
+        [0, 1, 2].map(|k| (face.get(x, y, k) * gain(x, y) * 255.0 + 0.5).min(255.0) as u8)
+    };
+    let values = (0..width * height).flat_map(texel).collect();
+    Texture::new(face.size(), Channels::Rgb, Encoding::Srgb, Texels::U8(values)).unwrap()
+}
+
+#[test]
+fn light_from_a_collar_does_not_reach_the_body() {
+    let stage = Stage::new();
+    let white = Collar::plain([0.93, 0.935, 0.95]);
+    let look = FaceLook { skin: Skin::BROWN, ..FaceLook::all()[0] }.collar(white.cut(0.3, 0.5));
+    let layout = Layout::new(stage.pair.source(), SIZES.from);
+    let painted = look.paint(stage.pair.source(), &HeadFrame::FIGURE, &layout);
+    let lit = lit_by_cloth(&painted.texture, &painted.truth, 20);
+    let labels = Arc::new(uvgraft::Labels::new(stage.pair.source(), &painted.texture).unwrap());
+    let all_skin =
+        Texture::filled(Size::square(8), Channels::Grey, Encoding::Data, Depth::U8, &[1.0]);
+    let all_skin = all_skin.unwrap();
+    let body = Layout::new(stage.pair.target(), SIZES.to);
+    for tone in [Tone::Source, Tone::Both] {
+        let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
+        let graft = Graft::builder(Arc::clone(&stage.pair), SIZES).blend(options);
+        let graft = graft.labels(Arc::clone(&labels)).skin(all_skin.clone()).build().unwrap();
+        let [plain, lit] =
+            [&painted.texture, &lit].map(|face| graft.apply(face, &stage.base).unwrap());
+        let mask = graft.mask();
+        let is_body = |&(x, y): &(u32, u32)| {
+            mask.get(x, y, 0) < 0.5 && body.spots()[(y * SIZES.to.width + x) as usize].is_some()
+        };
+        let texels = (0..SIZES.to.height).flat_map(|y| (0..SIZES.to.width).map(move |x| (x, y)));
+        let difference = |(x, y)| {
+            let [a, b] = [&plain, &lit].map(|texture| [0, 1, 2].map(|k| texture.get(x, y, k)));
+            uvgraft::metrics::delta_e(a, b)
+        };
+        let most = texels.filter(is_body).map(difference).fold(0.0, f64::max);
+        assert!(most < 2.0, "{tone:?}: ΔE {most}");
     }
 }

@@ -32,9 +32,13 @@ impl Overall {
         self.matrix.map_or(rgb, |matrix| matrix.apply(rgb))
     }
 
-    fn apply(&self, rgb: Rgb) -> Rgb {
-        let rgb = self.matched(rgb);
+    /// What becomes of a matched colour.
+    fn toned(&self, rgb: Rgb) -> Rgb {
         [0, 1, 2].map(|k| toned(rgb[k], self.gains[k], 1.0))
+    }
+
+    fn apply(&self, rgb: Rgb) -> Rgb {
+        self.toned(self.matched(rgb))
     }
 }
 
@@ -93,7 +97,9 @@ impl Blend {
         };
         let recolor = |side: usize| Recolor { matrix: overall[side].matrix, gains: gains(side) };
         let base = mask.map(|skin| (recolor(1), skin));
-        let source = (self.options.tone != Tone::Source).then(|| recolor(0));
+        let gives_way = self.options.tone != Tone::Source
+            || self.options.membrane && !self.beside_cloth.is_empty();
+        let source = gives_way.then(|| recolor(0));
         Ok(Recolored { source, base })
     }
 
@@ -155,15 +161,28 @@ impl Blend {
         };
         let matched = changed(&|side, rgb| overall[side].matched(rgb));
         let share = self.options.tone.share();
-        let log_gains = [(0, share), (1, 1.0 - share)].map(|(side, share)| {
-            let aim = |from: Rgb, to: Rgb| [0, 1, 2].map(|k| between(from[k], to[k], share));
+        let left = |side: usize, aim: &dyn Fn(Rgb, Rgb) -> Rgb| -> Option<Vec<[f64; 3]>> {
             // Gains as a whole: a shoulder bends two that follow each other otherwise than one.
             let found = rim.difference([&matched[side], &matched[1 - side]], None, aim)?;
             let everywhere = overall[side].gains.map(|gain| f64::from(gain.ln()));
             let left = |log: &[f64; 3]| [0, 1, 2].map(|k| log[k] - everywhere[k]);
             Some(found.log_gains.iter().map(left).collect())
-        });
-        let [Some(of_source), Some(of_base)] = log_gains else { return None };
+        };
+        let by_tone = |side: usize, share: f64| {
+            left(side, &|from, to| [0, 1, 2].map(|k| between(from[k], to[k], share)))
+        };
+        let mut of_source = by_tone(0, share)?;
+        let mut of_base = by_tone(1, 1.0 - share)?;
+        if share < 1.0 && !self.beside_cloth.is_empty() {
+            let gives_way = left(0, &|_, to| overall[1].toned(to))?;
+            for (index, &point) in rim.points.iter().enumerate() {
+                let far = f64::from(self.beside_cloth[point as usize]);
+                for k in 0..3 {
+                    of_source[index][k] += far * (gives_way[index][k] - of_source[index][k]);
+                    of_base[index][k] *= 1.0 - far;
+                }
+            }
+        }
         let toned = changed(&|side, rgb| overall[side].apply(rgb));
         let means = toned.map(|side| {
             let with_color = side.iter().filter(|(_, area)| *area > 0.0);

@@ -66,6 +66,9 @@ const FADE: f64 = 0.8;
 /// their colour bleeds into it.
 const MARGIN: f64 = 0.065;
 
+/// So far within the asked region's own rim a texture gives way beside cloth, in distances between the eyes: 15 mm.
+const BESIDE_CLOTH: f32 = 0.25;
+
 /// How a texture becomes one with the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -185,6 +188,9 @@ pub struct Blend {
     /// How far from the rim a tone that was found there has faded out; without a head it goes on everywhere.
     fade: Option<f64>,
     measure: Option<Measure>,
+    /// How far the rim at each point is beside cloth, from 0 to 1; empty where nothing was left out. There the texture
+    /// gives way at the rim whatever the tone, for a collar's shade and light on skin are no tone of a person's.
+    beside_cloth: Vec<f32>,
     /// What is skin in the base, if it is not to be estimated.
     skin: Option<Texture>,
     /// What textures show, if it is not to be found out.
@@ -296,6 +302,7 @@ impl Blend {
             inside,
             fade,
             measure,
+            beside_cloth: Vec::new(),
             skin: None,
             labels: None,
         })
@@ -355,8 +362,14 @@ impl Blend {
         let kept = self.ground.painted(side, &labels.kept(margin)).ok()?;
         let selection = self.selection.within(&kept).ok()?;
         let Self { skin, labels, .. } = self.clone();
+        let reach = BESIDE_CLOTH * self.ground.eye_distance().unwrap_or(1.0) as f32;
+        let beside_cloth = self.inside.iter().map(|inside| {
+            let t = (inside / reach).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        });
+        let beside_cloth = beside_cloth.collect();
         // If nothing is left the whole region stays: then it is no head that is labelled.
-        Some(Self { skin, labels, ..Self::new(&selection, self.options).ok()? })
+        Some(Self { beside_cloth, skin, labels, ..Self::new(&selection, self.options).ok()? })
     }
 
     /// The share of the region's surface that is cloth or background.
