@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::anatomy::Area;
 use crate::color::Encoding;
 use crate::labels::{Label, Labels, body_skin};
 use crate::metrics::delta_e;
@@ -12,13 +13,16 @@ use crate::texture::Texture;
 use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
 use super::sample::Sampler;
-use super::skins::{BodySkin, Skins, mean};
+use super::skins::{BodySkin, Skin, Skins, mean, samples};
 use super::tone::{GAINS, Matrix, gain_between, toned};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
 use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
+
+/// How much more or less of the contrast between cheeks and chest that gains leave there may be.
+const CONTRAST: [f32; 2] = [0.4, 2.5];
 
 /// What is done to one side's colours everywhere.
 #[derive(Debug, Clone, Copy)]
@@ -56,7 +60,11 @@ impl Blend {
         mask: Option<BaseSkin>,
         report: &mut ToneReport,
     ) -> Result<Recolored, ToningError> {
-        let overall = self.overall((source, base), skins, labels)?;
+        let mut overall = self.overall((source, base), skins, labels)?;
+        let chest = mask.as_ref().and_then(|mask| self.chest(base, skins, mask));
+        if let Some(chest) = chest {
+            overall[1].gains = self.keeping_contrast(&overall, skins, &chest);
+        }
         let rim = &measure.rim;
         let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
         let of_base = rim.base(base, |rgb| skins.body.model.likeness(rgb));
@@ -137,6 +145,37 @@ impl Blend {
             }
         }
         Ok(overall)
+    }
+
+    /// The skin of the base's chest, if it is bare and the base's cheeks are of the same person.
+    fn chest(&self, base: &Texture, skins: &Skins, mask: &BaseSkin) -> Option<Skin> {
+        let anatomy = self.ground.anatomy().filter(|_| skins.body.is_of_cheeks)?;
+        let mask = match (&self.skin, mask) {
+            (Some(mask), _) => Some(mask),
+            (None, BaseSkin::Mask(mask)) => Some(&**mask),
+            (None, BaseSkin::Model(_)) => None,
+        };
+        let is_skin = |uv| mask.is_none_or(|mask| Sampler::new(mask).brightness(uv) >= 0.8);
+        let found = samples(self.ground.mesh(), anatomy, Area::Chest, base, &is_skin);
+        Skin::new(found).filter(|chest| chest.is_like(&skins.body.skin))
+    }
+
+    /// The gains of the base after which its chest differs from the cheeks as much as it did: gains of other skins
+    /// would make that more or less. The base's own cheeks are not seen any more.
+    fn keeping_contrast(&self, overall: &[Overall; 2], skins: &Skins, chest: &Skin) -> Rgb {
+        let own = delta_e(skins.body.skin.color, chest.color);
+        let cheeks = overall[0].apply(skins.face.color);
+        let toned =
+            mean(&chest.samples.iter().map(|&rgb| overall[1].apply(rgb)).collect::<Vec<_>>());
+        let farther =
+            |by: f32| [0, 1, 2].map(|k| (cheeks[k] + by * (toned[k] - cheeks[k])).clamp(0.0, 1.0));
+        let [mut low, mut high] = CONTRAST;
+        for _ in 0..24 {
+            let middle = 0.5 * (low + high);
+            if delta_e(cheeks, farther(middle)) < own { low = middle } else { high = middle }
+        }
+        let matched = chest.samples.iter().map(|&rgb| overall[1].matched(rgb)).collect();
+        Skin { color: chest.color, samples: matched }.gains_to(farther(low))
     }
 
     /// How far a point is within what the rim changes: 1 at the rim, 0 where that has faded out.

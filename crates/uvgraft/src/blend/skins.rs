@@ -110,7 +110,7 @@ impl BodySkin {
 
 impl Skin {
     /// From colours, most of which are skin.
-    fn new(colors: Vec<Rgb>) -> Option<Self> {
+    pub fn new(colors: Vec<Rgb>) -> Option<Self> {
         let samples = without_outliers(colors)?;
         Some(Self { color: mean(&samples), samples })
     }
@@ -169,8 +169,13 @@ impl Skin {
         alike * 10 > found.len() * 9
     }
 
+    /// Whether both may be of one person.
+    pub fn is_like(&self, other: &Self) -> bool {
+        delta_e(self.color, other.color) < ALIKE
+    }
+
     /// The gains after which the mean of its colours is another one.
-    fn gains_to(&self, color: Rgb) -> Rgb {
+    pub fn gains_to(&self, color: Rgb) -> Rgb {
         [0, 1, 2].map(|k| {
             let mut gain = 1.0_f32;
             // The shoulder takes some away from highlights, so the gain is found step by step.

@@ -48,9 +48,14 @@ fn hair_share(light: f32, dark: f32) -> f32 {
     1.0 - of_skin.clamp(0.0, 1.0)
 }
 
-/// Weights, averaged with those beside on the surface; what islands do not cover is no part of it.
+/// Weights, averaged with those beside on the surface; what islands do not cover is no part of it. Eyes and teeth stay as
+/// they are: they are a few texels, and an edge of half the skin's tone would be much of them.
 fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
     map_indices(weights.len(), |texel| {
+        let own = &weights[texel];
+        if own[Label::Eye as usize] + own[Label::Mouth as usize] > 0.9 {
+            return *own;
+        }
         let (mut sum, mut total) = (weights[texel].map(|weight| 4.0 * weight), 4.0);
         grid.each_neighbour(texel as u32, |near| {
             for (sum, weight) in sum.iter_mut().zip(weights[near as usize]) {
