@@ -9,6 +9,7 @@ use uvgraft::{
 };
 use uvgraft_avatar::{Figure, paint_body, paint_head};
 use uvgraft_io::image;
+use uvgraft_tests::looks::{BodyFrame, BodyLook, Label, Layout, Painted};
 use uvgraft_tests::real;
 
 const SIDE: usize = 1024;
@@ -186,6 +187,28 @@ fn soft_shadows_and_noise_do_not_stop_skin() {
         rgb.map(|value| (value * shade + noise[texel]).clamp(0.0, 1.0))
     });
     assert_found("shaded", scene.found(&colors));
+}
+
+/// Sleeves, neck, arms and legs of the figure are meshes of their own, and each has shades of its own here.
+#[test]
+fn skin_goes_on_from_shell_to_shell() {
+    let figure = Figure::new();
+    let layout = Layout::new(&figure.body, SIZE);
+    for look in BodyLook::all() {
+        let Painted { texture, truth } = look.paint(&figure.body, &BodyFrame::FIGURE, &layout);
+        let found = skin_of_body(&figure.body, &texture).unwrap();
+        let Texels::U8(levels) = found.texels() else { panic!("8 bits") };
+        let share = |label: Label| {
+            let of = (0..levels.len()).filter(|&texel| truth.of_texels[texel] == label);
+            let skin = of.clone().filter(|&texel| levels[texel] >= 128).count();
+            skin as f64 / of.count() as f64
+        };
+        let [skin, cloth] = [share(Label::Skin), share(Label::Cloth)];
+        // Little of a neckline is wider than what is close to its edge.
+        let least = if look.clothing.shirt.is_some() { 0.85 } else { 0.95 };
+        assert!(skin > least, "{}: {:.1} % of the skin", look.name, skin * 100.0);
+        assert!(cloth < 0.02, "{}: {:.1} % of the cloth", look.name, cloth * 100.0);
+    }
 }
 
 /// Legs that are paler than hands, and islands whose edges have bled.

@@ -37,6 +37,11 @@ const ACROSS: u8 = 16;
 impl LayoutGrid {
     /// Rasterises a layout.
     pub fn new(mesh: &Mesh, size: Size) -> Self {
+        Self::with_edges(mesh, &Edges::new(mesh), size)
+    }
+
+    /// As [`LayoutGrid::new`], for a mesh whose edges are known.
+    pub fn with_edges(mesh: &Mesh, edges: &Edges, size: Size) -> Self {
         let map = SamplingMap::of_layout(mesh, size, &MapOptions::with_gutter(0));
         let mut face = vec![NONE; size.texels()];
         for y in 0..size.height {
@@ -78,7 +83,7 @@ impl LayoutGrid {
         });
         let mut grid =
             Self { size, face, weights, links, across: Vec::new(), across_starts: Vec::new() };
-        grid.link_seams(mesh);
+        grid.link_seams(mesh, edges);
         grid
     }
 
@@ -188,8 +193,7 @@ impl LayoutGrid {
         self.links[texel as usize] & BESIDE != BESIDE
     }
 
-    fn link_seams(&mut self, mesh: &Mesh) {
-        let edges = Edges::new(mesh);
+    fn link_seams(&mut self, mesh: &Mesh, edges: &Edges) {
         let mut links = Vec::new();
         for edge in &edges.shared {
             let [mut a, b] = edge.halves.map(|half| ends_uv(mesh, half));
@@ -227,13 +231,14 @@ impl LayoutGrid {
         (self.across, self.across_starts) = (links, starts);
     }
 
-    fn length_px(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
+    /// How many texels long a way through the layout is.
+    pub fn length_px(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
         let size = [self.size.width, self.size.height].map(f64::from);
         (0..2).map(|k| ((to[k] - from[k]) * size[k]).powi(2)).sum::<f64>().sqrt()
     }
 
     /// The texel of a triangle's island that is nearest to a place on one of its edges, among those that touch it.
-    fn near(&self, mesh: &Mesh, ends: [[f64; 2]; 2], face: u32, along: f64) -> Option<u32> {
+    pub fn near(&self, mesh: &Mesh, ends: [[f64; 2]; 2], face: u32, along: f64) -> Option<u32> {
         let size = [self.size.width, self.size.height].map(f64::from);
         let middle = {
             let uv = mesh.uv_triangle(face as usize).map(|uv| uv.map(f64::from));
@@ -253,7 +258,7 @@ impl LayoutGrid {
 }
 
 /// Where the ends of a triangle's edge are in the layout.
-fn ends_uv(mesh: &Mesh, half: u32) -> [[f64; 2]; 2] {
+pub(crate) fn ends_uv(mesh: &Mesh, half: u32) -> [[f64; 2]; 2] {
     let (face, corner) = (half as usize / 3, half as usize % 3);
     let uv = mesh.uv_triangle(face);
     [uv[corner], uv[(corner + 1) % 3]].map(|uv| uv.map(f64::from))

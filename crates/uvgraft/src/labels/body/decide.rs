@@ -198,7 +198,7 @@ impl<'a> Decision<'a> {
     }
 
     fn grow(&mut self, seeds: &[u32]) {
-        self.growth.add(&self.body.grid, self.steps, seeds.iter().copied(), &self.is_open);
+        self.growth.add(self.body, self.steps, seeds, &self.is_open);
     }
 
     fn likeness(&self, part: &[u32]) -> Likeness {
@@ -282,7 +282,7 @@ impl<'a> Decision<'a> {
                 && !self.growth.has(texel)
                 && is_place(at)
         };
-        let mut found = parts(&self.body.grid, self.steps, CUT, from, is_like);
+        let mut found = parts(self.body, self.steps, CUT, from, is_like);
         found.retain(|part| part.len() >= self.share(LEAST_PART));
         found.sort_by_key(|part| std::cmp::Reverse(part.len()));
         found
@@ -358,15 +358,15 @@ impl<'a> Decision<'a> {
         let is_free =
             |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier.narrow[at];
         let mut side = map_indices(known.len(), |at| {
-            (is_free(at) && !steps.barrier.wide[at] && self.growth.has(at as u32)).then_some(true)
+            (is_free(at) && self.growth.has_core(at as u32)).then_some(true)
         });
         let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
-        for part in parts(&body.grid, steps, CUT, self.texels(), is_other) {
+        for part in parts(body, steps, CUT, self.texels(), is_other) {
             if part.len() >= self.share(LEAST_PART) {
                 part.into_iter().for_each(|texel| side[texel as usize] = Some(false));
             }
         }
-        divided(&body.grid, steps, &mut side);
+        divided(body, steps, &mut side);
         self.is_skin = map_indices(side.len(), |at| side[at].unwrap_or(false) && self.is_open[at]);
     }
 

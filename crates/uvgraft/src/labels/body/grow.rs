@@ -1,7 +1,6 @@
 //! Growth over a grid of texels whose steps cost.
 
-use crate::layout_grid::LayoutGrid;
-
+use super::layout::BodyLayout;
 use super::steps::{Steps, UNITS};
 
 /// No way leads there.
@@ -12,11 +11,19 @@ const FAR: u16 = u16::MAX;
 pub(super) struct Growth {
     distance: Vec<u16>,
     most: usize,
+    /// What is surely within, not merely close to an edge.
+    is_core: Vec<bool>,
 }
 
 impl Growth {
     pub fn new(texels: usize, reach: f32) -> Self {
-        Self { distance: vec![FAR; texels], most: (reach * UNITS) as usize }
+        let most = (reach * UNITS) as usize;
+        Self { distance: vec![FAR; texels], most, is_core: vec![false; texels] }
+    }
+
+    /// Whether it reached a texel that is not close to an edge, or is of a part that has no other.
+    pub fn has_core(&self, texel: u32) -> bool {
+        self.is_core[texel as usize]
     }
 
     /// Whether it reached a texel.
@@ -25,38 +32,42 @@ impl Growth {
     }
 
     /// Grows from seeds over free texels first, then from there into the barriers around them and no farther.
-    pub fn add(
-        &mut self,
-        grid: &LayoutGrid,
-        steps: &Steps,
-        seeds: impl Iterator<Item = u32>,
-        is_open: &[bool],
-    ) {
+    pub fn add(&mut self, body: &BodyLayout, steps: &Steps, seeds: &[u32], is_open: &[bool]) {
+        let outside = |barrier: &[bool]| -> Vec<u32> {
+            let is_free = |&seed: &u32| is_open[seed as usize] && !barrier[seed as usize];
+            seeds.iter().copied().filter(is_free).collect()
+        };
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.most + 1];
-        buckets[0].extend(
-            seeds.filter(|&seed| is_open[seed as usize] && !steps.barrier.wide[seed as usize]),
-        );
+        buckets[0] = outside(&steps.barrier.wide);
+        if buckets[0].is_empty() {
+            // Ankles between trousers and shoes are close to edges all over.
+            buckets[0] = outside(&steps.barrier.narrow);
+        }
         for &seed in &buckets[0] {
             self.distance[seed as usize] = 0;
+            self.is_core[seed as usize] = true;
         }
         let mut rim = Vec::new();
-        self.spread(grid, steps, &mut buckets, |next, from| {
+        let mut core = std::mem::take(&mut self.is_core);
+        self.spread(body, steps, &mut buckets, |next, from| {
             if steps.barrier.wide[next as usize] {
                 rim.push(from);
                 return false;
             }
+            core[next as usize] |= is_open[next as usize];
             is_open[next as usize]
         });
+        self.is_core = core;
         rim.iter()
             .for_each(|&texel| buckets[usize::from(self.distance[texel as usize])].push(texel));
-        self.spread(grid, steps, &mut buckets, |next, _| {
+        self.spread(body, steps, &mut buckets, |next, _| {
             is_open[next as usize] && steps.barrier.wide[next as usize]
         });
     }
 
     fn spread(
         &mut self,
-        grid: &LayoutGrid,
+        body: &BodyLayout,
         steps: &Steps,
         buckets: &mut [Vec<u32>],
         mut may_enter: impl FnMut(u32, u32) -> bool,
@@ -67,7 +78,7 @@ impl Growth {
                 if usize::from(self.distance[texel as usize]) < bucket {
                     continue;
                 }
-                steps.ways(grid, texel, |next, cost| {
+                steps.ways(body, texel, |next, cost| {
                     let there = bucket + usize::from(cost);
                     if there < buckets.len()
                         && there < usize::from(self.distance[next as usize])
@@ -83,7 +94,7 @@ impl Growth {
 }
 
 /// Gives each texel without a side that of the nearest texel that has one; a watershed along the highest steps.
-pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>]) {
+pub(super) fn divided(body: &BodyLayout, steps: &Steps, side: &mut [Option<bool>]) {
     const FARTHEST: usize = 64 * UNITS as usize;
     let mut distance = vec![FAR; side.len()];
     let fixed: Vec<bool> = side.iter().map(Option::is_some).collect();
@@ -92,7 +103,7 @@ pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>
         if side[texel as usize].is_some() {
             continue;
         }
-        for near in grid.neighbours(texel).filter(|&near| side[near as usize].is_some()) {
+        for near in body.grid.neighbours(texel).filter(|&near| side[near as usize].is_some()) {
             if std::mem::replace(&mut distance[near as usize], 0) == FAR {
                 buckets[0].push(near);
             }
@@ -106,7 +117,7 @@ pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>
             if usize::from(distance[texel as usize]) < bucket {
                 continue;
             }
-            steps.ways(grid, texel, |next, cost| {
+            steps.ways(body, texel, |next, cost| {
                 let there = bucket + usize::from(cost);
                 let is_nearer = there < usize::from(distance[next as usize]);
                 if there < FARTHEST && is_nearer && !fixed[next as usize] {
@@ -124,14 +135,14 @@ pub(super) fn divided(grid: &LayoutGrid, steps: &Steps, side: &mut [Option<bool>
 /// - `from`: texels to look at; parts without any of them are left out.
 /// - `is_open`: is asked for each texel until it says no.
 pub(super) fn parts(
-    grid: &LayoutGrid,
+    body: &BodyLayout,
     steps: &Steps,
     most: f32,
     from: impl Iterator<Item = u32>,
     is_open: impl Fn(u32) -> bool,
 ) -> Vec<Vec<u32>> {
     let most = (most * UNITS) as u16;
-    let mut known = vec![false; grid.size().texels()];
+    let mut known = vec![false; body.grid.size().texels()];
     let mut parts = Vec::new();
     for first in from {
         if known[first as usize] || !is_open(first) {
@@ -141,7 +152,7 @@ pub(super) fn parts(
         let (mut part, mut next) = (vec![first], 0);
         while let Some(&texel) = part.get(next) {
             next += 1;
-            steps.ways(grid, texel, |other, cost| {
+            steps.ways(body, texel, |other, cost| {
                 if cost <= most && !known[other as usize] && is_open(other) {
                     known[other as usize] = true;
                     part.push(other);

@@ -1,15 +1,20 @@
 //! Where on a body each texel is.
 
 use crate::anatomy::{Anatomy, AnatomyError, Area};
+use crate::edges::Edges;
 use crate::layout_grid::{LayoutGrid, NONE};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
+use super::shells::Contacts;
 use super::taps::Taps;
 
 /// The side of the grid.
 const SIDE: u32 = 1024;
+
+/// Shells this close to each other touch, in distances between the eyes: 2 cm.
+const CONTACT: f64 = 0.32;
 
 /// How far a texel of the head belongs to areas with labels of their own.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +37,7 @@ impl Bits {
     const FEATURE: u8 = 4;
     const DETAIL: u8 = 8;
     const LEFT: u8 = 16;
+    const CONTACT: u8 = 32;
 
     /// Whether there is a triangle.
     pub fn is_covered(self) -> bool {
@@ -53,6 +59,11 @@ impl Bits {
         self.0 & Self::DETAIL != 0
     }
 
+    /// Whether another shell is close to it.
+    pub fn is_contact(self) -> bool {
+        self.0 & Self::CONTACT != 0
+    }
+
     /// Whether it is on the left half of the body.
     pub fn is_left(self) -> bool {
         self.0 & Self::LEFT != 0
@@ -64,6 +75,7 @@ impl Bits {
 pub(crate) struct BodyLayout {
     pub(super) grid: LayoutGrid,
     pub(super) bits: Vec<Bits>,
+    pub(super) contacts: Contacts,
     /// How many texels are covered.
     pub(super) covered: usize,
     /// The texels of cheeks, nose and forehead.
@@ -105,7 +117,9 @@ impl BodyLayout {
 
     /// As [`BodyLayout::new`], for a mesh whose anatomy is known.
     pub fn with_anatomy(mesh: &Mesh, anatomy: &Anatomy) -> Self {
-        let grid = LayoutGrid::new(mesh, Size::square(SIDE));
+        let edges = Edges::new(mesh);
+        let grid = LayoutGrid::with_edges(mesh, &edges, Size::square(SIDE));
+        let contacts = Contacts::new(mesh, &edges, &grid, CONTACT * anatomy.frame().unit);
         let areas = AREAS.map(|area| anatomy.area(area));
         // Most triangles of a body belong to none of them.
         let has_any: Vec<bool> = map_indices(mesh.faces().len(), |face| {
@@ -123,6 +137,9 @@ impl BodyLayout {
                 let mut bits = 0;
                 if face != NONE {
                     bits = Bits::COVERED;
+                    if contacts.has(texel as u32) {
+                        bits |= Bits::CONTACT;
+                    }
                     if grid.at_texel(mesh, &left, texel) > 0.0 {
                         bits |= Bits::LEFT;
                     }
@@ -147,7 +164,7 @@ impl BodyLayout {
         let [face, cheeks, neck, hands, feet] = all.lists;
         let (bits, details) = (all.bits, all.details);
         let taps = [0, 1].map(|axis| Taps::new(&grid, axis));
-        Self { grid, bits, covered, face, cheeks, neck, hands, feet, details, taps }
+        Self { grid, bits, contacts, covered, face, cheeks, neck, hands, feet, details, taps }
     }
 }
 

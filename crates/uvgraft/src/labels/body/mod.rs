@@ -9,6 +9,7 @@ mod barrier;
 mod decide;
 mod grow;
 mod layout;
+mod shells;
 mod steps;
 mod taps;
 

@@ -86,18 +86,23 @@ impl Steps {
 
     /// The texels beside one, and what it costs to get there.
     #[inline]
-    pub fn ways(&self, grid: &LayoutGrid, texel: u32, mut visit: impl FnMut(u32, u16)) {
+    pub fn ways(&self, body: &BodyLayout, texel: u32, mut visit: impl FnMut(u32, u16)) {
+        let grid = &body.grid;
+        let mut jump = |other: u32| {
+            let change = distance(self.seen[texel as usize], self.seen[other as usize]);
+            let cost = ((change - self.noise).max(0.0) * UNITS) as u16;
+            visit(other, cost.max(self.costs[other as usize]));
+        };
+        if body.bits[texel as usize].is_contact() {
+            body.contacts.of(texel).for_each(&mut jump);
+        }
         if grid.is_inside(texel) {
             grid.each_neighbour(texel, |near| visit(near, self.costs[near as usize]));
             return;
         }
+        grid.across(texel).for_each(&mut jump);
         for near in grid.beside(texel).into_iter().filter(|&near| near != NONE) {
             visit(near, self.costs[near as usize]);
-        }
-        for other in grid.across(texel) {
-            let change = distance(self.seen[texel as usize], self.seen[other as usize]);
-            let cost = ((change - self.noise).max(0.0) * UNITS) as u16;
-            visit(other, cost.max(self.costs[other as usize]));
         }
     }
 }

@@ -1,0 +1,171 @@
+//! Where the shells that a body is made of touch.
+//!
+//! Sleeves, hands or a neck may be meshes of their own, whose open edges lie at another shell or reach into it. Nothing
+//! joins them on the surface, though colours tell whether skin goes on there as they do at UV seams.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::edges::{Edges, NONE};
+use crate::layout_grid::{self, LayoutGrid, ends_uv};
+use crate::mesh::Mesh;
+use crate::threads::map_indices;
+
+type Cell = [i32; 3];
+
+/// A place at the open edge of a shell.
+struct Place {
+    texel: u32,
+    at: [f32; 3],
+    shell: u32,
+}
+
+/// Texels at open edges of shells, each with the nearest one of another shell.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Contacts {
+    /// Both ways, sorted.
+    pairs: Vec<(u32, u32)>,
+}
+
+impl Contacts {
+    /// - `edges`: of the mesh.
+    /// - `reach`: how far another shell may be, in the mesh's unit.
+    pub fn new(mesh: &Mesh, edges: &Edges, grid: &LayoutGrid, reach: f64) -> Self {
+        let shells = shells(edges);
+        if shells.iter().all(|shell| *shell == shells[0]) {
+            return Self::default();
+        }
+        let places = open_edges(mesh, grid, edges, &shells);
+        let reach = reach as f32;
+        let cell = |at: [f32; 3]| at.map(|value| (value / reach).floor() as i32);
+        let wanted: HashSet<Cell> =
+            places.iter().flat_map(|place| around(cell(place.at))).collect();
+        let near = texels_in(mesh, grid, &wanted, cell);
+        let nearest = map_indices(places.len(), |index| {
+            let place = &places[index];
+            let candidates = around(cell(place.at)).filter_map(|cell| near.get(&cell)).flatten();
+            let squared =
+                |at: &[f32; 3]| (0..3).map(|k| (at[k] - place.at[k]).powi(2)).sum::<f32>();
+            let shell_of = |texel: u32| shells[grid.faces()[texel as usize] as usize];
+            candidates
+                .filter(|(texel, _)| shell_of(*texel) != place.shell)
+                .map(|(texel, at)| (squared(at), *texel))
+                .filter(|(squared, _)| *squared <= reach * reach)
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .map(|(_, texel)| (place.texel, texel))
+        });
+        let both = nearest.into_iter().flatten().flat_map(|(a, b)| [(a, b), (b, a)]);
+        let mut pairs: Vec<(u32, u32)> = both.collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        Self { pairs }
+    }
+
+    /// Whether a texel has any.
+    pub fn has(&self, texel: u32) -> bool {
+        self.of(texel).next().is_some()
+    }
+
+    /// The texels of other shells that are close to one.
+    pub fn of(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
+        let first = self.pairs.partition_point(|&(from, _)| from < texel);
+        let others = self.pairs[first..].iter().take_while(move |&&(from, _)| from == texel);
+        others.map(|&(_, to)| to)
+    }
+}
+
+/// A number for each triangle's shell.
+fn shells(edges: &Edges) -> Vec<u32> {
+    let mut parents: Vec<u32> = (0..edges.vertex_count as u32).collect();
+    fn root(parents: &mut [u32], mut point: u32) -> u32 {
+        while parents[point as usize] != point {
+            let above = parents[parents[point as usize] as usize];
+            parents[point as usize] = above;
+            point = above;
+        }
+        point
+    }
+    for &[a, b, c] in &edges.vertices {
+        let a = root(&mut parents, a);
+        for other in [b, c] {
+            let other = root(&mut parents, other);
+            parents[other as usize] = a;
+        }
+    }
+    edges.vertices.iter().map(|corners| root(&mut parents, corners[0])).collect()
+}
+
+/// Places along all edges that have no triangle on the other side, one for each texel there.
+fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> Vec<Place> {
+    let mut places = Vec::new();
+    let open = (0u32..).zip(&edges.opposite).filter(|(_, opposite)| **opposite == NONE);
+    for (half, _) in open {
+        let (face, corner) = (half as usize / 3, half as usize % 3);
+        let ends = ends_uv(mesh, half);
+        let corners = mesh.faces()[face];
+        let [from, to] = [corners[corner], corners[(corner + 1) % 3]]
+            .map(|vertex| mesh.positions()[vertex as usize]);
+        let steps = (grid.length_px(ends).ceil() as usize).clamp(1, 4096);
+        for step in 0..steps {
+            let along = (step as f64 + 0.5) / steps as f64;
+            if let Some(texel) = grid.near(mesh, ends, face as u32, along) {
+                let at = [0, 1, 2].map(|k| from[k] + (to[k] - from[k]) * along as f32);
+                places.push(Place { texel, at, shell: shells[face] });
+            }
+        }
+    }
+    places
+}
+
+/// The texels in some cells, and where they are.
+fn texels_in(
+    mesh: &Mesh,
+    grid: &LayoutGrid,
+    wanted: &HashSet<Cell>,
+    cell: impl Fn([f32; 3]) -> Cell + Sync,
+) -> HashMap<Cell, Vec<(u32, [f32; 3])>> {
+    let reaches_in = map_indices(mesh.faces().len(), |face| {
+        let corners = mesh.faces()[face].map(|vertex| cell(mesh.positions()[vertex as usize]));
+        let [low, high] = [i32::min, i32::max]
+            .map(|best| [0, 1, 2].map(|k| best(best(corners[0][k], corners[1][k]), corners[2][k])));
+        is_near_any(low, high, wanted)
+    });
+    let axes = [0, 1, 2].map(|k| mesh.positions().iter().map(|at| at[k]).collect::<Vec<f32>>());
+    let width = grid.size().width as usize;
+    let rows = map_indices(grid.size().height as usize, |y| {
+        let is_near = |&texel: &usize| {
+            let face = grid.faces()[texel];
+            face != layout_grid::NONE && reaches_in[face as usize]
+        };
+        let places = (y * width..(y + 1) * width).filter(is_near).map(|texel| {
+            let at = [0, 1, 2].map(|k| grid.at_texel(mesh, &axes[k], texel));
+            (cell(at), (texel as u32, at))
+        });
+        places.filter(|(cell, _)| wanted.contains(cell)).collect::<Vec<_>>()
+    });
+    let mut found: HashMap<Cell, Vec<(u32, [f32; 3])>> = HashMap::new();
+    for (cell, place) in rows.into_iter().flatten() {
+        found.entry(cell).or_default().push(place);
+    }
+    found
+}
+
+/// Whether any cell of a box is wanted, as far as can be told at little cost.
+fn is_near_any(low: Cell, high: Cell, wanted: &HashSet<Cell>) -> bool {
+    const MOST: i64 = 64;
+    let sides = [0, 1, 2].map(|k| i64::from(high[k]) - i64::from(low[k]) + 1);
+    let count = sides.into_iter().fold(1, i64::saturating_mul);
+    count > MOST
+        || (low[0]..=high[0]).any(|x| {
+            (low[1]..=high[1]).any(|y| (low[2]..=high[2]).any(|z| wanted.contains(&[x, y, z])))
+        })
+}
+
+/// A cell and all that touch it.
+fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
+    (-1..=1).flat_map(move |dx| {
+        (-1..=1).flat_map(move |dy| {
+            (-1..=1)
+                .map(move |dz| [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)])
+        })
+    })
+}
