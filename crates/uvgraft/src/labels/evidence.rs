@@ -20,6 +20,8 @@ pub(super) struct Evidence {
     pub light: Vec<f32>,
     /// Logarithm of how much lighter it is than the cheeks.
     pub light_of_face: Vec<f32>,
+    /// How much redder than the skin around it is, in a* of CIELAB: lips are, teeth are less.
+    pub red: Vec<f32>,
     /// The distance from cheeks, forehead and nose in steps of colour, ΔE beyond noise.
     pub step: Vec<f32>,
     pub steps: Steps,
@@ -62,13 +64,16 @@ impl Evidence {
                 && deviation.hue < 2.5
                 && deviation.light.abs() < 0.7
         };
-        let around =
-            Surroundings::new(grid, |texel| is_skin(texel).then_some(light_of_face[texel]));
-        let width = grid.size().width as usize;
-        let light = map_indices(light_of_face.len(), |texel| {
-            light_of_face[texel] - around.at(texel % width, texel / width)
-        });
         let steps = steps(head, &colors);
+        let width = grid.size().width as usize;
+        let above_skin = |value: &(dyn Fn(usize) -> f32 + Sync)| {
+            let around = Surroundings::new(grid, |texel| is_skin(texel).then(|| value(texel)));
+            map_indices(light_of_face.len(), |texel| {
+                value(texel) - around.at(texel % width, texel / width)
+            })
+        };
+        let light = above_skin(&|texel| light_of_face[texel]);
+        let red = above_skin(&|texel| steps.lab[texel][1]);
         let is_seed = |&texel: &u32| {
             let texel = texel as usize;
             let area = areas.cheeks[texel].max(areas.nose[texel]).max(areas.forehead[texel]);
@@ -83,6 +88,7 @@ impl Evidence {
             pale: deviation.iter().map(|deviation| deviation.pale).collect(),
             light,
             light_of_face,
+            red,
             step,
             steps,
             known: colors.known,

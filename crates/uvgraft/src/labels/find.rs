@@ -300,8 +300,8 @@ impl<'a> Finder<'a> {
     /// What a texel is, softly.
     fn weights(&self, texel: usize, cloth: f32, hair: f32, other: f32) -> [f32; 8] {
         let areas = &self.head.areas;
-        let Evidence { hue, pale, light, .. } = &self.evidence;
-        let (hue, pale, light) = (hue[texel], pale[texel], light[texel]);
+        let Evidence { hue, pale, light, red, .. } = &self.evidence;
+        let (hue, pale, light, red) = (hue[texel], pale[texel], light[texel], red[texel]);
         let mut weights = [0.0; 8];
         let mut rest = 1.0_f32;
         let mut take = |label: Label, share: f32| {
@@ -313,8 +313,12 @@ impl<'a> Finder<'a> {
         take(Label::Eye, ramp(0.3, 0.7, areas.eyes[texel]));
         take(Label::Mouth, ramp(0.3, 0.7, areas.mouth[texel]));
         let (lips, sockets, brows) = (areas.lips[texel], areas.sockets[texel], areas.brows[texel]);
-        // Teeth are paler than skin and hardly darker, or lighter where no colour tells; between lips it is black.
-        let teeth = (ramp(3.5, 6.0, pale) * ramp(-0.5, -0.2, light)).max(ramp(0.1, 0.25, light));
+        // Teeth are paler than skin and hardly darker, or yellower where skin is as pale, or lighter where no colour tells;
+        // never redder as lips are. Between lips it is black.
+        let inner = ramp(0.3, 0.7, lips);
+        let yellow = ramp(2.5, 4.0, hue) * ramp(3.0, 6.0, -red) * inner;
+        let teeth = ramp(-0.5, -0.2, light) * ramp(3.5, 6.0, pale).max(yellow);
+        let teeth = teeth.max(ramp(0.1, 0.2, light) * inner) * ramp(-5.0, -2.0, -red);
         take(Label::Mouth, ramp(0.1, 0.5, lips) * teeth.max(ramp(0.9, 1.3, -light)));
         take(Label::Lip, ramp(0.1, 0.5, lips) * ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, -light)));
         let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
