@@ -157,7 +157,8 @@ impl Default for BlendOptions {
 pub enum Tone {
     /// The texture takes on the tone that the base has.
     Base,
-    /// The base's skin takes on the tone that the texture has.
+    /// The base's skin takes on the tone that the texture has. Only beside cloth that was left out the texture gives way near the
+    /// rim.
     Source,
     /// Both give way half.
     Both,
