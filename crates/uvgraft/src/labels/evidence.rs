@@ -20,7 +20,7 @@ pub(super) struct Evidence {
     pub light: Vec<f32>,
     /// Logarithm of how much lighter it is than the cheeks.
     pub light_of_face: Vec<f32>,
-    /// How much redder than the skin around it is, in a* of CIELAB: lips are, teeth are less.
+    /// At the lips, how much redder it is than the skin around, in a* of CIELAB: lips are redder, teeth less red.
     pub red: Vec<f32>,
     /// The distance from cheeks, forehead and nose in steps of colour, ΔE beyond noise.
     pub step: Vec<f32>,
@@ -66,14 +66,19 @@ impl Evidence {
         };
         let steps = steps(head, &colors);
         let width = grid.size().width as usize;
-        let above_skin = |value: &(dyn Fn(usize) -> f32 + Sync)| {
-            let around = Surroundings::new(grid, |texel| is_skin(texel).then(|| value(texel)));
-            map_indices(light_of_face.len(), |texel| {
-                value(texel) - around.at(texel % width, texel / width)
-            })
-        };
-        let light = above_skin(&|texel| light_of_face[texel]);
-        let red = above_skin(&|texel| steps.lab[texel][1]);
+        let place = |texel: usize| (texel % width, texel / width);
+        let around =
+            Surroundings::new(grid, |texel| is_skin(texel).then_some(light_of_face[texel]));
+        let light = map_indices(light_of_face.len(), |texel| {
+            let (x, y) = place(texel);
+            light_of_face[texel] - around.at(x, y)
+        });
+        let redness = |texel: usize| steps.lab[texel][1];
+        let around = Surroundings::new(grid, |texel| is_skin(texel).then(|| redness(texel)));
+        let red = map_indices(light_of_face.len(), |texel| {
+            let (x, y) = place(texel);
+            if areas.lips[texel] > 0.0 { redness(texel) - around.at(x, y) } else { 0.0 }
+        });
         let is_seed = |&texel: &u32| {
             let texel = texel as usize;
             let area = areas.cheeks[texel].max(areas.nose[texel]).max(areas.forehead[texel]);
