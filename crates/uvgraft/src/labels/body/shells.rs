@@ -12,6 +12,9 @@ use crate::threads::map_indices;
 
 type Cell = [i32; 3];
 
+/// So many places along edges are enough: strands of hair and leaves are thousands of shells.
+const MOST_PLACES: usize = 20_000;
+
 /// A place at the open edge of a shell.
 struct Place {
     texel: u32,
@@ -34,7 +37,9 @@ impl Contacts {
         if shells.iter().all(|shell| *shell == shells[0]) {
             return Self::default();
         }
-        let places = open_edges(mesh, grid, edges, &shells);
+        let mut places = open_edges(mesh, grid, edges, &shells);
+        let step = places.len().div_ceil(MOST_PLACES).max(1);
+        places = places.into_iter().step_by(step).collect();
         let reach = reach as f32;
         let cell = |at: [f32; 3]| at.map(|value| (value / reach).floor() as i32);
         let wanted: HashSet<Cell> =
