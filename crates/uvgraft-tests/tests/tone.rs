@@ -91,6 +91,17 @@ fn a_blend_without_tone_is_found_out() {
 }
 
 #[test]
+fn a_body_in_a_face_s_tone_keeps_its_contrast() {
+    let stage = Stage::new();
+    let membrane = BlendOptions::default().feather(0.01).membrane();
+    for tone in [Tone::Base, Tone::Source, Tone::Both] {
+        let found = stage.measured(&stage.carried(membrane.tone(tone)), stage.all()).unwrap();
+        let excess = found.excess().unwrap();
+        assert!(excess.abs() < 2.0, "{tone:?}: cheek to chest off by {excess}");
+    }
+}
+
+#[test]
 fn what_is_not_given_is_not_known() {
     let stage = Stage::new();
     let texture = stage.carried(BlendOptions::default());

@@ -174,3 +174,49 @@ fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texture::Size;
+
+    /// Two squares with sides of 1 in one plane, each with its half of the layout.
+    fn squares(gap: f32) -> Mesh {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f32]];
+        let positions = [0.0, 1.0 + gap].map(|x| corners.map(|[u, v]| [x + u, v, 0.0])).concat();
+        let uv = [0.05, 0.55].map(|x| corners.map(|[u, v]| [x + 0.4 * u, 0.9 * v])).concat();
+        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
+    }
+
+    fn contacts(gap: f32) -> (LayoutGrid, Contacts) {
+        let mesh = squares(gap);
+        let edges = Edges::new(&mesh);
+        let grid = LayoutGrid::with_edges(&mesh, &edges, Size::square(64));
+        let contacts = Contacts::new(&mesh, &edges, &grid, 0.2);
+        (grid, contacts)
+    }
+
+    #[test]
+    fn shells_touch_where_they_are_close() {
+        let (grid, contacts) = contacts(0.05);
+        assert!(contacts.pairs.len() > 50, "{} pairs", contacts.pairs.len());
+        for &(from, to) in &contacts.pairs {
+            assert!(contacts.of(to).any(|back| back == from));
+            let [from, to] = [from, to]
+                .map(|texel| (grid.faces()[texel as usize] < 2, texel % 64, i64::from(texel / 64)));
+            assert_ne!(from.0, to.0, "one shell");
+            // Each is at its edge, and they are at one height.
+            let [(_, left, a), (_, right, b)] = if from.0 { [from, to] } else { [to, from] };
+            assert!(left >= 24 && right <= 40 && (a - b).abs() <= 8, "{left} {a}, {right} {b}");
+        }
+        let inside = 32 * 64 + 8;
+        assert!(!contacts.has(inside));
+    }
+
+    #[test]
+    fn far_shells_and_single_ones_have_none() {
+        assert!(contacts(0.3).1.pairs.is_empty());
+        assert!(contacts(0.0).1.pairs.is_empty(), "welded");
+    }
+}
