@@ -1,10 +1,11 @@
 //! Doing what a transfer is asked to do.
 
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
-use uvgraft::{Blend, Filter, Ground, Overlap};
+use uvgraft::{Blend, Filter, Ground, Overlap, Tone};
 use uvgraft_io::image::{self, Format, Image};
 use uvgraft_io::pair_file::{self, PairFile};
 
@@ -62,7 +63,7 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         // Decoding a base and preparing a blend take about as long.
         let (blend, mut first_base) = rayon::join(
-            || self.blend(&file, &known, observer),
+            || self.blend(&file, &known, &plan, observer),
             || plan.batches.first().map(|batch| self.base(batch)),
         );
         done.blend = blend?;
@@ -270,6 +271,7 @@ impl Transfer {
         &self,
         file: &PairFile,
         known: &KnownTexels,
+        plan: &Plan,
         observer: &dyn Observer,
     ) -> Result<Option<Arc<Blend>>> {
         if self.blending.is_none() && self.region.is_everything() {
@@ -279,8 +281,15 @@ impl Transfer {
         let blending = self.blending.clone().unwrap_or_default();
         let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
         let blend = blending.prepare(&self.region, &ground, known, ends_at_mask, observer)?;
-        let Some(albedo) = self.labelled_map() else { return Ok(Some(blend)) };
-        let texture = image::read(albedo).or_input()?.texture;
+        let texture = match (self.labelled_map(), self.labelled_texture(plan)) {
+            (Some(albedo), _) => image::read(albedo).or_input()?.texture,
+            // What is wrong with it is told of where it is carried.
+            (None, Some(texture)) => match image::read(texture) {
+                Ok(image) => image.texture,
+                Err(_) => return Ok(Some(blend)),
+            },
+            (None, None) => return Ok(Some(blend)),
+        };
         Ok(Some(match blend.labels(&texture) {
             Some(labels) => Arc::new(Blend::clone(&blend).with_labels(labels)),
             None => blend,
@@ -296,6 +305,24 @@ impl Transfer {
             }
             _ => None,
         }
+    }
+
+    /// The only texture, where what it shows can be found while its base is decoded: that takes longer than to decode the
+    /// texture twice. Where the base's skin is looked for, too, both are found at once later.
+    fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Path> {
+        let asks = |blending: &Blending| {
+            blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
+        };
+        let ([batch], [job]) = (&plan.batches[..], &plan.batches.first()?.jobs[..]) else {
+            return None;
+        };
+        let base = batch.onto.as_ref()?.path()?;
+        // A pipe can be read only once.
+        let bytes = |path: &Path| path.metadata().ok().filter(Metadata::is_file).map(|of| of.len());
+        let (texture, base) = (bytes(&job.source)?, bytes(base)?);
+        let is_plain = self.source_mask.is_none() && self.fill.is_none() && batch.values.is_toned();
+        let is_asked = self.blending.as_ref().is_some_and(asks);
+        (is_asked && is_plain && 2 * texture < base).then_some(&*job.source)
     }
 
     /// Draws what the one texture shows.
