@@ -291,7 +291,7 @@ impl Transfer {
             (None, None) => return Ok(Some(blend)),
         };
         Ok(Some(match blend.labels(&texture) {
-            Some(labels) => Arc::new(Blend::clone(&blend).with_labels(labels)),
+            Some(labels) => Arc::new(Arc::unwrap_or_clone(blend).with_labels(labels)),
             None => blend,
         }))
     }

@@ -15,6 +15,7 @@ const LIKE_SKIN: &str = "brown shirt";
 const WITHOUT_COLOR: &str = "grey capture";
 /// Shirts that reach over the region's rim at the nape: a neck without a collar is cut off there.
 const OVER_RIM: [&str; 3] = ["long sleeves", "beige shirt", "pink shirt"];
+
 /// What is out of bounds, in words; what is known to be is left out, and docs/looks.md names it.
 fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     let mut faults = Vec::new();
@@ -26,6 +27,7 @@ fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     let both = figures.cheek_to_chest.zip(figures.own_cheek_to_chest);
     if body != LIKE_SKIN {
         check("cheek to chest off by", both.map(|(found, own)| (found - own).abs()), 2.0);
+        check("cloth", figures.cloth.as_ref().map(|shift| shift.p95), 0.5);
     }
     check("hair", figures.hair.as_ref().map(|shift| shift.median), 3.0);
     check("brows", figures.brow.as_ref().map(|shift| shift.median), 3.0);
@@ -33,9 +35,6 @@ fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     if face != WITHOUT_COLOR {
         // Of the few texels that a mouth has most are at its edge.
         check("teeth", figures.mouth.as_ref().map(|shift| shift.median), 5.5);
-    }
-    if body != LIKE_SKIN {
-        check("cloth", figures.cloth.as_ref().map(|shift| shift.p95), 0.5);
     }
     check("clipped", figures.clipped_high, 0.01);
     if !OVER_RIM.contains(&body) {

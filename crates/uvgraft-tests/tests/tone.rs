@@ -67,13 +67,6 @@ impl Stage {
     }
 }
 
-/// The same with channels that are brighter.
-fn brightened(texture: &Texture, gain: f32) -> Texture {
-    let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
-    let values = values.iter().map(|&value| (f32::from(value) * gain).min(255.0) as u8).collect();
-    Texture::new(texture.size(), texture.channels(), Encoding::Srgb, Texels::U8(values)).unwrap()
-}
-
 #[test]
 fn a_blend_without_tone_is_found_out() {
     let stage = Stage::new();
@@ -121,7 +114,8 @@ fn what_is_not_given_is_not_known() {
 #[test]
 fn burnt_skin_is_clipped_skin() {
     let stage = Stage::new();
-    let texture = brightened(&stage.carried(BlendOptions::default()), 2.5);
+    let texture =
+        recolored(&stage.carried(BlendOptions::default()), |value, _, _| (value * 2.5).floor());
     let found = stage.measured(&texture, stage.all()).unwrap();
     assert!(found.clipped.unwrap() > 0.3 && found.is_clipped(), "{found:?}");
     assert!(found.hair_shift.unwrap() > 3.0, "{found:?}");
@@ -182,13 +176,14 @@ fn worn() -> Stage {
     stage
 }
 
-/// With each colour as a function of it and of where it is from left to right, 0 to 1.
-fn recolored(texture: &Texture, color: impl Fn(f32, f32, usize) -> f32) -> Texture {
+/// With each value as a function of it, of its texel and of its channel; rounded.
+fn recolored(texture: &Texture, value: impl Fn(f32, [u32; 2], usize) -> f32) -> Texture {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
     let width = texture.size().width as usize;
-    let value = |(index, &value): (usize, &u8)| {
-        let x = (index / 3 % width) as f32 / width as f32;
-        (color(f32::from(value), x, index % 3) + 0.5).clamp(0.0, 255.0) as u8
+    let value = |(index, &old): (usize, &u8)| {
+        let (texel, channel) = (index / 3, index % 3);
+        let at = [texel % width, texel / width].map(|place| place as u32);
+        (value(f32::from(old), at, channel) + 0.5).clamp(0.0, 255.0) as u8
     };
     let values = values.iter().enumerate().map(value).collect();
     Texture::new(texture.size(), texture.channels(), Encoding::Srgb, Texels::U8(values)).unwrap()
@@ -219,7 +214,9 @@ fn a_ramp_of_light_keeps_its_contrast() {
         (green.map(|value| (value - mean).powi(2)).sum::<f32>() / colors.len() as f32).sqrt() / mean
     };
     for (left, right) in [(0.75, 1.15), (1.2, 0.7), (0.6, 0.9)] {
-        let face = recolored(&stage.face, |value, x, _| value * (left + (right - left) * x));
+        let face = recolored(&stage.face, |value, [x, _], _| {
+            value * (left + (right - left) * x as f32 / SIZES.from.width as f32)
+        });
         let pasted = cheeks(&stage, &stage.carry(&face, BlendOptions::default()));
         let found =
             cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
@@ -283,12 +280,7 @@ fn lit_by_cloth(face: &Texture, truth: &Labels, reach: u32) -> Texture {
             _ => 1.0,
         }
     };
-    let texel = |index: u32| {
-        let (x, y) = (index % width, index / width);
-        [0, 1, 2].map(|k| (face.get(x, y, k) * gain(x, y) * 255.0 + 0.5).min(255.0) as u8)
-    };
-    let values = (0..width * height).flat_map(texel).collect();
-    Texture::new(face.size(), Channels::Rgb, Encoding::Srgb, Texels::U8(values)).unwrap()
+    recolored(face, |value, [x, y], _| value * gain(x, y))
 }
 
 #[test]

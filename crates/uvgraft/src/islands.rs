@@ -4,6 +4,7 @@
 //! coordinate. Indices into the UV list are not asked, because many exporters repeat a coordinate
 //! for every face.
 
+use crate::disjoint::DisjointSets;
 use crate::mesh::{Mesh, doubled_area};
 use crate::piece::wide;
 
@@ -28,16 +29,16 @@ impl Islands {
     /// Finds the islands of a mesh's UV layout.
     pub fn new(mesh: &Mesh) -> Self {
         let (corners, count) = weld(mesh);
-        let mut parent: Vec<u32> = (0..count).collect();
+        let mut sets = DisjointSets::new(count);
         for &[a, b, c] in &corners {
-            union(&mut parent, a, b);
-            union(&mut parent, a, c);
+            sets.join(a, b);
+            sets.join(a, c);
         }
-        let mut island_of_root = vec![u32::MAX; parent.len()];
+        let mut island_of_root = vec![u32::MAX; count as usize];
         let mut first_faces = Vec::new();
         let mut of_face = Vec::with_capacity(corners.len());
         for (face, &[a, ..]) in corners.iter().enumerate() {
-            let island = &mut island_of_root[find(&mut parent, a) as usize];
+            let island = &mut island_of_root[sets.root(a) as usize];
             if *island == u32::MAX {
                 *island = first_faces.len() as u32;
                 first_faces.push(face as u32);
@@ -159,20 +160,6 @@ fn for_each_alike<K: Ord + Copy>(
         bucket.sort_unstable();
         bucket.chunk_by(|a, b| a.0 == b.0).for_each(&mut visit);
     }
-}
-
-fn find(parent: &mut [u32], mut node: u32) -> u32 {
-    while parent[node as usize] != node {
-        let grandparent = parent[parent[node as usize] as usize];
-        parent[node as usize] = grandparent;
-        node = grandparent;
-    }
-    node
-}
-
-fn union(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
 }
 
 #[cfg(test)]

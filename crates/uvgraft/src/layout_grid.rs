@@ -203,11 +203,8 @@ impl LayoutGrid {
             if a == b {
                 continue;
             }
-            let steps = [a, b].map(|ends| self.length_px(ends)).into_iter().fold(0.0, f64::max);
-            let steps = (steps.ceil() as usize).clamp(1, 4096);
             let faces = edge.halves.map(|half| half / 3);
-            for step in 0..steps {
-                let along = (step as f64 + 0.5) / steps as f64;
+            for along in self.places_along(&[a, b]) {
                 let [Some(from), Some(to)] = [(a, faces[0]), (b, faces[1])]
                     .map(|(ends, face)| self.near(mesh, ends, face, along))
                 else {
@@ -231,10 +228,15 @@ impl LayoutGrid {
         (self.across, self.across_starts) = (links, starts);
     }
 
-    /// How many texels long a way through the layout is.
-    pub fn length_px(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
+    /// Places along edges, as shares of their length: one for each texel of the longest.
+    pub fn places_along(&self, edges: &[[[f64; 2]; 2]]) -> impl Iterator<Item = f64> + use<> {
         let size = [self.size.width, self.size.height].map(f64::from);
-        (0..2).map(|k| ((to[k] - from[k]) * size[k]).powi(2)).sum::<f64>().sqrt()
+        let length = |[from, to]: &[[f64; 2]; 2]| {
+            (0..2).map(|k| ((to[k] - from[k]) * size[k]).powi(2)).sum::<f64>().sqrt()
+        };
+        let longest = edges.iter().map(length).fold(0.0, f64::max);
+        let steps = (longest.ceil() as usize).clamp(1, 4096);
+        (0..steps).map(move |step| (step as f64 + 0.5) / steps as f64)
     }
 
     /// The texel of a triangle's island that is nearest to a place on one of its edges, among those that touch it.

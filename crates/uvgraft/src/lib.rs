@@ -25,6 +25,7 @@ pub mod blend;
 pub mod color;
 mod convert;
 pub mod correspond;
+pub mod disjoint;
 mod edges;
 pub mod fill;
 pub mod filter;

@@ -1,6 +1,7 @@
 //! Triangles that nobody sees: the backs of eyeballs.
 
 use glam::{DMat3, DVec3, Vec3};
+use uvgraft::disjoint::DisjointSets;
 
 use crate::Avatar;
 use crate::rig::HumanBone;
@@ -35,31 +36,18 @@ pub fn hidden(avatar: &Avatar) -> Vec<bool> {
 /// For each vertex the piece that it is in: vertices that triangles join, or that are at one place.
 fn pieces(avatar: &Avatar) -> Vec<u32> {
     let mesh = &avatar.mesh;
-    let mut parents: Vec<u32> = (0..mesh.positions().len() as u32).collect();
-    let mut join = |a: u32, b: u32| {
-        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-        // The lowest vertex stands for its piece.
-        parents[a.max(b) as usize] = a.min(b);
-    };
+    let count = mesh.positions().len() as u32;
+    let mut sets = DisjointSets::new(count);
     let mut known = std::collections::HashMap::new();
     for (vertex, position) in (0..).zip(mesh.positions()) {
         let key = position.map(|value| (value + 0.0).to_bits());
-        join(vertex, *known.entry(key).or_insert(vertex));
+        sets.join(vertex, *known.entry(key).or_insert(vertex));
     }
     for &[a, b, c] in mesh.faces() {
-        join(a, b);
-        join(b, c);
+        sets.join(a, b);
+        sets.join(b, c);
     }
-    (0..mesh.positions().len() as u32).map(|vertex| root(&mut parents, vertex)).collect()
-}
-
-fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
-    while parents[vertex as usize] != vertex {
-        let above = parents[parents[vertex as usize] as usize];
-        parents[vertex as usize] = above;
-        vertex = above;
-    }
-    vertex
+    (0..count).map(|vertex| sets.root(vertex)).collect()
 }
 
 /// A piece of the mesh that is about a sphere.

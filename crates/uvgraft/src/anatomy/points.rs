@@ -1,6 +1,7 @@
 //! The mesh as distinct points: welded by position, with components and normals.
 
 use super::AnatomyError;
+use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
 use crate::vector::{Vector, cross, direction, norm, plus, sub};
 
@@ -94,17 +95,15 @@ fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<Vector>) {
 
 /// The component of each point, numbered from 0, and how many there are.
 fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
-    let mut parent: Vec<u32> = (0..count as u32).collect();
+    let mut sets = DisjointSets::new(count as u32);
     for &[a, b, c] in triangles {
-        for (a, b) in [(a, b), (a, c)] {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b) as usize] = a.min(b);
-        }
+        sets.join(a, b);
+        sets.join(a, c);
     }
     let mut number = vec![u32::MAX; count];
     let mut next = 0;
     let component = (0..count as u32).map(|point| {
-        let number = &mut number[root(&mut parent, point) as usize];
+        let number = &mut number[sets.root(point) as usize];
         if *number == u32::MAX {
             *number = next;
             next += 1;
@@ -112,15 +111,6 @@ fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
         *number
     });
     (component.collect(), next as usize)
-}
-
-fn root(parent: &mut [u32], mut node: u32) -> u32 {
-    while parent[node as usize] != node {
-        let grandparent = parent[parent[node as usize] as usize];
-        parent[node as usize] = grandparent;
-        node = grandparent;
-    }
-    node
 }
 
 fn bounds(positions: &[Vector], triangles: &[[u32; 3]]) -> [Vector; 2] {

@@ -47,7 +47,7 @@ use undercoat::{Skin, Undercoat};
 use std::sync::Arc;
 
 use crate::color::Encoding;
-use crate::labels::{Label, LabelError, Labels};
+use crate::labels::{Label, LabelError, Labels, ramp};
 use crate::map::{MapOptions, SamplingMap};
 use crate::pair::Direction;
 use crate::skin::SkinModel;
@@ -364,11 +364,7 @@ impl Blend {
         let selection = self.selection.within(&kept).ok()?;
         let Self { skin, labels, .. } = self.clone();
         let reach = BESIDE_CLOTH * self.ground.eye_distance().unwrap_or(1.0) as f32;
-        let beside_cloth = self.inside.iter().map(|inside| {
-            let t = (inside / reach).clamp(0.0, 1.0);
-            t * t * (3.0 - 2.0 * t)
-        });
-        let beside_cloth = beside_cloth.collect();
+        let beside_cloth = self.inside.iter().map(|&inside| ramp(0.0, reach, inside)).collect();
         // If nothing is left the whole region stays: then it is no head that is labelled.
         Some(Self { beside_cloth, skin, labels, ..Self::new(&selection, self.options).ok()? })
     }

@@ -261,7 +261,7 @@ fn pushed_and_pulled(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f
 }
 
 /// From 0 to 1 while a value goes from one to another.
-pub(super) fn ramp(from: f32, to: f32, value: f32) -> f32 {
+pub(crate) fn ramp(from: f32, to: f32, value: f32) -> f32 {
     let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -17,7 +17,7 @@ mod geodesic;
 mod head;
 
 pub(crate) use body::{BodyLayout, body_skin};
-pub(crate) use evidence::lab;
+pub(crate) use evidence::{lab, ramp};
 pub(crate) use head::HeadLayout;
 
 #[cfg(doc)]

@@ -358,7 +358,7 @@ impl<'a> Decision<'a> {
         let is_free =
             |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier.narrow[at];
         let mut side = map_indices(known.len(), |at| {
-            (is_free(at) && self.growth.has_core(at as u32)).then_some(true)
+            (is_free(at) && self.growth.has_core(steps, at as u32)).then_some(true)
         });
         let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
         for part in parts(body, steps, CUT, self.texels(), is_other) {

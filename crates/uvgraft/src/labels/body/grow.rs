@@ -11,19 +11,20 @@ const FAR: u16 = u16::MAX;
 pub(super) struct Growth {
     distance: Vec<u16>,
     most: usize,
-    /// What is surely within, not merely close to an edge.
-    is_core: Vec<bool>,
+    /// Where it began close to edges.
+    is_close_seed: Vec<bool>,
 }
 
 impl Growth {
     pub fn new(texels: usize, reach: f32) -> Self {
         let most = (reach * UNITS) as usize;
-        Self { distance: vec![FAR; texels], most, is_core: vec![false; texels] }
+        Self { distance: vec![FAR; texels], most, is_close_seed: vec![false; texels] }
     }
 
     /// Whether it reached a texel that is not close to an edge, or is of a part that has no other.
-    pub fn has_core(&self, texel: u32) -> bool {
-        self.is_core[texel as usize]
+    pub fn has_core(&self, steps: &Steps, texel: u32) -> bool {
+        let at = texel as usize;
+        self.is_close_seed[at] || self.has(texel) && !steps.barrier.wide[at]
     }
 
     /// Whether it reached a texel.
@@ -42,22 +43,19 @@ impl Growth {
         if buckets[0].is_empty() {
             // Ankles between trousers and shoes are close to edges all over.
             buckets[0] = outside(&steps.barrier.narrow);
+            buckets[0].iter().for_each(|&seed| self.is_close_seed[seed as usize] = true);
         }
         for &seed in &buckets[0] {
             self.distance[seed as usize] = 0;
-            self.is_core[seed as usize] = true;
         }
         let mut rim = Vec::new();
-        let mut core = std::mem::take(&mut self.is_core);
         self.spread(body, steps, &mut buckets, |next, from| {
             if steps.barrier.wide[next as usize] {
                 rim.push(from);
                 return false;
             }
-            core[next as usize] |= is_open[next as usize];
             is_open[next as usize]
         });
-        self.is_core = core;
         rim.iter()
             .for_each(|&texel| buckets[usize::from(self.distance[texel as usize])].push(texel));
         self.spread(body, steps, &mut buckets, |next, _| {

@@ -5,6 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::disjoint::DisjointSets;
 use crate::edges::{Edges, NONE};
 use crate::layout_grid::{self, LayoutGrid, ends_uv};
 use crate::mesh::Mesh;
@@ -37,9 +38,9 @@ impl Contacts {
         if shells.iter().all(|shell| *shell == shells[0]) {
             return Self::default();
         }
-        let mut places = open_edges(mesh, grid, edges, &shells);
-        let step = places.len().div_ceil(MOST_PLACES).max(1);
-        places = places.into_iter().step_by(step).collect();
+        let all = open_edges(mesh, grid, edges, &shells);
+        let step = all.len().div_ceil(MOST_PLACES).max(1);
+        let places: Vec<Place> = all.into_iter().step_by(step).collect();
         let reach = reach as f32;
         let cell = |at: [f32; 3]| at.map(|value| (value / reach).floor() as i32);
         let wanted: HashSet<Cell> =
@@ -80,23 +81,12 @@ impl Contacts {
 
 /// A number for each triangle's shell.
 fn shells(edges: &Edges) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..edges.vertex_count as u32).collect();
-    fn root(parents: &mut [u32], mut point: u32) -> u32 {
-        while parents[point as usize] != point {
-            let above = parents[parents[point as usize] as usize];
-            parents[point as usize] = above;
-            point = above;
-        }
-        point
-    }
+    let mut sets = DisjointSets::new(edges.vertex_count as u32);
     for &[a, b, c] in &edges.vertices {
-        let a = root(&mut parents, a);
-        for other in [b, c] {
-            let other = root(&mut parents, other);
-            parents[other as usize] = a;
-        }
+        sets.join(a, b);
+        sets.join(a, c);
     }
-    edges.vertices.iter().map(|corners| root(&mut parents, corners[0])).collect()
+    edges.vertices.iter().map(|corners| sets.root(corners[0])).collect()
 }
 
 /// Places along all edges that have no triangle on the other side, one for each texel there.
@@ -109,9 +99,7 @@ fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> 
         let corners = mesh.faces()[face];
         let [from, to] = [corners[corner], corners[(corner + 1) % 3]]
             .map(|vertex| mesh.positions()[vertex as usize]);
-        let steps = (grid.length_px(ends).ceil() as usize).clamp(1, 4096);
-        for step in 0..steps {
-            let along = (step as f64 + 0.5) / steps as f64;
+        for along in grid.places_along(&[ends]) {
             if let Some(texel) = grid.near(mesh, ends, face as u32, along) {
                 let at = [0, 1, 2].map(|k| from[k] + (to[k] - from[k]) * along as f32);
                 places.push(Place { texel, at, shell: shells[face] });
