@@ -7,6 +7,7 @@
 
 mod avatar;
 pub mod body;
+pub mod face;
 pub mod figure;
 pub mod film;
 pub mod glb;

@@ -12,6 +12,7 @@
 //! package `smplx` reads them, and results agree with its.
 
 mod correctives;
+mod expressive;
 mod fields;
 mod hands;
 mod kind;
@@ -20,6 +21,7 @@ mod pose;
 mod rigged;
 mod shaped;
 
+pub use expressive::Expressiveness;
 pub use hands::Side;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};

@@ -4,10 +4,7 @@ use uvgraft::Mesh;
 
 use super::{BodyError, Shaped};
 use crate::Avatar;
-use crate::rig::{Clip, Expression, ExpressionPreset, Morph, RigError};
-
-/// How far the jaw opens, in radians: as far as in speech.
-const JAW_OPEN: f32 = 0.25;
+use crate::rig::{Clip, RigError};
 
 /// How far two bodies are from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,32 +16,18 @@ pub struct Apart {
 }
 
 impl Shaped<'_> {
-    /// Rigs a mesh of the same triangles: it takes this shape and keeps its layout.
-    ///
-    /// The first `expressions` components of expression become morphs `expression_00` and so on, each
-    /// with a coefficient of 1 where its weight is 1. Bodies with a jaw get a morph `jaw_open`,
-    /// correctives included, which is VRM's expression `aa`.
+    /// Rigs a mesh of the same triangles: it takes this shape and keeps its layout. It gets no morphs; see
+    /// [`Shaped::expressions`] and [`Shaped::components`].
     ///
     /// # Errors
     /// [`BodyError::Count`] for another number of vertices, [`BodyError::Triangles`] for triangles that
     /// only one of the two has; where their corners begin and which way they wind does not matter.
-    pub fn avatar(&self, mesh: Mesh, expressions: usize) -> Result<Avatar, BodyError> {
+    pub fn avatar(&self, mesh: Mesh) -> Result<Avatar, BodyError> {
         let (found, wanted) = (mesh.positions().len(), self.positions.len());
         if found != wanted {
             return Err(BodyError::Count { what: "vertices in the mesh", found, wanted });
         }
         self.check_triangles(&mesh)?;
-        let mut morphs: Vec<Morph> = (0..expressions.min(self.model.expressions()))
-            .map(|component| {
-                let name = format!("expression_{component:02}");
-                Morph::from_dense(name, self.model.expression(component))
-            })
-            .collect();
-        let mut named = Vec::new();
-        if let Some(jaw) = self.model.kind.jaw() {
-            named.push(Expression::preset(ExpressionPreset::Aa, vec![(morphs.len(), 1.0)]));
-            morphs.push(self.jaw_open(jaw)?);
-        }
         let mesh = mesh
             .with_positions(self.positions.clone())
             .map_err(|_| RigError::NotFinite { what: "a vertex of the shape".to_owned() })?;
@@ -52,21 +35,10 @@ impl Shaped<'_> {
             mesh,
             skeleton: self.skeleton.clone(),
             skin: self.model.skin.clone(),
-            morphs,
-            expressions: named,
+            morphs: Vec::new(),
+            expressions: Vec::new(),
             clips: Vec::new(),
         })
-    }
-
-    fn jaw_open(&self, jaw: usize) -> Result<Morph, RigError> {
-        let mut turns = vec![[0.0; 3]; self.skeleton.joints().len()];
-        turns[jaw] = [JAW_OPEN, 0.0, 0.0];
-        let open = self.posed(&crate::rig::Pose::from_axis_angles([0.0; 3], &turns))?;
-        let offset = |(open, rest): (&[f32; 3], &[f32; 3])| {
-            std::array::from_fn(|axis| open[axis] - rest[axis])
-        };
-        let offsets: Vec<[f32; 3]> = open.iter().zip(&self.positions).map(offset).collect();
-        Ok(Morph::from_dense("jaw_open", &offsets))
     }
 
     fn check_triangles(&self, mesh: &Mesh) -> Result<(), BodyError> {

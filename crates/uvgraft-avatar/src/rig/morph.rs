@@ -45,6 +45,11 @@ pub enum ExpressionPreset {
     Blink,
     BlinkLeft,
     BlinkRight,
+    LookUp,
+    LookDown,
+    LookLeft,
+    LookRight,
+    Neutral,
 }
 
 impl ExpressionPreset {
@@ -64,6 +69,11 @@ impl ExpressionPreset {
             Self::Blink => "blink",
             Self::BlinkLeft => "blinkLeft",
             Self::BlinkRight => "blinkRight",
+            Self::LookUp => "lookUp",
+            Self::LookDown => "lookDown",
+            Self::LookLeft => "lookLeft",
+            Self::LookRight => "lookRight",
+            Self::Neutral => "neutral",
         }
     }
 }

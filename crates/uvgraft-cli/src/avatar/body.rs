@@ -8,11 +8,8 @@ use uvgraft_avatar::motion::{ClipOptions, Motion};
 use uvgraft_avatar::{Avatar, Figure};
 use uvgraft_io::arrays;
 
-use super::Args;
+use super::{Args, expressions};
 use crate::failure::{OrBadInput, bad_input, note};
-
-/// As many components of a model's expression become morph targets.
-const EXPRESSIONS: usize = 10;
 
 /// A rigged body with its animations.
 pub(super) struct Body {
@@ -68,10 +65,11 @@ impl Body {
         let shape = Shape { betas, ..Shape::default() };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
-        let mut avatar = shaped.avatar(mesh.clone(), EXPRESSIONS).map_err(|error| {
+        let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
             let (body, pair) = (path.display(), args.pair.display());
             bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
         })?;
+        expressions::give(path, &shaped, &mut avatar)?;
         let mut apart = Vec::new();
         for path in &args.motion {
             add_clip(args, path, &mut avatar)?;

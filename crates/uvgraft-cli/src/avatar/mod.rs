@@ -2,6 +2,7 @@
 
 mod body;
 mod dress;
+mod expressions;
 mod face;
 mod meta;
 mod summary;

@@ -24,43 +24,43 @@ struct Face {
     eye_radius: f32,
 }
 
-/// Names, and what each does at a place of the skin. `s` is 1 for the left side, -1 for the right one.
-type Movement = fn(&Face, Vec3) -> Vec3;
+/// What a movement does at a place of the skin, and how much that is the upper lip's.
+type Movement = fn(&Face, Vec3, f32) -> Vec3;
 
 const MOVEMENTS: [(&str, Movement); 20] = [
-    ("blink left", |face, p| lids(face, p, 1.0, 1.0)),
-    ("blink right", |face, p| lids(face, p, -1.0, 1.0)),
-    ("squint", |face, p| lids(face, p, 1.0, 0.3) + lids(face, p, -1.0, 0.3)),
-    ("eyes wide", |face, p| lids(face, p, 1.0, -0.25) + lids(face, p, -1.0, -0.25)),
-    ("smile left", |face, p| corner(face, p, 1.0, Vec3::new(0.10, 0.11, -0.03))),
-    ("smile right", |face, p| corner(face, p, -1.0, Vec3::new(0.10, 0.11, -0.03))),
-    ("frown left", |face, p| corner(face, p, 1.0, Vec3::new(0.0, -0.10, 0.0))),
-    ("frown right", |face, p| corner(face, p, -1.0, Vec3::new(0.0, -0.10, 0.0))),
-    ("pucker", |face, p| {
+    ("blink left", |face, p, _| lids(face, p, 1.0, 1.0)),
+    ("blink right", |face, p, _| lids(face, p, -1.0, 1.0)),
+    ("squint", |face, p, _| lids(face, p, 1.0, 0.3) + lids(face, p, -1.0, 0.3)),
+    ("eyes wide", |face, p, _| lids(face, p, 1.0, -0.25) + lids(face, p, -1.0, -0.25)),
+    ("smile left", |face, p, _| corner(face, p, 1.0, Vec3::new(0.10, 0.11, -0.03))),
+    ("smile right", |face, p, _| corner(face, p, -1.0, Vec3::new(0.10, 0.11, -0.03))),
+    ("frown left", |face, p, _| corner(face, p, 1.0, Vec3::new(0.0, -0.10, 0.0))),
+    ("frown right", |face, p, _| corner(face, p, -1.0, Vec3::new(0.0, -0.10, 0.0))),
+    ("pucker", |face, p, _| {
         let near = blob(p - face.mouth, 0.38);
         Vec3::new(-0.32 * p.x * near, 0.0, 0.13 * near)
     }),
-    ("stretch", |face, p| {
+    ("stretch", |face, p, _| {
         corner(face, p, 1.0, Vec3::new(0.12, 0.0, -0.05))
             + corner(face, p, -1.0, Vec3::new(0.12, 0.0, -0.05))
     }),
-    ("upper lip up", |face, p| Vec3::Y * 0.09 * lip(face, p, 1.0)),
-    ("lower lip down", |face, p| Vec3::NEG_Y * 0.10 * lip(face, p, -1.0)),
-    ("inner brows up", |face, p| brow(face, p, 0.22, 0.11, 0.0)),
-    ("outer brow up left", |face, p| brow(face, p, 0.75, 0.10, 1.0)),
-    ("outer brow up right", |face, p| brow(face, p, 0.75, 0.10, -1.0)),
-    ("brow down left", |face, p| {
+    ("upper lip up", |face, p, upper| Vec3::Y * 0.09 * lip(face, p, upper)),
+    ("lower lip down", |face, p, upper| Vec3::NEG_Y * 0.10 * lip(face, p, -upper)),
+    ("inner brows up", |face, p, _| brow(face, p, 0.22, 0.11, 0.0)),
+    ("outer brow up left", |face, p, _| brow(face, p, 0.75, 0.10, 1.0)),
+    ("outer brow up right", |face, p, _| brow(face, p, 0.75, 0.10, -1.0)),
+    ("brow down left", |face, p, _| {
         brow(face, p, 0.25, -0.09, 1.0) - Vec3::X * 0.5 * brow(face, p, 0.25, 0.09, 1.0).y
     }),
-    ("brow down right", |face, p| {
+    ("brow down right", |face, p, _| {
         brow(face, p, 0.25, -0.09, -1.0) + Vec3::X * 0.5 * brow(face, p, 0.25, 0.09, -1.0).y
     }),
-    ("cheeks puffed", |face, p| {
+    ("cheeks puffed", |face, p, _| {
         let out = |s: f32| blob(p - Vec3::new(s * 0.65, face.mouth.y + 0.1, 0.2), 0.25) * s;
         Vec3::new(0.1 * (out(1.0) + out(-1.0)), 0.0, 0.04 * (out(1.0) - out(-1.0)))
     }),
-    ("chin sideways", |face, p| Vec3::X * 0.1 * blob(p - face.chin, 0.4)),
-    ("nose wrinkled", |face, p| {
+    ("chin sideways", |face, p, _| Vec3::X * 0.1 * blob(p - face.chin, 0.4)),
+    ("nose wrinkled", |face, p, _| {
         Vec3::Y * 0.06 * blob(p - Vec3::new(0.0, 0.6 * face.mouth.y, 0.5), 0.2)
     }),
 ];
@@ -79,12 +79,13 @@ pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     };
     let places: Vec<Vec3> = mesh.positions().iter().map(|p| local(p.map(f64::from))).collect();
     let axes = frame.axes.map(|axis| Vec3::from(axis.map(|value| value as f32)));
+    let upper = super::lips::upper(mesh, anatomy);
     let is_eye = of_eyeballs(mesh, &places, face.eye_radius);
     let offset = |movement: Movement, vertex: usize| {
         if is_eye[vertex] {
             return [0.0; 3];
         }
-        let local = movement(&face, places[vertex]) * frame.unit as f32;
+        let local = movement(&face, places[vertex], upper[vertex]) * frame.unit as f32;
         (axes[0] * local.x + axes[1] * local.y + axes[2] * local.z).into()
     };
     let vertices = 0..places.len();
@@ -165,10 +166,10 @@ fn corner(face: &Face, p: Vec3, side: f32, by: Vec3) -> Vec3 {
     Vec3::new(side * by.x, by.y, by.z) * blob(p - at, 0.24)
 }
 
-/// How much a lip moves: 1 for the upper one's `side`, -1 for the lower's. Both are still at the corners.
-fn lip(face: &Face, p: Vec3, side: f32) -> f32 {
+/// How much a lip moves where `its` is above 0. Both are still at the corners.
+fn lip(face: &Face, p: Vec3, its: f32) -> f32 {
     let q = p - face.mouth;
-    let is_its = smooth(-0.01, 0.01, side * q.y);
+    let is_its = smooth(-0.02, 0.02, its);
     let across = (1.0 - (q.x / face.corner.x).powi(2)).max(0.0);
     is_its * across * (-q.y * q.y / 0.05 - (q.z / 0.5).powi(2)).exp()
 }

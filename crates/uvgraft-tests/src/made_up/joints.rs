@@ -128,8 +128,7 @@ fn weights(
     let is_face = |joint: usize| [jaw, left_eye, right_eye].contains(&joint);
     let mut weights = vec![0.0; mesh.positions().len() * count];
     let eyeballs = eyeballs(mesh, anatomy);
-    let mouth = anatomy.point(Landmark::Mouth).map(|place| anatomy.frame().local(place));
-    let mouth = mouth.expect("a template with a mouth");
+    let upper = super::lips::upper(mesh, anatomy);
     for (vertex, row) in weights.chunks_mut(count).enumerate() {
         let place = Vec3::from(mesh.positions()[vertex]);
         if let Some(side) = eyeballs[vertex] {
@@ -154,22 +153,27 @@ fn weights(
         let sum: f32 = row.iter().sum();
         row.iter_mut().for_each(|weight| *weight /= sum);
         let local = anatomy.frame().local(mesh.positions()[vertex].map(f64::from));
-        let share = row[head] * jaw_share(local, mouth) as f32;
-        row[head] -= share;
+        // What is above the neck follows the skull alone, and the chin the jaw.
+        let skull = ramp(-2.5, -1.8, local[1] - 0.5 * local[2].min(0.0)) as f32;
+        row.iter_mut().for_each(|weight| *weight *= 1.0 - skull);
+        row[head] += skull;
+        let share = jaw_share(local, f64::from(upper[vertex])) as f32;
+        row.iter_mut().for_each(|weight| *weight *= 1.0 - share);
         row[jaw] = share;
     }
     weights
 }
 
-/// How much of what follows the head follows the jaw instead: lower lip and chin, up to the line of the lips.
-fn jaw_share([x, y, z]: [f64; 3], mouth: [f64; 3]) -> f64 {
-    let ramp = |from: f64, to: f64, at: f64| {
-        let t = ((at - from) / (to - from)).clamp(0.0, 1.0);
-        t * t * (3.0 - 2.0 * t)
-    };
+fn ramp(from: f64, to: f64, at: f64) -> f64 {
+    let t = ((at - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// How much of what follows the skull follows the jaw instead: lower lip and chin, up to the line of the lips.
+fn jaw_share([x, y, z]: [f64; 3], upper: f64) -> f64 {
     // At the corners lips stretch; between them they part.
-    let beside = ramp(0.25, 0.6, x.abs());
-    let line = ramp(-0.005 - 0.35 * beside, 0.005 + 0.2 * beside, mouth[1] - y);
+    let width = 0.02 + 0.5 * ramp(0.25, 0.6, x.abs());
+    let line = ramp(width, -width, upper);
     let front = ramp(-1.6, -0.5, z) * ramp(-2.1, -1.5, y);
     line * front
 }
