@@ -254,13 +254,24 @@ fn a_mesh_of_the_same_triangles_becomes_an_avatar() {
     let model = model(BodyKind::SmplX);
     let shaped = model.shaped(&bodies::shape(1, 10, 0)).unwrap();
     let mesh = mesh(&model);
-    let avatar = shaped.avatar(mesh.clone(), 10).unwrap();
+    let avatar = shaped.avatar(mesh.clone()).unwrap();
     avatar.check().unwrap();
     assert_eq!(avatar.mesh.positions(), shaped.positions());
     assert_eq!((avatar.mesh.uv(), avatar.mesh.faces()), (mesh.uv(), mesh.faces()));
     assert!(avatar.skeleton.missing_bones().is_empty());
-    let names: Vec<&str> = avatar.morphs.iter().map(|morph| morph.name.as_str()).collect();
-    assert_eq!((names.len(), names[0], names[9]), (11, "expression_00", "expression_09"));
+    assert_eq!((avatar.morphs.len(), avatar.expressions.len()), (0, 0));
+}
+
+/// A cloud of vertices shows no face, so its components are morphs as they are.
+#[test]
+fn components_are_morphs_where_no_face_can_be_measured() {
+    let model = model(BodyKind::SmplX);
+    let shaped = model.shaped(&bodies::shape(1, 10, 0)).unwrap();
+    let mut avatar = shaped.avatar(mesh(&model)).unwrap();
+    let told = shaped.give_expressions(&mut avatar).unwrap();
+    assert!(told.unmeasured.is_some());
+    let names: Vec<&str> = avatar.morphs.iter().map(|morph| morph.name.as_str()).take(11).collect();
+    assert_eq!((names[0], names[9], names[10]), ("expression_00", "expression_09", "jaw_open"));
     // A weight of 1 is a coefficient of 1, up to the joints that move with it.
     let mut expression = vec![0.0; 4];
     expression[3] = 1.0;
@@ -294,7 +305,7 @@ fn the_real_mesh_becomes_an_avatar() {
     arrays.insert("f", triangles);
     let model = BodyModel::from_arrays(&arrays).unwrap();
     let shaped = model.shaped(&Shape::default()).unwrap();
-    let avatar = shaped.avatar(mesh.clone(), 10).unwrap();
+    let avatar = shaped.avatar(mesh.clone()).unwrap();
     avatar.check().unwrap();
     assert_eq!(avatar.mesh.uv_faces(), mesh.uv_faces());
 }
@@ -329,14 +340,14 @@ fn other_meshes_are_refused() {
     faces[1] = [0, 100, 201];
     let uv = good.uv().to_vec();
     let other = Mesh::from_triangles(good.positions().to_vec(), uv, &faces, &faces).unwrap();
-    let error = shaped.avatar(other, 10).unwrap_err().to_string();
+    let error = shaped.avatar(other).unwrap_err().to_string();
     assert_eq!(
         error,
         "the mesh is not this FLAME model's: 2 of its 9976 triangles are not in the model, and 2 of \
          the model's 9976 are not in the mesh"
     );
     let small = Mesh::from_triangles(vec![[0.0; 3]; 3], vec![[0.0; 2]], &[[0, 1, 2]], &[[0; 3]]);
-    let error = shaped.avatar(small.unwrap(), 10).unwrap_err().to_string();
+    let error = shaped.avatar(small.unwrap()).unwrap_err().to_string();
     assert_eq!(error, "found 3 vertices in the mesh, wanted 5023");
 }
 
@@ -350,7 +361,7 @@ fn an_avatar_tells_how_far_it_is_without_correctives() {
         let (clip, _) = motion
             .clip(shaped.skeleton(), "c", &ClipOptions { fps: None, ..ClipOptions::default() })
             .unwrap();
-        let avatar = shaped.avatar(mesh(&model), 0).unwrap();
+        let avatar = shaped.avatar(mesh(&model)).unwrap();
         assert!(avatar.morphs.is_empty());
         shaped.apart(&avatar, &clip).unwrap()
     };
