@@ -248,8 +248,8 @@ pub(super) fn shapes(mesh: &Mesh) -> Vec<Vec<[f32; 3]>> {
         3 => [0.02 * x.signum() * (x.abs() - 0.2).max(0.0), 0.0, 0.0],
         _ => {
             let phase = component as f32;
-            let swell = 0.006 * (5.0 * y + phase).sin();
-            [swell * (4.0 * x).tanh(), 0.004 * (3.0 * y * phase).sin(), swell * (9.0 * z).tanh()]
+            let swell = 0.003 * (5.0 * y + phase).sin();
+            [swell * (4.0 * x).tanh(), 0.002 * (3.0 * y * phase).sin(), swell * (9.0 * z).tanh()]
         }
     };
     let of = |component| mesh.positions().iter().map(|&place| wave(component, place)).collect();

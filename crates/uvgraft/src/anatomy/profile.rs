@@ -57,6 +57,10 @@ pub(super) struct Found {
     pub unit: f64,
 }
 
+/// What it adds to the deviation of an orientation that the rest of the mesh speaks against: narrow or
+/// flat heads deviate by a tenth the right way up.
+const UPSIDE_DOWN: f64 = 0.08;
+
 /// An orientation of a section: the direction of forward, and on which side of it up is.
 #[derive(Debug, Clone, Copy)]
 struct Turn {
@@ -129,13 +133,22 @@ impl Section {
     pub fn around_eyes(&self, unit: f64) -> Found {
         let deviation = |turn: Turn| {
             let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 93);
-            outline.deviation([0.0, 0.0], unit, f64::INFINITY)
+            let unlikely = if self.is_upside_down(turn) { UPSIDE_DOWN } else { 0.0 };
+            outline.deviation([0.0, 0.0], unit, f64::INFINITY) + unlikely
         };
         let mut best = least(Turn::all(36), deviation);
         for degrees in [3.0_f64, 1.0, 0.4, 0.15, 0.05, 0.02] {
             best = least(best.1.near(degrees.to_radians()), deviation);
         }
         self.found(best.0, best.1, [0.0, 0.0], unit)
+    }
+
+    /// Whether a section around eyes goes on above them far more than below: necks and bodies do, not skulls.
+    fn is_upside_down(&self, turn: Turn) -> bool {
+        let [up, _] = turn.up_and_forward();
+        let heights = self.segments.iter().flatten().map(|[p, q]| p * up[0] + q * up[1]);
+        let [low, high] = heights.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
+        high > 1.4 * -low
     }
 
     /// Where the section of a head without eyes may have a face, the likeliest place first; few.
