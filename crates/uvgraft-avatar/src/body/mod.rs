@@ -13,6 +13,8 @@
 
 mod correctives;
 mod fields;
+mod file;
+mod gender;
 mod hands;
 mod kind;
 mod model;
@@ -20,6 +22,8 @@ mod pose;
 mod rigged;
 mod shaped;
 
+pub use file::{ModelFile, Needs};
+pub use gender::Gender;
 pub use hands::Side;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};
@@ -39,6 +43,9 @@ pub enum BodyError {
     /// An array that every model of the kind has is not there, or was not read.
     #[error("no body model: {0}")]
     Arrays(#[from] ArraysError),
+    /// The file is damaged, or of another format.
+    #[error("{0}")]
+    File(ArraysError),
     /// An array has another shape than the others ask for.
     #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
     Shape {

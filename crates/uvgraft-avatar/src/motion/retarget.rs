@@ -8,9 +8,35 @@
 
 use glam::{Quat, Vec3};
 
+use super::ground::{Grounding, Reference, put_on_ground};
 use super::resample::{self, Frame};
+use super::soles::Soles;
+use super::up::Up;
 use super::{Motion, MotionError};
-use crate::rig::{Clip, HumanBone, Pose, RigError, Skeleton};
+use crate::rig::{Clip, HumanBone, Pose, Skeleton};
+
+/// Where a clip's feet are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Ground {
+    /// Translations stay as they were recorded, whoever plays them.
+    #[default]
+    Keep,
+    /// Feet stand on y = 0 where the feet of the person who moved stood; ways are as much longer as the
+    /// body's legs are. The first frame is at the body's place at rest and faces the front. Needs
+    /// [`ClipOptions::performer`]; without, as [`Ground::Feet`].
+    Clip,
+    /// The same with nobody known: the body's own feet stand where they are low and slow.
+    Feet,
+}
+
+/// A person who moved.
+#[derive(Debug, Clone, Copy)]
+pub struct Person<'a> {
+    /// The person's joints at rest, in the model's own space.
+    pub skeleton: &'a Skeleton,
+    /// The person's feet.
+    pub soles: Option<&'a Soles>,
+}
 
 /// How a motion becomes a clip.
 #[derive(Debug, Clone, Copy)]
@@ -21,19 +47,30 @@ pub struct ClipOptions<'a> {
     pub start_s: f64,
     /// How long it is at most, in seconds.
     pub seconds: Option<f64>,
-    /// Puts the lowest joint of all frames as high above 0 as it is at rest, or 2 cm where the
-    /// skeleton does not stand on 0 at rest. AMASS's ground is near 0 in most recordings, not in all.
-    pub ground: bool,
-    /// The skeleton of the person who moved, where it is known: a model with the motion's
-    /// [`betas`](Motion::betas). Without it, a body of the family is taken to be that person, and
-    /// others are set beside the family's mean body.
-    pub performer: Option<&'a Skeleton>,
+    /// Where feet are.
+    pub ground: Ground,
+    /// Which axis of the recording points up; nothing finds out.
+    pub up: Option<Up>,
+    /// The person who moved, where it is known: a model with the motion's [`betas`](Motion::betas).
+    /// With [`Ground::Keep`] and nobody, a body of the family is taken to be that person, in the space of
+    /// its model, and others are set beside the family's mean body.
+    pub performer: Option<Person<'a>>,
+    /// The feet of the body that plays the clip; nothing takes them from its joints.
+    pub soles: Option<&'a Soles>,
 }
 
 impl Default for ClipOptions<'_> {
     /// 30 frames a second, all of the motion, where it was recorded.
     fn default() -> Self {
-        Self { fps: Some(30.0), start_s: 0.0, seconds: None, ground: false, performer: None }
+        Self {
+            fps: Some(30.0),
+            start_s: 0.0,
+            seconds: None,
+            ground: Ground::Keep,
+            up: None,
+            performer: None,
+            soles: None,
+        }
     }
 }
 
@@ -44,8 +81,18 @@ pub struct Retarget {
     pub missing: Vec<&'static str>,
     /// Joints of the skeleton that the motion has not: they stay as at rest.
     pub still: Vec<String>,
-    /// What translations were multiplied by: the ratio of leg lengths.
+    /// What translations were multiplied by: the ratio of leg lengths; 1 where they are kept.
     pub scale: f32,
+    /// Which axis of the recording was taken to point up.
+    pub up: Up,
+    /// The motion left no doubt about it, or it was given.
+    pub up_is_certain: bool,
+    /// The file does not say where the body was: its clip stays in one place.
+    pub in_place: bool,
+    /// How far the whole clip was turned about the vertical to face the front at its start, in degrees.
+    pub turned_deg: f32,
+    /// What was done about the ground; nothing where translations are kept.
+    pub grounding: Option<Grounding>,
     /// How far an arm at rest was turned to where the family has it, in degrees; 0 for a T.
     pub arms_deg: f32,
 }
@@ -58,10 +105,8 @@ pub(crate) const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
 pub(crate) const MEAN_LEG_M: f32 = 0.78;
 /// Arms that are turned less against the family's are taken as they are.
 const LEAST_ARM_DEG: f32 = 15.0;
-/// How high a skeleton's lowest joint may be above 0 for it to stand there.
-const STANDS_M: f32 = 0.3;
-/// How far the lowest joint is above the ground where the rest pose does not tell.
-const SOLE_M: f32 = 0.02;
+/// Clips that begin facing elsewhere by less than this keep it: a step has its hips turned so.
+const FRONT_DEG: f32 = 30.0;
 
 /// How one of the skeleton's joints is turned.
 #[derive(Debug, Clone, Copy)]
@@ -97,39 +142,108 @@ impl Motion {
         let family = self.is_of_family(skeleton);
         let lifts = lifts(skeleton, family);
         let turns = self.plan(skeleton, &sources, &lifts);
-        let own = if family { Some(skeleton) } else { None };
-        let (pelvis, scale) = match options.performer.or(own) {
-            Some(performer) => (
-                Vec3::from(performer.joints()[hips(performer)].position),
-                ratio(leg_m(skeleton), leg_m(performer)),
-            ),
-            None => (MEAN_PELVIS, ratio(leg_m(skeleton), Some(MEAN_LEG_M))),
+        let guess = Up::guess(self);
+        let up = options.up.unwrap_or(guess.up);
+        let mut frames = resample::frames(self, options)?;
+        for frame in &mut frames {
+            frame.turns[0] = (up.upright() * frame.turns[0]).normalize();
+            frame.place = up.upright() * frame.place;
+        }
+        let mut report = Retarget {
+            missing: self.missing(&sources),
+            still: still(skeleton, &sources),
+            scale: 1.0,
+            up,
+            up_is_certain: options.up.is_some() || guess.is_certain,
+            in_place: self.is_still(),
+            turned_deg: 0.0,
+            grounding: None,
+            arms_deg: lifts.iter().map(angle_deg).fold(0.0, f32::max),
         };
-        let rest = Vec3::from(skeleton.joints()[hips(skeleton)].position);
-        let upright = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+        let own = family.then_some(Person { skeleton, soles: None });
+        let person = options.performer.or(own);
+        // Where the pelvis is before the frame's translation, as the model of whoever moved has it.
+        let pelvis = person.map_or(MEAN_PELVIS, |person| hips_at_rest(person.skeleton));
+        let place = |frame: &Frame| up.upright() * pelvis + frame.place;
         let mut clip = Clip { name: name.to_owned(), times: Vec::new(), poses: Vec::new() };
-        for mut frame in resample::frames(self, options)? {
-            // The root turns about the pelvis, which is beside the origin that is translated.
-            let place = turned_upright(pelvis + frame.place) * scale;
-            frame.turns[0] = (upright * frame.turns[0]).normalize();
-            let rotations = self.rotations(&frame, &turns);
-            clip.times.push(frame.time_s);
-            clip.poses.push(Pose { translation: (place - rest).into(), rotations });
+        if options.ground == Ground::Keep {
+            self.add_frames(&mut clip, skeleton, &turns, &frames, place);
+            clip.check(skeleton.joints().len())?;
+            return Ok((clip, report));
         }
-        if options.ground {
-            ground(&mut clip, skeleton)?;
-        }
+        report.turned_deg = face_front(&mut frames, &place);
+        report.scale = match options.performer {
+            Some(person) => ratio(leg_m(skeleton), leg_m(person.skeleton)),
+            None => ratio(leg_m(skeleton), Some(MEAN_LEG_M)),
+        };
+        let start = frames.first().map_or(Vec3::ZERO, &place);
+        let rest = hips_at_rest(skeleton);
+        // From the place at rest, as the crow walks; heights are put right below.
+        let walked = |frame: &Frame, scale: f32, from: Vec3| {
+            let way = (place(frame) - start) * scale;
+            Vec3::new(from.x + way.x, place(frame).y * scale, from.z + way.z)
+        };
+        let scale = report.scale;
+        self.add_frames(&mut clip, skeleton, &turns, &frames, |frame| walked(frame, scale, rest));
         clip.check(skeleton.joints().len())?;
+        report.grounding = self.ground(&mut clip, skeleton, options, &frames, place)?;
+        clip.check(skeleton.joints().len())?;
+        Ok((clip, report))
+    }
+
+    /// Puts a clip's feet on the ground, beside the person who moved if that one is known.
+    fn ground(
+        &self,
+        clip: &mut Clip,
+        skeleton: &Skeleton,
+        options: &ClipOptions<'_>,
+        frames: &[Frame],
+        place: impl Fn(&Frame) -> Vec3,
+    ) -> Result<Option<Grounding>, MotionError> {
+        let soles = options.soles.cloned().or_else(|| Soles::of_joints(skeleton));
+        let Some(soles) = soles else { return Ok(None) };
+        let person = options.performer.filter(|_| options.ground == Ground::Clip);
+        let mut reference = None;
+        if let Some(Person { skeleton, soles }) = person {
+            let lifts = vec![Quat::IDENTITY; skeleton.joints().len()];
+            let turns = self.plan(skeleton, &self.sources(skeleton), &lifts);
+            let mut recorded = Clip { times: Vec::new(), poses: Vec::new(), ..clip.clone() };
+            self.add_frames(&mut recorded, skeleton, &turns, frames, place);
+            let soles = soles.cloned().or_else(|| Soles::of_joints(skeleton));
+            reference = soles.map(|soles| (skeleton, soles, recorded));
+        }
+        let reference = reference.as_ref().map(|(skeleton, soles, clip)| Reference {
+            skeleton,
+            soles,
+            clip,
+        });
+        let in_place = self.is_still();
+        let done = put_on_ground(clip, skeleton, &soles, reference.as_ref(), in_place)?;
+        Ok(Some(done))
+    }
+
+    /// Appends frames, the hips where `place` says.
+    fn add_frames(
+        &self,
+        clip: &mut Clip,
+        skeleton: &Skeleton,
+        turns: &[Turn],
+        frames: &[Frame],
+        place: impl Fn(&Frame) -> Vec3,
+    ) {
+        let rest = hips_at_rest(skeleton);
+        for frame in frames {
+            clip.times.push(frame.time_s);
+            let rotations = self.rotations(frame, turns);
+            clip.poses.push(Pose { translation: (place(frame) - rest).into(), rotations });
+        }
+    }
+
+    /// The motion's joints that a skeleton lacks.
+    fn missing(&self, sources: &[Option<usize>]) -> Vec<&'static str> {
         let found = |source: usize| sources.contains(&Some(source));
         let joints = self.joints().iter().enumerate();
-        let missing =
-            joints.filter(|&(source, _)| !found(source)).map(|(_, &(name, _, _))| name).collect();
-        let joints = skeleton.joints().iter().zip(&sources);
-        let still =
-            joints.filter(|(_, source)| source.is_none()).map(|(joint, _)| joint.name.clone());
-        let angle = |lift: &Quat| lift.angle_between(Quat::IDENTITY).to_degrees();
-        let arms_deg = lifts.iter().map(angle).fold(0.0, f32::max);
-        Ok((clip, Retarget { missing, still: still.collect(), scale, arms_deg }))
+        joints.filter(|&(source, _)| !found(source)).map(|(_, &(name, _, _))| name).collect()
     }
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MotionError> {
@@ -201,14 +315,41 @@ impl Motion {
     }
 }
 
-/// From Z up to Y up: -90° about x.
-fn turned_upright(point: Vec3) -> Vec3 {
-    Vec3::new(point.x, point.z, -point.y)
+/// Where the hips are at rest; that there are some was checked.
+fn hips_at_rest(skeleton: &Skeleton) -> Vec3 {
+    let hips = skeleton.human(HumanBone::Hips).unwrap_or(0);
+    skeleton.joints()[hips].position.into()
 }
 
-/// The number of the hips, which were checked to be there.
-fn hips(skeleton: &Skeleton) -> usize {
-    skeleton.human(HumanBone::Hips).unwrap_or(0)
+/// The joints of a skeleton that a motion has not.
+fn still(skeleton: &Skeleton, sources: &[Option<usize>]) -> Vec<String> {
+    let joints = skeleton.joints().iter().zip(sources);
+    joints.filter(|(_, source)| source.is_none()).map(|(joint, _)| joint.name.clone()).collect()
+}
+
+fn angle_deg(turn: &Quat) -> f32 {
+    turn.angle_between(Quat::IDENTITY).to_degrees()
+}
+
+/// Turns all frames about the vertical so that the first one faces the front, unless it nearly does or
+/// faces up or down. Returns by how much, in degrees.
+fn face_front(frames: &mut [Frame], place: &impl Fn(&Frame) -> Vec3) -> f32 {
+    let Some(first) = frames.first() else { return 0.0 };
+    let ahead = first.turns[0] * Vec3::Z;
+    let level = Vec3 { y: 0.0, ..ahead };
+    let angle = level.x.atan2(level.z);
+    if level.length() < 0.5 || angle.to_degrees().abs() < FRONT_DEG {
+        return 0.0;
+    }
+    let turn = Quat::from_rotation_y(-angle);
+    let start = place(first);
+    for frame in frames {
+        // About the place where the hips begin.
+        let way = place(frame) - start;
+        frame.place += turn * way - way;
+        frame.turns[0] = (turn * frame.turns[0]).normalize();
+    }
+    -angle.to_degrees()
 }
 
 /// From hip to knee to ankle on the left.
@@ -260,24 +401,6 @@ fn lifts(skeleton: &Skeleton, family: bool) -> Vec<Quat> {
         }
     }
     lifts
-}
-
-/// Moves all frames up or down, so that the lowest joint of all is where it is at rest.
-fn ground(clip: &mut Clip, skeleton: &Skeleton) -> Result<(), RigError> {
-    let heights = |pose: &Pose| -> Result<f32, RigError> {
-        let joints = skeleton.joints().iter().zip(skeleton.motions(pose)?);
-        Ok(joints.map(|(joint, motion)| motion.point(joint.position)[1]).fold(f32::MAX, f32::min))
-    };
-    let rest = heights(&Pose::rest(skeleton.joints().len()))?;
-    let wanted = if (0.0..STANDS_M).contains(&rest) { rest } else { SOLE_M };
-    let mut lowest = f32::MAX;
-    for pose in &clip.poses {
-        lowest = lowest.min(heights(pose)?);
-    }
-    for pose in &mut clip.poses {
-        pose.translation[1] += wanted - lowest;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
