@@ -59,8 +59,7 @@ impl ModelFile {
     /// # Errors
     /// [`ReadError`] if the file cannot be read, or for what [`BodyModel::from_arrays`] refuses.
     pub fn read(path: &Path, needs: &Needs) -> Result<Self, ReadError<BodyError>> {
-        let refused =
-            |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
+        let refused = |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
         let mut file = ArrayFile::open(path).map_err(in_body)?;
         let mut apart = false;
         let first = file.read(|name, _| {
@@ -114,9 +113,7 @@ impl ModelFile {
 }
 
 /// The same error of a body model's file.
-fn in_body(
-    error: ReadError<uvgraft_io::arrays::ArraysError>,
-) -> ReadError<BodyError> {
+fn in_body(error: ReadError<uvgraft_io::arrays::ArraysError>) -> ReadError<BodyError> {
     match error {
         ReadError::Content { path, reason } => {
             // The file itself is damaged or foreign: that it is no model goes without saying.
@@ -210,6 +207,9 @@ mod tests {
         without.insert("posedirs", wrong);
         let (_folder, path) = saved(&without);
         let error = ModelFile::read(&path, &Needs::ALL).unwrap_err().to_string();
-        assert!(error.contains("`posedirs` has the shape [7, 3, 35], wanted [7, 3, 36]"), "{error}");
+        assert!(
+            error.contains("`posedirs` has the shape [7, 3, 35], wanted [7, 3, 36]"),
+            "{error}"
+        );
     }
 }

@@ -56,8 +56,10 @@ impl Gender {
         let named = |name: Option<&std::ffi::OsStr>, letters: bool| {
             let name = name?.to_string_lossy().into_owned();
             let words = name.split(|c: char| !c.is_ascii_alphanumeric());
-            let mut found: Vec<Self> =
-                words.filter(|word| letters || word.len() > 1).filter_map(Self::from_text).collect();
+            let mut found: Vec<Self> = words
+                .filter(|word| letters || word.len() > 1)
+                .filter_map(Self::from_text)
+                .collect();
             found.dedup();
             if let [gender] = found[..] { Some(gender) } else { None }
         };

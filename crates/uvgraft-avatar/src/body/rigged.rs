@@ -112,7 +112,8 @@ impl Shaped<'_> {
         }
         // What the file has, and where the avatar was moved to.
         let skin = crate::glb::written_skin(avatar);
-        let roots = [&avatar.skeleton, &self.skeleton].map(|rig| Vec3::from(rig.joints()[0].position));
+        let roots =
+            [&avatar.skeleton, &self.skeleton].map(|rig| Vec3::from(rig.joints()[0].position));
         let moved = roots[0] - roots[1];
         let (mut sum, mut max_mm) = (0.0_f64, 0.0_f64);
         for poses in clip.poses.chunks(super::correctives::BLOCK) {

@@ -188,7 +188,8 @@ pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported
     let targets = targets(avatar, &shading, &vertices, &mut buffer);
     let skin = skin::write_joints(avatar, &mut buffer);
     let clips = avatar.clips.iter();
-    let animations = clips.map(|clip| clips::write(clip, &avatar.skeleton, &stand, &mut buffer)).collect();
+    let animations =
+        clips.map(|clip| clips::write(clip, &avatar.skeleton, &stand, &mut buffer)).collect();
     let material = textures::write(looks, &vertices, &mut buffer);
 
     let name = if export.name.is_empty() { "avatar" } else { &export.name };

@@ -59,7 +59,8 @@ struct Aims<'a> {
 pub fn t_pose(avatar: &Avatar) -> Result<Option<Pose>, RigError> {
     let joints = avatar.skeleton.joints();
     let none = || vec![None; joints.len()];
-    let mut aims = Aims { skeleton: &avatar.skeleton, bones: none(), fronts: vec![None; joints.len()] };
+    let mut aims =
+        Aims { skeleton: &avatar.skeleton, bones: none(), fronts: vec![None; joints.len()] };
     for right in [false, true] {
         aims.arm(avatar, right);
         aims.foot(avatar, right);
@@ -103,9 +104,8 @@ impl Aims<'_> {
             self.aim(bone, self.place(end), out);
         }
         // The palm is down where the index finger is in front of the little one.
-        let knuckle = |aims: &Self, finger: usize| {
-            Some(aims.place(aims.joint(FINGERS[finger][0], right)?))
-        };
+        let knuckle =
+            |aims: &Self, finger: usize| Some(aims.place(aims.joint(FINGERS[finger][0], right)?));
         if let (Some(hand), Some(index), Some(little)) =
             (self.joint(HumanBone::LeftHand, right), knuckle(self, 1), knuckle(self, 4))
         {

@@ -352,7 +352,10 @@ mod tests {
     fn what_other_tools_write() {
         let mut arrays = motion(165);
         let still = Motion::from_arrays(&arrays).unwrap();
-        assert_eq!((still.kind(), still.gender(), still.is_still()), (Some(BodyKind::SmplX), None, false));
+        assert_eq!(
+            (still.kind(), still.gender(), still.is_still()),
+            (Some(BodyKind::SmplX), None, false)
+        );
         let places = arrays.take("trans").unwrap();
         assert!(Motion::from_arrays(&arrays).unwrap().is_still());
         arrays.insert("transl", places);

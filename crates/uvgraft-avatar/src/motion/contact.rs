@@ -54,7 +54,8 @@ pub(super) fn ground(times: &[f32], frames: &[Halves]) -> Option<f32> {
     // One frame may be an error, and the first are: a fiftieth is left out.
     let heights = &heights[heights.len() / 50..];
     let lowest = *heights.first()?;
-    let count = |from: usize| heights.partition_point(|&height| height < heights[from] + WINDOW_M) - from;
+    let count =
+        |from: usize| heights.partition_point(|&height| height < heights[from] + WINDOW_M) - from;
     let near = heights.partition_point(|&height| height < lowest + SEARCH_M);
     // The first of the fullest windows.
     let best = (0..near).rev().max_by_key(|&from| count(from))?;
@@ -110,9 +111,11 @@ impl Track<'_> {
             if seconds > 0.0 { way.length() / seconds } else { 0.0 }
         };
         let time = self.times[frame];
-        let before = self.times.partition_point(|&found| found < time - SPEED_S).min(frame);
+        // The frames beside it at least, where they are farther apart.
+        let before = self.times.partition_point(|&found| found < time - SPEED_S);
+        let before = before.min(frame.saturating_sub(1));
         let after = self.times.partition_point(|&found| found <= time + SPEED_S);
-        let after = after.saturating_sub(1).max(frame);
+        let after = after.saturating_sub(1).max(frame + 1).min(self.times.len() - 1);
         match (before < frame, after > frame) {
             (true, true) => speed(before).min(speed(after)),
             (true, false) => speed(before),

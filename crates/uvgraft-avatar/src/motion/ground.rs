@@ -159,9 +159,8 @@ impl Work<'_> {
             let (halves, stands) = (&halves[foot], self.standing[frame][foot]);
             let held = |anchors: &[Option<Vec3>; 2]| {
                 let off = anchors.iter().zip(halves).zip(stands).filter(|&(_, stands)| stands);
-                let off: Vec<Vec3> = off
-                    .filter_map(|((anchor, half), _)| Some((*anchor)? - half.place))
-                    .collect();
+                let off: Vec<Vec3> =
+                    off.filter_map(|((anchor, half), _)| Some((*anchor)? - half.place)).collect();
                 off.iter().sum::<Vec3>() / off.len().max(1) as f32
             };
             // What held before holds on; what comes down now is held where that takes it.

@@ -53,13 +53,7 @@ impl Leg {
     pub(super) fn placed(&self, skeleton: &Skeleton, world: &[(Quat, Vec3)]) -> Placed {
         let above = skeleton.joints()[self.hip].parent.map_or(Quat::IDENTITY, |up| world[up].0);
         let [hip, knee, ankle] = [self.hip, self.knee, self.ankle].map(|joint| world[joint]);
-        Placed {
-            hip: hip.1,
-            knee: knee.1,
-            ankle: ankle.1,
-            turns: [hip.0, knee.0, ankle.0],
-            above,
-        }
+        Placed { hip: hip.1, knee: knee.1, ankle: ankle.1, turns: [hip.0, knee.0, ankle.0], above }
     }
 
     /// Turns hip and knee so that the ankle comes to a place, or as near as the leg is long.
@@ -137,7 +131,11 @@ mod tests {
                     let mut pose = start.clone();
                     leg.reach(&placed, to, &mut pose);
                     let after = world(&skeleton, &pose);
-                    assert!(after[leg.ankle].1.abs_diff_eq(to, 1e-4), "{} {to}", after[leg.ankle].1);
+                    assert!(
+                        after[leg.ankle].1.abs_diff_eq(to, 1e-4),
+                        "{} {to}",
+                        after[leg.ankle].1
+                    );
                     assert!(after[leg.ankle].0.angle_between(before[leg.ankle].0) < 2e-3);
                     // Knees bend forwards of the line from hip to ankle.
                     let knee = after[leg.knee].1 - (after[leg.hip].1 + to) / 2.0;
@@ -157,6 +155,8 @@ mod tests {
         let mut pose = rest;
         leg.reach(&placed, placed.hip + Vec3::new(0.0, 0.0, 3.0), &mut pose);
         let foot = world(&skeleton, &pose)[leg.ankle].1 - placed.hip;
-        assert!(foot.angle_between(Vec3::Z) < 1e-3 && foot.length() > 0.999 * leg.length_m(&skeleton));
+        assert!(
+            foot.angle_between(Vec3::Z) < 1e-3 && foot.length() > 0.999 * leg.length_m(&skeleton)
+        );
     }
 }

@@ -12,9 +12,9 @@ mod up;
 pub use amass::Motion;
 pub use ground::Grounding;
 pub use retarget::{ClipOptions, Ground, Person, Retarget};
+pub(crate) use retarget::{MEAN_LEG_M, MEAN_PELVIS};
 pub use soles::Soles;
 pub use up::Up;
-pub(crate) use retarget::{MEAN_LEG_M, MEAN_PELVIS};
 
 use uvgraft_io::arrays::ArraysError;
 

@@ -144,7 +144,11 @@ impl Motion {
         let turns = self.plan(skeleton, &sources, &lifts);
         let guess = Up::guess(self);
         let up = options.up.unwrap_or(guess.up);
-        let mut frames = resample::frames(self, options)?;
+        // Feet that stand are told apart by how slow they are, which takes all frames there are.
+        let all =
+            ClipOptions { fps: options.fps.filter(|_| options.ground == Ground::Keep), ..*options };
+        let asked = resample::times(self, options)?;
+        let mut frames = resample::frames(self, &all)?;
         for frame in &mut frames {
             frame.turns[0] = (up.upright() * frame.turns[0]).normalize();
             frame.place = up.upright() * frame.place;
@@ -187,6 +191,7 @@ impl Motion {
         self.add_frames(&mut clip, skeleton, &turns, &frames, |frame| walked(frame, scale, rest));
         clip.check(skeleton.joints().len())?;
         report.grounding = self.ground(&mut clip, skeleton, options, &frames, place)?;
+        clip = resample::at_times(&clip, asked);
         clip.check(skeleton.joints().len())?;
         Ok((clip, report))
     }
@@ -212,11 +217,8 @@ impl Motion {
             let soles = soles.cloned().or_else(|| Soles::of_joints(skeleton));
             reference = soles.map(|soles| (skeleton, soles, recorded));
         }
-        let reference = reference.as_ref().map(|(skeleton, soles, clip)| Reference {
-            skeleton,
-            soles,
-            clip,
-        });
+        let reference =
+            reference.as_ref().map(|(skeleton, soles, clip)| Reference { skeleton, soles, clip });
         let in_place = self.is_still();
         let done = put_on_ground(clip, skeleton, &soles, reference.as_ref(), in_place)?;
         Ok(Some(done))
@@ -414,14 +416,21 @@ mod tests {
 
     /// A motion of one frame: the turns of some of the body's joints, and the translation, Z up.
     fn motion(turns: &[(&str, [f32; 3])], place: [f32; 3]) -> Motion {
+        frames(turns, &[place])
+    }
+
+    /// The same of several frames that differ in their translations.
+    fn frames(turns: &[(&str, [f32; 3])], places: &[[f32; 3]]) -> Motion {
         let mut poses = vec![0.0; 66];
         for (name, turn) in turns {
             let joint = crate::body::BODY.iter().position(|entry| entry.0 == *name).unwrap();
             poses[3 * joint..][..3].copy_from_slice(turn);
         }
         let mut arrays = NamedArrays::new();
-        arrays.insert("poses", NumericArray::new_f32(vec![1, 66], poses).unwrap());
-        arrays.insert("trans", NumericArray::new_f32(vec![1, 3], place.to_vec()).unwrap());
+        let (count, poses) = (places.len(), poses.repeat(places.len()));
+        arrays.insert("poses", NumericArray::new_f32(vec![count, 66], poses).unwrap());
+        let places = places.as_flattened().to_vec();
+        arrays.insert("trans", NumericArray::new_f32(vec![count, 3], places).unwrap());
         arrays.insert("mocap_framerate", NumericArray::new_f64(vec![], vec![30.0]).unwrap());
         Motion::from_arrays(&arrays).unwrap()
     }
@@ -511,27 +520,55 @@ mod tests {
     }
 
     #[test]
-    fn ways_are_as_long_as_legs_and_end_on_the_ground() {
+    fn ways_are_as_long_as_legs_unless_they_are_kept() {
         let skeleton = humanoid(false);
         let mut tall = skeleton.joints().to_vec();
         for joint in &mut tall {
             joint.position = (Vec3::from(joint.position) * 2.0).into();
         }
         let tall = Skeleton::new(tall).unwrap();
-        let motion = motion(&[STANDS], [0.3, -0.77, 0.87]);
-        let options = ClipOptions::default();
-        let (clip, report) = motion.clip(&tall, "c", &options).unwrap();
+        let places = [[0.3, -0.77, 0.87], [0.3, -1.27, 0.97]];
+        let motion = frames(&[STANDS], &places);
+        let hips = |options: &ClipOptions<'_>| {
+            let (clip, report) = motion.clip(&tall, "c", options).unwrap();
+            let rest = hips_at_rest(&tall);
+            (clip.poses.iter().map(|pose| rest + Vec3::from(pose.translation)).collect(), report)
+        };
+        // As recorded: (0, -0.23, 0.03) and the place with Z up are these with Y up.
+        let (kept, report): (Vec<Vec3>, _) = hips(&ClipOptions::default());
+        assert_eq!((report.scale, report.grounding), (1.0, None));
+        close(kept[0], Vec3::new(0.3, 0.9, 1.0));
+        close(kept[1], Vec3::new(0.3, 1.0, 1.5));
+        // From the place at rest on, twice as far. It has one foot, so heights are only scaled.
+        let feet = ClipOptions { ground: Ground::Feet, ..ClipOptions::default() };
+        let (scaled, report) = hips(&feet);
         assert!((report.scale - 2.0).abs() < 1e-6);
-        close(place(&tall, &clip, "hips"), Vec3::new(0.6, 1.8, 2.0));
-        // Where the performer is known, its own pelvis counts.
-        let options = ClipOptions { performer: Some(&skeleton), ..options };
-        let (clip, report) = motion.clip(&tall, "c", &options).unwrap();
-        assert!((report.scale - 2.0).abs() < 1e-6);
-        // (0, 0.9, 0) + (0.3, -0.77, 0.87) with Z up is (0.3, 0.87, -0.13) with Y up.
-        close(place(&tall, &clip, "hips"), Vec3::new(0.6, 1.74, -0.26));
-        // The root is at 0 at rest, and the lowest joint, so it is there again.
-        let options = ClipOptions { ground: true, ..options };
-        let (clip, _) = motion.clip(&tall, "c", &options).unwrap();
-        close(place(&tall, &clip, "hips"), Vec3::new(0.6, 1.8, -0.26));
+        close(scaled[0], Vec3::new(0.0, 1.8, 0.0));
+        close(scaled[1], Vec3::new(0.0, 2.0, 1.0));
+        // Where the performer is known, its own legs count.
+        let performer = Some(Person { skeleton: &tall, soles: None });
+        let (own, report) = hips(&ClipOptions { ground: Ground::Clip, performer, ..feet });
+        assert!((report.scale - 1.0).abs() < 1e-6);
+        close(own[1] - own[0], Vec3::new(0.0, 0.1, 0.5));
+    }
+
+    #[test]
+    fn clips_begin_facing_the_front() {
+        let skeleton = humanoid(false);
+        let turned = Quat::from_rotation_z(2.0) * Quat::from_rotation_x(FRAC_PI_2);
+        let motion = frames(
+            &[("pelvis", turned.to_scaled_axis().into())],
+            &[[0.0, 0.0, 0.87], [2.0_f32.sin(), -2.0_f32.cos(), 0.87]],
+        );
+        let options = ClipOptions { ground: Ground::Feet, ..ClipOptions::default() };
+        let (clip, report) = motion.clip(&skeleton, "c", &options).unwrap();
+        assert!((report.turned_deg + 2.0_f32.to_degrees()).abs() < 0.1, "{}", report.turned_deg);
+        // A metre ahead is along +Z then.
+        let way = Vec3::from(clip.poses[1].translation) - Vec3::from(clip.poses[0].translation);
+        close(way, Vec3::Z * report.scale);
+        close(
+            place(&skeleton, &clip, "hips"),
+            Vec3::new(0.0, 0.9, 0.0) * Vec3::new(1.0, report.scale, 1.0),
+        );
     }
 }

@@ -111,9 +111,8 @@ impl Sole {
                 })
                 .collect();
             // The lowest comes first: it tells how a half moves.
-            chosen.sort_by(|&a, &b| {
-                of_half[a].rest.y.total_cmp(&of_half[b].rest.y).then(a.cmp(&b))
-            });
+            chosen
+                .sort_by(|&a, &b| of_half[a].rest.y.total_cmp(&of_half[b].rest.y).then(a.cmp(&b)));
             chosen.dedup();
             kept.extend(chosen.into_iter().map(|at| of_half[at].clone()));
             if half {

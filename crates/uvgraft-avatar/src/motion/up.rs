@@ -92,7 +92,10 @@ fn places(motion: &Motion, frame: usize) -> Vec<Vec3> {
             None => (turn, rest + Vec3::from(motion.place(frame))),
             Some(parent) => {
                 let (turned, place) = world[parent];
-                ((turned * turn).normalize(), place + turned * (rest - Vec3::from(MEAN_JOINTS[parent])))
+                (
+                    (turned * turn).normalize(),
+                    place + turned * (rest - Vec3::from(MEAN_JOINTS[parent])),
+                )
             }
         });
     }

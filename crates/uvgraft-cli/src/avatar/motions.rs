@@ -123,10 +123,9 @@ impl Recording {
             }
             _ => None,
         };
-        let known = person.as_ref().map(|person| Person {
-            skeleton: &person.skeleton,
-            soles: person.soles.as_ref(),
-        });
+        let known = person
+            .as_ref()
+            .map(|person| Person { skeleton: &person.skeleton, soles: person.soles.as_ref() });
         let soles = avatar.soles();
         let options = ClipOptions {
             fps: (fps > 0).then_some(f64::from(fps)),
@@ -170,7 +169,9 @@ impl Recording {
         match (self.motion.gender(), gender) {
             (Some(clip), Some(body)) if clip != *body => {
                 let (clip, body) = (clip.name(), body.name());
-                return Err(format!("the clip's person is of the {clip} model, the body of the {body} one"));
+                return Err(format!(
+                    "the clip's person is of the {clip} model, the body of the {body} one"
+                ));
             }
             (Some(clip), None) => {
                 let clip = clip.name();
@@ -181,7 +182,9 @@ impl Recording {
             }
             (None, Some(body)) => {
                 let body = body.name();
-                return Err(format!("the body is of the {body} model, the clip does not say of which"));
+                return Err(format!(
+                    "the body is of the {body} model, the clip does not say of which"
+                ));
             }
             _ => {}
         }
@@ -220,7 +223,8 @@ fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
             "feet on y = 0; the file does not say where the body was".to_owned()
         }
         (_, Some(done)) => {
-            let whose = if ground == Ground::Clip { "the clip's person" } else { "the body's feet" };
+            let whose =
+                if ground == Ground::Clip { "the clip's person" } else { "the body's feet" };
             let mut text = format!(
                 "by {whose}, planted feet in {} of {frames} frames, moved by {:.1} cm at most",
                 done.planted,

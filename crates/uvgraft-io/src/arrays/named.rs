@@ -73,15 +73,14 @@ impl NamedArrays {
         Err(ArraysError::LeftOut { name: name.to_owned(), reason })
     }
 
-    /// Takes an array out.
+    /// Takes an array out; other things stay.
     pub fn take(&mut self, name: &str) -> Option<NumericArray> {
-        let held = self.entries.iter_mut().find(|(found, _)| found == name).map(|(_, held)| held)?;
-        match std::mem::replace(held, Held::Skipped) {
+        let is_it =
+            |(found, held): &(String, Held)| found == name && matches!(held, Held::Array(_));
+        let at = self.entries.iter().position(is_it)?;
+        match self.entries.remove(at).1 {
             Held::Array(array) => Some(array),
-            other => {
-                *held = other;
-                None
-            }
+            _ => None,
         }
     }
 

@@ -204,7 +204,11 @@ fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread>
         let read = (&mut *entry).take(count).read_to_end(header);
         let read = read.map_err(|error| unreadable(&error))? as u64;
         if read < count {
-            let problem = format!("cut short: its header needs {} bytes, found {}", before + count, before + read);
+            let problem = format!(
+                "cut short: its header needs {} bytes, found {}",
+                before + count,
+                before + read
+            );
             return Err(Unread::Broken(problem));
         }
         Ok(())
@@ -293,7 +297,9 @@ impl NumericArray {
     fn with_columns(self, columns: &[Range<usize>]) -> Option<Self> {
         fn choose<T: Copy>(values: &[T], last: usize, columns: &[Range<usize>]) -> Vec<T> {
             let rows = values.chunks_exact(last.max(1));
-            rows.flat_map(|row| columns.iter().flat_map(|range| &row[range.clone()])).copied().collect()
+            rows.flat_map(|row| columns.iter().flat_map(|range| &row[range.clone()]))
+                .copied()
+                .collect()
         }
         let (mut shape, numbers) = self.into_parts();
         let last = *shape.last()?;
@@ -345,7 +351,11 @@ mod tests {
         let mut shapes = Vec::new();
         let some = file.read(|name, shape| {
             shapes.push((name.to_owned(), shape.to_vec()));
-            if name == "wide" { Wanted::Columns(vec![0..2, 150..151, 199..400]) } else { Wanted::Nothing }
+            if name == "wide" {
+                Wanted::Columns(vec![0..2, 150..151, 199..400])
+            } else {
+                Wanted::Nothing
+            }
         });
         let some = some.unwrap();
         assert_eq!(shapes[0], ("wide".to_owned(), vec![500, 3, 200]));
@@ -383,7 +393,8 @@ mod tests {
         let mut file = ArrayFile::open(&path).unwrap();
         let error = file.read(|_, _| Wanted::All).unwrap_err().to_string();
         assert!(error.contains("a.npz: array `wide.npy`"), "{error}");
-        let few = |name: &str, _: &[usize]| if name == "few" { Wanted::All } else { Wanted::Nothing };
+        let few =
+            |name: &str, _: &[usize]| if name == "few" { Wanted::All } else { Wanted::Nothing };
         assert!(file.read(few).unwrap().get("few").is_some());
         bytes.truncate(bytes.len() / 2);
         std::fs::write(&path, &bytes).unwrap();

@@ -30,7 +30,11 @@ fn broken(problem: impl Into<String>) -> Unread {
 }
 
 impl<'t, 'a> Storages<'t, 'a> {
-    pub(super) fn new(archive: &'t mut ArchiveInMemory<'a>, folder: &str, big_endian: bool) -> Self {
+    pub(super) fn new(
+        archive: &'t mut ArchiveInMemory<'a>,
+        folder: &str,
+        big_endian: bool,
+    ) -> Self {
         Self { archive, folder: folder.to_owned(), big_endian, unpacked: HashMap::new() }
     }
 
