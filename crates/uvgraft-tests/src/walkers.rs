@@ -35,7 +35,7 @@ pub fn model(kind: BodyKind) -> NamedArrays {
         let array = NumericArray::new_f32(shape.to_vec(), values);
         arrays.insert(name, array.expect("as many values as the shape says"));
     };
-    let values = positions.iter().flat_map(|place| place.to_array()).collect();
+    let values = positions.iter().flat_map(Vec3::to_array).collect();
     floats("v_template", &[vertices, 3], values);
     let mut shapes = Vec::with_capacity(vertices * 3 * SHAPES);
     for &place in &positions {

@@ -67,7 +67,7 @@ pub(super) fn put_on_ground(
 ) -> Result<Grounding, RigError> {
     let own = contact::halves(skeleton, soles, &clip.poses)?;
     if in_place {
-        let low: Vec<f32> = own.iter().map(|halves| lower(halves)).collect();
+        let low: Vec<f32> = own.iter().map(lower).collect();
         let even = smoothed(&clip.times, &low, SINK_S, Smooth::Mean);
         for (pose, low) in clip.poses.iter_mut().zip(even) {
             pose.translation[1] -= low;

@@ -59,7 +59,7 @@ impl Soles {
                 rest: positions[vertex].into(),
                 influences: skin.of(vertex).to_vec(),
             };
-            Sole::new(vertices.map(point).collect())
+            Sole::new(&vertices.map(point).collect::<Vec<_>>())
         };
         Some(Self { feet: [sole(left)?, sole(right)?] })
     }
@@ -74,7 +74,7 @@ impl Soles {
                 rest: Vec3 { y: lowest, ..place(joint) },
                 influences: vec![(joint as u16, 1.0)],
             };
-            Sole::new(joints.iter().map(point).collect())
+            Sole::new(&joints.iter().map(point).collect::<Vec<_>>())
         };
         let [left, right] = bones(skeleton)?;
         Some(Self { feet: [sole(left)?, sole(right)?] })
@@ -94,7 +94,7 @@ fn bones(skeleton: &Skeleton) -> Option<[[Option<usize>; 2]; 2]> {
 
 impl Sole {
     /// Keeps those that are farthest out in some direction.
-    fn new(points: Vec<Point>) -> Option<Self> {
+    fn new(points: &[Point]) -> Option<Self> {
         let ends = |low: f32, point: &Point| low.min(point.rest.z);
         let back = points.iter().fold(f32::MAX, ends);
         let front = -points.iter().fold(f32::MAX, |low, point| low.min(-point.rest.z));

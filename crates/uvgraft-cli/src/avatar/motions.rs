@@ -106,16 +106,13 @@ impl Recording {
     ) -> anyhow::Result<String> {
         let path = self.path.display();
         let mut ground = playing.ground.map_or(Ground::Clip, Ground::from);
-        let person = match self.person(performers) {
-            Ok(person) => Some(person),
-            Err(why) => {
-                if ground == Ground::Clip {
-                    note(format_args!("{path}: grounded by the body's own feet: {why}"));
-                    ground = Ground::Feet;
-                }
-                None
-            }
+        let (person, why) = match self.person(performers) {
+            Ok(person) => (Some(person), None),
+            Err(why) => (None, Some(why).filter(|_| ground == Ground::Clip)),
         };
+        if why.is_some() {
+            ground = Ground::Feet;
+        }
         // As recorded means as the model has it, which does not stand on y = 0.
         let own = match (performers, ground) {
             (Performers::Of { body, .. }, Ground::Keep) => {
@@ -140,6 +137,9 @@ impl Recording {
             .motion
             .clip(&avatar.skeleton, &name, &options)
             .map_err(|error| bad_input(format!("{path}: {error}")))?;
+        if let Some(why) = why {
+            note(format_args!("{path}: grounded by the body's own feet: {why}"));
+        }
         if !report.missing.is_empty() {
             let missing = report.missing.join(", ");
             note(format_args!("{path}: the body has no {missing}; those are left out"));

@@ -11,6 +11,7 @@ mod npy;
 mod npz;
 mod numeric;
 mod partial;
+mod pieces;
 mod sparse;
 mod write;
 

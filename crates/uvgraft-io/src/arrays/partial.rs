@@ -11,11 +11,9 @@ use std::path::{Path, PathBuf};
 use super::archive::Archive;
 use super::collect::Collector;
 use super::named::Held;
-use super::npy::{self, Content, Described};
-use super::numeric::Numbers;
-use super::{
-    ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, NumericArray, Unread, parse,
-};
+use super::npy::{self, Content};
+use super::pieces::{decode, unreadable};
+use super::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, Unread, parse};
 use crate::input::{ReadError, read_file};
 use crate::npy::MAGIC;
 use crate::obj::shown;
@@ -45,8 +43,6 @@ enum Source {
     Whole(NamedArrays),
 }
 
-/// Bytes that are decoded at once.
-const PIECE: usize = 1 << 18;
 /// The longest NPY header that is read without its array.
 const MOST_HEADER: u64 = 1 << 20;
 
@@ -159,15 +155,15 @@ fn from_archive(
                     Found::Bytes(header)
                 });
             };
-            let values = size - header.len() as u64;
-            if described.bytes() != usize::try_from(values).ok() {
-                return Err(described.other_size(values));
-            }
             let columns = match wanted(name, &described.shape) {
                 Wanted::Nothing => return Ok(Found::Held(Held::Skipped)),
                 Wanted::All => None,
                 Wanted::Columns(columns) => Some(columns),
             };
+            let values = size.saturating_sub(header.len() as u64);
+            if described.bytes() != usize::try_from(values).ok() {
+                return Err(described.other_size(values));
+            }
             decode(entry, &described, columns.as_deref(), |count| collector.spend(count))
                 .map(|array| Found::Held(Held::Array(array)))
         })?;
@@ -191,10 +187,6 @@ enum Found {
     Held(Held),
     /// A whole NPY file.
     Bytes(Vec<u8>),
-}
-
-fn unreadable(error: &std::io::Error) -> Unread {
-    Unread::Broken(error.to_string())
 }
 
 /// Reads what comes before the numbers, magic and all.
@@ -230,106 +222,10 @@ fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread>
     more(header, length)
 }
 
-/// Decodes numbers piece by piece, and keeps those of the columns.
-fn decode(
-    entry: &mut dyn Read,
-    described: &Described,
-    columns: Option<&[Range<usize>]>,
-    spend: impl FnOnce(usize) -> Result<(), Unread>,
-) -> Result<NumericArray, Unread> {
-    let (dtype, shape) = (described.dtype, &described.shape);
-    let count: usize = shape.iter().product();
-    let last = shape.last().copied().unwrap_or(1);
-    // Numbers of one column lie together where the first axis runs fastest: all are read then.
-    let columns = columns.map(|columns| clipped(columns, last));
-    let straight = columns.as_ref().filter(|_| !described.fortran_order && last > 0);
-    let kept: usize = straight.map_or(last, |columns| columns.iter().map(Range::len).sum());
-    let total = if last == 0 { 0 } else { count / last * kept };
-    spend(total)?;
-    let mut numbers = Numbers::with_capacity(dtype, total);
-    // Whole rows where columns are chosen, so that each piece begins with one.
-    let row = if straight.is_some() { last * dtype.width } else { dtype.width };
-    let mut piece = vec![0; (PIECE / row).max(1) * row];
-    let mut left = count * dtype.width;
-    while left > 0 {
-        let size = left.min(piece.len());
-        let piece = &mut piece[..size];
-        entry.read_exact(piece).map_err(|error| unreadable(&error))?;
-        left -= size;
-        let rows: &[Range<usize>] = straight.map_or(&[], |columns| columns);
-        let fits = if straight.is_none() {
-            numbers.extend_decoded(dtype, piece)
-        } else {
-            piece.chunks_exact(row).all(|row| {
-                rows.iter().all(|columns| {
-                    let bytes = columns.start * dtype.width..columns.end * dtype.width;
-                    numbers.extend_decoded(dtype, &row[bytes])
-                })
-            })
-        };
-        if !fits {
-            return Err(Unread::LeftOut("an array of integers beyond 63 bits".to_owned()));
-        }
-    }
-    let mut shape = shape.clone();
-    if let (Some(_), Some(last)) = (straight, shape.last_mut()) {
-        *last = kept;
-    }
-    let disagree = || Unread::Broken("shape and numbers disagree".to_owned());
-    if described.fortran_order {
-        let array = NumericArray::new_in_fortran_order(shape, numbers).ok_or_else(disagree)?;
-        return match columns {
-            Some(columns) => array.with_columns(&columns).ok_or_else(disagree),
-            None => Ok(array),
-        };
-    }
-    NumericArray::new(shape, numbers).ok_or_else(disagree)
-}
-
-/// Columns that there are.
-fn clipped(columns: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
-    let clip = |range: &Range<usize>| range.start.min(length)..range.end.min(length);
-    columns.iter().map(clip).filter(|range| !range.is_empty()).collect()
-}
-
-impl NumericArray {
-    /// With only some of the last axis.
-    fn with_columns(self, columns: &[Range<usize>]) -> Option<Self> {
-        fn choose<T: Copy>(values: &[T], last: usize, columns: &[Range<usize>]) -> Vec<T> {
-            let rows = values.chunks_exact(last.max(1));
-            rows.flat_map(|row| columns.iter().flat_map(|range| &row[range.clone()]))
-                .copied()
-                .collect()
-        }
-        let (mut shape, numbers) = self.into_parts();
-        let last = *shape.last()?;
-        let columns = clipped(columns, last);
-        *shape.last_mut()? = columns.iter().map(Range::len).sum();
-        let numbers = match numbers {
-            Numbers::F32(values) => Numbers::F32(choose(&values, last, &columns)),
-            Numbers::F64(values) => Numbers::F64(choose(&values, last, &columns)),
-            Numbers::I64(values) => Numbers::I64(choose(&values, last, &columns)),
-        };
-        Self::new(shape, numbers)
-    }
-
-    /// With floats of 32 bits in place of those of 64.
-    fn narrowed(self) -> Self {
-        let (shape, numbers) = self.into_parts();
-        let numbers = match numbers {
-            Numbers::F64(values) => {
-                Numbers::F32(values.into_iter().map(|value| value as f32).collect())
-            }
-            numbers => numbers,
-        };
-        Self::from_parts(shape, numbers)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays::save_npz;
+    use crate::arrays::{NumericArray, save_npz};
 
     /// A file with a table of 64-bit floats, one of integers and a text.
     fn file(name: &str) -> (tempfile::TempDir, PathBuf) {
