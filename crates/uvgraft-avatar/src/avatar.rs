@@ -3,7 +3,8 @@
 use glam::{Quat, Vec3};
 use uvgraft::Mesh;
 
-use crate::rig::{Clip, Expression, Morph, Pose, RigError, Skeleton, Skin};
+use crate::motion::Soles;
+use crate::rig::{Clip, Expression, HumanBone, Morph, Pose, RigError, Skeleton, Skin};
 
 /// A rigged body. Its mesh is in the pose of rest, in metres, Y up, facing +Z.
 #[derive(Debug, Clone)]
@@ -69,8 +70,46 @@ impl Avatar {
         Ok(self.skin.pose(&positions, &motions))
     }
 
-    /// The same avatar with a pose of it as its rest: the T-pose that VRM wants from a figure in
-    /// A-pose, say. Joints are aligned with the world in the new rest too; morphs turn along, and
+    /// Stands the avatar on the floor: its lowest vertex at rest is at y = 0 then, and the origin is
+    /// between its feet. Clips move along: their poses are relative to rest. One without two feet, such
+    /// as a head, is left where it is.
+    ///
+    /// # Errors
+    /// [`RigError::NotFinite`] if that takes it beyond all bounds.
+    pub fn standing(mut self) -> Result<Self, RigError> {
+        let Some(shift) = self.to_floor() else { return Ok(self) };
+        let moved = |place: [f32; 3]| (Vec3::from(place) + shift).into();
+        let positions = self.mesh.positions().iter().map(|&place| moved(place)).collect();
+        let mut joints = self.skeleton.joints().to_vec();
+        for joint in &mut joints {
+            joint.position = moved(joint.position);
+        }
+        self.skeleton = Skeleton::new(joints)?;
+        self.mesh = self
+            .mesh
+            .with_positions(positions)
+            .map_err(|_| RigError::NotFinite { what: "a vertex on the floor".to_owned() })?;
+        Ok(self)
+    }
+
+    /// What takes it to the floor; nothing without two feet.
+    fn to_floor(&self) -> Option<Vec3> {
+        let foot = |bone| {
+            let joint = self.skeleton.human(bone)?;
+            Some(Vec3::from(self.skeleton.joints()[joint].position))
+        };
+        let between = (foot(HumanBone::LeftFoot)? + foot(HumanBone::RightFoot)?) / 2.0;
+        let lowest = lowest(self.mesh.faces(), self.mesh.positions())?;
+        Some(-Vec3::new(between.x, lowest, between.z))
+    }
+
+    /// Where it meets the floor: see [`Soles`].
+    pub fn soles(&self) -> Option<Soles> {
+        Soles::new(self.mesh.positions(), &self.skin, &self.skeleton)
+    }
+
+    /// The same avatar with a pose of it as its rest, for rigs that are modelled in another pose than
+    /// they rest in. Joints are aligned with the world in the new rest too; morphs turn along, and
     /// clips show what they showed.
     ///
     /// # Errors
@@ -108,6 +147,12 @@ impl Avatar {
         self.skeleton = Skeleton::new(joints)?;
         Ok(self)
     }
+}
+
+/// The height of the lowest vertex that is in a triangle.
+pub(crate) fn lowest(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Option<f32> {
+    let heights = faces.iter().flatten().map(|&vertex| positions[vertex as usize][1]);
+    heights.reduce(f32::min)
 }
 
 #[cfg(test)]
@@ -161,6 +206,37 @@ mod tests {
                 };
                 assert!(of(&before).abs_diff_eq(of(&after), 1e-5), "{vertex} {weight}");
             }
+        }
+    }
+
+    #[test]
+    fn who_has_feet_stands_on_the_floor_between_them() {
+        let before = avatar();
+        assert_eq!(before.clone().standing().unwrap().skeleton, before.skeleton, "no feet");
+        let mut hanging = avatar();
+        let joints = [HumanBone::LeftFoot, HumanBone::RightFoot].map(Some);
+        let places = [[0.3, -1.0, 0.1], [0.1, -0.8, 0.2]];
+        let joint = |(number, (human, position))| Joint {
+            name: format!("foot {number}"),
+            parent: (number > 0).then_some(0),
+            position,
+            human,
+        };
+        let joints = joints.into_iter().zip(places).enumerate().map(joint).collect();
+        hanging.skeleton = Skeleton::new(joints).unwrap();
+        let positions = vec![[0.0, -1.4, 0.0], [1.0, 0.3, 0.0], [2.0, 0.5, 0.0]];
+        hanging.mesh = hanging.mesh.with_positions(positions).unwrap();
+        let pose = hanging.clips[0].poses[0].clone();
+        let shown = hanging.posed(&pose, &[1.0]).unwrap();
+        let standing = hanging.standing().unwrap();
+        assert_eq!(standing.mesh.positions()[0][1], 0.0);
+        let feet = standing.skeleton.joints();
+        assert!((feet[0].position[0] + feet[1].position[0]).abs() < 1e-6);
+        assert!((feet[0].position[2] + feet[1].position[2]).abs() < 1e-6);
+        // Clips show the same but for the move.
+        let move_ = Vec3::new(-0.2, 1.4, -0.15);
+        for (before, after) in shown.iter().zip(standing.posed(&pose, &[1.0]).unwrap()) {
+            assert!((Vec3::from(*before) + move_).abs_diff_eq(after.into(), 1e-5));
         }
     }
 

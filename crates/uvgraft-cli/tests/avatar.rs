@@ -182,7 +182,7 @@ fn a_body_model_moves_as_smplx_says() {
     let betas = motion.get("betas").unwrap().f32s().into_owned();
     bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
     let command = "avatar model.uvpair face.png --onto #c08a70 --size 64 --blend none --body model.npz \
-                   --motion walk.npz --fps 0 --title me";
+                   --motion walk.npz --fps 0 --ground keep --up z --title me";
     let numbers: Vec<String> = betas.iter().map(ToString::to_string).collect();
     let numbers = numbers.join(",");
     let summary = bench.succeed(&format!("{command} --betas {numbers} -o me.glb"));
@@ -344,7 +344,7 @@ const HEAD: &str = "avatar head.uvpair face.png --onto #c08a70 --size 16 --blend
 fn broken_models_are_refused() {
     let (bench, flame) = head();
     let zeros = |shape: &[usize]| Some(floats(shape, vec![0.0; shape.iter().product()]));
-    save(&bench, "dropped.npz", &with(&flame, "posedirs", None));
+    save(&bench, "dropped.npz", &with(&flame, "weights", None));
     save(&bench, "nan.npz", &with(&flame, "v_template", spoilt(&flame, "v_template", 7, f32::NAN)));
     save(&bench, "short.npz", &with(&flame, "weights", zeros(&[5022, 5])));
     save(&bench, "flat.npz", &with(&flame, "v_template", zeros(&[5023, 2])));
@@ -358,7 +358,7 @@ fn broken_models_are_refused() {
     bench.write("empty.npz", "");
     let cases: &[(&str, &[&str])] = &[
         ("none.npz", &["none.npz: ", "No such file"]),
-        ("dropped.npz", &["dropped.npz: no body model", "no array `posedirs`", "`shapedirs`"]),
+        ("dropped.npz", &["dropped.npz: no body model", "no array `weights`", "`shapedirs`"]),
         ("nan.npz", &["nan.npz: `v_template` is not finite", "value 7 is NaN"]),
         ("short.npz", &["short.npz: `weights`", "[5022, 5], wanted [5023, 5]"]),
         ("flat.npz", &["flat.npz: `v_template`", "[5023, 2], wanted [vertices, 3]"]),

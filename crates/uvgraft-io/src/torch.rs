@@ -13,7 +13,7 @@ use std::path::Path;
 use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
 use crate::arrays::{
-    Archive, ArraysError, Collector, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays,
+    ArchiveInMemory, ArraysError, Collector, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays,
 };
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
@@ -49,7 +49,7 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
         let found = format!("a file that begins with `{}`", shown(bytes));
         return Err(foreign(if bytes.is_empty() { "an empty file" } else { &found }));
     }
-    from_archive(&mut Archive::open(bytes, MOST_UNPACKED_BYTES)?)
+    from_archive(&mut ArchiveInMemory::open(bytes, MOST_UNPACKED_BYTES)?)
 }
 
 /// Reads the tensors of a file; see [`parse`].
@@ -62,12 +62,12 @@ pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
 }
 
 /// Which entry of an archive is the pickle, if there is one.
-pub(crate) fn pickle_of(archive: &Archive<'_>) -> Option<usize> {
+pub(crate) fn pickle_of(archive: &ArchiveInMemory<'_>) -> Option<usize> {
     let is_pickle = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
     archive.names().iter().position(is_pickle)
 }
 
-pub(crate) fn from_archive(archive: &mut Archive<'_>) -> Result<NamedArrays, ArraysError> {
+pub(crate) fn from_archive(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, ArraysError> {
     let Some(index) = pickle_of(archive) else {
         return Err(foreign("an archive without a data.pkl"));
     };

@@ -94,7 +94,7 @@ fn key(kind: BodyKind) -> &'static str {
 }
 
 /// Parents and places in millimetres of a kind's joints at rest.
-fn rest(kind: BodyKind) -> Vec<(i64, [i64; 3])> {
+pub(crate) fn rest(kind: BodyKind) -> Vec<(i64, [i64; 3])> {
     type Entry = (String, i64, i64, i64, i64);
     let json = include_str!("../fixtures/bodies_rest.json");
     let all: HashMap<String, Vec<Entry>> =

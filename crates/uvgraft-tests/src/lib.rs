@@ -14,6 +14,7 @@ pub mod photographs;
 pub mod pictures;
 pub mod real;
 pub mod synthetic;
+pub mod walkers;
 
 /// Runs the README's example as a doc test.
 #[cfg(doctest)]

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use uvgraft::Mesh;
-use uvgraft_avatar::body::{BodyError, BodyKind, BodyModel, BodyPose, Shape, Side};
+use uvgraft_avatar::body::{BodyError, BodyKind, BodyModel, BodyPose, Gender, Shape, Side};
 use uvgraft_avatar::motion::{ClipOptions, Motion, MotionError};
 use uvgraft_avatar::rig::{ExpressionPreset, HumanBone, Pose};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
@@ -327,7 +327,7 @@ fn models_and_motions_come_from_files() {
     arrays::write_npz(&arrays, Cursor::new(&mut bytes)).unwrap();
     let read = Motion::from_arrays(&arrays::parse(&bytes).unwrap()).unwrap();
     assert_eq!(read, Motion::from_arrays(&arrays).unwrap());
-    assert_eq!((read.gender(), read.rate()), (Some("female"), 120.0));
+    assert_eq!((read.gender(), read.rate()), (Some(Gender::Female), 120.0));
 }
 
 #[test]

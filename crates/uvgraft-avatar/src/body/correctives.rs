@@ -7,6 +7,8 @@
 //! Each coordinate is summed in the features' order whatever is done at once, so the result does
 //! not depend on it.
 
+use std::ops::Range;
+
 use glam::{Mat3, Quat};
 use uvgraft::threads;
 
@@ -35,13 +37,27 @@ struct Tile {
 }
 
 impl Correctives {
-    /// - `offsets`: `[vertices][3][features]`, as model files have them, in metres.
-    pub(super) fn new(offsets: &[f32], features: usize) -> Self {
+    /// None at all: nothing that turns changes the shape.
+    ///
+    /// - `vertices`, `features`: how many there would be.
+    pub(super) fn none(vertices: usize, features: usize) -> Self {
+        let tile = |first: usize| {
+            let width = TILE.min(vertices - first) * 3;
+            Tile { features: Vec::new(), rows: Vec::new(), width }
+        };
+        Self { features, tiles: (0..vertices).step_by(TILE).map(tile).collect() }
+    }
+
+    /// - `offsets`: `[vertices][3][known]`, as model files have them, in metres.
+    /// - `known`: which of the features they are of, rising; all others move nothing.
+    /// - `features`: how many there are in all.
+    pub(super) fn new(offsets: &[f32], known: Range<usize>, features: usize) -> Self {
+        let columns = known.len();
         let tile = |offsets: &[f32]| {
-            let width = offsets.len() / features;
+            let width = offsets.len() / columns;
             let mut tile = Tile { features: Vec::new(), rows: Vec::new(), width };
-            for feature in 0..features {
-                let row = || (0..width).map(|at| offsets[at * features + feature]);
+            for (column, feature) in known.clone().enumerate() {
+                let row = || (0..width).map(|at| offsets[at * columns + column]);
                 if row().any(|offset| offset != 0.0) {
                     tile.features.push(feature as u16);
                     tile.rows.extend(row());
@@ -49,9 +65,14 @@ impl Correctives {
             }
             tile
         };
-        let pieces: Vec<&[f32]> = offsets.chunks(TILE * 3 * features).collect();
+        let pieces: Vec<&[f32]> = offsets.chunks(TILE * 3 * columns).collect();
         let tiles = threads::map_indices(pieces.len(), |index| tile(pieces[index]));
         Self { features, tiles }
+    }
+
+    /// Whether anything that turns changes the shape.
+    pub(super) fn is_none(&self) -> bool {
+        self.tiles.iter().all(|tile| tile.features.is_empty())
     }
 
     /// How far the vertices of a tile are moved in some frames.
@@ -154,7 +175,7 @@ mod tests {
         let unmoved = |at: usize| at % FEATURES == 4 && at < TILE * 3 * FEATURES;
         let offset = |at: usize| if unmoved(at) { 0.0 } else { value(at) };
         let offsets: Vec<f32> = (0..vertices * 3 * FEATURES).map(offset).collect();
-        let correctives = Correctives::new(&offsets, FEATURES);
+        let correctives = Correctives::new(&offsets, 0..FEATURES, FEATURES);
         assert_eq!(correctives.tiles[0].features.len(), FEATURES - 1);
         let feature = |at: usize| if at.is_multiple_of(3) { 0.0 } else { value(31 * at) };
         let frames: Vec<Vec<f32>> = (0..BLOCK)
@@ -172,6 +193,17 @@ mod tests {
                 }
             }
         }
+        // Of some features only: as if the others were 0 in the pose.
+        let some = 9..12;
+        let columns = |row: &[f32]| row[some.clone()].to_vec();
+        let few: Vec<f32> = offsets.chunks(FEATURES).flat_map(columns).collect();
+        let few = Correctives::new(&few, some.clone(), FEATURES);
+        let masked = |at: usize| if some.contains(&at) { frames[0][at] } else { 0.0 };
+        let masked: Vec<f32> = (0..FEATURES).map(masked).collect();
+        assert_eq!(few.reference(&frames[0]), correctives.reference(&masked));
+        let none = Correctives::none(vertices, FEATURES);
+        assert!(none.is_none() && !few.is_none());
+        assert_eq!(none.reference(&frames[0]), vec![[0.0; 3]; vertices]);
         // One sum by hand, from the file's order.
         let by_hand: f32 = (0..FEATURES)
             .map(|feature| frames[0][feature] * offsets[(7 * 3 + 2) * FEATURES + feature])

@@ -18,9 +18,9 @@ pub(super) enum Axis {
 pub(super) struct Fields<'a>(pub &'a NamedArrays);
 
 impl<'a> Fields<'a> {
-    /// Whether the file has it, sound or not.
+    /// Whether it is there as an array or unreadable, rather than missing or skipped.
     pub(super) fn has(&self, key: &str) -> bool {
-        self.0.get(key).is_some() || self.0.left_out(key).is_some()
+        self.0.get(key).is_some() || self.0.left_out(key).is_some() || self.0.text(key).is_some()
     }
 
     /// The array, with as many axes as wanted and each as long.

@@ -51,6 +51,17 @@ impl BodyKind {
         }
     }
 
+    /// How many features of a pose its correctives know: nine for each joint but the root.
+    pub(crate) const fn features(self) -> usize {
+        9 * (self.joint_count() - 1)
+    }
+
+    /// Whether the shapes of two kinds mean the same: SMPL-H was made of SMPL's bodies.
+    pub fn shares_shapes_with(self, other: Self) -> bool {
+        let of_smpl = |kind| matches!(kind, Self::Smpl | Self::SmplH);
+        self == other || of_smpl(self) && of_smpl(other)
+    }
+
     /// The kind with so many joints.
     pub fn with_joints(count: usize) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.joint_count() == count)

@@ -14,6 +14,8 @@
 mod correctives;
 mod expressive;
 mod fields;
+mod file;
+mod gender;
 mod hands;
 mod kind;
 mod model;
@@ -22,6 +24,8 @@ mod rigged;
 mod shaped;
 
 pub use expressive::Expressiveness;
+pub use file::{ModelFile, Needs};
+pub use gender::Gender;
 pub use hands::Side;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};
@@ -41,6 +45,9 @@ pub enum BodyError {
     /// An array that every model of the kind has is not there, or was not read.
     #[error("no body model: {0}")]
     Arrays(#[from] ArraysError),
+    /// The file is damaged, or of another format.
+    #[error("{0}")]
+    File(ArraysError),
     /// An array has another shape than the others ask for.
     #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
     Shape {

@@ -1,5 +1,7 @@
 //! A body model as its file has it.
 
+use std::ops::Range;
+
 use uvgraft::threads;
 use uvgraft_io::arrays::NamedArrays;
 
@@ -57,10 +59,12 @@ impl BodyModel {
     /// - `shapedirs` `[V, 3, S]`. SMPL-X and FLAME have expression in it too: of 400 components or
     ///   more the first 300 are shape and the next 100 expression, of fewer the first 10 and the next
     ///   10, unless there is an array `exprdirs` `[V, 3, E]`.
-    /// - `posedirs` `[V, 3, 9 * (J - 1)]`, `J_regressor` `[J, V]`, `weights` `[V, J]`, `f` `[F, 3]`.
+    /// - `J_regressor` `[J, V]`, `weights` `[V, J]`, `f` `[F, 3]`.
     /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints tells the kind.
-    /// - Where there are any, `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`,
-    ///   `hands_meanr` `[45]`.
+    /// - Where there are any, `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
+    ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr` `[45]`.
+    ///
+    /// [`ModelFile`](super::ModelFile) reads no more of a file than is needed.
     ///
     /// # Errors
     /// [`BodyError`] for arrays that are missing or have other shapes, values that are not finite,
@@ -68,13 +72,26 @@ impl BodyModel {
     /// that are negative or sum to nothing.
     pub fn from_arrays(arrays: &NamedArrays) -> Result<Self, BodyError> {
         let fields = Fields(arrays);
+        let kind = read_kind(&fields)?;
+        let mut model = Self::without_correctives(&fields, kind, None)?;
+        model.correctives = read_correctives(&fields, &model, None)?;
+        Ok(model)
+    }
+
+    /// A model whose poses change nothing but by skinning.
+    ///
+    /// - `split`: how many components of shape and of expression are in `shapedirs`, where it is known.
+    pub(super) fn without_correctives(
+        fields: &Fields<'_>,
+        kind: BodyKind,
+        split: Option<[usize; 2]>,
+    ) -> Result<Self, BodyError> {
         let template = fields.points("v_template")?;
         let vertices = template.len();
         if vertices > MOST_VERTICES {
             let (key, what, most) = ("v_template", "vertices", MOST_VERTICES);
             return Err(BodyError::TooMany { key, what, found: vertices, most });
         }
-        let kind = read_kind(&fields)?;
         let joints = kind.joint_count();
 
         let (weights, _) = fields.floats("weights", &[Axis::Is(vertices), Axis::Is(joints)])?;
@@ -90,18 +107,16 @@ impl BodyModel {
         let regressor = parts.chunks_exact(vertices).map(some).collect();
         drop(parts);
 
-        let (directions, betas) = read_directions(&fields, kind, vertices)?;
-        let features = 9 * (joints - 1);
-        let wanted = [Axis::Is(vertices), Axis::Is(3), Axis::Is(features)];
-        let correctives = Correctives::new(&fields.floats("posedirs", &wanted)?.0, features);
+        let (directions, betas) = read_directions(fields, kind, vertices, split)?;
         let triangles = fields.triangles("f", vertices)?;
         let hands = match kind.fingers() {
             None => [Hand::default(), Hand::default()],
             Some(_) => [
-                Hand::read(&fields, "hands_componentsl", "hands_meanl")?,
-                Hand::read(&fields, "hands_componentsr", "hands_meanr")?,
+                Hand::read(fields, "hands_componentsl", "hands_meanl")?,
+                Hand::read(fields, "hands_componentsr", "hands_meanr")?,
             ],
         };
+        let correctives = Correctives::none(vertices, kind.features());
         Ok(Self {
             kind,
             template,
@@ -113,6 +128,11 @@ impl BodyModel {
             triangles,
             hands,
         })
+    }
+
+    /// Whether poses have correctives; models without `posedirs` have none.
+    pub fn has_correctives(&self) -> bool {
+        !self.correctives.is_none()
     }
 
     /// Which one of the family it is.
@@ -230,7 +250,7 @@ fn between(parts: &[(u32, f32)], positions: &[[f32; 3]]) -> [f32; 3] {
 }
 
 /// The kind that has so many joints, if they hang on each other as its do.
-fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
+pub(super) fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
     let key = "kintree_table";
     let (table, shape) = fields.integers(key, &[Axis::Is(2), Axis::Any("joints")])?;
     let found = shape[1];
@@ -255,22 +275,52 @@ fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
     Ok(kind)
 }
 
+/// How poses change the shape, where the file has it.
+///
+/// - `known`: which features the array has, if not all.
+pub(super) fn read_correctives(
+    fields: &Fields<'_>,
+    model: &BodyModel,
+    known: Option<Range<usize>>,
+) -> Result<Correctives, BodyError> {
+    let (vertices, features) = (model.vertices(), model.kind.features());
+    if !fields.has("posedirs") {
+        return Ok(Correctives::none(vertices, features));
+    }
+    let known = known.unwrap_or(0..features);
+    let wanted = [Axis::Is(vertices), Axis::Is(3), Axis::Is(known.len())];
+    Ok(Correctives::new(&fields.floats("posedirs", &wanted)?.0, known, features))
+}
+
+/// How many of some components are of shape, and how many of expression; what comes after them is not
+/// used.
+///
+/// - `apart`: expression has an array of its own.
+pub(super) fn split(kind: BodyKind, components: usize, apart: bool) -> [usize; 2] {
+    match kind {
+        _ if apart => [components, 0],
+        BodyKind::Smpl | BodyKind::SmplH => [components, 0],
+        BodyKind::SmplX | BodyKind::Flame if components >= WHOLE => [SHAPES, WHOLE - SHAPES],
+        BodyKind::SmplX | BodyKind::Flame => {
+            let betas = components.min(FEW_SHAPES);
+            [betas, components.min(2 * FEW_SHAPES) - betas]
+        }
+    }
+}
+
 /// The components, and how many of them are of shape.
 fn read_directions(
     fields: &Fields<'_>,
     kind: BodyKind,
     vertices: usize,
+    known: Option<[usize; 2]>,
 ) -> Result<(Directions, usize), BodyError> {
     let wanted = |name| [Axis::Is(vertices), Axis::Is(3), Axis::Any(name)];
     let (shapes, shape) = fields.floats("shapedirs", &wanted("components"))?;
     let all = shape[2];
     let apart = fields.has("exprdirs");
-    let (betas, last) = match kind {
-        _ if apart => (all, all),
-        BodyKind::Smpl | BodyKind::SmplH => (all, all),
-        BodyKind::SmplX | BodyKind::Flame if all >= WHOLE => (SHAPES, WHOLE),
-        BodyKind::SmplX | BodyKind::Flame => (all.min(FEW_SHAPES), all.min(2 * FEW_SHAPES)),
-    };
+    let [betas, expressions] = known.unwrap_or_else(|| split(kind, all, apart));
+    let last = betas + expressions;
     let mut rows = transposed(&shapes, all, last);
     if apart {
         let (expressions, shape) = fields.floats("exprdirs", &wanted("components"))?;

@@ -1,5 +1,6 @@
 //! A body model as an avatar: what stays of it in files that know no pose correctives.
 
+use glam::Vec3;
 use uvgraft::Mesh;
 
 use super::{BodyError, Shaped};
@@ -70,8 +71,8 @@ impl Shaped<'_> {
         })
     }
 
-    /// How far an avatar of this body is from the model over a clip: what files lose that know no
-    /// pose correctives, and what is lost with pruned weights.
+    /// How far an avatar of this body is from the model over a clip, wherever it stands: what files lose
+    /// that know no pose correctives, and that keep four weights a vertex.
     ///
     /// # Errors
     /// [`BodyError::Count`] if the avatar has another number of vertices, [`BodyError::Rig`] for a clip
@@ -81,13 +82,19 @@ impl Shaped<'_> {
         if found != wanted {
             return Err(BodyError::Count { what: "vertices in the avatar", found, wanted });
         }
+        // What the file has, and where the avatar was moved to.
+        let skin = crate::glb::written_skin(avatar);
+        let roots =
+            [&avatar.skeleton, &self.skeleton].map(|rig| Vec3::from(rig.joints()[0].position));
+        let moved = roots[0] - roots[1];
         let (mut sum, mut max_mm) = (0.0_f64, 0.0_f64);
         for poses in clip.poses.chunks(super::correctives::BLOCK) {
             for (pose, exact) in poses.iter().zip(self.posed_frames(poses)?) {
-                for (found, wanted) in avatar.posed(pose, &[])?.iter().zip(&exact) {
-                    let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-                    let distance: f64 = found.iter().zip(wanted).map(square).sum();
-                    let distance_mm = distance.sqrt() * 1000.0;
+                let motions = avatar.skeleton.motions(pose)?;
+                let posed = skin.pose(avatar.mesh.positions(), &motions);
+                for (found, wanted) in posed.iter().zip(&exact) {
+                    let distance = (Vec3::from(*found) - moved).distance(Vec3::from(*wanted));
+                    let distance_mm = f64::from(distance) * 1000.0;
                     sum += distance_mm;
                     max_mm = max_mm.max(distance_mm);
                 }

@@ -5,6 +5,7 @@ use uvgraft::threads;
 
 use super::BodyModel;
 use super::correctives::{BLOCK, TILE, features};
+use crate::motion::Soles;
 use crate::rig::{Pose, RigError, Rigid, Skeleton};
 
 /// One person: a model with a shape and an expression.
@@ -29,6 +30,11 @@ impl Shaped<'_> {
     /// Where joints are at rest.
     pub const fn skeleton(&self) -> &Skeleton {
         &self.skeleton
+    }
+
+    /// Where this person meets the floor; nothing for a head.
+    pub fn soles(&self) -> Option<Soles> {
+        Soles::new(&self.positions, &self.model.skin, &self.skeleton)
     }
 
     /// Where joints come to be in a pose, in metres.

@@ -4,14 +4,21 @@ use glam::{Quat, Vec3};
 
 use super::buffer::{Buffer, Track};
 use super::json::{Animation, AnimationSampler, Channel, ChannelTarget};
-use crate::rig::{Clip, Skeleton};
+use crate::rig::{Clip, Pose, Skeleton};
 
 /// Values of a joint that stay within this are constant: rounding of rotations is some 1e-7.
 const STILL: f32 = 1e-6;
 
-/// Appends a clip. Joints that rest all the time have no channel; those that are held have a key at
-/// either end.
-pub(super) fn write(clip: &Clip, skeleton: &Skeleton, buffer: &mut Buffer) -> Animation {
+/// Appends a clip. Joints that stay as their nodes are have no channel; those that are held have a key
+/// at either end.
+///
+/// - `stand`: the pose in which the nodes are.
+pub(super) fn write(
+    clip: &Clip,
+    skeleton: &Skeleton,
+    stand: &Pose,
+    buffer: &mut Buffer,
+) -> Animation {
     let ends = match clip.times[..] {
         [first, .., last] => vec![first, last],
         _ => clip.times.clone(),
@@ -31,21 +38,26 @@ pub(super) fn write(clip: &Clip, skeleton: &Skeleton, buffer: &mut Buffer) -> An
         found.push((node, path, is_held, tracks.len()));
         tracks.push(Track { values, components, bounds: false });
     };
-    let rest = Vec3::from(skeleton.joints()[0].position);
+    let root = Vec3::from(skeleton.joints()[0].position);
+    let rest = root + Vec3::from(stand.translation);
     let places: Vec<Vec3> =
-        clip.poses.iter().map(|pose| rest + Vec3::from(pose.translation)).collect();
+        clip.poses.iter().map(|pose| root + Vec3::from(pose.translation)).collect();
     let is_held = places.iter().all(|place| place.abs_diff_eq(places[0], STILL));
     let is_rest = is_held && places[0].abs_diff_eq(rest, STILL);
     let rotations: Vec<Vec<Quat>> =
         (0..skeleton.joints().len()).map(|joint| rotations(clip, joint)).collect();
     let held = |turns: &[Quat]| turns.iter().all(|turn| turn.abs_diff_eq(turns[0], STILL));
-    let rests = |turns: &[Quat]| held(turns) && turns[0].abs_diff_eq(Quat::IDENTITY, STILL);
+    let rests = |(joint, turns): (usize, &Vec<Quat>)| {
+        let stands = Quat::from_array(stand.rotations[joint]);
+        let near = |turn: Quat| turns[0].abs_diff_eq(turn, STILL);
+        held(turns) && (near(stands) || near(-stands))
+    };
     // An animation must have a channel, so a clip at rest has that of the root.
-    if !is_rest || rotations.iter().all(|turns| rests(turns)) {
+    if !is_rest || rotations.iter().enumerate().all(rests) {
         let values = places.iter().map(|place| place.to_array().to_vec());
         add(0, "translation", values.collect(), is_held);
     }
-    for (joint, turns) in rotations.iter().enumerate().filter(|(_, turns)| !rests(turns)) {
+    for (joint, turns) in rotations.iter().enumerate().filter(|&entry| !rests(entry)) {
         let values = turns.iter().map(|turn| turn.to_array().to_vec());
         add(joint, "rotation", values.collect(), held(turns));
     }

@@ -29,11 +29,10 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
-
 use serde_json::{Map, Value};
 
 pub use self::looks::{Looks, Picture, PictureError, PictureFormat};
+pub(crate) use self::skin::written as written_skin;
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmMeta};
 
@@ -42,7 +41,7 @@ use self::json::ARRAY_BUFFER;
 use self::shading::Shading;
 use self::vertices::Vertices;
 use crate::Avatar;
-use crate::rig::{Pruning, RigError};
+use crate::rig::{Pose, Pruning, RigError};
 
 /// What to write beside the avatar and its looks.
 #[derive(Debug, Clone, Default)]
@@ -91,7 +90,7 @@ pub struct Report {
     pub pruning_most: f32,
     /// The mean of that over all vertices.
     pub pruning_mean: f32,
-    /// The avatar was turned into T-pose, which VRM wants at rest.
+    /// The nodes were turned into T-pose, which VRM wants at rest.
     pub posed_as_t: bool,
     /// Bytes of images.
     pub image_bytes: usize,
@@ -142,40 +141,31 @@ pub enum GlbError {
 /// Writes an avatar as a GLB file, or as a VRM file if `export` has VRM's meta data. The same input
 /// makes the same bytes.
 ///
-/// A VRM's rest is a T-pose; an avatar with other arms is turned into one by [`t_pose`], and clips
-/// then show what they showed.
+/// The nodes of a VRM stand in a T-pose, by [`t_pose`]; the skin stays bound to the avatar's own rest, so
+/// clips show what they show in a GLB.
 ///
 /// # Errors
 /// [`GlbError`] if the avatar is not sound, or is no human by VRM's rules where VRM is asked for.
 pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported, GlbError> {
     check(avatar, looks)?;
-    let mut normals = export.normals.as_deref().map(Cow::Borrowed);
-    if let Some(found) = normals.as_ref().map(|normals| normals.len()) {
+    let normals = export.normals.as_deref();
+    if let Some(found) = normals.map(<[_]>::len) {
         let wanted = avatar.mesh.positions().len();
         if found != wanted {
             return Err(RigError::Count { what: "normals", found, wanted }.into());
         }
     }
-    let mut avatar = Cow::Borrowed(avatar);
-    let mut posed_as_t = false;
+    let mut t_posed = None;
     if let Some(meta) = &export.vrm {
-        vrm::check(meta, &avatar)?;
-        if let Some(pose) = t_pose(&avatar.skeleton) {
-            if let Some(normals) = &mut normals {
-                let turns = avatar.skin.turns(&avatar.skeleton.motions(&pose)?);
-                for (normal, turn) in normals.to_mut().iter_mut().zip(turns) {
-                    *normal = (turn * glam::Vec3::from(*normal)).into();
-                }
-            }
-            avatar = Cow::Owned(avatar.into_owned().rested_in(&pose)?);
-            posed_as_t = true;
-        }
+        vrm::check(meta, avatar)?;
+        t_posed = t_pose(avatar)?;
     }
-    let avatar = &*avatar;
+    let posed_as_t = t_posed.is_some();
+    let stand = t_posed.unwrap_or_else(|| Pose::rest(avatar.skeleton.joints().len()));
     let (skin, pruning) = avatar.skin.pruned(skin::MOST_INFLUENCES);
     let (pruning_most, pruning_mean) = skin::error(avatar, &skin, &pruning)?;
 
-    let shading = Shading::new(&avatar.mesh).with_normals(normals.as_deref().unwrap_or(&[]));
+    let shading = Shading::new(&avatar.mesh).with_normals(normals.unwrap_or(&[]));
     let vertices = Vertices::new(&avatar.mesh, &shading, looks.normal.is_some());
     if vertices.indices.is_empty() {
         return Err(GlbError::NoTriangles);
@@ -198,7 +188,8 @@ pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported
     let targets = targets(avatar, &shading, &vertices, &mut buffer);
     let skin = skin::write_joints(avatar, &mut buffer);
     let clips = avatar.clips.iter();
-    let animations = clips.map(|clip| clips::write(clip, &avatar.skeleton, &mut buffer)).collect();
+    let animations =
+        clips.map(|clip| clips::write(clip, &avatar.skeleton, &stand, &mut buffer)).collect();
     let material = textures::write(looks, &vertices, &mut buffer);
 
     let name = if export.name.is_empty() { "avatar" } else { &export.name };
@@ -229,7 +220,7 @@ pub fn write(avatar: &Avatar, looks: &Looks, export: &Export) -> Result<Exported
         extensions_required,
         scene: 0,
         scenes: vec![json::Scene { name: name.to_owned(), nodes: vec![0, joints] }],
-        nodes: nodes(avatar, name),
+        nodes: nodes(avatar, &stand, name),
         meshes: vec![mesh],
         skins: vec![skin],
         materials: vec![material],
@@ -306,15 +297,21 @@ fn targets(
 
 /// One node for each joint, then the mesh's. The mesh is at the scene's root, because the transforms
 /// of its parents would not count.
-fn nodes(avatar: &Avatar, name: &str) -> Vec<json::Node> {
+///
+/// - `stand`: the pose in which they are.
+fn nodes(avatar: &Avatar, stand: &Pose, name: &str) -> Vec<json::Node> {
     let joints = avatar.skeleton.joints();
     let mut nodes: Vec<json::Node> = Vec::with_capacity(joints.len() + 1);
     for (index, joint) in joints.iter().enumerate() {
-        let from = joint.parent.map_or([0.0; 3], |parent| joints[parent].position);
-        let offset = glam::Vec3::from(joint.position) - glam::Vec3::from(from);
+        // The root is moved by the pose, all others keep their place beside their parents.
+        let moved = glam::Vec3::from(stand.translation);
+        let from = joint.parent.map_or(-moved, |parent| joints[parent].position.into());
+        let offset = glam::Vec3::from(joint.position) - from;
+        let turn = stand.rotations[index];
         nodes.push(json::Node {
             name: joint.name.clone(),
             translation: Some(offset.into()),
+            rotation: (turn != [0.0, 0.0, 0.0, 1.0]).then_some(turn),
             ..json::Node::default()
         });
         if let Some(parent) = joint.parent {

@@ -59,8 +59,9 @@ pub(super) fn write(
     (joints, buffer.floats(&weights, Some(ARRAY_BUFFER), false))
 }
 
-/// Appends the joints as a skin. Nodes have the numbers of joints. At rest all joints are aligned with
-/// the world, so what takes vertices to a joint is a translation.
+/// Appends the joints as a skin. Nodes have the numbers of joints. The mesh is bound to the avatar's
+/// rest, wherever the nodes stand: all joints are aligned with the world there, so what takes vertices to
+/// a joint is a translation.
 pub(super) fn write_joints(avatar: &Avatar, buffer: &mut Buffer) -> json::Skin {
     let inverse_bind = |joint: &crate::rig::Joint| {
         // The product with -1 could make a zero negative.
@@ -75,6 +76,11 @@ pub(super) fn write_joints(avatar: &Avatar, buffer: &mut Buffer) -> json::Skin {
         skeleton: 0,
         joints: (0..joints.len()).collect(),
     }
+}
+
+/// The skin as files have it: four joints a vertex at most.
+pub(crate) fn written(avatar: &Avatar) -> Skin {
+    avatar.skin.pruned(MOST_INFLUENCES).0
 }
 
 /// How far vertices are from where the whole skin would take them, in metres: at most, and on average

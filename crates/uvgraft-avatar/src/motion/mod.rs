@@ -1,12 +1,20 @@
 //! Recorded motions, and how they are brought onto bodies.
 
 mod amass;
+mod contact;
+mod ground;
+mod legs;
 mod resample;
 mod retarget;
+mod soles;
+mod up;
 
 pub use amass::Motion;
-pub use retarget::{ClipOptions, Retarget};
+pub use ground::Grounding;
+pub use retarget::{ClipOptions, Ground, Person, Retarget};
 pub(crate) use retarget::{MEAN_LEG_M, MEAN_PELVIS};
+pub use soles::Soles;
+pub use up::Up;
 
 use uvgraft_io::arrays::ArraysError;
 

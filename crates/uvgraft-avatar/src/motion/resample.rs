@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipOptions, Motion, MotionError};
+use crate::rig::{Clip, Pose};
 
 /// A frame of a motion: Z up, a rotation for each of the motion's joints.
 pub(super) struct Frame {
@@ -14,12 +15,8 @@ pub(super) struct Frame {
 /// Frames closer to one of the motion's than this part of a frame are that frame.
 const SAME: f64 = 1e-4;
 
-/// The part of a motion that is asked for, from time 0: rotations along the shortest arc between
-/// frames, at most as many frames a second as the motion has.
-pub(super) fn frames(
-    motion: &Motion,
-    options: &ClipOptions<'_>,
-) -> Result<Vec<Frame>, MotionError> {
+/// How many frames of a part, and how many a second.
+fn part(motion: &Motion, options: &ClipOptions<'_>) -> Result<(usize, f64), MotionError> {
     let length_s = motion.seconds();
     let start_s = options.start_s;
     let seconds = options.seconds.unwrap_or(f64::INFINITY);
@@ -32,7 +29,47 @@ pub(super) fn frames(
         return Err(MotionError::Part { start_s, seconds, length_s });
     }
     let available_s = seconds.min(length_s - start_s);
-    let count = (available_s * rate + SAME).floor() as usize + 1;
+    Ok(((available_s * rate + SAME).floor() as usize + 1, rate))
+}
+
+/// The times of the part that is asked for, from 0, in seconds.
+pub(super) fn times(motion: &Motion, options: &ClipOptions<'_>) -> Result<Vec<f32>, MotionError> {
+    let (count, rate) = part(motion, options)?;
+    Ok((0..count).map(|index| (index as f64 / rate) as f32).collect())
+}
+
+/// A clip at other times within its own: rotations along the shortest arc between frames.
+pub(super) fn at_times(clip: &Clip, times: Vec<f32>) -> Clip {
+    // Times are sums of 32-bit floats.
+    const SAME_S: f32 = 1e-4;
+    let last = clip.times.len() - 1;
+    let pose = |&time: &f32| {
+        let after = clip.times.partition_point(|&found| found < time - SAME_S).min(last);
+        let step = clip.times[after] - time;
+        if after == 0 || step < SAME_S {
+            return clip.poses[after].clone();
+        }
+        let (a, b) = (&clip.poses[after - 1], &clip.poses[after]);
+        let part = 1.0 - step / (clip.times[after] - clip.times[after - 1]);
+        let turn = |(&a, &b): (&[f32; 4], &[f32; 4])| {
+            Quat::from_array(a).slerp(Quat::from_array(b), part).normalize().into()
+        };
+        let place = Vec3::from(a.translation).lerp(b.translation.into(), part);
+        let rotations = a.rotations.iter().zip(&b.rotations).map(turn).collect();
+        Pose { translation: place.into(), rotations }
+    };
+    let poses = times.iter().map(pose).collect();
+    Clip { name: clip.name.clone(), times, poses }
+}
+
+/// The part of a motion that is asked for, from time 0: rotations along the shortest arc between
+/// frames, at most as many frames a second as the motion has.
+pub(super) fn frames(
+    motion: &Motion,
+    options: &ClipOptions<'_>,
+) -> Result<Vec<Frame>, MotionError> {
+    let (count, rate) = part(motion, options)?;
+    let start_s = options.start_s;
     let last = motion.frames() - 1;
     let frame = |index: usize| {
         let at = (start_s + index as f64 / rate) * motion.rate();
@@ -106,6 +143,24 @@ mod tests {
         assert_eq!(numbers(&motion, &ClipOptions { fps: Some(1000.0), ..all }).len(), 13);
         let part = ClipOptions { start_s: 0.05, seconds: Some(0.034), fps: Some(60.0), ..all };
         assert_eq!(numbers(&motion, &part), [6.0, 8.0, 10.0]);
+    }
+
+    #[test]
+    fn clips_are_mixed_between_their_frames() {
+        let pose = |x: f32| Pose {
+            translation: [x, 0.0, 0.0],
+            rotations: vec![Quat::from_rotation_x(0.1 * x).into()],
+        };
+        let times = (0..5).map(|frame| frame as f32 / 120.0).collect();
+        let poses: Vec<Pose> = (0..5).map(|frame| pose(frame as f32)).collect();
+        let clip = Clip { name: "c".to_owned(), times, poses };
+        let few = at_times(&clip, vec![0.0, 2.0 / 120.0, 3.25 / 120.0, 4.0 / 120.0]);
+        assert_eq!([&few.poses[0], &few.poses[1]], [&clip.poses[0], &clip.poses[2]]);
+        assert_eq!(few.poses[3], clip.poses[4]);
+        let mixed = &few.poses[2];
+        assert!((mixed.translation[0] - 3.25).abs() < 1e-3, "{mixed:?}");
+        let angle = Quat::from_array(mixed.rotations[0]).to_scaled_axis().x;
+        assert!((angle - 0.325).abs() < 1e-4, "{angle}");
     }
 
     #[test]

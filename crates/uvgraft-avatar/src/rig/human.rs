@@ -29,6 +29,16 @@ macro_rules! bones {
                     $(Self::$bone => $required,)*
                 }
             }
+
+            /// The same bone of the other side; one in the middle is its own.
+            pub fn mirrored(self) -> Self {
+                let other = match self.name() {
+                    name if name.starts_with("left") => name.replacen("left", "right", 1),
+                    name if name.starts_with("right") => name.replacen("right", "left", 1),
+                    _ => return self,
+                };
+                Self::ALL.iter().copied().find(|bone| bone.name() == other).unwrap_or(self)
+            }
         }
     };
 }

@@ -3,34 +3,42 @@
 use std::path::Path;
 
 use uvgraft::Mesh;
-use uvgraft_avatar::body::{Apart, BodyModel, Shape};
-use uvgraft_avatar::motion::{ClipOptions, Motion};
+use uvgraft_avatar::body::{Apart, ModelFile, Needs, Shape};
 use uvgraft_avatar::{Avatar, Figure};
 use uvgraft_io::arrays;
 
+use super::motions::{Performers, Recording};
 use super::{Args, expressions};
-use crate::failure::{OrBadInput, bad_input, note};
+use crate::failure::{OrBadInput, bad_input, note, warn};
+
+/// Shapes are learnt from people who are within so many standard deviations.
+const MOST_BETA: f32 = 5.0;
 
 /// A rigged body with its animations.
 pub(super) struct Body {
     pub(super) avatar: Avatar,
     /// What it is, for people.
     pub(super) name: String,
-    /// How far each clip is from the model, for want of pose correctives.
+    /// How far each clip is from the model, for want of pose correctives; nothing for models that have
+    /// none themselves.
     pub(super) apart: Vec<(String, Apart)>,
+    /// What was done about the ground of each clip.
+    pub(super) grounds: Vec<String>,
 }
 
 impl Body {
     /// - `mesh`: the mesh of the pair's target, which the body must be.
     pub(super) fn new(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+        let recordings: Vec<Recording> =
+            args.motion.iter().map(|path| Recording::read(path)).collect::<Result<_, _>>()?;
         if args.body == Path::new("demo") {
-            Self::figure(args, mesh)
+            Self::figure(args, mesh, &recordings)
         } else {
-            Self::model(args, mesh)
+            Self::model(args, mesh, &recordings)
         }
     }
 
-    fn figure(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+    fn figure(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
         if args.betas.is_some() {
             return Err(bad_input("--betas shape body models; --body demo has one shape"));
         }
@@ -46,22 +54,36 @@ impl Body {
         let mut avatar = figure.avatar();
         // A pair may have turned quads the other way, where that is how the head has them.
         avatar.mesh = mesh.clone().with_positions(avatar.mesh.positions().to_vec())?;
-        if !args.motion.is_empty() {
+        avatar = avatar.standing()?;
+        if !recordings.is_empty() {
             avatar.clips.clear();
         }
-        for path in &args.motion {
-            add_clip(args, path, &mut avatar)?;
+        let mut grounds = Vec::new();
+        for recording in recordings {
+            let ground = recording.add(&args.playing, args.fps, &mut avatar, &Performers::None)?;
+            grounds.push(ground);
         }
-        Ok(Self { avatar, name: "the demo's figure".to_owned(), apart: Vec::new() })
+        Ok(Self { avatar, name: "the demo's figure".to_owned(), apart: Vec::new(), grounds })
     }
 
-    fn model(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
+    fn model(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
         let path = &args.body;
         let refused =
             |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
-        let found = arrays::read(path).or_bad_input()?;
-        let model = BodyModel::from_arrays(&found).map_err(|error| refused(&error))?;
         let betas = args.betas.as_deref().map(betas).transpose()?.unwrap_or_default();
+        if let Some(said) = far_from_people(&betas) {
+            warn(format_args!("--betas: {said}"));
+        }
+        let of_clips = recordings.iter().filter_map(|recording| recording.motion.betas());
+        let needs = Needs {
+            betas: of_clips.map(<[f32]>::len).fold(betas.len(), usize::max),
+            // Clips are compared with the model, which takes all of them.
+            correctives: !recordings.is_empty(),
+        };
+        let ModelFile { model, gender, unused } = ModelFile::read(path, &needs).or_bad_input()?;
+        if args.verbose && !unused.is_empty() {
+            note(format_args!("{}: not used: {}", path.display(), unused.join(", ")));
+        }
         let shape = Shape { betas, ..Shape::default() };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
@@ -70,16 +92,28 @@ impl Body {
             bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
         })?;
         expressions::give(path, &shaped, &mut avatar)?;
-        let mut apart = Vec::new();
-        for path in &args.motion {
-            add_clip(args, path, &mut avatar)?;
-            if let Some(clip) = avatar.clips.last() {
+        let mut avatar = avatar.standing()?;
+        let (mut apart, mut grounds) = (Vec::new(), Vec::new());
+        let performers = Performers::Of { model: &model, gender, body: &shaped };
+        for recording in recordings {
+            grounds.push(recording.add(&args.playing, args.fps, &mut avatar, &performers)?);
+            if let Some(clip) = avatar.clips.last().filter(|_| model.has_correctives()) {
                 apart.push((clip.name.clone(), shaped.apart(&avatar, clip)?));
             }
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
-        Ok(Self { avatar, name, apart })
+        Ok(Self { avatar, name, apart, grounds })
     }
+}
+
+/// What to say about coefficients that no person of those has whom the model was learnt from.
+pub(super) fn far_from_people(betas: &[f32]) -> Option<String> {
+    let (at, beta) = betas.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    (beta.abs() > MOST_BETA).then(|| {
+        format!(
+            "coefficient {at} is {beta}: beyond ±{MOST_BETA} standard deviations bodies are distorted"
+        )
+    })
 }
 
 /// Refuses a shape that no person has, as betas beyond all measure make it.
@@ -103,29 +137,6 @@ fn is_same(a: &Mesh, b: &Mesh) -> bool {
         a.len() == b.len() && a.iter().zip(b).all(near)
     }
     is_near(a.positions(), b.positions()) && is_near(a.uv(), b.uv())
-}
-
-/// Reads a motion and adds it to an avatar's clips.
-fn add_clip(args: &Args, path: &Path, avatar: &mut Avatar) -> anyhow::Result<()> {
-    let refused = |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
-    let found = arrays::read(path).or_bad_input()?;
-    let motion = Motion::from_arrays(&found).map_err(|error| refused(&error))?;
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let taken = |name: &str| avatar.clips.iter().any(|clip| clip.name == name);
-    let name = (1..)
-        .map(|count| if count == 1 { stem.clone() } else { format!("{stem} {count}") })
-        .find(|name| !taken(name))
-        .unwrap_or_default();
-    let fps = (args.fps > 0).then_some(f64::from(args.fps));
-    let options = ClipOptions { fps, ..ClipOptions::default() };
-    let (clip, retarget) =
-        motion.clip(&avatar.skeleton, &name, &options).map_err(|error| refused(&error))?;
-    if !retarget.missing.is_empty() {
-        let missing = retarget.missing.join(", ");
-        note(format_args!("{}: the body has no {missing}; those are left out", path.display()));
-    }
-    avatar.clips.push(clip);
-    Ok(())
 }
 
 /// Numbers, or the array `betas` of a file.

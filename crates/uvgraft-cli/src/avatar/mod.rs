@@ -5,6 +5,7 @@ mod dress;
 mod expressions;
 mod face;
 mod meta;
+mod motions;
 mod summary;
 
 use std::ffi::OsStr;
@@ -29,6 +30,7 @@ use crate::report::{parse_size, to_stdout};
 use body::Body;
 use face::Face;
 use meta::MetaArgs;
+use motions::PlayArgs;
 
 /// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -88,6 +90,11 @@ pub(crate) struct Args {
     /// Which UV island is shown where several share texels, such as two eyes on one disc
     #[arg(long, value_enum, default_value_t = PreferName::First)]
     prefer: PreferName,
+    /// Say what of the body model's file is not used
+    #[arg(short, long)]
+    verbose: bool,
+    #[command(flatten)]
+    playing: PlayArgs,
     #[command(flatten)]
     meta: MetaArgs,
     #[command(flatten)]
@@ -163,13 +170,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let (body, texture) = (body?, textures?);
-    let Body { mut avatar, name, apart } = body;
+    let Body { mut avatar, name, apart, grounds } = body;
     let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
         let fit = preset.fit(avatar).or_bad_input()?;
         let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
-        (avatar, normals) = (fit.avatar, fit.normals);
+        // Fewer triangles may have lost the lowest vertex.
+        (avatar, normals) = (fit.avatar.standing()?, fit.normals);
     }
     // The texture has the preset's size already.
     let quality = args.quality.unwrap_or(JPEG_QUALITY);
@@ -194,6 +202,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         looks: &looks,
         report: &exported.report,
         apart: &apart,
+        grounds: &grounds,
         fitted,
         limits: own.as_ref().map(|preset| preset.limits),
     };

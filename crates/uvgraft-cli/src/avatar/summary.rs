@@ -20,6 +20,8 @@ pub(super) struct Made<'a> {
     pub(super) report: &'a Report,
     /// How far clips are from the body model.
     pub(super) apart: &'a [(String, Apart)],
+    /// What was done about the ground of clips.
+    pub(super) grounds: &'a [String],
     /// Triangles before, hidden ones, those that are left, and those that are wanted.
     pub(super) fitted: Option<(usize, usize, usize, usize)>,
     pub(super) limits: Option<&'a Limits>,
@@ -65,6 +67,9 @@ impl Made<'_> {
             })
             .collect();
         row("animations", listed(&clips.iter().map(String::as_str).collect::<Vec<_>>()));
+        for ground in self.grounds {
+            row("ground", ground.clone());
+        }
         if report.pruning.vertices > 0 {
             row(
                 "four joints",
@@ -85,7 +90,7 @@ impl Made<'_> {
             );
         }
         if report.posed_as_t {
-            row("rest", "turned into a T-pose".to_owned());
+            row("rest", "T-pose; clips show what they show in a GLB".to_owned());
         }
         row("written", format!("{}, {}", self.output.display(), megabytes(report.bytes)));
         if let Some(limits) = self.limits {

@@ -34,7 +34,7 @@ pub(super) struct Files {
 impl Files {
     /// - `body`: the body's texture with the face.
     pub(super) fn new(figure: &Figure, body: Texture) -> anyhow::Result<Self> {
-        let avatar = figure.avatar();
+        let avatar = figure.avatar().standing()?;
         let looks = Looks::new(Picture::encode(body, PictureFormat::Png, 92)?);
         let export = Export { name: "uvgraft's figure".to_owned(), ..Export::default() };
         let file = glb::write(&avatar, &looks, &export)?;

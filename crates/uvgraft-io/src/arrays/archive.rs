@@ -1,12 +1,12 @@
-//! ZIP archives in memory, unpacked within bounds.
+//! ZIP archives in memory or in files, unpacked within bounds.
 
 use std::collections::HashSet;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek};
 
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::ArraysError;
+use super::{ArraysError, Unread};
 use crate::obj::shown;
 
 /// An entry of a deflated archive grows by this factor at most: a block of 258 equal bytes takes two
@@ -14,20 +14,30 @@ use crate::obj::shown;
 const MOST_GROWTH: u64 = 1032;
 
 /// A ZIP archive whose entries are no more than a limit together, as far as they say.
-pub(crate) struct Archive<'a> {
-    archive: ZipArchive<Cursor<&'a [u8]>>,
+pub(crate) struct Archive<R> {
+    archive: ZipArchive<R>,
     names: Vec<String>,
 }
+
+/// An archive whose bytes are all at hand.
+pub(crate) type ArchiveInMemory<'a> = Archive<Cursor<&'a [u8]>>;
 
 fn damaged(error: &ZipError) -> ArraysError {
     ArraysError::Archive { problem: error.to_string() }
 }
 
-impl<'a> Archive<'a> {
+impl<'a> ArchiveInMemory<'a> {
     /// Reads the directory of an archive, whose entries may be `most` bytes together.
     pub(crate) fn open(bytes: &'a [u8], most: u64) -> Result<Self, ArraysError> {
+        Self::new(Cursor::new(bytes), most)
+    }
+}
+
+impl<R: Read + Seek> Archive<R> {
+    /// Reads the directory of an archive, whose entries may be `most` bytes together.
+    pub(crate) fn new(bytes: R, most: u64) -> Result<Self, ArraysError> {
         // The directory is at the end, so this is what a download that broke off meets.
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+        let mut archive = ZipArchive::new(bytes).map_err(|error| {
             let problem =
                 format!("cut short or damaged, its list of entries is not found ({error})");
             ArraysError::Archive { problem }
@@ -64,26 +74,71 @@ impl<'a> Archive<'a> {
 
     /// The bytes of an entry, which are as many as it says, with the checksum that it says.
     pub(crate) fn read(&mut self, index: usize) -> Result<Vec<u8>, ArraysError> {
-        let name = shown(self.names.get(index).map_or(&[][..], |name| name.as_bytes()));
+        self.stream(index, |entry, size| {
+            let too_large = || broken(format!("{size} bytes do not fit into memory"));
+            let capacity = usize::try_from(size).map_err(|_| too_large())?;
+            let mut bytes = Vec::new();
+            bytes.try_reserve_exact(capacity).map_err(|_| too_large())?;
+            entry.read_to_end(&mut bytes).map_err(|error| broken(error.to_string()))?;
+            Ok(bytes)
+        })?
+        .map_err(|unread| match unread {
+            Unread::Refused(error) => error,
+            Unread::LeftOut(problem) | Unread::Broken(problem) => {
+                ArraysError::Array { name: self.shown(index), problem }
+            }
+        })
+    }
+
+    /// Gives the bytes of an entry, and how many it says there are, to a function that reads all of
+    /// them or as many as it wants. Of an entry that was read to its end, the number of bytes and the
+    /// checksum are compared with what it says.
+    ///
+    /// # Errors
+    /// [`ArraysError`] for an entry that is damaged; what `read` says otherwise.
+    pub(crate) fn stream<T>(
+        &mut self,
+        index: usize,
+        read: impl FnOnce(&mut dyn Read, u64) -> Result<T, Unread>,
+    ) -> Result<Result<T, Unread>, ArraysError> {
+        let name = self.shown(index);
         let broken = |problem: String| ArraysError::Array { name: name.clone(), problem };
         let mut entry = self.archive.by_index(index).map_err(|error| broken(error.to_string()))?;
         let (packed, size) = (entry.compressed_size(), entry.size());
         if size > packed.saturating_mul(MOST_GROWTH) {
             return Err(broken(format!("{packed} packed bytes cannot hold {size}")));
         }
-        let too_large = || broken(format!("{size} bytes do not fit into memory"));
-        let capacity = usize::try_from(size).map_err(|_| too_large())?;
-        let mut bytes = Vec::new();
-        bytes.try_reserve_exact(capacity).map_err(|_| too_large())?;
         let mut limited = entry.by_ref().take(size);
-        limited.read_to_end(&mut bytes).map_err(|error| broken(error.to_string()))?;
+        let made = read(&mut limited, size);
+        let missing = limited.limit();
+        if missing > 0 {
+            if made.is_err() {
+                return Ok(made);
+            }
+            // Some of it was not wanted, unless there is no more of it.
+            let mut further = [0];
+            let more = limited.read(&mut further).map_err(|error| broken(error.to_string()))?;
+            if more == 0 {
+                let found = size - missing;
+                return Err(broken(format!("it says that it has {size} bytes, found {found}")));
+            }
+            return Ok(made);
+        }
         // Only at the end of the entry is its checksum compared.
         let mut further = [0];
         let more = entry.read(&mut further).map_err(|error| broken(error.to_string()))?;
-        if more > 0 || bytes.len() as u64 != size {
-            let found = bytes.len() + more;
+        if more > 0 {
+            let found = size + more as u64;
             return Err(broken(format!("it says that it has {size} bytes, found {found}")));
         }
-        Ok(bytes)
+        Ok(made)
     }
+
+    fn shown(&self, index: usize) -> String {
+        shown(self.names.get(index).map_or(&[][..], |name| name.as_bytes()))
+    }
+}
+
+fn broken(problem: String) -> Unread {
+    Unread::Broken(problem)
 }

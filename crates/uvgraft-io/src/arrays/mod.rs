@@ -10,15 +10,18 @@ mod named;
 mod npy;
 mod npz;
 mod numeric;
+mod partial;
+mod pieces;
 mod sparse;
 mod write;
 
 use std::path::Path;
 
-pub(crate) use self::archive::Archive;
+pub(crate) use self::archive::ArchiveInMemory;
 pub(crate) use self::collect::{Collector, Outside, Unread};
 pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;
+pub use self::partial::{ArrayFile, Wanted};
 pub use self::write::{save_npz, write_npz};
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
@@ -143,7 +146,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
         |found: &str| Err(ArraysError::Foreign { found: found.to_owned(), wanted: WANTED });
     match bytes {
         [b'P', b'K', ..] => {
-            let mut archive = Archive::open(bytes, most_unpacked)?;
+            let mut archive = ArchiveInMemory::open(bytes, most_unpacked)?;
             if crate::torch::pickle_of(&archive).is_some() {
                 return crate::torch::from_archive(&mut archive);
             }

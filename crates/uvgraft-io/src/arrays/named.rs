@@ -14,6 +14,8 @@ pub(super) enum Held {
     Text(String),
     /// Neither of them, and why.
     LeftOut(String),
+    /// Nobody asked for it.
+    Skipped,
 }
 
 impl NamedArrays {
@@ -62,12 +64,24 @@ impl NamedArrays {
             Some(Held::Array(array)) => return Ok(array),
             Some(Held::Text(_)) => "it is a text".to_owned(),
             Some(Held::LeftOut(reason)) => reason.clone(),
+            Some(Held::Skipped) => "it was not asked for".to_owned(),
             None => {
                 let names = self.names().map(str::to_owned).collect();
                 return Err(ArraysError::Missing { name: name.to_owned(), names });
             }
         };
         Err(ArraysError::LeftOut { name: name.to_owned(), reason })
+    }
+
+    /// Takes an array out; other things stay.
+    pub fn take(&mut self, name: &str) -> Option<NumericArray> {
+        let is_it =
+            |(found, held): &(String, Held)| found == name && matches!(held, Held::Array(_));
+        let at = self.entries.iter().position(is_it)?;
+        match self.entries.remove(at).1 {
+            Held::Array(array) => Some(array),
+            _ => None,
+        }
     }
 
     /// Adds an array, in place of what had its name.
@@ -85,6 +99,19 @@ impl NamedArrays {
             Some(entry) => entry.1 = held,
             None => self.entries.push((name, held)),
         }
+    }
+
+    /// Everything of another file, in place of what had its names; what was skipped there stays.
+    pub fn extend(&mut self, others: Self) {
+        for (name, held) in others.entries {
+            if !(matches!(held, Held::Skipped) && self.held(&name).is_some()) {
+                self.hold(name, held);
+            }
+        }
+    }
+
+    pub(super) fn into_entries(self) -> impl Iterator<Item = (String, Held)> {
+        self.entries.into_iter()
     }
 
     pub(super) fn entries(&self) -> impl Iterator<Item = (&str, &Held)> {

@@ -21,6 +21,52 @@ pub(super) enum Content<'a> {
     Pickle(&'a [u8]),
 }
 
+/// An array of numbers, as its header says.
+pub(super) struct Described {
+    pub(super) dtype: Dtype,
+    pub(super) shape: Vec<usize>,
+    pub(super) fortran_order: bool,
+}
+
+impl Described {
+    /// The bytes of its numbers, if they can be counted.
+    pub(super) fn bytes(&self) -> Option<usize> {
+        count(&self.shape)?.checked_mul(self.dtype.width)
+    }
+
+    /// What is wrong with an array that has so many bytes instead.
+    pub(super) fn other_size(&self, found: u64) -> Unread {
+        let wanted = self.bytes().map_or("more".to_owned(), |wanted| wanted.to_string());
+        Unread::Broken(format!("shape {:?} needs {wanted} bytes, found {found}", self.shape))
+    }
+}
+
+/// What the header of an NPY file says of an array of numbers; nothing for texts, objects and whatever
+/// is not read.
+///
+/// - `header`: everything before the numbers.
+pub(super) fn describe(header: &[u8]) -> Result<Option<Described>, Unread> {
+    let Some(rest) = header.strip_prefix(MAGIC) else {
+        let found = shown(header);
+        return Err(Unread::Broken(format!("found `{found}`, wanted an NPY array")));
+    };
+    let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
+    let descr = unquoted(header.descr).and_then(|descr| std::str::from_utf8(descr).ok());
+    let Some(dtype) = descr.and_then(Dtype::from_text) else { return Ok(None) };
+    let (shape, fortran_order) = (lengths(&header)?, header.fortran_order);
+    Ok(Some(Described { dtype, shape, fortran_order }))
+}
+
+fn lengths(header: &Header<'_>) -> Result<Vec<usize>, Unread> {
+    let shape = axes(header.shape, MOST_AXES).and_then(|axes| {
+        axes.into_iter().map(|length| usize::try_from(length).ok()).collect::<Option<Vec<_>>>()
+    });
+    shape.ok_or_else(|| {
+        let found = shown(header.shape);
+        Unread::Broken(format!("found shape {found}, wanted at most {MOST_AXES} lengths"))
+    })
+}
+
 /// Reads an NPY file. `spend` is told how many numbers there will be before they are read.
 pub(super) fn read<'a>(
     bytes: &'a [u8],
@@ -37,13 +83,7 @@ pub(super) fn read<'a>(
     if matches!(descr, b"|O" | b"O" | b"|O8" | b"O8") {
         return Ok(Content::Pickle(header.values));
     }
-    let shape = axes(header.shape, MOST_AXES).and_then(|axes| {
-        axes.into_iter().map(|length| usize::try_from(length).ok()).collect::<Option<Vec<_>>>()
-    });
-    let shape = shape.ok_or_else(|| {
-        let found = shown(header.shape);
-        Unread::Broken(format!("found shape {found}, wanted at most {MOST_AXES} lengths"))
-    })?;
+    let shape = lengths(&header)?;
     let check = |width: Option<usize>| {
         let wanted = count(&shape).zip(width).and_then(|(count, width)| count.checked_mul(width));
         let found = header.values.len();

@@ -2,12 +2,12 @@
 
 use super::collect::Collector;
 use super::npy::{self, Content};
-use super::{Archive, ArraysError, NamedArrays};
+use super::{ArchiveInMemory, ArraysError, NamedArrays};
 use crate::obj::shown;
 use crate::pickle;
 
 /// Reads all arrays. An entry that holds objects rather than numbers is a pickle.
-pub(super) fn read(archive: &mut Archive<'_>) -> Result<NamedArrays, ArraysError> {
+pub(super) fn read(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, ArraysError> {
     let mut collector = Collector::new(None);
     for index in 0..archive.names().len() {
         let file = archive.names()[index].clone();

@@ -72,6 +72,11 @@ impl NumericArray {
         &self.numbers
     }
 
+    /// Parts that fit each other.
+    pub(super) const fn from_parts(shape: Vec<usize>, numbers: Numbers) -> Self {
+        Self { shape, numbers }
+    }
+
     pub(super) fn into_parts(self) -> (Vec<usize>, Numbers) {
         (self.shape, self.numbers)
     }
@@ -123,6 +128,34 @@ impl Numbers {
             Self::F64(values) => values.len(),
             Self::I64(values) => values.len(),
         }
+    }
+
+    /// None yet, with room for so many; floats of 64 bits will be rounded to 32.
+    pub(super) fn with_capacity(dtype: Dtype, count: usize) -> Self {
+        match dtype.kind {
+            NumberKind::Float => Self::F32(Vec::with_capacity(count)),
+            _ => Self::I64(Vec::with_capacity(count)),
+        }
+    }
+
+    /// Adds numbers from their bytes to those of [`Numbers::with_capacity`]; false for integers beyond
+    /// 63 bits.
+    pub(super) fn extend_decoded(&mut self, dtype: Dtype, bytes: &[u8]) -> bool {
+        if let (Self::F32(values), NumberKind::Float, 4, false) =
+            (&mut *self, dtype.kind, dtype.width, dtype.big_endian)
+        {
+            values.extend(bytes.as_chunks::<4>().0.iter().map(|&word| f32::from_le_bytes(word)));
+            return true;
+        }
+        match (self, Self::decode(dtype, bytes)) {
+            (Self::F32(values), Some(Self::F32(more))) => values.extend(more),
+            (Self::F32(values), Some(Self::F64(more))) => {
+                values.extend(more.into_iter().map(|value| value as f32));
+            }
+            (Self::I64(values), Some(Self::I64(more))) => values.extend(more),
+            _ => return false,
+        }
+        true
     }
 
     /// Numbers from their bytes; nothing for integers beyond 63 bits.

@@ -25,7 +25,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
         SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
     let mut archive = ZipWriter::new(out);
     for (name, held) in arrays.entries() {
-        if matches!(held, Held::LeftOut(_)) {
+        if matches!(held, Held::LeftOut(_) | Held::Skipped) {
             continue;
         }
         archive.start_file(format!("{name}.npy"), options)?;
@@ -34,7 +34,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
         match held {
             Held::Array(array) => write_array(array, &mut entry)?,
             Held::Text(text) => write_text(text, &mut entry)?,
-            Held::LeftOut(_) => {}
+            Held::LeftOut(_) | Held::Skipped => {}
         }
         entry.flush()?;
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::arrays::{Archive, NumericArray, Outside, Unread};
+use crate::arrays::{ArchiveInMemory, NumericArray, Outside, Unread};
 use crate::obj::shown;
 use crate::pickle::{Class, Dtype, Made, NumberKind, StorageKind, Value};
 
@@ -12,7 +12,7 @@ const MOST_AXES: usize = 64;
 
 /// The storages of an archive, each unpacked once.
 pub(super) struct Storages<'t, 'a> {
-    archive: &'t mut Archive<'a>,
+    archive: &'t mut ArchiveInMemory<'a>,
     folder: String,
     big_endian: bool,
     unpacked: HashMap<String, Rc<[u8]>>,
@@ -30,7 +30,11 @@ fn broken(problem: impl Into<String>) -> Unread {
 }
 
 impl<'t, 'a> Storages<'t, 'a> {
-    pub(super) fn new(archive: &'t mut Archive<'a>, folder: &str, big_endian: bool) -> Self {
+    pub(super) fn new(
+        archive: &'t mut ArchiveInMemory<'a>,
+        folder: &str,
+        big_endian: bool,
+    ) -> Self {
         Self { archive, folder: folder.to_owned(), big_endian, unpacked: HashMap::new() }
     }
 

@@ -2,14 +2,18 @@
 //!
 //! # Source
 //! Mahmood et al., "AMASS: Archive of Motion Capture as Surface Shapes", 2019, and its files: Z up,
-//! the root's rotation vector first, hands with their mean pose in them.
+//! the root's rotation vector first, hands with their mean pose in them. Other tools write the same with
+//! Y up, without places, or with a few names of their own.
+
+#[cfg(test)]
+mod tests;
 
 use std::borrow::Cow;
 
 use uvgraft_io::arrays::{ArraysError, NamedArrays, NumericArray};
 
 use super::MotionError;
-use crate::body::{BODY, BodyKind, JointEntry};
+use crate::body::{BODY, BodyKind, Gender, JointEntry};
 
 /// The most frames of a motion: half an hour at 120 frames a second.
 const MOST_FRAMES: usize = 216_000;
@@ -18,7 +22,7 @@ const MOST_RATE: f64 = 10_000.0;
 /// The most coefficients of shape that are kept.
 const MOST_BETAS: usize = 1000;
 
-/// A recorded motion of a body of the SMPL family. Rotations are as in the file: Z up.
+/// A recorded motion of a body of the SMPL family. Rotations and places are as in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     joints: Vec<JointEntry>,
@@ -27,8 +31,11 @@ pub struct Motion {
     turns: Vec<[f32; 3]>,
     /// `[frames]` translations of the body, in metres.
     places: Vec<[f32; 3]>,
+    /// The file says where the body was.
+    has_places: bool,
     betas: Option<Vec<f32>>,
-    gender: Option<String>,
+    gender: Option<Gender>,
+    kind: Option<BodyKind>,
 }
 
 impl Motion {
@@ -38,9 +45,9 @@ impl Motion {
     ///   (SMPL), 156 (SMPL-H) or 165 (SMPL-X), or 63 (a body without its root) beside `root_orient`
     ///   `[T, 3]`. Files without `poses` have its parts: `root_orient`, `pose_body` `[T, 63]`, and
     ///   perhaps `pose_hand` `[T, 90]`, `pose_jaw` `[T, 3]` and `pose_eye` `[T, 6]`.
-    /// - `trans` `[T, 3]`, metres.
-    /// - `mocap_framerate` or `mocap_frame_rate`: frames a second.
-    /// - Where there are any, `betas` and `gender`.
+    /// - `mocap_framerate`, `mocap_frame_rate` or `fps`: frames a second.
+    /// - Where there are any, `trans` or `transl` `[T, 3]`, metres, `betas`, whose first row counts if
+    ///   each frame has its own, `gender` and `surface_model_type`.
     ///
     /// # Errors
     /// [`MotionError`] for arrays that are missing or have other shapes, values that are not finite, a
@@ -52,18 +59,16 @@ impl Motion {
         if !(1..=MOST_FRAMES).contains(&frames) {
             return Err(MotionError::Frames { found: frames, most: MOST_FRAMES });
         }
-        let places = rows(arrays, "trans", Some(frames), 3)?.as_chunks::<3>().0.to_vec();
-        let betas = arrays.get("betas").map(|betas| {
-            let betas = betas.f32s();
-            betas.iter().copied().take(MOST_BETAS).collect::<Vec<f32>>()
-        });
-        if let Some((column, &found)) =
-            betas.iter().flatten().enumerate().find(|(_, value)| !value.is_finite())
-        {
-            return Err(MotionError::NotFinite { key: "betas", frame: 0, column, found });
-        }
-        let gender = arrays.text("gender").map(str::to_owned);
-        Ok(Self { joints: joints.to_vec(), rate, turns, places, betas, gender })
+        let trans = ["trans", "transl"].into_iter().find(|key| is_there(arrays, key));
+        let places = match trans {
+            Some(key) => rows(arrays, key, Some(frames), 3)?.as_chunks::<3>().0.to_vec(),
+            None => vec![[0.0; 3]; frames],
+        };
+        let betas = read_betas(arrays)?;
+        let gender = Gender::from_arrays(arrays);
+        let kind = read_kind(arrays, joints.len());
+        let has_places = trans.is_some();
+        Ok(Self { joints: joints.to_vec(), rate, turns, places, has_places, betas, gender, kind })
     }
 
     /// How many frames it has.
@@ -91,9 +96,19 @@ impl Motion {
         self.betas.as_deref()
     }
 
-    /// Of which gender the model was that the shape is for: `neutral`, `male` or `female`.
-    pub fn gender(&self) -> Option<&str> {
-        self.gender.as_deref()
+    /// Of which gender the model was that the shape is for.
+    pub const fn gender(&self) -> Option<Gender> {
+        self.gender
+    }
+
+    /// Which kind of model the shape is for, where the file's joints or its own word tell.
+    pub const fn kind(&self) -> Option<BodyKind> {
+        self.kind
+    }
+
+    /// Whether the body stays in its place: the file does not say where it was, or always the same.
+    pub fn is_still(&self) -> bool {
+        !self.has_places || self.places.iter().all(|place| *place == [0.0; 3])
     }
 
     pub(super) fn joints(&self) -> &[JointEntry] {
@@ -105,16 +120,16 @@ impl Motion {
         &self.turns[frame * self.joints.len()..][..self.joints.len()]
     }
 
-    /// The translation in a frame, Z up.
+    /// The translation in a frame.
     pub(super) fn place(&self, frame: usize) -> [f32; 3] {
         self.places[frame]
     }
 }
 
 fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
-    let names = ["mocap_framerate", "mocap_frame_rate"];
+    let names = ["mocap_framerate", "mocap_frame_rate", "fps"];
     let rate = names.iter().find_map(|name| arrays.get(name));
-    let wanted = "`mocap_framerate` or `mocap_frame_rate`";
+    let wanted = "`mocap_framerate`, `mocap_frame_rate` or `fps`";
     let rate = rate.ok_or_else(|| missing(arrays, wanted))?;
     let found = match rate.f64s().as_ref() {
         &[rate] => rate,
@@ -128,6 +143,36 @@ fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
     } else {
         Err(MotionError::Rate { found, most: MOST_RATE })
     }
+}
+
+/// Whether a file has it, readable or not.
+fn is_there(arrays: &NamedArrays, key: &str) -> bool {
+    !matches!(arrays.require(key), Err(ArraysError::Missing { .. }))
+}
+
+/// The coefficients of a person's shape: numbers, or a row for each frame of which the first counts.
+fn read_betas(arrays: &NamedArrays) -> Result<Option<Vec<f32>>, MotionError> {
+    let Some(array) = arrays.get("betas") else { return Ok(None) };
+    let row = array.shape().last().copied().unwrap_or(1);
+    let betas: Vec<f32> = array.f32s().iter().copied().take(row.min(MOST_BETAS)).collect();
+    match betas.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+        Some((column, &found)) => {
+            Err(MotionError::NotFinite { key: "betas", frame: 0, column, found })
+        }
+        None => Ok((!betas.is_empty()).then_some(betas)),
+    }
+}
+
+/// The kind of the person's model: what the file calls it, or what has so many joints.
+fn read_kind(arrays: &NamedArrays, joints: usize) -> Option<BodyKind> {
+    let said = arrays.text("surface_model_type").and_then(|text| {
+        let text = text.to_lowercase();
+        // `smplx_locked_head` too, and the longer names before the one that they begin with.
+        [("smplx", BodyKind::SmplX), ("smplh", BodyKind::SmplH), ("smpl", BodyKind::Smpl)]
+            .into_iter()
+            .find(|(name, _)| text.contains(name))
+    });
+    said.map(|(_, kind)| kind).or_else(|| BodyKind::with_joints(joints))
 }
 
 /// Rotation vectors of all frames, and which joints they are of.
@@ -235,119 +280,4 @@ fn missing(arrays: &NamedArrays, wanted: &'static str) -> MotionError {
     const MOST: usize = 40;
     let found = arrays.names().take(MOST).collect::<Vec<_>>().join(", ");
     MotionError::Missing { wanted, found }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn table(rows: usize, columns: usize) -> NumericArray {
-        let values = (0..rows * columns).map(|value| value as f32 / 1000.0).collect();
-        NumericArray::new_f32(vec![rows, columns], values).unwrap()
-    }
-
-    fn rate(rate: f64) -> NumericArray {
-        NumericArray::new_f64(vec![], vec![rate]).unwrap()
-    }
-
-    fn motion(columns: usize) -> NamedArrays {
-        let mut arrays = NamedArrays::new();
-        arrays.insert("poses", table(4, columns));
-        arrays.insert("trans", table(4, 3));
-        arrays.insert("mocap_framerate", rate(60.0));
-        arrays
-    }
-
-    #[test]
-    fn the_columns_tell_the_joints() {
-        for (columns, joints, last) in [
-            (66, 22, "right_wrist"),
-            (72, 24, "right_hand"),
-            (156, 52, "right_thumb3"),
-            (165, 55, "right_thumb3"),
-        ] {
-            let motion = Motion::from_arrays(&motion(columns)).unwrap();
-            assert_eq!((motion.frames(), motion.joint_names().len()), (4, joints));
-            assert_eq!(motion.joint_names().last(), Some(last));
-            assert_eq!(motion.seconds(), 0.05);
-            // The third value of the second joint in the second frame.
-            assert_eq!(motion.turns(1)[1][2], (columns + 5) as f32 / 1000.0);
-            assert_eq!(motion.place(2), [0.006, 0.007, 0.008]);
-        }
-    }
-
-    #[test]
-    fn parts_are_put_together() {
-        let mut arrays = motion(63);
-        arrays.insert("root_orient", table(4, 3));
-        let body = Motion::from_arrays(&arrays).unwrap();
-        assert_eq!(
-            (body.turns(1)[0], body.turns(1)[1]),
-            ([0.003, 0.004, 0.005], [0.063, 0.064, 0.065])
-        );
-        let mut parts = NamedArrays::new();
-        for (name, array) in [
-            ("trans", table(4, 3)),
-            ("mocap_frame_rate", rate(60.0)),
-            ("root_orient", table(4, 3)),
-            ("pose_body", table(4, 63)),
-        ] {
-            parts.insert(name, array);
-        }
-        assert_eq!(Motion::from_arrays(&parts).unwrap(), body);
-        parts.insert("pose_hand", table(4, 90));
-        let hands = Motion::from_arrays(&parts).unwrap();
-        assert_eq!((hands.joint_names().len(), hands.turns(1)[22][0]), (52, 0.09));
-        parts.insert("pose_jaw", table(4, 3));
-        parts.insert("pose_eye", table(4, 6));
-        let face = Motion::from_arrays(&parts).unwrap();
-        assert_eq!(face.joint_names().nth(22), Some("jaw"));
-        let [jaw, eye, finger] = [22, 24, 25].map(|joint| face.turns(1)[joint][0]);
-        assert_eq!((jaw, eye, finger), (0.003, 0.009, 0.09));
-    }
-
-    #[test]
-    fn what_is_no_motion_is_refused() {
-        let refused = |change: &dyn Fn(&mut NamedArrays)| {
-            let mut arrays = motion(156);
-            change(&mut arrays);
-            Motion::from_arrays(&arrays).unwrap_err().to_string()
-        };
-        let nan = |columns: usize| {
-            let mut values = vec![0.0; 4 * columns];
-            values[2 * columns + 1] = f32::NAN;
-            NumericArray::new_f32(vec![4, columns], values).unwrap()
-        };
-        let text = refused(&|arrays| arrays.insert("poses", nan(156)));
-        assert_eq!(text, "`poses` is not finite: value 1 of frame 2 is NaN");
-        let text = refused(&|arrays| arrays.insert("trans", nan(3)));
-        assert_eq!(text, "`trans` is not finite: value 1 of frame 2 is NaN");
-        let text = refused(&|arrays| arrays.insert("trans", table(5, 3)));
-        assert_eq!(text, "`trans` has the shape [5, 3], wanted [4, 3]");
-        let text = refused(&|arrays| arrays.insert("poses", table(4, 75)));
-        assert!(text.contains("[4, 75]") && text.contains("156 (SMPL-H)"), "{text}");
-        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
-            let text = refused(&|arrays| arrays.insert("mocap_framerate", rate(bad)));
-            assert!(text.starts_with(&format!("the frame rate is {bad}, wanted")), "{text}");
-        }
-        let text = refused(&|arrays| arrays.insert("mocap_framerate", table(2, 1)));
-        assert!(text.contains("[2, 1], wanted one number"), "{text}");
-        let text = refused(&|arrays| arrays.insert("betas", nan(4)));
-        assert_eq!(text, "`betas` is not finite: value 9 of frame 0 is NaN");
-        let text = refused(&|arrays| {
-            arrays.insert("poses", NumericArray::new_f32(vec![0, 156], vec![]).unwrap());
-        });
-        assert_eq!(text, "found 0 frames, wanted 1 to 216000");
-        let text = refused(&|arrays| arrays.insert("poses", table(MOST_FRAMES + 1, 66)));
-        assert_eq!(text, "found 216001 frames, wanted 1 to 216000");
-        let text = Motion::from_arrays(&NamedArrays::new()).unwrap_err().to_string();
-        assert!(text.contains("mocap_framerate"), "{text}");
-        let mut arrays = motion(63);
-        let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
-        assert!(text.contains("no array `root_orient`") && text.contains("trans"), "{text}");
-        arrays = NamedArrays::new();
-        arrays.insert("mocap_framerate", rate(30.0));
-        let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
-        assert!(text.contains("no `poses`, or") && text.contains("mocap_framerate"), "{text}");
-    }
 }

@@ -1,0 +1,215 @@
+//! Body models from files, of which no more is read than is needed: a whole SMPL-X has 400 components of
+//! shape and expression and 486 pose correctives, 110 MB, of which a rig shows a tenth.
+
+use std::path::Path;
+
+use uvgraft_io::arrays::{ArrayFile, NamedArrays, Wanted};
+use uvgraft_io::input::ReadError;
+
+use super::fields::Fields;
+use super::model::{read_correctives, read_kind, split};
+use super::{BodyError, BodyModel, Gender};
+
+/// What of a model is needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Needs {
+    /// As many components of shape, or all there are.
+    pub betas: usize,
+    /// The correctives of all joints. Otherwise poses have only those of the jaw, which opens mouths.
+    pub correctives: bool,
+}
+
+impl Needs {
+    /// Everything.
+    pub const ALL: Self = Self { betas: usize::MAX, correctives: true };
+}
+
+/// A body model and what else its file said.
+#[derive(Debug, Clone)]
+pub struct ModelFile {
+    /// The model.
+    pub model: BodyModel,
+    /// Its gender, if the file or its name says.
+    pub gender: Option<Gender>,
+    /// Names in the file that nothing here reads.
+    pub unused: Vec<String>,
+}
+
+/// What is read of a file beside `kintree_table`, `shapedirs` and `posedirs`.
+const WHOLE: [&str; 10] = [
+    "v_template",
+    "exprdirs",
+    "J_regressor",
+    "weights",
+    "f",
+    "hands_componentsl",
+    "hands_componentsr",
+    "hands_meanl",
+    "hands_meanr",
+    "gender",
+];
+const KIND: &str = "kintree_table";
+const SHAPES: &str = "shapedirs";
+const POSES: &str = "posedirs";
+
+impl ModelFile {
+    /// Reads a model; see [`BodyModel::from_arrays`] for what its file holds, and
+    /// [`uvgraft_io::arrays::parse`] for formats.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the file cannot be read, or for what [`BodyModel::from_arrays`] refuses.
+    pub fn read(path: &Path, needs: &Needs) -> Result<Self, ReadError<BodyError>> {
+        let refused = |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
+        let mut file = ArrayFile::open(path).map_err(in_body)?;
+        let mut apart = false;
+        let first = file.read(|name, _| {
+            apart |= name == "exprdirs";
+            if name == KIND { Wanted::All } else { Wanted::Nothing }
+        });
+        let first = first.map_err(in_body)?;
+        let kind = read_kind(&Fields(&first)).map_err(refused)?;
+
+        let mut known = None;
+        let mut arrays = file
+            .read(|name, shape| match (name, shape) {
+                (SHAPES, &[_, 3, all]) => {
+                    let [betas, expressions] = split(kind, all, apart);
+                    let kept = betas.min(needs.betas.max(1));
+                    known = Some([kept, expressions]);
+                    Wanted::Columns(vec![0..kept, betas..betas + expressions])
+                }
+                _ if WHOLE.contains(&name) || name == SHAPES => Wanted::All,
+                _ => Wanted::Nothing,
+            })
+            .map_err(in_body)?;
+        arrays.extend(first);
+        let mut model =
+            BodyModel::without_correctives(&Fields(&arrays), kind, known).map_err(refused)?;
+        let gender = Gender::from_arrays(&arrays).or_else(|| Gender::of_file(path));
+        let unused = unused(&arrays);
+        drop(arrays);
+
+        let features = match (needs.correctives, kind.jaw()) {
+            (true, _) => Some(0..kind.features()),
+            (false, Some(jaw)) => Some(9 * (jaw - 1)..9 * jaw),
+            (false, None) => None,
+        };
+        if let Some(features) = features {
+            let all = kind.features();
+            let poses = file.read(|name, shape| match shape {
+                // Of another shape it is refused below.
+                &[_, _, found] if name == POSES && found == all => {
+                    Wanted::Columns(vec![features.clone()])
+                }
+                _ if name == POSES => Wanted::All,
+                _ => Wanted::Nothing,
+            });
+            let poses = poses.map_err(in_body)?;
+            let poses = read_correctives(&Fields(&poses), &model, Some(features));
+            model.correctives = poses.map_err(refused)?;
+        }
+        Ok(Self { model, gender, unused })
+    }
+}
+
+/// The same error of a body model's file.
+fn in_body(error: ReadError<uvgraft_io::arrays::ArraysError>) -> ReadError<BodyError> {
+    match error {
+        ReadError::Content { path, reason } => {
+            // The file itself is damaged or foreign: that it is no model goes without saying.
+            ReadError::Content { path, reason: BodyError::File(reason) }
+        }
+        ReadError::Io { path, reason } => ReadError::Io { path, reason },
+        other => ReadError::Io {
+            path: std::path::PathBuf::new(),
+            reason: std::io::Error::other(other.to_string()),
+        },
+    }
+}
+
+fn unused(arrays: &NamedArrays) -> Vec<String> {
+    let is_used = |name: &&str| WHOLE.contains(name) || [KIND, SHAPES, POSES].contains(name);
+    arrays.names().filter(|name| !is_used(name)).map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft_io::arrays::{NumericArray, save_npz};
+
+    use super::*;
+    use crate::body::{BodyKind, Shape};
+    use crate::rig::Pose;
+
+    /// A FLAME of seven vertices with so many components, correctives, and what nobody knows.
+    fn arrays(components: usize) -> NamedArrays {
+        let mut arrays = NamedArrays::new();
+        let value = |at: usize| (at * 7919 % 1009) as f32 / 1009.0 - 0.5;
+        let mut floats = |name: &str, shape: &[usize]| {
+            let values = (0..shape.iter().product()).map(|at| value(at).abs() + 0.1).collect();
+            arrays.insert(name, NumericArray::new_f32(shape.to_vec(), values).unwrap());
+        };
+        floats("v_template", &[7, 3]);
+        floats("shapedirs", &[7, 3, components]);
+        floats("posedirs", &[7, 3, 36]);
+        floats("J_regressor", &[5, 7]);
+        floats("weights", &[7, 5]);
+        floats("dynamic_lmk_bary_coords", &[4, 3]);
+        let joints = vec![-1, 0, 1, 1, 1, 0, 1, 2, 3, 4];
+        arrays.insert("kintree_table", NumericArray::new_i64(vec![2, 5], joints).unwrap());
+        arrays.insert("f", NumericArray::new_i64(vec![1, 3], vec![0, 1, 2]).unwrap());
+        arrays
+    }
+
+    fn saved(arrays: &NamedArrays) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("FLAME_FEMALE.npz");
+        save_npz(arrays, &path).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn what_is_needed_is_the_same_as_in_the_whole_model() {
+        for components in [12, 400, 437] {
+            let arrays = arrays(components);
+            let whole = BodyModel::from_arrays(&arrays).unwrap();
+            let (_folder, path) = saved(&arrays);
+            let needs = Needs { betas: 4, correctives: false };
+            let some = ModelFile::read(&path, &needs).unwrap();
+            assert_eq!(some.gender, Some(Gender::Female));
+            assert_eq!(some.unused, ["dynamic_lmk_bary_coords"]);
+            assert_eq!((some.model.kind(), some.model.betas()), (BodyKind::Flame, 4));
+            assert_eq!(some.model.expressions(), whole.expressions());
+            let shape = Shape { betas: vec![0.5, -1.0, 0.0, 2.0], expression: vec![1.0, 0.3] };
+            let [some, whole] = [&some.model, &whole].map(|model| model.shaped(&shape).unwrap());
+            assert_eq!(some.positions(), whole.positions());
+            assert_eq!(some.skeleton(), whole.skeleton());
+            // The jaw alone.
+            let mut turns = [[0.0; 3]; 5];
+            turns[2] = [0.3, 0.1, 0.0];
+            let jaw = Pose::from_axis_angles([0.0; 3], &turns);
+            assert_eq!(some.posed(&jaw).unwrap(), whole.posed(&jaw).unwrap());
+            turns[1] = [0.0, 0.4, 0.0];
+            let neck = Pose::from_axis_angles([0.0; 3], &turns);
+            assert_ne!(some.posed(&neck).unwrap(), whole.posed(&neck).unwrap());
+            let all = ModelFile::read(&path, &Needs::ALL).unwrap().model;
+            assert_eq!(all.shaped(&shape).unwrap().posed(&neck), whole.posed(&neck));
+        }
+    }
+
+    #[test]
+    fn correctives_may_be_missing_and_not_wrong() {
+        let mut without = arrays(12);
+        without.take("posedirs");
+        assert!(!BodyModel::from_arrays(&without).unwrap().has_correctives());
+        let (_folder, path) = saved(&without);
+        assert!(!ModelFile::read(&path, &Needs::ALL).unwrap().model.has_correctives());
+        let wrong = NumericArray::new_f32(vec![7, 3, 35], vec![0.0; 735]).unwrap();
+        without.insert("posedirs", wrong);
+        let (_folder, path) = saved(&without);
+        let error = ModelFile::read(&path, &Needs::ALL).unwrap_err().to_string();
+        assert!(
+            error.contains("`posedirs` has the shape [7, 3, 35], wanted [7, 3, 36]"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,299 @@
+//! Feet on the ground: where a clip's feet stand, those of the body that plays it stand too, whatever its
+//! legs and soles are like.
+//!
+//! What is to be planted is found on a reference: the person who moved where that person's shape is
+//! known, or else the body itself. The body is moved up or down by one length for the whole clip, which is
+//! what most of its standing feet need; each standing foot is then brought to the ground and held where
+//! it came down, by its leg. Between steps a foot's correction fades from one to the next, and where a
+//! leg is too short for it the hips sink, smoothly.
+//!
+//! Based on: Kovar et al., "Footskate Cleanup for Motion Capture Editing", 2002.
+
+use glam::Vec3;
+
+use super::contact::{self, Halves, Standing};
+use super::legs::{Leg, Placed, world};
+use super::soles::Soles;
+use crate::rig::{Clip, RigError, Skeleton};
+
+/// Whose feet tell what stands, and on which ground.
+pub(super) struct Reference<'a> {
+    pub skeleton: &'a Skeleton,
+    pub soles: &'a Soles,
+    /// The same frames as the clip's.
+    pub clip: &'a Clip,
+}
+
+/// What was done to a clip.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Grounding {
+    /// The height of the clip's own ground in the recording, in metres; nothing where no foot stands.
+    pub ground_m: Option<f32>,
+    /// Frames in which a foot stands.
+    pub planted: usize,
+    /// The farthest that a foot was moved, in metres.
+    pub most_m: f32,
+    /// The farthest that the hips sank for a leg to reach, in metres.
+    pub sunk_m: f32,
+}
+
+/// A foot's correction fades out over this time where no step follows or precedes, in seconds.
+const FADE_S: f32 = 0.35;
+/// Hips sink and rise again over this time, in seconds.
+const SINK_S: f32 = 0.15;
+/// Corrections below this are none, in metres.
+const NONE_M: f32 = 1e-5;
+/// Hips sink no farther than this part of a leg: what lies beyond is no matter of reach.
+const MOST_SINK: f32 = 0.25;
+
+/// A clip that is being grounded.
+struct Work<'a> {
+    skeleton: &'a Skeleton,
+    soles: &'a Soles,
+    clip: &'a mut Clip,
+    standing: Vec<Standing>,
+}
+
+/// Puts a clip's feet on y = 0.
+///
+/// - `in_place`: the recording does not say where the body was, so its height follows from the lower
+///   foot in each frame, and feet may slide.
+pub(super) fn put_on_ground(
+    clip: &mut Clip,
+    skeleton: &Skeleton,
+    soles: &Soles,
+    reference: Option<&Reference<'_>>,
+    in_place: bool,
+) -> Result<Grounding, RigError> {
+    let own = contact::halves(skeleton, soles, &clip.poses)?;
+    if in_place {
+        let low: Vec<f32> = own.iter().map(lower).collect();
+        let even = smoothed(&clip.times, &low, SINK_S, Smooth::Mean);
+        for (pose, low) in clip.poses.iter_mut().zip(even) {
+            pose.translation[1] -= low;
+        }
+        let standing = vec![[[false; 2]; 2]; clip.poses.len()];
+        let mut work = Work { skeleton, soles, clip, standing };
+        let mut grounding = Grounding::default();
+        work.correct(&mut grounding)?;
+        return Ok(grounding);
+    }
+    let halves = match reference {
+        Some(other) => contact::halves(other.skeleton, other.soles, &other.clip.poses)?,
+        None => own.clone(),
+    };
+    let found = contact::ground(&clip.times, &halves);
+    let (standing, lift) = match found {
+        Some(ground) => {
+            let standing = contact::standing(&clip.times, &halves, ground);
+            (standing.clone(), lift(&own, &standing))
+        }
+        None => (vec![[[false; 2]; 2]; own.len()], None),
+    };
+    // Without a foot that stands the lowest of all is on the ground.
+    let lift = lift.unwrap_or_else(|| -own.iter().map(lower).fold(f32::MAX, f32::min));
+    for pose in &mut clip.poses {
+        pose.translation[1] += lift;
+    }
+    let is_planted = |feet: &&Standing| feet.iter().flatten().any(|&half| half);
+    let planted = standing.iter().filter(is_planted).count();
+    let mut work = Work { skeleton, soles, clip, standing };
+    let mut grounding = Grounding { ground_m: found, planted, ..Grounding::default() };
+    work.correct(&mut grounding)?;
+    Ok(grounding)
+}
+
+fn lower(halves: &Halves) -> f32 {
+    halves.iter().flatten().map(|half| half.height).fold(f32::MAX, f32::min)
+}
+
+/// What brings most standing feet to the ground; nothing where none stands.
+fn lift(own: &[Halves], standing: &[Standing]) -> Option<f32> {
+    let mut heights = Vec::new();
+    for (halves, stands) in own.iter().zip(standing) {
+        for (foot, stands) in halves.iter().zip(stands) {
+            if stands.contains(&true) {
+                heights.push(foot[0].height.min(foot[1].height));
+            }
+        }
+    }
+    heights.sort_by(f32::total_cmp);
+    heights.get(heights.len() / 2).map(|height| -height)
+}
+
+impl Work<'_> {
+    fn correct(&mut self, grounding: &mut Grounding) -> Result<(), RigError> {
+        let frames = contact::halves(self.skeleton, self.soles, &self.clip.poses)?;
+        let mut moves = [self.moves(&frames, 0), self.moves(&frames, 1)];
+        let legs = Leg::both(self.skeleton);
+        let Some(legs) = legs else {
+            // Joints that are no legs cannot reach: nothing sinks into the ground at least.
+            for (frame, pose) in self.clip.poses.iter_mut().enumerate() {
+                pose.translation[1] += moves.iter().map(|moves| moves[frame].y).fold(0.0, f32::max);
+            }
+            return Ok(());
+        };
+        self.keep_above(&frames, &mut moves);
+        let sunk = self.sink(&legs, &moves, grounding);
+        for frame in 0..self.clip.poses.len() {
+            for (leg, moves) in legs.iter().zip(&moves) {
+                let pose = &mut self.clip.poses[frame];
+                // The foot stays where it was while the hips sank.
+                let by = moves[frame] + Vec3::new(0.0, sunk[frame], 0.0);
+                if by.length() < NONE_M {
+                    continue;
+                }
+                grounding.most_m = grounding.most_m.max(moves[frame].length());
+                let placed = leg.placed(self.skeleton, &world(self.skeleton, pose));
+                leg.reach(&placed, placed.ankle + by, pose);
+            }
+        }
+        Ok(())
+    }
+
+    /// How far a foot has to be moved in each frame.
+    fn moves(&self, frames: &[Halves], foot: usize) -> Vec<Vec3> {
+        let mut moves = vec![None; frames.len()];
+        let mut anchors: [Option<Vec3>; 2] = [None; 2];
+        for (frame, halves) in frames.iter().enumerate() {
+            let (halves, stands) = (&halves[foot], self.standing[frame][foot]);
+            let held = |anchors: &[Option<Vec3>; 2]| {
+                let off = anchors.iter().zip(halves).zip(stands).filter(|&(_, stands)| stands);
+                let off: Vec<Vec3> =
+                    off.filter_map(|((anchor, half), _)| Some((*anchor)? - half.place)).collect();
+                off.iter().sum::<Vec3>() / off.len().max(1) as f32
+            };
+            // What held before holds on; what comes down now is held where that takes it.
+            for (anchor, stands) in anchors.iter_mut().zip(stands) {
+                if !stands {
+                    *anchor = None;
+                }
+            }
+            let by = held(&anchors);
+            for ((anchor, half), stands) in anchors.iter_mut().zip(halves).zip(stands) {
+                if stands && anchor.is_none() {
+                    *anchor = Some(half.place + by);
+                }
+            }
+            if stands.contains(&true) {
+                let by = held(&anchors);
+                let height = halves[0].height.min(halves[1].height);
+                moves[frame] = Some(Vec3::new(by.x, -height, by.z));
+            }
+        }
+        faded(&self.clip.times, &moves)
+    }
+
+    /// Lifts feet that would sink.
+    fn keep_above(&self, frames: &[Halves], moves: &mut [Vec<Vec3>; 2]) {
+        for (foot, moves) in moves.iter_mut().enumerate() {
+            for (by, halves) in moves.iter_mut().zip(frames) {
+                let height = halves[foot][0].height.min(halves[foot][1].height);
+                by.y = by.y.max(-height);
+            }
+        }
+    }
+
+    /// Lowers the hips where a standing foot is out of reach.
+    fn sink(
+        &mut self,
+        legs: &[Leg; 2],
+        moves: &[Vec<Vec3>; 2],
+        grounding: &mut Grounding,
+    ) -> Vec<f32> {
+        let mut needed = vec![0.0_f32; self.clip.poses.len()];
+        for (frame, pose) in self.clip.poses.iter().enumerate() {
+            let joints = world(self.skeleton, pose);
+            for ((leg, moves), stands) in legs.iter().zip(moves).zip(self.standing[frame]) {
+                if stands.contains(&true) {
+                    let placed = leg.placed(self.skeleton, &joints);
+                    let length = leg.length_m(self.skeleton);
+                    needed[frame] = needed[frame].max(too_high(&placed, moves[frame], length));
+                }
+            }
+        }
+        let even = smoothed(&self.clip.times, &needed, SINK_S, Smooth::Above);
+        for (pose, &sunk) in self.clip.poses.iter_mut().zip(&even) {
+            pose.translation[1] -= sunk;
+            grounding.sunk_m = grounding.sunk_m.max(sunk);
+        }
+        even
+    }
+}
+
+/// By how much a hip is too high for its leg to reach where its foot goes.
+fn too_high(placed: &Placed, by: Vec3, length_m: f32) -> f32 {
+    let to = placed.ankle + by;
+    // No leg has to be straighter than it was recorded.
+    let reach = (length_m * 0.999).max(placed.ankle.distance(placed.hip).min(length_m));
+    let aside = Vec3::new(to.x - placed.hip.x, 0.0, to.z - placed.hip.z).length();
+    let most = to.y + (reach * reach - aside * aside).max(0.0).sqrt();
+    (placed.hip.y - most).clamp(0.0, MOST_SINK * length_m)
+}
+
+/// Corrections between those that are given: from one to the next, and to none where none is near.
+fn faded(times: &[f32], given: &[Option<Vec3>]) -> Vec<Vec3> {
+    let smooth = |part: f32| {
+        let part = part.clamp(0.0, 1.0);
+        part * part * (3.0 - 2.0 * part)
+    };
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(given.len());
+    for frame in 0..given.len() {
+        let last = before.last().copied().flatten();
+        before.push(if given[frame].is_some() { Some(frame) } else { last });
+    }
+    let mut after = None;
+    let mut moves = vec![Vec3::ZERO; given.len()];
+    for frame in (0..given.len()).rev() {
+        if given[frame].is_some() {
+            after = Some(frame);
+        }
+        let end = |at: Option<usize>| at.and_then(|at| Some((times[at], given[at]?)));
+        moves[frame] = match (end(before[frame]), end(after)) {
+            (Some((from, a)), Some((to, b))) if to - from < 2.0 * FADE_S => {
+                let part = if to > from { (times[frame] - from) / (to - from) } else { 0.0 };
+                a.lerp(b, smooth(part))
+            }
+            (a, b) => {
+                let near = |end: Option<(f32, Vec3)>| {
+                    end.map_or(Vec3::ZERO, |(time, by)| {
+                        by * (1.0 - smooth((times[frame] - time).abs() / FADE_S))
+                    })
+                };
+                near(a) + near(b)
+            }
+        };
+    }
+    moves
+}
+
+/// What a smoothed curve keeps.
+#[derive(Clone, Copy, PartialEq)]
+enum Smooth {
+    /// The mean over the time.
+    Mean,
+    /// Nothing of it is below the curve.
+    Above,
+}
+
+/// A curve without jumps.
+///
+/// - `seconds`: half the width of the window.
+fn smoothed(times: &[f32], values: &[f32], seconds: f32, smooth: Smooth) -> Vec<f32> {
+    let window = |frame: usize| {
+        let from = times.partition_point(|&time| time < times[frame] - seconds);
+        let to = times.partition_point(|&time| time <= times[frame] + seconds);
+        from..to
+    };
+    let most = |frame: usize| values[window(frame)].iter().copied().fold(f32::MIN, f32::max);
+    let high: Vec<f32> = match smooth {
+        Smooth::Mean => values.to_vec(),
+        Smooth::Above => (0..values.len()).map(most).collect(),
+    };
+    // The mean of maxima over the same window is at least each value in it.
+    let mean = |frame: usize| {
+        let window = window(frame);
+        high[window.clone()].iter().sum::<f32>() / window.len() as f32
+    };
+    (0..values.len()).map(mean).collect()
+}

@@ -1,0 +1,249 @@
+//! Recorded motions, and the ground that their clips are on.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::body::{BodyModel, Gender, Shape, Shaped};
+use uvgraft_avatar::motion::{ClipOptions, Ground, Motion, Person, Retarget, Soles, Up};
+use uvgraft_avatar::rig::Skeleton;
+use uvgraft_io::arrays;
+
+use super::body::far_from_people;
+use crate::failure::{OrBadInput, bad_input, note, warn};
+
+/// How recordings are played.
+#[derive(clap::Args)]
+pub(super) struct PlayArgs {
+    /// Ground of the animations [default: clip]
+    ///
+    /// `clip` puts feet on y = 0 where the feet of the person who moved stood, `feet` where the body's own
+    /// stand; both scale ways by leg length, keep planted feet planted, and start at the place at rest,
+    /// facing the front. `keep` leaves translations as recorded.
+    #[arg(long, value_enum, value_name = "GROUND", requires = "motion")]
+    ground: Option<GroundName>,
+    /// Axis that points up in the animations' files [default: detected from the motion]
+    #[arg(long, value_enum, value_name = "AXIS", requires = "motion")]
+    up: Option<UpName>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum GroundName {
+    /// Translations as recorded
+    Keep,
+    /// Feet stand where those of the clip's person stood
+    Clip,
+    /// Feet stand where the body's own are low and slow
+    Feet,
+}
+
+impl From<GroundName> for Ground {
+    fn from(name: GroundName) -> Self {
+        match name {
+            GroundName::Keep => Self::Keep,
+            GroundName::Clip => Self::Clip,
+            GroundName::Feet => Self::Feet,
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum UpName {
+    Y,
+    Z,
+}
+
+impl From<UpName> for Up {
+    fn from(name: UpName) -> Self {
+        match name {
+            UpName::Y => Self::Y,
+            UpName::Z => Self::Z,
+        }
+    }
+}
+
+/// Who may have moved in a recording.
+pub(super) enum Performers<'a> {
+    /// Nobody is known.
+    None,
+    /// People of a body model.
+    Of {
+        model: &'a BodyModel,
+        /// Whose shapes the model has, where its file says.
+        gender: Option<Gender>,
+        /// The body that plays the clip.
+        body: &'a Shaped<'a>,
+    },
+}
+
+/// Joints and feet of somebody, in the space of the model.
+struct Performer {
+    skeleton: Skeleton,
+    soles: Option<Soles>,
+}
+
+/// A motion of a file.
+pub(super) struct Recording {
+    path: PathBuf,
+    pub(super) motion: Motion,
+}
+
+impl Recording {
+    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+        let found = arrays::read(path).or_bad_input()?;
+        let motion = Motion::from_arrays(&found)
+            .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+        Ok(Self { path: path.to_path_buf(), motion })
+    }
+
+    /// Adds it to an avatar's clips; returns what to say about its ground.
+    pub(super) fn add(
+        &self,
+        playing: &PlayArgs,
+        fps: u16,
+        avatar: &mut Avatar,
+        performers: &Performers<'_>,
+    ) -> anyhow::Result<String> {
+        let path = self.path.display();
+        let mut ground = playing.ground.map_or(Ground::Clip, Ground::from);
+        let (person, why) = match self.person(performers) {
+            Ok(person) => (Some(person), None),
+            Err(why) => (None, Some(why).filter(|_| ground == Ground::Clip)),
+        };
+        if why.is_some() {
+            ground = Ground::Feet;
+        }
+        // As recorded means as the model has it, which does not stand on y = 0.
+        let own = match (performers, ground) {
+            (Performers::Of { body, .. }, Ground::Keep) => {
+                Some(Person { skeleton: body.skeleton(), soles: None })
+            }
+            _ => None,
+        };
+        let known = person
+            .as_ref()
+            .map(|person| Person { skeleton: &person.skeleton, soles: person.soles.as_ref() });
+        let soles = avatar.soles();
+        let options = ClipOptions {
+            fps: (fps > 0).then_some(f64::from(fps)),
+            ground,
+            up: playing.up.map(Up::from),
+            performer: known.or(own),
+            soles: soles.as_ref(),
+            ..ClipOptions::default()
+        };
+        let name = self.free_name(avatar);
+        let (clip, report) = self
+            .motion
+            .clip(&avatar.skeleton, &name, &options)
+            .map_err(|error| bad_input(format!("{path}: {error}")))?;
+        if let Some(why) = why {
+            note(format_args!("{path}: grounded by the body's own feet: {why}"));
+        }
+        if !report.missing.is_empty() {
+            let missing = report.missing.join(", ");
+            note(format_args!("{path}: the body has no {missing}; those are left out"));
+        }
+        if !report.up_is_certain {
+            let up = axis(report.up);
+            warn(format_args!(
+                "{path}: whether Y or Z points up is not clear from the motion; took {up}. Say --up y or --up z"
+            ));
+        }
+        let frames = clip.poses.len();
+        avatar.clips.push(clip);
+        Ok(format!("{name}: {}", said(&report, ground, frames)))
+    }
+
+    /// The person who moved, as a shape of the body's model; or why nobody knows.
+    fn person(&self, performers: &Performers<'_>) -> Result<Performer, String> {
+        let Performers::Of { model, gender, .. } = performers else {
+            return Err("the demo's figure is no model that could take the clip's shape".to_owned());
+        };
+        let betas = self.motion.betas().ok_or("the clip has no betas")?;
+        let (body, clip) = (model.kind(), self.motion.kind());
+        if !clip.is_some_and(|clip| clip.shares_shapes_with(body)) {
+            let clip = clip.map_or("an unknown model", |kind| kind.name());
+            return Err(format!("the clip's betas are for {clip}, the body is {}", body.name()));
+        }
+        match (self.motion.gender(), gender) {
+            (Some(clip), Some(body)) if clip != *body => {
+                let (clip, body) = (clip.name(), body.name());
+                return Err(format!(
+                    "the clip's person is of the {clip} model, the body of the {body} one"
+                ));
+            }
+            (Some(clip), None) => {
+                let clip = clip.name();
+                return Err(format!(
+                    "the clip's person is of the {clip} model, and neither the body's file nor its name says \
+                     of which gender it is"
+                ));
+            }
+            (None, Some(body)) => {
+                let body = body.name();
+                return Err(format!(
+                    "the body is of the {body} model, the clip does not say of which"
+                ));
+            }
+            _ => {}
+        }
+        if let Some(said) = far_from_people(betas) {
+            warn(format_args!("{}: betas: {said}", self.path.display()));
+        }
+        let betas = betas[..betas.len().min(model.betas())].to_vec();
+        let shaped = model.shaped(&Shape { betas, ..Shape::default() });
+        let shaped = shaped.map_err(|error| format!("its betas make no body: {error}"))?;
+        Ok(Performer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
+    }
+
+    /// The file's name, and a number where another clip has it.
+    fn free_name(&self, avatar: &Avatar) -> String {
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let taken = |name: &str| avatar.clips.iter().any(|clip| clip.name == name);
+        (1..)
+            .map(|count| if count == 1 { stem.clone() } else { format!("{stem} {count}") })
+            .find(|name| !taken(name))
+            .unwrap_or_default()
+    }
+}
+
+const fn axis(up: Up) -> &'static str {
+    match up {
+        Up::Y => "Y",
+        Up::Z => "Z",
+    }
+}
+
+/// What was done about a clip's ground, for people.
+fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
+    let mut text = match (ground, &report.grounding) {
+        (Ground::Keep, _) | (_, None) => "translations as recorded".to_owned(),
+        (_, Some(_)) if report.in_place => {
+            "feet on y = 0; the file does not say where the body was".to_owned()
+        }
+        (_, Some(done)) => {
+            let whose =
+                if ground == Ground::Clip { "the clip's person" } else { "the body's feet" };
+            let mut text = format!(
+                "by {whose}, planted feet in {} of {frames} frames, moved by {:.1} cm at most",
+                done.planted,
+                done.most_m * 100.0
+            );
+            if let Some(height) = done.ground_m.filter(|_| ground == Ground::Clip) {
+                let _ = write!(text, ", from a ground at {:.1} cm", height * 100.0);
+            }
+            text
+        }
+    };
+    if (report.scale - 1.0).abs() > 0.0005 {
+        let _ = write!(text, ", ways times {:.3}", report.scale);
+    }
+    if report.turned_deg != 0.0 {
+        let _ = write!(text, ", turned by {:.0}°", report.turned_deg);
+    }
+    if report.up == Up::Y {
+        text.push_str(", Y up");
+    }
+    text
+}

@@ -1,0 +1,285 @@
+//! Avatars that stand: bodies of every kind, with shapes and presets, as GLB and VRM, at rest and in clips;
+//! and what is said of the people who moved.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use bench::Bench;
+use uvgraft::{Channels, Mesh, Pair};
+use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
+use uvgraft_avatar::figure::motion::as_amass;
+use uvgraft_avatar::motion::{ClipOptions, Ground, Motion};
+use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
+use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_tests::walkers;
+
+/// The lowest vertex at rest, and in clips.
+const AT_REST_M: f32 = 0.001;
+const IN_CLIPS_M: f32 = 0.01;
+const WHOSE: &str = "--author Nobody --license only-author";
+const COMMAND: &str = "avatar demo.uvpair face.png --onto #c08a70 --size 16 --blend none --unit m";
+
+fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
+    arrays::save_npz(arrays, &bench.path(name)).unwrap();
+}
+
+fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
+    NumericArray::new_f32(shape.to_vec(), values).unwrap()
+}
+
+/// The figure's pair and a face of one colour.
+fn demo() -> Bench {
+    let bench = Bench::new();
+    bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
+    let figure = Figure::new();
+    let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
+    let file = PairFile {
+        pair: Pair::by_vertex_map(figure.head, figure.body, &ids).unwrap().into(),
+        source_name: "head".to_owned(),
+        target_name: "body".to_owned(),
+        note: String::new(),
+    };
+    pair_file::write(&file, &bench.path("demo.uvpair")).unwrap();
+    bench
+}
+
+/// The lowest vertex of a file's avatar.
+fn lowest(scene: &Scene, posing: &Posing) -> f32 {
+    let drawn = scene.pose(posing).unwrap();
+    let heights = drawn.iter().flat_map(|part| &part.positions).map(|place| place[1]);
+    heights.fold(f32::MAX, f32::min)
+}
+
+fn scene(bench: &Bench, name: &str) -> Scene {
+    Scene::load(&bench.path(name)).unwrap()
+}
+
+/// The figure's walk by somebody of a model, standing on the floor.
+fn walk(model: &BodyModel, layout: &Mesh, seed: u32) -> NamedArrays {
+    let figure = Figure::new().avatar();
+    let clip = figure.clips.iter().find(|clip| clip.name == "walk").unwrap();
+    let clip = walkers::forwards(clip);
+    let arrays = as_amass(&figure.skeleton, &clip);
+    let mut motion = NamedArrays::new();
+    motion.insert("poses", floats(&[arrays.frames, 156], arrays.poses));
+    motion.insert("trans", floats(&[arrays.frames, 3], arrays.trans));
+    motion.insert("mocap_framerate", floats(&[], vec![30.0]));
+    let betas = walkers::betas(seed);
+    let shape = Shape { betas: betas.clone(), ..Shape::default() };
+    let shaped = model.shaped(&shape).unwrap();
+    let avatar: Avatar = shaped.avatar(layout.clone()).unwrap().standing().unwrap();
+    let soles = avatar.soles();
+    let options =
+        ClipOptions { ground: Ground::Feet, soles: soles.as_ref(), ..ClipOptions::default() };
+    let motion = Motion::from_arrays(&motion).unwrap();
+    let (clip, _) = motion.clip(&avatar.skeleton, "walk", &options).unwrap();
+    let moved = (glam::Vec3::new(3.0, 0.05, 1.0), 0.0);
+    let mut recorded = walkers::recorded(&shaped, &avatar, &clip, moved, true);
+    recorded.insert("betas", floats(&[betas.len()], betas));
+    recorded
+}
+
+fn numbers(betas: &[f32]) -> String {
+    betas.iter().map(ToString::to_string).collect::<Vec<_>>().join(",")
+}
+
+#[test]
+fn every_body_stands_on_the_floor() {
+    let bench = demo();
+    let layout = Figure::new().body;
+    let mut lines = Vec::new();
+    for kind in [BodyKind::Smpl, BodyKind::SmplH, BodyKind::SmplX] {
+        let arrays = walkers::model(kind);
+        let model = BodyModel::from_arrays(&arrays).unwrap();
+        save(&bench, "model.npz", &arrays);
+        save(&bench, "walk.npz", &walk(&model, &layout, 1));
+        for seed in [2, 3] {
+            lines.push(format!(
+                "--body model.npz --betas {} --motion walk.npz",
+                numbers(&walkers::betas(seed))
+            ));
+        }
+        for line in lines.drain(..) {
+            stands(&bench, &line, kind.name());
+        }
+    }
+    stands(&bench, "--body demo", "figure");
+    stands(&bench, "--body demo --motion walk.npz", "figure with a motion");
+}
+
+/// Writes GLB and VRM, plain and simplified, and looks where they stand.
+fn stands(bench: &Bench, options: &str, what: &str) {
+    let presets: &[&str] = if cfg!(feature = "simplify") { &["", "--preset quest"] } else { &[""] };
+    for (preset, extension) in presets.iter().flat_map(|&preset| [(preset, "glb"), (preset, "vrm")])
+    {
+        let whose = if extension == "vrm" { WHOSE } else { "" };
+        bench.succeed(&format!("{COMMAND} {options} {preset} {whose} -o me.{extension}"));
+        let scene = scene(bench, &format!("me.{extension}"));
+        let case = format!("{what} {preset} {extension}");
+        let low = lowest(&scene, &Posing::default());
+        assert!(low.abs() < AT_REST_M, "{case}: {low}");
+        let feet = ["leftFoot", "rightFoot"]
+            .map(|bone| scene.bone(bone, &Posing::default()).unwrap().unwrap());
+        for axis in [0, 2] {
+            assert!((feet[0][axis] + feet[1][axis]).abs() < 2e-3, "{case}: {feet:?}");
+        }
+        let rest = scene.bone("hips", &Posing::default()).unwrap().unwrap();
+        for (number, clip) in scene.clips().iter().enumerate() {
+            if clip.name != "walk" {
+                continue;
+            }
+            let at = |seconds| Posing { clip: Some((number, seconds)), ..Posing::default() };
+            let first = scene.bone("hips", &at(0.0)).unwrap().unwrap();
+            let jump = [0, 2].map(|axis: usize| (first[axis] - rest[axis]).abs());
+            assert!(jump[0] < 0.05 && jump[1] < 0.05, "{case}: jumps by {jump:?}");
+            for frame in 0..20 {
+                // A foot is on the ground at any time.
+                let low = lowest(&scene, &at(frame as f32 / 30.0));
+                assert!(
+                    low.abs() < IN_CLIPS_M + if preset.is_empty() { 0.0 } else { 0.005 },
+                    "{case} frame {frame}: {low}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn vrms_show_what_glbs_show_from_a_t_pose() {
+    let bench = demo();
+    for options in ["--body demo", "--body model.npz --motion walk.npz"] {
+        if options.contains("model") {
+            let arrays = walkers::model(BodyKind::SmplX);
+            let model = BodyModel::from_arrays(&arrays).unwrap();
+            save(&bench, "walk.npz", &walk(&model, &Figure::new().body, 1));
+            save(&bench, "model.npz", &arrays);
+        }
+        bench.succeed(&format!("{COMMAND} {options} -o me.glb"));
+        bench.succeed(&format!("{COMMAND} {options} {WHOSE} -o me.vrm"));
+        let [glb, vrm] = ["me.glb", "me.vrm"].map(|name| scene(&bench, name));
+        for clip in 0..glb.clips().len() {
+            let posing = Posing { clip: Some((clip, 0.4)), ..Posing::default() };
+            let (a, b) = (glb.pose(&posing).unwrap(), vrm.pose(&posing).unwrap());
+            let (a, b) = (a[0].positions.as_flattened(), b[0].positions.as_flattened());
+            let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(a.len() == b.len() && apart < 1e-5, "{options}: {apart} m");
+        }
+        let bone = |name: &str| {
+            let place = vrm.bone(name, &Posing::default()).unwrap().unwrap();
+            glam::Vec3::from(place)
+        };
+        for (side, out) in [("left", glam::Vec3::X), ("right", glam::Vec3::NEG_X)] {
+            let aside = out + glam::Vec3::Z;
+            let mut bones = vec![
+                ("UpperArm".to_owned(), "LowerArm".to_owned(), out),
+                ("LowerArm".to_owned(), "Hand".to_owned(), out),
+                ("Hand".to_owned(), "MiddleProximal".to_owned(), out),
+                ("ThumbMetacarpal".to_owned(), "ThumbProximal".to_owned(), aside),
+                ("ThumbProximal".to_owned(), "ThumbDistal".to_owned(), aside),
+            ];
+            for finger in ["Index", "Middle", "Ring", "Little"] {
+                for [from, to] in [["Proximal", "Intermediate"], ["Intermediate", "Distal"]] {
+                    bones.push((format!("{finger}{from}"), format!("{finger}{to}"), out));
+                }
+            }
+            for (from, to, wanted) in bones {
+                let along = bone(&format!("{side}{to}")) - bone(&format!("{side}{from}"));
+                let off = along.angle_between(wanted).to_degrees();
+                assert!(off < 0.1, "{options}: {side}{from} is {off}° off");
+            }
+        }
+    }
+}
+
+#[test]
+fn people_who_are_not_known_are_told() {
+    let bench = demo();
+    let arrays = walkers::model(BodyKind::SmplH);
+    let model = BodyModel::from_arrays(&arrays).unwrap();
+    save(&bench, "model.npz", &arrays);
+    save(&bench, "SMPLH_MALE.npz", &arrays);
+    let walk = walk(&model, &Figure::new().body, 1);
+    let told = |change: &dyn Fn(&mut NamedArrays), options: &str| {
+        let mut walk = walk.clone();
+        change(&mut walk);
+        save(&bench, "walk.npz", &walk);
+        let run = bench.run(&format!("{COMMAND} {options} --motion walk.npz -o me.glb"));
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        (run.stdout, run.stderr)
+    };
+    let (stdout, stderr) = told(&|_| {}, "--body model.npz");
+    assert!(stdout.contains("walk: by the clip's person, planted feet in"), "{stdout}");
+    assert!(
+        stdout.contains("from a ground at 5.") && !stderr.contains("note: walk"),
+        "{stdout}{stderr}"
+    );
+    let by_feet = |(stdout, stderr): (String, String), why: &str| {
+        assert!(stdout.contains("walk: by the body's feet"), "{stdout}");
+        assert!(
+            stderr.contains("walk.npz: grounded by the body's own feet") && stderr.contains(why),
+            "{stderr}"
+        );
+    };
+    by_feet(told(&|walk| drop(walk.take("betas")), "--body model.npz"), "no betas");
+    let female = |walk: &mut NamedArrays| walk.insert_text("gender", "female");
+    by_feet(
+        told(&female, "--body SMPLH_MALE.npz"),
+        "of the female model, the body of the male one",
+    );
+    by_feet(told(&female, "--body model.npz"), "neither the body's file nor its name");
+    by_feet(told(&female, "--body demo"), "the demo's figure");
+    let of_smplx = |walk: &mut NamedArrays| walk.insert_text("surface_model_type", "smplx");
+    by_feet(told(&of_smplx, "--body model.npz"), "for SMPL-X, the body is SMPL-H");
+    let male = |walk: &mut NamedArrays| walk.insert_text("gender", "b'male'");
+    let (stdout, _) = told(&male, "--body SMPLH_MALE.npz");
+    assert!(stdout.contains("by the clip's person"), "{stdout}");
+    let (stdout, stderr) = told(&female, "--body model.npz --ground keep");
+    assert!(
+        stdout.contains("walk: translations as recorded") && !stderr.contains("note: walk"),
+        "{stdout}"
+    );
+    let (stdout, _) = told(&|walk| drop(walk.take("trans")), "--body model.npz");
+    assert!(stdout.contains("the file does not say where the body was"), "{stdout}");
+    // A body that no person has.
+    let (_, stderr) = told(&|_| {}, "--body model.npz --betas 0,5.5,-7");
+    assert!(stderr.contains("warning: --betas: coefficient 2 is -7"), "{stderr}");
+    let lying = |walk: &mut NamedArrays| {
+        walk.take("trans");
+        let shape = walk.get("poses").unwrap().shape().to_vec();
+        walk.insert("poses", floats(&shape, vec![0.0; shape.iter().product()]));
+    };
+    let (stdout, _) = told(&lying, "--body model.npz");
+    assert!(stdout.contains("Y up"), "{stdout}");
+    let unclear = |walk: &mut NamedArrays| {
+        lying(walk);
+        let shape = walk.get("poses").unwrap().shape().to_vec();
+        let mut poses = vec![0.0; shape.iter().product()];
+        poses.chunks_mut(shape[1]).for_each(|row| row[2] = 1.57);
+        walk.insert("poses", floats(&shape, poses));
+    };
+    let (_, stderr) = told(&unclear, "--body model.npz");
+    assert!(stderr.contains("walk.npz: whether Y or Z points up is not clear"), "{stderr}");
+    let (_, stderr) = told(&unclear, "--body model.npz --up y");
+    assert!(!stderr.contains("points up"), "{stderr}");
+    for option in ["--ground feet", "--up y"] {
+        bench.refuse(&format!("{COMMAND} --body model.npz {option} -o me.glb"), &["--motion"]);
+    }
+}
+
+#[test]
+fn what_a_model_lacks_or_has_too_much_of() {
+    let bench = demo();
+    let mut arrays = walkers::model(BodyKind::SmplH);
+    assert!(arrays.get("posedirs").is_none() && arrays.get("hands_componentsl").is_none());
+    arrays.insert("ft", floats(&[1, 3], vec![0.0; 3]));
+    arrays.insert("allow_pickle", floats(&[], vec![1.0]));
+    save(&bench, "model.npz", &arrays);
+    let command = format!("{COMMAND} --body model.npz -o me.glb");
+    let quiet = bench.run(&command);
+    assert!(quiet.code == Some(0) && !quiet.stderr.contains("ft"), "{}", quiet.stderr);
+    let told = bench.run(&format!("{command} --verbose"));
+    assert!(told.stderr.contains("note: model.npz: not used: ft, allow_pickle"), "{}", told.stderr);
+}

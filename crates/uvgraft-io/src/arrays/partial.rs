@@ -1,0 +1,300 @@
+//! Parts of large files: only the arrays that are asked for, and only the columns of them that are.
+//!
+//! The members of an NPZ are decoded as they are read, in pieces of 256 KiB, so no more of a file is in
+//! memory than what was asked for. A pickle has to be read whole.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::archive::Archive;
+use super::collect::Collector;
+use super::named::Held;
+use super::npy::{self, Content};
+use super::pieces::{decode, unreadable};
+use super::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, Unread, parse};
+use crate::input::{ReadError, read_file};
+use crate::npy::MAGIC;
+use crate::obj::shown;
+use crate::pickle;
+
+/// How much of an array is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Wanted {
+    /// None of it: its name is known and nothing else.
+    Nothing,
+    /// All of it.
+    All,
+    /// Of its last axis only these, rising and apart from each other. What lies beyond its length is
+    /// left out.
+    Columns(Vec<Range<usize>>),
+}
+
+/// A file of arrays by name, of which parts can be read.
+pub struct ArrayFile {
+    path: PathBuf,
+    content: Source,
+}
+
+enum Source {
+    Zip(Archive<BufReader<File>>),
+    /// What is left of a file that had to be read whole.
+    Whole(NamedArrays),
+}
+
+/// The longest NPY header that is read without its array.
+const MOST_HEADER: u64 = 1 << 20;
+
+impl ArrayFile {
+    /// Opens a file; the formats are those of [`parse`].
+    ///
+    /// # Errors
+    /// [`ReadError`] as [`read`](super::read).
+    pub fn open(path: &Path) -> Result<Self, ReadError<ArraysError>> {
+        let io = |reason| ReadError::Io { path: path.to_path_buf(), reason };
+        let whole = || {
+            let content = Source::Whole(read_file(path, MAX_FILE_BYTES, parse)?);
+            Ok(Self { path: path.to_path_buf(), content })
+        };
+        let mut start = [0; 2];
+        let mut file = File::open(path).map_err(io)?;
+        let told = file.metadata().map_err(io)?;
+        // A pipe cannot be read twice, and a file that is too large is refused in one place.
+        if !told.is_file() || told.len() > MAX_FILE_BYTES {
+            return whole();
+        }
+        if file.read(&mut start).map_err(io)? < 2 || start != *b"PK" {
+            return whole();
+        }
+        let archive = Archive::new(BufReader::new(file), MOST_UNPACKED_BYTES)
+            .map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })?;
+        let is_torch = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
+        if archive.names().iter().any(is_torch) {
+            return whole();
+        }
+        Ok(Self { path: path.to_path_buf(), content: Source::Zip(archive) })
+    }
+
+    /// Reads some of the arrays. Floats of 64 bits are rounded to 32. What was asked for once is gone
+    /// from files that had to be read whole.
+    ///
+    /// - `wanted`: how much of an array by its name and the lengths of its axes. Texts have no axes.
+    ///
+    /// # Errors
+    /// [`ReadError`] as [`read`](super::read); what is not asked for is not looked at.
+    pub fn read(
+        &mut self,
+        mut wanted: impl FnMut(&str, &[usize]) -> Wanted,
+    ) -> Result<NamedArrays, ReadError<ArraysError>> {
+        let found = match &mut self.content {
+            Source::Zip(archive) => from_archive(archive, &mut wanted),
+            Source::Whole(arrays) => from_memory(arrays, &mut wanted),
+        };
+        found.map_err(|reason| ReadError::Content { path: self.path.clone(), reason })
+    }
+}
+
+fn from_memory(
+    arrays: &mut NamedArrays,
+    wanted: &mut dyn FnMut(&str, &[usize]) -> Wanted,
+) -> Result<NamedArrays, ArraysError> {
+    let (mut found, mut left) = (NamedArrays::new(), NamedArrays::new());
+    for (name, held) in std::mem::take(arrays).into_entries() {
+        let how = match &held {
+            Held::Array(array) => wanted(&name, array.shape()),
+            _ => wanted(&name, &[]),
+        };
+        match (how, held) {
+            (Wanted::Nothing, held) => {
+                found.hold(name.clone(), Held::Skipped);
+                left.hold(name, held);
+            }
+            (Wanted::Columns(columns), Held::Array(array)) => {
+                let array = array.narrowed().with_columns(&columns);
+                found.hold(name.clone(), array.map_or(Held::Skipped, Held::Array));
+                left.hold(name, Held::Skipped);
+            }
+            (_, held) => {
+                let held = match held {
+                    Held::Array(array) => Held::Array(array.narrowed()),
+                    held => held,
+                };
+                found.hold(name.clone(), held);
+                left.hold(name, Held::Skipped);
+            }
+        }
+    }
+    *arrays = left;
+    Ok(found)
+}
+
+fn from_archive(
+    archive: &mut Archive<BufReader<File>>,
+    wanted: &mut dyn FnMut(&str, &[usize]) -> Wanted,
+) -> Result<NamedArrays, ArraysError> {
+    let mut collector = Collector::new(None);
+    for index in 0..archive.names().len() {
+        let file = archive.names()[index].clone();
+        let Some(name) = file.strip_suffix(".npy") else {
+            collector.leave_out(&file, "it is no .npy file".to_owned());
+            continue;
+        };
+        if collector.has(name) {
+            return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
+        }
+        let found = archive.stream(index, |entry, size| {
+            let mut header = Vec::new();
+            read_header(entry, &mut header)?;
+            let Some(described) = npy::describe(&header)? else {
+                // Texts and objects are small, and read as they always are.
+                return Ok(if wanted(name, &[]) == Wanted::Nothing {
+                    Found::Held(Held::Skipped)
+                } else {
+                    entry.read_to_end(&mut header).map_err(|error| unreadable(&error))?;
+                    Found::Bytes(header)
+                });
+            };
+            let columns = match wanted(name, &described.shape) {
+                Wanted::Nothing => return Ok(Found::Held(Held::Skipped)),
+                Wanted::All => None,
+                Wanted::Columns(columns) => Some(columns),
+            };
+            let values = size.saturating_sub(header.len() as u64);
+            if described.bytes() != usize::try_from(values).ok() {
+                return Err(described.other_size(values));
+            }
+            decode(entry, &described, columns.as_deref(), |count| collector.spend(count))
+                .map(|array| Found::Held(Held::Array(array)))
+        })?;
+        match found {
+            Ok(Found::Held(held)) => collector.hold(name, held),
+            Ok(Found::Bytes(bytes)) => match npy::read(&bytes, |count| collector.spend(count)) {
+                Ok(Content::Held(held)) => collector.hold(name, held),
+                Ok(Content::Pickle(bytes)) => match pickle::parse(bytes) {
+                    Ok(pickle) => collector.add(name, pickle.root())?,
+                    Err(reason) => collector.leave_out(name, reason.to_string()),
+                },
+                Err(unread) => collector.unread(name, unread)?,
+            },
+            Err(unread) => collector.unread(name, unread)?,
+        }
+    }
+    Ok(collector.finish())
+}
+
+enum Found {
+    Held(Held),
+    /// A whole NPY file.
+    Bytes(Vec<u8>),
+}
+
+/// Reads what comes before the numbers, magic and all.
+fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread> {
+    let mut more = |header: &mut Vec<u8>, count: u64| -> Result<(), Unread> {
+        let before = header.len() as u64;
+        let read = (&mut *entry).take(count).read_to_end(header);
+        let read = read.map_err(|error| unreadable(&error))? as u64;
+        if read < count {
+            let problem = format!(
+                "cut short: its header needs {} bytes, found {}",
+                before + count,
+                before + read
+            );
+            return Err(Unread::Broken(problem));
+        }
+        Ok(())
+    };
+    more(header, MAGIC.len() as u64 + 4)?;
+    let length = match header[MAGIC.len()..] {
+        [1, _, a, b] => u64::from(u16::from_le_bytes([a, b])),
+        [_, _, a, b] => {
+            more(header, 2)?;
+            let [.., c, d] = header[..] else { return Ok(()) };
+            u64::from(u32::from_le_bytes([a, b, c, d]))
+        }
+        _ => return Ok(()),
+    };
+    if length > MOST_HEADER {
+        let problem = format!("its header has {length} bytes, at most {MOST_HEADER} are read");
+        return Err(Unread::Broken(problem));
+    }
+    more(header, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arrays::{NumericArray, save_npz};
+
+    /// A file with a table of 64-bit floats, one of integers and a text.
+    fn file(name: &str) -> (tempfile::TempDir, PathBuf) {
+        let mut arrays = NamedArrays::new();
+        let values = (0..300_000).map(f64::from).collect();
+        arrays.insert("wide", NumericArray::new_f64(vec![500, 3, 200], values).unwrap());
+        arrays.insert("few", NumericArray::new_i64(vec![2, 2], vec![1, 2, 3, 4]).unwrap());
+        arrays.insert_text("gender", "male");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        save_npz(&arrays, &path).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_read() {
+        let (_folder, path) = file("a.npz");
+        let mut file = ArrayFile::open(&path).unwrap();
+        let mut shapes = Vec::new();
+        let some = file.read(|name, shape| {
+            shapes.push((name.to_owned(), shape.to_vec()));
+            if name == "wide" {
+                Wanted::Columns(vec![0..2, 150..151, 199..400])
+            } else {
+                Wanted::Nothing
+            }
+        });
+        let some = some.unwrap();
+        assert_eq!(shapes[0], ("wide".to_owned(), vec![500, 3, 200]));
+        let wide = some.get("wide").unwrap();
+        assert_eq!(wide.shape(), [500, 3, 4]);
+        assert_eq!(wide.f32s()[..8], [0.0, 1.0, 150.0, 199.0, 200.0, 201.0, 350.0, 399.0]);
+        assert_eq!(wide.f32s()[5999], 299_999.0);
+        assert!(some.get("few").is_none() && some.text("gender").is_none());
+        // Asked again, for the rest.
+        let rest = file.read(|name, _| if name == "wide" { Wanted::Nothing } else { Wanted::All });
+        let rest = rest.unwrap();
+        assert_eq!(rest.get("few").unwrap().integers().unwrap(), [1, 2, 3, 4]);
+        assert_eq!(rest.text("gender"), Some("male"));
+        let why = rest.require("wide").unwrap_err().to_string();
+        assert_eq!(why, "array `wide` was not read: it was not asked for");
+    }
+
+    #[test]
+    fn all_of_it_is_what_reading_the_whole_file_gives() {
+        let (_folder, path) = file("a.npz");
+        let all = ArrayFile::open(&path).unwrap().read(|_, _| Wanted::All).unwrap();
+        let whole = super::super::read(&path).unwrap();
+        for name in ["wide", "few"] {
+            let (a, b) = (all.get(name).unwrap(), whole.get(name).unwrap());
+            assert_eq!((a.shape(), a.f32s()), (b.shape(), b.f32s()), "{name}");
+        }
+    }
+
+    #[test]
+    fn damage_is_met_where_it_is_read() {
+        let (_folder, path) = file("a.npz");
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes[100_000] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let mut file = ArrayFile::open(&path).unwrap();
+        let error = file.read(|_, _| Wanted::All).unwrap_err().to_string();
+        assert!(error.contains("a.npz: array `wide.npy`"), "{error}");
+        let few =
+            |name: &str, _: &[usize]| if name == "few" { Wanted::All } else { Wanted::Nothing };
+        assert!(file.read(few).unwrap().get("few").is_some());
+        bytes.truncate(bytes.len() / 2);
+        std::fs::write(&path, &bytes).unwrap();
+        let error = ArrayFile::open(&path).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("archive: cut short or damaged"), "{error}");
+    }
+}

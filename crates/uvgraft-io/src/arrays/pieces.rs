@@ -1,0 +1,110 @@
+//! Numbers of an NPY file decoded piece by piece, and choosing columns among them.
+
+use std::io::Read;
+use std::ops::Range;
+
+use super::npy::Described;
+use super::numeric::Numbers;
+use super::{NumericArray, Unread};
+
+/// Bytes that are decoded at once.
+const PIECE: usize = 1 << 18;
+pub(super) fn unreadable(error: &std::io::Error) -> Unread {
+    Unread::Broken(error.to_string())
+}
+
+/// Decodes numbers piece by piece, and keeps those of the columns.
+pub(super) fn decode(
+    entry: &mut dyn Read,
+    described: &Described,
+    columns: Option<&[Range<usize>]>,
+    spend: impl FnOnce(usize) -> Result<(), Unread>,
+) -> Result<NumericArray, Unread> {
+    let (dtype, shape) = (described.dtype, &described.shape);
+    let count: usize = shape.iter().product();
+    let last = shape.last().copied().unwrap_or(1);
+    // Numbers of one column lie together where the first axis runs fastest: all are read then.
+    let columns = columns.map(|columns| clipped(columns, last));
+    let straight = columns.as_ref().filter(|_| !described.fortran_order && last > 0);
+    let kept: usize = straight.map_or(last, |columns| columns.iter().map(Range::len).sum());
+    let total = count.checked_div(last).map_or(0, |rows| rows * kept);
+    spend(total)?;
+    let mut numbers = Numbers::with_capacity(dtype, total);
+    // Whole rows where columns are chosen, so that each piece begins with one.
+    let row = if straight.is_some() { last * dtype.width } else { dtype.width };
+    let mut piece = vec![0; (PIECE / row).max(1) * row];
+    let mut left = count * dtype.width;
+    while left > 0 {
+        let size = left.min(piece.len());
+        let piece = &mut piece[..size];
+        entry.read_exact(piece).map_err(|error| unreadable(&error))?;
+        left -= size;
+        let rows: &[Range<usize>] = straight.map_or(&[], |columns| columns);
+        let fits = if straight.is_none() {
+            numbers.extend_decoded(dtype, piece)
+        } else {
+            piece.chunks_exact(row).all(|row| {
+                rows.iter().all(|columns| {
+                    let bytes = columns.start * dtype.width..columns.end * dtype.width;
+                    numbers.extend_decoded(dtype, &row[bytes])
+                })
+            })
+        };
+        if !fits {
+            return Err(Unread::LeftOut("an array of integers beyond 63 bits".to_owned()));
+        }
+    }
+    let mut shape = shape.clone();
+    if let (Some(_), Some(last)) = (straight, shape.last_mut()) {
+        *last = kept;
+    }
+    let disagree = || Unread::Broken("shape and numbers disagree".to_owned());
+    if described.fortran_order {
+        let array = NumericArray::new_in_fortran_order(shape, numbers).ok_or_else(disagree)?;
+        return match columns {
+            Some(columns) => array.with_columns(&columns).ok_or_else(disagree),
+            None => Ok(array),
+        };
+    }
+    NumericArray::new(shape, numbers).ok_or_else(disagree)
+}
+
+/// Columns that there are.
+fn clipped(columns: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
+    let clip = |range: &Range<usize>| range.start.min(length)..range.end.min(length);
+    columns.iter().map(clip).filter(|range| !range.is_empty()).collect()
+}
+
+impl NumericArray {
+    /// With only some of the last axis.
+    pub(super) fn with_columns(self, columns: &[Range<usize>]) -> Option<Self> {
+        fn choose<T: Copy>(values: &[T], last: usize, columns: &[Range<usize>]) -> Vec<T> {
+            let rows = values.chunks_exact(last.max(1));
+            rows.flat_map(|row| columns.iter().flat_map(|range| &row[range.clone()]))
+                .copied()
+                .collect()
+        }
+        let (mut shape, numbers) = self.into_parts();
+        let last = *shape.last()?;
+        let columns = clipped(columns, last);
+        *shape.last_mut()? = columns.iter().map(Range::len).sum();
+        let numbers = match numbers {
+            Numbers::F32(values) => Numbers::F32(choose(&values, last, &columns)),
+            Numbers::F64(values) => Numbers::F64(choose(&values, last, &columns)),
+            Numbers::I64(values) => Numbers::I64(choose(&values, last, &columns)),
+        };
+        Self::new(shape, numbers)
+    }
+
+    /// With floats of 32 bits in place of those of 64.
+    pub(super) fn narrowed(self) -> Self {
+        let (shape, numbers) = self.into_parts();
+        let numbers = match numbers {
+            Numbers::F64(values) => {
+                Numbers::F32(values.into_iter().map(|value| value as f32).collect())
+            }
+            numbers => numbers,
+        };
+        Self::from_parts(shape, numbers)
+    }
+}
