@@ -95,6 +95,7 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
         positions: vec![[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -3.0], [-1.0, 1.0, -3.0]],
         normals: vec![[0.0, 0.9, 0.45]; 4],
         uv: uv.into(),
+        more_uv: Vec::new(),
         colors: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
         material: 0,
@@ -106,7 +107,8 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
         uvgraft::Encoding::Srgb,
         uvgraft::Texels::U8(values),
     );
-    let texture_use = TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: true };
+    let texture_use =
+        TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: true, coordinates: 0 };
     let material = Material { texture: Some(texture_use), ..Material::default() };
     let camera = Perspective {
         eye: [0.0, 0.0, 3.0],
@@ -134,6 +136,7 @@ fn square(z: f32, material: usize) -> Drawn {
             .to_vec(),
         normals: vec![[0.0, 0.0, 1.0]; 4],
         uv: vec![[0.5, 0.5]; 4].into(),
+        more_uv: Vec::new(),
         colors: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
         material,

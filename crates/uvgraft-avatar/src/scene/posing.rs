@@ -29,6 +29,8 @@ pub struct Drawn {
     pub normals: Vec<[f32; 3]>,
     /// Of each vertex, in its material's texture; the origin is at the top left.
     pub uv: Arc<[[f32; 2]]>,
+    /// The same for textures with coordinates of their own.
+    pub more_uv: Vec<Arc<[[f32; 2]]>>,
     /// Of each vertex: a linear colour and opacity that multiply the material's.
     pub colors: Option<Arc<[[f32; 4]]>>,
     /// Corners, counter-clockwise where seen from the front.
@@ -71,6 +73,7 @@ impl Scene {
                     positions,
                     normals,
                     uv: Arc::clone(&primitive.uv),
+                    more_uv: primitive.more_uv.clone(),
                     colors: primitive.colors.clone(),
                     triangles,
                     material: primitive.material,
