@@ -15,13 +15,13 @@ use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
 use crate::failure::{OrBadInput, bad_input, note};
 use crate::report;
 
-/// Shows a GLB or VRM in the browser: one HTML file that works offline
+/// Shows a GLB, VRM or glTF file in the browser: one HTML file that works offline
 ///
 /// The file holds the avatar and the viewer: turn it, play its motions, choose poses, expressions and
 /// textures, and save pictures. It needs no network and no server, and sends nothing anywhere.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The avatar, a GLB or VRM
+    /// GLB, VRM or glTF file; what is compressed, or beside it, is put into the page plainly
     model: PathBuf,
     /// HTML file to write; beside the avatar if not given
     #[arg(short, long, value_name = "me.html")]
@@ -58,7 +58,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
     Outputs::new(inputs).check(&output)?;
 
-    let bytes = read(&args.model, MOST_MODEL_BYTES)?;
+    // Whole and uncompressed, so that the page needs neither files beside it nor decoders.
+    let bytes = uvgraft_avatar::scene::whole(&args.model).or_bad_input()?;
+    if bytes.len() as u64 > MOST_MODEL_BYTES {
+        let (name, found) = (args.model.display(), bytes.len());
+        return Err(bad_input(format!(
+            "{name}: it has {found} bytes uncompressed, a page holds at most {MOST_MODEL_BYTES}"
+        )));
+    }
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let in_model = || format!("cannot show {}", args.model.display());
     let model = Glb::new(&bytes).with_context(in_model).or_bad_input()?;

@@ -33,6 +33,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value};
 
+pub(crate) use self::container::pack;
 pub use self::looks::{Looks, Picture, PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmMeta};

@@ -9,6 +9,8 @@ mod floor;
 mod frame;
 mod geometry;
 mod layers;
+#[cfg(test)]
+mod material_tests;
 mod mipmap;
 mod projection;
 mod shade;

@@ -22,6 +22,8 @@ const MAX_OBJECTS: u64 = 1 << 20;
 /// A file taken apart. What it holds is still to be checked.
 pub(super) struct Container<'a> {
     pub document: Document,
+    /// What the document was read from.
+    pub json: &'a [u8],
     /// The chunk behind the JSON of a GLB.
     binary: Option<&'a [u8]>,
     /// Where files are that it names; none are read without.
@@ -43,7 +45,7 @@ impl<'a> Container<'a> {
         if let Some(name) = document.extensions_required.iter().find(|name| !is_read(name)) {
             return Err(SceneError::extension(name));
         }
-        Ok(Self { document, binary, folder })
+        Ok(Self { document, json, binary, folder })
     }
 
     /// The bytes of every buffer, at least as long as it says.

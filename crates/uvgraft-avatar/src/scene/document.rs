@@ -39,6 +39,8 @@ pub(super) struct Document {
     #[serde(default)]
     pub samplers: Vec<TextureSampler>,
     #[serde(default)]
+    pub extensions_used: Vec<String>,
+    #[serde(default)]
     pub extensions_required: Vec<String>,
     #[serde(default)]
     pub extensions: RootExtensions,

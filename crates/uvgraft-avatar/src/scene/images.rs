@@ -71,15 +71,7 @@ impl<'a> Images<'a> {
     ) -> Result<usize, SceneError> {
         let image = find(&container.document.images, number, "image", place)?;
         let place = format!("image {number}");
-        let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => {
-                container.resource(uri).map_err(|why| SceneError::content(place, why))?
-            }
-            (None, Some(view)) => Cow::Borrowed(accessors.view(view, &place)?.0),
-            (None, None) => {
-                return Err(SceneError::content(place, "it has neither a URI nor a buffer view"));
-            }
-        };
+        let bytes = bytes(image, container, accessors, &place)?;
         self.texels += size(&bytes, number)?.texels() as u64;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
         self.numbers.push(number);
@@ -107,18 +99,39 @@ pub(super) fn source(texture: &document::Texture) -> Result<Option<u32>, SceneEr
     }
 }
 
-fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
-    if bytes.starts_with(KTX2) {
-        return ktx2_size(bytes, number);
+/// An image's file.
+pub(super) fn bytes<'a>(
+    image: &document::Image,
+    container: &Container<'a>,
+    accessors: &Accessors<'a>,
+    place: &str,
+) -> Result<Cow<'a, [u8]>, SceneError> {
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => container.resource(uri).map_err(|why| SceneError::content(place, why)),
+        (None, Some(view)) => Ok(Cow::Borrowed(accessors.view(view, place)?.0)),
+        (None, None) => Err(SceneError::content(place, "it has neither a URI nor a buffer view")),
     }
-    let index = number as usize;
-    let header = image::decode_header(bytes);
-    header.map(|header| header.size).map_err(|reason| SceneError::Image { index, reason })
+}
+
+pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
+    bytes.starts_with(KTX2)
+}
+
+/// The size of any image of a file, which is refused if it alone is too large.
+pub(super) fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
+    let size = if is_ktx2(bytes) {
+        ktx2_size(bytes, number)?
+    } else {
+        let header = image::decode_header(bytes);
+        header.map_err(|reason| SceneError::Image { index: number as usize, reason })?.size
+    };
+    too_many("texels of images", size.texels() as u64, MAX_TEXELS)?;
+    Ok(size)
 }
 
 /// Any image of a file. The caller has bounded its size.
 pub(super) fn decode(bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
-    if bytes.starts_with(KTX2) {
+    if is_ktx2(bytes) {
         return ktx2_texture(bytes, number);
     }
     let index = number as usize;

@@ -10,6 +10,7 @@
 
 mod accessor;
 mod appearance;
+mod around;
 mod clip;
 mod container;
 mod document;
@@ -29,6 +30,9 @@ mod tests;
 mod transform;
 mod unpack;
 mod vrm0;
+mod whole;
+#[cfg(test)]
+mod wild_tests;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -38,6 +42,7 @@ use uvgraft_io::input::{ReadError, read_file};
 
 use self::accessor::{Accessors, find};
 pub use self::appearance::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
+pub use self::around::Around;
 pub use self::clip::Clip;
 use self::container::{Container, MAX_BYTES, too_many};
 use self::document::{Document, Expressions};
@@ -47,6 +52,7 @@ pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
 use self::transform::Affine;
 pub use self::transform::Placement;
+pub use self::whole::whole;
 
 /// Vertices and triangles of all meshes together, each counted as often as it is shown.
 const MAX_VERTICES: u64 = 1 << 24;

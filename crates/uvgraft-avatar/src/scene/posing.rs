@@ -90,9 +90,13 @@ impl Scene {
     /// # Errors
     /// As [`Scene::pose`].
     pub fn bone(&self, bone: &str, posing: &Posing) -> Result<Option<[f32; 3]>, PosingError> {
-        let Some(&node) = self.bones.get(bone) else { return Ok(None) };
+        self.bones.get(bone).map(|&node| self.place(node, posing)).transpose()
+    }
+
+    /// Where a node is in a pose.
+    pub(super) fn place(&self, node: usize, posing: &Posing) -> Result<[f32; 3], PosingError> {
         let (placements, _) = self.moved(posing)?;
-        Ok(Some(self.world(|node| placements[node])[node].shift.into()))
+        Ok(self.world(|node| placements[node])[node].shift.into())
     }
 
     /// Where each node is, from where each is relative to its parent.
@@ -229,7 +233,7 @@ impl Scene {
         Ok(())
     }
 
-    fn bone_or_node(&self, name: &str) -> Result<usize, PosingError> {
+    pub(super) fn bone_or_node(&self, name: &str) -> Result<usize, PosingError> {
         let bone = self.bones.get(name).copied();
         let bone = bone.or_else(|| self.nodes.iter().position(|node| node.name == name));
         let alike = |(bone, &node): (&String, &usize)| {
