@@ -52,6 +52,8 @@ pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
 use self::transform::Affine;
 pub use self::transform::Placement;
+#[cfg(test)]
+pub(crate) use self::transform::from_degrees as turn;
 pub use self::whole::whole;
 
 /// Vertices and triangles of all meshes together, each counted as often as it is shown.

@@ -100,7 +100,9 @@ fn roughness(
     let image = file.add_image(&png(texture, &place)?);
     let mut new = json["textures"][info.index as usize].clone();
     drop_extensions(&mut new);
-    new["extensions"].as_object_mut().map(|extensions| extensions.remove("EXT_texture_webp"));
+    if let Some(extensions) = new.get_mut("extensions").and_then(Value::as_object_mut) {
+        extensions.remove("EXT_texture_webp");
+    }
     new["source"] = push(&mut json["images"], image).into();
     Ok(Some(push(&mut json["textures"], new)))
 }
