@@ -9,7 +9,7 @@ use crate::failure::OrBadInput;
 
 /// What fills the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Shot {
+pub(crate) enum Shot {
     /// All of it
     Body,
     /// The head: by its bone, or the top seventh
@@ -18,7 +18,7 @@ pub(super) enum Shot {
 
 /// What the camera aims at.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Aim {
+pub(crate) enum Aim {
     Shot(Shot),
     /// A bone, or a node.
     Named(String),

@@ -12,7 +12,9 @@ use uvgraft::Size;
 use uvgraft_avatar::render::{Background, Look, Renderer};
 use uvgraft_avatar::scene::{Drawn, Posing, Scene};
 
-use self::camera::{Aim, Cameras, Shot};
+pub(crate) use self::camera::Aim;
+use self::camera::{Cameras, Shot};
+pub(crate) use self::options::aim;
 use self::options::{Part, Weight};
 use self::output::Output;
 use crate::failure::{OrBadInput, bad_input};

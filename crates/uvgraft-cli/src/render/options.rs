@@ -32,7 +32,7 @@ pub(super) fn part(text: &str) -> Result<Part, String> {
 }
 
 /// A bone's name, or a box by two corners.
-pub(super) fn aim(text: &str) -> Result<Aim, String> {
+pub(crate) fn aim(text: &str) -> Result<Aim, String> {
     let numbers: Result<Vec<f32>, String> = text.split(',').map(finite).collect();
     let Ok(numbers) = numbers else {
         let looks_like_a_box = text.matches(',').count() == 5;
