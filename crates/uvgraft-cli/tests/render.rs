@@ -111,7 +111,7 @@ fn wide_models_are_whole_in_the_picture() {
                  --azimuth {azimuth} {options}"
             ));
             let frames: &[&str] = match options {
-                "--turntable 2" => &["wide_0.png", "wide_1.png"],
+                "--turntable 2" => &["wide_000.png", "wide_001.png"],
                 _ => &["wide.png"],
             };
             for frame in frames {

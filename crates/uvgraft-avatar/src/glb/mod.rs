@@ -34,6 +34,9 @@ use std::borrow::Cow;
 use serde_json::{Map, Value};
 
 pub(crate) use self::container::pack;
+#[cfg(all(test, feature = "ktx2"))]
+pub(crate) use self::ktx2::encode as encode_ktx2;
+pub(crate) use self::looks::KTX2_IDENTIFIER;
 pub use self::looks::{Looks, Picture, PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmMeta};

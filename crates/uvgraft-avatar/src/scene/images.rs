@@ -10,12 +10,10 @@ use super::appearance::{TextureUse, Wrap};
 use super::container::{Container, too_many};
 use super::document;
 use super::error::SceneError;
+use crate::glb::KTX2_IDENTIFIER;
 
 /// Texels of all images together.
 const MAX_TEXELS: u64 = 1 << 28;
-
-/// How a KTX2 file starts.
-const KTX2: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Those of the file's images that are seen.
 #[derive(Default)]
@@ -114,7 +112,7 @@ pub(super) fn bytes<'a>(
 }
 
 pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
-    bytes.starts_with(KTX2)
+    bytes.starts_with(&KTX2_IDENTIFIER)
 }
 
 /// The size of any image of a file, which is refused if it alone is too large.

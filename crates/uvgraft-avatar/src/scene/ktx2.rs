@@ -14,8 +14,7 @@ use basis_universal::transcoding::{
 };
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
-/// First bytes of a file.
-pub(super) const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+use crate::glb::KTX2_IDENTIFIER;
 
 /// Bytes of a block of 4 × 4 texels.
 const UASTC_BLOCK: usize = 16;
@@ -83,7 +82,7 @@ fn cut_short() -> String {
 
 impl<'a> Ktx2<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self, String> {
-        if !bytes.starts_with(&IDENTIFIER) {
+        if !bytes.starts_with(&KTX2_IDENTIFIER) {
             return Err("it must be a KTX2 file".to_owned());
         }
         let [width, height, depth] = [word(bytes, 20)?, word(bytes, 24)?, word(bytes, 28)?];
@@ -191,28 +190,32 @@ impl<'a> Ktx2<'a> {
             offsets.push(offset as u32);
             offset += part.len();
         }
-        let mut out = Vec::with_capacity(offset);
-        let mut put = |value: u32, bytes: usize| out.extend(&value.to_le_bytes()[..bytes]);
         let size = |part: usize| parts[part].len() as u32;
-        // The mark "sB", version 0x13, the header's length, and no checksums, which nobody looks at.
-        [(0x4273, 2), (0x13, 2), (HEADER as u32, 2), (0, 2)].map(|(value, n)| put(value, n));
-        [((offset - HEADER) as u32, 4), (0, 2)].map(|(value, n)| put(value, n));
-        // Slices, one image, ETC1S, its flags, and a flat picture that is no film.
         let flags = 1 | if slices.len() > 1 { 4 } else { 0 };
-        [(slices.len() as u32, 3), (1, 3), (0, 1), (flags, 2), (0, 1), (0, 3)]
-            .map(|(value, n)| put(value, n));
-        [0; 3].map(|nothing| put(nothing, 4));
-        [(counts & 0xffff, 2), (offsets[0], 4), (size(0), 3)].map(|(value, n)| put(value, n));
-        [(counts >> 16, 2), (offsets[1], 4), (size(1), 3)].map(|(value, n)| put(value, n));
-        [offsets[2], size(2), HEADER as u32, 0, 0].map(|value| put(value, 4));
+        let header = [
+            // The mark "sB", version 0x13, the header's length, and no checksums, which nobody looks at.
+            [(0x4273, 2), (0x13, 2), (HEADER as u32, 2), (0, 2)],
+            [((offset - HEADER) as u32, 4), (0, 2), (slices.len() as u32, 3), (1, 3)],
+            // ETC1S, its flags, and a flat picture that is no film.
+            [(0, 1), (flags, 2), (0, 1), (0, 3)],
+            [(0, 4), (0, 4), (0, 4), (counts & 0xffff, 2)],
+            [(offsets[0], 4), (size(0), 3), (counts >> 16, 2), (offsets[1], 4)],
+            [(size(1), 3), (offsets[2], 4), (size(2), 4), (HEADER as u32, 4)],
+            [(0, 4), (0, 4), (0, 0), (0, 0)],
+        ];
         let [width, height] = [self.size.width, self.size.height];
         let [columns, rows] = self.blocks();
-        for (index, slice) in slices.iter().enumerate() {
+        let described = slices.iter().enumerate().flat_map(|(index, slice)| {
             // Image and level 0; whether it is opacity.
-            [(0, 3), (0, 1), (index as u32, 1)].map(|(value, n)| put(value, n));
-            [width, height, columns, rows].map(|value| put(value, 2));
-            [(offsets[3 + index], 4), (slice.len() as u32, 4), (0, 2)]
-                .map(|(value, n)| put(value, n));
+            [
+                [(0, 3), (0, 1), (index as u32, 1), (width, 2)],
+                [(height, 2), (columns, 2), (rows, 2), (offsets[3 + index], 4)],
+                [(slice.len() as u32, 4), (0, 2), (0, 0), (0, 0)],
+            ]
+        });
+        let mut out = Vec::with_capacity(offset);
+        for (value, bytes) in header.into_iter().chain(described).flatten() {
+            out.extend(&u32::to_le_bytes(value)[..bytes]);
         }
         parts.iter().for_each(|part| out.extend(*part));
         Ok(out)
@@ -230,7 +233,7 @@ mod tests {
         let texels = Texels::U8(texels.collect());
         let texture =
             Texture::new(Size::new(16, 8), Channels::Rgba, Encoding::Srgb, texels).unwrap();
-        crate::glb::ktx2_of(texture, false)
+        crate::glb::encode_ktx2(texture, false).unwrap().0
     }
 
     #[test]
