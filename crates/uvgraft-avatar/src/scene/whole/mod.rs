@@ -57,7 +57,7 @@ pub(super) fn whole_of<'a>(
     file.take_views(&mut json, &container.document, &accessors)?;
     put_accessors(&mut json, &container.document);
     each(&mut json, "meshes", |mesh| {
-        each(mesh, "primitives", |primitive| drop_extensions(primitive));
+        each(mesh, "primitives", drop_extensions);
     });
     file.put_images(&mut json, &container, &accessors)?;
     gloss::resolve(&mut json, &container, &accessors, &mut file)?;
