@@ -33,7 +33,7 @@ test: viewer
 
 # The encoder of KTX2 textures, a minute of C++ that few need.
 test-ktx2:
-	$(CARGO) test --locked -p uvgraft-avatar --features ktx2 glb::
+	$(CARGO) test --locked -p uvgraft-avatar --features ktx2 -- glb:: scene::
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.

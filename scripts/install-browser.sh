@@ -2,7 +2,8 @@
 # Installs what the browser tests need and the repository does not hold:
 #
 #   Chromium                     by Debian's apt-get, unless there is one; UVGRAFT_CHROMIUM names another
-#   target/browser/node_modules  playwright-core, gltf-validator, three and @pixiv/three-vrm from npm
+#   target/browser/node_modules  playwright-core, gltf-validator, three, @pixiv/three-vrm and
+#                                @gltf-transform/cli from npm
 #
 # Does nothing where both are there. Where something cannot be had it says what is skipped and
 # succeeds; where CI is set it fails instead.
@@ -53,7 +54,7 @@ temporary=$(mktemp -d target/browser.XXXXXX)
 trap 'rm -rf "$temporary"' EXIT
 trap 'exit 1' HUP INT TERM
 cp "$packages/package.json" "$packages/package-lock.json" "$temporary/"
-echo "install-browser: npm packages, 60 MB" >&2
+echo "install-browser: npm packages, 130 MB" >&2
 npm ci --prefix "$temporary" --silent --ignore-scripts --no-audit --no-fund >&2 ||
     skip "could not install npm packages"
 rm -rf "$folder"

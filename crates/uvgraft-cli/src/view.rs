@@ -6,22 +6,24 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft_avatar::scene::Scene;
+use uvgraft_avatar::render::Bounds;
+use uvgraft_avatar::scene::{Posing, Scene};
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
-use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
+use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
 use crate::failure::{OrBadInput, bad_input, note};
+use crate::render::{Aim, aim};
 use crate::report;
 
-/// Shows a GLB or VRM in the browser: one HTML file that works offline
+/// Shows a GLB, VRM or glTF file in the browser: one HTML file that works offline
 ///
 /// The file holds the avatar and the viewer: turn it, play its motions, choose poses, expressions and
 /// textures, and save pictures. It needs no network and no server, and sends nothing anywhere.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The avatar, a GLB or VRM
+    /// GLB, VRM or glTF file; what is compressed, or beside it, is put into the page plainly
     model: PathBuf,
     /// HTML file to write; beside the avatar if not given
     #[arg(short, long, value_name = "me.html")]
@@ -29,6 +31,10 @@ pub(crate) struct Args {
     /// A texture to choose instead of the avatar's own, PNG, JPEG or WebP; may be repeated
     #[arg(long = "texture", value_name = "FILE")]
     textures: Vec<PathBuf>,
+    /// What the camera looks at first: a bone by VRM's name (leftHand), any node by its name, or a box
+    /// by two corners in metres
+    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = aim, allow_hyphen_values = true)]
+    look_at: Option<Aim>,
     /// Write the file without opening it
     #[arg(long)]
     no_open: bool,
@@ -58,12 +64,29 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
     Outputs::new(inputs).check(&output)?;
 
-    let bytes = read(&args.model, MOST_MODEL_BYTES)?;
+    // Whole and uncompressed, so that the page needs neither files beside it nor decoders.
+    let bytes = uvgraft_avatar::scene::whole(&args.model).or_bad_input()?;
+    if bytes.len() as u64 > MOST_MODEL_BYTES {
+        let (name, found) = (args.model.display(), bytes.len());
+        return Err(bad_input(format!(
+            "{name}: it has {found} bytes uncompressed, a page holds at most {MOST_MODEL_BYTES}"
+        )));
+    }
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let in_model = || format!("cannot show {}", args.model.display());
     let model = Glb::new(&bytes).with_context(in_model).or_bad_input()?;
     // What cannot be drawn here cannot be drawn there.
-    Scene::read(&bytes).with_context(in_model).or_bad_input()?;
+    let scene = Scene::read(&bytes).with_context(in_model).or_bad_input()?;
+    let look_at = match &args.look_at {
+        Some(Aim::Named(name)) => {
+            scene.around(name, &Posing::default()).with_context(in_model).or_bad_input()?;
+            Some(LookAt::Named(name))
+        }
+        Some(Aim::Box(Bounds { low: [a, b, c], high: [d, e, f] })) => {
+            Some(LookAt::Box([*a, *b, *c, *d, *e, *f]))
+        }
+        Some(Aim::Shot(_)) | None => None,
+    };
     let files = args
         .textures
         .iter()
@@ -78,7 +101,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             Ok((name.as_str(), picture))
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let page = Page { name: &name(&args.model), model, textures };
+    let page = Page { name: &name(&args.model), model, textures, look_at };
     output::write_atomically::<io::Error>(&output, |out| page.write(&template, out))
         .with_context(|| format!("cannot write {}", output.display()))?;
 
@@ -97,7 +120,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// The page of an avatar that this program made; nothing where it was built without its viewer.
 pub(crate) fn page(name: &str, glb: &[u8]) -> anyhow::Result<Option<Vec<u8>>> {
     let Some(page) = PAGE else { return Ok(None) };
-    let page_of = Page { name, model: Glb::new(glb)?, textures: Vec::new() };
+    let page_of = Page { name, model: Glb::new(glb)?, textures: Vec::new(), look_at: None };
     let mut bytes = Vec::new();
     page_of.write(&Template::new(page)?, &mut bytes)?;
     Ok(Some(bytes))

@@ -79,6 +79,55 @@ fn the_camera_is_told_as_json() {
 }
 
 #[test]
+fn a_camera_aims_at_bones_and_boxes() {
+    let bench = bench();
+    let camera = |options: &str| -> Value {
+        let told = bench.succeed(&format!(
+            "render me.glb -o me.png --size 8 --print-camera --azimuth 0 --elevation 0 {options}"
+        ));
+        serde_json::from_str(&told).unwrap()
+    };
+    // The head moves the upper end alone.
+    assert_eq!(camera("--look-at head")["target"], json!([0.0, 2.0, 0.0]));
+    let moved = camera("--look-at head --pose head=0,0,90");
+    let x = moved["target"][0].as_f64().unwrap();
+    assert!((x + 1.0).abs() < 1e-5, "{moved}");
+    let boxed = camera("--look-at=-1,0,-1,3,1,1");
+    assert_eq!(boxed["target"], json!([1.0, 0.5, 0.0]));
+    // A box that is four times as wide as high is seen from as far as its width takes.
+    let eye = boxed["eye"][2].as_f64().unwrap();
+    assert!(eye > 2.0 / 12_f64.to_radians().tan(), "{boxed}");
+}
+
+#[test]
+fn wide_models_are_whole_in_the_picture() {
+    let bench = Bench::new();
+    let wide = Strip::new().with("/nodes/0/scale", json!([9, 1, 1]));
+    bench.write("wide.glb", wide.glb());
+    for (size, azimuth) in [("40x120", 0), ("120x40", 0), ("60x60", 50), ("40x120", 230)] {
+        for options in ["", "--look-at foot", "--turntable 2"] {
+            bench.succeed(&format!(
+                "render wide.glb -o wide.png --unlit --background #000000 --size {size} \
+                 --azimuth {azimuth} {options}"
+            ));
+            let frames: &[&str] = match options {
+                "--turntable 2" => &["wide_000.png", "wide_001.png"],
+                _ => &["wide.png"],
+            };
+            for frame in frames {
+                let picture = bench.texture(frame);
+                let Size { width, height } = picture.size();
+                let is_lit = |x: u32, y: u32| (0..3).any(|k| picture.get(x, y, k) > 0.1);
+                let rows = (0..height).any(|y| is_lit(0, y) || is_lit(width - 1, y));
+                let columns = (0..width).any(|x| is_lit(x, 0) || is_lit(x, height - 1));
+                let middle = (0..height).any(|y| is_lit(width / 2, y));
+                assert!(!rows && !columns && middle, "{size} {azimuth} {options} {frame}");
+            }
+        }
+    }
+}
+
+#[test]
 fn moving_pictures_have_their_frames() {
     let bench = bench();
     bench.succeed("render me.glb -o me.gif --turntable 5 --size 24x32");
@@ -109,8 +158,8 @@ fn what_is_no_avatar_is_refused() {
     save("nan.glb", Strip::new().with_bytes(strip::POSITIONS, 0, f32::NAN.to_le_bytes()));
     save("count.glb", Strip::new().with("/accessors/0/count", json!(1_000_000)));
     save(
-        "draco.glb",
-        Strip::new().with("/extensionsRequired", json!(["KHR_draco_mesh_compression"])),
+        "instances.glb",
+        Strip::new().with("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"])),
     );
     let mut bomb = Strip::new();
     let view = bomb.view(&strip::png(30_000, 30_000, &[]));
@@ -128,7 +177,14 @@ fn what_is_no_avatar_is_refused() {
         ("joint.glb -o a.png", &["joint.glb: node 2", "uses joint 7, skin 0 has 2"]),
         ("nan.glb -o a.png", &["nan.glb: accessor 0: element 0", "finite"]),
         ("count.glb -o a.png", &["count.glb: accessor 0", "1000000 elements"]),
-        ("draco.glb -o a.png", &["draco.glb: ", "KHR_draco_mesh_compression"]),
+        (
+            "instances.glb -o a.png",
+            &["instances.glb: ", "EXT_mesh_gpu_instancing", "gltf-transform"],
+        ),
+        ("me.glb -o a.png --look-at tail", &["me.glb: ", "no bone \"tail\"", "head"]),
+        ("me.glb -o a.png --look-at 1,2,3", &["six numbers"]),
+        ("me.glb -o a.png --look-at 1,2,3,4,5,x", &["X0,Y0,Z0"]),
+        ("me.glb -o a.png --look-at head --camera head", &["cannot be used with"]),
         ("bomb.glb -o a.png", &["bomb.glb: texels of images: 900000000"]),
         ("empty_scene.glb -o a.png", &["empty_scene.glb: it has no triangles"]),
         ("outside.gltf -o a.png", &["outside.gltf: buffer 0", "not a file beside it"]),

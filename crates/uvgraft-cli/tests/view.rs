@@ -1,8 +1,14 @@
 //! `uvgraft view`: the page it writes, and what it refuses.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
 mod bench;
+#[allow(dead_code, reason = "tests of the library use the rest")]
+#[path = "../../uvgraft-avatar/src/scene/strip.rs"]
+mod strip;
 
 use bench::Bench;
+use strip::Strip;
 use uvgraft_tests::mannequin;
 use uvgraft_viewer::PAGE;
 
@@ -41,6 +47,24 @@ fn writes_one_page_beside_the_avatar() {
 }
 
 #[test]
+fn a_page_holds_the_files_beside_a_gltf() {
+    if PAGE.is_none() {
+        return;
+    }
+    let bench = Bench::new();
+    let strip = Strip::new();
+    bench.write("strip.bin", &strip.binary);
+    let strip = strip.with("/buffers/0/uri", "strip.bin".into());
+    bench.write("me.gltf", strip.json.to_string());
+    let run = bench.run("view me.gltf --no-open --look-at head");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let page = String::from_utf8(bench.bytes("me.html")).unwrap();
+    // "glTF" and version 2 in base64, with nothing in another file.
+    assert!(page.contains(">Z2xURgIAAA") && !page.contains("strip.bin"));
+    assert!(page.contains(r#""lookAt":"head""#));
+}
+
+#[test]
 fn refuses_what_it_cannot_show() {
     if PAGE.is_none() {
         // Said visibly by the test above, which knows what happens then.
@@ -55,14 +79,16 @@ fn refuses_what_it_cannot_show() {
     bench.make_folder("folder.glb");
     bench.write("page.html", b"mine");
     let length = file.len();
-    let told = format!("its header says {length} bytes, the file has {}", length - 1);
+    let told = format!("cut short: the GLB ends at byte {length}, the file has {}", length - 1);
     for (args, wanted) in [
         ("none.glb", "none.glb: No such file"),
         ("folder.glb", "folder.glb: it is a folder"),
-        ("source.obj", "cannot show source.obj: not a GLB or VRM file"),
-        ("empty.glb", "not a GLB or VRM file"),
+        ("source.obj", "source.obj: not a glTF file"),
+        ("empty.glb", "empty.glb: not a glTF file"),
         ("cut.glb", &*told),
-        ("old.glb", "GLB version 1, wanted 2"),
+        ("old.glb", "found version 1, wanted 2"),
+        ("me.glb --look-at tail", "no bone \"tail\""),
+        ("me.glb --look-at 1,2", "six numbers"),
         ("me.glb --texture none.png", "none.png: No such file"),
         ("me.glb --texture source.obj", "source.obj: no picture, wanted .png, .jpg or .webp"),
         ("me.glb -o me.png", "me.png: a page's name ends in .html"),

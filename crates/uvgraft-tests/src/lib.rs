@@ -5,6 +5,7 @@ pub mod bodies;
 pub mod browser;
 pub mod downloads;
 pub mod fixtures;
+pub mod gltf_transform;
 pub mod independent;
 pub mod looks;
 pub mod made_up;

@@ -1,6 +1,6 @@
 // What `uvgraft view` put into the page: a JSON block of names, and blocks of base64.
 
-/// {name, textures: [{name, type}]}; the names are text of any kind.
+/// {name, textures: [{name, type}], lookAt}; names are text of any kind, `lookAt` is a name, a box or null.
 export function about() {
   return JSON.parse(document.getElementById("about-data").textContent);
 }

@@ -2,13 +2,19 @@
 
 import { Box3, Vector3 } from "three";
 
-/// {centre, width, height} of the whole figure.
+/// {centre, width, height, depth} of a box.
+export function boxed(box) {
+  const size = box.getSize(new Vector3());
+  return { centre: box.getCenter(new Vector3()), width: size.x, height: size.y, depth: size.z };
+}
+
+/// The same of the whole figure.
 export function body(root) {
   root.updateWorldMatrix(true, true);
   const box = new Box3().setFromObject(root, true);
   const size = box.getSize(new Vector3());
   // Seen from any side, it is at most this wide.
-  return { centre: box.getCenter(new Vector3()), width: Math.max(size.x, size.z), height: size.y };
+  return { ...boxed(box), width: Math.max(size.x, size.z) };
 }
 
 /// The same of the head: what is above the joint of the head, or the top of a figure without one.

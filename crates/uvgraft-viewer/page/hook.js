@@ -8,6 +8,7 @@
 // - `setExpression("happy", 0.7)`; `setTime(1.5)` or `setTime(1.5, "walk")`: seconds, paused there.
 // - `setCamera({eye: [x, y, z], target: [x, y, z], up: [0, 1, 0], fovY: 28})`: metres,
 //   degrees; what is left out stays. The camera follows the figure no more then.
+// - `lookAt("leftHand")`, by VRM's name of a bone or any node's, or `lookAt([x, y, z, x, y, z])`: a box.
 // - `setUnlit(true)`, `setBackground("#ffffff")`, `setGround(false)`, `setTexture(1)`: a texture by its
 //   number in `info().textures`, of which 0 is the file's own.
 // - `screenshot(width, height, {transparent: true})`: a data URL of a PNG.
@@ -39,6 +40,7 @@ export function fill({ viewer, wardrobe, poses, name }) {
     setExpression: (expression, weight) => viewer.setExpression(expression, weight),
     setTime: (seconds, clip) => viewer.setTime(seconds, clip),
     setCamera: (camera) => viewer.setCamera(camera),
+    lookAt: (what) => viewer.lookAt(what),
     setUnlit: (isUnlit) => viewer.setUnlit(isUnlit),
     setBackground: (background) => viewer.setBackground(background),
     setGround: (isOn) => viewer.setGround(isOn),

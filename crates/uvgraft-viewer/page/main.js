@@ -10,7 +10,7 @@ import { Viewer } from "./viewer.js";
 import { Wardrobe } from "./wardrobe.js";
 
 async function start() {
-  const { name, textures } = about();
+  const { name, textures, lookAt } = about();
   let stage;
   try {
     stage = new Stage(document.getElementById("stage"));
@@ -27,6 +27,7 @@ async function start() {
     viewer.setPose("stand");
   }
   viewer.frame("body");
+  if (lookAt) viewer.lookAt(lookAt);
   let before = performance.now();
   const tick = (now) => {
     // After a while in the background, motion goes on where it was.

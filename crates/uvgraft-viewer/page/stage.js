@@ -99,14 +99,15 @@ export class Stage {
   /// Looks at a box from the front, with some air around it, above what covers the stage's lower edge.
   ///
   /// - `covered`: how much that is, in pixels.
-  frame({ centre, width, height }, { fromAbove = 0.04, covered = 0 } = {}) {
+  frame({ centre, width, height, depth = 0 }, { fromAbove = 0.04, covered = 0 } = {}) {
     const [across, down] = this.#size();
     const free = Math.max(1 - covered / down, 0.3);
     const half = Math.tan((FIELD_OF_VIEW / 2) * (Math.PI / 180));
     // Height of what is seen at the box.
     const seen = 1.12 * Math.max(height / free, (width * down) / across);
     const target = centre.clone().add(new Vector3(0, (-seen * (1 - free)) / 2, 0));
-    const distance = seen / 2 / half;
+    // What is nearer than the middle of the box is larger, and still has to be seen.
+    const distance = seen / 2 / half + depth / 2;
     const eye = target.clone().add(new Vector3(0, fromAbove * distance, distance));
     this.setCamera({ eye: eye.toArray(), target: target.toArray(), up: [0, 1, 0], fovY: FIELD_OF_VIEW });
   }

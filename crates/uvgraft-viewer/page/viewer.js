@@ -1,6 +1,7 @@
 // The viewer without its controls: one figure on a stage, and all that can be done with it.
 
-import { Quaternion, Vector3 } from "three";
+import { Box3, Quaternion, Vector3 } from "three";
+import { around } from "./around.js";
 import { Expressions } from "./expressions.js";
 import * as frames from "./frames.js";
 import { Looks } from "./looks.js";
@@ -127,6 +128,17 @@ export class Viewer extends EventTarget {
       fromAbove: isHead ? 0 : 0.04,
       covered: this.covered,
     });
+  }
+
+  /// Aims the camera at a bone (by VRM's name), a node, or a box: [x, y, z, x, y, z] in metres.
+  lookAt(what) {
+    const { root } = this.model;
+    const box = Array.isArray(what)
+      ? new Box3().setFromPoints([new Vector3(...what.slice(0, 3)), new Vector3(...what.slice(3))])
+      : around(root, this.rig, what);
+    if (!box) throw new RangeError(`no bone ${what}, only ${[...this.rig.bones.keys()].join(", ")}`);
+    this.isFollowing = !Array.isArray(what);
+    this.stage.frame(frames.boxed(box), { fromAbove: 0, covered: this.covered });
   }
 
   /// A canvas of the picture, with the background unless it is to be transparent.

@@ -9,7 +9,7 @@ mod page;
 mod picture;
 
 pub use glb::{Glb, GlbError};
-pub use page::{Page, Template, TemplateError};
+pub use page::{LookAt, Page, Template, TemplateError};
 pub use picture::Picture;
 
 /// The page without an avatar; nothing without the feature `bundled`.

@@ -48,12 +48,27 @@ pub struct Page<'a> {
     pub model: Glb<'a>,
     /// Textures beside its own, each with a name.
     pub textures: Vec<(&'a str, Picture<'a>)>,
+    /// What the camera looks at first; all of the avatar if nothing.
+    pub look_at: Option<LookAt<'a>>,
+}
+
+/// What a camera looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LookAt<'a> {
+    /// A bone by VRM's name, or any node by its name.
+    Named(&'a str),
+    /// Two corners of a box, in metres.
+    Box([f32; 6]),
 }
 
 #[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
 struct About<'a> {
     name: &'a str,
     textures: Vec<TextureAbout<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    look_at: Option<LookAt<'a>>,
 }
 
 #[derive(Serialize)]
@@ -78,6 +93,7 @@ impl Page<'_> {
             textures: textures
                 .map(|&(name, picture)| TextureAbout { name, r#type: picture.media_type() })
                 .collect(),
+            look_at: self.look_at,
         };
         // In JSON, `<` is only ever part of a text, where it may be written by its number. Without it,
         // nothing ends the element.
@@ -113,7 +129,8 @@ mod tests {
 
     fn written(name: &str, texture: &str) -> String {
         let picture = Picture::new(b"\xff\xd8\xff").unwrap();
-        let page = Page { name, model: Glb::new(GLB).unwrap(), textures: vec![(texture, picture)] };
+        let textures = vec![(texture, picture)];
+        let page = Page { name, model: Glb::new(GLB).unwrap(), textures, look_at: None };
         let mut out = Vec::new();
         page.write(&Template::new(HTML).unwrap(), &mut out).unwrap();
         String::from_utf8(out).unwrap()
@@ -130,6 +147,13 @@ mod tests {
             "<script type=\"text/base64\" id=\"texture-data-0\">/9j/</script>\n<p>end",
         );
         assert_eq!(written("me.glb", "a.jpg"), wanted);
+    }
+
+    #[test]
+    fn a_camera_is_told_by_name_or_box() {
+        let told = |look_at| serde_json::to_string(&look_at).unwrap();
+        assert_eq!(told(LookAt::Named("leftHand")), r#""leftHand""#);
+        assert_eq!(told(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])), "[0.0,1.0,0.0,1.0,2.0,0.5]");
     }
 
     #[test]

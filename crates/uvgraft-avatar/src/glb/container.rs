@@ -12,7 +12,7 @@ const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
 /// Puts a file together.
-pub(super) fn pack(json: &[u8], binary: &[u8]) -> Result<Vec<u8>, GlbError> {
+pub(crate) fn pack(json: &[u8], binary: &[u8]) -> Result<Vec<u8>, GlbError> {
     let (json_length, binary_length) =
         (json.len().next_multiple_of(4), binary.len().next_multiple_of(4));
     let length = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + json_length + binary_length;

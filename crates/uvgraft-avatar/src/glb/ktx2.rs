@@ -15,7 +15,7 @@ use super::uastc::{self, Level};
 ///
 /// # Errors
 /// [`PictureError`] for a side above 16384, or if memory does not suffice.
-pub(super) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
+pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
     let Size { width, height } = texture.size();
     if width.max(height) > uastc::MAX_SIDE {
         return Err(PictureError::Ktx2 { problem: "has at most 16384 texels on a side" });

@@ -229,7 +229,7 @@ fn is_opaque(texture: &Texture) -> bool {
     }
 }
 
-pub(super) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+pub(crate) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Source: Khronos Group, "KTX File Format Specification", version 2.0, and `KHR_texture_basisu`.
 fn ktx2_size(bytes: &[u8]) -> Result<Size, PictureError> {

@@ -31,6 +31,10 @@ mod tests;
 
 use serde_json::{Map, Value};
 
+pub(crate) use self::container::pack;
+#[cfg(all(test, feature = "ktx2"))]
+pub(crate) use self::ktx2::encode as encode_ktx2;
+pub(crate) use self::looks::KTX2_IDENTIFIER;
 pub use self::looks::{Looks, Picture, PictureError, PictureFormat};
 pub(crate) use self::skin::written as written_skin;
 pub use self::t_pose::t_pose;

@@ -9,8 +9,9 @@ use super::geometry::Geometry;
 use super::layers::Layers;
 use super::mipmap::{Footprint, Mipmap};
 use super::projection::{Projected, project, weights};
-use super::shade::{Lights, backdrop};
-use super::surface::Surface;
+use super::shade::{Lights, Paint, backdrop};
+use super::surface::{Lookup, Surface};
+use super::tangents::{Tangent, bumped, tangents};
 use super::visibility::{BAND, DepthBuffer, EMPTY, bands};
 use super::{Background, Look};
 use crate::scene::Alpha;
@@ -22,6 +23,8 @@ pub(super) struct Frame<'a> {
     mipmaps: &'a [Mipmap],
     geometry: Geometry,
     homogeneous: Vec<Homogeneous>,
+    /// Empty without normal maps.
+    tangents: Vec<Tangent>,
     camera: Camera,
     look: Look,
     size: Size,
@@ -87,11 +90,13 @@ impl<'a> Frame<'a> {
             Light::new(&camera, &geometry, casts, &opaque, look.floor, size)
         });
         let bands = bands(&translucent, fine.height);
+        let tangents = if look.lit { tangents(&geometry, surfaces) } else { Vec::new() };
         Self {
             surfaces,
             mipmaps,
             geometry,
             homogeneous,
+            tangents,
             camera,
             look,
             size,
@@ -221,12 +226,18 @@ impl<'a> Frame<'a> {
         };
         let [r, g, b, a] = point.color(&self.geometry, surface, self.mipmaps);
         let albedo = [r, g, b];
+        let footprint = |coordinates| point.footprint(&self.geometry, coordinates);
+        let lookup = Lookup { mipmaps: self.mipmaps, footprint: &footprint };
         let alpha = if surface.alpha == Alpha::Blend { a.clamp(0.0, 1.0) } else { 1.0 };
         let [r, g, b] = match &self.light {
             Some(light) if !surface.unlit => {
                 let position = point.mixed(corners.vertices, &self.geometry.positions);
                 let towards = self.camera.towards_from(position);
                 let mut normal = point.mixed(corners.vertices, &self.geometry.normals);
+                if let Some(bump) = surface.bump(&lookup) {
+                    let tangent = point.tangent(corners.vertices, &self.tangents);
+                    normal = bumped(bump, normal.normalized(), tangent);
+                }
                 // The mean of the corners' normals knows of the side that is meant as the front.
                 if self.geometry.normal_of(face as usize).dot(towards) < 0.0 {
                     normal = -normal;
@@ -236,7 +247,12 @@ impl<'a> Frame<'a> {
                     normal = (normal - towards * (1.02 * normal.dot(towards))).normalized();
                 }
                 let open = light.occlusion[(y * self.size.width + x) as usize];
-                light.lights.shade(surface.finish, albedo, position, normal, towards, open)
+                let open = open * surface.openness(&lookup);
+                let glint = surface.glint(&lookup);
+                let paint = Paint { finish: surface.finish, albedo, glint };
+                let shaded = light.lights.shade(&paint, position, normal, towards, open);
+                let glow = surface.glow(&lookup);
+                [0, 1, 2].map(|k| shaded[k] + glow[k])
             }
             _ => albedo,
         };
@@ -335,10 +351,16 @@ impl Point {
         a * self.weights[0] + b * self.weights[1] + c * self.weights[2]
     }
 
-    /// Linear colour and opacity of a surface here.
-    fn color(&self, geometry: &Geometry, surface: &Surface, mipmaps: &[Mipmap]) -> [f32; 4] {
-        let face = geometry.faces[self.face as usize];
-        let corners = face.uv.map(|index| geometry.uv[index as usize]);
+    fn tangent(&self, vertices: [u32; 3], tangents: &[Tangent]) -> Tangent {
+        let [a, b, c] = vertices.map(|vertex| tangents[vertex as usize]);
+        let weights = self.weights;
+        // Sides do not mix: where they differ, a triangle takes its first corner's.
+        (a.0 * weights[0] + b.0 * weights[1] + c.0 * weights[2], a.1)
+    }
+
+    /// The part of a texture that is seen here.
+    fn footprint(&self, geometry: &Geometry, coordinates: usize) -> Footprint {
+        let corners = geometry.corner_uv(self.face as usize, coordinates);
         let uv = |weights: [f32; 3]| {
             [0, 1].map(|k| (0..3).map(|corner| weights[corner] * corners[corner][k]).sum::<f32>())
         };
@@ -347,9 +369,15 @@ impl Point {
             let there = uv(weights);
             [there[0] - here[0], there[1] - here[1]]
         });
-        let footprint = Footprint { uv: here, along_x: along[0], along_y: along[1] };
-        let mut color = surface.albedo(mipmaps, &footprint);
+        Footprint { uv: here, along_x: along[0], along_y: along[1] }
+    }
+
+    /// Linear colour and opacity of a surface here.
+    fn color(&self, geometry: &Geometry, surface: &Surface, mipmaps: &[Mipmap]) -> [f32; 4] {
+        let footprint = |coordinates| self.footprint(geometry, coordinates);
+        let mut color = surface.albedo(&Lookup { mipmaps, footprint: &footprint });
         if !geometry.colors.is_empty() {
+            let face = geometry.faces[self.face as usize];
             let corners = face.vertices.map(|vertex| geometry.colors[vertex as usize]);
             for (k, value) in color.iter_mut().enumerate() {
                 *value *= (0..3).map(|at| self.weights[at] * corners[at][k]).sum::<f32>();

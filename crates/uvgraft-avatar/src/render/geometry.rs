@@ -14,6 +14,8 @@ pub(crate) struct Geometry {
     /// Empty, or one for each position.
     pub colors: Vec<[f32; 4]>,
     pub uv: Vec<[f32; 2]>,
+    /// Further coordinates, each as long as `uv`.
+    pub more_uv: Vec<Vec<[f32; 2]>>,
     pub faces: Vec<Face>,
 }
 
@@ -33,6 +35,7 @@ impl Geometry {
             normals: vertex_normals(mesh.positions(), mesh.faces()),
             colors: Vec::new(),
             uv: mesh.uv().to_vec(),
+            more_uv: Vec::new(),
             faces: faces
                 .map(|((&vertices, &uv), &surface)| Face { vertices, uv, surface })
                 .collect(),
@@ -41,14 +44,22 @@ impl Geometry {
 
     /// What a scene shows. Triangles with a corner that is no place, or of no surface, are left out.
     pub fn of_drawn(drawn: &[Drawn], surfaces: &[Surface]) -> Self {
-        let mut all = Self::default();
+        let sets = drawn.iter().map(|piece| piece.more_uv.len()).max().unwrap_or(0);
+        let mut all = Self { more_uv: vec![Vec::new(); sets], ..Self::default() };
         let colored = drawn.iter().any(|piece| piece.colors.is_some());
         for piece in drawn {
             let (first, count) = (all.positions.len() as u32, piece.positions.len());
             all.positions.extend(piece.positions.iter().map(|&p| Vec3::from(p)));
             let normals = piece.normals.iter().map(|&n| Vec3::from(n));
             all.normals.extend(normals.chain(std::iter::repeat(Vec3::default())).take(count));
-            all.uv.extend(piece.uv.iter().copied().chain(std::iter::repeat([0.0; 2])).take(count));
+            let filled = |uv: &[[f32; 2]]| {
+                let uv = uv.iter().copied().chain(std::iter::repeat([0.0; 2])).take(count);
+                uv.collect::<Vec<_>>()
+            };
+            all.uv.extend(filled(&piece.uv));
+            for (set, all) in all.more_uv.iter_mut().enumerate() {
+                all.extend(filled(piece.more_uv.get(set).map_or(&[][..], |uv| uv)));
+            }
             if colored {
                 let colors = piece.colors.as_deref().unwrap_or_default().iter().copied();
                 all.colors.extend(colors.chain(std::iter::repeat([1.0; 4])).take(count));
@@ -69,6 +80,13 @@ impl Geometry {
             }
         }
         all
+    }
+
+    /// Texture coordinates of a triangle's corners: its first ones, or others by their number.
+    pub fn corner_uv(&self, face: usize, coordinates: usize) -> [[f32; 2]; 3] {
+        let more = coordinates.checked_sub(1).and_then(|set| self.more_uv.get(set));
+        let uv = more.unwrap_or(&self.uv);
+        self.faces[face].uv.map(|index| uv[index as usize])
     }
 
     pub fn corners(&self, face: usize) -> [Vec3; 3] {

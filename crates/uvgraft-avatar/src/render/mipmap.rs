@@ -38,15 +38,31 @@ const MOST_TAPS: f32 = 8.0;
 const STEPS: usize = 1 << 13;
 
 impl Mipmap {
+    /// Of a picture: what is between texels is mixed as light.
     pub fn new(texture: &Texture) -> Self {
-        let linear: Vec<f32> =
-            (0..=255_u8).map(|value| linear_from_srgb(value.to_unit())).collect();
-        let encode = |step: usize| u8::from_unit(srgb_from_linear(step as f32 / STEPS as f32));
+        Self::by(texture, rgba(texture), linear_from_srgb, srgb_from_linear)
+    }
+
+    /// Of numbers, such as normals: they are mixed as they stand, whatever opacity the texture has.
+    pub fn of_data(texture: &Texture) -> Self {
+        let mut texels = rgba(&texture.clone().with_encoding(Encoding::Data));
+        texels.iter_mut().for_each(|texel| texel[3] = 255);
+        Self::by(texture, texels, |value| value, |value| value)
+    }
+
+    fn by(
+        texture: &Texture,
+        texels: Vec<[u8; 4]>,
+        decode: fn(f32) -> f32,
+        encode: fn(f32) -> f32,
+    ) -> Self {
+        let linear: Vec<f32> = (0..=255_u8).map(|value| decode(value.to_unit())).collect();
+        let encode = |step: usize| u8::from_unit(encode(step as f32 / STEPS as f32));
         let encoded: Vec<u8> = (0..=STEPS).map(encode).collect();
         let mut levels = vec![Level {
             width: texture.size().width as usize,
             height: texture.size().height as usize,
-            texels: rgba(texture),
+            texels,
         }];
         while let Some(smaller) = levels.last().and_then(|last| last.halved(&linear, &encoded)) {
             levels.push(smaller);
@@ -222,7 +238,8 @@ mod tests {
 
     use super::*;
 
-    const PLAIN: TextureUse = TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: false };
+    const PLAIN: TextureUse =
+        TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: false, coordinates: 0 };
 
     fn grey(size: Size, values: &[u8]) -> Mipmap {
         let texels = Texels::U8(values.to_vec());

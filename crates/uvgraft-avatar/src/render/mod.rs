@@ -9,10 +9,13 @@ mod floor;
 mod frame;
 mod geometry;
 mod layers;
+#[cfg(test)]
+mod material_tests;
 mod mipmap;
 mod projection;
 mod shade;
 mod surface;
+mod tangents;
 #[cfg(test)]
 mod tests;
 mod visibility;
@@ -24,7 +27,7 @@ pub use self::camera::{Bounds, Perspective};
 use self::frame::Frame;
 use self::geometry::Geometry;
 use self::mipmap::Mipmap;
-use self::surface::Surface;
+use self::surface::{Needed, Role, Surface};
 use crate::scene::{Drawn, Material, Scene};
 
 /// From where a mesh is seen. Angles are in degrees, lengths in the mesh's unit.
@@ -133,10 +136,14 @@ impl Renderer {
     ///
     /// - `materials`: refer to `textures` by their numbers.
     pub fn new(materials: &[Material], textures: &[Texture]) -> Self {
-        Self {
-            surfaces: materials.iter().map(|m| Surface::new(m, textures.len())).collect(),
-            mipmaps: textures.iter().map(Mipmap::new).collect(),
-        }
+        let mut needed = Needed::default();
+        let surface = |material| Surface::new(material, textures.len(), &mut needed);
+        let surfaces = materials.iter().map(surface).collect();
+        let mipmap = |(texture, role): (usize, Role)| match role {
+            Role::Color => Mipmap::new(&textures[texture]),
+            Role::Data => Mipmap::of_data(&textures[texture]),
+        };
+        Self { surfaces, mipmaps: needed.0.into_iter().map(mipmap).collect() }
     }
 
     /// For everything in a scene.

@@ -50,6 +50,43 @@ impl Finish {
     }
 }
 
+/// Highlights that a file describes, as Blinn and Phong do.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Glint {
+    color: [f32; 3],
+    sharpness: f32,
+}
+
+impl Glint {
+    /// - `color`: linear, of light that is mirrored straight on.
+    /// - `glossiness`: from 0 to 1; the roughness is what is missing to 1, squared.
+    pub fn new(color: [f32; 3], glossiness: f32) -> Self {
+        let roughness = (1.0 - glossiness.clamp(0.0, 1.0)).powi(2);
+        // Where both have the same width; mirrors show lights that have some size.
+        let sharpness = 2.0 / (roughness * roughness).max(1e-3) - 2.0;
+        Self { color: color.map(|value| value.clamp(0.0, 1.0)), sharpness: sharpness.max(1.0) }
+    }
+
+    /// What is left of light for the surface's own colour.
+    fn rest(&self) -> f32 {
+        1.0 - self.color.iter().fold(0.0, |most: f32, &value| most.max(value))
+    }
+
+    /// The part of a light that is mirrored to where the half-way vector is seen from.
+    fn peak(&self, facing_half: f32) -> f32 {
+        (self.sharpness + 2.0) / 8.0 * facing_half.max(0.0).powf(self.sharpness)
+    }
+}
+
+/// A surface's own colour, and what it mirrors.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Paint {
+    pub finish: Finish,
+    pub albedo: [f32; 3],
+    /// In place of the finish's highlights.
+    pub glint: Option<Glint>,
+}
+
 /// What stands beside the camera, and the shadows of its brightest light.
 #[derive(Debug)]
 pub(crate) struct Lights {
@@ -103,8 +140,7 @@ impl Lights {
     /// - `open`: the share of the sky that is not hidden by what is near.
     pub fn shade(
         &self,
-        finish: Finish,
-        albedo: [f32; 3],
+        paint: &Paint,
         position: Vec3,
         normal: Vec3,
         towards: Vec3,
@@ -115,6 +151,7 @@ impl Lights {
         const RIM: [f32; 3] = [0.55, 0.58, 0.66];
         const SKY: [f32; 3] = [0.36, 0.38, 0.42];
         const GROUND: [f32; 3] = [0.23, 0.19, 0.17];
+        let Paint { finish, albedo, glint: mirrored } = *paint;
         // Where the light only grazes, a cast shadow would draw a hard edge into the soft one.
         let grazing = smoothstep(0.35, -0.1, normal.dot(self.key));
         let lit = self.lit(position, normal);
@@ -124,6 +161,15 @@ impl Lights {
         let mut glint = strength * normal.dot(half).max(0.0).powf(sharpness) * lit;
         let facing = normal.dot(towards).max(0.0);
         glint += 0.25 * strength * (1.0 - facing).powi(3) * open;
+        let own = mirrored.map_or(1.0, |glint| glint.rest());
+        let peak = mirrored.map_or(0.0, |glint| {
+            glint.peak(normal.dot(half)) * normal.dot(self.key).max(0.0) * lit
+        });
+        if mirrored.is_some() {
+            glint = 0.0;
+        }
+        // The sky's share of what is mirrored.
+        let above = 0.5 + 0.5 * (normal * (2.0 * normal.dot(towards)) - towards).y;
         let up = 0.5 + 0.5 * normal.y;
         let rim = normal.dot(self.rim).max(0.0) * (1.0 - facing).powi(2);
         let wrap = finish.wrap();
@@ -137,7 +183,9 @@ impl Lights {
                 + (GROUND[k] + (SKY[k] - GROUND[k]) * up) * shade * open
                 + RIM[k] * rim * open;
             let tint = if finish == Finish::Hair { 0.35 + 3.5 * albedo[k] } else { 1.0 };
-            soft(albedo[k] * light * 1.08 + glint * KEY[k] * tint)
+            let around = (GROUND[k] + (SKY[k] - GROUND[k]) * above) * shade * open;
+            let mirrored = mirrored.map_or(0.0, |glint| glint.color[k] * (KEY[k] * peak + around));
+            soft(albedo[k] * own * light * 1.08 + glint * KEY[k] * tint + mirrored)
         })
     }
 

@@ -34,7 +34,7 @@ fn strip() -> Scene {
 }
 
 /// From straight ahead: heights 0 to 2 fill the picture at the distance of the strip.
-fn ahead() -> Perspective {
+pub(super) fn ahead() -> Perspective {
     let (eye, target, up) = ([0.0, 1.0, 4.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]);
     let fov_y = 2.0 * 0.25_f32.atan().to_degrees();
     Perspective { eye, target, up, fov_y, near: 0.1, far: 100.0 }
@@ -44,7 +44,7 @@ fn unlit(background: Background) -> Look {
     Look { lit: false, background, ..Look::default() }
 }
 
-fn texel(picture: &Texture, x: u32, y: u32) -> Vec<u8> {
+pub(super) fn texel(picture: &Texture, x: u32, y: u32) -> Vec<u8> {
     let count = picture.channels().count();
     (0..count).map(|k| (picture.get(x, y, k) * 255.0).round() as u8).collect()
 }
@@ -95,6 +95,7 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
         positions: vec![[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -3.0], [-1.0, 1.0, -3.0]],
         normals: vec![[0.0, 0.9, 0.45]; 4],
         uv: uv.into(),
+        more_uv: Vec::new(),
         colors: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
         material: 0,
@@ -106,7 +107,8 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
         uvgraft::Encoding::Srgb,
         uvgraft::Texels::U8(values),
     );
-    let texture_use = TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: true };
+    let texture_use =
+        TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: true, coordinates: 0 };
     let material = Material { texture: Some(texture_use), ..Material::default() };
     let camera = Perspective {
         eye: [0.0, 0.0, 3.0],
@@ -127,13 +129,14 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
 }
 
 /// A square at a depth, of one colour.
-fn square(z: f32, material: usize) -> Drawn {
+pub(super) fn square(z: f32, material: usize) -> Drawn {
     Drawn {
         positions: [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]]
             .map(|[x, y]| [x, y, z])
             .to_vec(),
         normals: vec![[0.0, 0.0, 1.0]; 4],
         uv: vec![[0.5, 0.5]; 4].into(),
+        more_uv: Vec::new(),
         colors: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
         material,

@@ -1,17 +1,12 @@
 //! Materials and their textures: what a surface looks like.
 
-use std::borrow::Cow;
-
 use uvgraft::Texture;
-use uvgraft_io::image;
 
-use super::accessor::{Accessors, find};
-use super::container::{Container, too_many};
-use super::document;
+use super::accessor::Accessors;
+use super::container::Container;
+use super::document::{self, TextureInfo};
 use super::error::SceneError;
-
-/// Texels of all images together.
-const MAX_TEXELS: u64 = 1 << 28;
+use super::images::Images;
 
 /// How a surface looks: the part of glTF's materials that is drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +17,16 @@ pub struct Material {
     pub color: [f32; 4],
     /// What is spread over the surface.
     pub texture: Option<TextureUse>,
+    /// Linear light that it gives off by itself, which its texture is multiplied with. May be above 1.
+    pub emissive: [f32; 3],
+    /// Where it gives off light, and of which colour.
+    pub emissive_texture: Option<TextureUse>,
+    /// Normals in tangent space: X along U, Y against V, Z out of the surface, each -1 to 1 as 0 to 1.
+    pub normal: Option<Scaled>,
+    /// How much of the sky reaches the surface, in the red channel.
+    pub occlusion: Option<Scaled>,
+    /// Highlights, where the file tells them by colour and sharpness.
+    pub gloss: Option<Gloss>,
     /// What opacity means.
     pub alpha: Alpha,
     /// Whether it is seen from behind too.
@@ -36,11 +41,36 @@ impl Default for Material {
             name: String::new(),
             color: [1.0; 4],
             texture: None,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            normal: None,
+            occlusion: None,
+            gloss: None,
             alpha: Alpha::Opaque,
             double_sided: false,
             unlit: false,
         }
     }
+}
+
+/// A texture of numbers, and how much of it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaled {
+    /// The texture.
+    pub texture: TextureUse,
+    /// Multiplies a normal's X and Y, or is the share of an occlusion.
+    pub scale: f32,
+}
+
+/// How a surface mirrors light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gloss {
+    /// Linear colour of what is mirrored straight on; what it takes is missing from the surface's own.
+    pub specular: [f32; 3],
+    /// From 0, rough, to 1, a mirror.
+    pub glossiness: f32,
+    /// Multiplies both: the colour and, as opacity, the glossiness.
+    pub texture: Option<TextureUse>,
 }
 
 /// A texture and how it goes on beyond its edges.
@@ -52,6 +82,8 @@ pub struct TextureUse {
     pub wrap: [Wrap; 2],
     /// Whether enlarged texels are squares.
     pub nearest: bool,
+    /// Which of the vertices' texture coordinates: 0 for `Drawn::uv`, others for `Drawn::more_uv`.
+    pub coordinates: usize,
 }
 
 /// How a texture goes on beyond its edges.
@@ -77,14 +109,28 @@ pub enum Alpha {
     Blend,
 }
 
-/// Where a material has its texture coordinates.
-#[derive(Debug, Clone, Copy, Default)]
+/// Where a texture has its coordinates.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct UvSource {
     pub set: u32,
     transform: Option<document::TextureTransform>,
 }
 
 impl UvSource {
+    fn of(info: &TextureInfo, place: &str) -> Result<Self, SceneError> {
+        let transform = info.extensions.transform;
+        if let Some(transform) = transform {
+            let [a, b] = transform.offset;
+            let [c, d] = transform.scale.unwrap_or([1.0; 2]);
+            if ![a, b, c, d, transform.rotation].iter().all(|value| value.is_finite()) {
+                let reason = "its texture's transform is infinite, wanted finite numbers";
+                return Err(SceneError::content(place, reason));
+            }
+        }
+        let set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
+        Ok(Self { set, transform })
+    }
+
     /// # Source
     /// Khronos, "KHR_texture_transform": scaled, then turned, then moved.
     pub fn transform(&self, uv: &mut [[f32; 2]]) {
@@ -101,148 +147,126 @@ impl UvSource {
 /// Materials, one more than the file has: the last is for what has none.
 pub(super) struct Appearance {
     pub materials: Vec<Material>,
-    pub uv_sources: Vec<UvSource>,
+    /// Of each material: what its textures name by [`TextureUse::coordinates`], one at least.
+    pub uv_sources: Vec<Vec<UvSource>>,
     pub textures: Vec<Texture>,
 }
 
-pub(super) fn appearance(
-    container: &Container<'_>,
-    accessors: &Accessors<'_>,
+pub(super) fn appearance<'c>(
+    container: &Container<'c>,
+    accessors: &Accessors<'c>,
 ) -> Result<Appearance, SceneError> {
-    let document = &container.document;
-    let mut images = Images { numbers: Vec::new(), encoded: Vec::new(), texels: 0 };
+    let mut images = Images::default();
     let (mut materials, mut uv_sources) = (Vec::new(), Vec::new());
-    for (index, material) in document.materials.iter().enumerate() {
+    for (index, material) in container.document.materials.iter().enumerate() {
         let place = format!("material {index}");
-        let pbr = &material.pbr_metallic_roughness;
-        let color = pbr.base_color_factor.unwrap_or([1.0; 4]);
-        let cutoff = material.alpha_cutoff.unwrap_or(0.5);
-        if !color.iter().chain([&cutoff]).all(|value| value.is_finite()) {
-            return Err(SceneError::content(place, "a number is infinite, wanted finite ones"));
-        }
-        let mut uv_source = UvSource::default();
-        let mut texture = None;
-        if let Some(info) = &pbr.base_color_texture {
-            uv_source.set = info.tex_coord;
-            uv_source.transform = info.extensions.transform;
-            if let Some(transform) = info.extensions.transform {
-                uv_source.set = transform.tex_coord.unwrap_or(info.tex_coord);
-                let [a, b] = transform.offset;
-                let [c, d] = transform.scale.unwrap_or([1.0; 2]);
-                if ![a, b, c, d, transform.rotation].iter().all(|value| value.is_finite()) {
-                    let reason = "its texture's transform is infinite, wanted finite numbers";
-                    return Err(SceneError::content(place, reason));
-                }
-            }
-            texture = images.use_of(info.index, &place, container, accessors)?;
-        }
-        let alpha = match material.alpha_mode.as_deref() {
-            None | Some("OPAQUE") => Alpha::Opaque,
-            Some("MASK") => Alpha::Mask(cutoff),
-            Some("BLEND") => Alpha::Blend,
-            Some(other) => {
-                let reason =
-                    format!("found the alpha mode {other:?}, wanted OPAQUE, MASK or BLEND");
-                return Err(SceneError::content(place, reason));
-            }
-        };
-        materials.push(Material {
-            name: material.name.clone().unwrap_or_default(),
-            color,
-            texture,
-            alpha,
-            double_sided: material.double_sided,
-            unlit: material.extensions.unlit.is_some(),
-        });
-        uv_sources.push(uv_source);
+        let mut textures =
+            MaterialTextures { container, accessors, images: &mut images, place, sources: vec![] };
+        materials.push(read(material, &mut textures)?);
+        let mut sources = textures.sources;
+        sources.resize_with(sources.len().max(1), UvSource::default);
+        uv_sources.push(sources);
     }
     materials.push(Material::default());
-    uv_sources.push(UvSource::default());
+    uv_sources.push(vec![UvSource::default()]);
     Ok(Appearance { materials, uv_sources, textures: images.decode()? })
 }
 
-/// Those of the file's images that are seen.
-struct Images<'a> {
-    /// Their numbers in the file.
-    numbers: Vec<u32>,
-    encoded: Vec<Cow<'a, [u8]>>,
-    texels: u64,
+fn read(
+    material: &document::Material,
+    textures: &mut MaterialTextures<'_, '_>,
+) -> Result<Material, SceneError> {
+    let (pbr, extensions) = (&material.pbr_metallic_roughness, &material.extensions);
+    let older = extensions.specular_glossiness.as_ref();
+    let (color, texture) = match older {
+        Some(older) => (older.diffuse_factor, &older.diffuse_texture),
+        None => (pbr.base_color_factor, &pbr.base_color_texture),
+    };
+    let color = color.unwrap_or([1.0; 4]);
+    let strength = extensions.emissive_strength.as_ref().and_then(|told| told.emissive_strength);
+    let strength = strength.unwrap_or(1.0);
+    let emissive = material.emissive_factor.unwrap_or_default().map(|value| value * strength);
+    let cutoff = material.alpha_cutoff.unwrap_or(0.5);
+    textures.finite(&[&color[..], &emissive, &[cutoff]].concat())?;
+    // The first one's coordinates come first.
+    let texture = textures.used(texture.as_ref())?;
+    Ok(Material {
+        name: material.name.clone().unwrap_or_default(),
+        color,
+        texture,
+        emissive,
+        emissive_texture: textures.used(material.emissive_texture.as_ref())?,
+        normal: textures.scaled(material.normal_texture.as_ref(), |info| info.scale)?,
+        occlusion: textures.scaled(material.occlusion_texture.as_ref(), |info| info.strength)?,
+        gloss: older.map(|older| gloss(older, textures)).transpose()?,
+        alpha: alpha(material, cutoff, &textures.place)?,
+        double_sided: material.double_sided,
+        unlit: extensions.unlit.is_some(),
+    })
 }
 
-impl<'a> Images<'a> {
-    fn use_of(
-        &mut self,
-        texture: u32,
-        place: &str,
-        container: &Container<'a>,
-        accessors: &Accessors<'a>,
-    ) -> Result<Option<TextureUse>, SceneError> {
-        let document = &container.document;
-        let texture = find(&document.textures, texture, "texture", place)?;
-        let webp = texture.extensions.webp.as_ref().map(|webp| webp.source);
-        let Some(image) = webp.or(texture.source) else {
-            if texture.extensions.basisu.is_some() {
-                return Err(SceneError::Extension("KHR_texture_basisu".to_owned()));
-            }
-            return Ok(None);
-        };
-        let default = document::TextureSampler::default();
-        let sampler = match texture.sampler {
-            Some(index) => find(&document.samplers, index, "sampler", place)?,
-            None => &default,
-        };
-        let wrap = |code: Option<u32>| match code {
-            Some(33_071) => Wrap::Clamp,
-            Some(33_648) => Wrap::Mirror,
-            _ => Wrap::Repeat,
-        };
-        let index = match self.numbers.iter().position(|&number| number == image) {
-            Some(index) => index,
-            None => self.add(image, place, container, accessors)?,
-        };
-        Ok(Some(TextureUse {
-            index,
-            wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)],
-            nearest: sampler.mag_filter == Some(9728),
-        }))
+fn gloss(
+    older: &document::SpecularGlossiness,
+    textures: &mut MaterialTextures<'_, '_>,
+) -> Result<Gloss, SceneError> {
+    let specular = older.specular_factor.unwrap_or([1.0; 3]);
+    let glossiness = older.glossiness_factor.unwrap_or(1.0);
+    textures.finite(&[&specular[..], &[glossiness]].concat())?;
+    let texture = textures.used(older.specular_glossiness_texture.as_ref())?;
+    Ok(Gloss { specular, glossiness, texture })
+}
+
+fn alpha(material: &document::Material, cutoff: f32, place: &str) -> Result<Alpha, SceneError> {
+    Ok(match material.alpha_mode.as_deref() {
+        None | Some("OPAQUE") => Alpha::Opaque,
+        Some("MASK") => Alpha::Mask(cutoff),
+        Some("BLEND") => Alpha::Blend,
+        Some(other) => {
+            let reason = format!("found the alpha mode {other:?}, wanted OPAQUE, MASK or BLEND");
+            return Err(SceneError::content(place, reason));
+        }
+    })
+}
+
+/// The textures of one material.
+struct MaterialTextures<'a, 'c> {
+    container: &'a Container<'c>,
+    accessors: &'a Accessors<'c>,
+    images: &'a mut Images<'c>,
+    place: String,
+    sources: Vec<UvSource>,
+}
+
+impl MaterialTextures<'_, '_> {
+    fn used(&mut self, info: Option<&TextureInfo>) -> Result<Option<TextureUse>, SceneError> {
+        let Some(info) = info else { return Ok(None) };
+        let found = self.images.use_of(info.index, &self.place, self.container, self.accessors)?;
+        let Some(found) = found else { return Ok(None) };
+        let source = UvSource::of(info, &self.place)?;
+        let known = self.sources.iter().position(|known| *known == source);
+        let coordinates = known.unwrap_or_else(|| {
+            self.sources.push(source);
+            self.sources.len() - 1
+        });
+        Ok(Some(TextureUse { coordinates, ..found }))
     }
 
-    fn add(
+    fn scaled(
         &mut self,
-        number: u32,
-        place: &str,
-        container: &Container<'a>,
-        accessors: &Accessors<'a>,
-    ) -> Result<usize, SceneError> {
-        let image = find(&container.document.images, number, "image", place)?;
-        let place = format!("image {number}");
-        let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => {
-                container.resource(uri).map_err(|why| SceneError::content(place, why))?
-            }
-            (None, Some(view)) => Cow::Borrowed(accessors.view(view, &place)?.0),
-            (None, None) => {
-                return Err(SceneError::content(place, "it has neither a URI nor a buffer view"));
-            }
-        };
-        let index = number as usize;
-        let header =
-            image::decode_header(&bytes).map_err(|reason| SceneError::Image { index, reason })?;
-        self.texels += header.size.texels() as u64;
-        too_many("texels of images", self.texels, MAX_TEXELS)?;
-        self.numbers.push(number);
-        self.encoded.push(bytes);
-        Ok(self.numbers.len() - 1)
+        info: Option<&TextureInfo>,
+        scale: impl Fn(&TextureInfo) -> Option<f32>,
+    ) -> Result<Option<Scaled>, SceneError> {
+        let scale = info.and_then(scale).unwrap_or(1.0);
+        self.finite(&[scale])?;
+        Ok(self.used(info)?.map(|texture| Scaled { texture, scale }))
     }
 
-    fn decode(self) -> Result<Vec<Texture>, SceneError> {
-        let each = self.numbers.into_iter().zip(self.encoded);
-        each.map(|(number, bytes)| {
-            let index = number as usize;
-            let image = image::decode(&bytes);
-            image.map(|image| image.texture).map_err(|reason| SceneError::Image { index, reason })
-        })
-        .collect()
+    fn finite(&self, values: &[f32]) -> Result<(), SceneError> {
+        if values.iter().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        let reason = "a number is infinite, wanted finite ones";
+        Err(SceneError::content(self.place.as_str(), reason))
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use super::document::Document;
+use super::document::{Buffer, Document};
 use super::error::SceneError;
 
 /// Bytes of a file that is read, and of files beside it.
@@ -22,6 +22,8 @@ const MAX_OBJECTS: u64 = 1 << 20;
 /// A file taken apart. What it holds is still to be checked.
 pub(super) struct Container<'a> {
     pub document: Document,
+    /// What the document was read from.
+    pub json: &'a [u8],
     /// The chunk behind the JSON of a GLB.
     binary: Option<&'a [u8]>,
     /// Where files are that it names; none are read without.
@@ -40,12 +42,10 @@ impl<'a> Container<'a> {
             let reason = format!("found version {:?}, wanted 2.0", document.asset.version);
             return Err(SceneError::content("asset", reason));
         }
-        for name in &document.extensions_required {
-            if !READ.contains(&name.as_str()) {
-                return Err(SceneError::Extension(name.clone()));
-            }
+        if let Some(name) = document.extensions_required.iter().find(|name| !is_read(name)) {
+            return Err(SceneError::extension(name));
         }
-        Ok(Self { document, binary, folder })
+        Ok(Self { document, json, binary, folder })
     }
 
     /// The bytes of every buffer, at least as long as it says.
@@ -54,6 +54,10 @@ impl<'a> Container<'a> {
         let mut buffers = Vec::new();
         for (index, buffer) in self.document.buffers.iter().enumerate() {
             let place = || format!("buffer {index}");
+            if is_stand_in(buffer, index, self.binary.is_some()) {
+                buffers.push(Cow::Borrowed(&[][..]));
+                continue;
+            }
             let bytes = match (&buffer.uri, self.binary) {
                 (Some(uri), _) => {
                     self.resource(uri).map_err(|why| SceneError::content(place(), why))?
@@ -93,17 +97,29 @@ impl<'a> Container<'a> {
 }
 
 /// Extensions that may be required: read, or of no effect on the picture.
-const READ: [&str; 16] = [
+const READ: [&str; 28] = [
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
+    "KHR_xmp_json_ld",
+    "VRM",
     "VRMC_materials_hdr_emissiveMultiplier",
     "VRMC_materials_mtoon",
     "VRMC_node_constraint",
@@ -111,6 +127,16 @@ const READ: [&str; 16] = [
     "VRMC_vrm",
     "VRMC_vrm_animation",
 ];
+
+fn is_read(extension: &str) -> bool {
+    READ.contains(&extension) || (cfg!(feature = "ktx2") && extension == "KHR_texture_basisu")
+}
+
+/// Whether a buffer only stands in for compressed parts, for readers that cannot decompress.
+fn is_stand_in(buffer: &Buffer, index: usize, has_chunk: bool) -> bool {
+    let is_fallback = buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback);
+    is_fallback && buffer.uri.is_none() && !(index == 0 && has_chunk)
+}
 
 pub(super) fn too_many(what: &'static str, found: u64, max: u64) -> Result<(), SceneError> {
     if found > max { Err(SceneError::TooMany { what, found, max }) } else { Ok(()) }
@@ -220,8 +246,9 @@ mod tests {
     #[test]
     fn what_is_required_is_refused_by_its_name() {
         let json =
-            br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#;
+            br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"]}"#;
         let error = Container::new(json, None).err().map(|error| error.to_string());
-        assert!(error.is_some_and(|error| error.contains("KHR_draco_mesh_compression")));
+        let wanted = ["EXT_mesh_gpu_instancing", "gltf-transform"];
+        assert!(error.is_some_and(|error| wanted.iter().all(|wanted| error.contains(wanted))));
     }
 }

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::unpack::Compressed;
+
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
@@ -36,6 +38,8 @@ pub(super) struct Document {
     pub images: Vec<Image>,
     #[serde(default)]
     pub samplers: Vec<TextureSampler>,
+    #[serde(default)]
+    pub extensions_used: Vec<String>,
     #[serde(default)]
     pub extensions_required: Vec<String>,
     #[serde(default)]
@@ -96,6 +100,22 @@ pub(super) struct Primitive {
     pub targets: Vec<BTreeMap<String, u32>>,
     #[serde(default, deserialize_with = "lenient")]
     pub extras: MeshExtras,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Draco>,
+}
+
+/// Attributes by their names, as Draco numbers them in a buffer view.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub buffer_view: u32,
+    pub attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -172,7 +192,7 @@ pub(super) struct SparseValues {
     pub byte_offset: u64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct BufferView {
     pub buffer: u32,
@@ -180,6 +200,14 @@ pub(super) struct BufferView {
     pub byte_offset: u64,
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
+    #[serde(default)]
+    pub extensions: BufferViewExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct BufferViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
+    pub meshopt: Option<Compressed>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -187,6 +215,21 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: BufferExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
+    pub meshopt: Option<Fallback>,
+}
+
+/// A buffer for readers that cannot decompress; it need not be there.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct Fallback {
+    #[serde(default)]
+    pub fallback: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -195,6 +238,10 @@ pub(super) struct Material {
     pub name: Option<String>,
     #[serde(default)]
     pub pbr_metallic_roughness: Pbr,
+    pub normal_texture: Option<TextureInfo>,
+    pub occlusion_texture: Option<TextureInfo>,
+    pub emissive_texture: Option<TextureInfo>,
+    pub emissive_factor: Option<[f32; 3]>,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
     #[serde(default)]
@@ -214,6 +261,28 @@ pub(super) struct Pbr {
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_unlit")]
     pub unlit: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<SpecularGlossiness>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct EmissiveStrength {
+    pub emissive_strength: Option<f32>,
+}
+
+/// # Source
+/// Khronos, "KHR_materials_pbrSpecularGlossiness", archived.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: Option<[f32; 4]>,
+    pub diffuse_texture: Option<TextureInfo>,
+    pub specular_factor: Option<[f32; 3]>,
+    pub glossiness_factor: Option<f32>,
+    pub specular_glossiness_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -222,6 +291,10 @@ pub(super) struct TextureInfo {
     pub index: u32,
     #[serde(default)]
     pub tex_coord: u32,
+    /// How steep a normal map is.
+    pub scale: Option<f32>,
+    /// How dark an occlusion map is.
+    pub strength: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
 }
@@ -232,7 +305,7 @@ pub(super) struct TextureInfoExtensions {
     pub transform: Option<TextureTransform>,
 }
 
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct TextureTransform {
     #[serde(default)]
@@ -256,7 +329,9 @@ pub(super) struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub webp: Option<Source>,
     #[serde(rename = "KHR_texture_basisu")]
-    pub basisu: Option<serde::de::IgnoredAny>,
+    pub basisu: Option<Source>,
+    #[serde(rename = "EXT_texture_avif")]
+    pub avif: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -283,6 +358,8 @@ pub(super) struct TextureSampler {
 pub(super) struct RootExtensions {
     #[serde(rename = "VRMC_vrm")]
     pub vrm: Option<Vrm>,
+    #[serde(rename = "VRM")]
+    pub vrm0: Option<super::vrm0::Vrm0>,
 }
 
 /// # Source

@@ -29,8 +29,13 @@ pub enum SceneError {
     #[error("its JSON: {0}")]
     Json(#[from] serde_json::Error),
     /// The file cannot be shown without an extension that is not read.
-    #[error("it needs the extension {0}, which uvgraft does not read")]
-    Extension(String),
+    #[error("it needs the extension {name}, which uvgraft does not read; {advice}")]
+    Extension {
+        /// What it is called.
+        name: String,
+        /// What can be done about it.
+        advice: &'static str,
+    },
     /// Something refers to nothing, or contradicts itself.
     #[error("{place}: {reason}")]
     Content {
@@ -60,6 +65,20 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    pub(super) fn extension(name: &str) -> Self {
+        let advice = match name {
+            "KHR_texture_basisu" => {
+                "build uvgraft with --features ktx2, or write the file without it: \
+                 gltf-transform ktxdecompress in.glb out.glb"
+            }
+            "EXT_texture_avif" => {
+                "write the file without it: gltf-transform png --formats avif in.glb out.glb"
+            }
+            _ => "write the file without it, as gltf-transform copy in.glb out.glb may",
+        };
+        Self::Extension { name: name.to_owned(), advice }
+    }
+
     pub(super) fn content(place: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::Content { place: place.into(), reason: reason.into() }
     }

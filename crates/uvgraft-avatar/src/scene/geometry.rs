@@ -28,6 +28,8 @@ pub(crate) struct Primitive {
     pub positions: Vec<Vec3>,
     pub normals: Normals,
     pub uv: Arc<[[f32; 2]]>,
+    /// Further texture coordinates, for textures that have their own.
+    pub more_uv: Vec<Arc<[[f32; 2]]>>,
     /// Linear, with opacity.
     pub colors: Option<Arc<[[f32; 4]]>>,
     pub triangles: Arc<[[u32; 3]]>,
@@ -71,7 +73,7 @@ impl Influences {
 pub(super) fn meshes(
     document: &Document,
     accessors: &mut Accessors<'_>,
-    uv_sources: &[UvSource],
+    uv_sources: &[Vec<UvSource>],
 ) -> Result<Vec<Mesh>, SceneError> {
     document
         .meshes
@@ -85,7 +87,7 @@ fn read(
     mesh: &document::Mesh,
     index: usize,
     accessors: &mut Accessors<'_>,
-    uv_sources: &[UvSource],
+    uv_sources: &[Vec<UvSource>],
 ) -> Result<Mesh, SceneError> {
     let mut primitives = Vec::new();
     for (number, primitive) in mesh.primitives.iter().enumerate() {
@@ -115,7 +117,7 @@ fn read_primitive(
     primitive: &document::Primitive,
     place: &str,
     accessors: &mut Accessors<'_>,
-    uv_sources: &[UvSource],
+    uv_sources: &[Vec<UvSource>],
 ) -> Result<Option<Primitive>, SceneError> {
     let mode = primitive.mode.unwrap_or(4);
     if mode < 4 {
@@ -139,15 +141,19 @@ fn read_primitive(
     let triangles = triangles(&corners, mode, place)?;
 
     let material = primitive.material.map_or(uv_sources.len() - 1, |index| index as usize);
-    let source = uv_sources.get(material).ok_or_else(|| {
+    let sources = uv_sources.get(material).ok_or_else(|| {
         let found = uv_sources.len() - 1;
         SceneError::content(place, format!("it names material {material}, the file has {found}"))
     })?;
-    let mut uv = match attribute(&format!("TEXCOORD_{}", source.set)) {
-        Some(index) => accessors.floats::<2>(index, Some(count))?,
-        None => vec![[0.0; 2]; count],
-    };
-    source.transform(&mut uv);
+    let mut all_uv = Vec::new();
+    for source in sources {
+        let mut uv = match attribute(&format!("TEXCOORD_{}", source.set)) {
+            Some(index) => accessors.floats::<2>(index, Some(count))?,
+            None => vec![[0.0; 2]; count],
+        };
+        source.transform(&mut uv);
+        all_uv.push(Arc::from(uv));
+    }
 
     let colors = match attribute("COLOR_0") {
         Some(index) => Some(read_colors(index, count, accessors)?.into()),
@@ -166,7 +172,8 @@ fn read_primitive(
     Ok(Some(Primitive {
         positions,
         normals,
-        uv: uv.into(),
+        uv: all_uv.remove(0),
+        more_uv: all_uv,
         colors,
         triangles: triangles.into(),
         material,

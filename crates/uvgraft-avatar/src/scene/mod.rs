@@ -1,7 +1,8 @@
-//! Avatars from GLB, VRM 1.0 and glTF files of any maker, to be posed and drawn.
+//! Avatars from GLB, VRM and glTF files of any maker, to be posed and drawn.
 //!
-//! Read is what a picture needs: nodes, meshes with skins and morph targets, animations, base
-//! colours, and VRM's humanoid bones and expressions. Arrays are checked against the file's real
+//! Read is what a picture needs: nodes, meshes with skins and morph targets, animations, materials
+//! with their textures, and the humanoid bones and expressions of VRM 1.0 and 0.x. What is compressed
+//! (Draco, meshoptimizer, KTX2) is decompressed first. Arrays are checked against the file's real
 //! length before anything is allocated; indices, trees and numbers are checked before they are used.
 //!
 //! The JSON is read by own types rather than by the crate `gltf`, which refuses a whole file for
@@ -9,12 +10,16 @@
 
 mod accessor;
 mod appearance;
+mod around;
 mod clip;
 mod container;
 mod document;
 mod error;
 mod geometry;
 mod humanoid;
+mod images;
+#[cfg(feature = "ktx2")]
+mod ktx2;
 mod posing;
 mod skinning;
 mod stance;
@@ -23,6 +28,11 @@ pub(crate) mod strip;
 #[cfg(test)]
 mod tests;
 mod transform;
+mod unpack;
+mod vrm0;
+mod whole;
+#[cfg(test)]
+mod wild_tests;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,7 +41,8 @@ use uvgraft::Texture;
 use uvgraft_io::input::{ReadError, read_file};
 
 use self::accessor::{Accessors, find};
-pub use self::appearance::{Alpha, Material, TextureUse, Wrap};
+pub use self::appearance::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
+pub use self::around::Around;
 pub use self::clip::Clip;
 use self::container::{Container, MAX_BYTES, too_many};
 use self::document::{Document, Expressions};
@@ -41,6 +52,9 @@ pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
 use self::transform::Affine;
 pub use self::transform::Placement;
+#[cfg(test)]
+pub(crate) use self::transform::from_degrees as turn;
+pub use self::whole::whole;
 
 /// Vertices and triangles of all meshes together, each counted as often as it is shown.
 const MAX_VERTICES: u64 = 1 << 24;
@@ -111,20 +125,28 @@ impl Scene {
     }
 
     fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Self, SceneError> {
-        let container = Container::new(bytes, folder)?;
+        let mut container = Container::new(bytes, folder)?;
+        let mut buffers = container.buffers()?;
+        unpack::unpack(&mut container.document, &mut buffers)?;
         let document = &container.document;
-        let buffers = container.buffers()?;
         let mut accessors = Accessors::new(document, &buffers);
         let appearance = appearance::appearance(&container, &accessors)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
-        let nodes = nodes(document, &meshes)?;
-        let order = parents_first(document, &nodes)?;
+        let (vrm0, mut nodes) = (&document.extensions.vrm0, nodes(document, &meshes)?);
+        if vrm0.is_some() && document.extensions.vrm.is_none() {
+            turn_around(&mut nodes);
+        }
+        let order = parents_first(&nodes)?;
         let shown = shown(document, &nodes, &order)?;
         let skins = skins(document, &mut accessors)?;
         check_sizes(&shown, &nodes, &meshes)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
         let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
-        let vrm = document.extensions.vrm.as_ref();
+        let from_vrm0 = match vrm0 {
+            Some(vrm0) => Some(vrm0.as_vrm1(&document.nodes, document.meshes.len())?),
+            None => None,
+        };
+        let vrm = document.extensions.vrm.as_ref().or(from_vrm0.as_ref());
         Ok(Self {
             clips: clip::clips(document, &mut accessors, &targets)?,
             bones: humanoid::bones(vrm, &document.nodes)?,
@@ -152,7 +174,7 @@ impl Scene {
         &self.materials
     }
 
-    /// The base colour textures that its materials use.
+    /// The textures that its materials use.
     pub fn textures(&self) -> &[Texture] {
         &self.textures
     }
@@ -246,13 +268,35 @@ fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError
     }
 }
 
+/// Puts everything under one more node, which makes what looks along -Z, as VRM 0.x does, look along +Z.
+fn turn_around(nodes: &mut Vec<Node>) {
+    let above = nodes.len();
+    for root in nodes.iter_mut().filter(|node| node.parent.is_none()) {
+        root.parent = Some(above);
+    }
+    nodes.push(Node {
+        name: String::new(),
+        parent: None,
+        rest: Placement { rotation: [0.0, 1.0, 0.0, 0.0], ..Placement::default() },
+        mesh: None,
+        skin: None,
+        weights: Vec::new(),
+    });
+}
+
 /// All nodes in an order in which parents come first.
-fn parents_first(document: &Document, nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
+fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
+    let mut children = vec![Vec::new(); nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        if let Some(parent) = node.parent {
+            children[parent].push(index);
+        }
+    }
     let mut order: Vec<usize> =
         (0..nodes.len()).filter(|&node| nodes[node].parent.is_none()).collect();
     let mut next = 0;
     while let Some(&node) = order.get(next) {
-        order.extend(document.nodes[node].children.iter().map(|&child| child as usize));
+        order.append(&mut children[node]);
         next += 1;
     }
     // No node has two parents, so those that no root leads to go around in circles.

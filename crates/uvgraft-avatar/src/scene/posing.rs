@@ -29,6 +29,8 @@ pub struct Drawn {
     pub normals: Vec<[f32; 3]>,
     /// Of each vertex, in its material's texture; the origin is at the top left.
     pub uv: Arc<[[f32; 2]]>,
+    /// The same for textures with coordinates of their own.
+    pub more_uv: Vec<Arc<[[f32; 2]]>>,
     /// Of each vertex: a linear colour and opacity that multiply the material's.
     pub colors: Option<Arc<[[f32; 4]]>>,
     /// Corners, counter-clockwise where seen from the front.
@@ -71,6 +73,7 @@ impl Scene {
                     positions,
                     normals,
                     uv: Arc::clone(&primitive.uv),
+                    more_uv: primitive.more_uv.clone(),
                     colors: primitive.colors.clone(),
                     triangles,
                     material: primitive.material,
@@ -87,9 +90,13 @@ impl Scene {
     /// # Errors
     /// As [`Scene::pose`].
     pub fn bone(&self, bone: &str, posing: &Posing) -> Result<Option<[f32; 3]>, PosingError> {
-        let Some(&node) = self.bones.get(bone) else { return Ok(None) };
+        self.bones.get(bone).map(|&node| self.place(node, posing)).transpose()
+    }
+
+    /// Where a node is in a pose.
+    pub(super) fn place(&self, node: usize, posing: &Posing) -> Result<[f32; 3], PosingError> {
         let (placements, _) = self.moved(posing)?;
-        Ok(Some(self.world(|node| placements[node])[node].shift.into()))
+        Ok(self.world(|node| placements[node])[node].shift.into())
     }
 
     /// Where each node is, from where each is relative to its parent.
@@ -226,7 +233,7 @@ impl Scene {
         Ok(())
     }
 
-    fn bone_or_node(&self, name: &str) -> Result<usize, PosingError> {
+    pub(super) fn bone_or_node(&self, name: &str) -> Result<usize, PosingError> {
         let bone = self.bones.get(name).copied();
         let bone = bone.or_else(|| self.nodes.iter().position(|node| node.name == name));
         let alike = |(bone, &node): (&String, &usize)| {

@@ -9,23 +9,40 @@ use crate::failure::OrBadInput;
 
 /// What fills the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Shot {
+pub(crate) enum Shot {
     /// All of it
     Body,
     /// The head: by its bone, or the top seventh
     Head,
 }
 
+/// What the camera aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Aim {
+    Shot(Shot),
+    /// A bone, or a node.
+    Named(String),
+    /// A box in the world, whatever moves.
+    Box(Bounds),
+}
+
+impl Aim {
+    /// Whether it is all in the picture that stands on the floor.
+    pub(super) fn shows_floor(&self) -> bool {
+        *self != Self::Shot(Shot::Head)
+    }
+}
+
 /// What all frames show.
 pub(super) struct Cameras {
-    shot: Shot,
+    aim: Aim,
     bounds: Option<Bounds>,
     lowest: f32,
 }
 
 impl Cameras {
-    pub(super) const fn new(shot: Shot) -> Self {
-        Self { shot, bounds: None, lowest: f32::MAX }
+    pub(super) const fn new(aim: Aim) -> Self {
+        Self { aim, bounds: None, lowest: f32::MAX }
     }
 
     /// Takes a frame into the picture.
@@ -38,9 +55,15 @@ impl Cameras {
         let points = || drawn.iter().flat_map(corners);
         let Some(body) = Bounds::of(points()) else { return Ok(()) };
         self.lowest = self.lowest.min(body.low[1]);
-        let shown = match self.shot {
-            Shot::Body => body,
-            Shot::Head => {
+        let shown = match &self.aim {
+            Aim::Shot(Shot::Body) => body,
+            Aim::Box(bounds) => *bounds,
+            Aim::Named(name) => {
+                let around = scene.around(name, posing).or_bad_input()?;
+                let points = around.points.iter().copied();
+                Bounds::of(points).unwrap_or_else(|| beside(around.joint, &body))
+            }
+            Aim::Shot(Shot::Head) => {
                 let joint = scene.bone("head", posing).context("the head").or_bad_input()?;
                 Bounds::of(points().filter(|p| is_head(*p, joint, &body))).unwrap_or(body)
             }
@@ -78,6 +101,12 @@ impl Cameras {
 /// The places of everything that a triangle uses.
 fn corners(drawn: &Drawn) -> impl Iterator<Item = [f32; 3]> {
     drawn.triangles.iter().flatten().map(|&vertex| drawn.positions[vertex as usize])
+}
+
+/// A box around a joint that moves nothing: an eighth of the body.
+fn beside(joint: [f32; 3], body: &Bounds) -> Bounds {
+    let half = body.radius() / 8.0;
+    Bounds { low: joint.map(|value| value - half), high: joint.map(|value| value + half) }
 }
 
 /// Whether a point belongs to the head: what is over its joint, but not raised hands.

@@ -12,7 +12,9 @@ use uvgraft::Size;
 use uvgraft_avatar::render::{Background, Look, Renderer};
 use uvgraft_avatar::scene::{Drawn, Posing, Scene};
 
+pub(crate) use self::camera::Aim;
 use self::camera::{Cameras, Shot};
+pub(crate) use self::options::aim;
 use self::options::{Part, Weight};
 use self::output::Output;
 use crate::failure::{OrBadInput, bad_input};
@@ -36,6 +38,11 @@ pub(crate) struct Args {
     /// What fills the picture
     #[arg(long, value_enum, default_value_t = Shot::Body)]
     camera: Shot,
+    /// What fills the picture instead: a bone by VRM's name (leftHand), any node by its name, or a
+    /// box by two corners in metres
+    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = options::aim)]
+    #[arg(conflicts_with = "camera", allow_hyphen_values = true)]
+    look_at: Option<Aim>,
     /// Degrees around the person: 0 in front, 90 at the left side
     #[arg(long, default_value_t = 20.0, value_name = "DEGREES", allow_hyphen_values = true)]
     #[arg(value_parser = options::finite)]
@@ -115,17 +122,22 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Output::new(&args.output, &args.input, frames.len(), args.size, transparent, moving)?;
 
     let pose = |frame: &Frame| scene.pose(&frame.posing).with_context(|| name.to_string());
-    let mut cameras = Cameras::new(args.camera);
+    let aim = args.look_at.clone().unwrap_or(Aim::Shot(args.camera));
+    let shows_floor = aim.shows_floor();
+    let mut cameras = Cameras::new(aim);
     for frame in &frames {
-        cameras.look_at(&scene, &frame.posing, &pose(frame).or_bad_input()?)?;
+        let drawn = pose(frame).or_bad_input()?;
+        cameras
+            .look_at(&scene, &frame.posing, &drawn)
+            .with_context(|| name.to_string())
+            .or_bad_input()?;
     }
     let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
         return Err(bad_input(format!("{name}: none of its triangles is anywhere in this pose")));
     };
     // A GIF has no soft edges of shadows where one sees through it.
-    let has_floor =
-        !args.no_floor && args.camera == Shot::Body && !(transparent && output.is_gif());
+    let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
     let floor = has_floor.then_some(cameras.lowest());
     let look = Look { lit: !args.unlit, background, floor, ..Look::default() };
     let renderer = Renderer::of(&scene);

@@ -1,7 +1,9 @@
 //! Values of the command's options.
 
-use uvgraft_avatar::render::Background;
+use uvgraft_avatar::render::{Background, Bounds};
 use uvgraft_avatar::scene::Stance;
+
+use super::camera::Aim;
 
 /// A part of a pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +29,27 @@ pub(super) fn part(text: &str) -> Result<Part, String> {
         let names = Stance::ALL.map(Stance::name).join(", ");
         format!("wanted one of {names}, or BONE=X,Y,Z in degrees")
     })
+}
+
+/// A bone's name, or a box by two corners.
+pub(crate) fn aim(text: &str) -> Result<Aim, String> {
+    let numbers: Result<Vec<f32>, String> = text.split(',').map(finite).collect();
+    let Ok(numbers) = numbers else {
+        let looks_like_a_box = text.matches(',').count() == 5;
+        return if looks_like_a_box || text.trim().is_empty() {
+            Err(format!("wanted a bone's name or X0,Y0,Z0,X1,Y1,Z1 in metres, found {text:?}"))
+        } else {
+            Ok(Aim::Named(text.trim().to_owned()))
+        };
+    };
+    let Ok([x0, y0, z0, x1, y1, z1]) = <[f32; 6]>::try_from(numbers) else {
+        return Err(format!("wanted six numbers, X0,Y0,Z0,X1,Y1,Z1 in metres, found {text:?}"));
+    };
+    let (a, b) = ([x0, y0, z0], [x1, y1, z1]);
+    Ok(Aim::Box(Bounds {
+        low: [0, 1, 2].map(|k| a[k].min(b[k])),
+        high: [0, 1, 2].map(|k| a[k].max(b[k])),
+    }))
 }
 
 pub(super) fn weight(text: &str) -> Result<Weight, String> {

@@ -165,4 +165,54 @@ mod tests {
             }
         }
     }
+
+    /// How much neighbouring faces of the left cheek are folded more than at rest, in degrees: the most.
+    fn folded(figure: &Figure, morph: &Morph) -> f32 {
+        let parts = figure.parts_of_vertices();
+        let rest: Vec<Vec3> = figure.body.positions().iter().map(|&p| Vec3::from(p)).collect();
+        let mut moved = rest.clone();
+        for &(vertex, offset) in &morph.offsets {
+            moved[vertex as usize] = moved[vertex as usize] + Vec3::from(offset);
+        }
+        let on_cheek = |vertex: u32| {
+            let p = rest[vertex as usize] * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
+            // Beside the lips and the nose, and above the chin.
+            parts[vertex as usize].kind == Kind::Face
+                && (3.2..6.5).contains(&p.x)
+                && (-9.0..-2.0).contains(&p.y)
+                && p.z > 2.0
+        };
+        let normal = |places: &[Vec3], face: [u32; 3]| {
+            let [a, b, c] = face.map(|vertex| places[vertex as usize]);
+            (b - a).cross(c - a).normalized()
+        };
+        let mut seen = std::collections::HashMap::new();
+        let mut most = 0.0_f32;
+        for &face in figure.body.faces().iter().filter(|face| face.iter().all(|&v| on_cheek(v))) {
+            let normals = [normal(&rest, face), normal(&moved, face)];
+            for k in 0..3 {
+                let mut edge = [face[k], face[(k + 1) % 3]];
+                edge.sort_unstable();
+                if let Some(others) = seen.insert(edge, normals) {
+                    let fold = |at: usize| {
+                        let others: [Vec3; 2] = others;
+                        normals[at].dot(others[at]).clamp(-1.0, 1.0).acos().to_degrees()
+                    };
+                    most = most.max(fold(1) - fold(0));
+                }
+            }
+        }
+        assert!(seen.len() > 300, "{} edges", seen.len());
+        most
+    }
+
+    #[test]
+    fn round_lips_leave_no_crease_on_the_cheek() {
+        let figure = Figure::new();
+        let morphs = figure.avatar().morphs;
+        let round = morphs.iter().find(|morph| morph.name == "lips_round").unwrap();
+        let crease = folded(&figure, round);
+        // 25 where lips push the cheek.
+        assert!(crease < 8.0, "{crease} deg");
+    }
 }

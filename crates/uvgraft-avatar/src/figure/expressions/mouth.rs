@@ -45,10 +45,21 @@ pub(super) fn lips_round(spot: Spot) -> Vec3 {
     let p = spot.p;
     let a = across(p.x);
     let near = near_lips(p, 1.5);
+    // Beside the nose there is room for more of the cheek to come along, which then bends less.
+    let beside = smoothstep(1.2, 3.4, p.x.abs());
+    let off = (p.y - lip_line(p.x.clamp(-LIP_WIDTH, LIP_WIDTH))).abs();
+    let wide = bell((off - 0.3).max(0.0), 2.3)
+        * smoothstep(-2.2, -6.2, p.y)
+        * smoothstep(MOUTH_Y - 4.8, MOUTH_Y - 1.8, p.y)
+        * smoothstep(1.5, 4.0, p.z);
+    let near = near + (wide - near) * beside;
     let middle = (1.0 - a * a) * near;
     let apart = if is_lower(p, spot.lip) { -0.20 } else { 0.12 };
-    spot.slid(-0.82 * a * near, apart * middle)
-        + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - a * a)) * near)
+    // Cheeks give way smoothly, the less the farther out and up: lips pull them, nothing pushes them.
+    let t = (p.x / LIP_WIDTH).abs();
+    let pulled = smoothstep(1.95, 0.55, t) * near;
+    spot.slid(-0.82 * a * near * smoothstep(2.1, 1.0, t), apart * middle)
+        + vec3(0.0, 0.0, (0.32 + 0.25 * (1.0 - t.min(1.0).powi(2))) * pulled)
 }
 
 /// The corners of the mouth go out, lips part a little.

@@ -3,6 +3,8 @@
 mod hands;
 pub(crate) mod head;
 pub(crate) mod joints;
+#[cfg(test)]
+mod poses_tests;
 mod trunk;
 
 use glam::{Mat3, Quat, Vec3 as Point};
@@ -70,17 +72,17 @@ fn shares(part: Part, p: Vec3, lip: Option<f32>) -> Shares {
         }
         Kind::Finger(number) => hands::finger(number, p),
         Kind::Arm => {
-            let mut shares = trunk::shares(p);
+            let mut shares = trunk::shares(part.kind, p);
             hands::palm(&mut shares, p);
             shares
         }
         Kind::Face => {
-            let mut shares = trunk::shares(p);
+            let mut shares = trunk::shares(part.kind, p);
             let jaw = head::jaw(p - vec3(0.0, EYE_LEVEL, 0.0), lip);
             shares.pass(HumanBone::Head, HumanBone::Jaw, jaw);
             shares
         }
-        Kind::Chest | Kind::Shirt | Kind::Sleeve | Kind::Leg => trunk::shares(p),
+        Kind::Chest | Kind::Shirt | Kind::Sleeve | Kind::Leg => trunk::shares(part.kind, p),
     }
 }
 

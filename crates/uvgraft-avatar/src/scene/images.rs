@@ -1,0 +1,158 @@
+//! The images that a file's materials use, found first and decoded together.
+
+use std::borrow::Cow;
+
+use uvgraft::{Size, Texture};
+use uvgraft_io::image;
+
+use super::accessor::{Accessors, find};
+use super::appearance::{TextureUse, Wrap};
+use super::container::{Container, too_many};
+use super::document;
+use super::error::SceneError;
+use crate::glb::KTX2_IDENTIFIER;
+
+/// Texels of all images together.
+const MAX_TEXELS: u64 = 1 << 28;
+
+/// Those of the file's images that are seen.
+#[derive(Default)]
+pub(super) struct Images<'a> {
+    /// Their numbers in the file.
+    numbers: Vec<u32>,
+    encoded: Vec<Cow<'a, [u8]>>,
+    texels: u64,
+}
+
+impl<'a> Images<'a> {
+    /// A texture of the file; nothing if it names no image.
+    ///
+    /// - `place`: what names it.
+    pub fn use_of(
+        &mut self,
+        texture: u32,
+        place: &str,
+        container: &Container<'a>,
+        accessors: &Accessors<'a>,
+    ) -> Result<Option<TextureUse>, SceneError> {
+        let document = &container.document;
+        let texture = find(&document.textures, texture, "texture", place)?;
+        let Some(image) = source(texture)? else { return Ok(None) };
+        let default = document::TextureSampler::default();
+        let sampler = match texture.sampler {
+            Some(index) => find(&document.samplers, index, "sampler", place)?,
+            None => &default,
+        };
+        let wrap = |code: Option<u32>| match code {
+            Some(33_071) => Wrap::Clamp,
+            Some(33_648) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        let index = match self.numbers.iter().position(|&number| number == image) {
+            Some(index) => index,
+            None => self.add(image, place, container, accessors)?,
+        };
+        Ok(Some(TextureUse {
+            index,
+            wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)],
+            nearest: sampler.mag_filter == Some(9728),
+            coordinates: 0,
+        }))
+    }
+
+    fn add(
+        &mut self,
+        number: u32,
+        place: &str,
+        container: &Container<'a>,
+        accessors: &Accessors<'a>,
+    ) -> Result<usize, SceneError> {
+        let image = find(&container.document.images, number, "image", place)?;
+        let place = format!("image {number}");
+        let bytes = bytes(image, container, accessors, &place)?;
+        self.texels += size(&bytes, number)?.texels() as u64;
+        too_many("texels of images", self.texels, MAX_TEXELS)?;
+        self.numbers.push(number);
+        self.encoded.push(bytes);
+        Ok(self.numbers.len() - 1)
+    }
+
+    /// All of them, by the numbers that [`TextureUse::index`] has.
+    pub fn decode(self) -> Result<Vec<Texture>, SceneError> {
+        let each = self.numbers.into_iter().zip(self.encoded);
+        each.map(|(number, bytes)| decode(&bytes, number)).collect()
+    }
+}
+
+/// The image that a texture is best read from: one that needs no decoder of C++ where there is a choice.
+pub(super) fn source(texture: &document::Texture) -> Result<Option<u32>, SceneError> {
+    let of = |source: &Option<document::Source>| source.as_ref().map(|source| source.source);
+    let plain = of(&texture.extensions.webp).or(texture.source);
+    if let Some(source) = plain.or(of(&texture.extensions.basisu)) {
+        return Ok(Some(source));
+    }
+    match texture.extensions.avif {
+        Some(_) => Err(SceneError::extension("EXT_texture_avif")),
+        None => Ok(None),
+    }
+}
+
+/// An image's file.
+pub(super) fn bytes<'a>(
+    image: &document::Image,
+    container: &Container<'a>,
+    accessors: &Accessors<'a>,
+    place: &str,
+) -> Result<Cow<'a, [u8]>, SceneError> {
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => container.resource(uri).map_err(|why| SceneError::content(place, why)),
+        (None, Some(view)) => Ok(Cow::Borrowed(accessors.view(view, place)?.0)),
+        (None, None) => Err(SceneError::content(place, "it has neither a URI nor a buffer view")),
+    }
+}
+
+pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
+    bytes.starts_with(&KTX2_IDENTIFIER)
+}
+
+/// The size of any image of a file, which is refused if it alone is too large.
+pub(super) fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
+    let size = if is_ktx2(bytes) {
+        ktx2_size(bytes, number)?
+    } else {
+        let header = image::decode_header(bytes);
+        header.map_err(|reason| SceneError::Image { index: number as usize, reason })?.size
+    };
+    too_many("texels of images", size.texels() as u64, MAX_TEXELS)?;
+    Ok(size)
+}
+
+/// Any image of a file. The caller has bounded its size.
+pub(super) fn decode(bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
+    if is_ktx2(bytes) {
+        return ktx2_texture(bytes, number);
+    }
+    let index = number as usize;
+    let image = image::decode(bytes);
+    image.map(|image| image.texture).map_err(|reason| SceneError::Image { index, reason })
+}
+
+#[cfg(feature = "ktx2")]
+fn ktx2_size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
+    super::ktx2::size(bytes).map_err(|why| SceneError::content(format!("image {number}"), why))
+}
+
+#[cfg(feature = "ktx2")]
+fn ktx2_texture(bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
+    super::ktx2::decode(bytes).map_err(|why| SceneError::content(format!("image {number}"), why))
+}
+
+#[cfg(not(feature = "ktx2"))]
+fn ktx2_size(_: &[u8], _: u32) -> Result<Size, SceneError> {
+    Err(SceneError::extension("KHR_texture_basisu"))
+}
+
+#[cfg(not(feature = "ktx2"))]
+fn ktx2_texture(_: &[u8], _: u32) -> Result<Texture, SceneError> {
+    Err(SceneError::extension("KHR_texture_basisu"))
+}

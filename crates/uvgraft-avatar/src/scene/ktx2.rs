@@ -1,0 +1,271 @@
+//! Pictures in KTX2 files of Basis Universal: UASTC, plain or compressed by Zstandard, and ETC1S.
+//!
+//! The transcoder at hand reads ETC1S from files of its own form only, so such a file is put together
+//! from the same parts.
+//!
+//! # Source
+//! Khronos, "KTX File Format Specification", version 2.0, "BasisLZ Global Data"; Binomial, "basis_file_headers.h".
+
+use std::io::Read as _;
+
+use basis_universal::transcoding::{
+    LowLevelUastcTranscoder, SliceParametersUastc, TranscodeParameters, Transcoder,
+    TranscoderBlockFormat, TranscoderTextureFormat,
+};
+use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+
+use crate::glb::KTX2_IDENTIFIER;
+
+/// Bytes of a block of 4 × 4 texels.
+const UASTC_BLOCK: usize = 16;
+
+/// A file's header, its largest picture, and what all pictures share.
+struct Ktx2<'a> {
+    size: Size,
+    supercompression: u32,
+    model: u8,
+    is_srgb: bool,
+    level: &'a [u8],
+    global: &'a [u8],
+    /// Pictures: levels times layers times faces.
+    pictures: usize,
+}
+
+const NO_SUPERCOMPRESSION: u32 = 0;
+const BASIS_LZ: u32 = 1;
+const ZSTANDARD: u32 = 2;
+const ETC1S: u8 = 163;
+const UASTC: u8 = 166;
+
+/// The size of a file's picture, with nothing decoded.
+pub(super) fn size(bytes: &[u8]) -> Result<Size, String> {
+    Ktx2::new(bytes).map(|file| file.size)
+}
+
+/// A file's largest picture, as 8-bit RGBA. The caller has bounded its size.
+pub(super) fn decode(bytes: &[u8]) -> Result<Texture, String> {
+    let file = Ktx2::new(bytes)?;
+    let rgba = match (file.model, file.supercompression) {
+        (UASTC, NO_SUPERCOMPRESSION) => file.uastc(file.level)?,
+        (UASTC, ZSTANDARD) => file.uastc(&file.inflated()?)?,
+        (ETC1S, BASIS_LZ) => file.etc1s()?,
+        (model, scheme) => {
+            return Err(format!(
+                "its texels must be UASTC or ETC1S, got colour model {model} with \
+                 supercompression {scheme}"
+            ));
+        }
+    };
+    let encoding = if file.is_srgb { Encoding::Srgb } else { Encoding::Data };
+    Texture::new(file.size, Channels::Rgba, encoding, Texels::U8(rgba))
+        .map_err(|error| error.to_string())
+}
+
+fn word(bytes: &[u8], at: usize) -> Result<u32, String> {
+    let four = bytes.get(at..).and_then(|rest| rest.first_chunk());
+    four.map(|four| u32::from_le_bytes(*four)).ok_or_else(cut_short)
+}
+
+fn long(bytes: &[u8], at: usize) -> Result<u64, String> {
+    let eight = bytes.get(at..).and_then(|rest| rest.first_chunk());
+    eight.map(|eight| u64::from_le_bytes(*eight)).ok_or_else(cut_short)
+}
+
+fn part(bytes: &[u8], offset: u64, length: u64) -> Result<&[u8], String> {
+    let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
+    end.map(|end| &bytes[offset as usize..end as usize]).ok_or_else(cut_short)
+}
+
+fn cut_short() -> String {
+    "its KTX2 file is cut short".to_owned()
+}
+
+impl<'a> Ktx2<'a> {
+    fn new(bytes: &'a [u8]) -> Result<Self, String> {
+        if !bytes.starts_with(&KTX2_IDENTIFIER) {
+            return Err("it must be a KTX2 file".to_owned());
+        }
+        let [width, height, depth] = [word(bytes, 20)?, word(bytes, 24)?, word(bytes, 28)?];
+        let [layers, faces, levels] = [word(bytes, 32)?, word(bytes, 36)?, word(bytes, 40)?];
+        if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || levels > 32 {
+            return Err("its KTX2 file must hold one flat picture".to_owned());
+        }
+        // Sides of 16 bits are what the transcoder takes.
+        if width.max(height) > u32::from(u16::MAX) {
+            return Err(format!(
+                "its KTX2 picture must have sides up to 65535, got {width} x {height}"
+            ));
+        }
+        let descriptor = part(bytes, word(bytes, 48)?.into(), word(bytes, 52)?.into())?;
+        let [model, transfer] = [12, 14].map(|at| descriptor.get(at).copied().unwrap_or_default());
+        Ok(Self {
+            size: Size::new(width, height),
+            supercompression: word(bytes, 44)?,
+            model,
+            is_srgb: transfer == 2,
+            level: part(bytes, long(bytes, 80)?, long(bytes, 88)?)?,
+            global: part(bytes, long(bytes, 64)?, long(bytes, 72)?)?,
+            pictures: levels.max(1) as usize,
+        })
+    }
+
+    fn blocks(&self) -> [u32; 2] {
+        [self.size.width.div_ceil(4), self.size.height.div_ceil(4)]
+    }
+
+    /// Bytes of the largest picture's blocks.
+    fn block_bytes(&self) -> usize {
+        self.blocks().map(|count| count as usize).iter().product::<usize>() * UASTC_BLOCK
+    }
+
+    fn inflated(&self) -> Result<Vec<u8>, String> {
+        let bad = |error: &dyn std::fmt::Display| format!("its Zstandard stream: {error}");
+        let decoder = ruzstd::decoding::StreamingDecoder::new(self.level).map_err(|e| bad(&e))?;
+        let mut blocks = Vec::new();
+        let most = self.block_bytes() as u64 + 1;
+        decoder.take(most).read_to_end(&mut blocks).map_err(|error| bad(&error))?;
+        Ok(blocks)
+    }
+
+    fn uastc(&self, blocks: &[u8]) -> Result<Vec<u8>, String> {
+        if blocks.len() != self.block_bytes() {
+            let (found, wanted) = (blocks.len(), self.block_bytes());
+            return Err(format!("its UASTC blocks must have {wanted} bytes, got {found}"));
+        }
+        let [num_blocks_x, num_blocks_y] = self.blocks();
+        let parameters = SliceParametersUastc {
+            num_blocks_x,
+            num_blocks_y,
+            has_alpha: true,
+            original_width: self.size.width,
+            original_height: self.size.height,
+        };
+        let (transcoder, format) = (LowLevelUastcTranscoder::new(), TranscoderBlockFormat::RGBA32);
+        let flags = basis_universal::transcoding::DecodeFlags::empty();
+        transcoder
+            .transcode_slice(blocks, parameters, flags, format)
+            .map_err(|_| "its UASTC blocks cannot be decoded".to_owned())
+    }
+
+    fn etc1s(&self) -> Result<Vec<u8>, String> {
+        let file = self.as_basis()?;
+        let bad = || "its ETC1S texels cannot be decoded".to_owned();
+        let mut transcoder = Transcoder::new();
+        transcoder.prepare_transcoding(&file).map_err(|()| bad())?;
+        let format = TranscoderTextureFormat::RGBA32;
+        let first = TranscodeParameters::default();
+        transcoder.transcode_image_level(&file, format, first).map_err(|_| bad())
+    }
+
+    /// The largest picture of ETC1S as a `.basis` file of that one alone.
+    fn as_basis(&self) -> Result<Vec<u8>, String> {
+        const HEADER: usize = 77;
+        const SLICE: usize = 23;
+        const PICTURE: usize = 20;
+        let global = self.global;
+        let counts = word(global, 0)?;
+        let lengths = [word(global, 4)?, word(global, 8)?, word(global, 12)?].map(u64::from);
+        // Color, then opacity: each a slice of the level's bytes.
+        let [color, color_len, alpha, alpha_len] =
+            [word(global, 24)?, word(global, 28)?, word(global, 32)?, word(global, 36)?]
+                .map(u64::from);
+        let mut slices = vec![part(self.level, color, color_len)?];
+        if alpha_len > 0 {
+            slices.push(part(self.level, alpha, alpha_len)?);
+        }
+        // Endpoints, selectors and tables follow on each other.
+        let mut at = 20 + (PICTURE * self.pictures) as u64;
+        let mut parts = Vec::new();
+        for length in lengths {
+            parts.push(part(global, at, length)?);
+            at += length;
+        }
+        parts.extend(&slices);
+        if parts.iter().any(|part| part.len() >= 1 << 24) {
+            return Err("its ETC1S parts must be smaller than 16 MiB each".to_owned());
+        }
+        let mut offset = HEADER + SLICE * slices.len();
+        let mut offsets = Vec::new();
+        for part in &parts {
+            offsets.push(offset as u32);
+            offset += part.len();
+        }
+        let size = |part: usize| parts[part].len() as u32;
+        let flags = 1 | if slices.len() > 1 { 4 } else { 0 };
+        let header = [
+            // The mark "sB", version 0x13, the header's length, and no checksums, which nobody looks at.
+            [(0x4273, 2), (0x13, 2), (HEADER as u32, 2), (0, 2)],
+            [((offset - HEADER) as u32, 4), (0, 2), (slices.len() as u32, 3), (1, 3)],
+            // ETC1S, its flags, and a flat picture that is no film.
+            [(0, 1), (flags, 2), (0, 1), (0, 3)],
+            [(0, 4), (0, 4), (0, 4), (counts & 0xffff, 2)],
+            [(offsets[0], 4), (size(0), 3), (counts >> 16, 2), (offsets[1], 4)],
+            [(size(1), 3), (offsets[2], 4), (size(2), 4), (HEADER as u32, 4)],
+            [(0, 4), (0, 4), (0, 0), (0, 0)],
+        ];
+        let [width, height] = [self.size.width, self.size.height];
+        let [columns, rows] = self.blocks();
+        let described = slices.iter().enumerate().flat_map(|(index, slice)| {
+            // Image and level 0; whether it is opacity.
+            [
+                [(0, 3), (0, 1), (index as u32, 1), (width, 2)],
+                [(height, 2), (columns, 2), (rows, 2), (offsets[3 + index], 4)],
+                [(slice.len() as u32, 4), (0, 2), (0, 0), (0, 0)],
+            ]
+        });
+        let mut out = Vec::with_capacity(offset);
+        for (value, bytes) in header.into_iter().chain(described).flatten() {
+            out.extend(&u32::to_le_bytes(value)[..bytes]);
+        }
+        parts.iter().for_each(|part| out.extend(*part));
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A checked picture of two colours as our own encoder writes it.
+    fn file() -> Vec<u8> {
+        let texels = (0..16 * 8_u32)
+            .flat_map(|k| if k % 16 < 8 { [200, 40, 20, 255] } else { [10, 90, 160, 255] });
+        let texels = Texels::U8(texels.collect());
+        let texture =
+            Texture::new(Size::new(16, 8), Channels::Rgba, Encoding::Srgb, texels).unwrap();
+        crate::glb::encode_ktx2(texture, false).unwrap().0
+    }
+
+    #[test]
+    fn uastc_that_was_written_is_read() {
+        let file = file();
+        assert_eq!(size(&file), Ok(Size::new(16, 8)));
+        let texture = decode(&file).unwrap();
+        for (x, wanted) in [(2, [200, 40, 20, 255]), (12, [10, 90, 160, 255])] {
+            for (k, wanted) in wanted.into_iter().enumerate() {
+                let found = (texture.get(x, 3, k) * 255.0).round() as i32;
+                // Blocks of one colour are kept within their 5 to 8 bits of precision.
+                assert!((found - wanted).abs() <= 4, "{x} {k}: {found} {wanted}");
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_refused_or_read() {
+        let file = file();
+        for length in 0..file.len() {
+            // The smaller levels, which come first, are not looked at.
+            let _ = decode(&file[..length]);
+        }
+        assert!(decode(&file[..60]).unwrap_err().contains("cut short"));
+        for at in 0..200 {
+            for flip in [1, 0x80, 0xff] {
+                let mut bytes = file.clone();
+                bytes[at] ^= flip;
+                if size(&bytes).is_ok_and(|size| size.texels() < 1 << 20) {
+                    let _ = decode(&bytes);
+                }
+            }
+        }
+    }
+}

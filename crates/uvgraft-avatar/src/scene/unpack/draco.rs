@@ -1,0 +1,136 @@
+//! Primitives that Draco compressed: their indices and attributes become buffers of their own.
+//!
+//! # Source
+//! Khronos, "KHR_draco_mesh_compression"; Google, "Draco Bitstream Specification", which the crate
+//! `draco-core` decodes.
+
+use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
+
+use super::{Buffers, appended, decoded, slice};
+use crate::scene::accessor::find;
+use crate::scene::container::MAX_BYTES;
+use crate::scene::document::{Document, Draco};
+use crate::scene::error::SceneError;
+
+/// - `total`: bytes that were decompressed before.
+pub(super) fn unpack(
+    document: &mut Document,
+    buffers: &mut Buffers<'_>,
+    mut total: u64,
+) -> Result<(), SceneError> {
+    for mesh in 0..document.meshes.len() {
+        for number in 0..document.meshes[mesh].primitives.len() {
+            let primitive = &mut document.meshes[mesh].primitives[number];
+            let Some(draco) = primitive.extensions.draco.take() else { continue };
+            let place = format!("mesh {mesh}, primitive {number}");
+            let mode = primitive.mode.unwrap_or(4);
+            if mode != 4 {
+                let reason = format!("compressed by Draco, its mode must be 4, got {mode}");
+                return Err(SceneError::content(place, reason));
+            }
+            let attributes = primitive.attributes.clone();
+            let indices = primitive.indices;
+            let decompressed = decode(document, buffers, &draco, total, &place)?;
+            if let Some(indices) = indices {
+                let bytes = decompressed.faces().iter().flatten();
+                let bytes = bytes.flat_map(|point| point.0.to_le_bytes()).collect();
+                // Of 32 bits, whatever it was: seams may have made more vertices.
+                let accessor = Stored { accessor: indices, component: Some(UNSIGNED_INT), bytes };
+                total = accessor.put(document, buffers, 3 * decompressed.num_faces(), total)?;
+            }
+            for (name, &id) in &draco.attributes {
+                let Some(&accessor) = attributes.get(name) else { continue };
+                let bytes = values(document, &decompressed, accessor, id, &place)?;
+                let stored = Stored { accessor, component: None, bytes };
+                total = stored.put(document, buffers, decompressed.num_points(), total)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+const UNSIGNED_INT: u32 = 5125;
+
+fn decode(
+    document: &Document,
+    buffers: &Buffers<'_>,
+    draco: &Draco,
+    total: u64,
+    place: &str,
+) -> Result<Mesh, SceneError> {
+    let view = find(&document.buffer_views, draco.buffer_view, "buffer view", place)?;
+    let bytes = slice(buffers, (view.buffer, view.byte_offset, view.byte_length), place)?;
+    let limits = DecodeLimits::default()
+        .with_max_points(super::super::MAX_VERTICES)
+        .with_max_faces(super::super::MAX_TRIANGLES)
+        .with_max_decoded_bytes(MAX_BYTES - total);
+    let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
+    let mut mesh = Mesh::new();
+    let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
+    decoded
+        .map_err(|error| SceneError::content(place, format!("its Draco stream: {error}")))
+        .map(|()| mesh)
+}
+
+/// An attribute's values in its accessor's form.
+fn values(
+    document: &Document,
+    mesh: &Mesh,
+    accessor: u32,
+    id: u32,
+    place: &str,
+) -> Result<Vec<u8>, SceneError> {
+    let accessor = find(&document.accessors, accessor, "accessor", place)?;
+    let attribute = mesh.attribute_by_unique_id(id).ok_or_else(|| {
+        SceneError::content(place, format!("its Draco stream has no attribute {id}"))
+    })?;
+    let width = usize::from(attribute.num_components());
+    let numbers = attribute.read_f32s(mesh.num_points(), width);
+    let mut bytes = Vec::with_capacity(4 * numbers.len());
+    for number in numbers {
+        match accessor.component_type {
+            5120 => bytes.extend((number as i8).to_le_bytes()),
+            5121 => bytes.push(number as u8),
+            5122 => bytes.extend((number as i16).to_le_bytes()),
+            5123 => bytes.extend((number as u16).to_le_bytes()),
+            UNSIGNED_INT => bytes.extend((number as u32).to_le_bytes()),
+            _ => bytes.extend(number.to_le_bytes()),
+        }
+    }
+    Ok(bytes)
+}
+
+/// What an accessor is to hold.
+struct Stored {
+    accessor: u32,
+    /// Its component type, where that changes.
+    component: Option<u32>,
+    bytes: Vec<u8>,
+}
+
+impl Stored {
+    /// Makes the accessor one to the bytes; how many have been decompressed then.
+    fn put(
+        self,
+        document: &mut Document,
+        buffers: &mut Buffers<'_>,
+        count: usize,
+        total: u64,
+    ) -> Result<u64, SceneError> {
+        let place = format!("accessor {}", self.accessor);
+        find(&document.accessors, self.accessor, "accessor", &place)?;
+        let accessor = &mut document.accessors[self.accessor as usize];
+        if accessor.count != count as u64 {
+            let wanted = accessor.count;
+            let reason = format!("its Draco stream must have {wanted} elements, got {count}");
+            return Err(SceneError::content(place, reason));
+        }
+        let total = decoded(total, self.bytes.len() as u64)?;
+        accessor.buffer_view = Some(document.buffer_views.len() as u32);
+        accessor.byte_offset = 0;
+        accessor.sparse = None;
+        accessor.component_type = self.component.unwrap_or(accessor.component_type);
+        document.buffer_views.push(appended(buffers, self.bytes));
+        Ok(total)
+    }
+}

@@ -1,0 +1,130 @@
+//! Buffer views that meshoptimizer compressed, by our own decoder.
+//!
+//! # Source
+//! Khronos, "EXT_meshopt_compression", appendices A (bitstream) and B (filters).
+
+mod filters;
+mod indices;
+mod vertices;
+
+use serde::Deserialize;
+
+/// What the extension says of a buffer view.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Compressed {
+    pub buffer: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: u64,
+    pub count: u64,
+    pub mode: String,
+    pub filter: Option<String>,
+}
+
+impl Compressed {
+    /// Bytes of what is decoded.
+    pub fn decoded_length(&self) -> u64 {
+        self.count.saturating_mul(self.byte_stride)
+    }
+
+    /// The elements, one after the other; the caller has bounded their number.
+    ///
+    /// - `bytes`: the compressed ones alone.
+    ///
+    /// # Errors
+    /// What is wrong with the stream, or with what the file says of it.
+    pub fn decode(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
+        let (count, stride) = (self.count as usize, self.byte_stride as usize);
+        let mut decoded = match self.mode.as_str() {
+            "ATTRIBUTES" => vertices::decode(bytes, count, stride)?,
+            "TRIANGLES" => indices::triangles(bytes, count, stride)?,
+            "INDICES" => indices::sequence(bytes, count, stride)?,
+            other => {
+                return Err(format!(
+                    "its mode must be ATTRIBUTES, TRIANGLES or INDICES, got {other:?}"
+                ));
+            }
+        };
+        match self.filter.as_deref().unwrap_or("NONE") {
+            "NONE" => {}
+            _ if self.mode != "ATTRIBUTES" => return Err("indices must have no filter".to_owned()),
+            "OCTAHEDRAL" => filters::octahedral(&mut decoded, stride)?,
+            "QUATERNION" => filters::quaternion(&mut decoded, stride)?,
+            "EXPONENTIAL" => filters::exponential(&mut decoded, stride)?,
+            other => {
+                return Err(format!(
+                    "its filter must be OCTAHEDRAL, QUATERNION or EXPONENTIAL, got {other:?}"
+                ));
+            }
+        }
+        Ok(decoded)
+    }
+}
+
+/// The bytes of a stream, front to back.
+struct Stream<'a>(&'a [u8]);
+
+impl<'a> Stream<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or("its stream is cut short")?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn byte(&mut self) -> Result<u8, String> {
+        Ok(self.take(1)?[0])
+    }
+
+    /// Seven bits a byte, the lowest first; a set highest bit says that there are more.
+    fn number(&mut self) -> Result<u32, String> {
+        let mut number = 0;
+        for shift in (0..35).step_by(7) {
+            let byte = self.byte()?;
+            number |= u32::from(byte & 127).wrapping_shl(shift);
+            if byte < 128 {
+                break;
+            }
+        }
+        Ok(number)
+    }
+}
+
+/// Small numbers of either sign as small ones without: 0, -1, 1, -2, …
+const fn signed(zigzag: u32) -> u32 {
+    (zigzag >> 1) ^ (zigzag & 1).wrapping_neg()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_and_filters_that_there_are_none_of_are_refused_by_name() {
+        let view = |mode: &str, filter: Option<&str>| Compressed {
+            buffer: 0,
+            byte_offset: 0,
+            byte_length: 0,
+            byte_stride: 4,
+            count: 0,
+            mode: mode.to_owned(),
+            filter: filter.map(str::to_owned),
+        };
+        assert!(view("MEAN", None).decode(&[]).unwrap_err().contains("\"MEAN\""));
+        let empty = [&[0xa0][..], &[0; 32]].concat();
+        assert_eq!(view("ATTRIBUTES", None).decode(&empty), Ok(Vec::new()));
+        assert!(view("ATTRIBUTES", Some("SOFT")).decode(&empty).unwrap_err().contains("SOFT"));
+        let indices = [&[0xd1][..], &[0; 4]].concat();
+        assert!(view("INDICES", Some("OCTAHEDRAL")).decode(&indices).is_err());
+        assert!(view("ATTRIBUTES", None).decode(&empty[..20]).is_err());
+    }
+
+    #[test]
+    fn numbers_have_seven_bits_a_byte() {
+        assert_eq!(Stream(&[0x05]).number(), Ok(5));
+        assert_eq!(Stream(&[0x80, 0x01]).number(), Ok(128));
+        assert!(Stream(&[0x80]).number().is_err());
+        assert_eq!([0, 1, 2, 3].map(signed), [0, u32::MAX, 1, u32::MAX - 1]);
+    }
+}

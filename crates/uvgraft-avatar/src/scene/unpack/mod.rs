@@ -1,0 +1,76 @@
+//! Compressed parts of a file, as if they had never been compressed: each becomes a buffer of its own,
+//! and the document refers to that one. Whatever comes after meets plain buffer views only.
+
+mod draco;
+mod meshopt;
+
+use std::borrow::Cow;
+
+pub(super) use self::meshopt::Compressed;
+use super::container::{MAX_BYTES, too_many};
+use super::document::{BufferView, Document};
+use super::error::SceneError;
+
+/// Buffers of a file, with those that were made of compressed ones behind them.
+type Buffers<'a> = Vec<Cow<'a, [u8]>>;
+
+/// Decompresses what `EXT_meshopt_compression` and `KHR_draco_mesh_compression` compressed.
+///
+/// # Errors
+/// [`SceneError`] for streams that are damaged, or decode to more than a gigabyte in all.
+pub(super) fn unpack(document: &mut Document, buffers: &mut Buffers<'_>) -> Result<(), SceneError> {
+    let mut total = 0;
+    for index in 0..document.buffer_views.len() {
+        let Some(compressed) = document.buffer_views[index].extensions.meshopt.take() else {
+            continue;
+        };
+        let place = format!("buffer view {index}");
+        total = decoded(total, compressed.decoded_length())?;
+        let stored = (compressed.buffer, compressed.byte_offset, compressed.byte_length);
+        let bytes = slice(buffers, stored, &place)?;
+        let plain =
+            compressed.decode(bytes).map_err(|reason| SceneError::content(place, reason))?;
+        let is_attribute = compressed.mode == "ATTRIBUTES";
+        document.buffer_views[index] = BufferView {
+            byte_stride: is_attribute.then_some(compressed.byte_stride),
+            ..appended(buffers, plain)
+        };
+    }
+    draco::unpack(document, buffers, total)
+}
+
+/// Counts decoded bytes.
+fn decoded(total: u64, more: u64) -> Result<u64, SceneError> {
+    let total = total.saturating_add(more);
+    too_many("decompressed bytes", total, MAX_BYTES)?;
+    Ok(total)
+}
+
+/// Bytes of a buffer.
+fn slice<'a>(
+    buffers: &'a [Cow<'_, [u8]>],
+    (buffer, offset, length): (u32, u64, u64),
+    place: &str,
+) -> Result<&'a [u8], SceneError> {
+    let bytes = super::accessor::find(buffers, buffer, "buffer", place)?;
+    let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
+    let end = end.ok_or_else(|| {
+        let found = bytes.len();
+        let reason = format!(
+            "{length} bytes from {offset} on do not fit into buffer {buffer}, which has {found}"
+        );
+        SceneError::content(place, reason)
+    })?;
+    Ok(&bytes[offset as usize..end as usize])
+}
+
+/// A view of all of a new buffer.
+fn appended(buffers: &mut Buffers<'_>, bytes: Vec<u8>) -> BufferView {
+    let view = BufferView {
+        buffer: buffers.len() as u32,
+        byte_length: bytes.len() as u64,
+        ..BufferView::default()
+    };
+    buffers.push(Cow::Owned(bytes));
+    view
+}

@@ -1,0 +1,141 @@
+//! VRM 0.x in the words of VRM 1.0: its bones, and its groups of blend shapes as expressions.
+//!
+//! # Source
+//! VRM Consortium, "VRM 0.0" (`humanoid`, `blendShapeMaster`), and its page on migrating to 1.0 for
+//! what is called otherwise.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::accessor::find;
+use super::document::{Expression, Expressions, HumanBone, Humanoid, MorphTargetBind, Node, Vrm};
+use super::error::SceneError;
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Vrm0 {
+    #[serde(default)]
+    humanoid: Bones,
+    #[serde(default)]
+    blend_shape_master: Groups,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Bones {
+    #[serde(default)]
+    human_bones: Vec<Bone>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Bone {
+    bone: String,
+    /// -1 where there is none.
+    node: i64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Groups {
+    #[serde(default)]
+    blend_shape_groups: Vec<Group>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Group {
+    #[serde(default)]
+    name: String,
+    preset_name: Option<String>,
+    #[serde(default)]
+    is_binary: bool,
+    #[serde(default)]
+    binds: Vec<Bind>,
+}
+
+/// Names a mesh, where VRM 1.0 names a node; weights are percents.
+#[derive(Debug, Deserialize)]
+struct Bind {
+    mesh: u32,
+    index: u32,
+    weight: f32,
+}
+
+impl Vrm0 {
+    /// The same as VRM 1.0 would say it.
+    ///
+    /// - `meshes`: how many the file has.
+    ///
+    /// # Errors
+    /// [`SceneError`] for a blend shape of a mesh that there is not.
+    pub fn as_vrm1(&self, nodes: &[Node], meshes: usize) -> Result<Vrm, SceneError> {
+        let mut human_bones = BTreeMap::new();
+        for bone in &self.humanoid.human_bones {
+            if let Ok(node) = u32::try_from(bone.node) {
+                human_bones.insert(bone_name(&bone.bone), HumanBone { node });
+            }
+        }
+        let mut expressions = Expressions::default();
+        for group in &self.blend_shape_master.blend_shape_groups {
+            let preset = group.preset_name.as_deref().and_then(preset_name);
+            let name = preset.map_or_else(|| group.name.clone(), str::to_owned);
+            let (list, binds) = (&mut expressions, group.binds(nodes, meshes, &name)?);
+            let list = if preset.is_some() { &mut list.preset } else { &mut list.custom };
+            list.entry(name)
+                .or_insert(Expression { morph_target_binds: binds, is_binary: group.is_binary });
+        }
+        Ok(Vrm { humanoid: Humanoid { human_bones }, expressions })
+    }
+}
+
+impl Group {
+    fn binds(
+        &self,
+        nodes: &[Node],
+        meshes: usize,
+        name: &str,
+    ) -> Result<Vec<MorphTargetBind>, SceneError> {
+        let mut binds = Vec::new();
+        for bind in &self.binds {
+            find(&vec![(); meshes], bind.mesh, "mesh", &format!("VRM's blend shape {name}"))?;
+            for (node, _) in (0..).zip(nodes).filter(|(_, node)| node.mesh == Some(bind.mesh)) {
+                let weight = bind.weight / 100.0;
+                binds.push(MorphTargetBind { node, index: bind.index, weight });
+            }
+        }
+        Ok(binds)
+    }
+}
+
+/// The thumb's first bone is its metacarpal in VRM 1.0, so the names move by one.
+fn bone_name(name: &str) -> String {
+    match name.split_once("Thumb") {
+        Some((side, "Proximal")) => format!("{side}ThumbMetacarpal"),
+        Some((side, "Intermediate")) => format!("{side}ThumbProximal"),
+        _ => name.to_owned(),
+    }
+}
+
+fn preset_name(name: &str) -> Option<&'static str> {
+    Some(match name.to_ascii_lowercase().as_str() {
+        "neutral" => "neutral",
+        "a" => "aa",
+        "i" => "ih",
+        "u" => "ou",
+        "e" => "ee",
+        "o" => "oh",
+        "blink" => "blink",
+        "blink_l" => "blinkLeft",
+        "blink_r" => "blinkRight",
+        "joy" => "happy",
+        "angry" => "angry",
+        "sorrow" => "sad",
+        "fun" => "relaxed",
+        "lookup" => "lookUp",
+        "lookdown" => "lookDown",
+        "lookleft" => "lookLeft",
+        "lookright" => "lookRight",
+        _ => return None,
+    })
+}

@@ -1,0 +1,114 @@
+//! Materials by specular colour and glossiness as materials by roughness that mirror a colour.
+//!
+//! # Source
+//! Khronos, "KHR_materials_specular", "Conversions": with an index of refraction without bound, what is
+//! mirrored straight on is the specular colour itself.
+
+use serde_json::{Value, json};
+use uvgraft::{Channels, Depth, Encoding, Texels, Texture};
+
+use super::{File, drop_extensions, png};
+use crate::scene::accessor::{Accessors, find};
+use crate::scene::container::Container;
+use crate::scene::document::SpecularGlossiness;
+use crate::scene::error::SceneError;
+use crate::scene::images;
+
+/// So large that glass would mirror everything.
+const NO_BOUND: f32 = 1000.0;
+
+pub(super) fn resolve(
+    json: &mut Value,
+    container: &Container<'_>,
+    accessors: &Accessors<'_>,
+    file: &mut File,
+) -> Result<(), SceneError> {
+    let mut resolved = false;
+    for (index, material) in container.document.materials.iter().enumerate() {
+        let Some(gloss) = &material.extensions.specular_glossiness else { continue };
+        resolved = true;
+        let own =
+            json["materials"][index]["extensions"]["KHR_materials_pbrSpecularGlossiness"].take();
+        drop_extensions(&mut json["materials"][index]);
+        let mut pbr = json!({
+            "baseColorFactor": gloss.diffuse_factor.unwrap_or([1.0; 4]),
+            "metallicFactor": 0.0,
+            "roughnessFactor": 1.0 - gloss.glossiness_factor.unwrap_or(1.0),
+        });
+        let mut specular = json!({
+            "specularColorFactor": gloss.specular_factor.unwrap_or([1.0; 3]),
+        });
+        if !own["diffuseTexture"].is_null() {
+            pbr["baseColorTexture"] = own["diffuseTexture"].clone();
+        }
+        let texture = &own["specularGlossinessTexture"];
+        if !texture.is_null() {
+            specular["specularColorTexture"] = texture.clone();
+            if let Some(rough) = roughness(gloss, json, container, accessors, file)? {
+                let mut texture = texture.clone();
+                texture["index"] = rough.into();
+                pbr["metallicRoughnessTexture"] = texture;
+                pbr["roughnessFactor"] = json!(1.0);
+            }
+        }
+        let material = &mut json["materials"][index];
+        material["pbrMetallicRoughness"] = pbr;
+        material["extensions"]["KHR_materials_specular"] = specular;
+        material["extensions"]["KHR_materials_ior"] = json!({ "ior": NO_BOUND });
+    }
+    if resolved {
+        let used = &mut json["extensionsUsed"];
+        for name in ["KHR_materials_specular", "KHR_materials_ior"] {
+            if let Some(used) = used.as_array_mut()
+                && !used.iter().any(|known| known == name)
+            {
+                used.push(name.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A texture whose green channel is what the glossiness lacks to 1; its number in the new file.
+fn roughness(
+    gloss: &SpecularGlossiness,
+    json: &mut Value,
+    container: &Container<'_>,
+    accessors: &Accessors<'_>,
+    file: &mut File,
+) -> Result<Option<usize>, SceneError> {
+    let document = &container.document;
+    let Some(info) = &gloss.specular_glossiness_texture else { return Ok(None) };
+    let texture = find(&document.textures, info.index, "texture", "a material")?;
+    let Some(source) = images::source(texture)? else { return Ok(None) };
+    let place = format!("image {source}");
+    let image = find(&document.images, source, "image", "a texture")?;
+    let bytes = images::bytes(image, container, accessors, &place)?;
+    images::size(&bytes, source)?;
+    let picture = images::decode(&bytes, source)?;
+    let size = picture.size();
+    let factor = gloss.glossiness_factor.unwrap_or(1.0);
+    let mut texels = Vec::with_capacity(3 * size.texels());
+    if let Texels::U8(rgba) = picture.converted(Channels::Rgba, Depth::U8).into_texels() {
+        for texel in rgba.chunks_exact(4) {
+            let rough = 255.0 - factor * f32::from(texel[3]);
+            texels.extend([0, rough.round() as u8, 0]);
+        }
+    }
+    let texture = Texture::new(size, Channels::Rgb, Encoding::Data, Texels::U8(texels))
+        .map_err(|error| SceneError::content(place.as_str(), error.to_string()))?;
+    let image = file.add_image(&png(texture, &place)?);
+    let mut new = json["textures"][info.index as usize].clone();
+    drop_extensions(&mut new);
+    if let Some(extensions) = new.get_mut("extensions").and_then(Value::as_object_mut) {
+        extensions.remove("EXT_texture_webp");
+    }
+    new["source"] = push(&mut json["images"], image).into();
+    Ok(Some(push(&mut json["textures"], new)))
+}
+
+fn push(list: &mut Value, value: Value) -> usize {
+    let Some(list) = list.as_array_mut() else { return 0 };
+    list.push(value);
+    list.len() - 1
+}

@@ -1,0 +1,44 @@
+//! gltf-transform, which writes files as they are in the wild: compressed by Draco or meshoptimizer, with
+//! other images. `scripts/install-browser.sh` installs it.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The program, run by Node.
+#[derive(Debug)]
+pub struct GltfTransform {
+    script: PathBuf,
+}
+
+impl GltfTransform {
+    /// `None`, with a message, where it is not installed.
+    ///
+    /// # Panics
+    /// If it is not, and `CI` is set.
+    pub fn find() -> Option<Self> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let script = root.join("target/browser/node_modules/@gltf-transform/cli/bin/cli.js");
+        let node = Command::new("node").arg("--version").output();
+        if script.is_file() && node.is_ok_and(|node| node.status.success()) {
+            return Some(Self { script });
+        }
+        let reason = "there is no gltf-transform; scripts/install-browser.sh installs it";
+        assert!(std::env::var_os("CI").is_none(), "{reason}");
+        #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
+        {
+            eprintln!("skipped: {reason}");
+        }
+        None
+    }
+
+    /// Runs a command of it, such as `draco`, from one file to another.
+    ///
+    /// # Panics
+    /// If it fails.
+    pub fn run(&self, command: &str, from: &Path, to: &Path) {
+        let output = Command::new("node").arg(&self.script).arg(command).args([from, to]).output();
+        let output = output.expect("node, which was there before");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && to.is_file(), "{command}: {told}");
+    }
+}

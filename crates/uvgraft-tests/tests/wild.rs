@@ -1,0 +1,66 @@
+//! The demo's figure as other programs compress it, beside the plain file.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+use std::path::Path;
+
+use uvgraft::metrics::{Colors, ssim};
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::glb::{Export, Looks, Picture, PictureFormat, write};
+use uvgraft_avatar::render::{Bounds, Look, Perspective, Renderer};
+use uvgraft_avatar::scene::{Posing, Scene, whole};
+use uvgraft_avatar::{Figure, paint_body};
+use uvgraft_tests::gltf_transform::GltfTransform;
+
+const SIZE: Size = Size::new(300, 400);
+/// Draco keeps 14 bits of places in the body's box, which is a ninth of a millimetre, WebP its quality of 80.
+const LEAST_SSIM: f64 = 0.99;
+
+/// The figure in the middle of its wave, and its head.
+fn pictures(path: &Path) -> Vec<Texture> {
+    let scene = Scene::load(path).unwrap();
+    let renderer = Renderer::of(&scene);
+    let clip = scene.clips().iter().position(|clip| clip.name == "wave");
+    let posing = Posing { clip: clip.map(|clip| (clip, 1.0)), ..Posing::default() };
+    let drawn = scene.pose(&posing).unwrap();
+    let all = drawn.iter().flat_map(|piece| piece.positions.iter().copied());
+    let around = scene.around("head", &posing).unwrap();
+    let look = Look { floor: Some(0.0), ..Look::default() };
+    [Bounds::of(all), Bounds::of(around.points)]
+        .map(|bounds| {
+            let camera = Perspective::framing(&bounds.unwrap(), 20.0, 7.0, 24.0, 0.75, 1.0);
+            renderer.render(&drawn, &camera, &look, SIZE)
+        })
+        .to_vec()
+}
+
+#[test]
+fn compressed_files_look_like_plain_ones() {
+    let Some(program) = GltfTransform::find() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("plain.glb");
+    let color = paint_body(&Figure::new(), Size::square(1024));
+    let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
+    let file = write(&Figure::new().avatar(), &Looks::new(color), &Export::default()).unwrap();
+    std::fs::write(&plain, file.bytes).unwrap();
+    let wanted = pictures(&plain);
+    for (command, name) in [
+        ("draco", "draco.glb"),
+        ("meshopt", "meshopt.glb"),
+        ("webp", "webp.glb"),
+        ("copy", "copy.gltf"),
+    ] {
+        let path = folder.path().join(name);
+        program.run(command, &plain, &path);
+        // As it is, and as it goes into a page.
+        let page = folder.path().join(format!("{name}.page.glb"));
+        std::fs::write(&page, whole(&path).unwrap()).unwrap();
+        for path in [path, page] {
+            for (ours, theirs) in wanted.iter().zip(pictures(&path)) {
+                let [ours, theirs] = [ours.clone(), theirs].map(|t| Colors::new(t).unwrap());
+                let likeness = ssim(&ours, &theirs, None).unwrap();
+                assert!(likeness >= LEAST_SSIM, "{}: SSIM {likeness}", path.display());
+            }
+        }
+    }
+}

@@ -1,0 +1,50 @@
+// What a bone or a node moves, for the camera: the same choice that `uvgraft render --look-at` makes.
+
+import { Box3, Vector3 } from "three";
+
+/// Bones that begin a part of the body of its own; what hangs on others, such as fingers, goes with the
+/// bone above.
+const PARTS = ["hips", "spine", "chest", "upperChest", "neck", "head"];
+for (const side of ["left", "right"]) {
+  for (const bone of ["Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot"]) PARTS.push(side + bone);
+}
+
+/// The box around what a bone (by VRM's name) or a node moves, as it stands now; null for no such name.
+export function around(root, rig, name) {
+  const bone = rig.bones.get(name)?.node;
+  const target = bone ?? root.getObjectByName(name);
+  if (!target) return null;
+  const starts = new Set(bone ? PARTS.map((part) => rig.bones.get(part)?.node) : []);
+  const own = new Set();
+  const take = (node) => {
+    own.add(node);
+    for (const child of node.children) if (!starts.has(child)) take(child);
+  };
+  take(target);
+  root.updateWorldMatrix(true, true);
+  const box = new Box3();
+  root.traverse((mesh) => {
+    if (mesh.isMesh) vertices(mesh, own, (place) => box.expandByPoint(place));
+  });
+  if (box.isEmpty()) {
+    // A joint that moves nothing: an eighth of the figure around it.
+    const whole = new Box3().setFromObject(root, true).getSize(new Vector3()).length();
+    box.setFromCenterAndSize(target.getWorldPosition(new Vector3()), new Vector3(1, 1, 1).multiplyScalar(whole / 8));
+  }
+  return box;
+}
+
+/// Calls with the place of each vertex that is mostly theirs.
+function vertices(mesh, own, call) {
+  const { position, skinIndex, skinWeight } = mesh.geometry.attributes;
+  const bones = mesh.isSkinnedMesh ? mesh.skeleton.bones.map((bone) => own.has(bone)) : null;
+  if (!bones && !own.has(mesh)) return;
+  const place = new Vector3();
+  for (let vertex = 0; vertex < position.count; vertex += 1) {
+    let share = bones ? 0 : 1;
+    for (let k = 0; bones && k < 4; k += 1) {
+      if (bones[skinIndex.getComponent(vertex, k)]) share += skinWeight.getComponent(vertex, k);
+    }
+    if (share > 0.5) call(mesh.getVertexPosition(vertex, place).applyMatrix4(mesh.matrixWorld));
+  }
+}
