@@ -131,7 +131,7 @@ fn add_clip(args: &Args, path: &Path, avatar: &mut Avatar) -> anyhow::Result<()>
 }
 
 /// Numbers, or the array `betas` of a file.
-fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
+pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
     let wanted = |found: &str| {
         let wanted = "wanted numbers such as 0.5,-1.2, or a file with them";
         bad_input(format!("--betas {text}: found {found}, {wanted}"))
