@@ -30,6 +30,8 @@ pub(crate) mod vertices;
 pub mod vrm;
 
 #[cfg(test)]
+mod material_tests;
+#[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;

@@ -84,7 +84,8 @@ mod tests {
             assert_eq!(names(&level.avatar), names(&figure));
             assert!(level.avatar.morphs.iter().all(|morph| !morph.offsets.is_empty()), "{number}");
             // The figure's eyes are 3 cm wide; a centimetre and more would be another person.
-            assert!(level.deviation.most < 0.01 && level.deviation.mean < 0.002);
+            let Deviation { mean, most } = level.deviation;
+            assert!(most < 0.01 && mean < 0.002, "{number}: {mean} {most}");
             assert!(level.deviation.mean > before.mean, "{:?}", level.deviation);
             before = level.deviation;
         }
