@@ -187,8 +187,8 @@ pub(super) struct Material {
 
 #[derive(Serialize)]
 pub(super) struct MaterialExtensions {
-    #[serde(rename = "KHR_materials_unlit")]
-    pub unlit: Unlit,
+    #[serde(rename = "KHR_materials_unlit", skip_serializing_if = "Option::is_none")]
+    pub unlit: Option<Unlit>,
     #[serde(rename = "VRMC_materials_mtoon", skip_serializing_if = "Option::is_none")]
     pub mtoon: Option<MToon>,
 }

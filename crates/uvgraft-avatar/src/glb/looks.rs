@@ -11,7 +11,7 @@ pub enum Style {
     /// By glTF's physically based model, which all readers have.
     #[default]
     Pbr,
-    /// As drawings are, by `VRMC_materials_mtoon` 1.0; readers without it show plain colours.
+    /// As drawings are, by `VRMC_materials_mtoon` 1.0; for readers without it as [`Style::Pbr`].
     MToon,
     /// Not at all: plain colours, by `KHR_materials_unlit`.
     Unlit,
@@ -60,6 +60,12 @@ impl Looks {
             style: Style::default(),
             is_head: false,
         }
+    }
+
+    /// Whether its vertices have tangents: where there is a normal map. Shaders of MToon refuse them (three-vrm 3), and
+    /// readers of such files make their own, as glTF has it.
+    pub(super) fn has_tangents(&self) -> bool {
+        self.normal.is_some() && self.style != Style::MToon
     }
 
     /// All images, each once, in the order in which they are stored.

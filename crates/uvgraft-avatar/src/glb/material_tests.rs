@@ -95,7 +95,7 @@ fn maps_go_where_gltf_has_them() {
 }
 
 #[test]
-fn styles_fall_back_to_plain_colours() {
+fn styles_are_extensions() {
     let with = |style| {
         let exported = write(&tube(), &Looks { style, ..looks() }, &Export::default()).unwrap();
         let scene = Scene::read(&exported.bytes).unwrap();
@@ -108,8 +108,15 @@ fn styles_fall_back_to_plain_colours() {
     let extensions = &found["materials"][0]["extensions"];
     assert_eq!(*extensions, value!({ "KHR_materials_unlit": {} }));
     let (found, is_unlit) = with(Style::MToon);
-    assert!(is_unlit);
-    assert_eq!(found["extensionsUsed"], value!(["KHR_materials_unlit", "VRMC_materials_mtoon"]));
+    assert!(!is_unlit);
+    assert_eq!(found["extensionsUsed"], value!(["VRMC_materials_mtoon"]));
+    assert_eq!(found["extensionsRequired"], Value::Null);
+    // Shaders for it fail on tangents.
+    let normal = Some(picture(PictureFormat::Png));
+    let looks = Looks { style: Style::MToon, normal, ..looks() };
+    let with_normals = json(&write(&tube(), &looks, &Export::default()).unwrap().bytes);
+    let attributes = &with_normals["meshes"][0]["primitives"][0]["attributes"];
+    assert_eq!(attributes["TANGENT"], Value::Null);
     let mtoon = &found["materials"][0]["extensions"]["VRMC_materials_mtoon"];
     assert_eq!(mtoon["specVersion"], "1.0");
     assert_eq!(mtoon["shadeMultiplyTexture"]["index"], 0);

@@ -39,7 +39,7 @@ pub(super) fn write(
     buffer: &mut Buffer,
 ) -> Vec<Part> {
     let shading = Shading::new(&avatar.mesh).with_normals(normals.unwrap_or_default());
-    let frames = looks.iter().any(|looks| looks.normal.is_some()).then(|| {
+    let frames = looks.iter().any(Looks::has_tangents).then(|| {
         let shown: Vec<[f32; 3]> = shading.shown.iter().map(|&normal| normal.into()).collect();
         TangentFrames::with_normals(&avatar.mesh, &shown)
     });
@@ -48,7 +48,7 @@ pub(super) fn write(
     let source = Source { avatar, skin, changes: changes.collect() };
     let mut parts = Vec::new();
     for (material, looks) in (0_u8..=u8::MAX).zip(looks) {
-        let frames = frames.as_ref().filter(|_| looks.normal.is_some());
+        let frames = frames.as_ref().filter(|_| looks.has_tangents());
         let wanted = Wanted { frames, materials: &avatar.materials, only: Some(material) };
         let vertices = Vertices::new(&avatar.mesh, &shading, wanted);
         if !vertices.indices.is_empty() {

@@ -74,15 +74,19 @@ impl Writer<'_> {
             _ => texture("occlusion", &looks.occlusion),
         };
         let emissive_texture = texture("emissive", &looks.emissive);
-        let mtoon = match looks.style {
+        // Not both: the validator warns of materials with two extensions, and lit materials are no worse to fall back to.
+        let extensions = match looks.style {
             Style::Pbr => None,
-            Style::Unlit => Some(None),
-            Style::MToon => Some(Some(MToon::new(base_color_texture))),
+            Style::Unlit => {
+                self.extension(UNLIT, false);
+                Some(MaterialExtensions { unlit: Some(Unlit {}), mtoon: None })
+            }
+            Style::MToon => {
+                self.extension(mtoon::EXTENSION, false);
+                let mtoon = Some(MToon::new(base_color_texture));
+                Some(MaterialExtensions { unlit: None, mtoon })
+            }
         };
-        if let Some(mtoon) = &mtoon {
-            self.extension(UNLIT, false);
-            mtoon.iter().for_each(|_| self.extension(mtoon::EXTENSION, false));
-        }
         Material {
             name: looks.name.clone(),
             pbr_metallic_roughness: Pbr {
@@ -96,7 +100,7 @@ impl Writer<'_> {
             emissive_texture,
             emissive_factor: emissive_texture.map(|_| [1.0; 3]),
             double_sided: looks.double_sided,
-            extensions: mtoon.map(|mtoon| MaterialExtensions { unlit: Unlit {}, mtoon }),
+            extensions,
         }
     }
 

@@ -35,7 +35,7 @@ pub(super) struct MaterialArgs {
 enum LookName {
     /// Physically, which everything knows
     Pbr,
-    /// As drawings are, in a .vrm (MToon 1.0); what does not know it shows plain colours
+    /// As drawings are, in a .vrm (MToon 1.0); what does not know it lights it as pbr
     Mtoon,
     /// Not at all: plain colours, for textures with light in them
     Unlit,
