@@ -6,6 +6,7 @@ mod dress;
 mod face;
 mod layout;
 mod lods;
+mod maps;
 mod materials;
 mod meta;
 mod plan;
@@ -33,7 +34,8 @@ use dress::Dressed;
 use face::Face;
 use layout::LayoutArgs;
 use lods::LodArgs;
-use materials::{Encoder, MaterialArgs};
+use maps::Encoder;
+use materials::MaterialArgs;
 use meta::MetaArgs;
 use plan::Plan;
 

@@ -6,8 +6,8 @@ use uvgraft_avatar::{Avatar, portrait};
 
 use crate::failure::warn;
 
-/// Sides of the picture: VRM advises this.
-const SIDE: u32 = 1024;
+/// Sides of the picture: what lists show of it, in some tenths of a second.
+const SIDE: u32 = 512;
 const JPEG_QUALITY: u8 = 88;
 
 /// The textures that it is drawn with, which need be no larger than what is seen of them.
