@@ -108,8 +108,10 @@ fn maps_of_a_face_go_into_the_material() {
     }
     assert!(faces > 20_000 && others > 100_000, "{faces} {others}");
     let normals = picture(&found, &material["normalTexture"]);
-    let off = |x, y| texel_u8(&normals, x, y)[2] < 250;
-    assert!(!(0..SIDE).any(|k| off(k, k) || off(k, SIDE / 3)));
+    // Where the head's own mesh ends its smooth normals are others than the body's; flat is flat elsewhere.
+    let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+    let off = texels.filter(|&(x, y)| texel_u8(&normals, x, y)[2] < 250).count() as u32;
+    assert!(off * 100 < SIDE * SIDE, "{off}");
     let primitive = &found.0["meshes"][0]["primitives"][0];
     assert!(primitive["attributes"]["TANGENT"].is_u64());
     assert!(primitive["targets"][0]["TANGENT"].is_u64());

@@ -30,7 +30,8 @@ fn shoot(browser: &Browser, bytes: &[u8], name: &str) -> (Value, Texture) {
     let folder = tempfile::tempdir().unwrap();
     let (file, picture) = (folder.path().join(name), folder.path().join("picture.png"));
     std::fs::write(&file, bytes).unwrap();
-    let camera = json!({ "eye": [0.2, 1.65, 0.9], "target": [0, 1.6, 0], "up": [0, 1, 0], "fovY": 30 });
+    let camera =
+        json!({ "eye": [0.2, 1.65, 0.9], "target": [0, 1.6, 0], "up": [0, 1, 0], "fovY": 30 });
     let shot = json!({
         "output": picture, "width": 200, "height": 200, "camera": camera, "background": "#ff00ff"
     });
@@ -61,7 +62,10 @@ fn all_looks_are_drawn() {
             assert_eq!(materials, 1 + usize::from(is_divided), "{style:?}");
             // The face is skin, and not the background.
             let [red, green, blue] = [0, 1, 2].map(|channel| picture.get(100, 95, channel));
-            assert!(red > green && green > 0.2 && red > blue + 0.05, "{style:?}: {red} {green} {blue}");
+            assert!(
+                red > green && green > 0.2 && red > blue + 0.05,
+                "{style:?}: {red} {green} {blue}"
+            );
         }
     }
 }
