@@ -107,7 +107,7 @@ mod tests {
         let graft = Graft::builder(Arc::clone(&own.pair), Sizes { from: size, to: size });
         let graft = graft.shared_blend(relaid).build().unwrap();
         let face = texture(|x, y| ((x * 37 + y * 101) % 200) as u8);
-        let found = graft.apply(&face, &texture(|_, _| 250)).unwrap();
+        let found = graft.apply(&face, texture(|_, _| 250)).unwrap();
         let level = |texture: &Texture, x, y| (255.0 * texture.get(x, y, 0)).round();
         // The rim is the last column's left side, at 1 m; a quarter of a metre is 16 texels.
         for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
