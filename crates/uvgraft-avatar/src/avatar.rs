@@ -11,6 +11,8 @@ use crate::rig::{Clip, Expression, HumanBone, Morph, Pose, RigError, Skeleton, S
 pub struct Avatar {
     /// Shape and layout at rest.
     pub mesh: Mesh,
+    /// `[triangles]`, the number of each one's material, which its coordinates are in; empty where all have the first.
+    pub materials: Vec<u8>,
     /// What moves it.
     pub skeleton: Skeleton,
     /// How its vertices follow.
@@ -34,6 +36,9 @@ impl Avatar {
         };
         let vertices = self.mesh.positions().len();
         count("vertices with weights", self.skin.vertices(), vertices)?;
+        if !self.materials.is_empty() {
+            count("triangles with materials", self.materials.len(), self.mesh.faces().len())?;
+        }
         let joints = self.skeleton.joints().len();
         for vertex in 0..vertices {
             if self.skin.of(vertex).iter().any(|&(joint, _)| usize::from(joint) >= joints) {
@@ -55,6 +60,11 @@ impl Avatar {
             count("morphs of an expression", found, expression.morphs.len())?;
         }
         self.clips.iter().try_for_each(|clip| clip.check(joints))
+    }
+
+    /// The number of a triangle's material.
+    pub fn material(&self, face: usize) -> u8 {
+        self.materials.get(face).copied().unwrap_or(0)
     }
 
     /// Where the vertices are in a pose, with expressions mixed in by the weights of `morphs`.
@@ -180,6 +190,7 @@ mod tests {
         let turns = [[0.1, 0.2, 0.3], [-0.5, 0.4, 0.2]];
         Avatar {
             mesh,
+            materials: Vec::new(),
             skeleton: Skeleton::new(joints).unwrap(),
             skin: Skin::new(skin, 2).unwrap(),
             morphs: vec![Morph { name: "m".to_owned(), offsets: vec![(2, [0.0, 1.0, 0.0])] }],
@@ -248,6 +259,9 @@ mod tests {
         wrong.check().unwrap_err();
         let mut wrong = avatar();
         wrong.clips[0].poses[0].rotations.pop();
+        wrong.check().unwrap_err();
+        let mut wrong = avatar();
+        wrong.materials = vec![0, 1];
         wrong.check().unwrap_err();
         let mut wrong = avatar();
         wrong.expressions.push(Expression {

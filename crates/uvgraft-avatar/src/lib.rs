@@ -14,6 +14,7 @@ pub mod glb;
 pub mod motion;
 mod noise;
 mod normals;
+mod portrait;
 pub mod preset;
 pub mod render;
 pub mod rig;
@@ -22,3 +23,4 @@ mod vector;
 
 pub use avatar::Avatar;
 pub use figure::{Figure, paint_body, paint_body_in_tone, paint_head};
+pub use portrait::{PortraitError, portrait};

@@ -25,6 +25,7 @@ mod progress;
 mod region;
 mod render;
 mod report;
+mod role_file;
 mod roundtrip;
 mod scores;
 mod seams;

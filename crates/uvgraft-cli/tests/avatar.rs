@@ -466,7 +466,6 @@ fn faces_outputs_and_options_are_checked() {
             &["2048×2048", "quest", "1024"],
         ),
         (format!("{sure} --preset ps5 -o me.glb"), &["'ps5'", "quest", "visionos"]),
-        (format!("{sure} --triangles 5000 -o me.glb"), &["--preset"]),
         (format!("{HEAD} --body demo --betas 1 -o me.glb"), &["--betas", "--body demo"]),
         (sure.replace("--size 16", "") + " -o me.glb", &["--size"]),
         (sure.replace("#c08a70", "none.png") + " -o me.glb", &["none.png: ", "No such file"]),

@@ -80,6 +80,7 @@ pub fn avatar() -> Avatar {
     let aside = (0..8).map(|corner| ((head * 8 + corner) as u32, ASIDE)).collect();
     Avatar {
         mesh: Mesh::from_triangles(positions, uv, &faces, &uv_faces).expect("a sound mesh"),
+        materials: Vec::new(),
         skeleton: Skeleton::new(joints.collect()).expect("a sound skeleton"),
         skin: Skin::new(weights, PARTS.len()).expect("sound weights"),
         morphs: vec![Morph { name: "aside".to_owned(), offsets: aside }],

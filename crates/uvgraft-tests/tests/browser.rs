@@ -181,7 +181,12 @@ fn page(folder: &TempDir, is_vrm: bool, name: &str) -> Option<PathBuf> {
     let (red, green) = (mannequin::plain([200, 40, 30]), mannequin::plain([30, 160, 60]));
     let pictures = [(name, red), ("green", green)];
     let textures = pictures.iter().map(|(name, file)| (*name, Picture::new(file.bytes()).unwrap()));
-    let page = Page { name, model: Glb::new(&model).unwrap(), textures: textures.collect() };
+    let page = Page {
+        name,
+        model: Glb::new(&model).unwrap(),
+        textures: textures.collect(),
+        look_at: None,
+    };
     let mut html_with_data = Vec::new();
     page.write(&Template::new(html).unwrap(), &mut html_with_data).unwrap();
     Some(write(folder, "me.html", &html_with_data))

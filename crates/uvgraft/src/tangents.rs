@@ -69,6 +69,24 @@ impl TangentFrames {
         Self { faces }
     }
 
+    /// The same with the normals that a mesh is drawn with.
+    ///
+    /// - `normals`: `[vertices]`, of any length; a vertex whose normal has none, or is not finite, keeps its smooth one.
+    pub fn with_normals(mesh: &Mesh, normals: &[[f32; 3]]) -> Self {
+        let welded = Welded::new(mesh);
+        let smooth = corner_normals(mesh, &welded);
+        let shown = |vertex: u32| direction(normals.get(vertex as usize)?.map(f64::from));
+        let mut faces: Vec<[TangentFrame; 3]> = (0..mesh.faces().len())
+            .map(|face| {
+                let own = own_tangent(mesh, face);
+                let corners = mesh.faces()[face];
+                [0, 1, 2].map(|k| framed(shown(corners[k]).unwrap_or(smooth[face][k]), own))
+            })
+            .collect();
+        Surface::new(mesh, &welded, &mut faces).generate();
+        Self { faces }
+    }
+
     /// `[triangles]`, corner by corner as [`Mesh::faces`].
     pub fn faces(&self) -> &[[TangentFrame; 3]] {
         &self.faces
@@ -355,6 +373,20 @@ mod tests {
                 assert!((face[0].normal[k] - wanted[k]).abs() < 1e-6, "{:?}", face[0]);
             }
         }
+    }
+
+    #[test]
+    fn tangents_are_at_right_angles_to_the_normals_that_are_shown() {
+        let uv = vec![[0.1, 0.9], [0.5, 0.9], [0.5, 0.2], [0.1, 0.2]];
+        let mesh = Mesh::from_triangles(QUAD.into(), uv, &FACES, &FACES).unwrap();
+        // Leaning to the right by 3 in 5; one has no direction, and one is missing.
+        let lean = [0.6, 0.0, 0.8];
+        let frames = TangentFrames::with_normals(&mesh, &[lean, lean, [f32::NAN; 3]]);
+        let [a, b, c] = frames.faces()[0];
+        assert_eq!((a.normal, b.normal, c.normal), (lean, lean, [0.0, 0.0, 1.0]));
+        let wanted = [0.8, 0.0, -0.6];
+        assert!((0..3).all(|k| (a.tangent[k] - wanted[k]).abs() < 1e-6), "{a:?}");
+        assert_eq!(TangentFrames::with_normals(&mesh, &[]), TangentFrames::new(&mesh));
     }
 
     fn assert_sound(mesh: &Mesh) {

@@ -34,6 +34,7 @@ impl Shaped<'_> {
             .map_err(|_| RigError::NotFinite { what: "a vertex of the shape".to_owned() })?;
         Ok(Avatar {
             mesh,
+            materials: Vec::new(),
             skeleton: self.skeleton.clone(),
             skin: self.model.skin.clone(),
             morphs: Vec::new(),

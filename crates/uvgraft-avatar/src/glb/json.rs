@@ -6,6 +6,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::mtoon::MToon;
 use super::vrm::json::Vrm;
 
 pub(super) const FLOAT: u32 = 5126;
@@ -86,6 +87,27 @@ pub(super) struct Node {
     pub mesh: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extensions: Option<NodeExtensions>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extras: Option<NodeExtras>,
+}
+
+#[derive(Serialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "MSFT_lod")]
+    pub levels: LevelNodes,
+}
+
+#[derive(Serialize)]
+pub(super) struct LevelNodes {
+    pub ids: Vec<usize>,
+}
+
+#[derive(Serialize)]
+pub(super) struct NodeExtras {
+    #[serde(rename = "MSFT_screencoverage")]
+    pub screen_coverage: Vec<f32>,
 }
 
 #[derive(Serialize)]
@@ -133,6 +155,8 @@ pub(super) struct Attributes {
 pub(super) struct Target {
     pub position: usize,
     pub normal: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangent: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -151,9 +175,29 @@ pub(super) struct Material {
     pub pbr_metallic_roughness: Pbr,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_texture: Option<TextureInfo>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub occlusion_texture: Option<TextureInfo>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub emissive_texture: Option<TextureInfo>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub emissive_factor: Option<[f32; 3]>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub double_sided: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extensions: Option<MaterialExtensions>,
 }
+
+#[derive(Serialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_unlit", skip_serializing_if = "Option::is_none")]
+    pub unlit: Option<Unlit>,
+    #[serde(rename = "VRMC_materials_mtoon", skip_serializing_if = "Option::is_none")]
+    pub mtoon: Option<MToon>,
+}
+
+/// An extension without properties.
+#[derive(Serialize)]
+pub(super) struct Unlit {}
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -165,7 +209,7 @@ pub(super) struct Pbr {
     pub metallic_roughness_texture: Option<TextureInfo>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Clone, Copy)]
 pub(super) struct TextureInfo {
     pub index: usize,
 }

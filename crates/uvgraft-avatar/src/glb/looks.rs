@@ -5,7 +5,19 @@ use std::io::Cursor;
 use uvgraft::{Depth, Encoding, Size, Texels, Texture, TextureError};
 use uvgraft_io::image::{self, EncodeError, Format, ImageError, WriteOptions};
 
-/// How an avatar looks: one material, because each costs a draw call and platforms rank avatars by it.
+/// How surfaces are lit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Style {
+    /// By glTF's physically based model, which all readers have.
+    #[default]
+    Pbr,
+    /// As drawings are, by `VRMC_materials_mtoon` 1.0; for readers without it as [`Style::Pbr`].
+    MToon,
+    /// Not at all: plain colours, by `KHR_materials_unlit`.
+    Unlit,
+}
+
+/// A material. Each one costs a draw call, and platforms rank avatars by how many they have.
 #[derive(Debug, Clone)]
 pub struct Looks {
     /// What the material is called.
@@ -16,12 +28,20 @@ pub struct Looks {
     pub normal: Option<Picture>,
     /// Roughness in green and metalness in blue, as glTF has it; the factors are multiplied in.
     pub roughness: Option<Picture>,
+    /// Ambient occlusion in red; it may be the same picture as `roughness`, which is then stored once.
+    pub occlusion: Option<Picture>,
+    /// What shines by itself, sRGB.
+    pub emissive: Option<Picture>,
     /// `0.0..=1.0`, 1 for what does not shine.
     pub roughness_factor: f32,
     /// `0.0..=1.0`, 0 for what is no metal.
     pub metallic_factor: f32,
     /// Show the backs of triangles too.
     pub double_sided: bool,
+    /// How it is lit.
+    pub style: Style,
+    /// Its triangles are in the way of who looks out of the avatar's eyes: VRM files hide them then.
+    pub is_head: bool,
 }
 
 impl Looks {
@@ -32,15 +52,33 @@ impl Looks {
             color,
             normal: None,
             roughness: None,
+            occlusion: None,
+            emissive: None,
             roughness_factor: 0.7,
             metallic_factor: 0.0,
             double_sided: false,
+            style: Style::default(),
+            is_head: false,
         }
     }
 
-    /// All images, in the order in which they are stored.
+    /// Whether its vertices have tangents: where there is a normal map. Shaders of MToon refuse them (three-vrm 3), and
+    /// readers of such files make their own, as glTF has it.
+    pub(super) fn has_tangents(&self) -> bool {
+        self.normal.is_some() && self.style != Style::MToon
+    }
+
+    /// All images, each once, in the order in which they are stored.
     pub fn pictures(&self) -> impl Iterator<Item = &Picture> {
-        [Some(&self.color), self.normal.as_ref(), self.roughness.as_ref()].into_iter().flatten()
+        let occlusion = self.occlusion.as_ref().filter(|_| self.occlusion != self.roughness);
+        let data = [self.normal.as_ref(), self.roughness.as_ref(), occlusion];
+        [Some(&self.color), self.emissive.as_ref()].into_iter().chain(data).flatten()
+    }
+}
+
+impl AsRef<[Self]> for Looks {
+    fn as_ref(&self) -> &[Self] {
+        std::slice::from_ref(self)
     }
 }
 

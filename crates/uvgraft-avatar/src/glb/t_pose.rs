@@ -235,6 +235,7 @@ mod tests {
             skin: Skin::new([[(0, 1.0)], [(0, 1.0)], [(0, 1.0)]], 4).unwrap(),
             morphs: Vec::new(),
             expressions: Vec::new(),
+            materials: Vec::new(),
             clips: Vec::new(),
         }
     }

@@ -61,6 +61,7 @@ pub(crate) fn tube() -> Avatar {
     ];
     Avatar {
         mesh,
+        materials: Vec::new(),
         skeleton: Skeleton::new(joints.collect()).unwrap(),
         skin,
         morphs,

@@ -11,30 +11,30 @@ use super::testing::{RINGS, SIDES, tube};
 use super::*;
 use crate::rig::{ExpressionPreset, HumanBone, Joint, Pose, Skeleton};
 
-fn picture(format: PictureFormat) -> Picture {
+pub(super) fn picture(format: PictureFormat) -> Picture {
     let color = [0.8, 0.6, 0.5];
     let texture =
         Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &color);
     Picture::encode(texture.unwrap(), format, 90).unwrap()
 }
 
-fn looks() -> Looks {
+pub(super) fn looks() -> Looks {
     Looks::new(picture(PictureFormat::Png))
 }
 
 /// A file as a player sees it.
-struct Player {
-    document: gltf::Document,
+pub(super) struct Player {
+    pub(super) document: gltf::Document,
     blob: Vec<u8>,
 }
 
 impl Player {
-    fn new(bytes: &[u8]) -> Self {
+    pub(super) fn new(bytes: &[u8]) -> Self {
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(bytes).unwrap();
         Self { document, blob: blob.unwrap() }
     }
 
-    fn buffer(&self, _: gltf::Buffer<'_>) -> Option<&[u8]> {
+    pub(super) fn buffer(&self, _: gltf::Buffer<'_>) -> Option<&[u8]> {
         Some(&self.blob)
     }
 
@@ -247,7 +247,7 @@ fn a_normal_map_brings_tangents() {
     assert_eq!(player.document.textures().count(), 2);
 }
 
-fn json(bytes: &[u8]) -> Value {
+pub(super) fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(&gltf::Glb::from_slice(bytes).unwrap().json).unwrap()
 }
 
@@ -276,7 +276,7 @@ fn the_same_avatar_makes_the_same_bytes() {
 }
 
 /// The tube with the bones that a human must have, the left arm hanging down.
-fn human() -> Avatar {
+pub(super) fn human() -> Avatar {
     use HumanBone as B;
     let mut avatar = tube();
     let parents: [(HumanBone, usize, [f32; 3]); 17] = [
@@ -309,7 +309,7 @@ fn human() -> Avatar {
     avatar
 }
 
-fn meta() -> VrmMeta {
+pub(super) fn meta() -> VrmMeta {
     VrmMeta::new("Tube", vec!["Someone".to_owned()], Permissions::ONLY_AUTHOR)
 }
 

@@ -1,18 +1,22 @@
-//! The material with its textures, and the extensions that their formats need.
+//! Materials with their textures, and the extensions that these and their formats need.
 
 use super::buffer::Buffer;
 use super::json::{
-    CLAMP_TO_EDGE, Image, LINEAR, LINEAR_MIPMAP_LINEAR, Material, Pbr, REPEAT, Sampler, Texture,
-    TextureExtensions, TextureInfo, TextureSource,
+    CLAMP_TO_EDGE, Image, LINEAR, LINEAR_MIPMAP_LINEAR, Material, MaterialExtensions, Pbr, REPEAT,
+    Sampler, Texture, TextureExtensions, TextureInfo, TextureSource, Unlit,
 };
-use super::looks::{Looks, Picture, PictureFormat};
-use super::vertices::Vertices;
+use super::looks::{Looks, Picture, PictureFormat, Style};
+use super::mtoon::{self, MToon};
+
+const UNLIT: &str = "KHR_materials_unlit";
 
 pub(super) struct Written {
-    pub material: Material,
+    pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub samplers: Vec<Sampler>,
+    /// The number of the thumbnail among the images.
+    pub thumbnail: Option<usize>,
     pub image_bytes: usize,
     /// Their names, and whether readers must know them.
     pub extensions: Vec<(&'static str, bool)>,
@@ -26,8 +30,15 @@ struct Writer<'a> {
     extensions: Vec<(&'static str, bool)>,
 }
 
-/// Appends the images, and makes a material of them.
-pub(super) fn write(looks: &Looks, vertices: &Vertices, buffer: &mut Buffer) -> Written {
+/// Appends the images, and makes materials of them.
+///
+/// - `is_inside`: whether all coordinates are in the unit square.
+pub(super) fn write(
+    looks: &[Looks],
+    is_inside: bool,
+    thumbnail: Option<&Picture>,
+    buffer: &mut Buffer,
+) -> Written {
     let mut writer = Writer {
         buffer,
         textures: Vec::new(),
@@ -35,25 +46,13 @@ pub(super) fn write(looks: &Looks, vertices: &Vertices, buffer: &mut Buffer) -> 
         image_bytes: 0,
         extensions: Vec::new(),
     };
-    let base_color_texture = writer.texture("color", &looks.color);
-    let normal_texture = looks.normal.as_ref().map(|picture| writer.texture("normal", picture));
-    let roughness = looks.roughness.as_ref().map(|picture| writer.texture("roughness", picture));
+    let materials = looks.iter().map(|looks| writer.material(looks)).collect();
     // Beyond its edges a texture only goes on where the layout does.
-    let inside = vertices.uv.as_flattened().iter().all(|value| (0.0..=1.0).contains(value));
-    let wrap = if inside { CLAMP_TO_EDGE } else { REPEAT };
+    let wrap = if is_inside { CLAMP_TO_EDGE } else { REPEAT };
     let (mag_filter, min_filter) = (LINEAR, LINEAR_MIPMAP_LINEAR);
     Written {
-        material: Material {
-            name: looks.name.clone(),
-            pbr_metallic_roughness: Pbr {
-                base_color_texture,
-                metallic_factor: looks.metallic_factor,
-                roughness_factor: looks.roughness_factor,
-                metallic_roughness_texture: roughness,
-            },
-            normal_texture,
-            double_sided: looks.double_sided,
-        },
+        materials,
+        thumbnail: thumbnail.map(|picture| writer.image("thumbnail", picture)),
         textures: writer.textures,
         images: writer.images,
         samplers: vec![Sampler { mag_filter, min_filter, wrap_s: wrap, wrap_t: wrap }],
@@ -63,6 +62,48 @@ pub(super) fn write(looks: &Looks, vertices: &Vertices, buffer: &mut Buffer) -> 
 }
 
 impl Writer<'_> {
+    fn material(&mut self, looks: &Looks) -> Material {
+        let base_color_texture = self.texture("color", &looks.color);
+        let mut texture = |name, picture: &Option<Picture>| {
+            picture.as_ref().map(|picture| self.texture(name, picture))
+        };
+        let normal_texture = texture("normal", &looks.normal);
+        let metallic_roughness_texture = texture("roughness", &looks.roughness);
+        let occlusion_texture = match metallic_roughness_texture {
+            Some(both) if looks.occlusion == looks.roughness => Some(both),
+            _ => texture("occlusion", &looks.occlusion),
+        };
+        let emissive_texture = texture("emissive", &looks.emissive);
+        // Not both: the validator warns of materials with two extensions, and lit materials are no worse to fall back to.
+        let extensions = match looks.style {
+            Style::Pbr => None,
+            Style::Unlit => {
+                self.extension(UNLIT, false);
+                Some(MaterialExtensions { unlit: Some(Unlit {}), mtoon: None })
+            }
+            Style::MToon => {
+                self.extension(mtoon::EXTENSION, false);
+                let mtoon = Some(MToon::new(base_color_texture));
+                Some(MaterialExtensions { unlit: None, mtoon })
+            }
+        };
+        Material {
+            name: looks.name.clone(),
+            pbr_metallic_roughness: Pbr {
+                base_color_texture,
+                metallic_factor: looks.metallic_factor,
+                roughness_factor: looks.roughness_factor,
+                metallic_roughness_texture,
+            },
+            normal_texture,
+            occlusion_texture,
+            emissive_texture,
+            emissive_factor: emissive_texture.map(|_| [1.0; 3]),
+            double_sided: looks.double_sided,
+            extensions,
+        }
+    }
+
     fn texture(&mut self, name: &str, picture: &Picture) -> TextureInfo {
         let own = self.image(name, picture);
         let fallback = picture.fallback().map(|fallback| self.image(name, fallback));

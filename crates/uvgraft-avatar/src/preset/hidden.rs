@@ -199,6 +199,7 @@ mod tests {
         let uv = vec![[0.0; 2]; positions.len()];
         Avatar {
             mesh: Mesh::from_triangles(positions, uv, &faces, &faces).unwrap(),
+            materials: Vec::new(),
             skeleton: Skeleton::new(joints).unwrap(),
             skin,
             morphs: Vec::new(),

@@ -87,6 +87,8 @@ pub struct Limits {
     pub ranks: &'static [&'static str],
     /// For each figure the most that each rank allows.
     pub figures: &'static [(Figure, &'static [f64])],
+    /// What has to be done to a file before the platform takes it.
+    pub before: Option<&'static str>,
 }
 
 const VRCHAT_RANKS: &[&str] = &["Excellent", "Good", "Medium", "Poor"];
@@ -105,6 +107,7 @@ pub const VRCHAT_MOBILE: Limits = Limits {
         // A hard limit, whatever the rank; Unity's bundle differs from the file, mostly downwards.
         (Figure::FileSize, &[10.0 * MB]),
     ],
+    before: None,
 };
 
 /// VRChat on Windows.
@@ -119,6 +122,7 @@ pub const VRCHAT_PC: Limits = Limits {
         (Figure::MaterialSlots, &[4.0, 8.0, 16.0, 32.0]),
         (Figure::FileSize, &[200.0 * MB]),
     ],
+    before: None,
 };
 
 /// Google's viewer for web pages on Android, the strictest of what opens GLB files in browsers.
@@ -132,9 +136,10 @@ pub const SCENE_VIEWER: Limits = Limits {
         (Figure::MaterialSlots, &[10.0]),
         (Figure::FileSize, &[10.0 * MB]),
     ],
+    before: None,
 };
 
-/// Apple's viewer. It opens USDZ, which Apple's Reality Converter makes of a GLB file.
+/// Apple's viewer. It opens USDZ only, which Apple's Reality Converter makes of a GLB file.
 pub const AR_QUICK_LOOK: Limits = Limits {
     platform: "AR Quick Look",
     ranks: &["recommended"],
@@ -144,6 +149,10 @@ pub const AR_QUICK_LOOK: Limits = Limits {
         (Figure::MaterialSlots, &[1.0]),
         (Figure::Animation, &[10.0]),
     ],
+    before: Some(
+        "opens USDZ, not this file: convert it, with Apple's Reality Converter or Blender, say. Its limits are \
+         compared with what is converted",
+    ),
 };
 
 /// What platforms look at in a file.
@@ -160,7 +169,8 @@ pub struct Measured {
 
 impl Measured {
     /// Of a file that was written.
-    pub fn new(report: &Report, looks: &Looks) -> Self {
+    pub fn new(report: &Report, looks: &(impl AsRef<[Looks]> + ?Sized)) -> Self {
+        let pictures = || looks.as_ref().iter().flat_map(Looks::pictures);
         let texels = |picture: &Picture| picture.size().texels() as u64;
         // Each mip level has a quarter of the one before: 1 + 1/4 + 1/16 + ... = 4/3.
         let with_mips = |bytes: u64| bytes * 4 / 3;
@@ -171,9 +181,9 @@ impl Measured {
         let side = |picture: &Picture| picture.size().width.max(picture.size().height);
         Self {
             report: *report,
-            texture_memory: looks.pictures().map(|picture| with_mips(texels(picture))).sum(),
-            texture_memory_raw: looks.pictures().map(raw).sum(),
-            texture_side: looks.pictures().map(side).max().unwrap_or(0),
+            texture_memory: pictures().map(|picture| with_mips(texels(picture))).sum(),
+            texture_memory_raw: pictures().map(raw).sum(),
+            texture_side: pictures().map(side).max().unwrap_or(0),
         }
     }
 
@@ -185,8 +195,8 @@ impl Measured {
             Figure::TextureMemory => self.texture_memory as f64,
             Figure::TextureSide => f64::from(self.texture_side),
             Figure::Bones => self.report.joints as f64,
-            // Files have one mesh with one material.
-            Figure::SkinnedMeshes | Figure::MaterialSlots => 1.0,
+            Figure::SkinnedMeshes => self.report.meshes as f64,
+            Figure::MaterialSlots => self.report.materials as f64,
             Figure::FileSize => self.report.bytes as f64,
             Figure::Animation => f64::from(self.report.longest_clip),
         }
@@ -253,6 +263,8 @@ mod tests {
         let report = Report {
             vertices: 1000,
             triangles,
+            meshes: 1,
+            materials: 1,
             joints: 76,
             morphs: 0,
             clips: 0,

@@ -6,11 +6,13 @@
 //! | [`QUEST`] | 1024, PNG | 10,000 | VRChat's mobile ranks: "Good", which every headset shows |
 //! | [`PCVR`] | 2048, PNG | 32,000 | VRChat's PC ranks: "Excellent" |
 //! | [`WEB`] | 2048, JPEG | 50,000 | pages on phones: a small download; some 27,000 vertices of the 30,000 that are advised |
-//! | [`VISIONOS`] | 2048, PNG | 100,000 | AR Quick Look, after conversion to USDZ |
+//! | [`VISIONOS`] | 2048, PNG | 100,000 | AR Quick Look, which opens USDZ only: files need conversion |
 //!
 //! Unity compresses textures at import, so VRChat's get them lossless.
 
+mod deviation;
 mod hidden;
+mod levels;
 mod limits;
 #[cfg(feature = "simplify")]
 mod simplify;
@@ -22,7 +24,9 @@ mod tests;
 
 use uvgraft::{Averaging, Filter, MeshError, Size, Texture, TextureError};
 
+pub use self::deviation::Deviation;
 pub use self::hidden::hidden;
+pub use self::levels::{Level, MOST_LEVELS, levels};
 pub use self::limits::{
     AR_QUICK_LOOK, Figure, Limits, Line, Measured, SCENE_VIEWER, VRCHAT_MOBILE, VRCHAT_PC,
 };
@@ -92,12 +96,10 @@ const JPEG_QUALITY: u8 = 92;
 pub enum PresetError {
     /// This build cannot simplify.
     #[error(
-        "the avatar has {found} triangles, more than the {wanted} of `{preset}`, and this build \
-         cannot simplify: build it with the feature `simplify`"
+        "the avatar has {found} triangles, more than {wanted}, and this build cannot simplify: build it with the \
+         feature `simplify`"
     )]
     Budget {
-        /// The preset's name.
-        preset: &'static str,
         /// How many there are.
         found: usize,
         /// How many there may be.
@@ -114,7 +116,7 @@ pub enum PresetError {
     Picture(#[from] PictureError),
 }
 
-/// An avatar within a preset's budget.
+/// An avatar within a budget of triangles.
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// The avatar.
@@ -127,8 +129,52 @@ pub struct Fitted {
     pub hidden: usize,
     /// Triangles that are left.
     pub after: usize,
-    /// How many the preset allows. Simplifying may miss it, by 5 % at most in most cases.
+    /// How many it may have. Simplifying may miss it, by 5 % at most in most cases.
     pub wanted: usize,
+}
+
+/// Brings an avatar within a budget of triangles: first by leaving out what nobody sees, then by
+/// simplifying. One that is within it stays as it is.
+///
+/// # Errors
+/// [`PresetError::Budget`] if that is not enough and the feature `simplify` is off.
+pub fn fit(avatar: Avatar, wanted: usize) -> Result<Fitted, PresetError> {
+    let before = avatar.mesh.faces().len();
+    if before <= wanted {
+        return Ok(Fitted { avatar, normals: None, before, hidden: 0, after: before, wanted });
+    }
+    let is_hidden = hidden(&avatar);
+    fn seen<T: Copy>(values: &[T], is_hidden: &[bool]) -> Vec<T> {
+        let seen = values.iter().zip(is_hidden).filter(|(_, is_hidden)| !**is_hidden);
+        seen.map(|(&value, _)| value).collect()
+    }
+    let faces = seen(avatar.mesh.faces(), &is_hidden);
+    let uv_faces = seen(avatar.mesh.uv_faces(), &is_hidden);
+    let hidden = before - faces.len();
+    let avatar = if hidden == 0 {
+        avatar
+    } else {
+        let materials = seen(&avatar.materials, &is_hidden);
+        let triangles = subset::Triangles { faces: &faces, uv_faces: &uv_faces, materials };
+        subset::with_faces(avatar, triangles)?
+    };
+    let after = before - hidden;
+    simplified(Fitted { avatar, normals: None, before, hidden, after, wanted })
+}
+
+#[cfg(feature = "simplify")]
+fn simplified(fitted: Fitted) -> Result<Fitted, PresetError> {
+    let Simplified { avatar, normals, after, .. } = simplify(fitted.avatar, fitted.wanted)?;
+    Ok(Fitted { avatar, normals: Some(normals), after, ..fitted })
+}
+
+#[cfg(not(feature = "simplify"))]
+fn simplified(fitted: Fitted) -> Result<Fitted, PresetError> {
+    let (found, wanted) = (fitted.after, fitted.wanted);
+    if found <= wanted {
+        return Ok(fitted);
+    }
+    Err(PresetError::Budget { found, wanted })
 }
 
 impl Preset {
@@ -140,42 +186,12 @@ impl Preset {
         Self::ALL.into_iter().find(|preset| preset.name == name)
     }
 
-    /// Brings an avatar within the budget of triangles: first by leaving out what nobody sees, then by
-    /// simplifying. One that is within it stays as it is.
+    /// Brings an avatar within the budget of triangles; see [`fit`].
     ///
     /// # Errors
-    /// [`PresetError::Budget`] if that is not enough and the feature `simplify` is off.
+    /// As [`fit`].
     pub fn fit(&self, avatar: Avatar) -> Result<Fitted, PresetError> {
-        let (before, wanted) = (avatar.mesh.faces().len(), self.triangles);
-        if before <= wanted {
-            return Ok(Fitted { avatar, normals: None, before, hidden: 0, after: before, wanted });
-        }
-        let is_hidden = hidden(&avatar);
-        let seen = |faces: &[[u32; 3]]| -> Vec<[u32; 3]> {
-            let seen = faces.iter().zip(&is_hidden).filter(|(_, is_hidden)| !**is_hidden);
-            seen.map(|(&face, _)| face).collect()
-        };
-        let (faces, uv_faces) = (seen(avatar.mesh.faces()), seen(avatar.mesh.uv_faces()));
-        let hidden = before - faces.len();
-        let avatar =
-            if hidden == 0 { avatar } else { subset::with_faces(avatar, &faces, &uv_faces)? };
-        let after = before - hidden;
-        self.simplified(Fitted { avatar, normals: None, before, hidden, after, wanted })
-    }
-
-    #[cfg(feature = "simplify")]
-    fn simplified(&self, fitted: Fitted) -> Result<Fitted, PresetError> {
-        let Simplified { avatar, normals, after, .. } = simplify(fitted.avatar, self.triangles)?;
-        Ok(Fitted { avatar, normals: Some(normals), after, ..fitted })
-    }
-
-    #[cfg(not(feature = "simplify"))]
-    fn simplified(&self, fitted: Fitted) -> Result<Fitted, PresetError> {
-        let (found, wanted) = (fitted.after, fitted.wanted);
-        if found <= wanted {
-            return Ok(fitted);
-        }
-        Err(PresetError::Budget { preset: self.name, found, wanted })
+        fit(avatar, self.triangles)
     }
 
     /// A texture's size within the preset's: the same, or shrunk until its longest side fits.

@@ -4,16 +4,16 @@
 //! Based on Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997, and Hoppe,
 //! "New Quadric Metric for Simplifying Meshes with Appearance Attributes", 1999, by the library
 //! meshoptimizer. Seams of the layout are edges with vertices on either side at one place; they collapse
-//! on both sides at once, so nothing opens.
+//! on both sides at once, so nothing opens. Where one material ends and another begins is such a seam.
 
 use glam::{Quat, Vec3};
 use meshopt::{SimplifyOptions, simplify_with_attributes_and_locks_decoder};
 use uvgraft::{Mesh, MeshError};
 
-use super::subset::{kept, with_faces};
+use super::subset::{Triangles, kept, with_faces};
 use crate::Avatar;
 use crate::glb::shading::Shading;
-use crate::glb::vertices::Vertices;
+use crate::glb::vertices::{Vertices, Wanted};
 use crate::rig::{HumanBone, Rigid};
 
 /// What simplifying did.
@@ -70,10 +70,22 @@ const NORMAL: f32 = 0.3;
 /// # Errors
 /// [`MeshError`] if no triangle would be left.
 pub fn simplify(avatar: Avatar, wanted: usize) -> Result<Simplified, MeshError> {
-    let shading = Shading::new(&avatar.mesh);
-    let vertices = Vertices::new(&avatar.mesh, &shading, false);
+    simplify_shown(avatar, &[], wanted)
+}
+
+/// The same for an avatar that is shown with normals of its own.
+///
+/// - `normals`: `[vertices]`, or none for smooth ones.
+pub(super) fn simplify_shown(
+    avatar: Avatar,
+    normals: &[[f32; 3]],
+    wanted: usize,
+) -> Result<Simplified, MeshError> {
+    let shading = Shading::new(&avatar.mesh).with_normals(normals);
+    let of = Wanted { materials: &avatar.materials, ..Wanted::default() };
+    let vertices = Vertices::new(&avatar.mesh, &shading, of);
     let before = avatar.mesh.faces().len();
-    let all_normals: Vec<[f32; 3]> = shading.normals.iter().map(|&normal| normal.into()).collect();
+    let all_normals: Vec<[f32; 3]> = shading.shown.iter().map(|&normal| normal.into()).collect();
     if vertices.indices.len() / 3 <= wanted {
         return Ok(Simplified { avatar, normals: all_normals, before, after: before, wanted });
     }
@@ -97,11 +109,16 @@ pub fn simplify(avatar: Avatar, wanted: usize) -> Result<Simplified, MeshError> 
     let uv_faces: Vec<[u32; 3]> = indices.as_chunks().0.to_vec();
     let faces: Vec<[u32; 3]> =
         uv_faces.iter().map(|face| face.map(|index| vertices.from[index as usize])).collect();
+    // Seams keep their sides, so all corners of a triangle are of one material.
+    let material = |face: &[u32; 3]| vertices.materials[face[0] as usize];
+    let is_of_several = !avatar.materials.is_empty();
+    let materials = uv_faces.iter().filter(|_| is_of_several).map(material).collect();
     // Each vertex of a file has one coordinate, so those can have its numbers.
     let positions = avatar.mesh.positions().to_vec();
     let mesh = Mesh::from_triangles(positions, vertices.uv, &faces, &uv_faces)?;
     let normals = kept(&faces, &all_normals);
-    let avatar = with_faces(Avatar { mesh, ..avatar }, &faces, &uv_faces)?;
+    let triangles = Triangles { faces: &faces, uv_faces: &uv_faces, materials };
+    let avatar = with_faces(Avatar { mesh, ..avatar }, triangles)?;
     Ok(Simplified { avatar, normals, before, after: faces.len(), wanted })
 }
 
@@ -216,6 +233,28 @@ mod tests {
         // The tube is open at both ends and nowhere else.
         assert_eq!(borders(&after.mesh).loops, 2);
         assert_eq!(simplify(avatar.clone(), 96).unwrap().avatar.mesh, avatar.mesh);
+    }
+
+    #[test]
+    fn materials_keep_their_triangles() {
+        let mut avatar = tube();
+        // The upper half is another material's; its islands in the layout are the same.
+        avatar.materials = (0..96).map(|face| u8::from(face >= 48)).collect();
+        let after = simplify(avatar, 60).unwrap().avatar;
+        after.check().unwrap();
+        let vertices = Vertices::new(
+            &after.mesh,
+            &Shading::new(&after.mesh),
+            Wanted { materials: &after.materials, ..Wanted::default() },
+        );
+        for (face, corners) in after.mesh.faces().iter().enumerate() {
+            let side = |vertex: u32| after.mesh.positions()[vertex as usize][1] - 0.3;
+            let wanted = if after.material(face) == 1 { 1.0 } else { -1.0 };
+            let off = corners.iter().map(|&vertex| wanted * side(vertex)).fold(1.0, f32::min);
+            assert!(off > -1e-6, "{face}: {off}");
+        }
+        assert!(vertices.materials.contains(&0) && vertices.materials.contains(&1));
+        assert_eq!(borders(&after.mesh).loops, 2);
     }
 
     #[test]

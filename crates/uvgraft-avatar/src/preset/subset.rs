@@ -5,18 +5,21 @@ use uvgraft::{Mesh, MeshError};
 use crate::Avatar;
 use crate::rig::Morph;
 
+/// Triangles of an avatar's own vertices and coordinates.
+pub(super) struct Triangles<'a> {
+    pub faces: &'a [[u32; 3]],
+    pub uv_faces: &'a [[u32; 3]],
+    /// As [`Avatar::materials`].
+    pub materials: Vec<u8>,
+}
+
 /// Replaces an avatar's triangles, and leaves out the vertices and coordinates that none uses. What
 /// stays keeps its order, place, weights and offsets. Parts have no names any more.
 ///
-/// - `faces`, `uv_faces`: of the avatar's own vertices and coordinates.
-///
 /// # Errors
 /// [`MeshError::NoFaces`].
-pub(super) fn with_faces(
-    avatar: Avatar,
-    faces: &[[u32; 3]],
-    uv_faces: &[[u32; 3]],
-) -> Result<Avatar, MeshError> {
+pub(super) fn with_faces(avatar: Avatar, triangles: Triangles<'_>) -> Result<Avatar, MeshError> {
+    let Triangles { faces, uv_faces, materials } = triangles;
     let mesh = &avatar.mesh;
     let (vertices, vertex_numbers) = used(faces, mesh.positions().len());
     let (coordinates, uv_numbers) = used(uv_faces, mesh.uv().len());
@@ -34,7 +37,7 @@ pub(super) fn with_faces(
         Morph { offsets: renumbered.filter(|&(vertex, _)| vertex != GONE).collect(), ..morph }
     };
     let morphs = avatar.morphs.into_iter().map(kept).collect();
-    Ok(Avatar { mesh, skin, morphs, ..avatar })
+    Ok(Avatar { mesh, materials, skin, morphs, ..avatar })
 }
 
 /// Values of vertices, without those of vertices that no triangle uses.
@@ -71,12 +74,20 @@ mod tests {
         let avatar = tube();
         let (faces, uv_faces) = (avatar.mesh.faces(), avatar.mesh.uv_faces());
         // All but the first ring of squares: the lowest 8 vertices and 9 coordinates go.
-        let upper = with_faces(avatar.clone(), &faces[16..], &uv_faces[16..]).unwrap();
+        let triangles = |from: usize| Triangles {
+            faces: &faces[from..],
+            uv_faces: &uv_faces[from..],
+            materials: Vec::new(),
+        };
+        let upper = with_faces(avatar.clone(), triangles(16)).unwrap();
         upper.check().unwrap();
         assert_eq!(upper.mesh.positions(), &avatar.mesh.positions()[8..]);
         assert_eq!(upper.mesh.uv(), &avatar.mesh.uv()[9..]);
         assert_eq!(upper.skin.of(3), avatar.skin.of(11));
         assert_eq!(upper.morphs[0].offsets, [(12, [0.0, 0.02, 0.01])]);
-        assert_eq!(with_faces(avatar, &[], &[]).unwrap_err(), MeshError::NoFaces);
+        assert_eq!(
+            with_faces(avatar.clone(), triangles(faces.len())).unwrap_err(),
+            MeshError::NoFaces
+        );
     }
 }

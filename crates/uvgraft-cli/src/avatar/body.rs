@@ -140,7 +140,7 @@ fn is_same(a: &Mesh, b: &Mesh) -> bool {
 }
 
 /// Numbers, or the array `betas` of a file.
-fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
+pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
     let wanted = |found: &str| {
         let wanted = "wanted numbers such as 0.5,-1.2, or a file with them";
         bad_input(format!("--betas {text}: found {found}, {wanted}"))

@@ -9,10 +9,22 @@ use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values, left_out};
 
 use super::Args;
+use super::carried::Carrier;
 use super::face::Face;
+use super::layout::HeadLayout;
 use crate::blending::BlendArgs;
 use crate::failure::{Notes, OrBadInput, bad_input, note, warn};
 use crate::preview;
+
+/// The textures of an avatar.
+pub(super) struct Dressed {
+    /// The body's colours with the face on them.
+    pub(super) body: Texture,
+    /// The head's own, where it keeps its layout.
+    pub(super) head: Option<Texture>,
+    /// How other maps are carried.
+    pub(super) carrier: Carrier,
+}
 
 /// The texture that a face is laid over, at the size that is wanted.
 ///
@@ -29,9 +41,8 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
         Onto::Color(unit) => {
-            let size = args.size.ok_or_else(|| {
-                bad_input("a colour has no size: give --size N, or --onto an image")
-            })?;
+            // Without a size the options are refused.
+            let size = args.size.unwrap_or(Size::square(1024));
             let [colors @ .., _] = *unit;
             let (channels, encoding) = (uvgraft::Channels::Rgb, uvgraft::Encoding::Srgb);
             let depth = uvgraft::Depth::U8;
@@ -41,19 +52,21 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
 }
 
 /// Carries a face onto a base, and hides the border as the options say.
+///
+/// - `preset`: what says how large the head's own texture may be.
 pub(super) fn dress(
     args: &Args,
     file: &PairFile,
     face: Face,
     base: Texture,
-) -> anyhow::Result<Texture> {
+    preset: Option<&Preset>,
+) -> anyhow::Result<Dressed> {
     let path = &*face.file;
     let BlendArgs { source_mask, fill, .. } = &args.blending;
     let known = KnownTexels::read(source_mask.as_deref(), fill.as_deref())?;
     let known = known.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = args.blending.clone().of_avatar();
-    how.check()?;
     let ground = Ground::new(Arc::clone(&file.pair), Direction::Forward);
     let mut region = args.region.region();
     // Bodies are in metres, and as long as people are; others are asked about.
@@ -92,11 +105,31 @@ pub(super) fn dress(
     if let Some(preview) = &args.blending.preview {
         preview::write_region(file, shown, preview)?;
     }
-    let mut overlay = graft.overlay(face, base.format())?.opaque();
+    let head = match args.layout.keeps_head() {
+        true => Some(HeadLayout::new(args, file, &blend, shown, toning.as_ref())?),
+        false => None,
+    };
+    let mut overlay = graft.overlay(&face, base.format())?.opaque();
     if let Some(toning) = &toning {
         overlay = overlay.toned(toning)?;
     }
-    let dressed = overlay.lay(0, base)?;
+    let body = srgb(overlay.lay(0, base)?);
+    let carrier = Carrier {
+        pair: Arc::clone(&file.pair),
+        blend,
+        toning,
+        head,
+        filter: args.filter.map(Filter::from),
+        gutter_px: args.gutter,
+        prefer: args.prefer.into(),
+        preset: preset.map(|preset| preset.texture_side),
+    };
+    let head = carrier.head_color(face, &body)?.map(srgb);
+    Ok(Dressed { body, head, carrier })
+}
+
+/// As files have colours.
+fn srgb(texture: Texture) -> Texture {
     let channels = uvgraft::Channels::Rgb;
-    Ok(dressed.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8))
+    texture.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8)
 }

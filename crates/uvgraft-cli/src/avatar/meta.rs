@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use serde_json::{Map, Value};
 use uvgraft_avatar::glb::{Permissions, VrmMeta};
 
 use crate::failure::bad_input;
@@ -13,7 +14,7 @@ pub(super) struct MetaArgs {
     /// What the avatar is called [default: the output's name]
     #[arg(long)]
     title: Option<String>,
-    /// Who made it; may be repeated. A .vrm needs one
+    /// Who made it; may be repeated. A .vrm needs one; a .glb has it in asset.copyright and asset.extras
     #[arg(long = "author", value_name = "NAME")]
     authors: Vec<String>,
     /// What others may do with it; a .vrm needs it: `only-author` is for the author alone,
@@ -37,7 +38,19 @@ impl MetaArgs {
         self.title.clone().unwrap_or_else(stem)
     }
 
-    /// Who has rights in it, as GLB files say it.
+    /// What a GLB file says of itself, in a place that people and scripts find: `asset.extras`.
+    pub(super) fn extras(&self) -> Map<String, Value> {
+        let mut extras = Map::new();
+        if let Some(title) = &self.title {
+            extras.insert("title".to_owned(), title.clone().into());
+        }
+        if !self.authors.is_empty() {
+            extras.insert("authors".to_owned(), self.authors.clone().into());
+        }
+        extras
+    }
+
+    /// Whom to credit, as GLB files say it.
     pub(super) fn copyright(&self) -> Option<String> {
         (!self.authors.is_empty()).then(|| self.authors.join(", "))
     }

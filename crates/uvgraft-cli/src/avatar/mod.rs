@@ -1,36 +1,46 @@
 //! `uvgraft avatar`: a head's texture on a full body that moves.
 
 mod body;
+mod carried;
 mod dress;
 mod expressions;
 mod face;
+mod layout;
+mod lods;
+mod maps;
+mod materials;
 mod meta;
 mod motions;
+mod plan;
 mod summary;
+mod thumbnail;
 
-use std::ffi::OsStr;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::{MapOptions, Size};
-use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
-use uvgraft_avatar::preset::{Fitted, Preset};
+use uvgraft_avatar::glb::{self, Export, PictureFormat};
+use uvgraft_avatar::preset::{self, Fitted, Preset};
 use uvgraft_io::{output, pair_file};
-use uvgraft_pipeline::{Onto, Outputs};
 
 use crate::blending::BlendArgs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
-use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
 use crate::report::{parse_size, to_stdout};
 use body::Body;
+use dress::Dressed;
 use face::Face;
+use layout::LayoutArgs;
+use lods::LodArgs;
+use maps::Encoder;
+use materials::MaterialArgs;
 use meta::MetaArgs;
 use motions::PlayArgs;
+use plan::Plan;
 
 /// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -46,9 +56,10 @@ pub(crate) struct Args {
     /// The face: an image in the head's layout, a FATE texture dump (.pth), or a FATE workspace, a
     /// folder with baking*/dump_texture/ or visualize_texture/
     face: PathBuf,
-    /// The body's texture: an image in the body's layout, or a colour such as #c08a70
-    #[arg(long, value_name = "IMAGE|COLOUR")]
-    onto: String,
+    /// The body's texture: an image in the body's layout, or a colour such as #c08a70. Further maps of the body's
+    /// are named by what they are, as ROLE=IMAGE: see --map
+    #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR")]
+    onto: Vec<String>,
     /// The body: a model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME, .npz or .pkl), or `demo` for the
     /// figure that `uvgraft demo` makes
     #[arg(long, value_name = "MODEL|demo")]
@@ -62,11 +73,12 @@ pub(crate) struct Args {
     /// Frames a second of animations; 0 keeps all of the file's
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(0..=240))]
     fps: u16,
-    /// Make it fit a platform's limits: size of the texture, triangles
+    /// Make it fit a platform's limits: size of the texture, triangles. visionos is for AR Quick Look, which opens USDZ
+    /// only: the file still has to be converted
     #[arg(long, value_parser = Preset::ALL.map(|preset| preset.name))]
     preset: Option<String>,
-    /// The most triangles [default: the preset's]
-    #[arg(long, value_name = "N", requires = "preset", value_parser = clap::value_parser!(u32).range(1000..))]
+    /// The most triangles; what nobody sees goes first [default: the preset's, or all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..))]
     triangles: Option<u32>,
     /// Size of the body's texture [default: the image's, or as much of it as the preset takes]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
@@ -95,6 +107,12 @@ pub(crate) struct Args {
     verbose: bool,
     #[command(flatten)]
     playing: PlayArgs,
+    #[command(flatten)]
+    layout: LayoutArgs,
+    #[command(flatten)]
+    materials: MaterialArgs,
+    #[command(flatten)]
+    lods: LodArgs,
     #[command(flatten)]
     meta: MetaArgs,
     #[command(flatten)]
@@ -127,73 +145,60 @@ impl From<TextureName> for PictureFormat {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let is_vrm = is_vrm(&args.output)?;
-    let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
-    if !is_vrm {
-        args.meta.check_glb()?;
-    }
-    let onto = Onto::parse(&args.onto)?;
-    if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
-        return Err(bad_input(
-            "--texture ktx2: this build lacks the feature `ktx2`; wanted png, jpeg or webp",
-        ));
-    }
-    let preset = args.preset.as_deref().and_then(Preset::named);
-    let own = preset.map(|preset| Preset {
-        triangles: args.triangles.map_or(preset.triangles, |count| count as usize),
-        format: args.texture.map_or(preset.format, PictureFormat::from),
-        ..*preset
-    });
-    let preset_format = own.as_ref().map(|preset| preset.format);
-    let format = preset_format.or(args.texture.map(PictureFormat::from));
-    let format = format.unwrap_or(PictureFormat::Png);
-    if args.quality.is_some() && format != PictureFormat::Jpeg {
-        return Err(bad_input("--quality is for JPEG textures: add --texture jpeg"));
-    }
-    if let (Some(size), Some(preset)) = (args.size, &own)
-        && size.width.max(size.height) > preset.texture_side
-    {
-        let (name, side) = (preset.name, preset.texture_side);
-        return Err(bad_input(format!(
-            "--size {size}: --preset {name} has textures of {side} at most; leave one of them out"
-        )));
-    }
-    check_outputs(args, &onto)?;
-
+    let plan = Plan::new(args)?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
-    let (body, textures) = rayon::join(
+    let limits = plan.preset.as_ref();
+    let (body, dressed) = rayon::join(
         || Body::new(args, file.pair.target()),
         || {
             let (face, base) =
-                rayon::join(|| Face::read(&args.face), || dress::base(args, &onto, own.as_ref()));
-            dress::dress(args, &file, face?, base?)
+                rayon::join(|| Face::read(&args.face), || dress::base(args, &plan.onto, limits));
+            dress::dress(args, &file, face?, base?, limits)
         },
     );
-    let (body, texture) = (body?, textures?);
+    let (body, dressed) = (body?, dressed?);
     let Body { mut avatar, name, apart, grounds } = body;
+    let Dressed { body: color, head, carrier } = dressed;
+    if let Some(layout) = &carrier.head {
+        layout.apply(&mut avatar)?;
+    }
+    let maps = plan.materials.carry(&carrier, color.size())?;
     let (mut fitted, mut normals) = (None, None);
-    if let Some(preset) = &own {
-        let fit = preset.fit(avatar).or_bad_input()?;
+    if let Some(triangles) = plan.triangles {
+        let fit = preset::fit(avatar, triangles).or_bad_input()?;
         let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
         // Fewer triangles may have lost the lowest vertex.
         (avatar, normals) = (fit.avatar.standing()?, fit.normals);
     }
-    // The texture has the preset's size already.
+    let levels = args.lods.levels(&avatar, normals.as_deref())?;
+    let is_vrm = plan.vrm.is_some();
+    let shown =
+        is_vrm.then(|| thumbnail::Colors::new([Some(&color), head.as_ref()].into_iter().flatten()));
+    // Textures have the preset's size already.
     let quality = args.quality.unwrap_or(JPEG_QUALITY);
-    let picture = Picture::encode(texture, format, quality).or_bad_input()?;
-    let looks = Looks::new(picture);
+    let encoder = Encoder { format: plan.format, quality, style: plan.materials.style };
+    let looks = maps.looks((color, head), &encoder).or_bad_input()?;
     let export = Export {
         name: args.meta.title(&args.output),
         copyright: args.meta.copyright(),
+        extras: if is_vrm { Default::default() } else { args.meta.extras() },
+        thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks)),
         normals,
-        vrm,
-        ..Export::default()
+        vrm: plan.vrm,
+        levels: levels.inside(),
     };
-    let exported = glb::write(&avatar, &looks, &export)
-        .map_err(|error| bad_input(format!("{name} as {}: {error}", args.output.display())))?;
-    output::write_atomically::<io::Error>(&args.output, |out| out.write_all(&exported.bytes))
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    let refused = |error: &dyn std::fmt::Display| {
+        bad_input(format!("{name} as {}: {error}", args.output.display()))
+    };
+    let exported = glb::write(&avatar, &looks, &export).map_err(|error| refused(&error))?;
+    let coarser = levels.files(&looks, &export).map_err(|error| refused(&error))?;
+    write(&args.output, &exported.bytes)?;
+    let mut level_files = Vec::with_capacity(coarser.len());
+    for (path, file) in plan.level_files.into_iter().zip(coarser) {
+        write(&path, &file.bytes)?;
+        level_files.push((path, file.bytes.len()));
+    }
     let made = summary::Made {
         output: &args.output,
         is_vrm,
@@ -204,43 +209,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         apart: &apart,
         grounds: &grounds,
         fitted,
-        limits: own.as_ref().map(|preset| preset.limits),
+        levels: levels.rows(&level_files),
+        limits: plan.preset.as_ref().map(|preset| preset.limits),
     };
     to_stdout(&made.text())?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether the output is to be a VRM file, by its name.
-fn is_vrm(output: &Path) -> anyhow::Result<bool> {
-    match output.extension().map(OsStr::to_ascii_lowercase) {
-        Some(extension) if extension == "glb" => Ok(false),
-        Some(extension) if extension == "vrm" => Ok(true),
-        _ => {
-            Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display())))
-        }
-    }
-}
-
-fn check_outputs(args: &Args, onto: &Onto) -> anyhow::Result<()> {
-    let models = Some(&*args.body).filter(|body| *body != Path::new("demo"));
-    let shape = args.betas.as_deref().map(Path::new);
-    let inputs = [&*args.pair, &*args.face]
-        .into_iter()
-        .chain(onto.path())
-        .chain(models)
-        .chain(shape)
-        .chain(args.motion.iter().map(PathBuf::as_path))
-        .chain(args.blending.inputs())
-        .chain(args.region.inputs());
-    let mut outputs = Outputs::new(inputs);
-    outputs.check(&args.output)?;
-    if let Some(preview) = &args.blending.preview {
-        check_name(preview, "a preview")?;
-        outputs.check(preview)?;
-    }
-    if let Some(labels) = args.blending.drawn_labels() {
-        check_name(labels, "a picture of labels")?;
-        outputs.check(labels)?;
-    }
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    output::write_atomically::<io::Error>(path, |out| out.write_all(bytes))
+        .with_context(|| format!("cannot write {}", path.display()))?;
     Ok(())
 }

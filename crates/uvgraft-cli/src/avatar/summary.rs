@@ -16,7 +16,8 @@ pub(super) struct Made<'a> {
     pub(super) is_vrm: bool,
     pub(super) body: &'a str,
     pub(super) avatar: &'a Avatar,
-    pub(super) looks: &'a Looks,
+    /// Its materials: the body's, then the head's own.
+    pub(super) looks: &'a [Looks],
     pub(super) report: &'a Report,
     /// How far clips are from the body model.
     pub(super) apart: &'a [(String, Apart)],
@@ -24,6 +25,8 @@ pub(super) struct Made<'a> {
     pub(super) grounds: &'a [String],
     /// Triangles before, hidden ones, those that are left, and those that are wanted.
     pub(super) fitted: Option<(usize, usize, usize, usize)>,
+    /// Coarser levels: their names and what there is to say.
+    pub(super) levels: Vec<(String, String)>,
     pub(super) limits: Option<&'a Limits>,
 }
 
@@ -51,8 +54,8 @@ impl Made<'_> {
             row("simplified", how);
         }
         row("joints", grouped(report.joints));
-        let texture = self.looks.color.size();
-        row("texture", format!("{texture}, {}", megabytes(report.image_bytes)));
+        let sizes: Vec<String> = self.looks.iter().map(textures).collect();
+        row("texture", format!("{}, {}", sizes.join("; "), megabytes(report.image_bytes)));
         let names: Vec<&str> = avatar.morphs.iter().map(|morph| &*morph.name).collect();
         row("morph targets", listed(&names));
         let names: Vec<&str> =
@@ -92,17 +95,44 @@ impl Made<'_> {
         if report.posed_as_t {
             row("rest", "T-pose; clips show what they show in a GLB".to_owned());
         }
+        for (name, text) in &self.levels {
+            row(name, text.clone());
+        }
         row("written", format!("{}, {}", self.output.display(), megabytes(report.bytes)));
         if let Some(limits) = self.limits {
             let measured = Measured::new(report, self.looks);
             let rank = limits.rank(&measured).unwrap_or("beyond its limits");
-            let _ = writeln!(text, "\n{}: {rank}", limits.platform);
+            let _ = match limits.before {
+                Some(before) => writeln!(text, "\n{} {before}: {rank}", limits.platform),
+                None => writeln!(text, "\n{}: {rank}", limits.platform),
+            };
             for line in limits.report(&measured) {
                 let _ = writeln!(text, "  {line}");
             }
         }
         text
     }
+}
+
+/// The sizes of a material's textures.
+fn textures(looks: &Looks) -> String {
+    let mut text = looks.color.size().to_string();
+    let is_packed = looks.occlusion.is_some() && looks.occlusion == looks.roughness;
+    let occlusion = looks.occlusion.as_ref().filter(|_| !is_packed);
+    for (name, map) in [
+        ("normal", looks.normal.as_ref()),
+        (
+            if is_packed { "occlusion, roughness, metallic" } else { "roughness, metallic" },
+            looks.roughness.as_ref(),
+        ),
+        ("occlusion", occlusion),
+        ("emissive", looks.emissive.as_ref()),
+    ] {
+        if let Some(map) = map {
+            let _ = write!(text, ", {name} {}", map.size());
+        }
+    }
+    if looks.is_head { format!("the head's own {text}") } else { text }
 }
 
 fn listed(names: &[&str]) -> String {

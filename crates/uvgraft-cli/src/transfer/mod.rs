@@ -5,7 +5,6 @@ mod progress;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::ValueEnum;
 use uvgraft::{
     Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
 };
@@ -20,6 +19,7 @@ use crate::preference::PreferName;
 use crate::preview;
 use crate::region::RegionArgs;
 use crate::report::parse_size;
+use crate::role_file::{NormalYName, RoleFile};
 use progress::Progress;
 
 /// Carries textures from one layout onto a base in the other.
@@ -156,42 +156,6 @@ fn parse_format(text: &str) -> Result<String, String> {
     Format::from_extension(extension)
         .map(|_| extension.to_owned())
         .ok_or_else(|| format!("wanted {}", Format::extension_list()))
-}
-
-/// A map of a material, or a base for one, by its role.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct RoleFile {
-    role: String,
-    file: String,
-}
-
-impl RoleFile {
-    fn parse(text: &str) -> Result<Self, String> {
-        match text.split_once('=') {
-            Some((role, file)) if !role.is_empty() && !file.is_empty() => {
-                Ok(Self { role: role.to_ascii_lowercase(), file: file.to_owned() })
-            }
-            _ => Err("wanted ROLE=FILE, such as normal=face_normal.png".to_owned()),
-        }
-    }
-}
-
-/// Which way the green channel of a normal map points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum NormalYName {
-    /// Up, as in OpenGL, glTF, Unity and Blender
-    Opengl,
-    /// Down, as in DirectX and Unreal
-    Directx,
-}
-
-impl From<NormalYName> for NormalY {
-    fn from(name: NormalYName) -> Self {
-        match name {
-            NormalYName::Opengl => Self::OpenGl,
-            NormalYName::Directx => Self::DirectX,
-        }
-    }
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {

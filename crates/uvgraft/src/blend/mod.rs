@@ -22,6 +22,7 @@ mod field;
 mod geodesic;
 mod harmonic;
 mod painted;
+mod relaid;
 mod report;
 mod rim;
 mod sample;

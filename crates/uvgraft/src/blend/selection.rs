@@ -117,6 +117,13 @@ impl Ground {
         Arc::ptr_eq(&self.0, &other.0) || self.is_of(other.pair(), other.direction())
     }
 
+    /// Whether the targets are one surface, triangle by triangle, whatever their layouts.
+    pub(super) fn is_same_surface(&self, other: &Self) -> bool {
+        self.direction() == other.direction()
+            && self.surface().triangles() == other.surface().triangles()
+            && self.surface().positions() == other.surface().positions()
+    }
+
     /// Whether it is the ground for textures of a pair that are carried in a direction.
     pub(crate) fn is_of(&self, pair: &Arc<Pair>, direction: Direction) -> bool {
         direction == self.direction() && (Arc::ptr_eq(self.pair(), pair) || self.pair() == pair)
@@ -428,6 +435,11 @@ impl Ground {
 }
 
 impl Selection {
+    /// The same part of the same surface, on the ground of another layout.
+    pub(super) fn relaid(&self, ground: &Ground) -> Self {
+        ground.with_shape(self.shape.clone())
+    }
+
     /// What it is a part of.
     pub fn ground(&self) -> &Ground {
         &self.ground

@@ -122,7 +122,8 @@ impl Figure {
         let morphs = expressions::morphs(self);
         let expressions = expressions::expressions(&morphs);
         let clips = motion::clips(&skeleton);
-        let avatar = Avatar { mesh, skeleton, skin, morphs, expressions, clips };
+        let materials = Vec::new();
+        let avatar = Avatar { mesh, materials, skeleton, skin, morphs, expressions, clips };
         avatar.check()?;
         Ok(avatar)
     }

@@ -32,6 +32,8 @@ pub(in crate::glb) struct Meta {
     pub references: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub third_party_licenses: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thumbnail_image: Option<usize>,
     pub license_url: &'static str,
     pub avatar_permission: &'static str,
     pub allow_excessively_violent_usage: bool,

@@ -56,7 +56,8 @@ impl VrmMeta {
         Ok(())
     }
 
-    pub(super) fn json(&self) -> json::Meta {
+    /// - `thumbnail`: the number of an image.
+    pub(super) fn json(&self, thumbnail: Option<usize>) -> json::Meta {
         let permissions = &self.permissions;
         json::Meta {
             name: self.name.clone(),
@@ -66,6 +67,7 @@ impl VrmMeta {
             contact_information: self.contact.clone(),
             references: self.references.clone(),
             third_party_licenses: self.third_party_licenses.clone(),
+            thumbnail_image: thumbnail,
             license_url: LICENSE_URL,
             avatar_permission: permissions.avatar.name(),
             allow_excessively_violent_usage: permissions.violent,

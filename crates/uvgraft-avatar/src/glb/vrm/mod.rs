@@ -5,14 +5,14 @@
 
 mod humanoid;
 pub(super) mod json;
+mod look_at;
 mod meta;
 
 use std::collections::{BTreeMap, HashSet};
 
-use glam::Vec3;
-
 pub use self::meta::{AvatarPermission, CommercialUsage, Modification, Permissions, VrmMeta};
 
+use super::nodes::Shown;
 use crate::Avatar;
 use crate::rig::HumanBone;
 
@@ -93,53 +93,45 @@ pub(super) fn check(meta: &VrmMeta, avatar: &Avatar) -> Result<(), VrmError> {
     Ok(())
 }
 
-/// The extension of an avatar that was checked. Nodes have the numbers of joints, and the mesh's is
-/// the next.
-pub(super) fn extension(meta: &VrmMeta, avatar: &Avatar) -> json::Vrm {
-    let mesh_node = avatar.skeleton.joints().len();
-    let annotation = json::MeshAnnotation { node: mesh_node, kind: "auto" };
+/// The extension of an avatar that was checked. Nodes have the numbers of joints.
+///
+/// - `shown`: the nodes with meshes.
+/// - `thumbnail`: the number of an image.
+pub(super) fn extension(
+    meta: &VrmMeta,
+    avatar: &Avatar,
+    shown: &[Shown],
+    thumbnail: Option<usize>,
+) -> json::Vrm {
+    let annotation = |shown: &Shown| json::MeshAnnotation {
+        node: shown.node,
+        // Readers find out by weights which triangles of the others follow the head.
+        kind: if shown.is_head { "thirdPersonOnly" } else { "auto" },
+    };
     json::Vrm {
         spec_version: "1.0",
-        meta: meta.json(),
+        meta: meta.json(thumbnail),
         humanoid: humanoid::json(&avatar.skeleton),
-        first_person: json::FirstPerson { mesh_annotations: vec![annotation] },
-        look_at: look_at(avatar),
-        expressions: expressions(avatar, mesh_node),
+        first_person: json::FirstPerson {
+            mesh_annotations: shown.iter().map(annotation).collect(),
+        },
+        look_at: look_at::json(avatar),
+        expressions: expressions(avatar, shown),
     }
 }
 
-/// How far eyes turn, in degrees; what is farther off, heads turn to.
-const HORIZONTAL: f32 = 35.0;
-const VERTICAL: f32 = 25.0;
-
-/// Eyes follow what they look at, degree by degree, as far as they go, if both are joints.
-fn look_at(avatar: &Avatar) -> Option<json::LookAt> {
-    let place = |bone| {
-        let joint = avatar.skeleton.human(bone)?;
-        Some(Vec3::from(avatar.skeleton.joints()[joint].position))
-    };
-    let (left, right) = (place(HumanBone::LeftEye)?, place(HumanBone::RightEye)?);
-    let offset = (left + right) / 2.0 - place(HumanBone::Head)?;
-    let range = |degrees| json::RangeMap { input_max_value: degrees, output_scale: degrees };
-    Some(json::LookAt {
-        kind: "bone",
-        offset_from_head_bone: offset.into(),
-        range_map_horizontal_inner: range(HORIZONTAL),
-        range_map_horizontal_outer: range(HORIZONTAL),
-        range_map_vertical_down: range(VERTICAL),
-        range_map_vertical_up: range(VERTICAL),
-    })
-}
-
-fn expressions(avatar: &Avatar, node: usize) -> Option<json::Expressions> {
+fn expressions(avatar: &Avatar, shown: &[Shown]) -> Option<json::Expressions> {
     if avatar.expressions.is_empty() {
         return None;
     }
     let mut all = json::Expressions::default();
     for expression in &avatar.expressions {
-        let bind = |&(index, weight)| json::MorphTargetBind { node, index, weight };
+        let binds = expression.morphs.iter().flat_map(|&(index, weight)| {
+            let moved = shown.iter().filter(move |shown| shown.moves[index]);
+            moved.map(move |shown| json::MorphTargetBind { node: shown.node, index, weight })
+        });
         let written = json::Expression {
-            morph_target_binds: expression.morphs.iter().map(bind).collect(),
+            morph_target_binds: binds.collect(),
             is_binary: false,
             override_blink: "none",
             override_look_at: "none",
@@ -147,6 +139,10 @@ fn expressions(avatar: &Avatar, node: usize) -> Option<json::Expressions> {
         };
         let (list, name): (&mut BTreeMap<_, _>, _) = match expression.preset {
             Some(preset) => (&mut all.preset, preset.name().to_owned()),
+            // Custom expressions cannot have names of presets.
+            None if look_at::EXPRESSIONS.contains(&&*expression.name) => {
+                (&mut all.preset, expression.name.clone())
+            }
             None => (&mut all.custom, expression.name.clone()),
         };
         list.insert(name, written);

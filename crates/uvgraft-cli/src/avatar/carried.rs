@@ -1,0 +1,167 @@
+//! How maps of a face get onto a body, and into the head's own layout where it keeps that.
+
+use std::sync::Arc;
+
+use uvgraft::{
+    Averaging, Blend, Content, Direction, Filter, Graft, NormalOptions, NormalY, Pair, Prefer,
+    Size, Sizes, Texture, Toning,
+};
+
+use super::layout::HeadLayout;
+use crate::failure::{OrBadInput, note};
+
+/// What was prepared for the colours of a face, for its other maps to be carried alike.
+pub(super) struct Carrier {
+    pub(super) pair: Arc<Pair>,
+    pub(super) blend: Arc<Blend>,
+    pub(super) toning: Option<Toning>,
+    pub(super) head: Option<HeadLayout>,
+    /// The interpolation filter, if one is named.
+    pub(super) filter: Option<Filter>,
+    pub(super) gutter_px: u32,
+    pub(super) prefer: Prefer,
+    /// The longest side of textures.
+    pub(super) preset: Option<u32>,
+}
+
+/// A map in the layouts that an avatar has.
+pub(super) struct Carried {
+    pub(super) body: Texture,
+    pub(super) head: Option<Texture>,
+}
+
+impl Carrier {
+    /// Carries a map that is no albedo onto a base of its kind. What colours leave out is left out of it as well.
+    ///
+    /// - `face`: the head's, if it has one; else the base stays as it is.
+    pub(super) fn carry(
+        &self,
+        face: Option<Texture>,
+        base: Texture,
+        content: Content,
+    ) -> anyhow::Result<Carried> {
+        let Some(face) = face else {
+            let size = self.limited(base.size());
+            let head = self.head.as_ref().map(|_| self.beneath(&base, None, size, content));
+            return Ok(Carried { head: head.transpose()?, body: base });
+        };
+        let sizes = Sizes { from: face.size(), to: base.size() };
+        let graft = self.graft(&self.pair, sizes, content, Direction::Forward);
+        let graft = graft.shared_blend(Arc::clone(&self.blend)).build()?;
+        let mut overlay = graft.overlay(&face, base.format())?.opaque();
+        if let Some(toning) = &self.toning {
+            overlay = overlay.narrowed(toning)?;
+        }
+        let base = if content == Content::Color { base } else { as_data(base) };
+        let body = overlay.lay(0, base)?;
+        let head = self.head.as_ref();
+        let head = head.map(|head| self.in_own_layout(head, face, &body, (content, false)));
+        Ok(Carried { head: head.transpose()?, body })
+    }
+
+    /// The colours of a face in the head's own layout, if it keeps that.
+    ///
+    /// - `body`: with the face on it.
+    pub(super) fn head_color(
+        &self,
+        face: Texture,
+        body: &Texture,
+    ) -> anyhow::Result<Option<Texture>> {
+        let head = self.head.as_ref();
+        head.map(|head| self.in_own_layout(head, face, body, (Content::Color, true))).transpose()
+    }
+
+    /// Lays a face over what the body shows, in the head's layout. Where it is all there is, its texels stay what they
+    /// are, but for the tone. At the rim it is nothing, so both textures show the same on either side.
+    ///
+    /// - `content`: what the values are, and whether they take on the tone.
+    fn in_own_layout(
+        &self,
+        head: &HeadLayout,
+        face: Texture,
+        body: &Texture,
+        (content, is_toned): (Content, bool),
+    ) -> anyhow::Result<Texture> {
+        let size = self.limited(face.size());
+        if size != face.size() {
+            note(format_args!(
+                "--preset shrinks the head's own texture from {} to {size}, so it is resampled after all",
+                face.size()
+            ));
+        }
+        let filter = self.filter.unwrap_or_default();
+        let face = face.resized(size, filter, Averaging::Encoded).or_bad_input()?;
+        let beneath = self.beneath(body, Some(&face), size, content)?;
+        let sizes = Sizes { from: size, to: size };
+        let graft = self.graft(head.pair(), sizes, content, Direction::Forward);
+        let graft = graft.shared_blend(Arc::clone(head.blend())).build()?;
+        let mut overlay = graft.overlay(face, beneath.format())?.opaque();
+        if let Some(toning) = head.toning() {
+            overlay = if is_toned { overlay.toned(toning)? } else { overlay.narrowed(toning)? };
+        }
+        Ok(overlay.lay(0, beneath)?)
+    }
+
+    /// What the body shows, in the head's layout.
+    ///
+    /// - `around`: what is where it shows nothing.
+    fn beneath(
+        &self,
+        body: &Texture,
+        around: Option<&Texture>,
+        size: Size,
+        content: Content,
+    ) -> anyhow::Result<Texture> {
+        let around = match around {
+            Some(around) => around.clone(),
+            None => body.clone().resized(size, Filter::Bilinear, Averaging::Encoded)?,
+        };
+        let channels = around.channels().without_alpha();
+        let depth = around.depth();
+        let around = around.converted(channels, depth);
+        let sizes = Sizes { from: body.size(), to: size };
+        // What the body's layout holds is for glTF already.
+        let content = match content {
+            Content::Normals(_) => {
+                Content::Normals(NormalOptions::new(NormalY::OpenGl, NormalY::OpenGl))
+            }
+            other => other,
+        };
+        let graft = self.graft(&self.pair, sizes, content, Direction::Reverse).build()?;
+        Ok(graft.apply(body, around)?)
+    }
+
+    fn graft(
+        &self,
+        pair: &Arc<Pair>,
+        sizes: Sizes,
+        content: Content,
+        direction: Direction,
+    ) -> uvgraft::GraftBuilder {
+        let graft = Graft::builder(Arc::clone(pair), sizes)
+            .direction(direction)
+            .content(content)
+            .gutter_px(self.gutter_px)
+            .prefer(self.prefer);
+        match self.filter {
+            Some(filter) => graft.filter(filter),
+            None => graft,
+        }
+    }
+
+    /// A size within the preset's.
+    pub(super) fn limited(&self, size: Size) -> Size {
+        let Some(side) = self.preset else { return size };
+        let longest = size.width.max(size.height);
+        if longest <= side {
+            return size;
+        }
+        let scaled =
+            |own: u32| ((u64::from(own) * u64::from(side) / u64::from(longest)) as u32).max(1);
+        Size::new(scaled(size.width), scaled(size.height))
+    }
+}
+
+fn as_data(texture: Texture) -> Texture {
+    texture.with_encoding(uvgraft::Encoding::Data)
+}

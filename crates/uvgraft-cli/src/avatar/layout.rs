@@ -1,0 +1,105 @@
+//! Which layouts an avatar's textures have: the body's alone, or the head's own beside it.
+
+use std::sync::Arc;
+
+use uvgraft::{Blend, Direction, Ground, Mesh, OwnLayout, Pair, Toning};
+use uvgraft_avatar::Avatar;
+use uvgraft_io::pair_file::PairFile;
+
+use super::Args;
+use crate::failure::{OrBadInput, bad_input};
+
+/// Which layouts textures have.
+#[derive(clap::Args)]
+pub(super) struct LayoutArgs {
+    /// Which layouts the textures have: the body's alone, or the head's own beside it as a second material, in which
+    /// the face is not resampled
+    #[arg(long, value_enum, default_value_t = LayoutName::Atlas)]
+    texture_layout: LayoutName,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LayoutName {
+    /// One texture and one material: one draw call
+    Atlas,
+    /// The face stays as sharp as its texture is; one more draw call
+    #[value(name = "head+body")]
+    HeadBody,
+}
+
+impl LayoutArgs {
+    /// Whether the head keeps its own layout.
+    pub(super) fn keeps_head(&self) -> bool {
+        self.texture_layout == LayoutName::HeadBody
+    }
+}
+
+/// The number of the head's material.
+const HEAD: u8 = 1;
+
+/// At least this share of the region must be whole triangles of the head's mesh.
+const LEAST_SHARE: f64 = 0.5;
+
+/// The head's own layout on the body, and how its texture is blended there.
+pub(super) struct HeadLayout {
+    own: OwnLayout,
+    blend: Arc<Blend>,
+    toning: Option<Toning>,
+}
+
+impl HeadLayout {
+    /// - `blend`: that of the body's layout.
+    /// - `shown`: what of it is left without cloth.
+    pub(super) fn new(
+        args: &Args,
+        file: &PairFile,
+        blend: &Blend,
+        shown: &Blend,
+        toning: Option<&Toning>,
+    ) -> anyhow::Result<Self> {
+        let own = OwnLayout::new(&file.pair, shown.touched()).or_bad_input()?;
+        let Some(own) = own.filter(|own| own.share >= LEAST_SHARE) else {
+            return Err(bad_input(format!(
+                "{}: --texture-layout head+body needs a body whose head has the triangles of the head's mesh; this pair \
+                 links meshes that are cut differently. Use --texture-layout atlas",
+                args.pair.display()
+            )));
+        };
+        let ground = Ground::new(Arc::clone(&own.pair), Direction::Forward);
+        let toning = toning.map(|toning| toning.relaid(&ground)).transpose()?;
+        Ok(Self { blend: Arc::new(blend.relaid(&ground).or_bad_input()?), own, toning })
+    }
+
+    /// From the head to its own layout on the body's surface.
+    pub(super) fn pair(&self) -> &Arc<Pair> {
+        &self.own.pair
+    }
+
+    pub(super) fn blend(&self) -> &Arc<Blend> {
+        &self.blend
+    }
+
+    pub(super) fn toning(&self) -> Option<&Toning> {
+        self.toning.as_ref()
+    }
+
+    /// Gives an avatar's triangles the coordinates and the material of the head, where they are of it.
+    ///
+    /// - `avatar`: whose first triangles are those of the pair's target.
+    pub(super) fn apply(&self, avatar: &mut Avatar) -> anyhow::Result<()> {
+        let (mesh, own) = (&avatar.mesh, self.own.pair.target());
+        let mut uv = mesh.uv().to_vec();
+        let first = uv.len() as u32;
+        uv.extend_from_slice(own.uv());
+        let mut uv_faces = mesh.uv_faces().to_vec();
+        avatar.materials.resize(mesh.faces().len(), 0);
+        let of_head = self.own.faces.iter().zip(own.uv_faces()).enumerate();
+        for (face, (_, corners)) in of_head.filter(|(_, (is_head, _))| **is_head) {
+            uv_faces[face] = corners.map(|corner| first + corner);
+            avatar.materials[face] = HEAD;
+        }
+        let positions = mesh.positions().to_vec();
+        avatar.mesh = Mesh::from_triangles(positions, uv, mesh.faces(), &uv_faces)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,125 @@
+//! Levels of detail: coarser avatars beside the one that is asked for.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::glb::{self, CoarserLevel, Export, Exported, Looks};
+use uvgraft_avatar::preset::{self, Level, MOST_LEVELS};
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::report::grouped;
+
+/// Coarser levels.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Levels of detail")]
+pub(super) struct LodArgs {
+    /// How many coarser levels to make, each with about half the triangles of the one before
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LEVELS as i64))]
+    lods: Option<u8>,
+    /// Where they go [default: files]
+    #[arg(long, value_enum, value_name = "WHERE", requires = "lods")]
+    lods_as: Option<LodsAs>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LodsAs {
+    /// Files of their own: NAME.lod1.glb is the first
+    Files,
+    /// The same .glb, by MSFT_lod; what does not know that shows the finest
+    Msft,
+}
+
+impl LodArgs {
+    fn count(&self) -> usize {
+        self.lods.map_or(0, usize::from)
+    }
+
+    fn is_one_file(&self) -> bool {
+        self.lods_as == Some(LodsAs::Msft)
+    }
+
+    /// Refuses what does not fit.
+    pub(super) fn check(&self, is_vrm: bool) -> anyhow::Result<()> {
+        if self.count() > 0 && cfg!(not(feature = "simplify")) {
+            return Err(bad_input(
+                "--lods: this build cannot simplify: build it with the feature `simplify`",
+            ));
+        }
+        if is_vrm && self.is_one_file() {
+            return Err(bad_input(
+                "--lods-as msft: what reads VRM files knows no MSFT_lod; use --lods-as files, or write a .glb",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The files of the levels.
+    pub(super) fn files(&self, output: &Path) -> Vec<PathBuf> {
+        let count = if self.is_one_file() { 0 } else { self.count() };
+        let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = output.extension().unwrap_or_default().to_string_lossy();
+        (1..=count)
+            .map(|level| output.with_file_name(format!("{stem}.lod{level}.{extension}")))
+            .collect()
+    }
+
+    /// Makes the levels.
+    ///
+    /// - `normals`: those that the avatar is shown with.
+    pub(super) fn levels(
+        &self,
+        avatar: &Avatar,
+        normals: Option<&[[f32; 3]]>,
+    ) -> anyhow::Result<Levels> {
+        let levels = preset::levels(avatar, normals, self.count()).or_bad_input()?;
+        Ok(Levels { levels, is_one_file: self.is_one_file() })
+    }
+}
+
+/// The levels of an avatar.
+pub(super) struct Levels {
+    levels: Vec<Level>,
+    is_one_file: bool,
+}
+
+impl Levels {
+    /// Those that are part of the avatar's own file.
+    pub(super) fn inside(&self) -> Vec<CoarserLevel> {
+        let coarser = |level: &Level| CoarserLevel {
+            avatar: level.avatar.clone(),
+            normals: Some(level.normals.clone()),
+        };
+        self.levels.iter().filter(|_| self.is_one_file).map(coarser).collect()
+    }
+
+    /// The files of those that are not.
+    pub(super) fn files(&self, looks: &[Looks], export: &Export) -> anyhow::Result<Vec<Exported>> {
+        let mut files = Vec::new();
+        for level in self.levels.iter().filter(|_| !self.is_one_file) {
+            let normals = Some(level.normals.clone());
+            let export = Export { normals, levels: Vec::new(), ..export.clone() };
+            files.push(glb::write(&level.avatar, looks, &export)?);
+        }
+        Ok(files)
+    }
+
+    /// What they are, a row each: its name and what there is to say.
+    ///
+    /// - `files`: of those that have one.
+    pub(super) fn rows(&self, files: &[(PathBuf, usize)]) -> Vec<(String, String)> {
+        let row = |(index, level): (usize, &Level)| {
+            let mut text = format!(
+                "{} triangles, {:.1} mm off in the mean and {:.1} mm at most",
+                grouped(level.triangles),
+                1e3 * level.deviation.mean,
+                1e3 * level.deviation.most,
+            );
+            if let Some((path, bytes)) = files.get(index) {
+                let _ = write!(text, ", {}, {:.1} MB", path.display(), *bytes as f64 / 1e6);
+            }
+            (format!("level {}", index + 1), text)
+        };
+        self.levels.iter().enumerate().map(row).collect()
+    }
+}

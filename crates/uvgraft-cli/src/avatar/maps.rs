@@ -1,0 +1,238 @@
+//! Maps beside the colour, carried onto a body and made part of its materials.
+
+use std::path::Path;
+
+use uvgraft::{
+    Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
+    TexelsMut, Texture,
+};
+use uvgraft_avatar::glb::{Looks, Picture, PictureError, PictureFormat, Style};
+use uvgraft_io::image;
+use uvgraft_pipeline::Onto;
+
+use super::carried::{Carried, Carrier};
+use super::materials::{MapRole, Materials, ROUGHNESS, Wanted};
+use crate::failure::{OrBadInput, bad_input};
+
+/// The maps of one material.
+#[derive(Default)]
+struct Set {
+    normal: Option<Texture>,
+    emissive: Option<Texture>,
+    occlusion: Option<Texture>,
+    roughness: Option<Texture>,
+    metallic: Option<Texture>,
+    orm: Option<Texture>,
+}
+
+/// The maps in the body's layout, and in the head's own where it keeps that.
+pub(super) struct CarriedMaps {
+    body: Set,
+    head: Set,
+}
+
+impl Materials {
+    /// Carries all maps.
+    ///
+    /// - `size`: of maps whose base is no image.
+    pub(super) fn carry(&self, carrier: &Carrier, size: Size) -> anyhow::Result<CarriedMaps> {
+        let mut maps = CarriedMaps { body: Set::default(), head: Set::default() };
+        for map in &self.maps {
+            let Carried { body, head } = self.carry_one(map, carrier, size)?;
+            maps.body.put(map.role, body);
+            if let Some(head) = head {
+                maps.head.put(map.role, head);
+            }
+        }
+        Ok(maps)
+    }
+
+    fn carry_one(&self, map: &Wanted, carrier: &Carrier, size: Size) -> anyhow::Result<Carried> {
+        let is_color = map.role == MapRole::Emissive;
+        let encoding = if is_color { Encoding::Srgb } else { Encoding::Data };
+        let read = |path: &Path| -> anyhow::Result<Texture> {
+            let texture = image::read(path).or_bad_input()?.texture;
+            if map.role == MapRole::Normal && !texture.channels().has_color() {
+                return Err(bad_input(format!(
+                    "{}: a normal map must have three channels, got a grey image",
+                    path.display()
+                )));
+            }
+            let channels = texture.channels().without_alpha();
+            let depth = texture.depth();
+            let texture = texture.converted(channels, depth);
+            Ok(if is_color { texture } else { texture.with_encoding(Encoding::Data) })
+        };
+        let filled = |color: &[f32]| {
+            Texture::filled(carrier.limited(size), Channels::Rgb, encoding, Depth::U8, color)
+        };
+        let base = match &map.onto {
+            Some(Onto::Image(path)) => {
+                let base = read(path)?;
+                let size = carrier.limited(base.size());
+                let base =
+                    base.resized(size, Filter::Bilinear, Averaging::Encoded).or_bad_input()?;
+                if map.role == MapRole::Normal { self.upward(base) } else { base }
+            }
+            Some(Onto::Color(color)) => filled(&color[..3]).or_bad_input()?,
+            None => filled(&map.role.nothing()).or_bad_input()?,
+        };
+        let content = match map.role {
+            MapRole::Normal => Content::Normals(NormalOptions::new(self.normal_y, NormalY::OpenGl)),
+            MapRole::Emissive => Content::Color,
+            _ => Content::Data,
+        };
+        let face = map.face.as_deref().map(read).transpose()?;
+        carrier.carry(face, base, content)
+    }
+
+    /// A normal map of the body's with green up.
+    fn upward(&self, mut texture: Texture) -> Texture {
+        if self.normal_y == NormalY::OpenGl {
+            return texture;
+        }
+        let channels = texture.channels().count();
+        match texture.texels_mut() {
+            TexelsMut::U8(values) => {
+                values.chunks_exact_mut(channels).for_each(|texel| texel[1] = u8::MAX - texel[1]);
+            }
+            TexelsMut::U16(values) => {
+                values.chunks_exact_mut(channels).for_each(|texel| texel[1] = u16::MAX - texel[1]);
+            }
+            TexelsMut::F32(values) => {
+                values.chunks_exact_mut(channels).for_each(|texel| texel[1] = 1.0 - texel[1]);
+            }
+        }
+        texture
+    }
+}
+
+impl Set {
+    fn put(&mut self, role: MapRole, texture: Texture) {
+        let place = match role {
+            MapRole::Normal => &mut self.normal,
+            MapRole::Roughness => &mut self.roughness,
+            MapRole::Metallic => &mut self.metallic,
+            MapRole::Occlusion => &mut self.occlusion,
+            MapRole::Orm => &mut self.orm,
+            MapRole::Emissive => &mut self.emissive,
+        };
+        *place = Some(texture);
+    }
+
+    /// Puts the maps into a material.
+    fn dress(self, looks: &mut Looks, how: &Encoder) -> Result<(), PictureError> {
+        looks.normal = self.normal.map(|map| how.data(rgb(map))).transpose()?;
+        looks.emissive = self.emissive.map(|map| how.color(rgb(map))).transpose()?;
+        let has_occlusion = self.occlusion.is_some() || self.orm.is_some();
+        let is_packed = self.roughness.is_some() || self.metallic.is_some() || self.orm.is_some();
+        if is_packed {
+            let packed = match self.orm {
+                Some(orm) => rgb(orm),
+                None => packed([
+                    (self.occlusion, 1.0),
+                    (self.roughness, ROUGHNESS),
+                    (self.metallic, 0.0),
+                ])?,
+            };
+            let picture = how.data(packed)?;
+            // Factors are multiplied in.
+            (looks.roughness_factor, looks.metallic_factor) = (1.0, 1.0);
+            looks.occlusion = has_occlusion.then(|| picture.clone());
+            looks.roughness = Some(picture);
+        } else {
+            looks.occlusion = self.occlusion.map(|map| how.data(grey(map))).transpose()?;
+        }
+        Ok(())
+    }
+}
+
+impl CarriedMaps {
+    /// Makes the materials: the body's, then the head's own, if it has one.
+    pub(super) fn looks(
+        self,
+        colors: (Texture, Option<Texture>),
+        how: &Encoder,
+    ) -> Result<Vec<Looks>, PictureError> {
+        let style = how.style;
+        let mut body = Looks { style, ..Looks::new(how.color(colors.0)?) };
+        self.body.dress(&mut body, how)?;
+        let mut all = vec![body];
+        if let Some(color) = colors.1 {
+            let color = how.color(color)?;
+            let mut head =
+                Looks { style, is_head: true, name: "head".to_owned(), ..Looks::new(color) };
+            self.head.dress(&mut head, how)?;
+            all.push(head);
+        }
+        Ok(all)
+    }
+}
+
+/// How textures become files.
+pub(super) struct Encoder {
+    pub(super) format: PictureFormat,
+    pub(super) quality: u8,
+    pub(super) style: Style,
+}
+
+impl Encoder {
+    fn color(&self, texture: Texture) -> Result<Picture, PictureError> {
+        Picture::encode(texture, self.format, self.quality)
+    }
+
+    /// A JPEG's blocks would show in highlights, so what is to be JPEG is PNG.
+    fn data(&self, texture: Texture) -> Result<Picture, PictureError> {
+        let format = match self.format {
+            PictureFormat::Jpeg => PictureFormat::Png,
+            other => other,
+        };
+        Picture::encode(texture.with_encoding(Encoding::Data), format, self.quality)
+    }
+}
+
+fn rgb(texture: Texture) -> Texture {
+    texture.converted(Channels::Rgb, Depth::U8)
+}
+
+fn grey(texture: Texture) -> Texture {
+    texture.converted(Channels::Grey, Depth::U8)
+}
+
+/// Three maps as the channels of one, of the size of the largest.
+///
+/// - `maps`: each with what it is where it is missing.
+fn packed(maps: [(Option<Texture>, f32); 3]) -> Result<Texture, PictureError> {
+    let sizes = maps.iter().filter_map(|(map, _)| Some(map.as_ref()?.size()));
+    let size = sizes.max_by_key(|size| size.texels()).unwrap_or(Size::square(1));
+    let mut values = vec![0_u8; 3 * size.texels()];
+    for (channel, (map, missing)) in maps.into_iter().enumerate() {
+        let map = match map {
+            Some(map) => grey(map).resized(size, Filter::Bilinear, Averaging::Encoded)?,
+            None => Texture::filled(size, Channels::Grey, Encoding::Data, Depth::U8, &[missing])?,
+        };
+        let Texels::U8(levels) = map.texels() else { continue };
+        for (texel, &level) in values.chunks_exact_mut(3).zip(levels) {
+            texel[channel] = level;
+        }
+    }
+    Ok(Texture::new(size, Channels::Rgb, Encoding::Data, Texels::U8(values))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_are_packed_into_the_largest() {
+        let filled = |side, level: f32| {
+            let size = Size::square(side);
+            Texture::filled(size, Channels::Grey, Encoding::Data, Depth::U8, &[level]).unwrap()
+        };
+        let both = packed([(None, 1.0), (Some(filled(4, 0.6)), 0.7), (Some(filled(8, 0.2)), 0.0)]);
+        let both = both.unwrap();
+        assert_eq!((both.size(), both.encoding()), (Size::square(8), Encoding::Data));
+        let texel = [0, 1, 2].map(|channel| (255.0 * both.get(3, 5, channel)).round());
+        assert_eq!(texel, [255.0, 153.0, 51.0]);
+    }
+}

@@ -1,0 +1,225 @@
+//! Which maps there are beside the colour, and how surfaces are lit, as options say it.
+
+use std::path::{Path, PathBuf};
+
+use uvgraft::NormalY;
+use uvgraft_avatar::glb::Style;
+use uvgraft_pipeline::Onto;
+
+use crate::failure::bad_input;
+use crate::role_file::{NormalYName, RoleFile};
+
+/// Maps of the face, and how surfaces are lit.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Materials")]
+pub(super) struct MaterialArgs {
+    /// A further map of the face, in the head's layout, and what it is: normal, roughness, metallic, occlusion, orm
+    /// (occlusion, roughness and metallic in red, green and blue) or emissive, such as normal=face_normal.png; may
+    /// be repeated. --onto ROLE=IMAGE is the body's own
+    #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
+    maps: Vec<RoleFile>,
+    /// Which way the green channel of normal maps points; the avatar's points up, as glTF has it
+    #[arg(long, value_enum, default_value = "opengl")]
+    normal_y: NormalYName,
+    /// How surfaces are lit
+    #[arg(long, value_enum, default_value_t = LookName::Pbr)]
+    look: LookName,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LookName {
+    /// Physically, which everything knows
+    Pbr,
+    /// As drawings are, in a .vrm (MToon 1.0); what does not know it lights it as pbr
+    Mtoon,
+    /// Not at all: plain colours, for textures with light in them
+    Unlit,
+}
+
+/// What a map is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MapRole {
+    Normal,
+    Roughness,
+    Metallic,
+    Occlusion,
+    Orm,
+    Emissive,
+}
+
+const ROLES: [(&str, MapRole); 7] = [
+    ("normal", MapRole::Normal),
+    ("roughness", MapRole::Roughness),
+    ("metallic", MapRole::Metallic),
+    ("occlusion", MapRole::Occlusion),
+    ("ao", MapRole::Occlusion),
+    ("orm", MapRole::Orm),
+    ("emissive", MapRole::Emissive),
+];
+
+/// As glTF takes it where there is no map; [`Looks::new`] has it too.
+pub(super) const ROUGHNESS: f32 = 0.7;
+
+impl MapRole {
+    fn named(name: &str) -> Option<Self> {
+        ROLES.into_iter().find(|(known, _)| *known == name).map(|(_, role)| role)
+    }
+
+    /// What a map is of where nothing is known.
+    pub(super) const fn nothing(self) -> [f32; 3] {
+        match self {
+            Self::Normal => [0.5, 0.5, 1.0],
+            Self::Roughness => [ROUGHNESS; 3],
+            Self::Metallic | Self::Emissive => [0.0; 3],
+            Self::Occlusion => [1.0; 3],
+            Self::Orm => [1.0, ROUGHNESS, 0.0],
+        }
+    }
+}
+
+/// A map that is asked for.
+pub(super) struct Wanted {
+    pub(super) role: MapRole,
+    /// In the head's layout.
+    pub(super) face: Option<PathBuf>,
+    /// In the body's.
+    pub(super) onto: Option<Onto>,
+}
+
+/// What materials are to be made of, checked.
+pub(super) struct Materials {
+    pub(super) maps: Vec<Wanted>,
+    pub(super) normal_y: NormalY,
+    pub(super) style: Style,
+}
+
+/// What `--onto` says: the body's colour, and bases of maps.
+pub(super) struct Bases {
+    pub(super) color: Onto,
+    maps: Vec<(MapRole, Onto)>,
+}
+
+impl Bases {
+    /// - `texts`: an image or a colour, and any number of them after `ROLE=`.
+    pub(super) fn parse(texts: &[String]) -> anyhow::Result<Self> {
+        let (mut color, mut maps) = (None, Vec::<(MapRole, Onto)>::new());
+        for text in texts {
+            let named = text.split_once('=');
+            match named
+                .and_then(|(name, base)| Some((MapRole::named(&name.to_ascii_lowercase())?, base)))
+            {
+                Some((role, _)) if maps.iter().any(|(known, _)| *known == role) => {
+                    return Err(bad_input(format!(
+                        "--onto {text}: there is a base for that map already"
+                    )));
+                }
+                Some((role, base)) => maps.push((role, Onto::parse(base)?)),
+                None if color.is_some() => {
+                    return Err(bad_input(format!(
+                        "--onto {text}: a body has one colour texture; bases of maps are ROLE=IMAGE, ROLE being {}",
+                        role_names()
+                    )));
+                }
+                None => color = Some(Onto::parse(text)?),
+            }
+        }
+        let color = color.ok_or_else(|| {
+            bad_input("--onto: the body's colours are missing: an image in its layout, or a colour such as #c08a70")
+        })?;
+        Ok(Self { color, maps })
+    }
+}
+
+fn role_names() -> String {
+    ROLES.map(|(name, _)| name).join(", ")
+}
+
+impl MaterialArgs {
+    /// Checks what is asked for.
+    pub(super) fn check(&self, bases: Bases, is_vrm: bool) -> anyhow::Result<Materials> {
+        let mut maps: Vec<Wanted> = Vec::new();
+        for RoleFile { role: name, file } in &self.maps {
+            let role = MapRole::named(name).ok_or_else(|| {
+                bad_input(format!(
+                    "--map {name}: GLB and VRM files have no place for it; expected one of {}",
+                    role_names()
+                ))
+            })?;
+            if maps.iter().any(|map| map.role == role) {
+                return Err(bad_input(format!("--map {name}={file}: that map is given already")));
+            }
+            maps.push(Wanted { role, face: Some(PathBuf::from(file)), onto: None });
+        }
+        for (role, onto) in bases.maps {
+            match maps.iter_mut().find(|map| map.role == role) {
+                Some(map) => map.onto = Some(onto),
+                None => maps.push(Wanted { role, face: None, onto: Some(onto) }),
+            }
+        }
+        let has = |role| maps.iter().any(|map| map.role == role);
+        let parts = [MapRole::Occlusion, MapRole::Roughness, MapRole::Metallic];
+        if has(MapRole::Orm) && parts.into_iter().any(has) {
+            return Err(bad_input(
+                "--map orm holds occlusion, roughness and metallic: give it or them, not both",
+            ));
+        }
+        let style = self.look.style();
+        let ignored = maps.iter().find(|map| match style {
+            Style::Pbr => false,
+            Style::MToon => !matches!(map.role, MapRole::Normal | MapRole::Emissive),
+            Style::Unlit => true,
+        });
+        if let Some(map) = ignored {
+            let name =
+                ROLES.iter().find(|(_, role)| *role == map.role).map_or("", |(name, _)| name);
+            return Err(bad_input(match style {
+                Style::Unlit => {
+                    format!("--look unlit shows plain colours: leave out the map {name}")
+                }
+                _ => format!("--look mtoon knows normal and emissive maps only: leave out {name}"),
+            }));
+        }
+        if style == Style::MToon && !is_vrm {
+            return Err(bad_input(
+                "--look mtoon is for VRM: write a .vrm, or use --look unlit or --look pbr",
+            ));
+        }
+        Ok(Materials { maps, normal_y: self.normal_y.into(), style })
+    }
+}
+
+impl LookName {
+    const fn style(self) -> Style {
+        match self {
+            Self::Pbr => Style::Pbr,
+            Self::Mtoon => Style::MToon,
+            Self::Unlit => Style::Unlit,
+        }
+    }
+}
+
+impl Materials {
+    /// The files that are read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.maps.iter().flat_map(|map| {
+            map.face.as_deref().into_iter().chain(map.onto.as_ref().and_then(Onto::path))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bases_are_told_by_their_roles() {
+        let parse =
+            |texts: &[&str]| Bases::parse(&texts.iter().map(|&t| t.to_owned()).collect::<Vec<_>>());
+        let bases = parse(&["normal=n.png", "a=b.png", "ORM=#ff8000"]).unwrap();
+        assert_eq!(bases.color, Onto::Image("a=b.png".into()));
+        assert_eq!(bases.maps[0], (MapRole::Normal, Onto::Image("n.png".into())));
+        assert_eq!(bases.maps[1].0, MapRole::Orm);
+        assert!(parse(&["normal=n.png"]).is_err() && parse(&["a.png", "b.png"]).is_err());
+        assert!(parse(&["a.png", "ao=n.png", "occlusion=n.png"]).is_err());
+    }
+}

@@ -1,0 +1,156 @@
+//! What options ask for, checked before anything large is read.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use uvgraft::Size;
+use uvgraft_avatar::glb::{PictureFormat, VrmMeta};
+use uvgraft_avatar::preset::Preset;
+use uvgraft_pipeline::{Onto, Outputs};
+
+use super::materials::{Bases, Materials};
+use super::{Args, TextureName, body};
+use crate::failure::bad_input;
+use crate::picture::check_name;
+
+/// What is to be made.
+pub(super) struct Plan {
+    /// What the body's colours are before the face is on them.
+    pub(super) onto: Onto,
+    pub(super) materials: Materials,
+    /// With what options say otherwise.
+    pub(super) preset: Option<Preset>,
+    /// The most triangles.
+    pub(super) triangles: Option<usize>,
+    pub(super) format: PictureFormat,
+    /// What a VRM file says of itself, if it is one.
+    pub(super) vrm: Option<VrmMeta>,
+    /// Files of coarser levels.
+    pub(super) level_files: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// Refuses options that do not fit each other or the output, inputs that are not there, and outputs that cannot be
+    /// written.
+    pub(super) fn new(args: &Args) -> anyhow::Result<Self> {
+        let is_vrm = is_vrm(&args.output)?;
+        let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
+        if !is_vrm {
+            args.meta.check_glb()?;
+        }
+        let bases = Bases::parse(&args.onto)?;
+        let onto = bases.color.clone();
+        let materials = args.materials.check(bases, is_vrm)?;
+        args.lods.check(is_vrm)?;
+        args.blending.clone().of_avatar().check()?;
+        check_body(args)?;
+        let triangles = args.triangles.map(|count| count as usize);
+        let preset = args.preset.as_deref().and_then(Preset::named).map(|preset| Preset {
+            triangles: triangles.unwrap_or(preset.triangles),
+            format: args.texture.map_or(preset.format, PictureFormat::from),
+            ..*preset
+        });
+        let format = check_textures(args, &onto, preset.as_ref())?;
+        let level_files = args.lods.files(&args.output);
+        check_files(args, &onto, &materials, &level_files)?;
+        let triangles = preset.as_ref().map(|preset| preset.triangles).or(triangles);
+        Ok(Self { onto, materials, preset, triangles, format, vrm, level_files })
+    }
+}
+
+/// Whether the output is to be a VRM file, by its name.
+fn is_vrm(output: &Path) -> anyhow::Result<bool> {
+    match output.extension().map(OsStr::to_ascii_lowercase) {
+        Some(extension) if extension == "glb" => Ok(false),
+        Some(extension) if extension == "vrm" => Ok(true),
+        _ => {
+            Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display())))
+        }
+    }
+}
+
+fn check_body(args: &Args) -> anyhow::Result<()> {
+    let Some(betas) = &args.betas else { return Ok(()) };
+    if args.body == Path::new("demo") {
+        return Err(bad_input("--betas shape body models; --body demo has one shape"));
+    }
+    if !Path::new(betas).exists() {
+        body::betas(betas)?;
+    }
+    Ok(())
+}
+
+/// How textures are stored.
+fn check_textures(
+    args: &Args,
+    onto: &Onto,
+    preset: Option<&Preset>,
+) -> anyhow::Result<PictureFormat> {
+    if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
+        return Err(bad_input(
+            "--texture ktx2: this build lacks the feature `ktx2`; wanted png, jpeg or webp",
+        ));
+    }
+    let preset_format = preset.map(|preset| preset.format);
+    let format = preset_format.or(args.texture.map(PictureFormat::from));
+    let format = format.unwrap_or(PictureFormat::Png);
+    if args.quality.is_some() && format != PictureFormat::Jpeg {
+        return Err(bad_input("--quality is for JPEG textures: add --texture jpeg"));
+    }
+    if onto.path().is_none() && args.size.is_none() {
+        return Err(bad_input("a colour has no size: give --size N, or --onto an image"));
+    }
+    if let (Some(size), Some(preset)) = (args.size, preset)
+        && too_large(size, preset)
+    {
+        let (name, side) = (preset.name, preset.texture_side);
+        return Err(bad_input(format!(
+            "--size {size}: --preset {name} has textures of {side} at most; leave one of them out"
+        )));
+    }
+    Ok(format)
+}
+
+fn too_large(size: Size, preset: &Preset) -> bool {
+    size.width.max(size.height) > preset.texture_side
+}
+
+fn check_files(
+    args: &Args,
+    onto: &Onto,
+    materials: &Materials,
+    level_files: &[PathBuf],
+) -> anyhow::Result<()> {
+    let models = Some(&*args.body).filter(|body| *body != Path::new("demo"));
+    let read: Vec<&Path> = [&*args.pair, &*args.face]
+        .into_iter()
+        .chain(onto.path())
+        .chain(materials.inputs())
+        .chain(models)
+        .chain(args.motion.iter().map(PathBuf::as_path))
+        .chain(args.blending.inputs())
+        .chain(args.region.inputs())
+        .collect();
+    for path in &read {
+        if let Err(error) = fs::metadata(path) {
+            return Err(bad_input(format!("{}: {error}", path.display())));
+        }
+    }
+    // Betas may be numbers.
+    let shape = args.betas.as_deref().map(Path::new);
+    let mut outputs = Outputs::new(read.into_iter().chain(shape));
+    outputs.check(&args.output)?;
+    for file in level_files {
+        outputs.check(file)?;
+    }
+    if let Some(preview) = &args.blending.preview {
+        check_name(preview, "a preview")?;
+        outputs.check(preview)?;
+    }
+    if let Some(labels) = args.blending.drawn_labels() {
+        check_name(labels, "a picture of labels")?;
+        outputs.check(labels)?;
+    }
+    Ok(())
+}

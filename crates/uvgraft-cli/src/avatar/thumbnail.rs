@@ -1,0 +1,55 @@
+//! The picture of an avatar that lists of avatars show.
+
+use uvgraft::{Averaging, Filter, Size, Texture};
+use uvgraft_avatar::glb::{Looks, Picture, PictureFormat, Style};
+use uvgraft_avatar::{Avatar, portrait};
+
+use crate::failure::warn;
+
+/// Sides of the picture: what lists show of it, in some tenths of a second.
+const SIDE: u32 = 512;
+const JPEG_QUALITY: u8 = 88;
+
+/// The textures that it is drawn with, which need be no larger than what is seen of them.
+pub(super) struct Colors(Vec<Picture>);
+
+impl Colors {
+    /// - `textures`: the colours of each material.
+    pub(super) fn new<'t>(textures: impl IntoIterator<Item = &'t Texture>) -> Self {
+        const LARGEST: u32 = 2048;
+        let picture = |texture: &Texture| {
+            let Size { width, height } = texture.size();
+            let longest = width.max(height);
+            let scaled = |side: u32| {
+                (side.min((u64::from(side) * u64::from(LARGEST) / u64::from(longest)) as u32))
+                    .max(1)
+            };
+            let size = Size::new(scaled(width), scaled(height));
+            let smaller =
+                texture.clone().resized(size, Filter::Bilinear, Averaging::Encoded).ok()?;
+            Picture::encode(smaller, PictureFormat::Jpeg, 95).ok()
+        };
+        Self(textures.into_iter().filter_map(picture).collect())
+    }
+
+    /// Draws an avatar's head. Without a picture an avatar is as good; what is in the way of one is told.
+    ///
+    /// - `looks`: the avatar's materials.
+    pub(super) fn thumbnail(self, avatar: &Avatar, looks: &[Looks]) -> Option<Picture> {
+        let looks: Vec<Looks> = looks
+            .iter()
+            .zip(self.0)
+            .map(|(looks, color)| {
+                // Light shows a shape even where clients have none.
+                let style = if looks.style == Style::Unlit { Style::Unlit } else { Style::Pbr };
+                Looks { style, ..Looks::new(color) }
+            })
+            .collect();
+        let drawn = portrait(avatar, &looks, SIDE).map_err(|error| error.to_string());
+        let encoded = drawn.and_then(|picture| {
+            Picture::encode(picture, PictureFormat::Jpeg, JPEG_QUALITY)
+                .map_err(|error| error.to_string())
+        });
+        encoded.map_err(|error| warn(format_args!("no thumbnail: {error}"))).ok()
+    }
+}

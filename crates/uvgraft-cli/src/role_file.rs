@@ -1,0 +1,41 @@
+//! Maps of materials, as options name them.
+
+use clap::ValueEnum;
+use uvgraft::NormalY;
+
+/// A map of a material, or a base for one, by its role.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct RoleFile {
+    pub(crate) role: String,
+    pub(crate) file: String,
+}
+
+impl RoleFile {
+    /// What `ROLE=FILE` says.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((role, file)) if !role.is_empty() && !file.is_empty() => {
+                Ok(Self { role: role.to_ascii_lowercase(), file: file.to_owned() })
+            }
+            _ => Err("wanted ROLE=FILE, such as normal=face_normal.png".to_owned()),
+        }
+    }
+}
+
+/// Which way the green channel of a normal map points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NormalYName {
+    /// Up, as in OpenGL, glTF, Unity and Blender
+    Opengl,
+    /// Down, as in DirectX and Unreal
+    Directx,
+}
+
+impl From<NormalYName> for NormalY {
+    fn from(name: NormalYName) -> Self {
+        match name {
+            NormalYName::Opengl => Self::OpenGl,
+            NormalYName::Directx => Self::DirectX,
+        }
+    }
+}

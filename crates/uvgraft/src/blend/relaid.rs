@@ -1,0 +1,130 @@
+//! The same blend on the same surface in another layout.
+//!
+//! A blend lives at the points of the surface, and so does the tone that was found with it; only where texels of the
+//! target lie asks for its layout.
+
+use super::selection::Ground;
+use super::{Blend, BlendOptions, RegionError, Tone, Toning, ToningError};
+
+impl Blend {
+    /// The same blend for a ground whose target has the same surface in another layout, such as that of an
+    /// [`OwnLayout`](crate::OwnLayout). Bases are taken for such as have changed their tone already: tones are found
+    /// with the blend that it comes from, and brought over by [`Toning::relaid`].
+    ///
+    /// # Errors
+    /// [`RegionError::Ground`] if the surface is another.
+    pub fn relaid(&self, ground: &Ground) -> Result<Self, RegionError> {
+        if !self.ground.is_same_surface(ground) {
+            return Err(RegionError::Ground);
+        }
+        Ok(Self {
+            selection: self.selection.relaid(ground),
+            ground: ground.clone(),
+            options: BlendOptions { tone: Tone::Base, ..self.options },
+            skin: None,
+            ..self.clone()
+        })
+    }
+}
+
+impl Toning {
+    /// What it does to the texture, for [`Blend::relaid`]. The base, which lies in another layout, stays as it is.
+    ///
+    /// # Errors
+    /// [`ToningError::Ground`] if the surface is another.
+    pub fn relaid(&self, ground: &Ground) -> Result<Self, ToningError> {
+        if !self.ground.is_same_surface(ground) {
+            return Err(ToningError::Ground);
+        }
+        let narrowed = self.narrowed.as_ref().map(|blend| blend.relaid(ground)).transpose();
+        Ok(Self {
+            ground: ground.clone(),
+            source: self.source.clone(),
+            base: None,
+            labels: self.labels.clone(),
+            narrowed: narrowed.map_err(|_| ToningError::Ground)?.map(std::sync::Arc::new),
+            report: self.report.clone(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::color::Encoding;
+    use crate::graft::Graft;
+    use crate::mesh::Mesh;
+    use crate::own_layout::OwnLayout;
+    use crate::pair::{Direction, Pair};
+    use crate::texture::{Channels, Size, Sizes, Texels, Texture};
+
+    const SIDE: u32 = 64;
+
+    /// A sheet of eight squares a side and a metre, over all of the source's layout and a quarter of the target's.
+    /// The target has one more column, which nothing is linked to.
+    fn pair() -> Pair {
+        let sheet = |columns: u32, uv_of: fn([f32; 2]) -> [f32; 2]| {
+            let points = (0..9).flat_map(|row| (0..=columns).map(move |column| [column, row]));
+            let places: Vec<[f32; 2]> = points.map(|at| at.map(|k| k as f32 / 8.0)).collect();
+            let at = |column: u32, row: u32| row * (columns + 1) + column;
+            let faces: Vec<[u32; 3]> = (0..8)
+                .flat_map(|row| (0..columns).map(move |column| [column, row]))
+                .flat_map(|[x, y]| {
+                    [
+                        [at(x, y), at(x + 1, y), at(x + 1, y + 1)],
+                        [at(x, y), at(x + 1, y + 1), at(x, y + 1)],
+                    ]
+                })
+                .collect();
+            let positions = places.iter().map(|&[x, y]| [x, -y, 0.0]).collect();
+            let uv = places.into_iter().map(uv_of).collect();
+            Mesh::from_triangles(positions, uv, &faces, &faces).unwrap()
+        };
+        let (source, target) = (sheet(8, |at| at), sheet(9, |[x, y]| [y / 2.0, 0.1 + x / 2.0]));
+        let ids: Vec<i64> = (0..81).map(|vertex| vertex / 9 * 10 + vertex % 9).collect();
+        Pair::by_vertex_map(source, target, &ids).unwrap()
+    }
+
+    fn texture(value: impl Fn(u32, u32) -> u8) -> Texture {
+        let values = (0..SIDE * SIDE).map(|texel| value(texel % SIDE, texel / SIDE)).collect();
+        Texture::new(Size::square(SIDE), Channels::Grey, Encoding::Srgb, Texels::U8(values))
+            .unwrap()
+    }
+
+    #[test]
+    fn texels_stay_what_they_are_within_the_feather() {
+        let pair = Arc::new(pair());
+        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+        let options = BlendOptions::default().feather(0.25);
+        let blend = Blend::new(&ground.linked(), options).unwrap();
+        let own = OwnLayout::new(&pair, blend.touched()).unwrap().unwrap();
+        assert_eq!((own.faces.iter().filter(|&&is_own| is_own).count(), own.share), (128, 1.0));
+        let there = Ground::new(Arc::clone(&own.pair), Direction::Forward);
+        let relaid = Arc::new(blend.relaid(&there).unwrap());
+        let size = Size::square(SIDE);
+        let graft = Graft::builder(Arc::clone(&own.pair), Sizes { from: size, to: size });
+        let graft = graft.shared_blend(relaid).build().unwrap();
+        let face = texture(|x, y| ((x * 37 + y * 101) % 200) as u8);
+        let found = graft.apply(&face, texture(|_, _| 250)).unwrap();
+        let level = |texture: &Texture, x, y| (255.0 * texture.get(x, y, 0)).round();
+        // The rim is the last column's left side, at 1 m; a quarter of a metre is 16 texels.
+        for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+            let (own, found) = (level(&face, x, y), level(&found, x, y));
+            let inside = (63.5 - x as f32) / 16.0;
+            let weight = inside.min(1.0).powi(2) * (3.0 - 2.0 * inside.min(1.0));
+            let wanted = 250.0 + (own - 250.0) * weight;
+            assert!((found - wanted).abs() <= if weight < 1.0 { 1.5 } else { 0.0 }, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn another_surface_is_refused() {
+        let pair = Arc::new(pair());
+        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+        let blend = Blend::new(&ground.linked(), BlendOptions::default()).unwrap();
+        let back = Ground::new(pair, Direction::Reverse);
+        assert_eq!(blend.relaid(&back).unwrap_err(), RegionError::Ground);
+    }
+}
