@@ -1,0 +1,2 @@
+//! Eyes.
+pub(crate) mod eyeball;
