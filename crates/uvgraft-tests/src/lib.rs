@@ -7,6 +7,7 @@ pub mod downloads;
 pub mod fixtures;
 pub mod independent;
 pub mod looks;
+pub mod made_up;
 pub mod mannequin;
 pub mod normal_bake;
 pub mod photographs;
