@@ -33,6 +33,12 @@ impl Frame {
         })
     }
 
+    /// With its origin so much higher, in its own millimetres.
+    pub fn raised(mut self, by: f32) -> Self {
+        self.origin = self.world(Vec3::new(0.0, by, 0.0));
+        self
+    }
+
     /// From the mesh's space.
     pub fn local(&self, position: [f32; 3]) -> Vec3 {
         let offset = (Vec3::from(position) - self.origin) / self.mm;

@@ -80,6 +80,7 @@ impl Mouth {
         let anatomy = Anatomy::find(&avatar.mesh)?;
         let frame = Frame::new(&anatomy)?;
         let rim = Rim::find(&avatar.mesh, &anatomy, &frame)?;
+        let frame = frame.raised(rim.line(&avatar.mesh, &frame));
         let followers = Followers::find(avatar, &anatomy)?;
         let jaw = Jaw::find(avatar, &anatomy)?;
         let fit = cavity::Fit::new(avatar, &rim, &frame);

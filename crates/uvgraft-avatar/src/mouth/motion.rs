@@ -62,11 +62,6 @@ impl Jaw {
         Ok(Self { hinge, chin: near })
     }
 
-    /// The chin's vertices.
-    pub fn chin(&self) -> &[u32] {
-        &self.chin
-    }
-
     /// What a morph does to the jaw.
     pub fn motion(&self, positions: &[[f32; 3]], morph: &Morph) -> Motion {
         let mut offsets = vec![DVec3::ZERO; self.chin.len()];

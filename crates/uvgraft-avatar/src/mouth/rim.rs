@@ -1,6 +1,7 @@
 //! The loop of edges at which a head ends behind its lips.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap, HashSet};
 
 use uvgraft::{Anatomy, Area, Mesh};
 
@@ -62,6 +63,67 @@ impl Rim {
         vertices.rotate_left(right);
         Ok(Self { vertices, upper, is_sack })
     }
+}
+
+impl Rim {
+    /// The height at which the lips meet in the middle, in the frame's coordinates. Landmarks are good to some
+    /// millimetres; here the lowest of the upper lip and the highest of the lower one tell.
+    pub fn line(&self, mesh: &Mesh, frame: &Frame) -> f32 {
+        const LIPS_MM: f32 = 36.0;
+        const MIDDLE_MM: f32 = 7.0;
+        const TALL_MM: f32 = 10.0;
+        let local = |vertex: u32| frame.local(mesh.positions()[vertex as usize]);
+        let count = self.vertices.len();
+        // Corners are both lips'.
+        let ways = |from: &[u32]| ways(mesh, frame, from, LIPS_MM);
+        let upper = ways(&self.vertices[1..self.upper.max(1)]);
+        let lower = ways(&self.vertices[(self.upper + 1).min(count)..]);
+        let (mut lowest, mut highest) = (f32::INFINITY, f32::NEG_INFINITY);
+        for (vertex, of_upper) in &upper {
+            let Some(of_lower) = lower.get(vertex) else { continue };
+            let place = local(*vertex);
+            if place.x.abs() > MIDDLE_MM || place.y.abs() > TALL_MM {
+                continue;
+            }
+            if of_upper < of_lower {
+                lowest = lowest.min(place.y);
+            } else if of_lower < of_upper {
+                highest = highest.max(place.y);
+            }
+        }
+        let line = 0.5 * (lowest + highest);
+        if line.is_finite() { line } else { 0.0 }
+    }
+}
+
+/// How far it is along edges to each vertex near by from the nearest of some, in micrometres of the frame.
+fn ways(mesh: &Mesh, frame: &Frame, from: &[u32], reach_mm: f32) -> HashMap<u32, u32> {
+    let local = |vertex: u32| frame.local(mesh.positions()[vertex as usize]);
+    let mut beside: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    for &[a, b, c] in mesh.faces() {
+        for (one, other) in [(a, b), (b, c), (c, a)] {
+            let ends = [local(one), local(other)];
+            if ends.iter().all(|end| end.length() < reach_mm) {
+                let length = (1000.0 * ends[0].distance(ends[1])) as u32;
+                beside.entry(one).or_default().push((other, length));
+                beside.entry(other).or_default().push((one, length));
+            }
+        }
+    }
+    let mut found: HashMap<u32, u32> = HashMap::new();
+    let mut queue: BinaryHeap<Reverse<(u32, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
+    while let Some(Reverse((way, vertex))) = queue.pop() {
+        if found.contains_key(&vertex) {
+            continue;
+        }
+        found.insert(vertex, way);
+        for &(other, length) in beside.get(&vertex).into_iter().flatten() {
+            if !found.contains_key(&other) {
+                queue.push(Reverse((way + length, other)));
+            }
+        }
+    }
+    found
 }
 
 /// How many pieces of the mesh lie wholly inside the mouth.

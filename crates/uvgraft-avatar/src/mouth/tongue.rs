@@ -31,6 +31,7 @@ pub(super) fn piece(fit: &Fit) -> Piece {
         let knots = (0..=ACROSS).map(|column| {
             let across = column as f32 / ACROSS as f32;
             let (sin, cos) = (PI * across).sin_cos();
+            let sin = sin.max(0.0);
             // A shallow groove along the middle.
             let groove = 1.3 * round * (-(cos / 0.25).powi(2)).exp();
             let y = base_y + (top - base_y) * sin.powf(0.55) - groove;

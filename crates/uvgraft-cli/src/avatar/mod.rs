@@ -3,6 +3,7 @@
 mod body;
 mod dress;
 mod face;
+mod features;
 mod meta;
 mod summary;
 
@@ -27,6 +28,7 @@ use crate::region::RegionArgs;
 use crate::report::{parse_size, to_stdout};
 use body::Body;
 use face::Face;
+use features::FeatureArgs;
 use meta::MetaArgs;
 
 /// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
@@ -87,6 +89,8 @@ pub(crate) struct Args {
     /// Which UV island is shown where several share texels, such as two eyes on one disc
     #[arg(long, value_enum, default_value_t = PreferName::First)]
     prefer: PreferName,
+    #[command(flatten)]
+    features: FeatureArgs,
     #[command(flatten)]
     meta: MetaArgs,
     #[command(flatten)]
@@ -161,8 +165,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             dress::dress(args, &file, face?, base?)
         },
     );
-    let (body, texture) = (body?, textures?);
-    let Body { mut avatar, name, apart } = body;
+    let (body, mut texture) = (body?, textures?);
+    let Body { avatar, name, apart } = body;
+    let (mut avatar, mouth) = args.features.with_mouth(avatar, &mut texture, &name)?;
     let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
         let fit = preset.fit(avatar).or_bad_input()?;
@@ -193,6 +198,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         looks: &looks,
         report: &exported.report,
         apart: &apart,
+        mouth,
         fitted,
         limits: own.as_ref().map(|preset| preset.limits),
     };

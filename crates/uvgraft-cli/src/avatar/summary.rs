@@ -20,6 +20,8 @@ pub(super) struct Made<'a> {
     pub(super) report: &'a Report,
     /// How far clips are from the body model.
     pub(super) apart: &'a [(String, Apart)],
+    /// Triangles of the mouth that was fitted.
+    pub(super) mouth: Option<usize>,
     /// Triangles before, hidden ones, those that are left, and those that are wanted.
     pub(super) fitted: Option<(usize, usize, usize, usize)>,
     pub(super) limits: Option<&'a Limits>,
@@ -36,6 +38,9 @@ impl Made<'_> {
         row("body", self.body.to_owned());
         let (triangles, vertices) = (grouped(report.triangles), grouped(report.vertices));
         row("mesh", format!("{triangles} triangles, {vertices} vertices"));
+        if let Some(triangles) = self.mouth {
+            row("mouth", format!("cavity, teeth and tongue, {} triangles", grouped(triangles)));
+        }
         if let Some((before, hidden, after, wanted)) =
             self.fitted.filter(|fitted| fitted.0 != fitted.2)
         {

@@ -6,6 +6,8 @@ use glam::{Quat, Vec3};
 use uvgraft::Mesh;
 use uvgraft::anatomy::{Anatomy, Landmark};
 
+use super::lips::Lips;
+
 /// A movement that has a name.
 #[derive(Debug, Clone)]
 pub struct Truth {
@@ -71,7 +73,7 @@ pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     let local = |place: [f64; 3]| Vec3::from(frame.local(place).map(|value| value as f32));
     let at = |landmark| local(anatomy.point(landmark).expect("a template with a whole face"));
     let face = Face {
-        mouth: at(Landmark::Mouth),
+        mouth: Lips::find(mesh, anatomy).middle,
         corner: at(Landmark::LeftMouthCorner),
         chin: at(Landmark::Chin),
         brow: at(Landmark::BrowCenter),

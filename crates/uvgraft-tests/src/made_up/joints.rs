@@ -5,6 +5,8 @@ use uvgraft::Mesh;
 use uvgraft::anatomy::{Anatomy, Area, Landmark};
 use uvgraft_avatar::body::BodyKind;
 
+use super::lips::Lips;
+
 /// Joints, weights `[V, J]` and the regressor `[J, V]`, row by row.
 pub(super) struct Rig {
     pub places: Vec<Vec3>,
@@ -128,8 +130,7 @@ fn weights(
     let is_face = |joint: usize| [jaw, left_eye, right_eye].contains(&joint);
     let mut weights = vec![0.0; mesh.positions().len() * count];
     let eyeballs = eyeballs(mesh, anatomy);
-    let mouth = anatomy.point(Landmark::Mouth).map(|place| anatomy.frame().local(place));
-    let mouth = mouth.expect("a template with a mouth");
+    let lips = Lips::find(mesh, anatomy);
     for (vertex, row) in weights.chunks_mut(count).enumerate() {
         let place = Vec3::from(mesh.positions()[vertex]);
         if let Some(side) = eyeballs[vertex] {
@@ -154,22 +155,37 @@ fn weights(
         let sum: f32 = row.iter().sum();
         row.iter_mut().for_each(|weight| *weight /= sum);
         let local = anatomy.frame().local(mesh.positions()[vertex].map(f64::from));
-        let share = row[head] * jaw_share(local, mouth) as f32;
+        // Faces hang on skulls, however near the neck is.
+        let skull = skull_share(local) as f32;
+        row.iter_mut().for_each(|weight| *weight *= 1.0 - skull);
+        row[head] += skull;
+        let share = row[head] * jaw_share(local, &lips, vertex) as f32;
         row[head] -= share;
         row[jaw] = share;
     }
     weights
 }
 
+/// How much of a place is bone's of the skull or the jaw, rather than between head and neck.
+fn skull_share([_, y, z]: [f64; 3]) -> f64 {
+    let ramp = |from: f64, to: f64, at: f64| ((at - from) / (to - from)).clamp(0.0, 1.0);
+    ramp(-2.3, -1.9, y) * ramp(-1.3, -0.7, z)
+}
+
 /// How much of what follows the head follows the jaw instead: lower lip and chin, up to the line of the lips.
-fn jaw_share([x, y, z]: [f64; 3], mouth: [f64; 3]) -> f64 {
+fn jaw_share([x, y, z]: [f64; 3], lips: &Lips, vertex: usize) -> f64 {
     let ramp = |from: f64, to: f64, at: f64| {
         let t = ((at - from) / (to - from)).clamp(0.0, 1.0);
         t * t * (3.0 - 2.0 * t)
     };
     // At the corners lips stretch; between them they part.
     let beside = ramp(0.25, 0.6, x.abs());
-    let line = ramp(-0.005 - 0.35 * beside, 0.005 + 0.2 * beside, mouth[1] - y);
+    let below = f64::from(lips.middle.y) - y;
+    let band = ramp(-0.005 - 0.35 * beside, 0.005 + 0.2 * beside, below);
+    let line = match lips.is_lower[vertex] {
+        Some(is_lower) => f64::from(u8::from(is_lower)) * (1.0 - beside) + band * beside,
+        None => band,
+    };
     let front = ramp(-1.6, -0.5, z) * ramp(-2.1, -1.5, y);
     line * front
 }

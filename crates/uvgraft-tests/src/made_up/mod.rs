@@ -8,6 +8,7 @@
 mod entangled;
 mod faces;
 mod joints;
+mod lips;
 
 pub use entangled::Entanglement;
 pub use faces::Truth;
