@@ -62,13 +62,16 @@ pub(crate) fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<
         let positions = avatar.mesh.positions();
         let places: Vec<Vec3> =
             vertices.iter().map(|&vertex| positions[vertex as usize].into()).collect();
-        let Some((center, radius)) = sphere(&places) else { continue };
-        let off = |place: &Vec3| (place.distance(center) - radius).abs();
-        if places.iter().all(|place| off(place) < ROUNDNESS * radius) {
-            eyeballs.push(Eyeball { piece, vertices, center, radius });
-        }
+        let Some(ball) = sphere(&places).filter(|ball| is_round(&places, *ball)) else { continue };
+        let (center, radius) = ball;
+        eyeballs.push(Eyeball { piece, vertices, center, radius });
     }
     eyeballs
+}
+
+/// Whether points lie on a sphere, as far as those of eyeballs do.
+pub(crate) fn is_round(places: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
+    places.iter().all(|place| (place.distance(center) - radius).abs() < ROUNDNESS * radius)
 }
 
 /// The sphere that is nearest to points by least squares: its centre and radius. Eyeballs may be open at

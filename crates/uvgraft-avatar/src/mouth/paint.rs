@@ -123,8 +123,10 @@ fn cavity(s: f32, t: f32, lips: &[Color]) -> Color {
     let at = s.rem_euclid(1.0) * lips.len() as f32;
     let [a, b] = [at as usize, at as usize + 1].map(|k| lips[k % lips.len()]);
     let lip = blend(a, b, at.fract());
-    let light = mix(0.9, 0.06, smoothstep(0.0, 0.75, t));
-    blend(lip, shade(MUCOSA, light), smoothstep(0.0, 0.3, t))
+    // Beside the teeth walls are gum, so that nothing shows where strips of teeth come out of them.
+    let wall = blend(GUM, MUCOSA, smoothstep(0.25, 0.5, t));
+    let light = mix(0.72, 0.07, smoothstep(0.18, 0.8, t));
+    blend(lip, shade(wall, light), smoothstep(0.0, 0.17, t))
 }
 
 /// A strip of teeth: gum down to the first row's edge, crowns, and the inside.
@@ -161,7 +163,7 @@ fn teeth(s: f32, t: f32, widths: &[f32; 6], light: f32) -> Color {
     let outside = blend(gum, enamel, smoothstep(gum_at - 0.012, gum_at + 0.012, t));
     // Inside, crowns end and the gum is in the dark.
     let outside = blend(outside, GUM, smoothstep(0.25, 0.45, inner));
-    let root = mix(0.4, 1.0, smoothstep(0.0, 0.8 * ROWS[1], t));
+    let root = mix(0.6, 1.0, smoothstep(0.0, 0.8 * ROWS[1], t));
     shade(outside, light * root * mix(1.0, 0.3, smoothstep(0.1, 1.0, inner)))
 }
 

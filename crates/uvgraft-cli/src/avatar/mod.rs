@@ -11,6 +11,7 @@ use std::ffi::OsStr;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::{MapOptions, Size};
@@ -156,17 +157,30 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     check_outputs(args, &onto)?;
 
-    let file = pair_file::read(&args.pair).or_bad_input()?;
+    let mut file = pair_file::read(&args.pair).or_bad_input()?;
+    let given = Arc::clone(&file.pair);
+    let parted = features::parted(&given)?;
+    if let Some((pair, _)) = &parted {
+        file.pair = Arc::clone(pair);
+    }
     let (body, textures) = rayon::join(
-        || Body::new(args, file.pair.target()),
+        || Body::new(args, given.target()),
         || {
             let (face, base) =
                 rayon::join(|| Face::read(&args.face), || dress::base(args, &onto, own.as_ref()));
-            dress::dress(args, &file, face?, base?)
+            let mut base = base?;
+            if let Some((_, parted)) = &parted {
+                parted.copy(&mut base);
+            }
+            dress::dress(args, &file, face?, base)
         },
     );
     let (body, mut texture) = (body?, textures?);
-    let Body { avatar, name, apart } = body;
+    let Body { mut avatar, name, apart } = body;
+    if let Some((_, parted)) = &parted {
+        avatar = features::with_layout(avatar, &parted.mesh)?;
+    }
+    args.features.draw_eyes(&avatar, &mut texture, &name);
     let (mut avatar, mouth) = args.features.with_mouth(avatar, &mut texture, &name)?;
     let (mut fitted, mut normals) = (None, None);
     if let Some(preset) = &own {
