@@ -15,8 +15,8 @@ use crate::noise::noise2;
 use crate::rig::HumanBone;
 use crate::vector::{bell, mix, smoothstep};
 
-const SCLERA: Color = [0.90, 0.875, 0.85];
-const RIM: Color = [0.72, 0.55, 0.50];
+const SCLERA: Color = [0.82, 0.785, 0.76];
+const RIM: Color = [0.62, 0.45, 0.41];
 const VEIN: Color = [0.72, 0.36, 0.33];
 const PUPIL: Color = [0.022, 0.02, 0.02];
 
@@ -81,12 +81,12 @@ fn color(distance: f32, around: f32, iris: Color, seed: u32) -> Color {
     let within = self::iris(distance, around, iris, seed);
     let color = blend(within, white, smoothstep(0.96, 1.06, distance));
     // The upper lid's shadow, which renderers do not cast on so small a thing.
-    let shadow = 0.26 * smoothstep(0.1, 1.5, distance * around.sin());
+    let shadow = 0.34 * smoothstep(0.1, 1.3, distance * around.sin());
     color.map(|value| value * (1.0 - shadow))
 }
 
 fn sclera(distance: f32, around: f32, seed: u32) -> Color {
-    let out = smoothstep(1.2, 2.7, distance);
+    let out = smoothstep(1.2, 2.4, distance);
     let base = blend(SCLERA, RIM, 0.55 * out * out);
     // Veins wander from the corners towards the iris and thin out.
     let turns = around / TAU * 17.0 + 0.9 * noise2(distance * 3.0, around * 2.0, 40 + seed);
@@ -131,7 +131,7 @@ mod tests {
             let iris = at(0.65);
             assert!(iris[1] > iris[0] && iris[1] > iris[2], "{iris:?}");
             assert!(luma(at(0.97)) < luma(iris));
-            assert!(luma(at(1.3)) > 0.65);
+            assert!(luma(at(1.3)) > 0.5);
         }
         // Under the lid.
         assert!(luma(color(1.4, UP, GREEN, 0)) < luma(color(1.4, -UP, GREEN, 0)));

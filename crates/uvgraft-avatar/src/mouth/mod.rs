@@ -16,6 +16,8 @@ mod paint;
 mod piece;
 mod rim;
 mod teeth;
+#[cfg(test)]
+mod tests;
 mod tongue;
 
 use uvgraft::{Anatomy, AnatomyError, MeshError, Texture};

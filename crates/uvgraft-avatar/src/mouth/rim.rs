@@ -47,8 +47,10 @@ impl Rim {
         let mut found = mouth_loop(mesh, &is_sack, frame);
         if found.is_none() {
             let inside = |vertex: &u32| interior[*vertex as usize] >= INSIDE;
-            for (is_sack, face) in is_sack.iter_mut().zip(mesh.faces()) {
-                *is_sack = face.iter().all(inside);
+            // Polygon by polygon: halves of squares would leave a jagged rim.
+            for polygon in (0..mesh.polygon_count()).map(|polygon| mesh.polygon(polygon)) {
+                let is_inside = mesh.faces()[polygon.clone()].as_flattened().iter().all(inside);
+                is_sack[polygon].fill(is_inside);
             }
             found = mouth_loop(mesh, &is_sack, frame);
         }
