@@ -162,7 +162,9 @@ mod tests {
             let place = free.place(2.0, 0.2, 0.1).unwrap();
             let Place { left, top, width, height, turned } = place;
             let (own_width, own_height) = if turned { (height, width) } else { (width, height) };
-            assert!((0.1..0.203).contains(&own_width) && (own_width / own_height - 2.0).abs() < 0.05);
+            assert!(
+                (0.1..0.203).contains(&own_width) && (own_width / own_height - 2.0).abs() < 0.05
+            );
             assert!(left > 0.0 && top > 0.0 && left + width < 1.0 && top + height < 1.0);
             let gap = MARGIN as f32 / SIDE as f32 - 1e-6;
             for [l, t, r, b] in &found {

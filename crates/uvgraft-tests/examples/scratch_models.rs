@@ -10,7 +10,13 @@ fn main() {
         let n_v = m.mesh.positions().len();
         let k = m.truths.len();
         let mut v = Vec::new();
-        for i in 0..n_v { for a in 0..3 { for t in &m.truths { v.push(t.offsets[i][a]); } } }
+        for i in 0..n_v {
+            for a in 0..3 {
+                for t in &m.truths {
+                    v.push(t.offsets[i][a]);
+                }
+            }
+        }
         m.arrays.insert("exprdirs", NumericArray::new_f32(vec![n_v, 3, k], v).unwrap());
         uvgraft_io::arrays::save_npz(&m.arrays, &out.join(format!("{n}.npz"))).unwrap();
         println!("{n} {:?}", m.truths.iter().map(|t| t.name).collect::<Vec<_>>());

@@ -72,7 +72,8 @@ impl Subject {
     }
 
     /// The mouth's vertices that are outside the head, with how much of their surroundings is inside: 1 within a
-    /// closed surface, 0 outside. The surface is the head's own, with the rim of the lips closed by a fan.
+    /// closed surface, 0 outside. The surface is the head's own, with the rim of the lips closed by a fan. Teeth are
+    /// seen through the lips, so what is just before the fan is within the mouth all the same.
     pub fn outside(&self, face: Face<'_>) -> Vec<(usize, f32)> {
         let places = self.posed(face);
         let own = self.before.mesh.positions().len();
@@ -89,10 +90,13 @@ impl Subject {
             .map(|edge| edge.map(|vertex| places[vertex as usize]))
             .collect();
         let middle = rim.iter().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32;
-        surface.extend(rim.into_iter().map(|[a, b]| [a, b, middle]));
+        let fan: Vec<[Vec3; 3]> = rim.into_iter().map(|[a, b]| [a, b, middle]).collect();
+        surface.extend_from_slice(&fan);
+        let is_in_opening =
+            |place: Vec3| fan.iter().any(|corners| distance(place, corners) < OPENING_M);
         (own..places.len())
             .map(|vertex| (vertex, winding(&surface, places[vertex])))
-            .filter(|(_, winding)| *winding < 0.5)
+            .filter(|&(vertex, winding)| winding < 0.5 && !is_in_opening(places[vertex]))
             .collect()
     }
 
@@ -123,8 +127,9 @@ impl Subject {
             let drawn = [0, 1].map(|k: usize| scenes[k].pose(&posing).expect("a sound pose"));
             for view in 0..24 {
                 let camera = camera(target, view);
-                let pictures = [0, 1]
-                    .map(|k: usize| renderers[k].render(&drawn[k], &camera, &look, Size::square(120)));
+                let pictures = [0, 1].map(|k: usize| {
+                    renderers[k].render(&drawn[k], &camera, &look, Size::square(120))
+                });
                 pixels += differing(&pictures);
             }
         }
@@ -146,7 +151,8 @@ fn camera(target: [f32; 3], view: u16) -> Perspective {
 }
 
 fn scene(avatar: &Avatar, double_sided: bool) -> Scene {
-    let grey = Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
+    let grey =
+        Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
     let picture = Picture::encode(grey.expect("a small texture"), PictureFormat::Png, 90);
     let looks = Looks { double_sided, ..Looks::new(picture.expect("a picture")) };
     let file = glb::write(avatar, &looks, &Export::default()).expect("a sound avatar");
@@ -159,7 +165,8 @@ fn differing([single, double]: &[Texture; 2]) -> usize {
     let is_background = |picture: &Texture, x, y| {
         picture.get(x, y, 0) > 0.95 && picture.get(x, y, 1) < 0.05 && picture.get(x, y, 2) > 0.95
     };
-    let is_grey = |picture: &Texture, x, y| (picture.get(x, y, 0) - picture.get(x, y, 1)).abs() < 0.02;
+    let is_grey =
+        |picture: &Texture, x, y| (picture.get(x, y, 0) - picture.get(x, y, 1)).abs() < 0.02;
     (0..height)
         .flat_map(|y| (0..width).map(move |x| (x, y)))
         .filter(|&(x, y)| is_background(single, x, y) && is_grey(double, x, y))
@@ -175,6 +182,23 @@ fn avatar(made_up: &MadeUp) -> Avatar {
         avatar.morphs.push(Morph::from_dense(truth.name, &truth.offsets));
     }
     avatar
+}
+
+/// Lips are thicker than what teeth may stand before their rim.
+const OPENING_M: f32 = 0.004;
+
+/// How far a place is from a triangle: from its plane above it, else from its nearest edge.
+fn distance(place: Vec3, &[a, b, c]: &[Vec3; 3]) -> f32 {
+    let normal = (b - a).cross(c - a);
+    let inside = |from: Vec3, to: Vec3| (to - from).cross(place - from).dot(normal) >= 0.0;
+    if inside(a, b) && inside(b, c) && inside(c, a) && normal.length() > 0.0 {
+        return (place - a).dot(normal.normalize()).abs();
+    }
+    let to_edge = |from: Vec3, to: Vec3| {
+        let along = (place - from).dot(to - from) / (to - from).length_squared().max(1e-20);
+        place.distance(from.lerp(to, along.clamp(0.0, 1.0)))
+    };
+    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
 /// The generalized winding number of triangles around a place.

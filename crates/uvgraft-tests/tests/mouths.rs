@@ -10,17 +10,23 @@ const JAWS: [f32; 4] = [0.0, 0.06, 0.15, 0.3];
 
 #[test]
 fn nothing_comes_out_of_a_face() {
+    let mut wrong = Vec::new();
     for subject in Subject::all() {
-        let names: Vec<String> = subject.after.morphs.iter().map(|morph: &Morph| morph.name.clone()).collect();
-        let single: Vec<[(&str, f32); 1]> = names.iter().map(|name| [(name.as_str(), 1.0)]).collect();
+        let names: Vec<String> =
+            subject.after.morphs.iter().map(|morph: &Morph| morph.name.clone()).collect();
+        let single: Vec<[(&str, f32); 1]> =
+            names.iter().map(|name| [(name.as_str(), 1.0)]).collect();
         let mut faces: Vec<Face<'_>> = JAWS.iter().map(|&jaw| Face(&[], jaw)).collect();
         faces.extend(single.iter().map(|weights| Face(weights, 0.0)));
         faces.extend(single.iter().map(|weights| Face(weights, 0.15)));
         for face in faces {
             let outside = subject.outside(face);
-            assert!(outside.is_empty(), "{}, {face:?}: {:?}", subject.name, outside);
+            if !outside.is_empty() {
+                wrong.push(format!("{}, {face:?}: {:?}", subject.name, outside));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
@@ -45,7 +51,7 @@ fn nothing_shows_through_a_face() {
         assert_eq!(after, 0, "{}", subject.name);
         if subject.name != "figure" {
             // The test sees what it looks for.
-            let before = Subject::seen_through(&subject.before, &faces[..1]);
+            let before = Subject::seen_through(&subject.before, &faces[1..2]);
             assert!(before > 20, "{}: {before}", subject.name);
         }
     }
@@ -58,7 +64,8 @@ fn presets_keep_mouths() {
         let preset = Preset { triangles: 6_000, ..QUEST };
         let places: Vec<[f32; 3]> = subject.after.mesh.positions()[own..].to_vec();
         let Ok(fitted) = preset.fit(subject.after.clone()) else { continue };
-        let kept = fitted.avatar.mesh.positions().iter().filter(|place| places.contains(place)).count();
+        let kept =
+            fitted.avatar.mesh.positions().iter().filter(|place| places.contains(place)).count();
         assert!(kept > 60, "{}: {kept} of {} vertices", subject.name, places.len());
         let simple = Subject { after: fitted.avatar, ..subject };
         let faces = [Face(&[], 0.0), Face(&[("jaw_open", 0.5)], 0.0)];

@@ -65,8 +65,12 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
             let first = (y as usize * size.width as usize + x as usize) * channels;
             match texture.texels_mut() {
                 TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::U16(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::F32(texels) => put(&mut texels[first..first + channels], color, encoding),
+                TexelsMut::U16(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
+                TexelsMut::F32(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
             }
         });
     }

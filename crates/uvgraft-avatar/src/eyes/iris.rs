@@ -37,11 +37,14 @@ pub(super) fn irises(eyes: &[Samples]) -> Vec<Iris> {
     let brown = Iris { color: BROWN, is_found: false };
     match *known {
         [] => vec![brown; eyes.len()],
-        [a, b] if difference(a, b) > DIFFERENT => {
-            found.iter().map(|color| color.map_or(brown, |color| Iris { color, is_found: true })).collect()
-        }
+        [a, b] if difference(a, b) > DIFFERENT => found
+            .iter()
+            .map(|color| color.map_or(brown, |color| Iris { color, is_found: true }))
+            .collect(),
         _ => {
-            let mean = std::array::from_fn(|k| known.iter().map(|c| c[k]).sum::<f32>() / known.len() as f32);
+            let mean = std::array::from_fn(|k| {
+                known.iter().map(|c| c[k]).sum::<f32>() / known.len() as f32
+            });
             vec![Iris { color: mean, is_found: true }; eyes.len()]
         }
     }
@@ -115,7 +118,10 @@ mod tests {
     fn the_colour_is_found_beside_pupil_and_lights() {
         let green = [0.35, 0.45, 0.3];
         let found = irises(&[eye(green), eye(green)]);
-        assert!(found.iter().all(|iris| iris.is_found && difference(iris.color, green) < 1.0), "{found:?}");
+        assert!(
+            found.iter().all(|iris| iris.is_found && difference(iris.color, green) < 1.0),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -36,7 +36,9 @@ pub(super) fn each(
                     visit(x, y, place(x, y));
                 }
             };
-            let Some(scan) = ScanTriangle::new(corners.map(|at| at.map(f64::from)), size) else { continue };
+            let Some(scan) = ScanTriangle::new(corners.map(|at| at.map(f64::from)), size) else {
+                continue;
+            };
             for (y, span) in scan.spans(&(0..size.height)) {
                 if grown == 0 {
                     span.for_each(|x| take(x, y));

@@ -24,7 +24,8 @@ impl Followers {
     pub fn find(avatar: &Avatar, anatomy: &Anatomy) -> Result<Self, MouthError> {
         let follows = |landmark, what, reach: f64| {
             let place = anatomy.point(landmark).ok_or(MouthError::Landmark(what))?;
-            let near = near(avatar.mesh.positions(), DVec3::from(place), reach * anatomy.frame().unit);
+            let near =
+                near(avatar.mesh.positions(), DVec3::from(place), reach * anatomy.frame().unit);
             let mean = mean_weights(&avatar.skin, &near);
             if mean.is_empty() { Err(MouthError::Landmark(what)) } else { Ok(mean) }
         };

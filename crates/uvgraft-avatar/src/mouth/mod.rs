@@ -89,8 +89,12 @@ impl Mouth {
         let fit = cavity::Fit::new(avatar, &rim, &frame);
         let upper = teeth::Arch::upper(&fit);
         let lower = teeth::Arch::lower(&fit);
-        let built =
-            [upper.piece(Chart::Upper), lower.piece(Chart::Lower), tongue::piece(&fit), cavity::piece(&fit)];
+        let built = [
+            upper.piece(Chart::Upper),
+            lower.piece(Chart::Lower),
+            tongue::piece(&fit),
+            cavity::piece(&fit),
+        ];
         let mut free = FreeSpace::of(&avatar.mesh);
         let mut pieces = Vec::with_capacity(built.len());
         for piece in built {

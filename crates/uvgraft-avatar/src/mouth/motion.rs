@@ -98,7 +98,8 @@ fn rigid(arms: &[DVec3], offsets: &[DVec3]) -> (DQuat, DVec3) {
     let mut shift = DVec3::ZERO;
     for _ in 0..STEPS {
         let turned: Vec<DVec3> = arms.iter().map(|&arm| turn * arm).collect();
-        let missing: Vec<DVec3> = (0..arms.len()).map(|k| offsets[k] - (turned[k] - arms[k])).collect();
+        let missing: Vec<DVec3> =
+            (0..arms.len()).map(|k| offsets[k] - (turned[k] - arms[k])).collect();
         let (mean_arm, mean_missing) = (mean(&turned), mean(&missing));
         let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
         for (arm, missing) in turned.iter().zip(&missing) {
@@ -124,7 +125,8 @@ fn rigid(arms: &[DVec3], offsets: &[DVec3]) -> (DQuat, DVec3) {
 
 /// What a turn about the origin costs by axis: |v|² 1 - v vᵀ.
 fn squared(v: DVec3) -> DMat3 {
-    DMat3::from_diagonal(DVec3::splat(v.length_squared())) - DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+    DMat3::from_diagonal(DVec3::splat(v.length_squared()))
+        - DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
 #[cfg(test)]
@@ -151,7 +153,11 @@ mod tests {
         for place in [Vec3::new(0.0, -0.03, 0.075), Vec3::new(0.015, -0.025, 0.03)] {
             let arm = place.as_dvec3();
             let wanted = (turn * arm - arm).as_vec3();
-            assert!(motion.offset(place).distance(wanted) < 3e-4, "{}", motion.offset(place) - wanted);
+            assert!(
+                motion.offset(place).distance(wanted) < 3e-4,
+                "{}",
+                motion.offset(place) - wanted
+            );
         }
     }
 

@@ -81,8 +81,12 @@ pub(crate) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2
             let first = (y as usize * width as usize + x as usize) * channels;
             match texture.texels_mut() {
                 TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::U16(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::F32(texels) => put(&mut texels[first..first + channels], color, encoding),
+                TexelsMut::U16(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
+                TexelsMut::F32(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
             }
         }
     }
@@ -187,7 +191,8 @@ mod tests {
     fn paint_stays_in_its_place_and_its_gutter() {
         let size = Size::square(256);
         let mut texture =
-            Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0, 1.0, 0.0]).unwrap();
+            Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0, 1.0, 0.0])
+                .unwrap();
         let place = Place { left: 0.25, top: 0.5, width: 0.25, height: 0.125, turned: true };
         paint(&mut texture, &place, |_| [1.0, 0.0, 0.0]);
         for (y, x) in (0..256).flat_map(|y| (0..256).map(move |x| (y, x))) {

@@ -99,7 +99,11 @@ impl Piece {
                 let at = |row: u32, column: u32| first + row * columns + column;
                 let [a, b] = [at(row - 1, column - 1), at(row - 1, column)];
                 let [c, d] = [at(row, column), at(row, column - 1)];
-                self.faces.extend(if is_down { [[a, d, c], [a, c, b]] } else { [[a, b, c], [a, c, d]] });
+                self.faces.extend(if is_down {
+                    [[a, d, c], [a, c, b]]
+                } else {
+                    [[a, b, c], [a, c, d]]
+                });
             }
         }
     }

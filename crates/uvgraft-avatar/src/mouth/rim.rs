@@ -113,7 +113,8 @@ fn ways(mesh: &Mesh, frame: &Frame, from: &[u32], reach_mm: f32) -> HashMap<u32,
         }
     }
     let mut found: HashMap<u32, u32> = HashMap::new();
-    let mut queue: BinaryHeap<Reverse<(u32, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
+    let mut queue: BinaryHeap<Reverse<(u32, u32)>> =
+        from.iter().map(|&v| Reverse((0, v))).collect();
     while let Some(Reverse((way, vertex))) = queue.pop() {
         if found.contains_key(&vertex) {
             continue;

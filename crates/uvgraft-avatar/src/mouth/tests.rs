@@ -49,7 +49,8 @@ fn open_edges(mesh: &Mesh) -> HashMap<(u32, u32), i32> {
     let mut edges = HashMap::new();
     for &[a, b, c] in mesh.faces() {
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            *edges.entry((from.min(to), from.max(to))).or_insert(0) += if from < to { 1 } else { -1 };
+            *edges.entry((from.min(to), from.max(to))).or_insert(0) +=
+                if from < to { 1 } else { -1 };
         }
     }
     edges.retain(|_, count| *count != 0);
@@ -67,7 +68,11 @@ fn walls_close_the_head_where_the_sack_was() {
         assert!(!(rim.contains(a) && rim.contains(b)), "open between {a} and {b}");
     }
     let cavity = subject.vertices(Chart::Cavity);
-    assert!(!open.keys().any(|&(a, b)| cavity.contains(&(a as usize)) || cavity.contains(&(b as usize))));
+    assert!(
+        !open
+            .keys()
+            .any(|&(a, b)| cavity.contains(&(a as usize)) || cavity.contains(&(b as usize)))
+    );
     assert!((700..1500).contains(&subject.mouth.triangles()), "{}", subject.mouth.triangles());
     // Behind the lips, the same on both sides, and nowhere twisted.
     for (piece, _) in &subject.mouth.pieces {
@@ -89,7 +94,11 @@ fn teeth_follow_skull_and_jaw() {
         let off = open[&(vertex as u32)].distance(turn * arm - arm);
         assert!(off < 2.5e-3, "{vertex}: {off}");
         let share = subject.after.skin.of(vertex).iter().find(|(j, _)| usize::from(*j) == joint);
-        assert!(share.is_some_and(|(_, weight)| *weight > 0.9), "{:?}", subject.after.skin.of(vertex));
+        assert!(
+            share.is_some_and(|(_, weight)| *weight > 0.9),
+            "{:?}",
+            subject.after.skin.of(vertex)
+        );
     }
     for morph in &subject.after.morphs {
         for &(vertex, offset) in &morph.offsets {
@@ -132,7 +141,8 @@ fn its_islands_are_free_and_painted() {
     // What the body shows is what it was.
     for face in 0..subject.before.mesh.faces().len() {
         let uv = subject.before.mesh.uv_triangle(face);
-        let middle: [f32; 2] = std::array::from_fn(|k| uv.iter().map(|uv| uv[k]).sum::<f32>() / 3.0);
+        let middle: [f32; 2] =
+            std::array::from_fn(|k| uv.iter().map(|uv| uv[k]).sum::<f32>() / 3.0);
         let [x, y] = middle.map(|value| (value * 1024.0) as u32);
         for channel in 0..3 {
             assert_eq!(before.get(x, y, channel), texture.get(x, y, channel), "face {face}");

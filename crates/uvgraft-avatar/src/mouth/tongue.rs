@@ -25,7 +25,8 @@ pub(super) fn piece(fit: &Fit) -> Piece {
         let along = row as f32 / ALONG as f32;
         // Round at the tip, highest in the middle, falling to the throat.
         let round = (1.0 - (1.0 - (along / 0.45).min(1.0)).powi(2)).sqrt();
-        let top = -2.2 + 4.0 * smoothstep(0.05, 0.4, along) - 4.0 * (1.0 - round)
+        let top = -2.2 + 4.0 * smoothstep(0.05, 0.4, along)
+            - 4.0 * (1.0 - round)
             - 6.0 * smoothstep(0.5, 1.0, along);
         let width = half_width * (0.12 + 0.88 * round);
         let z = fit.front_z - TIP_MM - LENGTH_MM * along;

@@ -67,9 +67,13 @@ impl FeatureArgs {
         }
         let irises = clean(avatar, texture).irises;
         if irises.is_empty() {
-            warn(format_args!("{name}: --eyes clean: the body has no eyeballs of its own; they are left as they are"));
+            warn(format_args!(
+                "{name}: --eyes clean: the body has no eyeballs of its own; they are left as they are"
+            ));
         } else if irises.iter().any(|iris: &Iris| !iris.is_found) {
-            note(format_args!("{name}: the texture shows no iris that is clear enough; they are drawn brown"));
+            note(format_args!(
+                "{name}: the texture shows no iris that is clear enough; they are drawn brown"
+            ));
         }
     }
 

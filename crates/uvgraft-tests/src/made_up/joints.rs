@@ -184,7 +184,9 @@ fn jaw_share([x, y, z]: [f64; 3], lips: &Lips, vertex: usize) -> f64 {
     let band = ramp(-0.005 - 0.35 * beside, 0.005 + 0.2 * beside, below);
     let line = match lips.is_lower[vertex] {
         // Farther up and down height tells.
-        Some(is_lower) if below.abs() < 0.07 => f64::from(u8::from(is_lower)) * (1.0 - beside) + band * beside,
+        Some(is_lower) if below.abs() < 0.07 => {
+            f64::from(u8::from(is_lower)) * (1.0 - beside) + band * beside
+        }
         _ => band,
     };
     let front = ramp(-1.6, -0.5, z) * ramp(-2.1, -1.5, y);

@@ -57,9 +57,11 @@ impl Lips {
                 is == Some(wanted) && place.x.abs() < 0.1 && near(*vertex)
             };
             let all = (0..).zip(&is_lower).map(|(vertex, &is)| (vertex, is, place(vertex)));
-            all.filter(move |(vertex, is, place)| is_its(vertex, *is, *place)).map(|entry| entry.2.y)
+            all.filter(move |(vertex, is, place)| is_its(vertex, *is, *place))
+                .map(|entry| entry.2.y)
         };
-        let y = 0.5 * (heights(false).fold(f32::MAX, f32::min) + heights(true).fold(f32::MIN, f32::max));
+        let y = 0.5
+            * (heights(false).fold(f32::MAX, f32::min) + heights(true).fold(f32::MIN, f32::max));
         Self { is_lower, middle: Vec3::new(0.0, y, mouth.z) }
     }
 }
