@@ -92,9 +92,12 @@ impl Subject {
         let middle = rim.iter().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32;
         let fan: Vec<[Vec3; 3]> = rim.into_iter().map(|[a, b]| [a, b, middle]).collect();
         surface.extend_from_slice(&fan);
+        // What is far away is small, seen from the mouth.
+        surface.retain(|corners| corners[0].distance(middle) < HEAD_M);
         let is_in_opening =
             |place: Vec3| fan.iter().any(|corners| distance(place, corners) < OPENING_M);
         (own..places.len())
+            .step_by(EACH)
             .map(|vertex| (vertex, winding(&surface, places[vertex])))
             .filter(|&(vertex, winding)| winding < 0.5 && !is_in_opening(places[vertex]))
             .collect()
@@ -183,6 +186,10 @@ fn avatar(made_up: &MadeUp) -> Avatar {
     }
     avatar
 }
+
+/// What of a body counts as its head, and which of the mouth's vertices are looked at: one of so many.
+const HEAD_M: f32 = 0.2;
+const EACH: usize = 3;
 
 /// Lips are thicker than what teeth may stand before their rim.
 const OPENING_M: f32 = 0.004;

@@ -1,12 +1,12 @@
 //! A mouth for heads that are open between the lips: a cavity, upper and lower teeth with gums, and a tongue.
 //!
 //! Body models end in a loop of edges behind the lips, and what is behind the head shows through it. The loop is
-//! found on the mesh by geometry ([`rim`]), and everything is fitted to it: walls go on from the lips' own
+//! found on the mesh by geometry, and everything is fitted to it: walls go on from the lips' own
 //! vertices, so that nothing opens whatever lips do. All of it lies in the head's coordinates, in millimetres of a
 //! face whose eyes are 64 mm apart, and is scaled with the face.
 //!
 //! Walls follow the lips near the rim and skull or jaw farther in; upper teeth follow the skull, lower teeth and
-//! tongue the jaw, by its joint and, in morphs, by the rigid motion that the chin shows ([`motion`]).
+//! tongue the jaw, by its joint and, in morphs, by the rigid motion that the chin shows.
 
 mod attach;
 mod cavity;
