@@ -188,7 +188,7 @@ fn avatar(made_up: &MadeUp) -> Avatar {
 }
 
 /// What of a body counts as its head, and which of the mouth's vertices are looked at: one of so many.
-const HEAD_M: f32 = 0.2;
+const HEAD_M: f32 = 0.25;
 const EACH: usize = 3;
 
 /// Lips are thicker than what teeth may stand before their rim.
