@@ -5,13 +5,16 @@
 //! With the feature `threads` (default) work is done on the caller's rayon pool, as
 //! [`uvgraft::threads`] says; results are the same without it.
 
+pub mod atlas;
 mod avatar;
 pub mod body;
+pub mod eyes;
 pub mod face;
 pub mod figure;
 pub mod film;
 pub mod glb;
 pub mod motion;
+pub mod mouth;
 mod noise;
 mod normals;
 mod portrait;

@@ -157,12 +157,33 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
             // A JPEG, of quality 92 and with colours at half the resolution.
             assert!(mean(&differences) < 3.0, "{name}: {}", mean(&differences));
         } else {
-            // The same road but for the last rounding.
-            assert!(differences.iter().all(|&value| value <= 1), "{name}");
+            // The same road but for the last rounding, and what is painted into free space: mouth and second eye.
+            let painted = differences.iter().filter(|&&value| value > 1).count();
+            assert!(painted * 30 < differences.len(), "{name}: {painted} of {}", differences.len());
         }
         names.push(name);
     }
     assert_valid(&bench, &names);
+}
+
+#[test]
+fn mouth_and_eyes_are_as_they_are_asked_for() {
+    let bench = demo();
+    let whole = Figure::new().body.faces().len();
+    let run = |options: &str, name: &str| bench.succeed(&format!("{DEMO} {options} -o {name}"));
+    let fitted = run("", "fitted.glb");
+    assert!(fitted.contains("cavity, teeth and tongue"), "{fitted}");
+    assert!(stated(&fitted, "mesh") > whole + 500, "{fitted}");
+    let none = run("--mouth none", "none.glb");
+    assert_eq!(stated(&none, "mesh"), whole);
+    assert!(!none.contains("cavity"), "{none}");
+    run("--mouth none --eyes clean", "clean.glb");
+    // Two eyes of 20 texels across, of 256², with their gutters.
+    let drawn = differences(&texture(&bench, "none.glb"), &texture(&bench, "clean.glb"));
+    let changed = drawn.chunks(3).filter(|texel| texel.iter().any(|&value| value > 0)).count();
+    assert!((400..1500).contains(&changed), "{changed} texels");
+    bench.refuse(&format!("{DEMO} --mouth open -o a.glb"), &["--mouth", "fitted", "none"]);
+    assert_valid(&bench, &["fitted.glb".to_owned(), "clean.glb".to_owned()]);
 }
 
 #[test]

@@ -10,6 +10,7 @@ pub mod independent;
 pub mod looks;
 pub mod made_up;
 pub mod mannequin;
+pub mod mouths;
 pub mod normal_bake;
 pub mod photographs;
 pub mod pictures;

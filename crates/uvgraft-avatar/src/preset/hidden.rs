@@ -1,9 +1,9 @@
 //! Triangles that nobody sees: the backs of eyeballs.
 
-use glam::{DMat3, DVec3, Vec3};
-use uvgraft::disjoint::DisjointSets;
+use glam::Vec3;
 
 use crate::Avatar;
+use crate::eyes::eyeball::{Eyeball, eyeballs, pieces};
 use crate::rig::HumanBone;
 
 /// How far eyes turn from straight ahead, in degrees; with it the part of an eyeball that may show grows.
@@ -11,9 +11,6 @@ const TURN: f32 = 35.0;
 
 /// What lids open further in a surprised face, and the width of a triangle, in degrees.
 const MARGIN: f32 = 10.0;
-
-/// How far an eyeball's vertices may be from a sphere, in parts of its radius: corneas bulge.
-const ROUNDNESS: f32 = 0.2;
 
 /// Which triangles nobody sees.
 ///
@@ -23,91 +20,17 @@ const ROUNDNESS: f32 = 0.2;
 /// 35° that eyes turn and 10° to be safe stay behind the lids.
 pub fn hidden(avatar: &Avatar) -> Vec<bool> {
     let mut is_hidden = vec![false; avatar.mesh.faces().len()];
-    let pieces = pieces(avatar);
+    let pieces = pieces(&avatar.mesh);
     for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
-        let Some(joint) = avatar.skeleton.human(bone) else { continue };
-        for eyeball in eyeballs(avatar, joint, &pieces) {
+        for eyeball in eyeballs(avatar, bone, &pieces) {
             mark(avatar, &eyeball, &pieces, &mut is_hidden);
         }
     }
     is_hidden
 }
 
-/// For each vertex the piece that it is in: vertices that triangles join, or that are at one place.
-fn pieces(avatar: &Avatar) -> Vec<u32> {
-    let mesh = &avatar.mesh;
-    let count = mesh.positions().len() as u32;
-    let mut sets = DisjointSets::new(count);
-    let mut known = std::collections::HashMap::new();
-    for (vertex, position) in (0..).zip(mesh.positions()) {
-        let key = position.map(|value| (value + 0.0).to_bits());
-        sets.join(vertex, *known.entry(key).or_insert(vertex));
-    }
-    for &[a, b, c] in mesh.faces() {
-        sets.join(a, b);
-        sets.join(b, c);
-    }
-    (0..count).map(|vertex| sets.root(vertex)).collect()
-}
-
-/// A piece of the mesh that is about a sphere.
-struct Eyeball {
-    piece: u32,
-    center: Vec3,
-}
-
-/// The pieces all of whose vertices follow a joint alone and that are round.
-fn eyeballs(avatar: &Avatar, joint: usize, pieces: &[u32]) -> Vec<Eyeball> {
-    let follows = |vertex: usize| {
-        matches!(avatar.skin.of(vertex), [(first, weight), ..]
-            if usize::from(*first) == joint && *weight > 0.99)
-    };
-    let mut found: Vec<u32> =
-        (0..pieces.len()).filter(|&v| follows(v)).map(|v| pieces[v]).collect();
-    found.sort_unstable();
-    found.dedup();
-    let mut eyeballs = Vec::new();
-    for piece in found {
-        let own: Vec<usize> = (0..pieces.len()).filter(|&v| pieces[v] == piece).collect();
-        if !own.iter().all(|&vertex| follows(vertex)) {
-            continue;
-        }
-        let places: Vec<Vec3> =
-            own.iter().map(|&vertex| avatar.mesh.positions()[vertex].into()).collect();
-        let Some((center, radius)) = sphere(&places) else { continue };
-        let off = |place: &Vec3| (place.distance(center) - radius).abs();
-        if places.iter().all(|place| off(place) < ROUNDNESS * radius) {
-            eyeballs.push(Eyeball { piece, center });
-        }
-    }
-    eyeballs
-}
-
-/// The sphere that is nearest to points by least squares: its centre and radius. Eyeballs may be open at
-/// their backs, so the middle of a box would not do.
-///
-/// With points measured from their mean, |p|² = 2 c·p + constant is linear in the centre c.
-fn sphere(places: &[Vec3]) -> Option<(Vec3, f32)> {
-    let count = places.len() as f64;
-    let mean = places.iter().map(|place| place.as_dvec3()).sum::<DVec3>() / count;
-    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for place in places {
-        let p = place.as_dvec3() - mean;
-        matrix += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
-        right += p * p.length_squared() / 2.0;
-    }
-    // What is flat has no sphere; the scale makes the determinant one of shape.
-    let scale = (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z) / 3.0;
-    if matrix.determinant() <= 1e-6 * scale.powi(3) {
-        return None;
-    }
-    let center = (mean + matrix.inverse() * right).as_vec3();
-    let radius = places.iter().map(|place| place.distance(center)).sum::<f32>() / count as f32;
-    Some((center, radius))
-}
-
 fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [bool]) {
-    let &Eyeball { piece, center } = eyeball;
+    let &Eyeball { piece, center, .. } = eyeball;
     let mesh = &avatar.mesh;
     let corners = |face: usize| {
         mesh.faces()[face].map(|vertex| Vec3::from(mesh.positions()[vertex as usize]) - center)
@@ -153,6 +76,7 @@ mod tests {
     use uvgraft::Mesh;
 
     use super::*;
+    use crate::eyes::eyeball::sphere;
     use crate::rig::{Joint, Skeleton, Skin};
 
     const RINGS: usize = 18;

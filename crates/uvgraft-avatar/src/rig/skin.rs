@@ -116,6 +116,15 @@ impl Skin {
         some
     }
 
+    /// These weights, and then those of further vertices.
+    pub(crate) fn followed_by(&self, further: &Self) -> Self {
+        let mut both = self.clone();
+        let first = both.influences.len() as u32;
+        both.influences.extend_from_slice(&further.influences);
+        both.starts.extend(further.starts[1..].iter().map(|start| first + start));
+        both
+    }
+
     /// Where vertices come to be.
     ///
     /// - `positions`: at rest, one for each vertex.

@@ -85,7 +85,8 @@ impl HeadLayout {
 
     /// Gives an avatar's triangles the coordinates and the material of the head, where they are of it.
     ///
-    /// - `avatar`: whose first triangles are those of the pair's target.
+    /// - `avatar`: whose triangles are those of the pair's target in their order, but for some that are gone, and
+    ///   then further ones.
     pub(super) fn apply(&self, avatar: &mut Avatar) -> anyhow::Result<()> {
         let (mesh, own) = (&avatar.mesh, self.own.pair.target());
         let mut uv = mesh.uv().to_vec();
@@ -93,10 +94,17 @@ impl HeadLayout {
         uv.extend_from_slice(own.uv());
         let mut uv_faces = mesh.uv_faces().to_vec();
         avatar.materials.resize(mesh.faces().len(), 0);
-        let of_head = self.own.faces.iter().zip(own.uv_faces()).enumerate();
-        for (face, (_, corners)) in of_head.filter(|(_, (is_head, _))| **is_head) {
-            uv_faces[face] = corners.map(|corner| first + corner);
-            avatar.materials[face] = HEAD;
+        let mut face = 0;
+        let of_head = self.own.faces.iter().zip(own.faces().iter().zip(own.uv_faces()));
+        for (&is_head, (vertices, corners)) in of_head {
+            if mesh.faces().get(face) != Some(vertices) {
+                continue;
+            }
+            if is_head {
+                uv_faces[face] = corners.map(|corner| first + corner);
+                avatar.materials[face] = HEAD;
+            }
+            face += 1;
         }
         let positions = mesh.positions().to_vec();
         avatar.mesh = Mesh::from_triangles(positions, uv, mesh.faces(), &uv_faces)?;

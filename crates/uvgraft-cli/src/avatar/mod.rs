@@ -5,6 +5,7 @@ mod carried;
 mod dress;
 mod expressions;
 mod face;
+mod features;
 mod layout;
 mod lods;
 mod maps;
@@ -18,6 +19,7 @@ mod thumbnail;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::{MapOptions, Size};
@@ -34,6 +36,7 @@ use crate::report::{parse_size, to_stdout};
 use body::Body;
 use dress::Dressed;
 use face::Face;
+use features::FeatureArgs;
 use layout::LayoutArgs;
 use lods::LodArgs;
 use maps::Encoder;
@@ -114,6 +117,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     lods: LodArgs,
     #[command(flatten)]
+    features: FeatureArgs,
+    #[command(flatten)]
     meta: MetaArgs,
     #[command(flatten)]
     region: RegionArgs,
@@ -146,19 +151,33 @@ impl From<TextureName> for PictureFormat {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let plan = Plan::new(args)?;
-    let file = pair_file::read(&args.pair).or_bad_input()?;
+    let mut file = pair_file::read(&args.pair).or_bad_input()?;
+    let given = Arc::clone(&file.pair);
+    let parted = features::parted(&given)?;
+    if let Some((pair, _)) = &parted {
+        file.pair = Arc::clone(pair);
+    }
     let limits = plan.preset.as_ref();
     let (body, dressed) = rayon::join(
-        || Body::new(args, file.pair.target()),
+        || Body::new(args, given.target()),
         || {
             let (face, base) =
                 rayon::join(|| Face::read(&args.face), || dress::base(args, &plan.onto, limits));
-            dress::dress(args, &file, face?, base?, limits)
+            let mut base = base?;
+            if let Some((_, parted)) = &parted {
+                parted.copy(&mut base);
+            }
+            dress::dress(args, &file, face?, base, limits)
         },
     );
     let (body, dressed) = (body?, dressed?);
     let Body { mut avatar, name, apart, grounds } = body;
-    let Dressed { body: color, head, carrier } = dressed;
+    let Dressed { body: mut color, head, carrier } = dressed;
+    if let Some((_, parted)) = &parted {
+        avatar = features::with_layout(avatar, &parted.mesh)?;
+    }
+    args.features.draw_eyes(&avatar, &mut color, &name);
+    let (mut avatar, mouth) = args.features.with_mouth(avatar, &mut color, &name)?;
     if let Some(layout) = &carrier.head {
         layout.apply(&mut avatar)?;
     }
@@ -208,6 +227,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         report: &exported.report,
         apart: &apart,
         grounds: &grounds,
+        mouth,
         fitted,
         levels: levels.rows(&level_files),
         limits: plan.preset.as_ref().map(|preset| preset.limits),

@@ -23,6 +23,8 @@ pub(super) struct Made<'a> {
     pub(super) apart: &'a [(String, Apart)],
     /// What was done about the ground of clips.
     pub(super) grounds: &'a [String],
+    /// Triangles of the mouth that was fitted.
+    pub(super) mouth: Option<usize>,
     /// Triangles before, hidden ones, those that are left, and those that are wanted.
     pub(super) fitted: Option<(usize, usize, usize, usize)>,
     /// Coarser levels: their names and what there is to say.
@@ -41,6 +43,9 @@ impl Made<'_> {
         row("body", self.body.to_owned());
         let (triangles, vertices) = (grouped(report.triangles), grouped(report.vertices));
         row("mesh", format!("{triangles} triangles, {vertices} vertices"));
+        if let Some(triangles) = self.mouth {
+            row("mouth", format!("cavity, teeth and tongue, {} triangles", grouped(triangles)));
+        }
         if let Some((before, hidden, after, wanted)) =
             self.fitted.filter(|fitted| fitted.0 != fitted.2)
         {

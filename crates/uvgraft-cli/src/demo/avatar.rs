@@ -5,9 +5,11 @@ use std::path::Path;
 
 use anyhow::Context;
 use uvgraft::{Size, Texture};
+use uvgraft_avatar::eyes::Parted;
 use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::film::write_gif;
 use uvgraft_avatar::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
+use uvgraft_avatar::mouth::Mouth;
 use uvgraft_avatar::render::{Look, Perspective, Renderer};
 use uvgraft_avatar::scene::{Posing, Scene};
 use uvgraft_avatar::{Avatar, Figure};
@@ -33,8 +35,15 @@ pub(super) struct Files {
 
 impl Files {
     /// - `body`: the body's texture with the face.
-    pub(super) fn new(figure: &Figure, body: Texture) -> anyhow::Result<Self> {
-        let avatar = figure.avatar().standing()?;
+    pub(super) fn new(figure: &Figure, mut body: Texture) -> anyhow::Result<Self> {
+        let mut avatar = figure.avatar().standing()?;
+        if let Some(parted) = Parted::find(&avatar.mesh)? {
+            parted.copy(&mut body);
+            avatar.mesh = parted.mesh;
+        }
+        let mouth = Mouth::fit(&avatar)?;
+        mouth.paint(&avatar, &mut body);
+        let avatar = mouth.attach(avatar)?;
         let looks = Looks::new(Picture::encode(body, PictureFormat::Png, 92)?);
         let export = Export { name: "uvgraft's figure".to_owned(), ..Export::default() };
         let file = glb::write(&avatar, &looks, &export)?;

@@ -1,0 +1,189 @@
+//! Free space in a UV layout: rectangles that no island is near.
+//!
+//! A layout is looked at once, on a grid whose size has nothing to do with a texture's, so that what is placed
+//! lies at the same coordinates whatever size of texture it is painted on.
+
+use uvgraft::raster::ScanTriangle;
+use uvgraft::{Mesh, Size};
+
+/// Cells along each side of a layout.
+const SIDE: usize = 1024;
+
+/// Cells that stay free around a rectangle: 16 texels of 2048, half of which are the rectangle's own gutter.
+const MARGIN: usize = 8;
+
+/// How much smaller each further try is.
+const STEP: f32 = 0.93;
+
+/// Where charts can still go in a layout.
+#[derive(Debug, Clone)]
+pub struct FreeSpace {
+    taken: Vec<bool>,
+}
+
+/// A rectangle in a layout, in UV units with the origin at the top left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Its left edge.
+    pub left: f32,
+    /// Its upper edge.
+    pub top: f32,
+    /// As it lies in the layout.
+    pub width: f32,
+    /// As it lies in the layout.
+    pub height: f32,
+    /// Whether what is placed here lies on its side.
+    pub turned: bool,
+}
+
+impl Place {
+    /// How far a chart may be painted beyond its place, in UV units, without meeting another's gutter.
+    pub const GUTTER: f32 = (MARGIN / 2 - 1) as f32 / SIDE as f32;
+
+    /// Where a point of the chart is in the layout.
+    ///
+    /// - `at`: along the chart's width and down its height, `0.0..=1.0` each.
+    pub fn uv(&self, [s, t]: [f32; 2]) -> [f32; 2] {
+        let [x, y] = if self.turned { [1.0 - t, s] } else { [s, t] };
+        [self.left + x * self.width, self.top + y * self.height]
+    }
+
+    /// The point of the chart that is at a coordinate: the inverse of [`Place::uv`].
+    pub fn at(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let [x, y] = [(u - self.left) / self.width, (v - self.top) / self.height];
+        if self.turned { [y, 1.0 - x] } else { [x, y] }
+    }
+}
+
+impl FreeSpace {
+    /// Looks at a layout.
+    pub fn of(mesh: &Mesh) -> Self {
+        let mut taken = vec![false; SIDE * SIDE];
+        let size = Size::square(SIDE as u32);
+        for face in 0..mesh.faces().len() {
+            let corners = mesh.uv_triangle(face).map(|uv| uv.map(|v| f64::from(v) * SIDE as f64));
+            // Slivers may own no cell's centre, and their corners are there all the same.
+            for [x, y] in corners {
+                let cell = |value: f64| (value.max(0.0) as usize).min(SIDE - 1);
+                taken[cell(y) * SIDE + cell(x)] = true;
+            }
+            let Some(scan) = ScanTriangle::new(corners, size) else { continue };
+            for (row, span) in scan.spans(&(0..size.height)) {
+                let first = row as usize * SIDE;
+                taken[first + span.start as usize..first + span.end as usize].fill(true);
+            }
+        }
+        Self { taken }
+    }
+
+    /// Finds room for a chart and takes it: the largest place up to `widest`, upright or on its side.
+    /// `None` if there is none as wide as `narrowest`.
+    ///
+    /// - `aspect`: the chart's width by its height.
+    /// - `widest`, `narrowest`: the chart's own width, in UV units.
+    pub fn place(&mut self, aspect: f32, widest: f32, narrowest: f32) -> Option<Place> {
+        let sums = self.sums();
+        let mut width = widest;
+        while width >= narrowest {
+            let cells = |side: f32| ((side * SIDE as f32).ceil() as usize).max(1);
+            let (w, h) = (cells(width), cells(width / aspect));
+            for (w, h, turned) in [(w, h, false), (h, w, true)] {
+                if let Some((x, y)) = first_free(&sums, w, h) {
+                    for row in y..y + h {
+                        self.taken[row * SIDE + x..row * SIDE + x + w].fill(true);
+                    }
+                    let unit = |cells: usize| cells as f32 / SIDE as f32;
+                    let (left, top, width, height) = (unit(x), unit(y), unit(w), unit(h));
+                    return Some(Place { left, top, width, height, turned });
+                }
+            }
+            width *= STEP;
+        }
+        None
+    }
+
+    /// Sums of taken cells above and to the left: one row and column more than there are cells.
+    fn sums(&self) -> Vec<u32> {
+        let wide = SIDE + 1;
+        let mut sums = vec![0; wide * wide];
+        for y in 0..SIDE {
+            let mut row = 0;
+            for x in 0..SIDE {
+                row += u32::from(self.taken[y * SIDE + x]);
+                sums[(y + 1) * wide + x + 1] = sums[y * wide + x + 1] + row;
+            }
+        }
+        sums
+    }
+}
+
+/// The first place, row by row, for so many cells with a margin around them. At the border of the layout half
+/// the margin does: nobody else's gutter is there.
+fn first_free(sums: &[u32], w: usize, h: usize) -> Option<(usize, usize)> {
+    let wide = SIDE + 1;
+    let edge = MARGIN / 2;
+    if w + MARGIN > SIDE || h + MARGIN > SIDE {
+        return None;
+    }
+    for y in edge..=SIDE - edge - h {
+        let (top, bottom) = (y.saturating_sub(MARGIN), (y + h + MARGIN).min(SIDE));
+        for x in edge..=SIDE - edge - w {
+            let (left, right) = (x.saturating_sub(MARGIN), (x + w + MARGIN).min(SIDE));
+            let at = |x: usize, y: usize| sums[y * wide + x];
+            if at(right, bottom) + at(left, top) == at(left, bottom) + at(right, top) {
+                return Some((x, y));
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rectangles that leave a strip at the right, a third of the layout wide.
+    fn layout(rectangles: &[[f32; 4]]) -> Mesh {
+        let (mut uv, mut faces) = (Vec::new(), Vec::new());
+        for &[left, top, right, bottom] in rectangles {
+            let first = uv.len() as u32;
+            uv.extend([[left, top], [right, top], [right, bottom], [left, bottom]]);
+            faces.extend([[0, 1, 2], [0, 2, 3]].map(|face| face.map(|k: u32| k + first)));
+        }
+        Mesh::from_triangles(vec![[0.0; 3]; uv.len()], uv, &faces, &faces).unwrap()
+    }
+
+    #[test]
+    fn places_keep_away_from_islands_and_each_other() {
+        let islands = [[0.0, 0.0, 0.66, 1.0], [0.66, 0.5, 1.0, 1.0]];
+        let mut free = FreeSpace::of(&layout(&islands));
+        let mut found: Vec<[f32; 4]> = islands.to_vec();
+        for _ in 0..4 {
+            let place = free.place(2.0, 0.2, 0.1).unwrap();
+            let Place { left, top, width, height, turned } = place;
+            let (own_width, own_height) = if turned { (height, width) } else { (width, height) };
+            assert!(
+                (0.1..0.203).contains(&own_width) && (own_width / own_height - 2.0).abs() < 0.05
+            );
+            assert!(left > 0.0 && top > 0.0 && left + width < 1.0 && top + height < 1.0);
+            let gap = MARGIN as f32 / SIDE as f32 - 1e-6;
+            for [l, t, r, b] in &found {
+                let apart = (left - r).max(l - left - width).max(top - b).max(t - top - height);
+                assert!(apart >= gap, "{place:?} is {apart} from an island");
+            }
+            found.push([left, top, left + width, top + height]);
+            for at in [[0.0, 0.0], [0.3, 0.8]] {
+                let [s, t] = place.at(place.uv(at));
+                assert!((s - at[0]).abs() < 1e-4 && (t - at[1]).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_upright_lies_on_its_side_and_what_fits_nowhere_is_refused() {
+        let mut free = FreeSpace::of(&layout(&[[0.0, 0.0, 0.8, 1.0]]));
+        let place = free.place(4.0, 0.5, 0.5).unwrap();
+        assert!(place.turned && place.height > place.width);
+        assert_eq!(FreeSpace::of(&layout(&[[0.0, 0.0, 1.0, 1.0]])).place(1.0, 0.1, 0.02), None);
+    }
+}

@@ -1,0 +1,167 @@
+//! Eyes drawn anew: sclera, iris, limbal ring and pupil, without the lights and lids that captures bake in.
+
+use std::f32::consts::TAU;
+
+use uvgraft::{TexelsMut, Texture};
+
+use super::eyeball::{eyeballs, pieces};
+use super::gaze::Gaze;
+use super::iris::{Iris, irises, sample};
+use super::texels;
+use crate::Avatar;
+use crate::atlas::Place;
+use crate::mouth::{Color, blend, put, srgb};
+use crate::noise::noise2;
+use crate::rig::HumanBone;
+use crate::vector::{bell, mix, smoothstep};
+
+const SCLERA: Color = [0.82, 0.785, 0.76];
+const RIM: Color = [0.62, 0.45, 0.41];
+const VEIN: Color = [0.72, 0.36, 0.33];
+const PUPIL: Color = [0.022, 0.02, 0.02];
+
+/// Where the pupil ends, in irises.
+const PUPIL_EDGE: f32 = 0.36;
+
+/// Eyes that were drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cleaned {
+    /// What was found of each eye's iris, the left one first.
+    pub irises: Vec<Iris>,
+}
+
+/// Draws an avatar's eyes over what its texture has there, in the colour that it has there.
+///
+/// Eyeballs are pieces that follow the joints of the eyes and are round; nothing is drawn where there are none.
+pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
+    let mesh = &avatar.mesh;
+    let pieces = pieces(mesh);
+    let mut eyes = Vec::new();
+    for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
+        for eyeball in eyeballs(avatar, bone, &pieces) {
+            let is_own = |face: &usize| pieces[mesh.faces()[*face][0] as usize] == eyeball.piece;
+            let faces: Vec<usize> = (0..mesh.faces().len()).filter(is_own).collect();
+            eyes.push((Gaze::new(mesh, &eyeball), faces));
+        }
+    }
+    let size = texture.size();
+    let samples: Vec<_> = eyes
+        .iter()
+        .map(|(gaze, faces)| {
+            let mut samples = Vec::new();
+            texels::each(mesh, faces, size, 0, |x, y, place| {
+                samples.push(sample(gaze, place, srgb(texture, x, y)));
+            });
+            samples
+        })
+        .collect();
+    let irises = irises(&samples);
+    let gutter = ((Place::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
+    let (channels, encoding) = (texture.channels().count(), texture.encoding());
+    for (number, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
+        texels::each(mesh, faces, size, gutter, |x, y, place| {
+            let (distance, around) = gaze.around(place);
+            let color = color(distance, around, iris.color, number);
+            let first = (y as usize * size.width as usize + x as usize) * channels;
+            match texture.texels_mut() {
+                TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
+                TexelsMut::U16(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
+                TexelsMut::F32(texels) => {
+                    put(&mut texels[first..first + channels], color, encoding)
+                }
+            }
+        });
+    }
+    Cleaned { irises }
+}
+
+/// The colour of an eye.
+///
+/// - `distance`: from the gaze, in irises; `around`: the angle around it, a quarter turn up.
+fn color(distance: f32, around: f32, iris: Color, seed: u32) -> Color {
+    let white = sclera(distance, around, seed);
+    let within = self::iris(distance, around, iris, seed);
+    let color = blend(within, white, smoothstep(0.96, 1.06, distance));
+    // The upper lid's shadow, which renderers do not cast on so small a thing.
+    let shadow = 0.34 * smoothstep(0.1, 1.3, distance * around.sin());
+    color.map(|value| value * (1.0 - shadow))
+}
+
+fn sclera(distance: f32, around: f32, seed: u32) -> Color {
+    let out = smoothstep(1.2, 2.4, distance);
+    let base = blend(SCLERA, RIM, 0.55 * out * out);
+    // Veins wander from the corners towards the iris and thin out.
+    let turns = around / TAU * 17.0 + 0.9 * noise2(distance * 3.0, around * 2.0, 40 + seed);
+    let vein = bell((turns - turns.round()) / (0.035 + 0.02 * out), 1.0);
+    let patch = noise2(distance * 1.6, around * 1.9, 60 + seed);
+    let strength = 0.3 * smoothstep(1.45, 2.4, distance) * smoothstep(-0.1, 0.5, patch);
+    blend(base, VEIN, vein * strength)
+}
+
+fn iris(distance: f32, around: f32, color: Color, seed: u32) -> Color {
+    // Fibres run outwards from the pupil; two waves that meet again after a turn.
+    let fine = noise2(around.cos() * 14.0 + distance, around.sin() * 14.0, 80 + seed);
+    let coarse = noise2(around.cos() * 5.0, around.sin() * 5.0 + distance * 1.5, 90 + seed);
+    let fibres = 0.16 * fine + 0.12 * coarse;
+    // Lighter around the pupil, darker outwards, with a dark ring at the edge.
+    let collar = 0.16 * bell(distance - 0.52, 0.12);
+    let depth = mix(1.08, 0.86, smoothstep(0.5, 0.95, distance));
+    let light = depth + collar + fibres;
+    let lit = color.map(|value| (value * light).clamp(0.0, 1.0));
+    let ring = smoothstep(0.8, 0.97, distance);
+    let dark = blend(lit, color.map(|value| 0.3 * value), 0.75 * ring);
+    blend(PUPIL, dark, smoothstep(PUPIL_EDGE - 0.04, PUPIL_EDGE + 0.05, distance))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::{FRAC_PI_2 as UP, PI};
+
+    use uvgraft::Size;
+
+    use super::*;
+    use crate::{Figure, paint_body};
+
+    const GREEN: Color = [0.35, 0.45, 0.3];
+
+    #[test]
+    fn an_eye_is_dark_within_coloured_around_and_white_outside() {
+        let luma = |c: Color| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+        for around in [-UP, 0.0, 1.0, PI] {
+            let at = |distance| color(distance, around, GREEN, 0);
+            assert!(luma(at(0.1)) < 0.05);
+            let iris = at(0.65);
+            assert!(iris[1] > iris[0] && iris[1] > iris[2], "{iris:?}");
+            assert!(luma(at(0.97)) < luma(iris));
+            assert!(luma(at(1.3)) > 0.5);
+        }
+        // Under the lid.
+        assert!(luma(color(1.4, UP, GREEN, 0)) < luma(color(1.4, -UP, GREEN, 0)));
+    }
+
+    #[test]
+    fn the_figures_eyes_are_drawn_and_nothing_else_changes() {
+        let figure = Figure::new();
+        let parted = super::super::Parted::find(&figure.body).unwrap().unwrap();
+        let mut avatar = figure.avatar();
+        avatar.mesh = parted.mesh.clone().with_positions(avatar.mesh.positions().to_vec()).unwrap();
+        let size = Size::square(1024);
+        let mut texture = paint_body(&figure, size);
+        parted.copy(&mut texture);
+        let before = texture.clone();
+        let cleaned = clean(&avatar, &mut texture);
+        assert_eq!(cleaned.irises.len(), 2);
+        // The painted body's own eyes are blank.
+        assert!(cleaned.irises.iter().all(|iris| !iris.is_found), "{cleaned:?}");
+        let changed = (0..size.texels() as u32)
+            .filter(|texel| {
+                let (x, y) = (texel % 1024, texel / 1024);
+                (0..3).any(|channel| before.get(x, y, channel) != texture.get(x, y, channel))
+            })
+            .count();
+        // Two discs of 82 texels with their gutters, of a million.
+        assert!((8_000..17_000).contains(&changed), "{changed}");
+    }
+}

@@ -1,0 +1,145 @@
+//! The colour of irises in a texture.
+
+use super::gaze::Gaze;
+use crate::mouth::Color;
+
+/// Fewer texels tell no colour.
+const FEWEST: usize = 12;
+
+/// How far an iris' colour must be from the white around it, or the capture is too cloudy to tell, and how far two
+/// eyes' colours are apart that differ on purpose: ΔE of CIE 1976, rounded up from what lids' shadows do.
+const CLEAR: f32 = 9.0;
+const DIFFERENT: f32 = 22.0;
+
+/// The commonest colour, for captures that show none.
+const BROWN: Color = [0.33, 0.21, 0.13];
+
+/// What was found of an iris.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Iris {
+    /// Its colour, sRGB, 1.0 for white.
+    pub color: [f32; 3],
+    /// Whether the texture shows it; if not, it is brown.
+    pub is_found: bool,
+}
+
+/// Texels of one eye: distance from the gaze in irises, and colour in sRGB.
+pub(super) type Samples = Vec<(f32, Color)>;
+
+pub(super) fn sample(gaze: &Gaze, place: glam::Vec3, color: Color) -> (f32, Color) {
+    (gaze.around(place).0, color)
+}
+
+/// The irises' colours: one for both eyes unless they clearly differ.
+pub(super) fn irises(eyes: &[Samples]) -> Vec<Iris> {
+    let found: Vec<Option<Color>> = eyes.iter().map(|samples| color(samples)).collect();
+    let known: Vec<Color> = found.iter().flatten().copied().collect();
+    let brown = Iris { color: BROWN, is_found: false };
+    match *known {
+        [] => vec![brown; eyes.len()],
+        [a, b] if difference(a, b) > DIFFERENT => found
+            .iter()
+            .map(|color| color.map_or(brown, |color| Iris { color, is_found: true }))
+            .collect(),
+        _ => {
+            let mean = std::array::from_fn(|k| {
+                known.iter().map(|c| c[k]).sum::<f32>() / known.len() as f32
+            });
+            vec![Iris { color: mean, is_found: true }; eyes.len()]
+        }
+    }
+}
+
+/// The median of a ring within the iris, without lights, which are bright, and the pupil's edge and lashes.
+fn color(samples: &Samples) -> Option<Color> {
+    let ring = |from: f32, to: f32| -> Vec<Color> {
+        let within = samples.iter().filter(|(distance, _)| (from..to).contains(distance));
+        within.map(|&(_, color)| color).collect()
+    };
+    let (mut iris, mut white) = (ring(0.45, 0.85), ring(1.15, 1.6));
+    if iris.len() < FEWEST || white.len() < FEWEST {
+        return None;
+    }
+    let luma = |color: &Color| 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+    for colors in [&mut iris, &mut white] {
+        colors.sort_by(|a, b| luma(a).total_cmp(&luma(b)));
+    }
+    let iris = median(&iris[iris.len() / 8..iris.len() - iris.len() / 4]);
+    let white = median(&white[white.len() / 4..]);
+    (difference(iris, white) > CLEAR && luma(&iris) < luma(&white)).then_some(iris)
+}
+
+fn median(colors: &[Color]) -> Color {
+    std::array::from_fn(|k| {
+        let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
+        values.sort_by(f32::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
+    })
+}
+
+/// CIE 1976.
+fn difference(a: Color, b: Color) -> f32 {
+    let [a, b] = [a, b].map(lab);
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
+}
+
+/// CIE L*a*b* of an sRGB colour under D65.
+fn lab(color: Color) -> [f32; 3] {
+    let [r, g, b] = color.map(uvgraft::color::linear_from_srgb);
+    let x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505;
+    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
+    let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
+    [116.0 * f(y) - 16.0, 500.0 * (f(x) - f(y)), 200.0 * (f(y) - f(z))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHITE: Color = [0.85, 0.82, 0.8];
+
+    /// A ring of colour around a pupil, with lights on a tenth of it.
+    fn eye(color: Color) -> Samples {
+        let at = |k: usize| {
+            let distance = k as f32 / 500.0;
+            let color = match distance {
+                _ if k % 10 == 0 => [1.0; 3],
+                d if d < 0.4 => [0.03; 3],
+                d if d < 1.0 => color,
+                _ => WHITE,
+            };
+            (distance, color)
+        };
+        (0..900).map(at).collect()
+    }
+
+    #[test]
+    fn the_colour_is_found_beside_pupil_and_lights() {
+        let green = [0.35, 0.45, 0.3];
+        let found = irises(&[eye(green), eye(green)]);
+        assert!(
+            found.iter().all(|iris| iris.is_found && difference(iris.color, green) < 1.0),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn eyes_share_a_colour_unless_they_clearly_differ() {
+        let (blue, bluer, brown) = ([0.35, 0.45, 0.6], [0.33, 0.44, 0.62], [0.35, 0.22, 0.12]);
+        let found = irises(&[eye(blue), eye(bluer)]);
+        assert_eq!(found[0], found[1]);
+        let found = irises(&[eye(blue), eye(brown)]);
+        assert!(difference(found[0].color, blue) < 1.0 && difference(found[1].color, brown) < 1.0);
+    }
+
+    #[test]
+    fn cloudy_eyes_are_brown_unless_the_other_one_is_clear() {
+        let cloudy = [0.83, 0.8, 0.79];
+        assert!(irises(&[eye(cloudy), eye(cloudy)]).iter().all(|iris| !iris.is_found));
+        let green = [0.35, 0.45, 0.3];
+        let found = irises(&[eye(cloudy), eye(green)]);
+        assert!(found[0].is_found && found[0] == found[1]);
+        assert!(!irises(&[Vec::new()])[0].is_found);
+    }
+}

@@ -1,0 +1,239 @@
+//! Two eyes that share one island: one of them gets another, in free space of the layout.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+use uvgraft::{Corner, Mesh, MeshError, Size, TexelsMut, Texture, Value};
+
+use super::eyeball::{is_round, pieces, sphere};
+use crate::atlas::{FreeSpace, Place};
+
+/// How alike the radii of two eyes are.
+const ALIKE: f32 = 0.1;
+
+/// How much of the smaller box of two islands is shared where they are one.
+const SHARED: f32 = 0.5;
+
+/// The least share of its size that the moved island keeps.
+const LEAST: f32 = 0.4;
+
+/// Why eyes keep the island that they share.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PartedError {
+    /// The layout is full.
+    #[error("the layout has no room for a second eye, which takes {wanted:.3} of its width")]
+    NoRoom {
+        /// The least that it takes, in UV units.
+        wanted: f32,
+    },
+    /// Numbers that are beyond the mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// A layout in which one of two eyes was moved to an island of its own.
+#[derive(Debug, Clone)]
+pub struct Parted {
+    /// The mesh: the same vertices and triangles, in the same order.
+    pub mesh: Mesh,
+    /// Where the moved eye was: left, top, right and bottom of the island, in UV units.
+    from: [f32; 4],
+    /// Where it is now.
+    place: Place,
+}
+
+impl Parted {
+    /// Looks for two eyes on one island, round pieces of one size beside each other; `None` where there are none,
+    /// which is most often so because each has its own.
+    ///
+    /// # Errors
+    /// [`PartedError::NoRoom`] if the layout is full.
+    pub fn find(mesh: &Mesh) -> Result<Option<Self>, PartedError> {
+        let eyes = round_pieces(mesh);
+        let pair = eyes.iter().enumerate().find_map(|(k, first)| {
+            let second = eyes[k + 1..].iter().find(|second| first.shares_with(second))?;
+            Some((first, second))
+        });
+        let Some((_, moved)) = pair else { return Ok(None) };
+        let [left, top, right, bottom] = moved.uv_box;
+        let (width, height) = (right - left, bottom - top);
+        let wanted = LEAST * width;
+        let place = FreeSpace::of(mesh).place(width / height, width, wanted);
+        let place = place.ok_or(PartedError::NoRoom { wanted })?;
+        let mesh = moved_mesh(mesh, moved, &place)?;
+        Ok(Some(Self { mesh, from: moved.uv_box, place }))
+    }
+
+    /// Gives the new island what a texture has where it was, for a base that does not know of it.
+    pub fn copy(&self, texture: &mut Texture) {
+        let source = texture.clone();
+        let Size { width, height } = texture.size();
+        let channels = texture.channels().count();
+        let [left, top, right, bottom] = self.from;
+        let range = |from: f32, extent: f32, side: u32| {
+            let first = ((from - Place::GUTTER) * side as f32).floor().max(0.0) as u32;
+            first..(((from + extent + Place::GUTTER) * side as f32).ceil() as u32).min(side)
+        };
+        let columns = range(self.place.left, self.place.width, width);
+        for y in range(self.place.top, self.place.height, height) {
+            for x in columns.clone() {
+                let uv = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
+                let [s, t] = self.place.at(uv);
+                let uv = [left + s * (right - left), top + t * (bottom - top)];
+                let first = (y as usize * width as usize + x as usize) * channels;
+                let values = (0..channels).map(|channel| bilinear(&source, uv, channel));
+                match texture.texels_mut() {
+                    TexelsMut::U8(texels) => put(&mut texels[first..], values),
+                    TexelsMut::U16(texels) => put(&mut texels[first..], values),
+                    TexelsMut::F32(texels) => put(&mut texels[first..], values),
+                }
+            }
+        }
+    }
+}
+
+fn put<T: Value>(texel: &mut [T], values: impl Iterator<Item = f32>) {
+    texel.iter_mut().zip(values).for_each(|(texel, value)| *texel = T::from_unit(value));
+}
+
+fn bilinear(texture: &Texture, [u, v]: [f32; 2], channel: usize) -> f32 {
+    let Size { width, height } = texture.size();
+    let split = |value: f32, side: u32| {
+        let at = (value * side as f32 - 0.5).clamp(0.0, (side - 1) as f32);
+        (at as u32, (at as u32 + 1).min(side - 1), at.fract())
+    };
+    let ((x0, x1, fx), (y0, y1, fy)) = (split(u, width), split(v, height));
+    let row = |y| texture.get(x0, y, channel) * (1.0 - fx) + texture.get(x1, y, channel) * fx;
+    row(y0) * (1.0 - fy) + row(y1) * fy
+}
+
+/// A piece of a mesh that is about a sphere.
+#[derive(Debug)]
+struct Round {
+    center: Vec3,
+    radius: f32,
+    faces: Vec<usize>,
+    uv_box: [f32; 4],
+}
+
+impl Round {
+    fn shares_with(&self, other: &Self) -> bool {
+        let [a, b] = [self.uv_box, other.uv_box];
+        let sides = |k: usize| (a[k + 2].min(b[k + 2]) - a[k].max(b[k])).max(0.0);
+        let area = |[left, top, right, bottom]: [f32; 4]| (right - left) * (bottom - top);
+        let is_alike = (self.radius - other.radius).abs() < ALIKE * self.radius;
+        let apart = self.center.distance(other.center) / self.radius;
+        is_alike
+            && (1.5..12.0).contains(&apart)
+            && sides(0) * sides(1) > SHARED * area(a).min(area(b))
+    }
+}
+
+/// The round pieces of a mesh, in the order of their first triangles.
+fn round_pieces(mesh: &Mesh) -> Vec<Round> {
+    const FEWEST: usize = 24;
+    let pieces = pieces(mesh);
+    let mut order = Vec::new();
+    let mut faces: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (face, corners) in mesh.faces().iter().enumerate() {
+        let piece = pieces[corners[0] as usize];
+        let of_piece = faces.entry(piece).or_insert_with(|| {
+            order.push(piece);
+            Vec::new()
+        });
+        of_piece.push(face);
+    }
+    let mut found = Vec::new();
+    for piece in order {
+        let Some(faces) = faces.remove(&piece) else { continue };
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|&face| mesh.faces()[face]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        if vertices.len() < FEWEST {
+            continue;
+        }
+        let places: Vec<Vec3> =
+            vertices.iter().map(|&vertex| mesh.positions()[vertex as usize].into()).collect();
+        let Some((center, radius)) = sphere(&places).filter(|ball| is_round(&places, *ball)) else {
+            continue;
+        };
+        let mut uv_box = [f32::MAX, f32::MAX, f32::MIN, f32::MIN];
+        for [u, v] in faces.iter().flat_map(|&face| mesh.uv_triangle(face)) {
+            let [left, top, right, bottom] = uv_box;
+            uv_box = [left.min(u), top.min(v), right.max(u), bottom.max(v)];
+        }
+        found.push(Round { center, radius, faces, uv_box });
+    }
+    found
+}
+
+/// The mesh with coordinates of its own for one piece.
+fn moved_mesh(mesh: &Mesh, moved: &Round, place: &Place) -> Result<Mesh, MeshError> {
+    let mut is_moved = vec![false; mesh.faces().len()];
+    moved.faces.iter().for_each(|&face| is_moved[face] = true);
+    let [left, top, right, bottom] = moved.uv_box;
+    let mut uv = mesh.uv().to_vec();
+    let mut numbers: HashMap<u32, u32> = HashMap::new();
+    let (mut corners, mut sizes) = (Vec::new(), Vec::new());
+    for polygon in 0..mesh.polygon_count() {
+        let own = mesh.polygon_corners(polygon);
+        let is_moved = mesh.polygon(polygon).any(|face| is_moved[face]);
+        sizes.push(own.len() as u32);
+        corners.extend(own.into_iter().map(|corner| {
+            if !is_moved {
+                return corner;
+            }
+            let number = *numbers.entry(corner.uv).or_insert_with(|| {
+                let [u, v] = mesh.uv()[corner.uv as usize];
+                uv.push(place.uv([(u - left) / (right - left), (v - top) / (bottom - top)]));
+                uv.len() as u32 - 1
+            });
+            Corner { uv: number, ..corner }
+        }));
+    }
+    let moved = Mesh::from_polygons(mesh.positions().to_vec(), uv, &corners, &sizes)?;
+    Ok(moved.with_parts(mesh.parts().to_vec()))
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::islands::Islands;
+
+    use super::*;
+    use crate::{Figure, paint_body};
+
+    #[test]
+    fn the_figures_eyes_get_an_island_each_and_show_what_they_showed() {
+        let figure = Figure::new();
+        let parted = Parted::find(&figure.body).unwrap().unwrap();
+        let (before, after) = (&figure.body, &parted.mesh);
+        assert_eq!((before.positions(), before.faces()), (after.positions(), after.faces()));
+        assert_eq!(before.parts(), after.parts());
+        assert_eq!(Islands::new(before).count(), Islands::new(after).count());
+        assert_eq!(Parted::find(after).unwrap().map(|parted| parted.place), None);
+        let texture = paint_body(&figure, Size::square(1024));
+        let mut copied = texture.clone();
+        parted.copy(&mut copied);
+        let mut moved = 0;
+        for face in 0..before.faces().len() {
+            let middle = |mesh: &Mesh| {
+                let corners = mesh.uv_triangle(face);
+                std::array::from_fn(|k| corners.iter().map(|uv| uv[k]).sum::<f32>() / 3.0)
+            };
+            let (old, new): ([f32; 2], [f32; 2]) = (middle(before), middle(after));
+            moved += usize::from(old != new);
+            for channel in 0..3 {
+                let (was, is) = (bilinear(&texture, old, channel), bilinear(&copied, new, channel));
+                assert!((was - is).abs() < 0.12, "face {face}: {was} {is}");
+            }
+        }
+        // One eye of two.
+        assert!((200..400).contains(&moved), "{moved}");
+    }
+
+    #[test]
+    fn eyes_with_islands_of_their_own_keep_them() {
+        assert!(Parted::find(&Figure::new().head).unwrap().is_none());
+    }
+}

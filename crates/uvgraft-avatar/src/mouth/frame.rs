@@ -1,0 +1,53 @@
+//! Where a mouth is: the coordinates in which it is built.
+
+use glam::Vec3;
+use uvgraft::{Anatomy, Landmark};
+
+use super::MouthError;
+
+/// The distance between the eyes that lengths are given for, in millimetres.
+const EYES_MM: f64 = 64.0;
+
+/// Origin where the lips meet in the middle, x to the person's left, y up, z to the front; in millimetres of a
+/// face whose eyes are 64 mm apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    origin: Vec3,
+    axes: [Vec3; 3],
+    /// A millimetre in the mesh's unit.
+    mm: f32,
+}
+
+impl Frame {
+    pub fn new(anatomy: &Anatomy) -> Result<Self, MouthError> {
+        let mouth = anatomy.point(Landmark::Mouth).ok_or(MouthError::Landmark("mouth"))?;
+        let head = anatomy.frame();
+        // On the plane of symmetry, whatever the relief says.
+        let mut local = head.local(mouth);
+        local[0] = 0.0;
+        let vector = |v: [f64; 3]| Vec3::from(v.map(|x| x as f32));
+        Ok(Self {
+            origin: vector(head.world(local)),
+            axes: head.axes.map(vector),
+            mm: (head.unit / EYES_MM) as f32,
+        })
+    }
+
+    /// With its origin so much higher, in its own millimetres.
+    pub fn raised(mut self, by: f32) -> Self {
+        self.origin = self.world(Vec3::new(0.0, by, 0.0));
+        self
+    }
+
+    /// From the mesh's space.
+    pub fn local(&self, position: [f32; 3]) -> Vec3 {
+        let offset = (Vec3::from(position) - self.origin) / self.mm;
+        Vec3::from(self.axes.map(|axis| axis.dot(offset)))
+    }
+
+    /// Into the mesh's space.
+    pub fn world(&self, local: Vec3) -> Vec3 {
+        let [x, y, z] = self.axes;
+        self.origin + (x * local.x + y * local.y + z * local.z) * self.mm
+    }
+}

@@ -1,0 +1,105 @@
+//! What heads of body models lack: a mouth behind the lips, and an island for each eye.
+
+use std::sync::Arc;
+
+use uvgraft::{Mesh, Pair, Texture};
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::eyes::{Iris, Parted, clean};
+use uvgraft_avatar::mouth::{Mouth, MouthError};
+
+use crate::failure::{note, warn};
+
+/// Options for mouth and eyes.
+#[derive(clap::Args, Clone, Copy)]
+pub(crate) struct FeatureArgs {
+    /// What is behind the lips
+    #[arg(long, value_enum, value_name = "MOUTH", default_value_t = MouthName::Fitted)]
+    mouth: MouthName,
+    /// What eyes show; either way each has an island of its own in the texture
+    #[arg(long, value_enum, value_name = "EYES", default_value_t = EyesName::Keep)]
+    eyes: EyesName,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum EyesName {
+    /// What the face's texture shows, each eye its own
+    Keep,
+    /// Sclera, iris and pupil drawn anew, in the colour that the face's texture shows
+    Clean,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum MouthName {
+    /// A cavity with teeth and a tongue, fitted to the lips, where the head is open between them
+    Fitted,
+    /// What the body has
+    None,
+}
+
+/// A pair whose target has an island for each eye, and how its layout came to be; nothing where both have their
+/// own, or there is no room.
+pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>> {
+    match Parted::find(pair.target()) {
+        Ok(None) => Ok(None),
+        Ok(Some(parted)) => {
+            let target = parted.mesh.clone();
+            let pair = Pair::from_pieces(pair.source().clone(), target, pair.pieces())?;
+            Ok(Some((Arc::new(pair), parted)))
+        }
+        Err(why) => {
+            warn(format_args!("both eyes show the same texels: {why}"));
+            Ok(None)
+        }
+    }
+}
+
+/// An avatar in a layout of the same triangles.
+pub(super) fn with_layout(avatar: Avatar, layout: &Mesh) -> anyhow::Result<Avatar> {
+    let mesh = layout.clone().with_positions(avatar.mesh.positions().to_vec())?;
+    Ok(Avatar { mesh, ..avatar })
+}
+
+impl FeatureArgs {
+    /// Draws an avatar's eyes, if that is wanted.
+    pub(super) fn draw_eyes(self, avatar: &Avatar, texture: &mut Texture, name: &str) {
+        if self.eyes == EyesName::Keep {
+            return;
+        }
+        let irises = clean(avatar, texture).irises;
+        if irises.is_empty() {
+            warn(format_args!(
+                "{name}: --eyes clean: the body has no eyeballs of its own; they are left as they are"
+            ));
+        } else if irises.iter().any(|iris: &Iris| !iris.is_found) {
+            note(format_args!(
+                "{name}: the texture shows no iris that is clear enough; they are drawn brown"
+            ));
+        }
+    }
+
+    /// Gives an avatar a mouth, in mesh and texture.
+    pub(super) fn with_mouth(
+        self,
+        avatar: Avatar,
+        texture: &mut Texture,
+        name: &str,
+    ) -> anyhow::Result<(Avatar, Option<usize>)> {
+        if self.mouth == MouthName::None {
+            return Ok((avatar, None));
+        }
+        match Mouth::fit(&avatar) {
+            Ok(mouth) => {
+                mouth.paint(&avatar, texture);
+                Ok((mouth.attach(avatar)?, Some(mouth.triangles())))
+            }
+            Err(why @ (MouthError::Closed | MouthError::OwnMouth { .. })) => {
+                note(format_args!("{name}: {why}; it is left as it is"));
+                Ok((avatar, None))
+            }
+            Err(why) => {
+                warn(format_args!("{name}: no teeth and tongue: {why}"));
+                Ok((avatar, None))
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Avatars with mouths, and what is wrong where teeth or walls come out of a head or show through it.
+
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+use uvgraft::{Anatomy, Channels, Depth, Encoding, Landmark, Mesh, Size, Texture};
+use uvgraft_avatar::body::{BodyModel, Shape};
+use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
+use uvgraft_avatar::mouth::Mouth;
+use uvgraft_avatar::render::{Background, Look, Perspective, Renderer};
+use uvgraft_avatar::rig::{HumanBone, Morph, Pose};
+use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_avatar::{Avatar, Figure};
+
+use crate::made_up::{self, Entanglement, MadeUp};
+
+/// An avatar before and after it got a mouth.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// What it is.
+    pub name: &'static str,
+    /// As its body has it.
+    pub before: Avatar,
+    /// With its mouth.
+    pub after: Avatar,
+}
+
+/// A face: morphs and their weights, and how far the jaw's joint is turned, in radians.
+#[derive(Debug, Clone, Copy)]
+pub struct Face<'a>(pub &'a [(&'a str, f32)], pub f32);
+
+impl Subject {
+    /// Gives an avatar a mouth.
+    ///
+    /// # Panics
+    /// If it has no open lips.
+    pub fn new(name: &'static str, before: Avatar) -> Self {
+        let mouth = Mouth::fit(&before).unwrap_or_else(|why| panic!("{name}: {why}"));
+        let after = mouth.attach(before.clone()).expect("a mesh that is not too large");
+        Self { name, before, after }
+    }
+
+    /// The figure, and with real data SMPL-X and FLAME with known movements as morphs.
+    ///
+    /// # Panics
+    /// If a model is not sound.
+    pub fn all() -> Vec<Self> {
+        let few = Entanglement { components: 20, ..Entanglement::default() };
+        let mut all = vec![Self::new("figure", Figure::new().avatar())];
+        all.extend(made_up::smplx(&few).map(|made_up| Self::new("SMPL-X", avatar(&made_up))));
+        all.extend(made_up::flame(&few).map(|made_up| Self::new("FLAME", avatar(&made_up))));
+        all
+    }
+
+    /// Where the vertices are.
+    ///
+    /// # Panics
+    /// If a pose is not sound.
+    pub fn posed(&self, face: Face<'_>) -> Vec<Vec3> {
+        let weight = |morph: &Morph| {
+            face.0.iter().find(|(name, _)| *name == morph.name).map_or(0.0, |&(_, weight)| weight)
+        };
+        let weights: Vec<f32> = self.after.morphs.iter().map(weight).collect();
+        let joints = self.after.skeleton.joints().len();
+        let mut turns = vec![[0.0; 3]; joints];
+        if let Some(jaw) = self.after.skeleton.human(HumanBone::Jaw) {
+            turns[jaw] = [face.1, 0.0, 0.0];
+        }
+        let pose = Pose::from_axis_angles([0.0; 3], &turns);
+        let posed = self.after.posed(&pose, &weights).expect("a sound pose");
+        posed.into_iter().map(Vec3::from).collect()
+    }
+
+    /// The mouth's vertices that are outside the head, with how much of their surroundings is inside: 1 within a
+    /// closed surface, 0 outside. The surface is the head's own, with the rim of the lips closed by a fan. Teeth are
+    /// seen through the lips, so what is just before the fan is within the mouth all the same.
+    pub fn outside(&self, face: Face<'_>) -> Vec<(usize, f32)> {
+        let places = self.posed(face);
+        let own = self.before.mesh.positions().len();
+        let is_new = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= own);
+        let faces = || self.after.mesh.faces().iter();
+        let mut surface: Vec<[Vec3; 3]> = faces()
+            .filter(|face| !is_new(face))
+            .map(|face| face.map(|vertex| places[vertex as usize]))
+            .collect();
+        let rim: Vec<[Vec3; 2]> = faces()
+            .filter(|face| is_new(face))
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .filter(|edge| edge.iter().all(|&vertex| (vertex as usize) < own))
+            .map(|edge| edge.map(|vertex| places[vertex as usize]))
+            .collect();
+        let middle = rim.iter().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32;
+        let fan: Vec<[Vec3; 3]> = rim.into_iter().map(|[a, b]| [a, b, middle]).collect();
+        surface.extend_from_slice(&fan);
+        // What is far away is small, seen from the mouth.
+        surface.retain(|corners| corners[0].distance(middle) < HEAD_M);
+        let is_in_opening =
+            |place: Vec3| fan.iter().any(|corners| distance(place, corners) < OPENING_M);
+        (own..places.len())
+            .step_by(EACH)
+            .map(|vertex| (vertex, winding(&surface, places[vertex])))
+            .filter(|&(vertex, winding)| winding < 0.5 && !is_in_opening(places[vertex]))
+            .collect()
+    }
+
+    /// How many pixels of pictures of the mouth from 24 sides show what is behind the head: those at which there
+    /// is a surface, but only the backs of triangles.
+    ///
+    /// # Panics
+    /// If the avatar cannot be drawn.
+    pub fn seen_through(avatar: &Avatar, faces: &[Face<'_>]) -> usize {
+        let scenes = [false, true].map(|double_sided| scene(avatar, double_sided));
+        let renderers = [Renderer::of(&scenes[0]), Renderer::of(&scenes[1])];
+        let anatomy = Anatomy::find(&avatar.mesh).expect("a head");
+        let mouth = anatomy.point(Landmark::Mouth).expect("a mouth");
+        let target = mouth.map(|value| value as f32);
+        let look = Look {
+            lit: false,
+            background: Background::Plain([255, 0, 255]),
+            samples: 2,
+            ..Look::default()
+        };
+        let mut pixels = 0;
+        for face in faces {
+            let posing = Posing {
+                weights: face.0.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect(),
+                rotations: vec![("jaw".to_owned(), [face.1.to_degrees(), 0.0, 0.0])],
+                ..Posing::default()
+            };
+            let drawn = [0, 1].map(|k: usize| scenes[k].pose(&posing).expect("a sound pose"));
+            for view in 0..24 {
+                let camera = camera(target, view);
+                let pictures = [0, 1].map(|k: usize| {
+                    renderers[k].render(&drawn[k], &camera, &look, Size::square(120))
+                });
+                pixels += differing(&pictures);
+            }
+        }
+        pixels
+    }
+}
+
+/// Eight sides, from right behind one ear to behind the other, each from below, level and from above.
+fn camera(target: [f32; 3], view: u16) -> Perspective {
+    let azimuth = (f32::from(view % 8) - 3.5) * 30.0_f32.to_radians();
+    let elevation = (f32::from(view / 8) - 1.0) * 28.0_f32.to_radians();
+    let distance = 0.6;
+    let eye = [
+        target[0] + distance * elevation.cos() * azimuth.sin(),
+        target[1] + distance * elevation.sin(),
+        target[2] + distance * elevation.cos() * azimuth.cos(),
+    ];
+    Perspective { eye, target, up: [0.0, 1.0, 0.0], fov_y: 8.0, near: 0.05, far: 5.0 }
+}
+
+fn scene(avatar: &Avatar, double_sided: bool) -> Scene {
+    let grey =
+        Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
+    let picture = Picture::encode(grey.expect("a small texture"), PictureFormat::Png, 90);
+    let looks = Looks { double_sided, ..Looks::new(picture.expect("a picture")) };
+    let file = glb::write(avatar, &looks, &Export::default()).expect("a sound avatar");
+    Scene::read(&file.bytes).expect("a file of ours")
+}
+
+/// Pixels that are all background in the first picture and all surface in the second.
+fn differing([single, double]: &[Texture; 2]) -> usize {
+    let Size { width, height } = single.size();
+    let is_background = |picture: &Texture, x, y| {
+        picture.get(x, y, 0) > 0.95 && picture.get(x, y, 1) < 0.05 && picture.get(x, y, 2) > 0.95
+    };
+    let is_grey =
+        |picture: &Texture, x, y| (picture.get(x, y, 0) - picture.get(x, y, 1)).abs() < 0.02;
+    (0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .filter(|&(x, y)| is_background(single, x, y) && is_grey(double, x, y))
+        .count()
+}
+
+fn avatar(made_up: &MadeUp) -> Avatar {
+    let model = BodyModel::from_arrays(&made_up.arrays).expect("a model");
+    let shaped = model.shaped(&Shape::default()).expect("the mean shape");
+    let mesh: Mesh = made_up.mesh.clone();
+    let mut avatar = shaped.avatar(mesh).expect("the model's own mesh");
+    for truth in &made_up.truths {
+        avatar.morphs.push(Morph::from_dense(truth.name, &truth.offsets));
+    }
+    avatar
+}
+
+/// What of a body counts as its head, and which of the mouth's vertices are looked at: one of so many.
+const HEAD_M: f32 = 0.25;
+const EACH: usize = 3;
+
+/// Lips are thicker than what teeth may stand before their rim.
+const OPENING_M: f32 = 0.004;
+
+/// How far a place is from a triangle: from its plane above it, else from its nearest edge.
+fn distance(place: Vec3, &[a, b, c]: &[Vec3; 3]) -> f32 {
+    let normal = (b - a).cross(c - a);
+    let inside = |from: Vec3, to: Vec3| (to - from).cross(place - from).dot(normal) >= 0.0;
+    if inside(a, b) && inside(b, c) && inside(c, a) && normal.length() > 0.0 {
+        return (place - a).dot(normal.normalize()).abs();
+    }
+    let to_edge = |from: Vec3, to: Vec3| {
+        let along = (place - from).dot(to - from) / (to - from).length_squared().max(1e-20);
+        place.distance(from.lerp(to, along.clamp(0.0, 1.0)))
+    };
+    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
+}
+
+/// The generalized winding number of triangles around a place.
+///
+/// Based on Jacobson et al., "Robust Inside-Outside Segmentation using Generalized Winding Numbers", 2013, with the
+/// solid angle after Van Oosterom and Strackee, 1983.
+fn winding(surface: &[[Vec3; 3]], place: Vec3) -> f32 {
+    let angle = |corners: &[Vec3; 3]| {
+        let [a, b, c] = corners.map(|corner| corner - place);
+        let [x, y, z] = [a.length(), b.length(), c.length()];
+        let over = a.dot(b.cross(c));
+        let under = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
+        2.0 * over.atan2(under)
+    };
+    surface.iter().map(angle).sum::<f32>() / (2.0 * TAU)
+}

@@ -1,0 +1,75 @@
+//! Mouths of the figure, and with real data of SMPL-X and FLAME: nothing comes out of faces, whatever they do, and
+//! nothing shows through them.
+
+use uvgraft_avatar::preset::{Preset, QUEST};
+use uvgraft_avatar::rig::Morph;
+use uvgraft_tests::mouths::{Face, Subject};
+
+/// Jaws that are closed, in speech and wide.
+const JAWS: [f32; 4] = [0.0, 0.06, 0.15, 0.3];
+
+#[test]
+fn nothing_comes_out_of_a_face() {
+    let mut wrong = Vec::new();
+    for subject in Subject::all() {
+        let names: Vec<String> =
+            subject.after.morphs.iter().map(|morph: &Morph| morph.name.clone()).collect();
+        let single: Vec<[(&str, f32); 1]> =
+            names.iter().map(|name| [(name.as_str(), 1.0)]).collect();
+        let mut faces: Vec<Face<'_>> = JAWS.iter().map(|&jaw| Face(&[], jaw)).collect();
+        faces.extend(single.iter().map(|weights| Face(weights, 0.0)));
+        faces.extend(single.iter().map(|weights| Face(weights, 0.15)));
+        for face in faces {
+            let outside = subject.outside(face);
+            if !outside.is_empty() {
+                wrong.push(format!("{}, {face:?}: {:?}", subject.name, outside));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn nothing_shows_through_a_face() {
+    for subject in Subject::all() {
+        let smile: &[(&str, f32)] = match subject.name {
+            "figure" => &[("smile", 1.0)],
+            _ => &[("smile left", 1.0), ("smile right", 1.0)],
+        };
+        let round: &[(&str, f32)] = match subject.name {
+            "figure" => &[("lips_round", 1.0), ("jaw_open", 0.3)],
+            _ => &[("pucker", 1.0), ("jaw_open", 0.3)],
+        };
+        let faces = [
+            Face(&[], 0.0),
+            Face(&[("jaw_open", 0.25)], 0.0),
+            Face(&[("jaw_open", 1.0)], 0.1),
+            Face(smile, 0.1),
+            Face(round, 0.0),
+        ];
+        let after = Subject::seen_through(&subject.after, &faces);
+        assert_eq!(after, 0, "{}", subject.name);
+        if subject.name != "figure" {
+            // The test sees what it looks for.
+            let before = Subject::seen_through(&subject.before, &faces[1..2]);
+            assert!(before > 20, "{}: {before}", subject.name);
+        }
+    }
+}
+
+#[test]
+fn presets_keep_mouths() {
+    for subject in Subject::all() {
+        let own = subject.before.mesh.positions().len();
+        let preset = Preset { triangles: 6_000, ..QUEST };
+        let places: Vec<[f32; 3]> = subject.after.mesh.positions()[own..].to_vec();
+        let Ok(fitted) = preset.fit(subject.after.clone()) else { continue };
+        let kept =
+            fitted.avatar.mesh.positions().iter().filter(|place| places.contains(place)).count();
+        assert!(kept > 60, "{}: {kept} of {} vertices", subject.name, places.len());
+        let simple = Subject { after: fitted.avatar, ..subject };
+        let faces = [Face(&[], 0.0), Face(&[("jaw_open", 0.5)], 0.0)];
+        let pixels = Subject::seen_through(&simple.after, &faces);
+        assert!(pixels <= 4, "{}: {pixels}", simple.name);
+    }
+}
