@@ -66,10 +66,10 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
             match texture.texels_mut() {
                 TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
                 TexelsMut::U16(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding)
+                    put(&mut texels[first..first + channels], color, encoding);
                 }
                 TexelsMut::F32(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding)
+                    put(&mut texels[first..first + channels], color, encoding);
                 }
             }
         });

@@ -32,7 +32,7 @@ pub(super) fn sample(gaze: &Gaze, place: glam::Vec3, color: Color) -> (f32, Colo
 
 /// The irises' colours: one for both eyes unless they clearly differ.
 pub(super) fn irises(eyes: &[Samples]) -> Vec<Iris> {
-    let found: Vec<Option<Color>> = eyes.iter().map(|samples| color(samples)).collect();
+    let found: Vec<Option<Color>> = eyes.iter().map(color).collect();
     let known: Vec<Color> = found.iter().flatten().copied().collect();
     let brown = Iris { color: BROWN, is_found: false };
     match *known {
@@ -104,7 +104,7 @@ mod tests {
         let at = |k: usize| {
             let distance = k as f32 / 500.0;
             let color = match distance {
-                _ if k % 10 == 0 => [1.0; 3],
+                _ if k.is_multiple_of(10) => [1.0; 3],
                 d if d < 0.4 => [0.03; 3],
                 d if d < 1.0 => color,
                 _ => WHITE,

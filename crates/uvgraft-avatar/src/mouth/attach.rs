@@ -84,7 +84,7 @@ fn mesh(mouth: &Mouth, own: &Mesh, places: &[Vec3]) -> Result<Mesh, MouthError> 
     };
     let (mut faces, mut uv_faces) = (kept(own.faces()), kept(own.uv_faces()));
     let mut first = positions.len() as u32;
-    positions.extend(places.iter().map(|place| place.to_array()));
+    positions.extend(places.iter().map(Vec3::to_array));
     for (piece, place) in &mouth.pieces {
         let first_uv = uv.len() as u32;
         uv.extend(piece.corners.iter().map(|&(_, at)| place.uv(at)));

@@ -54,11 +54,9 @@ impl Jaw {
             return Err(MouthError::Landmark("chin"));
         }
         let joint = avatar.skeleton.human(HumanBone::Jaw);
-        let joint = joint.map(|joint| Vec3::from(avatar.skeleton.joints()[joint].position));
-        let hinge = joint.map_or_else(
-            || DVec3::from(anatomy.frame().world([0.0, -0.45, -1.1])),
-            |joint| joint.as_dvec3(),
-        );
+        let joint =
+            joint.map(|joint| DVec3::from(avatar.skeleton.joints()[joint].position.map(f64::from)));
+        let hinge = joint.unwrap_or_else(|| DVec3::from(anatomy.frame().world([0.0, -0.45, -1.1])));
         Ok(Self { hinge, chin: near })
     }
 

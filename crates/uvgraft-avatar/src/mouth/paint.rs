@@ -82,10 +82,10 @@ pub(crate) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2
             match texture.texels_mut() {
                 TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
                 TexelsMut::U16(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding)
+                    put(&mut texels[first..first + channels], color, encoding);
                 }
                 TexelsMut::F32(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding)
+                    put(&mut texels[first..first + channels], color, encoding);
                 }
             }
         }
@@ -105,7 +105,7 @@ pub(crate) fn put<T: Value>(texel: &mut [T], color: Color, encoding: Encoding) {
             *grey_texel = T::from_unit(grey);
             *opacity = T::ONE;
         }
-        [colors @ ..] => {
+        colors => {
             let values = color.into_iter().chain([1.0]);
             colors.iter_mut().zip(values).for_each(|(texel, value)| *texel = T::from_unit(value));
         }

@@ -174,8 +174,7 @@ fn loops(mesh: &Mesh, left_out: &[bool]) -> Vec<Vec<u32>> {
     let mut loops = Vec::new();
     while let Some((&first, _)) = next.first_key_value() {
         let (mut found, mut at) = (vec![first], first);
-        loop {
-            let Some(ends) = next.get_mut(&at) else { break };
+        while let Some(ends) = next.get_mut(&at) {
             let Some(to) = ends.pop_first() else { break };
             if ends.is_empty() {
                 next.remove(&at);
