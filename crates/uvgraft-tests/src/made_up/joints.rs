@@ -154,7 +154,9 @@ fn weights(
         row.iter_mut().for_each(|weight| *weight /= sum);
         let local = anatomy.frame().local(mesh.positions()[vertex].map(f64::from));
         // What is above the neck follows the skull alone, and the chin the jaw.
-        let skull = ramp(-2.5, -1.8, local[1] - 0.5 * local[2].min(0.0)) as f32;
+        let skull = ramp(-2.5, -1.8, local[1] - 0.5 * local[2].clamp(-1.5, 0.0))
+            * ramp(1.9, 1.4, local[0].abs());
+        let skull = skull as f32;
         row.iter_mut().for_each(|weight| *weight *= 1.0 - skull);
         row[head] += skull;
         let share = jaw_share(local, f64::from(upper[vertex])) as f32;
