@@ -3,7 +3,7 @@
 //! Sources: Khronos Group, "KTX File Format Specification", version 2.0, "Khronos Data Format
 //! Specification", version 1.3 (the descriptor), and `KHR_texture_basisu`.
 
-use uvgraft::{Channels, Depth, Encoding, Filter, Size, Texels, Texture, TextureError};
+use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Texture, TextureError};
 
 use super::looks::{KTX2_IDENTIFIER, PictureError};
 use super::uastc::{self, Level};
@@ -22,8 +22,11 @@ pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size
     }
     let is_color = texture.encoding() != Encoding::Data;
     let size = Size::new(width.next_multiple_of(4), height.next_multiple_of(4));
-    let texture =
-        texture.converted(Channels::Rgba, Depth::U8).resized(size, Filter::CatmullRom, false)?;
+    let texture = texture.converted(Channels::Rgba, Depth::U8).resized(
+        size,
+        Filter::CatmullRom,
+        Averaging::Encoded,
+    )?;
     let levels = pyramid(texture, is_color)?;
     let blocks = uastc::encode(&levels, is_color)
         .ok_or(PictureError::Ktx2 { problem: "could not be made: the encoder failed" })?;
@@ -32,13 +35,14 @@ pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size
 
 /// The texture, and smaller ones down to a single texel, each half as wide and high rounded down.
 fn pyramid(mut texture: Texture, is_color: bool) -> Result<Vec<Level>, TextureError> {
+    let averaging = if is_color { Averaging::Light } else { Averaging::Encoded };
     let mut levels = Vec::new();
     loop {
         let size = texture.size();
         let half = Size::new((size.width / 2).max(1), (size.height / 2).max(1));
         let next = match half == size {
             true => None,
-            false => Some(texture.clone().resized(half, Filter::Bilinear, is_color)?),
+            false => Some(texture.clone().resized(half, Filter::Bilinear, averaging)?),
         };
         if let Texels::U8(rgba) = texture.into_texels() {
             levels.push(Level { size, rgba });
