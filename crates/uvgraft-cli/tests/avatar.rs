@@ -143,7 +143,7 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
             bench.refuse(&command, &["more than the", &budget.to_string(), "feature `simplify`"]);
             continue;
         }
-        let summary = bench.succeed(&command);
+        let summary = bench.make(&command);
         let scene = scene(&bench, &name);
         let triangles = stated(&summary, "mesh");
         assert_eq!(triangles, scene.triangles(), "{name}");
@@ -154,8 +154,8 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
         assert_eq!(clips, ["wave"], "{name}");
         let differences = differences(&texture(&bench, &name), &body);
         if name.starts_with("web.") {
-            // A JPEG, of quality 92 and with colours at half the resolution.
-            assert!(mean(&differences) < 3.0, "{name}: {}", mean(&differences));
+            // A JPEG, of quality 92 and with colours at half the resolution, and a mouth.
+            assert!(mean(&differences) < 4.0, "{name}: {}", mean(&differences));
         } else {
             // The same road but for the last rounding, and what is painted into free space: mouth and second eye.
             let painted = differences.iter().filter(|&&value| value > 1).count();
@@ -170,7 +170,7 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
 fn mouth_and_eyes_are_as_they_are_asked_for() {
     let bench = demo();
     let whole = Figure::new().body.faces().len();
-    let run = |options: &str, name: &str| bench.succeed(&format!("{DEMO} {options} -o {name}"));
+    let run = |options: &str, name: &str| bench.make(&format!("{DEMO} {options} -o {name}"));
     let fitted = run("", "fitted.glb");
     assert!(fitted.contains("cavity, teeth and tongue"), "{fitted}");
     assert!(stated(&fitted, "mesh") > whole + 500, "{fitted}");
@@ -206,15 +206,15 @@ fn a_body_model_moves_as_smplx_says() {
                    --motion walk.npz --fps 0 --ground keep --up z --title me";
     let numbers: Vec<String> = betas.iter().map(ToString::to_string).collect();
     let numbers = numbers.join(",");
-    let summary = bench.succeed(&format!("{command} --betas {numbers} -o me.glb"));
+    let summary = bench.make(&format!("{command} --betas {numbers} -o me.glb"));
     assert_eq!(stated(&summary, "joints"), 55);
     assert!(summary.contains(&format!("{} frames", case.frames)), "{summary}");
     assert!(summary.contains("for want of pose correctives"), "{summary}");
-    bench.succeed(&format!("{command} --betas walk.npz -o same.glb"));
+    bench.make(&format!("{command} --betas walk.npz -o same.glb"));
     assert_eq!(bench.bytes("me.glb"), bench.bytes("same.glb"));
-    bench.succeed(&format!("{command} -o mean.glb"));
+    bench.make(&format!("{command} -o mean.glb"));
     assert_ne!(bench.bytes("me.glb"), bench.bytes("mean.glb"));
-    bench.succeed(&format!("{command} --betas walk.npz {WHOSE} -o me.vrm"));
+    bench.make(&format!("{command} --betas walk.npz {WHOSE} -o me.vrm"));
     assert_valid(&bench, &["me.glb".to_owned(), "me.vrm".to_owned()]);
 
     let shaped = model.shaped(&Shape { betas, ..Shape::default() }).unwrap();
@@ -284,7 +284,7 @@ fn what_fate_baked_is_a_face() {
     }
     let make = |face: &str, blend: &str, name: &str| {
         bench.succeed(&format!(
-            "avatar demo.uvpair {face} --onto #2040e0 --size 256 --unit m --body demo --blend {blend} \
+            "avatar demo.uvpair {face} --onto #2040e0 --size 256 --unit m --body demo --mouth none --blend {blend} \
              --title me -o {name}"
         ));
         texture(&bench, name)
@@ -309,11 +309,12 @@ fn what_fate_baked_is_a_face() {
 
     let half = make("half.pth", "none", "half.glb");
     let (left, right) = (bench.texture("left_body.png"), bench.texture("right_body.png"));
-    let mut counts = [0, 0];
+    let (mut counts, mut others) = ([0, 0], 0);
     for (x, y) in (0..256).flat_map(|y| (0..256).map(move |x| (x, y))) {
         let found = texel_u8(&half, x, y);
         if texel_u8(&left, x, y)[0] == 255 {
-            assert_eq!(found, BASE, "{x} {y}");
+            // But for the eye that has an island of its own now.
+            others += usize::from(found != BASE);
             counts[0] += 1;
         } else if texel_u8(&right, x, y)[0] == 255 {
             let sure = texel_u8(&sure, x, y);
@@ -323,6 +324,7 @@ fn what_fate_baked_is_a_face() {
         }
     }
     assert!(counts.iter().all(|&count| count > 500), "{counts:?}");
+    assert!(others * 20 < counts[0], "{others} of {counts:?}");
 }
 
 /// The arrays without one of them, or with another in its place.
@@ -398,7 +400,7 @@ fn broken_models_are_refused() {
         bench.refuse(&format!("{HEAD} --body {body} -o me.glb"), wanted);
     }
     // The model itself is sound.
-    bench.succeed(&format!("{HEAD} --body flame.npz -o me.glb"));
+    bench.make(&format!("{HEAD} --body flame.npz -o me.glb"));
 }
 
 #[test]

@@ -140,9 +140,10 @@ impl Subject {
     }
 }
 
-/// Eight sides, from right behind one ear to behind the other, each from below, level and from above.
+/// Eight sides, from one ear to the other, each from below, level and from above. Farther behind, shoulders and
+/// sleeves are in the way.
 fn camera(target: [f32; 3], view: u16) -> Perspective {
-    let azimuth = (f32::from(view % 8) - 3.5) * 30.0_f32.to_radians();
+    let azimuth = (f32::from(view % 8) - 3.5) * 24.0_f32.to_radians();
     let elevation = (f32::from(view / 8) - 1.0) * 28.0_f32.to_radians();
     let distance = 0.6;
     let eye = [
@@ -181,6 +182,7 @@ fn avatar(made_up: &MadeUp) -> Avatar {
     let shaped = model.shaped(&Shape::default()).expect("the mean shape");
     let mesh: Mesh = made_up.mesh.clone();
     let mut avatar = shaped.avatar(mesh).expect("the model's own mesh");
+    avatar.morphs = shaped.components(0).expect("a jaw");
     for truth in &made_up.truths {
         avatar.morphs.push(Morph::from_dense(truth.name, &truth.offsets));
     }

@@ -18,6 +18,8 @@ const COMPONENTS: usize = 10;
 /// What became of a body's expressions.
 #[derive(Debug, Clone, Default)]
 pub struct Expressiveness {
+    /// Nothing moves the face.
+    pub has_none: bool,
     /// What the model cannot do, or not in full.
     pub shortfalls: Vec<Shortfall>,
     /// Why expressions could not be solved; then the first components are morphs as they are.
@@ -33,7 +35,7 @@ impl Shaped<'_> {
     /// As [`Pose::check`].
     pub fn give_expressions(&self, avatar: &mut Avatar) -> Result<Expressiveness, RigError> {
         if !self.has_expressions() {
-            return Ok(Expressiveness::default());
+            return Ok(Expressiveness { has_none: true, ..Expressiveness::default() });
         }
         let mut told = Expressiveness::default();
         match Face::find(&avatar.mesh) {

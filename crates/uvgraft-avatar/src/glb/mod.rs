@@ -47,7 +47,7 @@ pub(crate) use self::looks::KTX2_IDENTIFIER;
 pub use self::looks::{Looks, Picture, PictureError, PictureFormat, Style};
 pub(crate) use self::skin::written as written_skin;
 pub use self::t_pose::t_pose;
-pub use self::vrm::{Permissions, VrmMeta};
+pub use self::vrm::{Permissions, VrmError, VrmMeta};
 
 use self::buffer::Buffer;
 use crate::Avatar;

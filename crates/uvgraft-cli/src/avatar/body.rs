@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use uvgraft::Mesh;
-use uvgraft_avatar::body::{Apart, ModelFile, Needs, Shape};
+use uvgraft_avatar::body::{Apart, BodyKind, Expressiveness, ModelFile, Needs, Shape};
 use uvgraft_avatar::{Avatar, Figure};
 use uvgraft_io::arrays;
 
+use super::Args;
 use super::motions::{Performers, Recording};
-use super::{Args, expressions};
 use crate::failure::{OrBadInput, bad_input, note, warn};
 
 /// Shapes are learnt from people who are within so many standard deviations.
@@ -24,6 +24,8 @@ pub(super) struct Body {
     pub(super) apart: Vec<(String, Apart)>,
     /// What was done about the ground of each clip.
     pub(super) grounds: Vec<String>,
+    /// What became of a model's expressions.
+    pub(super) told: Option<(BodyKind, Expressiveness)>,
 }
 
 impl Body {
@@ -63,7 +65,13 @@ impl Body {
             let ground = recording.add(&args.playing, args.fps, &mut avatar, &Performers::None)?;
             grounds.push(ground);
         }
-        Ok(Self { avatar, name: "the demo's figure".to_owned(), apart: Vec::new(), grounds })
+        Ok(Self {
+            avatar,
+            name: "the demo's figure".to_owned(),
+            apart: Vec::new(),
+            grounds,
+            told: None,
+        })
     }
 
     fn model(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
@@ -91,7 +99,7 @@ impl Body {
             let (body, pair) = (path.display(), args.pair.display());
             bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
         })?;
-        expressions::give(path, &shaped, &mut avatar)?;
+        let told = shaped.give_expressions(&mut avatar)?;
         let mut avatar = avatar.standing()?;
         let (mut apart, mut grounds) = (Vec::new(), Vec::new());
         let performers = Performers::Of { model: &model, gender, body: &shaped };
@@ -102,7 +110,8 @@ impl Body {
             }
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
-        Ok(Self { avatar, name, apart, grounds })
+        let told = Some((model.kind(), told));
+        Ok(Self { avatar, name, apart, grounds, told })
     }
 }
 

@@ -2,29 +2,26 @@
 
 use std::path::Path;
 
-use uvgraft_avatar::Avatar;
-use uvgraft_avatar::body::Shaped;
+use uvgraft_avatar::body::{BodyKind, Expressiveness};
 use uvgraft_avatar::face::Shortfall;
 
 use crate::failure::{note, warn};
 
-/// Gives a body its expressions, and tells what it cannot do.
-pub(super) fn give(path: &Path, shaped: &Shaped<'_>, avatar: &mut Avatar) -> anyhow::Result<()> {
-    let told = shaped.give_expressions(avatar)?;
+/// Tells what a body's face cannot do.
+pub(super) fn tell(path: &Path, kind: BodyKind, told: &Expressiveness) {
     let model = path.display();
-    if !shaped.has_expressions() {
-        let kind = shaped.model().kind().name();
+    if told.has_none {
+        let kind = kind.name();
         note(format_args!(
             "{model}: {kind} has no expressions, so the avatar's face does not move"
         ));
     }
-    if let Some(error) = told.unmeasured {
+    if let Some(error) = &told.unmeasured {
         warn(format_args!(
             "{model}: {error}; its components of expression are morph targets as they are"
         ));
     }
     told.shortfalls.iter().for_each(|shortfall| warn(format_args!("{model}: {}", text(shortfall))));
-    Ok(())
 }
 
 fn text(shortfall: &Shortfall) -> String {

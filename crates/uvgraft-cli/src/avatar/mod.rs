@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::{MapOptions, Size};
-use uvgraft_avatar::glb::{self, Export, PictureFormat};
+use uvgraft_avatar::glb::{self, Export, PictureFormat, VrmError};
 use uvgraft_avatar::preset::{self, Fitted, Preset};
 use uvgraft_io::{output, pair_file};
 
@@ -171,7 +171,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let (body, dressed) = (body?, dressed?);
-    let Body { mut avatar, name, apart, grounds } = body;
+    let Body { mut avatar, name, apart, grounds, told } = body;
+    let missing = avatar.skeleton.missing_bones();
+    if plan.vrm.is_some() && !missing.is_empty() {
+        // Before anything is said of a face that no file will have.
+        let (output, why) = (args.output.display(), VrmError::MissingBones { bones: missing });
+        return Err(bad_input(format!("{name} as {output}: {why}")));
+    }
+    if let Some((kind, told)) = &told {
+        expressions::tell(&args.body, *kind, told);
+    }
     let Dressed { body: mut color, head, carrier } = dressed;
     if let Some((_, parted)) = &parted {
         avatar = features::with_layout(avatar, &parted.mesh)?;

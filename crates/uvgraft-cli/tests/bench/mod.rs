@@ -195,6 +195,15 @@ impl Bench {
         run.stdout
     }
 
+    /// Runs the program and expects it to succeed, whatever notes and warnings it writes.
+    #[allow(dead_code, reason = "not every test has something to be told")]
+    pub fn make(&self, args: &str) -> String {
+        let run = self.run(args);
+        assert_eq!(run.code, Some(0), "uvgraft {args}\n{}", run.stderr);
+        self.assert_no_litter();
+        run.stdout
+    }
+
     /// Runs the program and expects it to refuse: exit code 2, one message that holds all of
     /// `wanted`, nothing on standard output, and the folder as it was. Where the output is a file,
     /// runs it a second time with an old one in its place.
