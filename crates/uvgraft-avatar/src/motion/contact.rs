@@ -51,11 +51,11 @@ pub(super) fn ground(times: &[f32], frames: &[Halves]) -> Option<f32> {
         }
     }
     heights.sort_by(f32::total_cmp);
-    // One frame may be an error, and the first are: a fiftieth is left out.
-    let heights = &heights[heights.len() / 50..];
-    let lowest = *heights.first()?;
     let count =
         |from: usize| heights.partition_point(|&height| height < heights[from] + WINDOW_M) - from;
+    // Some frames are errors: what is lowest is where a twentieth of all slow feet are.
+    let lowest = (0..heights.len()).find(|&from| count(from) * 20 >= heights.len());
+    let lowest = heights[lowest?];
     let near = heights.partition_point(|&height| height < lowest + SEARCH_M);
     // The first of the fullest windows.
     let best = (0..near).rev().max_by_key(|&from| count(from))?;

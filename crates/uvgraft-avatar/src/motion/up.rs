@@ -62,8 +62,11 @@ impl Up {
             // A body that lies along one axis looks as if it stood along it. What it lies on is low.
             let (first, other) =
                 if upright > 0.0 { (lowest.z, lowest.y) } else { (lowest.y, lowest.z) };
-            let is_certain = stands_on(first) || !stands_on(other);
-            return Guess { up: if upright > 0.0 { Up::Z } else { Up::Y }, is_certain };
+            let lies = !stands_on(first) && stands_on(other);
+            return Guess {
+                up: if (upright > 0.0) == lies { Up::Y } else { Up::Z },
+                is_certain: true,
+            };
         }
         let on_ground = [lowest.y, lowest.z].map(|height| height.abs() < NEAR_M);
         let up = if on_ground == [true, false] { Up::Y } else { Up::Z };
@@ -163,14 +166,14 @@ mod tests {
                 let guess = Up::guess(&motion(Quat::IDENTITY, 0.9, axes, has_places));
                 assert_eq!(guess, Guess { up, is_certain: true });
             }
-            // On the back and on the side, 15 cm above the ground.
-            for turn in [Quat::from_rotation_x(-1.5), Quat::from_rotation_z(1.5)] {
+            // On the back and on the belly, 15 cm above the ground. On the side, arms in T-pose would be below it.
+            for turn in [Quat::from_rotation_x(-1.5), Quat::from_rotation_x(1.5)] {
                 let guess = Up::guess(&motion(turn, 0.15, axes, true));
                 assert_eq!(guess, Guess { up, is_certain: true }, "{turn}");
             }
-            // Without places nobody can tell.
-            let guess = Up::guess(&motion(Quat::from_rotation_x(-1.5), 0.15, axes, false));
-            assert!(!guess.is_certain);
         }
+        // Without places nobody can tell how somebody lies whose head is not up along either axis.
+        let lying = motion(Quat::from_rotation_x(-1.5), 0.15, Quat::IDENTITY, false);
+        assert!(!Up::guess(&lying).is_certain);
     }
 }
