@@ -19,9 +19,11 @@ mod noise;
 mod normals;
 mod portrait;
 pub mod preset;
+mod ray;
 pub mod render;
 pub mod rig;
 pub mod scene;
+mod texel;
 mod vector;
 
 pub use avatar::Avatar;

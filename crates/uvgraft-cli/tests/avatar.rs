@@ -8,14 +8,13 @@ mod bench;
 use std::path::PathBuf;
 
 use bench::{Bench, texel_u8};
-use uvgraft::{Channels, Mesh, Pair, Size, Texels, Texture};
+use uvgraft::{Channels, Mesh, Size, Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::preset::Preset;
 use uvgraft_avatar::scene::{Posing, Scene};
 use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
-use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
 use uvgraft_tests::browser::Browser;
@@ -24,17 +23,6 @@ const SIDE: u32 = 256;
 const WHOSE: &str = "--author Nobody --license only-author";
 /// What the demo's commands begin with.
 const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body demo";
-
-fn save_pair(bench: &Bench, name: &str, source: Mesh, target: Mesh, ids: &[u32]) {
-    let ids: Vec<i64> = ids.iter().map(|&id| i64::from(id)).collect();
-    let file = PairFile {
-        pair: Pair::by_vertex_map(source, target, &ids).unwrap().into(),
-        source_name: "head".to_owned(),
-        target_name: "body".to_owned(),
-        note: String::new(),
-    };
-    pair_file::write(&file, &bench.path(name)).unwrap();
-}
 
 fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
     NumericArray::new_f32(shape.to_vec(), values).unwrap()
@@ -59,7 +47,7 @@ fn demo() -> Bench {
     motion.insert("trans", floats(&[wave.frames, 3], wave.trans));
     motion.insert("mocap_framerate", floats(&[], vec![wave.mocap_framerate]));
     save(&bench, "wave.npz", &motion);
-    save_pair(&bench, "demo.uvpair", figure.head, figure.body, &figure.vertex_map);
+    bench.save_pair("demo.uvpair", figure.head, figure.body, &figure.vertex_map);
     bench
 }
 
@@ -71,7 +59,7 @@ fn save_model_pair(bench: &Bench, name: &str, model: &BodyModel) {
     let faces = model.triangles();
     let mesh = Mesh::from_triangles(vec![[0.0; 3]; count], uv, faces, faces).unwrap();
     let ids: Vec<u32> = (0..count as u32).collect();
-    save_pair(bench, name, mesh.clone(), mesh, &ids);
+    bench.save_pair(name, mesh.clone(), mesh, &ids);
 }
 
 fn scene(bench: &Bench, name: &str) -> Scene {

@@ -6,14 +6,14 @@
 mod bench;
 
 use bench::Bench;
-use uvgraft::{Channels, Mesh, Pair};
+use uvgraft::{Channels, Mesh};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::motion::{ClipOptions, Ground, Motion};
 use uvgraft_avatar::scene::{Posing, Scene};
 use uvgraft_avatar::{Avatar, Figure};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
-use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::pair_file;
 use uvgraft_tests::walkers;
 
 /// The lowest vertex at rest, and in clips.
@@ -35,14 +35,7 @@ fn demo() -> Bench {
     let bench = Bench::new();
     bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
     let figure = Figure::new();
-    let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
-    let file = PairFile {
-        pair: Pair::by_vertex_map(figure.head, figure.body, &ids).unwrap().into(),
-        source_name: "head".to_owned(),
-        target_name: "body".to_owned(),
-        note: String::new(),
-    };
-    pair_file::write(&file, &bench.path("demo.uvpair")).unwrap();
+    bench.save_pair("demo.uvpair", figure.head, figure.body, &figure.vertex_map);
     bench
 }
 

@@ -9,11 +9,10 @@ use std::path::PathBuf;
 
 use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
-use uvgraft::{Channels, Depth, Encoding, Pair, Size, Texture};
+use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_avatar::scene::{Drawn, Posing, Scene};
 use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image;
-use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_tests::browser::Browser;
 
 const SIDE: u32 = 512;
@@ -27,14 +26,7 @@ fn demo() -> Bench {
     let size = Size::square(SIDE);
     bench.save("face.png", paint_head(&figure, size));
     bench.save("base.png", paint_body_in_tone(&figure, size, [0.7, 0.65, 0.6]));
-    let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
-    let file = PairFile {
-        pair: Pair::by_vertex_map(figure.head, figure.body, &ids).unwrap().into(),
-        source_name: "head".to_owned(),
-        target_name: "body".to_owned(),
-        note: String::new(),
-    };
-    pair_file::write(&file, &bench.path("demo.uvpair")).unwrap();
+    bench.save_pair("demo.uvpair", figure.head, figure.body, &figure.vertex_map);
     bench
 }
 

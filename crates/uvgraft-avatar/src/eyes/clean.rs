@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use uvgraft::{TexelsMut, Texture};
+use uvgraft::Texture;
 
 use super::eyeball::{eyeballs, pieces};
 use super::gaze::Gaze;
@@ -10,9 +10,9 @@ use super::iris::{Iris, irises, sample};
 use super::texels;
 use crate::Avatar;
 use crate::atlas::Place;
-use crate::mouth::{Color, blend, put, srgb};
 use crate::noise::noise2;
 use crate::rig::HumanBone;
+use crate::texel::{Color, blend, put, srgb};
 use crate::vector::{bell, mix, smoothstep};
 
 const SCLERA: Color = [0.82, 0.785, 0.76];
@@ -57,21 +57,11 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
         .collect();
     let irises = irises(&samples);
     let gutter = ((Place::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
-    let (channels, encoding) = (texture.channels().count(), texture.encoding());
     for (number, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
         texels::each(mesh, faces, size, gutter, |x, y, place| {
             let (distance, around) = gaze.around(place);
             let color = color(distance, around, iris.color, number);
-            let first = (y as usize * size.width as usize + x as usize) * channels;
-            match texture.texels_mut() {
-                TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::U16(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding);
-                }
-                TexelsMut::F32(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding);
-                }
-            }
+            put(texture, x, y, color);
         });
     }
     Cleaned { irises }

@@ -1,7 +1,7 @@
 //! The colour of irises in a texture.
 
 use super::gaze::Gaze;
-use crate::mouth::Color;
+use crate::texel::Color;
 
 /// Fewer texels tell no colour.
 const FEWEST: usize = 12;

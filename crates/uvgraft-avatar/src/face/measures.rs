@@ -1,7 +1,6 @@
 //! What a face shows, as numbers, and what of it each vertex moves.
 
 use glam::Vec3;
-use uvgraft::Mesh;
 
 use super::Face;
 use super::features::Opening;
@@ -139,15 +138,5 @@ impl Face {
             outer_brow_height: sides(Quantity::OuterBrow).map(height),
             brow_distance: of(Quantity::BrowDistance),
         }
-    }
-
-    /// The distance between the eyes' centres, in the mesh's unit.
-    pub fn eye_distance(&self) -> f32 {
-        self.frame.unit as f32
-    }
-
-    /// Checks that a mesh has as many vertices as the face was found on.
-    pub fn fits(&self, mesh: &Mesh) -> bool {
-        mesh.positions().len() == self.vertices
     }
 }

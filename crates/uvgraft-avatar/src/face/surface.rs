@@ -8,6 +8,8 @@ use uvgraft::Mesh;
 use uvgraft::anatomy::HeadFrame;
 use uvgraft::disjoint::DisjointSets;
 
+use crate::ray::{Meeting, meets};
+
 /// What is farther from the point between the eyes is no face, in distances between the eyes.
 const REACH: f32 = 3.0;
 
@@ -111,23 +113,11 @@ impl Surface {
     }
 
     /// Where a ray meets some triangles, the nearest first.
-    ///
-    /// Based on Möller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997.
     pub(super) fn hits(&self, origin: Vec3, direction: Vec3, triangles: &[[u32; 3]]) -> Vec<Hit> {
         let hit = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
-            let (p, q) = (b - a, c - a);
-            let across = direction.cross(q);
-            let determinant = p.dot(across);
-            if determinant == 0.0 {
-                return None;
-            }
-            let u = (origin - a).dot(across) / determinant;
-            let turned = (origin - a).cross(p);
-            let v = direction.dot(turned) / determinant;
-            let distance = q.dot(turned) / determinant;
-            let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0;
-            inside.then_some(Hit { distance, triangle: *triangle, weights: [1.0 - u - v, u, v] })
+            let corners = triangle.map(|vertex| self.positions[vertex as usize]);
+            let Meeting { distance, weights } = meets(origin, direction, &corners)?;
+            Some(Hit { distance, triangle: *triangle, weights })
         };
         let mut hits: Vec<Hit> = triangles.iter().filter_map(hit).collect();
         hits.sort_by(|a, b| a.distance.total_cmp(&b.distance));

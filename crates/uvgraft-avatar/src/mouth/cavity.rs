@@ -8,6 +8,7 @@ use super::frame::Frame;
 use super::piece::{Chart, Knot, Piece, Point};
 use super::rim::Rim;
 use crate::Avatar;
+use crate::ray::meets;
 use crate::vector::smoothstep;
 
 /// How far teeth are behind the innermost of the lips, in millimetres.
@@ -99,23 +100,10 @@ fn angles(places: &[Vec3], upper: usize) -> Vec<f32> {
 }
 
 /// How far along a ray it leaves through a triangle, seen from whose inside it comes.
-///
-/// Based on Möller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997.
-fn leaves(from: Vec3, direction: Vec3, &[a, b, c]: &[Vec3; 3]) -> Option<f32> {
-    let (p, q, a) = (b - a, c - a, a - from);
-    if p.cross(q).dot(direction) <= 0.0 {
-        return None;
-    }
-    let across = direction.cross(q);
-    let determinant = p.dot(across);
-    if determinant == 0.0 {
-        return None;
-    }
-    let u = -a.dot(across) / determinant;
-    let turned = (-a).cross(p);
-    let v = direction.dot(turned) / determinant;
-    let distance = q.dot(turned) / determinant;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some(distance)
+fn leaves(from: Vec3, direction: Vec3, corners: &[Vec3; 3]) -> Option<f32> {
+    let &[a, b, c] = corners;
+    let is_outwards = (b - a).cross(c - a).dot(direction) > 0.0;
+    is_outwards.then(|| meets(from, direction, corners))?.map(|met| met.distance)
 }
 
 /// A ring of the walls.

@@ -25,7 +25,6 @@ use uvgraft::{Anatomy, AnatomyError, MeshError, Texture};
 use self::attach::Followers;
 use self::frame::Frame;
 use self::motion::Jaw;
-pub(crate) use self::paint::{Color, blend, put, srgb};
 use self::piece::{Chart, Piece};
 use self::rim::Rim;
 use crate::Avatar;

@@ -2,28 +2,21 @@
 
 use std::f32::consts::TAU;
 
-use uvgraft::color::linear_from_srgb;
-use uvgraft::{Encoding, Size, TexelsMut, Texture, Value};
+use uvgraft::{Size, Texture};
 
 use super::piece::Chart;
 use super::rim::Rim;
 use super::teeth::{LOWER_MM, ROWS, UPPER_MM};
 use crate::Avatar;
 use crate::atlas::Place;
+use crate::texel::{Color, blend, put, srgb};
 use crate::vector::{bell, mix, smoothstep};
-
-/// sRGB values, 1.0 for white.
-pub(crate) type Color = [f32; 3];
 
 const MUCOSA: Color = [0.50, 0.20, 0.19];
 const GUM: Color = [0.74, 0.44, 0.43];
 const ENAMEL: Color = [0.94, 0.91, 0.85];
 const NECK_OF_TOOTH: Color = [0.88, 0.81, 0.68];
 const TONGUE: Color = [0.76, 0.43, 0.42];
-
-pub(crate) fn blend(a: Color, b: Color, t: f32) -> Color {
-    std::array::from_fn(|k| mix(a[k], b[k], t))
-}
 
 fn shade(color: Color, light: f32) -> Color {
     // What light is left has come off red walls.
@@ -50,24 +43,11 @@ pub(super) fn rim_colors(avatar: &Avatar, rim: &Rim, texture: &Texture) -> Vec<C
     found.into_iter().map(|color| color.unwrap_or(MUCOSA)).collect()
 }
 
-/// A texel's colour in sRGB, whatever the texture's channels and encoding.
-pub(crate) fn srgb(texture: &Texture, x: u32, y: u32) -> Color {
-    let colors = if texture.channels().count() >= 3 { 3 } else { 1 };
-    std::array::from_fn(|channel| {
-        let value = texture.get(x, y, channel.min(colors - 1));
-        match texture.encoding() {
-            Encoding::Linear => uvgraft::color::srgb_from_linear(value),
-            Encoding::Srgb | Encoding::Data => value,
-        }
-    })
-}
-
 /// Paints a place and its gutter.
 ///
 /// - `color`: gets a point of the chart; beyond `0.0..=1.0` in the gutter.
-pub(crate) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2]) -> Color) {
+pub(super) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2]) -> Color) {
     let Size { width, height } = texture.size();
-    let (channels, encoding) = (texture.channels().count(), texture.encoding());
     let range = |from: f32, extent: f32, side: u32| {
         let first = ((from - Place::GUTTER) * side as f32).floor().max(0.0) as u32;
         let end = ((from + extent + Place::GUTTER) * side as f32).ceil() as u32;
@@ -78,36 +58,7 @@ pub(crate) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2
         for x in columns.clone() {
             let uv = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
             let color = color(place.at(uv));
-            let first = (y as usize * width as usize + x as usize) * channels;
-            match texture.texels_mut() {
-                TexelsMut::U8(texels) => put(&mut texels[first..first + channels], color, encoding),
-                TexelsMut::U16(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding);
-                }
-                TexelsMut::F32(texels) => {
-                    put(&mut texels[first..first + channels], color, encoding);
-                }
-            }
-        }
-    }
-}
-
-/// Writes a colour into one texel; opacity becomes full.
-pub(crate) fn put<T: Value>(texel: &mut [T], color: Color, encoding: Encoding) {
-    let color = match encoding {
-        Encoding::Linear => color.map(linear_from_srgb),
-        Encoding::Srgb | Encoding::Data => color,
-    };
-    let grey = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
-    match texel {
-        [grey_texel] => *grey_texel = T::from_unit(grey),
-        [grey_texel, opacity] => {
-            *grey_texel = T::from_unit(grey);
-            *opacity = T::ONE;
-        }
-        colors => {
-            let values = color.into_iter().chain([1.0]);
-            colors.iter_mut().zip(values).for_each(|(texel, value)| *texel = T::from_unit(value));
+            put(texture, x, y, color);
         }
     }
 }
@@ -183,7 +134,7 @@ fn tongue(s: f32, t: f32) -> Color {
 
 #[cfg(test)]
 mod tests {
-    use uvgraft::{Channels, Depth};
+    use uvgraft::{Channels, Depth, Encoding};
 
     use super::*;
 

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::Avatar;
 use crate::eyes::eyeball::{Eyeball, eyeballs, pieces};
+use crate::ray::meets;
 use crate::rig::HumanBone;
 
 /// How far eyes turn from straight ahead, in degrees; with it the part of an eyeball that may show grows.
@@ -40,7 +41,9 @@ fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [boo
     // Whatever is behind the eye covers nothing in front.
     let before = |triangle: &[Vec3; 3]| triangle.iter().any(|corner| corner.z > 0.0);
     let covers: Vec<[Vec3; 3]> = others.into_iter().map(corners).filter(before).collect();
-    let open = |direction: &Vec3| !covers.iter().any(|cover| is_hit(*direction, cover));
+    let open = |direction: &Vec3| {
+        !covers.iter().any(|cover| meets(Vec3::ZERO, *direction, cover).is_some())
+    };
     let ahead: Vec<Vec3> = (0..pieces.len())
         .filter(|&vertex| pieces[vertex] == piece)
         .map(|vertex| Vec3::from(mesh.positions()[vertex]) - center)
@@ -52,23 +55,6 @@ fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [boo
     for face in own {
         is_hidden[face] = corners(face).iter().all(|corner| corner.angle_between(Vec3::Z) > limit);
     }
-}
-
-/// Whether a ray from the origin meets a triangle.
-///
-/// Based on Möller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997.
-fn is_hit(direction: Vec3, &[a, b, c]: &[Vec3; 3]) -> bool {
-    let (p, q) = (b - a, c - a);
-    let across = direction.cross(q);
-    let determinant = p.dot(across);
-    if determinant == 0.0 {
-        return false;
-    }
-    let u = -a.dot(across) / determinant;
-    let turned = (-a).cross(p);
-    let v = direction.dot(turned) / determinant;
-    let distance = q.dot(turned) / determinant;
-    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0
 }
 
 #[cfg(test)]

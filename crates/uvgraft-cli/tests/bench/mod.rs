@@ -16,6 +16,7 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::{obj, pair_file, vertex_map};
 
 /// Vertices of the sheet; the target has four more.
@@ -170,6 +171,18 @@ impl Bench {
         self.run_args(&args.split_whitespace().collect::<Vec<_>>())
     }
 
+    /// Writes the pair of a head and a body by the body's vertex for each of the head's.
+    pub fn save_pair(&self, name: &str, head: Mesh, body: Mesh, ids: &[u32]) {
+        let ids: Vec<i64> = ids.iter().map(|&id| i64::from(id)).collect();
+        let file = PairFile {
+            pair: Pair::by_vertex_map(head, body, &ids).unwrap().into(),
+            source_name: "head".to_owned(),
+            target_name: "body".to_owned(),
+            note: String::new(),
+        };
+        pair_file::write(&file, &self.path(name)).unwrap();
+    }
+
     pub fn run_args(&self, args: &[&str]) -> Run {
         let output = self.command().args(args).stdin(Stdio::null()).output().unwrap();
         Run {
@@ -196,7 +209,6 @@ impl Bench {
     }
 
     /// Runs the program and expects it to succeed, whatever notes and warnings it writes.
-    #[allow(dead_code, reason = "not every test has something to be told")]
     pub fn make(&self, args: &str) -> String {
         let run = self.run(args);
         assert_eq!(run.code, Some(0), "uvgraft {args}\n{}", run.stderr);

@@ -80,9 +80,9 @@ pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     let places: Vec<Vec3> = mesh.positions().iter().map(|p| local(p.map(f64::from))).collect();
     let axes = frame.axes.map(|axis| Vec3::from(axis.map(|value| value as f32)));
     let upper = super::lips::upper(mesh, anatomy);
-    let is_eye = of_eyeballs(mesh, &places, face.eye_radius);
+    let eyeballs = super::joints::eyeballs(mesh, anatomy);
     let offset = |movement: Movement, vertex: usize| {
-        if is_eye[vertex] {
+        if eyeballs[vertex].is_some() {
             return [0.0; 3];
         }
         let local = movement(&face, places[vertex], upper[vertex]) * frame.unit as f32;
@@ -107,23 +107,6 @@ fn eye_radius(mesh: &Mesh, anatomy: &Anatomy) -> f32 {
     let mut all: Vec<f32> = mesh.positions().iter().enumerate().filter_map(of).collect();
     all.sort_by(f32::total_cmp);
     all[all.len() / 2]
-}
-
-/// Vertices of pieces that lie within an eyeball's radius of an eye's centre.
-fn of_eyeballs(mesh: &Mesh, places: &[Vec3], radius: f32) -> Vec<bool> {
-    let mut sets = uvgraft::disjoint::DisjointSets::new(places.len() as u32);
-    for &[a, b, c] in mesh.faces() {
-        sets.join(a, b);
-        sets.join(b, c);
-    }
-    let roots: Vec<usize> =
-        (0..places.len() as u32).map(|vertex| sets.root(vertex) as usize).collect();
-    let mut whole = vec![true; places.len()];
-    for (vertex, place) in places.iter().enumerate() {
-        let near = Vec3::new(place.x.abs() - 0.5, place.y, place.z).length() < 1.25 * radius;
-        whole[roots[vertex]] &= near;
-    }
-    roots.iter().map(|&root| whole[root]).collect()
 }
 
 fn blob(offset: Vec3, width: f32) -> f32 {

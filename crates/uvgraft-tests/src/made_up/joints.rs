@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use uvgraft::Mesh;
-use uvgraft::anatomy::{Anatomy, Area, Landmark};
+use uvgraft::anatomy::{Anatomy, Landmark};
 use uvgraft_avatar::body::BodyKind;
 
 /// Joints, weights `[V, J]` and the regressor `[J, V]`, row by row.
@@ -181,16 +181,16 @@ fn jaw_share([x, y, z]: [f64; 3], upper: f64) -> f64 {
 }
 
 /// For each vertex the eyeball that it is part of, 0 for the left one.
-fn eyeballs(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Option<usize>> {
+pub(super) fn eyeballs(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Option<usize>> {
     let centers = [Landmark::LeftEye, Landmark::RightEye].map(|eye| point(anatomy, eye));
-    let eyes = anatomy.area(Area::Eyes);
     let radius = 0.26 * anatomy.frame().unit as f32;
     let mut sets = uvgraft::disjoint::DisjointSets::new(mesh.positions().len() as u32);
     for &[a, b, c] in mesh.faces() {
         sets.join(a, b);
         sets.join(b, c);
     }
-    let roots: Vec<u32> = (0..eyes.len() as u32).map(|vertex| sets.root(vertex)).collect();
+    let roots: Vec<u32> =
+        (0..mesh.positions().len() as u32).map(|vertex| sets.root(vertex)).collect();
     let mut inside = std::collections::HashMap::new();
     for (vertex, root) in roots.iter().enumerate() {
         let place = Vec3::from(mesh.positions()[vertex]);
