@@ -52,6 +52,24 @@ impl Subject {
         all
     }
 
+    /// With real data SMPL-X and FLAME as avatars have them, with expressions that were solved.
+    ///
+    /// # Panics
+    /// If a model is not sound.
+    pub fn expressive() -> Vec<Self> {
+        let way = Entanglement::default();
+        let models = [("SMPL-X", made_up::smplx(&way)), ("FLAME", made_up::flame(&way))];
+        let subject = |(name, made_up): (&'static str, Option<MadeUp>)| {
+            let made_up = made_up?;
+            let model = BodyModel::from_arrays(&made_up.arrays).expect("a model");
+            let shaped = model.shaped(&Shape::default()).expect("the mean shape");
+            let mut avatar = shaped.avatar(made_up.mesh).expect("the model's own mesh");
+            shaped.give_expressions(&mut avatar).expect("a sound jaw");
+            Some(Self::new(name, avatar))
+        };
+        models.into_iter().filter_map(subject).collect()
+    }
+
     /// Where the vertices are.
     ///
     /// # Panics

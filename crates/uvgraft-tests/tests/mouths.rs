@@ -58,6 +58,21 @@ fn nothing_shows_through_a_face() {
 }
 
 #[test]
+fn nothing_shows_through_expressions() {
+    for subject in Subject::expressive() {
+        let names: Vec<String> =
+            subject.after.morphs.iter().map(|morph| morph.name.clone()).collect();
+        let weights: Vec<[(&str, f32); 1]> =
+            names.iter().map(|name| [(name.as_str(), 1.0)]).collect();
+        // Closed, and with the jaw turned in speech.
+        let faces: Vec<Face<'_>> =
+            weights.iter().flat_map(|face| [Face(face, 0.0), Face(face, 0.12)]).collect();
+        assert_eq!(faces.len(), 32, "{}", subject.name);
+        assert_eq!(Subject::seen_through(&subject.after, &faces), 0, "{}", subject.name);
+    }
+}
+
+#[test]
 fn presets_keep_mouths() {
     for subject in Subject::all() {
         let own = subject.before.mesh.positions().len();

@@ -6,7 +6,7 @@ use uvgraft::Texture;
 
 use super::eyeball::{eyeballs, pieces};
 use super::gaze::Gaze;
-use super::iris::{Iris, irises, sample};
+use super::iris::{Iris, irises, sample, white};
 use super::texels;
 use crate::Avatar;
 use crate::atlas::Place;
@@ -19,6 +19,10 @@ const SCLERA: Color = [0.82, 0.785, 0.76];
 const RIM: Color = [0.62, 0.45, 0.41];
 const VEIN: Color = [0.72, 0.36, 0.33];
 const PUPIL: Color = [0.022, 0.02, 0.02];
+
+/// How light the sclera is that is drawn, and how much less light a dark capture leaves of it.
+const WHITE: f32 = 0.79;
+const DARKEST: f32 = 0.6;
 
 /// Where the pupil ends, in irises.
 const PUPIL_EDGE: f32 = 0.36;
@@ -56,11 +60,12 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
         })
         .collect();
     let irises = irises(&samples);
+    let light = white(&samples).map_or(1.0, |seen| (1.15 * seen / WHITE).clamp(DARKEST, 1.0));
     let gutter = ((Place::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
     for (number, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
         texels::each(mesh, faces, size, gutter, |x, y, place| {
             let (distance, around) = gaze.around(place);
-            let color = color(distance, around, iris.color, number);
+            let color = color(distance, around, iris.color, number).map(|value| light * value);
             put(texture, x, y, color);
         });
     }

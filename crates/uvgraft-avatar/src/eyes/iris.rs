@@ -69,6 +69,19 @@ fn color(samples: &Samples) -> Option<Color> {
     (difference(iris, white) > CLEAR && luma(&iris) < luma(&white)).then_some(iris)
 }
 
+/// How light the white of eyes is that a texture shows, in sRGB: captures are lit, and what is drawn must not glow
+/// among them. The lighter eye's, without lashes and lids' shadows; `None` where too little is seen.
+pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
+    let of = |samples: &Samples| {
+        let ring = samples.iter().filter(|(distance, _)| (1.15..1.8).contains(distance));
+        let mut lumas: Vec<f32> =
+            ring.map(|(_, c)| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]).collect();
+        lumas.sort_by(f32::total_cmp);
+        (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
+    };
+    eyes.iter().filter_map(of).reduce(f32::max)
+}
+
 fn median(colors: &[Color]) -> Color {
     std::array::from_fn(|k| {
         let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();

@@ -16,7 +16,8 @@ use super::head_shape::EYE_LEVEL;
 use super::surface::{Kind, Part};
 use super::{Figure, expressions, motion};
 use crate::Avatar;
-use crate::rig::{HumanBone, Pose, RigError, Skeleton, Skin};
+use crate::face;
+use crate::rig::{Expression, ExpressionPreset, HumanBone, Pose, RigError, Skeleton, Skin};
 use crate::vector::{Vec3, smoothstep, vec3};
 
 const BONES: usize = HumanBone::ALL.len();
@@ -123,7 +124,9 @@ impl Figure {
         let expressions = expressions::expressions(&morphs);
         let clips = motion::clips(&skeleton);
         let materials = Vec::new();
-        let avatar = Avatar { mesh, materials, skeleton, skin, morphs, expressions, clips };
+        let mut avatar = Avatar { mesh, materials, skeleton, skin, morphs, expressions, clips };
+        face::add_gaze(&mut avatar);
+        avatar.expressions.push(Expression::preset(ExpressionPreset::Neutral, Vec::new()));
         avatar.check()?;
         Ok(avatar)
     }
