@@ -13,7 +13,7 @@ NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
-.PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer test-ktx2
+.PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer test-ktx2 test-clients
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo: viewer
@@ -30,6 +30,11 @@ test: viewer
 	@test -n "$(CXX_FOUND)" || \
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
+
+# Avatars in Debian's Blender and Godot, which are half a gigabyte.
+test-clients:
+	@scripts/install-clients.sh
+	UVGRAFT_CLIENTS=1 $(CARGO) test --locked -p uvgraft-tests $(NATIVE) -p uvgraft-cli --test clients
 
 # The encoder of KTX2 textures, a minute of C++ that few need.
 test-ktx2:

@@ -3,6 +3,7 @@
 
 pub mod bodies;
 pub mod browser;
+pub mod clients;
 pub mod downloads;
 pub mod fixtures;
 pub mod gltf_transform;

@@ -1,0 +1,116 @@
+//! Avatars in programs that people open them with: Blender and Godot, without a window.
+//!
+//! `scripts/install-clients.sh` installs them and `make test-clients` asks for them by `UVGRAFT_CLIENTS`; elsewhere
+//! their tests skip visibly, for Blender alone is half a gigabyte.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde::Deserialize;
+
+/// What a program found in a file.
+#[derive(Debug, Deserialize)]
+pub struct Loaded {
+    /// Joints of all skeletons.
+    pub bones: usize,
+    /// Triangles of all meshes.
+    pub triangles: usize,
+    /// Names of morph targets, sorted.
+    pub morphs: Vec<String>,
+    /// Names of animations, sorted.
+    pub animations: Vec<String>,
+    /// Materials.
+    pub materials: usize,
+    /// Pictures, where the program says so.
+    #[serde(default)]
+    pub images: Option<usize>,
+    /// The lowest vertex at rest, in metres, where the program says so.
+    #[serde(default)]
+    pub lowest_m: Option<f32>,
+}
+
+/// A program that loads avatars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Client {
+    /// Debian's `blender`.
+    Blender,
+    /// Debian's `godot3-server`.
+    Godot,
+}
+
+impl Client {
+    const fn program(self) -> &'static str {
+        match self {
+            Self::Blender => "blender",
+            Self::Godot => "godot3-server",
+        }
+    }
+
+    /// Itself, if tests were asked to use it; else `None`, with a message.
+    ///
+    /// # Panics
+    /// If it was asked for and is not there.
+    pub fn find(self) -> Option<Self> {
+        let program = self.program();
+        if std::env::var_os("UVGRAFT_CLIENTS").is_none() {
+            #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
+            {
+                eprintln!("skipped: `make test-clients` loads avatars with {program}");
+            }
+            return None;
+        }
+        let is_there = Command::new(program).arg("--version").output().is_ok();
+        if !is_there {
+            assert!(std::env::var_os("CI").is_none(), "there is no {program}");
+            #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
+            {
+                eprintln!("skipped: there is no {program}; scripts/install-clients.sh installs it");
+            }
+        }
+        is_there.then_some(self)
+    }
+
+    /// Loads a GLB or VRM file.
+    ///
+    /// - `folder`: an empty one, for what the program leaves.
+    ///
+    /// # Panics
+    /// If it fails to.
+    pub fn load(self, file: &Path, folder: &Path) -> Loaded {
+        let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients");
+        let output = match self {
+            Self::Blender => Command::new(self.program())
+                .args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"])
+                .arg(scripts.join("blender.py"))
+                .arg("--")
+                .arg(file)
+                .output(),
+            Self::Godot => {
+                let copied = |from: PathBuf, name: &str| {
+                    std::fs::copy(from, folder.join(name)).expect("a copy in the folder");
+                };
+                copied(file.to_path_buf(), "avatar.glb");
+                copied(scripts.join("count.gd"), "count.gd");
+                let project = "config_version=4\n[application]\nconfig/name=\"avatars\"\n";
+                std::fs::write(folder.join("project.godot"), project).expect("a project");
+                let run = |arguments: &[&str]| {
+                    Command::new(self.program())
+                        .arg("--path")
+                        .arg(folder)
+                        .args(arguments)
+                        .env("HOME", folder)
+                        .output()
+                };
+                // Files are imported when an editor opens the project.
+                run(&["--editor", "--quit"]).expect("an editor");
+                run(&["--script", "count.gd"])
+            }
+        };
+        let output = output.expect("a program that runs");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let found = text.lines().find_map(|line| line.strip_prefix("FOUND "));
+        let errors = String::from_utf8_lossy(&output.stderr);
+        let found = found.unwrap_or_else(|| panic!("{self:?}: {text}\n{errors}"));
+        serde_json::from_str(found).expect("what the scripts print")
+    }
+}
