@@ -7,6 +7,11 @@ import json
 import sys
 
 import bpy
+import numpy
+
+# Debian's Blender 3.4 reads glTF by a name that Debian's NumPy 1.24 no longer has.
+if "bool" not in numpy.__dict__:
+    numpy.bool = bool
 
 file = sys.argv[sys.argv.index("--") + 1]
 bpy.ops.wm.read_factory_settings(use_empty=True)
