@@ -4,9 +4,14 @@
 //! their tests skip visibly, for Blender alone is half a gigabyte.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use serde::Deserialize;
+
+/// How long an import may take.
+const IMPORT_AT_MOST: Duration = Duration::from_secs(120);
 
 /// What a program found in a file.
 #[derive(Debug, Deserialize)]
@@ -93,17 +98,13 @@ impl Client {
                 copied(scripts.join("count.gd"), "count.gd");
                 let project = "config_version=4\n[application]\nconfig/name=\"avatars\"\n";
                 std::fs::write(folder.join("project.godot"), project).expect("a project");
-                let run = |arguments: &[&str]| {
-                    Command::new(self.program())
-                        .arg("--path")
-                        .arg(folder)
-                        .args(arguments)
-                        .env("HOME", folder)
-                        .output()
-                };
-                // Files are imported when an editor opens the project.
-                run(&["--editor", "--quit"]).expect("an editor");
-                run(&["--script", "count.gd"])
+                import(self.program(), folder);
+                Command::new(self.program())
+                    .arg("--path")
+                    .arg(folder)
+                    .args(["--script", "count.gd"])
+                    .env("HOME", folder)
+                    .output()
             }
         };
         let output = output.expect("a program that runs");
@@ -113,4 +114,36 @@ impl Client {
         let found = found.unwrap_or_else(|| panic!("{self:?}: {text}\n{errors}"));
         serde_json::from_str(found).expect("what the scripts print")
     }
+}
+
+/// Imports a Godot project's files, which its editor does when it opens one.
+///
+/// The editor's `--quit` may wait for ever, so it is stopped when what it writes last is there.
+fn import(program: &str, project: &Path) {
+    let mut editor = Command::new(program)
+        .arg("--path")
+        .arg(project)
+        .args(["--editor", "--quit"])
+        .env("HOME", project)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("an editor");
+    let is_imported = || {
+        let imported = std::fs::read_dir(project.join(".import"));
+        imported.is_ok_and(|files| {
+            files.flatten().any(|file| file.path().extension().is_some_and(|end| end == "md5"))
+        })
+    };
+    let begin = Instant::now();
+    while begin.elapsed() < IMPORT_AT_MOST && !is_imported() {
+        if editor.try_wait().expect("an editor that can be waited for").is_some() {
+            break;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    // Fails where it has ended by itself.
+    let _ = editor.kill();
+    editor.wait().expect("an editor that can be waited for");
+    assert!(is_imported(), "{program} imported nothing in {:?}", begin.elapsed());
 }
