@@ -16,6 +16,8 @@ mod levels;
 mod limits;
 #[cfg(feature = "simplify")]
 mod simplify;
+#[cfg(feature = "simplify")]
+mod slivers;
 mod subset;
 #[cfg(all(test, feature = "simplify"))]
 pub(crate) mod testing;

@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 use meshopt::{SimplifyOptions, simplify_with_attributes_and_locks_decoder};
 use uvgraft::{Mesh, MeshError};
 
+use super::slivers::swap_edges;
 use super::subset::{Triangles, kept, with_faces};
 use crate::Avatar;
 use crate::glb::shading::Shading;
@@ -106,7 +107,8 @@ pub(super) fn simplify_shown(
         SimplifyOptions::None,
         None,
     );
-    let uv_faces: Vec<[u32; 3]> = indices.as_chunks().0.to_vec();
+    let mut uv_faces: Vec<[u32; 3]> = indices.as_chunks().0.to_vec();
+    swap_edges(&shading, &avatar.morphs, &vertices, &mut uv_faces);
     let faces: Vec<[u32; 3]> =
         uv_faces.iter().map(|face| face.map(|index| vertices.from[index as usize])).collect();
     // Seams keep their sides, so all corners of a triangle are of one material.
