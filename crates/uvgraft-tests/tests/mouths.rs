@@ -13,7 +13,7 @@ const JAWS: [f32; 4] = [0.0, 0.06, 0.15, 0.3];
 #[test]
 fn nothing_comes_out_of_a_face() {
     let mut wrong = Vec::new();
-    for subject in Subject::all() {
+    for subject in Subject::all().into_iter().chain(Subject::expressive()) {
         let names: Vec<String> =
             subject.after.morphs.iter().map(|morph: &Morph| morph.name.clone()).collect();
         let single: Vec<[(&str, f32); 1]> =
