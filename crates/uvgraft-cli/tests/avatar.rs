@@ -421,6 +421,8 @@ fn broken_motions_and_shapes_are_refused() {
         ("--betas evil.pkl", &["evil.pkl: refused: os.system"]),
         ("--betas 0,0,0,0,0,0,0,0,0,0,1", &["found 11 betas, this FLAME model has 10"]),
         ("--fps 999", &["--fps", "240"]),
+        ("--fps 24", &["--motion"]),
+        ("--ground feet", &["--motion"]),
     ];
     for (options, wanted) in cases {
         bench.refuse(&format!("{HEAD} --body flame.npz {options} -o me.glb"), wanted);

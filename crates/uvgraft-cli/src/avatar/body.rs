@@ -62,7 +62,7 @@ impl Body {
         }
         let mut grounds = Vec::new();
         for recording in recordings {
-            let ground = recording.add(&args.playing, args.fps, &mut avatar, &Performers::None)?;
+            let ground = recording.add(&args.playing, &mut avatar, &Performers::None)?;
             grounds.push(ground);
         }
         Ok(Self {
@@ -104,7 +104,7 @@ impl Body {
         let (mut apart, mut grounds) = (Vec::new(), Vec::new());
         let performers = Performers::Of { model: &model, gender, body: &shaped };
         for recording in recordings {
-            grounds.push(recording.add(&args.playing, args.fps, &mut avatar, &performers)?);
+            grounds.push(recording.add(&args.playing, &mut avatar, &performers)?);
             if let Some(clip) = avatar.clips.last().filter(|_| model.has_correctives()) {
                 apart.push((clip.name.clone(), shaped.apart(&avatar, clip)?));
             }

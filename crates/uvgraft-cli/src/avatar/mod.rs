@@ -73,9 +73,6 @@ pub(crate) struct Args {
     /// Animations: AMASS files (.npz); several become several clips, in place of the demo figure's own
     #[arg(long, value_name = "AMASS.npz")]
     motion: Vec<PathBuf>,
-    /// Frames a second of animations; 0 keeps all of the file's
-    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(0..=240))]
-    fps: u16,
     /// Make it fit a platform's limits: size of the texture, triangles. visionos is for AR Quick Look, which opens USDZ
     /// only: the file still has to be converted
     #[arg(long, value_parser = Preset::ALL.map(|preset| preset.name))]

@@ -12,13 +12,19 @@ use uvgraft_io::arrays;
 use super::body::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
 
+/// Frames a second of animations, unless others are asked for.
+const FPS: f64 = 30.0;
+
 /// How recordings are played.
 #[derive(clap::Args)]
 pub(super) struct PlayArgs {
+    /// Frames a second of animations; 0 keeps all of the file's [default: 30]
+    #[arg(long, value_name = "N", requires = "motion", value_parser = clap::value_parser!(u16).range(0..=240))]
+    fps: Option<u16>,
     /// Ground of the animations [default: clip]
     ///
     /// `clip` puts feet on y = 0 where the feet of the person who moved stood, `feet` where the body's own
-    /// stand; both scale ways by leg length, keep planted feet planted, and start at the place at rest,
+    /// stand; both scale the path by leg length, keep planted feet planted, and start at the place at rest,
     /// facing the front. `keep` leaves translations as recorded.
     #[arg(long, value_enum, value_name = "GROUND", requires = "motion")]
     ground: Option<GroundName>,
@@ -100,7 +106,6 @@ impl Recording {
     pub(super) fn add(
         &self,
         playing: &PlayArgs,
-        fps: u16,
         avatar: &mut Avatar,
         performers: &Performers<'_>,
     ) -> anyhow::Result<String> {
@@ -125,7 +130,7 @@ impl Recording {
             .map(|person| Person { skeleton: &person.skeleton, soles: person.soles.as_ref() });
         let soles = avatar.soles();
         let options = ClipOptions {
-            fps: (fps > 0).then_some(f64::from(fps)),
+            fps: Some(playing.fps.map_or(FPS, f64::from)).filter(|&fps| fps > 0.0),
             ground,
             up: playing.up.map(Up::from),
             performer: known.or(own),
@@ -237,7 +242,7 @@ fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
         }
     };
     if (report.scale - 1.0).abs() > 0.0005 {
-        let _ = write!(text, ", ways times {:.3}", report.scale);
+        let _ = write!(text, ", path scaled by {:.3}", report.scale);
     }
     if report.turned_deg != 0.0 {
         let _ = write!(text, ", turned by {:.0}°", report.turned_deg);
