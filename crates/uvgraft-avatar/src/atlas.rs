@@ -102,16 +102,11 @@ impl FreeSpace {
         None
     }
 
-    /// Sums of taken cells above and to the left: one row and column more than there are cells.
-    fn sums(&self) -> Vec<u32> {
-        let wide = SIDE + 1;
-        let mut sums = vec![0; wide * wide];
-        for y in 0..SIDE {
-            let mut row = 0;
-            for x in 0..SIDE {
-                row += u32::from(self.taken[y * SIDE + x]);
-                sums[(y + 1) * wide + x + 1] = sums[y * wide + x + 1] + row;
-            }
+    /// How many cells are taken above each: one row more than there are.
+    fn sums(&self) -> Vec<u16> {
+        let mut sums = vec![0; (SIDE + 1) * SIDE];
+        for (at, &is_taken) in self.taken.iter().enumerate() {
+            sums[at + SIDE] = sums[at] + u16::from(is_taken);
         }
         sums
     }
@@ -119,19 +114,21 @@ impl FreeSpace {
 
 /// The first place, row by row, for so many cells with a margin around them. At the border of the layout half
 /// the margin does: nobody else's gutter is there.
-fn first_free(sums: &[u32], w: usize, h: usize) -> Option<(usize, usize)> {
-    let wide = SIDE + 1;
+fn first_free(sums: &[u16], w: usize, h: usize) -> Option<(usize, usize)> {
     let edge = MARGIN / 2;
     if w + MARGIN > SIDE || h + MARGIN > SIDE {
         return None;
     }
     for y in edge..=SIDE - edge - h {
         let (top, bottom) = (y.saturating_sub(MARGIN), (y + h + MARGIN).min(SIDE));
-        for x in edge..=SIDE - edge - w {
+        let is_taken = |column: &usize| sums[top * SIDE + column] != sums[bottom * SIDE + column];
+        let mut x = edge;
+        while x <= SIDE - edge - w {
             let (left, right) = (x.saturating_sub(MARGIN), (x + w + MARGIN).min(SIDE));
-            let at = |x: usize, y: usize| sums[y * wide + x];
-            if at(right, bottom) + at(left, top) == at(left, bottom) + at(right, top) {
-                return Some((x, y));
+            // What is in the way last has to be passed, so most columns are never looked at.
+            match (left..right).rev().find(is_taken) {
+                Some(column) => x = column + 1 + MARGIN,
+                None => return Some((x, y)),
             }
         }
     }

@@ -77,29 +77,32 @@ impl FeatureArgs {
         }
     }
 
-    /// Gives an avatar a mouth, in mesh and texture.
-    pub(super) fn with_mouth(
-        self,
-        avatar: Avatar,
-        texture: &mut Texture,
-        name: &str,
-    ) -> anyhow::Result<(Avatar, Option<usize>)> {
-        if self.mouth == MouthName::None {
-            return Ok((avatar, None));
+    /// The mouth for an avatar, if it is to have one.
+    pub(super) fn fit_mouth(self, avatar: &Avatar) -> Option<Result<Mouth, MouthError>> {
+        (self.mouth == MouthName::Fitted).then(|| Mouth::fit(avatar))
+    }
+}
+
+/// Gives an avatar the mouth that was fitted to it, in mesh and texture; says where there is none. With the mouth's
+/// triangles.
+pub(super) fn with_mouth(
+    avatar: Avatar,
+    mouth: Result<Mouth, MouthError>,
+    texture: &mut Texture,
+    name: &str,
+) -> anyhow::Result<(Avatar, Option<usize>)> {
+    match mouth {
+        Ok(mouth) => {
+            mouth.paint(&avatar, texture);
+            Ok((mouth.attach(avatar)?, Some(mouth.triangles())))
         }
-        match Mouth::fit(&avatar) {
-            Ok(mouth) => {
-                mouth.paint(&avatar, texture);
-                Ok((mouth.attach(avatar)?, Some(mouth.triangles())))
-            }
-            Err(why @ (MouthError::Closed | MouthError::OwnMouth { .. })) => {
-                note(format_args!("{name}: {why}; it is left as it is"));
-                Ok((avatar, None))
-            }
-            Err(why) => {
-                warn(format_args!("{name}: no teeth and tongue: {why}"));
-                Ok((avatar, None))
-            }
+        Err(why @ (MouthError::Closed | MouthError::OwnMouth { .. })) => {
+            note(format_args!("{name}: {why}; it is left as it is"));
+            Ok((avatar, None))
+        }
+        Err(why) => {
+            warn(format_args!("{name}: no teeth and tongue: {why}"));
+            Ok((avatar, None))
         }
     }
 }

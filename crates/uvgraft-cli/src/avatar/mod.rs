@@ -156,7 +156,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let limits = plan.preset.as_ref();
     let (body, dressed) = rayon::join(
-        || Body::new(args, given.target()),
+        || {
+            let mut body = Body::new(args, given.target())?;
+            if let Some((_, parted)) = &parted {
+                body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
+            }
+            let mouth = args.features.fit_mouth(&body.avatar);
+            anyhow::Ok((body, mouth))
+        },
         || {
             let (face, base) =
                 rayon::join(|| Face::read(&args.face), || dress::base(args, &plan.onto, limits));
@@ -167,8 +174,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             dress::dress(args, &file, face?, base, limits)
         },
     );
-    let (body, dressed) = (body?, dressed?);
-    let Body { mut avatar, name, apart, grounds, told } = body;
+    let ((body, mouth), dressed) = (body?, dressed?);
+    let Body { avatar, name, apart, grounds, told } = body;
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
         // Before anything is said of a face that no file will have.
@@ -179,11 +186,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         expressions::tell(&args.body, *kind, told);
     }
     let Dressed { body: mut color, head, carrier } = dressed;
-    if let Some((_, parted)) = &parted {
-        avatar = features::with_layout(avatar, &parted.mesh)?;
-    }
     args.features.draw_eyes(&avatar, &mut color, &name);
-    let (mut avatar, mouth) = args.features.with_mouth(avatar, &mut color, &name)?;
+    let (mut avatar, mouth) = match mouth {
+        Some(mouth) => features::with_mouth(avatar, mouth, &mut color, &name)?,
+        None => (avatar, None),
+    };
     if let Some(layout) = &carrier.head {
         layout.apply(&mut avatar)?;
     }

@@ -16,7 +16,7 @@ type Cell = [i32; 3];
 /// So many places along edges are enough: strands of hair and leaves are thousands of shells.
 const MOST_PLACES: usize = 20_000;
 
-/// A place at the open edge of a shell.
+/// A place on a shell.
 struct Place {
     texel: u32,
     at: [f32; 3],
@@ -45,19 +45,18 @@ impl Contacts {
         let cell = |at: [f32; 3]| at.map(|value| (value / reach).floor() as i32);
         let wanted: HashSet<Cell> =
             places.iter().flat_map(|place| around(cell(place.at))).collect();
-        let near = texels_in(mesh, grid, &wanted, cell);
+        let near = texels_in(mesh, grid, &shells, &wanted, cell);
         let nearest = map_indices(places.len(), |index| {
             let place = &places[index];
-            let candidates = around(cell(place.at)).filter_map(|cell| near.get(&cell)).flatten();
-            let squared =
-                |at: &[f32; 3]| (0..3).map(|k| (at[k] - place.at[k]).powi(2)).sum::<f32>();
-            let shell_of = |texel: u32| shells[grid.faces()[texel as usize] as usize];
-            candidates
-                .filter(|(texel, _)| shell_of(*texel) != place.shell)
-                .map(|(texel, at)| (squared(at), *texel))
-                .filter(|(squared, _)| *squared <= reach * reach)
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-                .map(|(_, texel)| (place.texel, texel))
+            let mut least = (reach * reach).next_up();
+            let mut nearest = None;
+            for other in around(cell(place.at)).filter_map(|cell| near.get(&cell)).flatten() {
+                let squared: f32 = (0..3).map(|k| (other.at[k] - place.at[k]).powi(2)).sum();
+                if squared < least && other.shell != place.shell {
+                    (least, nearest) = (squared, Some((place.texel, other.texel)));
+                }
+            }
+            nearest
         });
         let both = nearest.into_iter().flatten().flat_map(|(a, b)| [(a, b), (b, a)]);
         let mut pairs: Vec<(u32, u32)> = both.collect();
@@ -113,9 +112,10 @@ fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> 
 fn texels_in(
     mesh: &Mesh,
     grid: &LayoutGrid,
+    shells: &[u32],
     wanted: &HashSet<Cell>,
     cell: impl Fn([f32; 3]) -> Cell + Sync,
-) -> HashMap<Cell, Vec<(u32, [f32; 3])>> {
+) -> HashMap<Cell, Vec<Place>> {
     let reaches_in = map_indices(mesh.faces().len(), |face| {
         let corners = mesh.faces()[face].map(|vertex| cell(mesh.positions()[vertex as usize]));
         let [low, high] = [i32::min, i32::max]
@@ -131,11 +131,12 @@ fn texels_in(
         };
         let places = (y * width..(y + 1) * width).filter(is_near).map(|texel| {
             let at = [0, 1, 2].map(|k| grid.at_texel(mesh, &axes[k], texel));
-            (cell(at), (texel as u32, at))
+            let shell = shells[grid.faces()[texel] as usize];
+            (cell(at), Place { texel: texel as u32, at, shell })
         });
         places.filter(|(cell, _)| wanted.contains(cell)).collect::<Vec<_>>()
     });
-    let mut found: HashMap<Cell, Vec<(u32, [f32; 3])>> = HashMap::new();
+    let mut found: HashMap<Cell, Vec<Place>> = HashMap::new();
     for (cell, place) in rows.into_iter().flatten() {
         found.entry(cell).or_default().push(place);
     }
