@@ -189,7 +189,7 @@ impl Camera {
         Self::new(towards, vec3(0.0, 1.0, 0.0), target, lens, size)
     }
 
-    /// Seen without perspective from below, X to the right and Z downwards on the screen.
+    /// Seen without perspective from below, X to the left and Z downwards on the screen.
     pub fn from_below(target: Vec3, unit_per_px: f32, size: Size) -> Self {
         let lens = Lens::Orthographic { unit_per_px };
         Self::new(vec3(0.0, -1.0, 0.0), vec3(0.0, 0.0, -1.0), target, lens, size)

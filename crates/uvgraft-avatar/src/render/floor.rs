@@ -35,7 +35,7 @@ impl Floor {
         let cell = 2.0 * radius / SIDE as f32;
         let size = Size::square(SIDE);
 
-        // The screen's Z runs downwards, so rows are in the order of Z.
+        // Seen from below Z runs down the screen, so rows are in its order, and X to the left, so columns are not.
         let camera = Camera::from_below(middle, cell, size);
         let parts = project(&camera, &geometry.positions, &geometry.faces, size, |_| true);
         let below = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
@@ -48,7 +48,7 @@ impl Floor {
         for row in 0..SIDE as i32 {
             for column in 0..SIDE as i32 {
                 key.push(1.0 - lit(place(column, row)));
-                let gap = (-below.depth(column, row)).max(0.0) / metre;
+                let gap = (-below.depth(SIDE as i32 - 1 - column, row)).max(0.0) / metre;
                 touching.push((-gap / 0.03).exp());
                 hanging.push((-gap / 0.9).exp());
             }
@@ -112,7 +112,28 @@ fn blurred(mut values: Vec<f32>, sigma: f32) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft::Mesh;
+
     use super::*;
+
+    #[test]
+    fn what_touches_the_floor_darkens_it_where_it_stands() {
+        // A sole, and an arm that makes the whole lie to one side and before it.
+        let sole = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.0, 0.3], [0.0, 0.0, 0.3]];
+        let arm = [[0.8, 1.0, 0.9], [0.9, 1.0, 0.9], [0.9, 1.0, 1.0], [0.8, 1.0, 1.0]];
+        let positions = [sole, arm].concat();
+        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let mesh = Mesh::from_triangles(positions, vec![[0.0; 2]; 8], &faces, &faces).unwrap();
+        let floor = Floor::new(&Geometry::of_mesh(&mesh, &[0; 4]), 0.0, 1.0, |_| 1.0);
+        let brightness = |x: f32, z: f32| {
+            let sight = Sight { origin: vec3(x, 1.0, z), direction: vec3(0.0, -1.0, 0.0) };
+            floor.brightness(&sight)
+        };
+        assert!(brightness(0.05, 0.15) < 0.5, "{}", brightness(0.05, 0.15));
+        for [x, z] in [[0.85, 0.15], [0.05, 0.85], [-0.2, 0.15], [0.3, 0.15], [0.05, -0.2]] {
+            assert!(brightness(x, z) > 0.8, "{x} {z}: {}", brightness(x, z));
+        }
+    }
 
     #[test]
     fn a_point_spreads_into_a_bell_that_keeps_its_sum() {
