@@ -100,6 +100,27 @@ fn a_camera_aims_at_bones_and_boxes() {
 }
 
 #[test]
+fn heads_are_found_by_their_necks_and_busts_are_all_head() {
+    let bench = bench();
+    let target = |file: &str| {
+        let told =
+            bench.succeed(&format!("render {file} -o a.png --size 8 --print-camera --camera head"));
+        let camera: Value = serde_json::from_str(&told).unwrap();
+        camera["target"][1].as_f64().unwrap()
+    };
+    let named = |name: &str, scale: f32| {
+        let strip = Strip::new()
+            .with("/nodes/1/name", json!(name))
+            .with("/nodes/0/scale", json!([scale, scale, scale]));
+        bench.write("other.glb", strip.glb());
+        target("other.glb")
+    };
+    assert_eq!(named("neck", 1.0), target("me.glb"));
+    let (body, bust) = (named("tip", 1.0), named("tip", 0.2));
+    assert!(body > 1.5 && (bust - 0.2).abs() < 1e-5, "{body} {bust}");
+}
+
+#[test]
 fn wide_models_are_whole_in_the_picture() {
     let bench = Bench::new();
     let wide = Strip::new().with("/nodes/0/scale", json!([9, 1, 1]));

@@ -12,7 +12,7 @@ use crate::failure::OrBadInput;
 pub(crate) enum Shot {
     /// All of it
     Body,
-    /// The head: by its bone, or the top seventh
+    /// The head: by its bone or the neck's, else the top seventh of a body
     Head,
 }
 
@@ -64,7 +64,9 @@ impl Cameras {
                 Bounds::of(points).unwrap_or_else(|| beside(around.joint, &body))
             }
             Aim::Shot(Shot::Head) => {
-                let joint = scene.bone("head", posing).context("the head").or_bad_input()?;
+                let bone = |name| scene.bone(name, posing).context("the head").or_bad_input();
+                // FLAME's head turns about its neck.
+                let joint = bone("head")?.map_or_else(|| bone("neck"), |joint| Ok(Some(joint)))?;
                 Bounds::of(points().filter(|p| is_head(*p, joint, &body))).unwrap_or(body)
             }
         };
@@ -110,9 +112,15 @@ fn beside(joint: [f32; 3], body: &Bounds) -> Bounds {
 }
 
 /// Whether a point belongs to the head: what is over its joint, but not raised hands.
+///
+/// - `joint`: of the head or the neck.
 fn is_head(p: [f32; 3], joint: Option<[f32; 3]>, body: &Bounds) -> bool {
+    /// No body is as small as that, and no head as tall.
+    const BUST_M: f32 = 0.6;
     let height = body.high[1] - body.low[1];
-    let Some(joint) = joint else { return p[1] > body.high[1] - height / 7.0 };
+    let Some(joint) = joint else {
+        return height < BUST_M || p[1] > body.high[1] - height / 7.0;
+    };
     let beside = (p[0] - joint[0]).hypot(p[2] - joint[2]);
     // Heads are about a seventh of a body; a model of a head alone is all head.
     let reach = if joint[1] < body.low[1] + 0.6 * height { height } else { height / 8.0 };
