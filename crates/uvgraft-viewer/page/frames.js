@@ -17,14 +17,23 @@ export function body(root) {
   return { ...boxed(box), width: Math.max(size.x, size.z) };
 }
 
-/// The same of the head: what is above the joint of the head, or the top of a figure without one.
+/// No body is as small as that, in metres, and no head as tall.
+const BUST = 0.6;
+
+/// The same of the head: what is above its joint, or the neck's, or the top of a body without either.
 export function head(root, rig) {
   const whole = body(root);
+  // FLAME's head turns about its neck.
+  const bone = rig.bones.get("head") ?? rig.bones.get("neck");
+  if (bone) {
+    // A hand may be above the head, so the height is the one at rest.
+    const height = Math.max(root.userData.restTop - bone.at.y, 1e-3);
+    const centre = bone.node.getWorldPosition(new Vector3()).add(new Vector3(0, height * 0.42, 0));
+    return { centre, width: height * 1.35, height: height * 1.6 };
+  }
+  if (whole.height < BUST) return whole;
+  const height = whole.height / 7;
   const top = whole.centre.y + whole.height / 2;
-  const joint = rig.bones.get("head")?.node.getWorldPosition(new Vector3());
-  // A hand may be above the head, so the height is the one at rest.
-  const rest = rig.bones.get("head")?.at.y;
-  const height = rest !== undefined ? Math.max(root.userData.restTop - rest, 1e-3) : whole.height / 7;
-  const centre = joint ? joint.clone().add(new Vector3(0, height * 0.42, 0)) : whole.centre.clone().setY(top - height / 2);
+  const centre = whole.centre.clone().setY(top - height / 2);
   return { centre, width: height * 1.35, height: height * 1.6 };
 }
