@@ -34,7 +34,7 @@ test: viewer
 # Avatars in Debian's Blender and Godot, which are half a gigabyte.
 test-clients:
 	@scripts/install-clients.sh
-	UVGRAFT_CLIENTS=1 $(CARGO) test --locked -p uvgraft-tests $(NATIVE) -p uvgraft-cli --test clients
+	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients
 
 # The encoder of KTX2 textures, a minute of C++ that few need.
 test-ktx2:
