@@ -13,6 +13,11 @@ pub(crate) fn blend(a: Color, b: Color, t: f32) -> Color {
     std::array::from_fn(|k| mix(a[k], b[k], t))
 }
 
+/// How light a colour is: Rec. 709's weights.
+pub(crate) fn luma([red, green, blue]: Color) -> f32 {
+    0.2126 * red + 0.7152 * green + 0.0722 * blue
+}
+
 /// A texel's colour in sRGB, whatever the texture's channels and encoding.
 pub(crate) fn srgb(texture: &Texture, x: u32, y: u32) -> Color {
     let colors = if texture.channels().count() >= 3 { 3 } else { 1 };
@@ -43,7 +48,7 @@ fn write<T: Value>(texel: &mut [T], color: Color, encoding: Encoding) {
         Encoding::Linear => color.map(linear_from_srgb),
         Encoding::Srgb | Encoding::Data => color,
     };
-    let grey = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+    let grey = luma(color);
     match texel {
         [grey_texel] => *grey_texel = T::from_unit(grey),
         [grey_texel, opacity] => {

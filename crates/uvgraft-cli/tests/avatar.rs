@@ -8,12 +8,12 @@ mod bench;
 use std::path::PathBuf;
 
 use bench::{Bench, texel_u8};
-use uvgraft::{Channels, Mesh, Size, Texels, Texture};
+use uvgraft::{Channels, Mesh, Texels, Texture};
+use uvgraft_avatar::Figure;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::preset::Preset;
 use uvgraft_avatar::scene::{Posing, Scene};
-use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
@@ -34,11 +34,8 @@ fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
 
 /// The figure's pair, its face, its body of darker skin, and its wave.
 fn demo() -> Bench {
-    let bench = Bench::new();
     let figure = Figure::new();
-    let size = Size::square(SIDE);
-    bench.save("face.png", paint_head(&figure, size));
-    bench.save("base.png", paint_body_in_tone(&figure, size, [0.7, 0.65, 0.6]));
+    let bench = Bench::of_figure(&figure, SIDE);
     let avatar = figure.avatar();
     let wave = avatar.clips.iter().find(|clip| clip.name == "wave").unwrap();
     let wave = as_amass(&avatar.skeleton, wave);
@@ -47,7 +44,6 @@ fn demo() -> Bench {
     motion.insert("trans", floats(&[wave.frames, 3], wave.trans));
     motion.insert("mocap_framerate", floats(&[], vec![wave.mocap_framerate]));
     save(&bench, "wave.npz", &motion);
-    bench.save_pair("demo.uvpair", figure.head, figure.body, &figure.vertex_map);
     bench
 }
 

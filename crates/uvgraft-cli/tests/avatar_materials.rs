@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
+use uvgraft_avatar::Figure;
 use uvgraft_avatar::scene::{Drawn, Posing, Scene};
-use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image;
 use uvgraft_tests::browser::Browser;
 
@@ -21,13 +21,7 @@ const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body 
 
 /// The figure's pair, its face, and its body of darker skin.
 fn demo() -> Bench {
-    let bench = Bench::new();
-    let figure = Figure::new();
-    let size = Size::square(SIDE);
-    bench.save("face.png", paint_head(&figure, size));
-    bench.save("base.png", paint_body_in_tone(&figure, size, [0.7, 0.65, 0.6]));
-    bench.save_pair("demo.uvpair", figure.head, figure.body, &figure.vertex_map);
-    bench
+    Bench::of_figure(&Figure::new(), SIDE)
 }
 
 /// The JSON of a GLB file, and its buffer.

@@ -117,13 +117,13 @@ mod tests {
     use uvgraft::Size;
 
     use super::*;
+    use crate::texel::luma;
     use crate::{Figure, paint_body};
 
     const GREEN: Color = [0.35, 0.45, 0.3];
 
     #[test]
     fn an_eye_is_dark_within_coloured_around_and_white_outside() {
-        let luma = |c: Color| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
         for around in [-UP, 0.0, 1.0, PI] {
             let at = |distance| color(distance, around, GREEN, 0);
             assert!(luma(at(0.1)) < 0.05);

@@ -1,7 +1,7 @@
 //! The colour of irises in a texture.
 
 use super::gaze::Gaze;
-use crate::texel::Color;
+use crate::texel::{Color, luma};
 
 /// Fewer texels tell no colour.
 const FEWEST: usize = 12;
@@ -60,13 +60,12 @@ fn color(samples: &Samples) -> Option<Color> {
     if iris.len() < FEWEST || white.len() < FEWEST {
         return None;
     }
-    let luma = |color: &Color| 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
     for colors in [&mut iris, &mut white] {
-        colors.sort_by(|a, b| luma(a).total_cmp(&luma(b)));
+        colors.sort_by(|&a, &b| luma(a).total_cmp(&luma(b)));
     }
     let iris = median(&iris[iris.len() / 8..iris.len() - iris.len() / 4]);
     let white = median(&white[white.len() / 4..]);
-    (difference(iris, white) > CLEAR && luma(&iris) < luma(&white)).then_some(iris)
+    (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
 /// How light the white of eyes is that a texture shows, in sRGB: captures are lit, and what is drawn must not glow
@@ -74,8 +73,7 @@ fn color(samples: &Samples) -> Option<Color> {
 pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
     let of = |samples: &Samples| {
         let ring = samples.iter().filter(|(distance, _)| (1.15..1.8).contains(distance));
-        let mut lumas: Vec<f32> =
-            ring.map(|(_, c)| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]).collect();
+        let mut lumas: Vec<f32> = ring.map(|&(_, color)| luma(color)).collect();
         lumas.sort_by(f32::total_cmp);
         (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
     };

@@ -27,62 +27,101 @@ pub(super) fn swap_edges(
     faces: &mut [[u32; 3]],
 ) {
     let shapes = Shape::all(shading, morphs, vertices);
-    let quality = |face: [u32; 3]| {
-        shapes.iter().map(|shape| shape.facing(face)).fold(f32::INFINITY, f32::min)
-    };
-    let is_mirrored = |face: [u32; 3]| {
-        let [a, b, c] = face.map(|index| Vec2::from(vertices.uv[index as usize]));
-        (b - a).perp_dot(c - a) < 0.0
-    };
-    let mut qualities: Vec<f32> = faces.iter().map(|&face| quality(face)).collect();
-    let mut face_of_edge: HashMap<(u32, u32), usize> = HashMap::with_capacity(3 * faces.len());
-    for (number, face) in faces.iter().enumerate() {
-        face_of_edge.extend(edges(*face).map(|edge| (edge, number)));
-    }
+    let mut surface = Surface::new(faces, shapes, &vertices.uv);
     for _ in 0..ROUNDS {
         let mut has_swapped = false;
-        for number in 0..faces.len() {
-            if qualities[number] >= FACING {
+        for number in 0..surface.faces.len() {
+            if surface.facing[number] >= FACING {
                 continue;
             }
-            let face = faces[number];
-            let swap = |(k, (a, b)): (usize, (u32, u32))| {
-                let &other = face_of_edge.get(&(b, a))?;
-                let c = face[(k + 2) % 3];
-                let d = opposite(faces[other], a, b)?;
-                let new = [[a, d, c], [d, b, c]];
-                let is_new = |edge| !face_of_edge.contains_key(&edge);
-                // Layouts may have islands that are mirrored, but none that is so in part.
-                let mirrored = [face, faces[other], new[0], new[1]].map(is_mirrored);
-                let is_even = mirrored[1..].iter().all(|&one| one == mirrored[1]);
-                if c == d || !is_even || !is_new((c, d)) || !is_new((d, c)) {
-                    return None;
-                }
-                let [first, second] = new.map(quality);
-                let better = first.min(second) > qualities[number].min(qualities[other]);
-                better.then_some((other, new, [first, second]))
-            };
-            let swaps = (0..).zip(edges(face)).filter_map(swap);
-            let least = |of: &(usize, [[u32; 3]; 2], [f32; 2])| of.2[0].min(of.2[1]);
-            let best = swaps.max_by(|one, other| least(one).total_cmp(&least(other)));
-            let Some((other, new, found)) = best else { continue };
-            for number in [number, other] {
-                for edge in edges(faces[number]) {
-                    face_of_edge.remove(&edge);
-                }
+            if let Some(swap) = surface.best_swap(number) {
+                surface.apply(&swap);
+                has_swapped = true;
             }
-            for (number, (face, quality)) in
-                [number, other].into_iter().zip(new.into_iter().zip(found))
-            {
-                (faces[number], qualities[number]) = (face, quality);
-                face_of_edge.extend(edges(face).map(|edge| (edge, number)));
-            }
-            has_swapped = true;
         }
         if !has_swapped {
             break;
         }
     }
+}
+
+/// Triangles that change.
+struct Surface<'a> {
+    faces: &'a mut [[u32; 3]],
+    shapes: Vec<Shape>,
+    uv: &'a [[f32; 2]],
+    /// The least of all shapes, for each triangle.
+    facing: Vec<f32>,
+    face_of_edge: HashMap<(u32, u32), usize>,
+}
+
+/// Two neighbours, and what comes of them when the edge between them joins their other corners.
+struct Swap {
+    numbers: [usize; 2],
+    faces: [[u32; 3]; 2],
+    facing: [f32; 2],
+}
+
+impl Swap {
+    const fn least(&self) -> f32 {
+        self.facing[0].min(self.facing[1])
+    }
+}
+
+impl<'a> Surface<'a> {
+    fn new(faces: &'a mut [[u32; 3]], shapes: Vec<Shape>, uv: &'a [[f32; 2]]) -> Self {
+        let facing = faces.iter().map(|&face| facing(&shapes, face)).collect();
+        let mut face_of_edge = HashMap::with_capacity(3 * faces.len());
+        for (number, face) in faces.iter().enumerate() {
+            face_of_edge.extend(edges(*face).map(|edge| (edge, number)));
+        }
+        Self { faces, shapes, uv, facing, face_of_edge }
+    }
+
+    /// The swap of one of a triangle's edges that does most good, if any does.
+    fn best_swap(&self, number: usize) -> Option<Swap> {
+        let swaps = (0..3).filter_map(|edge| self.swap(number, edge));
+        swaps.max_by(|one, other| one.least().total_cmp(&other.least()))
+    }
+
+    fn swap(&self, number: usize, edge: usize) -> Option<Swap> {
+        let face = self.faces[number];
+        let (a, b) = edges(face)[edge];
+        let &other = self.face_of_edge.get(&(b, a))?;
+        let c = face[(edge + 2) % 3];
+        let d = opposite(self.faces[other], a, b)?;
+        let is_there = |edge| self.face_of_edge.contains_key(&edge);
+        let new = [[a, d, c], [d, b, c]];
+        // Layouts may have islands that are mirrored, but none that is so in part.
+        let mirrored = [self.faces[other], new[0], new[1]].map(|face| self.is_mirrored(face));
+        let is_even = mirrored[1..].iter().all(|&one| one == mirrored[0]);
+        if c == d || !is_even || is_there((c, d)) || is_there((d, c)) {
+            return None;
+        }
+        let facing = new.map(|face| facing(&self.shapes, face));
+        let swap = Swap { numbers: [number, other], faces: new, facing };
+        (swap.least() > self.facing[number].min(self.facing[other])).then_some(swap)
+    }
+
+    fn is_mirrored(&self, face: [u32; 3]) -> bool {
+        let [a, b, c] = face.map(|index| Vec2::from(self.uv[index as usize]));
+        (b - a).perp_dot(c - a) < 0.0
+    }
+
+    fn apply(&mut self, swap: &Swap) {
+        for edge in swap.numbers.map(|number| edges(self.faces[number])).as_flattened() {
+            self.face_of_edge.remove(edge);
+        }
+        for (k, number) in swap.numbers.into_iter().enumerate() {
+            (self.faces[number], self.facing[number]) = (swap.faces[k], swap.facing[k]);
+            self.face_of_edge.extend(edges(swap.faces[k]).map(|edge| (edge, number)));
+        }
+    }
+}
+
+/// The least of all shapes.
+fn facing(shapes: &[Shape], face: [u32; 3]) -> f32 {
+    shapes.iter().map(|shape| shape.facing(face)).fold(f32::INFINITY, f32::min)
 }
 
 const fn edges([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {

@@ -15,6 +15,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
+use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::{obj, pair_file, vertex_map};
@@ -53,6 +54,17 @@ impl Bench {
         };
         pair_file::write(&file, &folder.path().join("my.uvpair")).unwrap();
         Self { folder }
+    }
+
+    /// Beside them the demo's figure: `demo.uvpair`, `face.png`, and `base.png` of darker skin.
+    pub fn of_figure(figure: &Figure, side: u32) -> Self {
+        let bench = Self::new();
+        let size = Size::square(side);
+        bench.save("face.png", paint_head(figure, size));
+        bench.save("base.png", paint_body_in_tone(figure, size, [0.7, 0.65, 0.6]));
+        let (head, body) = (figure.head.clone(), figure.body.clone());
+        bench.save_pair("demo.uvpair", head, body, &figure.vertex_map);
+        bench
     }
 
     pub fn path(&self, name: &str) -> PathBuf {

@@ -1,5 +1,8 @@
 //! NumPy's NPZ: a ZIP archive with an NPY file for each array.
 
+use std::io::{Read, Seek};
+
+use super::archive::Archive;
 use super::collect::Collector;
 use super::npy::{self, Content};
 use super::{ArchiveInMemory, ArraysError, NamedArrays};
@@ -8,6 +11,19 @@ use crate::pickle;
 
 /// Reads all arrays. An entry that holds objects rather than numbers is a pickle.
 pub(super) fn read(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, ArraysError> {
+    each(archive, |archive, index, name, collector| {
+        let bytes = archive.read(index)?;
+        add(name, &bytes, collector)
+    })
+}
+
+/// Collects what is read of each array of an archive.
+///
+/// - `read`: reads the entry of a number, an NPY file, as an array of a name.
+pub(super) fn each<R: Read + Seek>(
+    archive: &mut Archive<R>,
+    mut read: impl FnMut(&mut Archive<R>, usize, &str, &mut Collector<'_>) -> Result<(), ArraysError>,
+) -> Result<NamedArrays, ArraysError> {
     let mut collector = Collector::new(None);
     for index in 0..archive.names().len() {
         let file = archive.names()[index].clone();
@@ -19,15 +35,24 @@ pub(super) fn read(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, Arr
         if collector.has(name) {
             return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
         }
-        let bytes = archive.read(index)?;
-        match npy::read(&bytes, |count| collector.spend(count)) {
-            Ok(Content::Held(held)) => collector.hold(name, held),
-            Ok(Content::Pickle(bytes)) => match pickle::parse(bytes) {
-                Ok(pickle) => collector.add(name, pickle.root())?,
-                Err(reason) => collector.leave_out(name, reason.to_string()),
-            },
-            Err(unread) => collector.unread(name, unread)?,
-        }
+        read(archive, index, name, &mut collector)?;
     }
     Ok(collector.finish())
+}
+
+/// Adds what a whole NPY file holds.
+pub(super) fn add(
+    name: &str,
+    bytes: &[u8],
+    collector: &mut Collector<'_>,
+) -> Result<(), ArraysError> {
+    match npy::read(bytes, |count| collector.spend(count)) {
+        Ok(Content::Held(held)) => collector.hold(name, held),
+        Ok(Content::Pickle(bytes)) => match pickle::parse(bytes) {
+            Ok(pickle) => collector.add(name, pickle.root())?,
+            Err(reason) => collector.leave_out(name, reason.to_string()),
+        },
+        Err(unread) => collector.unread(name, unread)?,
+    }
+    Ok(())
 }

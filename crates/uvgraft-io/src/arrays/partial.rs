@@ -9,15 +9,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
-use super::collect::Collector;
 use super::named::Held;
-use super::npy::{self, Content};
+use super::npy;
+use super::npz;
 use super::pieces::{decode, unreadable};
 use super::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, Unread, parse};
 use crate::input::{ReadError, read_file};
 use crate::npy::MAGIC;
-use crate::obj::shown;
-use crate::pickle;
 
 /// How much of an array is asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -133,16 +131,7 @@ fn from_archive(
     archive: &mut Archive<BufReader<File>>,
     wanted: &mut dyn FnMut(&str, &[usize]) -> Wanted,
 ) -> Result<NamedArrays, ArraysError> {
-    let mut collector = Collector::new(None);
-    for index in 0..archive.names().len() {
-        let file = archive.names()[index].clone();
-        let Some(name) = file.strip_suffix(".npy") else {
-            collector.leave_out(&file, "it is no .npy file".to_owned());
-            continue;
-        };
-        if collector.has(name) {
-            return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
-        }
+    npz::each(archive, |archive, index, name, collector| {
         let found = archive.stream(index, |entry, size| {
             let mut header = Vec::new();
             read_header(entry, &mut header)?;
@@ -169,18 +158,11 @@ fn from_archive(
         })?;
         match found {
             Ok(Found::Held(held)) => collector.hold(name, held),
-            Ok(Found::Bytes(bytes)) => match npy::read(&bytes, |count| collector.spend(count)) {
-                Ok(Content::Held(held)) => collector.hold(name, held),
-                Ok(Content::Pickle(bytes)) => match pickle::parse(bytes) {
-                    Ok(pickle) => collector.add(name, pickle.root())?,
-                    Err(reason) => collector.leave_out(name, reason.to_string()),
-                },
-                Err(unread) => collector.unread(name, unread)?,
-            },
+            Ok(Found::Bytes(bytes)) => npz::add(name, &bytes, collector)?,
             Err(unread) => collector.unread(name, unread)?,
         }
-    }
-    Ok(collector.finish())
+        Ok(())
+    })
 }
 
 enum Found {
