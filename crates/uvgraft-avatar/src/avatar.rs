@@ -109,7 +109,7 @@ impl Avatar {
             Some(Vec3::from(self.skeleton.joints()[joint].position))
         };
         let between = (foot(HumanBone::LeftFoot)? + foot(HumanBone::RightFoot)?) / 2.0;
-        let lowest = lowest(self.mesh.faces(), self.mesh.positions())?;
+        let lowest = self.lowest(self.mesh.positions())?;
         Some(-Vec3::new(between.x, lowest, between.z))
     }
 
@@ -157,12 +157,14 @@ impl Avatar {
         self.skeleton = Skeleton::new(joints)?;
         Ok(self)
     }
-}
 
-/// The height of the lowest vertex that is in a triangle.
-pub(crate) fn lowest(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Option<f32> {
-    let heights = faces.iter().flatten().map(|&vertex| positions[vertex as usize][1]);
-    heights.reduce(f32::min)
+    /// The height of the lowest vertex that is in a triangle; `None` without triangles.
+    ///
+    /// - `positions`: of the mesh's vertices, such as [`Avatar::posed`] gives.
+    pub fn lowest(&self, positions: &[[f32; 3]]) -> Option<f32> {
+        let vertices = self.mesh.faces().iter().flatten();
+        vertices.map(|&vertex| positions[vertex as usize][1]).reduce(f32::min)
+    }
 }
 
 #[cfg(test)]

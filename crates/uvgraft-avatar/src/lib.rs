@@ -1,31 +1,23 @@
-//! Full-body avatars, and the example that uvgraft demonstrates itself on: a synthetic head, a
-//! synthetic body that contains the same head, their painted textures, and an offline renderer to
-//! look at them.
+//! Rigged avatars: skeletons, skins and morphs ([`rig`]), models of the SMPL family ([`body`]), expressions
+//! ([`face`]), recorded motions ([`motion`]), and what captures lack: [`eyes`] and a [`mouth`].
 //!
 //! With the feature `threads` (default) work is done on the caller's rayon pool, as
 //! [`uvgraft::threads`] says; results are the same without it.
 
+#![forbid(unsafe_code)]
+
 pub mod atlas;
 mod avatar;
 pub mod body;
+#[cfg(test)]
+mod example;
 pub mod eyes;
 pub mod face;
-pub mod figure;
-pub mod film;
-pub mod glb;
 pub mod motion;
 pub mod mouth;
-mod noise;
-mod normals;
-mod portrait;
-pub mod preset;
-mod ray;
-pub mod render;
+pub mod normals;
+pub mod paint;
+pub mod ray;
 pub mod rig;
-pub mod scene;
-mod texel;
-mod vector;
 
 pub use avatar::Avatar;
-pub use figure::{Figure, paint_body, paint_body_in_tone, paint_head};
-pub use portrait::{PortraitError, portrait};

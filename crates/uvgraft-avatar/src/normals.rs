@@ -1,9 +1,9 @@
 //! Smooth normals of triangle meshes.
 
-use crate::vector::Vec3;
+use glam::Vec3;
 
 /// Vertex normals of a triangle mesh, weighted by area.
-pub(crate) fn vertex_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
+pub fn vertex_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::default(); positions.len()];
     for face in faces {
         let [a, b, c] = face.map(|index| Vec3::from(positions[index as usize]));
@@ -12,5 +12,5 @@ pub(crate) fn vertex_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<
             normals[index as usize] = normals[index as usize] + normal;
         }
     }
-    normals.into_iter().map(Vec3::normalized).collect()
+    normals.into_iter().map(Vec3::normalize_or_zero).collect()
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Meeting {
+pub struct Meeting {
     /// From the ray's origin, in lengths of its direction; above 0.
     pub distance: f32,
     /// How much of the place is each corner's; they sum to 1.
@@ -14,7 +14,7 @@ pub(crate) struct Meeting {
 /// Whether and where a ray meets a triangle, from whichever side.
 ///
 /// Based on Möller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997.
-pub(crate) fn meets(origin: Vec3, direction: Vec3, &[a, b, c]: &[Vec3; 3]) -> Option<Meeting> {
+pub fn meets(origin: Vec3, direction: Vec3, &[a, b, c]: &[Vec3; 3]) -> Option<Meeting> {
     let (p, q) = (b - a, c - a);
     let across = direction.cross(q);
     let determinant = p.dot(across);

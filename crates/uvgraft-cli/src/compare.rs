@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use serde::Serialize;
-use uvgraft::metrics::{Colors, Mask};
 use uvgraft::{Encoding, Size};
 use uvgraft_io::image;
+use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use uvgraft::Size;
-use uvgraft::metrics::{Colors, Mask};
+use uvgraft_metrics::{Colors, Mask};
 
 use crate::picture::{Picture, Rgb};
 use crate::scores::Region;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use serde::{Serialize, Serializer};
-use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
-use uvgraft::metrics::{self, Colors, Mask, MetricError};
+use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
+use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 
 use crate::failure::bad_input;
 use crate::table::{Align, table};

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft_avatar::render::Bounds;
-use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
+use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
 use crate::failure::{OrBadInput, bad_input, note};
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Outputs::new(inputs).check(&output)?;
 
     // Whole and uncompressed, so that the page needs neither files beside it nor decoders.
-    let bytes = uvgraft_avatar::scene::whole(&args.model).or_bad_input()?;
+    let bytes = uvgraft_gltf::scene::whole(&args.model).or_bad_input()?;
     if bytes.len() as u64 > MOST_MODEL_BYTES {
         let (name, found) = (args.model.display(), bytes.len());
         return Err(bad_input(format!(

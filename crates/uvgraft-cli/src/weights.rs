@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use etcetera::BaseStrategy;
-use uvgraft::metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_io::input::ReadError;
 use uvgraft_io::lpips_weights::{self, sdist};
+use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};

@@ -7,17 +7,18 @@ mod bench;
 
 use std::path::PathBuf;
 
-use bench::{Bench, texel_u8};
 use uvgraft::{Channels, Mesh, Texels, Texture};
-use uvgraft_avatar::Figure;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
-use uvgraft_avatar::figure::motion::as_amass;
-use uvgraft_avatar::preset::Preset;
-use uvgraft_avatar::scene::{Posing, Scene};
+use uvgraft_figure::Figure;
+use uvgraft_figure::motion::as_amass;
+use uvgraft_gltf::preset::Preset;
+use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
 use uvgraft_tests::browser::Browser;
+
+use bench::{Bench, texel_u8};
 
 const SIDE: u32 = 256;
 const WHOSE: &str = "--author Nobody --license only-author";

@@ -5,16 +5,18 @@
 
 mod bench;
 
-use bench::Bench;
 use uvgraft::{Channels, Mesh};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
-use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::motion::{ClipOptions, Ground, Motion};
-use uvgraft_avatar::scene::{Posing, Scene};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
+use uvgraft_figure::motion::as_amass;
+use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::pair_file;
 use uvgraft_tests::walkers;
+
+use bench::Bench;
 
 /// The lowest vertex at rest, and in clips.
 const AT_REST_M: f32 = 0.001;

@@ -7,13 +7,14 @@ mod bench;
 
 use std::path::PathBuf;
 
-use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
-use uvgraft_avatar::Figure;
-use uvgraft_avatar::scene::{Drawn, Posing, Scene};
+use uvgraft_figure::Figure;
+use uvgraft_gltf::scene::{Drawn, Posing, Scene};
 use uvgraft_io::image;
 use uvgraft_tests::browser::Browser;
+
+use bench::{Bench, texel_u8};
 
 const SIDE: u32 = 512;
 const WHOSE: &str = "--author Nobody --license only-author";

@@ -4,13 +4,11 @@
 
 mod bench;
 #[allow(dead_code, reason = "tests of the library use the rest")]
-#[path = "../../uvgraft-avatar/src/scene/strip.rs"]
-mod strip;
+use serde_json::{Value, json};
+use uvgraft::{Channels, Size};
+use uvgraft_tests::strip::{self, Strip};
 
 use bench::{Bench, texel_u8};
-use serde_json::{Value, json};
-use strip::Strip;
-use uvgraft::{Channels, Size};
 
 fn bench() -> Bench {
     let bench = Bench::new();

@@ -4,14 +4,15 @@
 
 mod bench;
 
-use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, Layout, Skin};
+
+use bench::{Bench, texel_u8};
 
 const RED: [u8; 3] = [200, 50, 50];
 const BLUE: [u8; 3] = [50, 50, 200];
@@ -70,7 +71,7 @@ fn save(bench: &Bench, name: &str, color: impl Fn(u32, u32) -> [u8; 3]) {
 
 fn delta_e(a: [u8; 3], b: [u8; 3]) -> f64 {
     let [a, b] = [a, b].map(|color| color.map(|value| f32::from(value) / 255.0));
-    uvgraft::metrics::delta_e(a, b)
+    uvgraft::color::delta_e(a, b)
 }
 
 #[test]

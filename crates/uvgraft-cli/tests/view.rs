@@ -3,14 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
 mod bench;
+use uvgraft_tests::mannequin;
 #[allow(dead_code, reason = "tests of the library use the rest")]
-#[path = "../../uvgraft-avatar/src/scene/strip.rs"]
-mod strip;
+use uvgraft_tests::strip::Strip;
+use uvgraft_viewer::PAGE;
 
 use bench::Bench;
-use strip::Strip;
-use uvgraft_tests::mannequin;
-use uvgraft_viewer::PAGE;
 
 #[test]
 fn writes_one_page_beside_the_avatar() {

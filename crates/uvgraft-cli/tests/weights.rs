@@ -6,10 +6,11 @@ mod bench;
 
 use std::process::Output;
 
-use bench::Bench;
-use uvgraft::metrics::lpips::LpipsNetwork;
 use uvgraft_io::lpips_weights;
+use uvgraft_metrics::lpips::LpipsNetwork;
 use uvgraft_tests::downloads;
+
+use bench::Bench;
 
 /// Runs the program with a home folder of its own, and with `UVGRAFT_WEIGHTS` if there is one.
 fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
-use uvgraft::metrics::lpips::Lpips;
-use uvgraft::metrics::{self, Colors, Mask, MetricError};
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, NormalFrames, NormalOptions,
     Pair, SamplingMap, Size, Sizes, Texels, Texture, resample,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::lpips_weights::sdist;
+use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 use uvgraft_tests::{downloads, real, synthetic};
 
 const SOURCE: Size = Size::square(2048);

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Tone};
-use uvgraft_avatar::render::{View, render};
+use uvgraft::{Channels, Encoding, Mesh, Part, Size, Texels, Texture, Tone};
 use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_render::{Shading, View, render};
 use uvgraft_tests::looks::measure::{self, Bench, Figures};
 use uvgraft_tests::looks::subjects::{BODY, Outcome, subjects, transfer};
 use uvgraft_tests::looks::{BodyFrame, Label, Labels};
@@ -118,7 +118,8 @@ fn view(mesh: &Mesh, frame: &BodyFrame, texture: &Texture) -> Texture {
         height: 0.58,
         floor: false,
     };
-    render(mesh, texture, &view, CELL)
+    let shading = |part: &Part| Shading::named(&part.material).unwrap_or_default();
+    render(mesh, texture, shading, &view, CELL)
 }
 
 fn sheet(rows: &[Vec<Texture>]) -> Texture {

@@ -16,6 +16,7 @@ pub mod normal_bake;
 pub mod photographs;
 pub mod pictures;
 pub mod real;
+pub mod strip;
 pub mod synthetic;
 pub mod walkers;
 

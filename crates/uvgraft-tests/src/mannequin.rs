@@ -3,10 +3,10 @@
 
 use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
 use uvgraft_avatar::rig::{
     Clip, Expression, ExpressionPreset, HumanBone, Joint, Morph, Pose, Skeleton, Skin,
 };
+use uvgraft_gltf::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
 
 /// Bone, joint's name, the number of its parent, where its box starts and ends, half the box's width.
 /// The names are SMPL's, the bones those that a VRM must have. In metres.

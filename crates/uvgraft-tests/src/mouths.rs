@@ -4,13 +4,14 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 use uvgraft::{Anatomy, Channels, Depth, Encoding, Landmark, Mesh, Size, Texture};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyModel, Shape};
-use uvgraft_avatar::glb::{self, Export, Looks, Picture, PictureFormat};
 use uvgraft_avatar::mouth::Mouth;
-use uvgraft_avatar::render::{Background, Look, Perspective, Renderer};
 use uvgraft_avatar::rig::{HumanBone, Morph, Pose};
-use uvgraft_avatar::scene::{Posing, Scene};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
+use uvgraft_gltf::glb::{self, Export, Looks, Picture, PictureFormat};
+use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_render::{Background, Look, Perspective, Renderer};
 
 use crate::made_up::{self, Entanglement, MadeUp};
 

@@ -2,8 +2,8 @@
 //!
 //! The same arithmetic is in `fixtures/pictures.py`, so no picture needs to be stored.
 
-use uvgraft::metrics::Mask;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+use uvgraft_metrics::Mask;
 
 use crate::downloads;
 

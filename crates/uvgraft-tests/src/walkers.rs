@@ -3,9 +3,10 @@
 //! shapes.
 
 use glam::{DMat4, DVec4, Quat, Vec3};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shaped};
 use uvgraft_avatar::rig::{Clip, HumanBone};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 
 use crate::bodies;

@@ -1,7 +1,7 @@
 //! Landmarks and areas of the synthetic figure and of real heads and bodies.
 
 use uvgraft::{Anatomy, Area, Landmark, Mesh};
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 use uvgraft_tests::real;
 
 /// Landmarks as seen in front and side views, in the head's coordinates.

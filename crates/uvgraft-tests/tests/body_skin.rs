@@ -7,7 +7,7 @@ use uvgraft::raster::ScanTriangle;
 use uvgraft::{
     Anatomy, Area, Channels, Direction, Encoding, Graft, Pair, Size, Sizes, Texels, Texture,
 };
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image;
 use uvgraft_tests::looks::{BodyFrame, BodyLook, Label, Layout, Painted};
 use uvgraft_tests::real;

@@ -6,13 +6,14 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use uvgraft::metrics::{Colors, ssim};
 use uvgraft::{Channels, Depth, Size, Texels, Texture};
-use uvgraft_avatar::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
-use uvgraft_avatar::render::{Background, Look, Perspective, Renderer};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
-use uvgraft_avatar::scene::{Posing, Scene};
-use uvgraft_avatar::{Avatar, Figure, paint_body};
+use uvgraft_figure::{Figure, paint_body};
+use uvgraft_gltf::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
+use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_metrics::{Colors, ssim};
+use uvgraft_render::{Background, Look, Perspective, Renderer};
 use uvgraft_tests::browser::Browser;
 
 const SIZE: Size = Size::new(450, 600);

@@ -5,10 +5,11 @@
 
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
-use uvgraft_avatar::glb::{
+use uvgraft_avatar::Avatar;
+use uvgraft_figure::{Figure, paint_body};
+use uvgraft_gltf::glb::{
     Export, Looks, Permissions, Picture, PictureFormat, Style, VrmMeta, write,
 };
-use uvgraft_avatar::{Avatar, Figure, paint_body};
 use uvgraft_tests::browser::Browser;
 
 fn flat() -> Picture {

@@ -3,10 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyModel, Shape};
-use uvgraft_avatar::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
 use uvgraft_avatar::mouth::Mouth;
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
+use uvgraft_gltf::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
 use uvgraft_tests::clients::{Client, Loaded};
 use uvgraft_tests::made_up::{self, Entanglement};
 

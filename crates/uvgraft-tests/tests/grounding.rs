@@ -5,11 +5,12 @@
 
 use glam::Vec3;
 use uvgraft::Mesh;
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape, Shaped};
-use uvgraft_avatar::figure::motion::as_amass;
 use uvgraft_avatar::motion::{ClipOptions, Ground, Motion, Person, Retarget, Up};
 use uvgraft_avatar::rig::{Clip, HumanBone};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
+use uvgraft_figure::motion::as_amass;
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_tests::walkers;
 

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use uvgraft::metrics::{self, Colors, Mask, MetricError};
+use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 use uvgraft_tests::fixtures::{self, Case};
 use uvgraft_tests::{pictures, synthetic};
 

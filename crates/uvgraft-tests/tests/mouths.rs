@@ -3,8 +3,8 @@
 
 use glam::Vec3;
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::preset::{Preset, QUEST};
 use uvgraft_avatar::rig::Morph;
+use uvgraft_gltf::preset::{Preset, QUEST};
 use uvgraft_tests::mouths::{Face, Subject};
 
 /// Jaws that are closed, in speech and wide.

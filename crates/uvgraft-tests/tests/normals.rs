@@ -8,7 +8,7 @@ use uvgraft::{
     Channels, Content, Depth, Direction, Encoding, Filter, Graft, Mesh, NormalFrames,
     NormalOptions, NormalY, Pair, Size, Sizes, Texels, Texture,
 };
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 use uvgraft_tests::normal_bake::{
     Baked, Spots, angle, bake, face_rotations, linked_faces, rotated, spots,
 };

@@ -8,7 +8,7 @@ mod same_places;
 use std::sync::Arc;
 
 use uvgraft::{Direction, Filter, Graft, Mesh, Pair, Size, Sizes, Texture};
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 
 /// A mesh with its triangles in another order, and each beginning at another corner.
 fn shuffled(mesh: &Mesh, seed: u64) -> Mesh {

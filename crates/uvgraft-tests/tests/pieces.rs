@@ -6,12 +6,12 @@
 use std::sync::Arc;
 
 use uvgraft::blend::Side;
-use uvgraft::seams::{SeamOptions, measure};
 use uvgraft::{
     BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter, FitOptions, Graft,
     GraftBuilder, Ground, Mesh, NormalOptions, Overlap, Pair, PairReport, Piece, Prefer, Size,
     Sizes, Texels, TexelsMut, Texture, Tone, Weights,
 };
+use uvgraft_metrics::seams::{SeamOptions, measure};
 use uvgraft_tests::{real, synthetic};
 
 const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

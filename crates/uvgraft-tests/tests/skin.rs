@@ -8,7 +8,7 @@ use uvgraft::raster::ScanTriangle;
 use uvgraft::skin::SkinModel;
 use uvgraft::statistics::ColorMatch;
 use uvgraft::{Graft, Pair, Part, Size, Sizes, Texels, Texture};
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_tests::real;
 
 type Color = [f32; 3];

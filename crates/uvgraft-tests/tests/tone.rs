@@ -5,12 +5,12 @@
 use std::sync::Arc;
 
 use uvgraft::blend::CutMesh;
-use uvgraft::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
 use uvgraft::{
     Anatomy, Area, Blend, BlendOptions, Channels, Depth, Direction, Encoding, Graft, Ground, Pair,
     Size, Sizes, Texels, Texture, Tone,
 };
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
+use uvgraft_metrics::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{
     BodyFrame, BodyLook, Collar, FaceLook, HeadFrame, Label, Labels, Layout, Skin,
@@ -198,7 +198,7 @@ fn a_known_gain_is_taken_back() {
         let face = recolored(&stage.face, |value, _, channel| value * gain[channel]);
         let found =
             cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
-        let differences = found.iter().zip(&wanted).map(|(&a, &b)| uvgraft::metrics::delta_e(a, b));
+        let differences = found.iter().zip(&wanted).map(|(&a, &b)| uvgraft::color::delta_e(a, b));
         let mean = differences.sum::<f64>() / found.len() as f64;
         assert!(mean < 2.0, "{gain:?}: ΔE {mean}");
     }
@@ -220,7 +220,7 @@ fn a_ramp_of_light_keeps_its_contrast() {
         let pasted = cheeks(&stage, &stage.carry(&face, BlendOptions::default()));
         let found =
             cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
-        let off = uvgraft::metrics::delta_e(mean(&found), wanted);
+        let off = uvgraft::color::delta_e(mean(&found), wanted);
         assert!(off < 2.0, "{left} to {right}: ΔE {off}");
         let kept = contrast(&found) / contrast(&pasted);
         assert!((kept - 1.0).abs() < 0.1, "{left} to {right}: {kept} of the contrast");
@@ -309,7 +309,7 @@ fn light_from_a_collar_does_not_reach_the_body() {
         let texels = (0..SIZES.to.height).flat_map(|y| (0..SIZES.to.width).map(move |x| (x, y)));
         let difference = |(x, y)| {
             let [a, b] = [&plain, &lit].map(|texture| [0, 1, 2].map(|k| texture.get(x, y, k)));
-            uvgraft::metrics::delta_e(a, b)
+            uvgraft::color::delta_e(a, b)
         };
         let most = texels.filter(is_body).map(difference).fold(0.0, f64::max);
         assert!(most < 2.0, "{tone:?}: ΔE {most}");

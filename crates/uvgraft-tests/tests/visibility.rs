@@ -5,11 +5,11 @@
 use std::sync::Arc;
 
 use uvgraft::blend::{BlendOptions, Ground, Growth, Tone};
-use uvgraft::seams::{Offset, SeamOptions, SeamReport, measure};
 use uvgraft::{
     Channels, Direction, Encoding, Filter, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes,
     Texels, Texture,
 };
+use uvgraft_metrics::seams::{Offset, SeamOptions, SeamReport, measure};
 use uvgraft_tests::real;
 
 const SIZE: Size = Size::square(2048);

@@ -4,12 +4,12 @@
 
 use std::path::Path;
 
-use uvgraft::metrics::{Colors, ssim};
 use uvgraft::{Size, Texture};
-use uvgraft_avatar::glb::{Export, Looks, Picture, PictureFormat, write};
-use uvgraft_avatar::render::{Bounds, Look, Perspective, Renderer};
-use uvgraft_avatar::scene::{Posing, Scene, whole};
-use uvgraft_avatar::{Figure, paint_body};
+use uvgraft_figure::{Figure, paint_body};
+use uvgraft_gltf::glb::{Export, Looks, Picture, PictureFormat, write};
+use uvgraft_gltf::scene::{Posing, Scene, whole};
+use uvgraft_metrics::{Colors, ssim};
+use uvgraft_render::{Bounds, Look, Perspective, Renderer};
 use uvgraft_tests::gltf_transform::GltfTransform;
 
 const SIZE: Size = Size::new(300, 400);

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Channels, Depth, Encoding, Graft, Pair, Size, Sizes, TexelFormat, Texture};
-use uvgraft_avatar::{Figure, paint_head};
+use uvgraft_figure::{Figure, paint_head};
 use uvgraft_io::image::{BandWriter, TextureSpec, WriteOptions};
 
 /// Rows of a band.

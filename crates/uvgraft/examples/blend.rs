@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use uvgraft::blend::Growth;
 use uvgraft::{BlendOptions, Direction, Graft, Ground, Pair, Size, Sizes};
-use uvgraft_avatar::{Figure, paint_body_in_tone, paint_head};
+use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
 /// - `path`: the image that is written.

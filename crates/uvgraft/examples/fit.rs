@@ -8,7 +8,7 @@ use std::sync::Arc;
 use uvgraft::{
     Channels, Depth, Direction, Encoding, FitOptions, FitSummary, Graft, Pair, Size, Sizes, Texture,
 };
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
 /// How the fit went.

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Graft, Pair, Size, Sizes};
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
 /// - `path`: the image that is written.

@@ -5,27 +5,28 @@
 
 use crate::mesh::Mesh;
 use crate::surface::Surface;
+use crate::texture::Size;
 
 /// A triangle's edge: number `3 * face + corner` runs from that corner to the next.
-pub(crate) type Half = u32;
+pub type HalfEdge = u32;
 
 /// No edge.
-pub(crate) const NONE: Half = u32::MAX;
+pub const NONE: HalfEdge = u32::MAX;
 
 /// More triangles than this at one edge are not paired; a sound mesh has two.
 const MOST_AT_AN_EDGE: usize = 16;
 
 /// The edges of a mesh that two triangles share.
 #[derive(Debug)]
-pub(crate) struct Edges {
+pub struct Edges {
     /// `[faces]` for each corner, which point of the surface it is.
     pub vertices: Vec<[u32; 3]>,
     /// How many points there are.
     pub vertex_count: usize,
     /// Edges with a triangle on both sides, in the order of their first triangle's edge.
-    pub shared: Vec<Shared>,
+    pub shared: Vec<SharedEdge>,
     /// `[3 * faces]` for each triangle's edge the one on its other side, or [`NONE`].
-    pub opposite: Vec<Half>,
+    pub opposite: Vec<HalfEdge>,
     /// Edges of triangles without a triangle on the other side.
     pub single: usize,
     /// Triangles that have one point at two corners; they are passed over.
@@ -34,11 +35,57 @@ pub(crate) struct Edges {
 
 /// An edge that two triangles share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Shared {
+pub struct SharedEdge {
     /// The edge in each of them, the lower one first.
-    pub halves: [Half; 2],
+    pub halves: [HalfEdge; 2],
     /// Whether the two run along it in opposite directions, as they do where both wind alike.
     pub opposed: bool,
+}
+
+impl SharedEdge {
+    /// The same edge with its sides changed.
+    pub fn turned(self) -> Self {
+        Self { halves: [self.halves[1], self.halves[0]], ..self }
+    }
+
+    /// A place along it, on each of its triangles' edges.
+    pub fn places(&self, at: f64) -> [(HalfEdge, f64); 2] {
+        let second = if self.opposed { 1.0 - at } else { at };
+        [(self.halves[0], at), (self.halves[1], second)]
+    }
+
+    /// On each side, the UV coordinates of the edge's ends, in the order of its first triangle.
+    pub fn uv(&self, mesh: &Mesh) -> [[[f32; 2]; 2]; 2] {
+        let [first, second] = self.halves.map(|half| {
+            let corners = mesh.uv_triangle(half as usize / 3);
+            [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]]
+        });
+        [first, if self.opposed { [second[1], second[0]] } else { second }]
+    }
+
+    /// The positions of its ends, in the order of its first triangle.
+    pub fn positions(&self, mesh: &Mesh) -> [[f32; 3]; 2] {
+        let half = self.halves[0] as usize;
+        let face = mesh.faces()[half / 3];
+        [face[half % 3], face[(half % 3 + 1) % 3]].map(|vertex| mesh.positions()[vertex as usize])
+    }
+
+    /// Its length, in the unit of the mesh.
+    pub fn length(&self, mesh: &Mesh) -> f64 {
+        let [a, b] = self.positions(mesh);
+        let [x, y, z] = [0, 1, 2].map(|k| f64::from(b[k]) - f64::from(a[k]));
+        (x * x + y * y + z * z).sqrt()
+    }
+
+    /// Its length in texels, on the side that has more of them.
+    pub fn texels(&self, mesh: &Mesh, size: Size) -> f64 {
+        let length = |[a, b]: [[f32; 2]; 2]| {
+            let [x, y] = [0, 1].map(|k| f64::from(b[k]) - f64::from(a[k]));
+            (x * f64::from(size.width)).hypot(y * f64::from(size.height))
+        };
+        let [first, second] = self.uv(mesh).map(length);
+        first.max(second)
+    }
 }
 
 impl Edges {
@@ -52,7 +99,7 @@ impl Edges {
         let surface = Surface::new(mesh);
         let (vertices, vertex_count) = (surface.triangles().to_vec(), surface.positions().len());
         let is_collapsed = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
-        let mut keyed: Vec<(u32, u32, Half)> = Vec::with_capacity(vertices.len() * 3);
+        let mut keyed: Vec<(u32, u32, HalfEdge)> = Vec::with_capacity(vertices.len() * 3);
         for (face, corners) in (0u32..).zip(&vertices) {
             if !is_collapsed(corners) {
                 let [a, b, c] = *corners;
@@ -63,7 +110,7 @@ impl Edges {
             }
         }
         keyed.sort_unstable();
-        let from = |half: Half| vertices[half as usize / 3][half as usize % 3];
+        let from = |half: HalfEdge| vertices[half as usize / 3][half as usize % 3];
         let mut opposite = vec![NONE; vertices.len() * 3];
         let mut shared = Vec::with_capacity(keyed.len() / 2);
         let mut crowd = Vec::new();
@@ -74,7 +121,7 @@ impl Edges {
             for [a, b] in pairs(mesh, &crowd, from) {
                 opposite[a as usize] = b;
                 opposite[b as usize] = a;
-                shared.push(Shared { halves: [a, b], opposed: from(a) != from(b) });
+                shared.push(SharedEdge { halves: [a, b], opposed: from(a) != from(b) });
             }
         }
         shared.sort_unstable_by_key(|edge| edge.halves);
@@ -84,18 +131,18 @@ impl Edges {
     }
 
     /// The two ends of a triangle's edge.
-    pub fn ends(&self, half: Half) -> [u32; 2] {
+    pub fn ends(&self, half: HalfEdge) -> [u32; 2] {
         let corners = self.vertices[half as usize / 3];
         [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]]
     }
 }
 
 /// Pairs the triangles that meet at one edge, each with one other at most.
-fn pairs(mesh: &Mesh, halves: &[Half], from: impl Fn(Half) -> u32) -> Vec<[Half; 2]> {
+fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Vec<[HalfEdge; 2]> {
     if let &[a, b] = halves {
         return vec![[a, b]];
     }
-    let vertices = |half: Half| {
+    let vertices = |half: HalfEdge| {
         let (face, corner) = (half as usize / 3, half as usize % 3);
         let corners = mesh.faces()[face];
         let [a, b] = [corners[corner], corners[(corner + 1) % 3]];
@@ -111,7 +158,7 @@ fn pairs(mesh: &Mesh, halves: &[Half], from: impl Fn(Half) -> u32) -> Vec<[Half;
     }
     candidates
         .sort_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)).then(x.3.cmp(&y.3)));
-    let mut taken: Vec<Half> = Vec::new();
+    let mut taken: Vec<HalfEdge> = Vec::new();
     let mut pairs = Vec::new();
     for (_, _, _, [a, b]) in candidates {
         if !taken.contains(&a) && !taken.contains(&b) {
@@ -123,7 +170,7 @@ fn pairs(mesh: &Mesh, halves: &[Half], from: impl Fn(Half) -> u32) -> Vec<[Half;
 }
 
 /// The direction from an edge into its triangle, of length 1; 0 for a triangle without area.
-fn away(mesh: &Mesh, half: Half) -> [f64; 3] {
+fn away(mesh: &Mesh, half: HalfEdge) -> [f64; 3] {
     let (face, corner) = (half as usize / 3, half as usize % 3);
     let at =
         |k: usize| mesh.positions()[mesh.faces()[face][(corner + k) % 3] as usize].map(f64::from);
@@ -147,7 +194,7 @@ mod tests {
         Mesh::from_triangles(positions.to_vec(), uv, faces, faces).unwrap()
     }
 
-    fn found(edges: &Edges) -> Vec<([Half; 2], bool)> {
+    fn found(edges: &Edges) -> Vec<([HalfEdge; 2], bool)> {
         edges.shared.iter().map(|edge| (edge.halves, edge.opposed)).collect()
     }
 

@@ -19,14 +19,14 @@
 //! are worked on by the caller's rayon pool; results do not depend on it. See [`threads`].
 
 pub mod anatomy;
-pub mod baseline;
+pub mod area_colors;
 mod bits;
 pub mod blend;
 pub mod color;
 mod convert;
 pub mod correspond;
 pub mod disjoint;
-mod edges;
+pub mod edges;
 pub mod fill;
 pub mod filter;
 pub mod fit;
@@ -37,7 +37,6 @@ pub mod labels;
 mod layout_grid;
 pub mod map;
 pub mod mesh;
-pub mod metrics;
 mod non_finite;
 pub mod normals;
 pub mod operator;
@@ -52,7 +51,7 @@ pub mod resample;
 mod resampler;
 mod resize;
 mod rotation;
-pub mod seams;
+mod sampler;
 mod simd;
 pub mod skin;
 pub mod statistics;

@@ -5,7 +5,7 @@ use uvgraft::Mesh;
 
 use super::{BodyError, Shaped};
 use crate::Avatar;
-use crate::rig::{Clip, RigError};
+use crate::rig::{Clip, MOST_INFLUENCES, RigError};
 
 /// How far two bodies are from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,7 @@ impl Shaped<'_> {
             return Err(BodyError::Count { what: "vertices in the avatar", found, wanted });
         }
         // What the file has, and where the avatar was moved to.
-        let skin = crate::glb::written_skin(avatar);
+        let skin = avatar.skin.pruned(MOST_INFLUENCES).0;
         let roots =
             [&avatar.skeleton, &self.skeleton].map(|rig| Vec3::from(rig.joints()[0].position));
         let moved = roots[0] - roots[1];

@@ -10,10 +10,10 @@ use super::iris::{Iris, irises, sample, white};
 use super::texels;
 use crate::Avatar;
 use crate::atlas::Place;
-use crate::noise::noise2;
+use crate::paint::easing::{bell, mix, smoothstep};
+use crate::paint::noise::noise2;
+use crate::paint::texel::{Color, blend, put, srgb};
 use crate::rig::HumanBone;
-use crate::texel::{Color, blend, put, srgb};
-use crate::vector::{bell, mix, smoothstep};
 
 const SCLERA: Color = [0.82, 0.785, 0.76];
 const RIM: Color = [0.62, 0.45, 0.41];
@@ -115,10 +115,11 @@ mod tests {
     use std::f32::consts::{FRAC_PI_2 as UP, PI};
 
     use uvgraft::Size;
+    use uvgraft_figure::{Figure, paint_body};
 
     use super::*;
-    use crate::texel::luma;
-    use crate::{Figure, paint_body};
+    use crate::example;
+    use crate::paint::texel::luma;
 
     const GREEN: Color = [0.35, 0.45, 0.3];
 
@@ -140,7 +141,7 @@ mod tests {
     fn the_figures_eyes_are_drawn_and_nothing_else_changes() {
         let figure = Figure::new();
         let parted = super::super::Parted::find(&figure.body).unwrap().unwrap();
-        let mut avatar = figure.avatar();
+        let mut avatar = example::avatar();
         avatar.mesh = parted.mesh.clone().with_positions(avatar.mesh.positions().to_vec()).unwrap();
         let size = Size::square(1024);
         let mut texture = paint_body(&figure, size);

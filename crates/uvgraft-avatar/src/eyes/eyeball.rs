@@ -14,7 +14,7 @@ const ROUNDNESS: f32 = 0.2;
 
 /// A piece of the mesh that is about a sphere.
 #[derive(Debug, Clone)]
-pub(crate) struct Eyeball {
+pub struct Eyeball {
     /// Which of [`pieces`].
     pub piece: u32,
     /// Its vertices, rising.
@@ -26,7 +26,7 @@ pub(crate) struct Eyeball {
 }
 
 /// For each vertex the piece that it is in: vertices that triangles join, or that are at one place.
-pub(crate) fn pieces(mesh: &Mesh) -> Vec<u32> {
+pub fn pieces(mesh: &Mesh) -> Vec<u32> {
     let count = mesh.positions().len() as u32;
     let mut sets = DisjointSets::new(count);
     let mut known = HashMap::new();
@@ -42,7 +42,7 @@ pub(crate) fn pieces(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// The eyeballs that follow one of the two eye bones; none where the skeleton lacks it.
-pub(crate) fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<Eyeball> {
+pub fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<Eyeball> {
     let Some(joint) = avatar.skeleton.human(bone) else { return Vec::new() };
     let follows = |vertex: usize| {
         matches!(avatar.skin.of(vertex), [(first, weight), ..]
@@ -70,7 +70,7 @@ pub(crate) fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<
 }
 
 /// Whether points lie on a sphere, as far as those of eyeballs do.
-pub(crate) fn is_round(places: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
+pub fn is_round(places: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
     places.iter().all(|place| (place.distance(center) - radius).abs() < ROUNDNESS * radius)
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn is_round(places: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
 /// their backs, so the middle of a box would not do.
 ///
 /// With points measured from their mean, |p|² = 2 c·p + constant is linear in the centre c.
-pub(crate) fn sphere(places: &[Vec3]) -> Option<(Vec3, f32)> {
+pub fn sphere(places: &[Vec3]) -> Option<(Vec3, f32)> {
     let count = places.len() as f64;
     let mean = places.iter().map(|place| place.as_dvec3()).sum::<DVec3>() / count;
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);

@@ -1,7 +1,7 @@
 //! The colour of irises in a texture.
 
 use super::gaze::Gaze;
-use crate::texel::{Color, luma};
+use crate::paint::texel::{Color, luma};
 
 /// Fewer texels tell no colour.
 const FEWEST: usize = 12;

@@ -6,7 +6,7 @@
 //! sclera, iris and pupil over what was captured.
 
 mod clean;
-pub(crate) mod eyeball;
+pub mod eyeball;
 mod gaze;
 mod iris;
 mod parted;

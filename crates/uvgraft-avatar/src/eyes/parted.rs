@@ -199,9 +199,9 @@ fn moved_mesh(mesh: &Mesh, moved: &Round, place: &Place) -> Result<Mesh, MeshErr
 #[cfg(test)]
 mod tests {
     use uvgraft::islands::Islands;
+    use uvgraft_figure::{Figure, paint_body};
 
     use super::*;
-    use crate::{Figure, paint_body};
 
     #[test]
     fn the_figures_eyes_get_an_island_each_and_show_what_they_showed() {

@@ -112,11 +112,11 @@ pub(super) fn world(skeleton: &Skeleton, pose: &Pose) -> Vec<(Quat, Vec3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Figure;
+    use crate::example;
 
     #[test]
     fn feet_come_where_they_are_wanted_and_keep_their_turn() {
-        let skeleton = Figure::new().avatar().skeleton;
+        let skeleton = example::avatar().skeleton;
         let legs = Leg::both(&skeleton).unwrap();
         let mut bent = Pose::rest(skeleton.joints().len());
         bent.rotations[legs[0].hip] = Quat::from_rotation_x(-0.4).into();
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn what_is_too_far_is_reached_for() {
-        let skeleton = Figure::new().avatar().skeleton;
+        let skeleton = example::avatar().skeleton;
         let [leg, _] = Leg::both(&skeleton).unwrap();
         let rest = Pose::rest(skeleton.joints().len());
         let before = world(&skeleton, &rest);

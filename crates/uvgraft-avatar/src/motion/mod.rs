@@ -9,16 +9,15 @@ mod retarget;
 mod soles;
 mod up;
 
-pub use amass::Motion;
-pub use ground::Grounding;
-pub use retarget::{ClipOptions, Ground, Person, Retarget};
-pub(crate) use retarget::{MEAN_LEG_M, MEAN_PELVIS};
-pub use soles::Soles;
-pub use up::Up;
-
 use uvgraft_io::arrays::ArraysError;
 
 use crate::rig::RigError;
+pub use amass::Motion;
+pub use ground::Grounding;
+pub use retarget::{ClipOptions, Ground, Person, Retarget};
+pub use retarget::{MEAN_LEG_M, MEAN_PELVIS};
+pub use soles::Soles;
+pub use up::Up;
 
 /// Why a motion was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

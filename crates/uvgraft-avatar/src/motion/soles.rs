@@ -160,12 +160,12 @@ fn directions() -> impl Iterator<Item = Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Figure;
+    use crate::example;
     use crate::rig::Pose;
 
     #[test]
     fn hulls_touch_the_ground_where_vertices_do() {
-        let avatar = Figure::new().avatar().standing().unwrap();
+        let avatar = example::avatar().standing().unwrap();
         let soles = avatar.soles().unwrap();
         for clip in &avatar.clips {
             for pose in clip.poses.iter().step_by(7) {

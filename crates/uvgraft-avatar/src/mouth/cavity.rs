@@ -8,8 +8,8 @@ use super::frame::Frame;
 use super::piece::{Chart, Knot, Piece, Point};
 use super::rim::Rim;
 use crate::Avatar;
+use crate::paint::easing::smoothstep;
 use crate::ray::meets;
-use crate::vector::smoothstep;
 
 /// How far teeth are behind the innermost of the lips, in millimetres.
 const BEHIND_LIPS_MM: f32 = 1.8;

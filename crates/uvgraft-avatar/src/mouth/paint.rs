@@ -9,8 +9,8 @@ use super::rim::Rim;
 use super::teeth::{LOWER_MM, ROWS, UPPER_MM};
 use crate::Avatar;
 use crate::atlas::Place;
-use crate::texel::{Color, blend, put, srgb};
-use crate::vector::{bell, mix, smoothstep};
+use crate::paint::easing::{bell, mix, smoothstep};
+use crate::paint::texel::{Color, blend, put, srgb};
 
 const MUCOSA: Color = [0.50, 0.20, 0.19];
 const GUM: Color = [0.74, 0.44, 0.43];

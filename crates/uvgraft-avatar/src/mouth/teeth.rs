@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::cavity::Fit;
 use super::piece::{Chart, Knot, Piece, Point};
-use crate::vector::mix;
+use crate::paint::easing::mix;
 
 /// Widths of the teeth of half an arch from the middle, in millimetres.
 ///

@@ -4,11 +4,12 @@ use std::collections::HashMap;
 
 use glam::{Quat, Vec3};
 use uvgraft::{Mesh, Size};
+use uvgraft_figure::Figure;
+use uvgraft_figure::paint_body;
 
 use super::piece::{Chart, Knot};
 use super::*;
-use crate::figure::Figure;
-use crate::paint_body;
+use crate::example;
 use crate::rig::HumanBone;
 
 struct Subject {
@@ -18,7 +19,7 @@ struct Subject {
 }
 
 fn subject() -> Subject {
-    let before = Figure::new().avatar();
+    let before = example::avatar();
     let mouth = Mouth::fit(&before).unwrap();
     let after = mouth.attach(before.clone()).unwrap();
     Subject { before, mouth, after }
@@ -158,7 +159,7 @@ fn its_islands_are_free_and_painted() {
 
 #[test]
 fn heads_without_an_opening_are_left_alone() {
-    let mut avatar = Figure::new().avatar();
+    let mut avatar = example::avatar();
     let sphere = avatar.mesh.positions().iter().map(|&position| {
         let direction = Vec3::from(position) - Vec3::new(0.0, 1.0, 0.0);
         direction.normalize_or(Vec3::X).to_array()

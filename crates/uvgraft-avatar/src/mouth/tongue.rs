@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::cavity::Fit;
 use super::piece::{Chart, Knot, Piece, Point};
-use crate::vector::smoothstep;
+use crate::paint::easing::smoothstep;
 
 const ACROSS: usize = 8;
 const ALONG: usize = 7;

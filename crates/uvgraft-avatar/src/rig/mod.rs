@@ -17,7 +17,7 @@ pub use human::HumanBone;
 pub use morph::{Expression, ExpressionPreset, Morph};
 pub use pose::{Pose, Rigid};
 pub use skeleton::{Joint, Skeleton};
-pub use skin::{Pruning, Skin};
+pub use skin::{MOST_INFLUENCES, Pruning, Skin};
 
 /// Why a rig was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

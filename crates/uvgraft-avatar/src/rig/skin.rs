@@ -5,6 +5,10 @@ use uvgraft::threads;
 
 use super::{RigError, Rigid};
 
+/// Joints that one vertex of a file may follow: one attribute of glTF holds four, and many readers know of one
+/// attribute only.
+pub const MOST_INFLUENCES: usize = 4;
+
 /// Weights of each vertex, any number of joints, that sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skin {
@@ -107,7 +111,7 @@ impl Skin {
     }
 
     /// The weights of some vertices, as they are.
-    pub(crate) fn of_vertices(&self, vertices: &[u32]) -> Self {
+    pub fn of_vertices(&self, vertices: &[u32]) -> Self {
         let mut some = Self { starts: vec![0], influences: Vec::new() };
         for &vertex in vertices {
             some.influences.extend_from_slice(self.of(vertex as usize));
@@ -146,8 +150,8 @@ impl Skin {
         posed
     }
 
-    /// The blended matrices of vertices: what turns directions and shifts points.
-    pub(crate) fn turns(&self, motions: &[Rigid]) -> Vec<Mat3> {
+    /// The blended rotation of each vertex, which shears where joints differ.
+    pub fn turns(&self, motions: &[Rigid]) -> Vec<Mat3> {
         let matrices = matrices(motions);
         (0..self.vertices()).map(|vertex| self.blend(vertex, &matrices).0).collect()
     }

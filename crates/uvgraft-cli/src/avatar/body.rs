@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use uvgraft::Mesh;
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{Apart, BodyKind, Expressiveness, ModelFile, Needs, Shape};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
 use uvgraft_io::arrays;
 
 use super::Args;

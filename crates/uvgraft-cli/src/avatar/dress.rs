@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Size, Sizes, Texture};
-use uvgraft_avatar::preset::Preset;
+use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values, left_out};

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::glb::{self, CoarserLevel, Export, Exported, Looks};
-use uvgraft_avatar::preset::{self, Level, MOST_LEVELS};
+use uvgraft_gltf::glb::{self, CoarserLevel, Export, Exported, Looks};
+use uvgraft_gltf::preset::{self, Level, MOST_LEVELS};
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::report::grouped;

@@ -6,7 +6,7 @@ use uvgraft::{
     Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
     TexelsMut, Texture,
 };
-use uvgraft_avatar::glb::{Looks, Picture, PictureError, PictureFormat, Style};
+use uvgraft_gltf::glb::{Looks, Picture, PictureError, PictureFormat, Style};
 use uvgraft_io::image;
 use uvgraft_pipeline::Onto;
 

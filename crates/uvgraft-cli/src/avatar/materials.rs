@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::NormalY;
-use uvgraft_avatar::glb::Style;
+use uvgraft_gltf::glb::Style;
 use uvgraft_pipeline::Onto;
 
 use crate::failure::bad_input;

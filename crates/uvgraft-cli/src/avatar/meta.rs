@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Map, Value};
-use uvgraft_avatar::glb::{Permissions, VrmMeta};
+use uvgraft_gltf::glb::{Permissions, VrmMeta};
 
 use crate::failure::bad_input;
 

@@ -23,8 +23,8 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::{MapOptions, Size};
-use uvgraft_avatar::glb::{self, Export, PictureFormat, VrmError};
-use uvgraft_avatar::preset::{self, Fitted, Preset};
+use uvgraft_gltf::glb::{self, Export, PictureFormat, VrmError};
+use uvgraft_gltf::preset::{self, Fitted, Preset};
 use uvgraft_io::{output, pair_file};
 
 use crate::blending::BlendArgs;

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use uvgraft::Size;
-use uvgraft_avatar::glb::{PictureFormat, VrmMeta};
-use uvgraft_avatar::preset::Preset;
+use uvgraft_gltf::glb::{PictureFormat, VrmMeta};
+use uvgraft_gltf::preset::Preset;
 use uvgraft_pipeline::{Onto, Outputs};
 
 use super::materials::{Bases, Materials};

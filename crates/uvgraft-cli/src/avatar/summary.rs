@@ -5,8 +5,8 @@ use std::path::Path;
 
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::Apart;
-use uvgraft_avatar::glb::{Looks, Report};
-use uvgraft_avatar::preset::{Limits, Measured};
+use uvgraft_gltf::glb::{Looks, Report};
+use uvgraft_gltf::preset::{Limits, Measured};
 
 use crate::report::grouped;
 

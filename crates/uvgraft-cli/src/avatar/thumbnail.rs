@@ -1,8 +1,9 @@
 //! The picture of an avatar that lists of avatars show.
 
 use uvgraft::{Averaging, Filter, Size, Texture};
-use uvgraft_avatar::glb::{Looks, Picture, PictureFormat, Style};
-use uvgraft_avatar::{Avatar, portrait};
+use uvgraft_avatar::Avatar;
+use uvgraft_gltf::glb::{Looks, Picture, PictureFormat, Style};
+use uvgraft_render::thumbnail;
 
 use crate::failure::warn;
 
@@ -45,7 +46,7 @@ impl Colors {
                 Looks { style, ..Looks::new(color) }
             })
             .collect();
-        let drawn = portrait(avatar, &looks, SIDE).map_err(|error| error.to_string());
+        let drawn = thumbnail(avatar, &looks, SIDE).map_err(|error| error.to_string());
         let encoded = drawn.and_then(|picture| {
             Picture::encode(picture, PictureFormat::Jpeg, JPEG_QUALITY)
                 .map_err(|error| error.to_string())

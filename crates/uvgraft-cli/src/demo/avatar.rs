@@ -5,16 +5,17 @@ use std::path::Path;
 
 use anyhow::Context;
 use uvgraft::{Size, Texture};
+use uvgraft_avatar::Avatar;
 use uvgraft_avatar::eyes::Parted;
-use uvgraft_avatar::figure::motion::as_amass;
-use uvgraft_avatar::film::write_gif;
-use uvgraft_avatar::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
 use uvgraft_avatar::mouth::Mouth;
-use uvgraft_avatar::render::{Look, Perspective, Renderer};
-use uvgraft_avatar::scene::{Posing, Scene};
-use uvgraft_avatar::{Avatar, Figure};
+use uvgraft_figure::Figure;
+use uvgraft_figure::motion::as_amass;
+use uvgraft_gltf::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
+use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
+use uvgraft_io::image::animation::write_gif;
 use uvgraft_io::output::write_atomically;
+use uvgraft_render::{Look, Perspective, Renderer};
 
 use crate::picture::Picture as Sheet;
 

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use uvgraft::{BlendOptions, Graft, Pair, Size, Sizes, Texture, Tone};
-use uvgraft_avatar::render::{View, render};
-use uvgraft_avatar::{Figure, paint_body_in_tone};
+use uvgraft_figure::{Figure, paint_body_in_tone};
+use uvgraft_render::View;
 
+use super::views::{BUST, render};
 use crate::picture::Picture;
 
 /// What the skin of the body is multiplied by.
@@ -42,7 +43,7 @@ impl Blends {
         ] {
             let graft = Graft::builder(Arc::clone(pair), sizes).blend(options).build()?;
             let result = graft.apply(face, &body)?;
-            let views = [20.0, -75.0].map(|azimuth| View { azimuth, ..View::bust() });
+            let views = [20.0, -75.0].map(|azimuth| View { azimuth, ..BUST });
             shots.push((caption, views.map(|view| render(&figure.body, &result, &view, SHOT))));
         }
         Ok(Self { body, shots })

@@ -2,6 +2,7 @@
 
 mod avatar;
 mod blending;
+mod views;
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -12,12 +13,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
-use uvgraft_avatar::render::{View, render};
-use uvgraft_avatar::{Figure, paint_body, paint_head};
+use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::{arrays, obj, vertex_map};
+use uvgraft_render::View;
 use uvgraft_viewer::PAGE;
 
 use crate::failure::OrBadInput;
@@ -26,6 +27,7 @@ use crate::preview;
 use crate::report::{grouped, parse_size, to_stdout};
 use crate::view;
 use blending::Blends;
+use views::{FACE, FULL, render};
 
 /// Shows the main job on an embedded example that needs no file.
 ///
@@ -254,12 +256,12 @@ impl Shots {
 
     fn new(figure: &Figure, face: &Texture, base: &Texture, body: &Texture) -> Self {
         let close_ups = |mesh: &Mesh, texture: &Texture| {
-            let turned = View { azimuth: -48.0, ..View::face() };
-            [View::face(), turned].map(|view| render(mesh, texture, &view, Self::CLOSE))
+            let turned = View { azimuth: -48.0, ..FACE };
+            [FACE, turned].map(|view| render(mesh, texture, &view, Self::CLOSE))
         };
         let of_body = |caption, texture: &Texture| Panel {
             caption,
-            whole: Some(render(&figure.body, texture, &View::full(), Self::WHOLE)),
+            whole: Some(render(&figure.body, texture, &FULL, Self::WHOLE)),
             close: close_ups(&figure.body, texture),
         };
         let head = Panel {

@@ -2,8 +2,8 @@
 
 use anyhow::Context;
 use uvgraft::Size;
-use uvgraft_avatar::render::{Bounds, Perspective};
-use uvgraft_avatar::scene::{Drawn, Posing, Scene};
+use uvgraft_gltf::scene::{Drawn, Posing, Scene};
+use uvgraft_render::{Bounds, Perspective};
 
 use crate::failure::OrBadInput;
 

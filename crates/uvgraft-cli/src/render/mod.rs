@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::Size;
-use uvgraft_avatar::render::{Background, Look, Renderer};
-use uvgraft_avatar::scene::{Drawn, Posing, Scene};
+use uvgraft_gltf::scene::{Drawn, Posing, Scene};
+use uvgraft_render::{Background, Look, Renderer};
 
 pub(crate) use self::camera::Aim;
 use self::camera::{Cameras, Shot};
@@ -169,7 +169,7 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     posing.weights = args.expression.iter().map(|Weight(name, w)| (name.clone(), *w)).collect();
     let clip = clip(args, scene)?;
     if let (Some(clip), Some(frame)) = (clip, args.frame) {
-        let uvgraft_avatar::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
+        let uvgraft_gltf::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
         // A little more than the end is the end, as printed with one place.
         if frame > seconds + 0.05 {
             anyhow::bail!("--frame {frame}: the clip {name:?} is {seconds:.2} s long");

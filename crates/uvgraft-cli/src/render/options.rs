@@ -1,7 +1,7 @@
 //! Values of the command's options.
 
-use uvgraft_avatar::render::{Background, Bounds};
-use uvgraft_avatar::scene::Stance;
+use uvgraft_gltf::scene::Stance;
+use uvgraft_render::{Background, Bounds};
 
 use super::camera::Aim;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use uvgraft::{Size, Texture};
-use uvgraft_avatar::film::{FilmError, write_gif, write_webp};
+use uvgraft_io::image::animation::{FilmError, write_gif, write_webp};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
 use uvgraft_pipeline::Outputs;

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
-use uvgraft::baseline::{affine::Affine, grid};
 use uvgraft::{
     Channels, Depth, Direction, Filter, FitOptions, Graft, GraftError, MapOptions, Pair,
     SamplingMap, Size, Sizes, Texture, TextureError,
 };
+use uvgraft_metrics::baseline::{affine::Affine, grid};
 
 use crate::fitting::{FitBar, FitSummary};
 

@@ -8,10 +8,10 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use uvgraft::metrics::{Colors, Mask};
 use uvgraft::{Depth, Direction, MapOptions, Size, Texture};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
+use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use uvgraft::Size;
-use uvgraft::baseline::affine::MEDIAN_PX;
+use uvgraft_metrics::baseline::affine::MEDIAN_PX;
 
 use super::method::{Method, Times, Trip, WholePicture};
 use crate::fitting::FitSummary;

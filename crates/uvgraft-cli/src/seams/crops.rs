@@ -1,8 +1,8 @@
 //! Bad places from close by: the texture on both sides of an edge, and both together as they lie on
 //! the surface.
 
-use uvgraft::seams::{SeamEdge, Step, Unfolded};
 use uvgraft::{Size, Texture};
+use uvgraft_metrics::seams::{SeamEdge, Step, Unfolded};
 
 use super::lines::{BEHIND, line, ring, shown};
 use super::report::texel;

@@ -1,8 +1,8 @@
 //! The face from close by, and the colours of its skin and the body's beside each other.
 
 use uvgraft::islands::Islands;
-use uvgraft::seams::{SkinColors, ToneMatch};
 use uvgraft::{Anatomy, Area, Mesh, Size, Texture};
+use uvgraft_metrics::seams::{SkinColors, ToneMatch};
 
 use super::lines::{UNKNOWN, shown};
 use super::picture::{TEXT, TITLE};

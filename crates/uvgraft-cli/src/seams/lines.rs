@@ -1,8 +1,8 @@
 //! Lines over textures, and the colours that tell how large a step is.
 
 use tiny_skia::{Color, LineCap, Paint, Path, PathBuilder, PixmapMut, Stroke, Transform};
-use uvgraft::seams::SeamEdge;
 use uvgraft::{Encoding, Texture, color};
+use uvgraft_metrics::seams::SeamEdge;
 
 use crate::picture::Rgb;
 

@@ -13,9 +13,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::seams::{Offset, SeamOptions, measure};
 use uvgraft::{Anatomy, Direction, Ground};
 use uvgraft_io::{image, pair_file};
+use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
 use uvgraft_pipeline::{Length, Outputs, Unit};
 
 use crate::failure::{Notes, OrBadInput};

@@ -1,8 +1,8 @@
 //! A picture of seams: the layout with its edges coloured by their steps, and the worst places from
 //! close by.
 
-use uvgraft::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
 use uvgraft::{Mesh, Size, Texture};
+use uvgraft_metrics::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
 
 use super::crops::{CROP, Place};
 use super::face::Face;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use uvgraft::Size;
-use uvgraft::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step, ToneMatch};
+use uvgraft_metrics::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step, ToneMatch};
 
 use super::tone;
 use crate::report::{grouped, to_stdout};

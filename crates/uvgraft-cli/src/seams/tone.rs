@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::Serialize;
-use uvgraft::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, measure_tone};
 use uvgraft::{Anatomy, Area, Ground, Size, Texture};
 use uvgraft_io::image;
+use uvgraft_metrics::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, measure_tone};
 
 use super::region::Region;
 use crate::failure::{OrBadInput, bad_input};

@@ -1,4 +1,4 @@
-//! Images in and out as textures: PNG, JPEG, WebP, TIFF and OpenEXR.
+//! Images in and out as textures: PNG, JPEG, WebP, TIFF and OpenEXR; moving ones out ([`animation`]): GIF and WebP.
 //!
 //! The content of a file decides what it is, never its name. Images are turned the right way up as
 //! their EXIF or TIFF orientation asks, so written files carry none. ICC profiles travel along
@@ -20,6 +20,7 @@
 //!
 //! [`Encoding::Data`]: uvgraft::color::Encoding::Data
 
+pub mod animation;
 mod band_reader;
 mod band_writer;
 mod convert;

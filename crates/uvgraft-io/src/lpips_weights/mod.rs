@@ -18,7 +18,7 @@ use std::path::Path;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use uvgraft::metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
+use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use crate::input::{ReadError, read_file};
 use crate::output::write_atomically;

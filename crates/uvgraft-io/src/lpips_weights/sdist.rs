@@ -9,7 +9,7 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 use sha2::{Digest, Sha256};
-use uvgraft::metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
+use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use super::BothNetworks;
 use crate::input::{ReadError, read_file};

@@ -1,7 +1,7 @@
 //! Landmarks of the meshes that are painted on.
 
 use uvgraft::Mesh;
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 
 use super::noise::Point;
 

@@ -4,11 +4,11 @@ use std::fmt;
 use std::sync::Arc;
 
 use uvgraft::blend::CutMesh;
-use uvgraft::metrics::delta_e;
-use uvgraft::seams::{Offset, SeamOptions};
+use uvgraft::color::delta_e;
 use uvgraft::{
-    Channels, Content, Depth, Encoding, Filter, Graft, Pair, Size, Sizes, Texture, color, seams,
+    Channels, Content, Depth, Encoding, Filter, Graft, Pair, Size, Sizes, Texture, color,
 };
+use uvgraft_metrics::seams::{self, Offset, SeamOptions};
 
 use super::{BodyFrame, Color, Label, Labels, Layout, mean_color};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use uvgraft::{BlendOptions, Graft, Pair, Size, Sizes, Texture, Tone};
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 use uvgraft_io::image;
 
 use super::measure::{Bench, Case, Figures};

@@ -6,7 +6,7 @@ use uvgraft::blend::CutMesh;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Blend, BlendOptions, Channels, Direction, Encoding, Graft, Ground, Size, Sizes};
 use uvgraft::{Texels, Texture};
-use uvgraft_avatar::Figure;
+use uvgraft_figure::Figure;
 
 use super::frame::figure_pair;
 use super::measure::{Bench, Case, Figures, agreement};
@@ -142,7 +142,7 @@ fn a_known_gain_is_measured() {
         .map(|at| {
             let (x, y) = (at as u32 % BODY.width, at as u32 / BODY.width);
             let of = |texture: &Texture| [0, 1, 2].map(|k| texture.get(x, y, k));
-            uvgraft::metrics::delta_e(of(&stage.paste), of(&darker))
+            uvgraft::color::delta_e(of(&stage.paste), of(&darker))
         })
         .collect();
     wanted.sort_by(f64::total_cmp);

@@ -1,20 +1,19 @@
 //! The tone along a rim, where nothing else is known: what most of it says, taken on over the surface.
 
-use crate::mesh::Mesh;
-use crate::piece::{FacePiece, mixed, wide};
-use crate::skin::SkinModel;
-use crate::statistics::ColorMatch;
-use crate::texture::Texture;
-use crate::threads::map_indices;
-
 use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
-use super::sample::Sampler;
 use super::selection::Ground;
 use super::tone::{GAINS, Matrix};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
 use crate::color::Encoding;
+use crate::mesh::Mesh;
+use crate::piece::{FacePiece, mixed, wide};
+use crate::sampler::Sampler;
+use crate::skin::SkinModel;
+use crate::statistics::ColorMatch;
+use crate::texture::Texture;
+use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
 

@@ -2,21 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::anatomy::Area;
-use crate::color::Encoding;
-use crate::labels::{Label, Labels, body_skin};
-use crate::metrics::delta_e;
-use crate::skin::SkinModel;
-use crate::statistics::ColorMatch;
-use crate::texture::Texture;
-
 use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
-use super::sample::Sampler;
-use super::skins::{BodySkin, Skin, Skins, mean, samples};
+use super::skins::{BodySkin, Skin, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
+use crate::anatomy::Area;
+use crate::area_colors;
+use crate::color::Encoding;
+use crate::color::delta_e;
+use crate::labels::{Label, Labels, body_skin};
+use crate::sampler::Sampler;
+use crate::skin::SkinModel;
+use crate::statistics::ColorMatch;
+use crate::texture::Texture;
 use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
@@ -156,7 +156,7 @@ impl Blend {
             (None, BaseSkin::Model(_)) => None,
         };
         let is_skin = |uv| mask.is_none_or(|mask| Sampler::new(mask).brightness(uv) >= 0.8);
-        let found = samples(self.ground.mesh(), anatomy, Area::Chest, base, &is_skin);
+        let found = area_colors::of_area(self.ground.mesh(), anatomy, Area::Chest, base, &is_skin);
         Skin::new(found).filter(|chest| chest.is_like(&skins.body.skin))
     }
 

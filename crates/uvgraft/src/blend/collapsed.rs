@@ -5,17 +5,16 @@
 
 use std::sync::Arc;
 
+use super::controls::VALUES;
+use super::field::Slope;
+use super::selection::Ground;
 use crate::anatomy::Area;
 use crate::map::{SamplingMap, corners_px};
 use crate::mesh::doubled_area;
 use crate::piece::wide;
+use crate::sampler::Sampler;
 use crate::texture::{Channels, Size, Texture, Value};
 use crate::threads::for_each_chunk;
-
-use super::controls::VALUES;
-use super::field::Slope;
-use super::sample::Sampler;
-use super::selection::Ground;
 
 /// Where a triangle is so much longer in the source than it is wide, in terms of the target, such a part begins,
 const LINE: f64 = 64.0;

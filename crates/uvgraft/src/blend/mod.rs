@@ -25,7 +25,6 @@ mod painted;
 mod relaid;
 mod report;
 mod rim;
-mod sample;
 mod selection;
 mod skin_mask;
 mod skins;
@@ -33,17 +32,6 @@ mod stretch;
 mod tone;
 mod toning;
 mod undercoat;
-
-pub(crate) use collapsed::{Collapsed, Smooth};
-use compose::Finish;
-pub(crate) use controls::Controls;
-pub use cut::CutMesh;
-pub(crate) use eye_rims::EyeRims;
-pub use report::ToneReport;
-pub use selection::{Ground, Growth, RegionError, Selection, Side};
-pub(crate) use skins::{samples, without_outliers};
-pub use toning::{Toning, ToningError};
-use undercoat::{Skin, Undercoat};
 
 use std::sync::Arc;
 
@@ -53,12 +41,21 @@ use crate::map::{MapOptions, SamplingMap};
 use crate::pair::Direction;
 use crate::skin::SkinModel;
 use crate::texture::{Channels, Texels, Texture, TextureError};
+pub(crate) use collapsed::{Collapsed, Smooth};
+use compose::Finish;
+pub(crate) use controls::Controls;
+pub use cut::CutMesh;
+pub(crate) use eye_rims::EyeRims;
 use field::{Slope, slopes};
 use harmonic::Harmonic;
+pub use report::ToneReport;
 use rim::Rim;
+pub use selection::{Ground, Growth, RegionError, Selection, Side};
 use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};
+pub use toning::{Toning, ToningError};
+use undercoat::{Skin, Undercoat};
 
 /// How far from the rim a tone that was found there has faded out, in distances between the eyes: 5 cm.
 const FADE: f64 = 0.8;

@@ -1,11 +1,10 @@
 //! The outline of a painted mask on a surface: where it crosses the edges of triangles.
 
 use crate::piece::Weights;
+use crate::sampler::Sampler;
 use crate::surface::Surface;
 use crate::texture::Texture;
 use crate::vector::{dot, norm, sub};
-
-use super::sample::Sampler;
 
 /// How many places of an edge are looked at.
 const STEPS: usize = 16;

@@ -4,15 +4,14 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::ops::Range;
 
+use super::selection::Ground;
+use super::tone::gain_between;
 use crate::color::Encoding;
 use crate::piece::{mixed, wide};
+use crate::sampler::Sampler;
 use crate::texture::Texture;
 use crate::threads::map_indices;
 use crate::vector::{norm, sub};
-
-use super::sample::Sampler;
-use super::selection::Ground;
-use super::tone::gain_between;
 
 /// The points that a region ends at, and where colours are measured beside them.
 #[derive(Debug, Clone)]

@@ -3,19 +3,15 @@
 //! A rim says little about a face: necks are shaded, and captures end in collars. So one gain is found from the cheeks,
 //! which both sides have, and the rim only decides on what is left there.
 
-use crate::anatomy::{Anatomy, Area};
-use crate::color::Encoding;
-use crate::labels::{Label, Labels, lab};
-use crate::mesh::Mesh;
-use crate::metrics::delta_e;
-use crate::piece::{mixed, wide};
-use crate::skin::SkinModel;
-use crate::texture::Texture;
-use crate::threads::map_indices;
-
-use super::sample::Sampler;
 use super::selection::Ground;
 use super::tone::{GAINS, toned};
+use crate::anatomy::{Anatomy, Area};
+use crate::area_colors::{of_area, of_faces, without_outliers};
+use crate::color::delta_e;
+use crate::labels::{Label, Labels};
+use crate::mesh::Mesh;
+use crate::skin::SkinModel;
+use crate::texture::Texture;
 
 type Rgb = [f32; 3];
 
@@ -45,22 +41,11 @@ pub(super) struct BodySkin {
     pub is_of_cheeks: bool,
 }
 
-/// With fewer colours an area says nothing.
-const LEAST_SAMPLES: usize = 24;
-
 /// Areas of one skin differ less than this, ΔE 2000: a chest is paler and a neck darker than cheeks.
 const ALIKE: f64 = 18.0;
 
 /// Nine tenths of a blank face differ by less, ΔE 2000: lips and brows of a face differ by more.
 const BLANK: f64 = 5.0;
-
-/// Where each quarter of a triangle has its middle.
-const QUARTERS: [[f64; 3]; 4] = {
-    const SIX: f64 = 1.0 / 6.0;
-    const TWO_THIRDS: f64 = 2.0 / 3.0;
-    const THIRD: f64 = 1.0 / 3.0;
-    [[TWO_THIRDS, SIX, SIX], [SIX, TWO_THIRDS, SIX], [SIX, SIX, TWO_THIRDS], [THIRD, THIRD, THIRD]]
-};
 
 impl Skins {
     /// Looks at the texture; nothing where it shows no skin in the face.
@@ -68,7 +53,7 @@ impl Skins {
         let head = ground.head()?;
         let read = ground.pair().from(ground.direction());
         let is_skin = |uv| labels.at_uv(Label::Skin, uv) >= 0.8;
-        let of = |area| samples(read, &head.anatomy, area, source, &is_skin);
+        let of = |area| of_area(read, &head.anatomy, area, source, &is_skin);
         let of_face = |area| Skin::new(of(area));
         // A beard or a mask may hide the cheeks.
         let face = of_face(Area::Cheeks)
@@ -130,12 +115,12 @@ impl Skin {
                 Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)
             };
             let all: Vec<usize> = (0..mesh.faces().len()).collect();
-            let found = samples_where(mesh, base, &all, |face, weights, _| {
+            let found = of_faces(mesh, base, &all, |face, weights, _| {
                 cheeks(face, weights).is_some_and(|cheeks| cheeks >= 0.5)
             });
             return Some((Self::new(found)?, true));
         };
-        let of = |area| Self::new(samples(mesh, anatomy, area, base, &any));
+        let of = |area| Self::new(of_area(mesh, anatomy, area, base, &any));
         let [cheeks, neck, chest, hands] =
             [Area::Cheeks, Area::Neck, Area::Chest, Area::Hands].map(of);
         let other = |found: Option<Self>| Some((found?, false));
@@ -164,7 +149,7 @@ impl Skin {
     fn is_all_of(&self, mesh: &Mesh, anatomy: &Anatomy, base: &Texture) -> bool {
         const FACE: [Area; 5] =
             [Area::Forehead, Area::Nose, Area::Lips, Area::Brows, Area::EyeSockets];
-        let found = FACE.map(|area| samples(mesh, anatomy, area, base, &|_| true)).concat();
+        let found = FACE.map(|area| of_area(mesh, anatomy, area, base, &|_| true)).concat();
         let alike = found.iter().filter(|&&rgb| delta_e(rgb, self.color) < BLANK).count();
         alike * 10 > found.len() * 9
     }
@@ -188,61 +173,6 @@ impl Skin {
             gain
         })
     }
-}
-
-/// Colours of a texture in an area, four of each triangle.
-pub(crate) fn samples(
-    mesh: &Mesh,
-    anatomy: &Anatomy,
-    area: Area,
-    texture: &Texture,
-    is_wanted: &(impl Fn([f64; 2]) -> bool + Sync),
-) -> Vec<Rgb> {
-    let weights = anatomy.area(area);
-    let in_area = |face: usize| {
-        mesh.faces()[face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 1.5
-    };
-    let faces: Vec<usize> = (0..mesh.faces().len()).filter(|&face| in_area(face)).collect();
-    samples_where(mesh, texture, &faces, |_, _, uv| is_wanted(uv))
-}
-
-/// Colours of a texture at those places of some triangles that are wanted.
-fn samples_where(
-    mesh: &Mesh,
-    texture: &Texture,
-    faces: &[usize],
-    is_wanted: impl Fn(usize, [f64; 3], [f64; 2]) -> bool + Sync,
-) -> Vec<Rgb> {
-    let sampler = Sampler::new(texture);
-    let of_face = |index: usize| {
-        let face = faces[index];
-        let corners = wide(mesh.uv_triangle(face));
-        let places = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
-        let wanted = places.filter(|&(weights, uv)| is_wanted(face, weights, uv));
-        let colors = wanted.map(|(_, uv)| sampler.rgba_as(uv, Encoding::Srgb));
-        let known =
-            colors.filter(|rgba| rgba[3] >= 0.5 && rgba.iter().all(|value| value.is_finite()));
-        known.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
-    };
-    map_indices(faces.len(), of_face).concat()
-}
-
-/// The colours that are near the median in CIELAB; nothing if they are too few.
-pub(crate) fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
-    if colors.len() < LEAST_SAMPLES {
-        return None;
-    }
-    let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
-    let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
-    let far = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
-    let reach = (3.0 * median(labs.iter().map(far).collect())).max(8.0);
-    let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| far(lab) <= reach);
-    Some(kept.map(|(rgb, _)| rgb).collect())
-}
-
-fn median(mut values: Vec<f32>) -> f32 {
-    let half = values.len() / 2;
-    *values.select_nth_unstable_by(half, f32::total_cmp).1
 }
 
 pub(super) fn mean(colors: &[Rgb]) -> Rgb {

@@ -16,9 +16,10 @@ use super::up::Up;
 use super::{Motion, MotionError};
 use crate::rig::{Clip, HumanBone, Pose, Skeleton};
 
-/// The family's mean body, to a centimetre: the pelvis at rest, and hip to knee to ankle, in metres.
-pub(crate) const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
-pub(crate) const MEAN_LEG_M: f32 = 0.78;
+/// Where the pelvis of the SMPL family's mean body is at rest, to a centimetre, in metres.
+pub const MEAN_PELVIS: Vec3 = Vec3::new(0.0, -0.23, 0.03);
+/// How long the legs of the SMPL family's mean body are, from hip to knee to ankle, to a centimetre, in metres.
+pub const MEAN_LEG_M: f32 = 0.78;
 /// Clips that begin facing elsewhere by less than this keep it: a step has its hips turned so.
 const FRONT_DEG: f32 = 30.0;
 

@@ -1,0 +1,22 @@
+//! From where the demo shows its figure.
+
+use uvgraft::{Mesh, Part, Size, Texture};
+use uvgraft_render::{Shading, View};
+
+/// The figure's face, from slightly beside.
+pub(super) const FACE: View =
+    View { azimuth: 18.0, elevation: 4.0, target: [0.0, 1.615, 0.01], height: 0.36, floor: false };
+
+/// The figure's head and shoulders.
+pub(super) const BUST: View =
+    View { azimuth: 20.0, elevation: 3.0, target: [0.0, 1.51, 0.0], height: 0.66, floor: false };
+
+/// All of the figure.
+pub(super) const FULL: View =
+    View { azimuth: 18.0, elevation: 5.0, target: [0.0, 0.885, 0.0], height: 1.95, floor: true };
+
+/// Draws one of the figure's meshes, each part as its material's name says.
+pub(super) fn render(mesh: &Mesh, texture: &Texture, view: &View, size: Size) -> Texture {
+    let shading = |part: &Part| Shading::named(&part.material).unwrap_or_default();
+    uvgraft_render::render(mesh, texture, shading, view, size)
+}

@@ -1,0 +1,216 @@
+//! Paints a texture by asking for the colour of every point of a surface at rest: what is painted
+//! in space has no seams between charts.
+
+use glam::Vec3;
+use uvgraft::raster::ScanTriangle;
+use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value, threads};
+use uvgraft_avatar::normals::vertex_normals;
+
+use super::PartFaces;
+use super::surface::Part;
+
+/// sRGB values, 1.0 for white.
+pub(crate) type Color = [f32; 3];
+
+/// A point of the surface that wants its colour.
+pub(crate) struct Spot {
+    pub part: Part,
+    /// World space in centimetres.
+    pub position: Vec3,
+    pub normal: Vec3,
+}
+
+const BAND: usize = 16;
+
+/// Colours every texel that a chart covers, and a gutter beside the charts.
+pub(crate) fn bake(
+    mesh: &Mesh,
+    parts: &[PartFaces],
+    size: Size,
+    background: Color,
+    color: impl Fn(&Spot) -> Color + Sync,
+) -> Texture {
+    let normals = vertex_normals(mesh.positions(), mesh.faces());
+    let triangles: Vec<Triangle> = parts
+        .iter()
+        .flat_map(|part| part.faces.clone().map(move |face| (part.part, face)))
+        .filter_map(|(part, face)| Triangle::new(mesh, &normals, part, face, size))
+        .collect();
+    let width = size.width as usize;
+    let mut bands = vec![Vec::new(); (size.height as usize).div_ceil(BAND)];
+    for (index, triangle) in triangles.iter().enumerate() {
+        let rows = triangle.scan.rows();
+        let touched = rows.start as usize / BAND..=(rows.end as usize - 1) / BAND;
+        for band in &mut bands[touched] {
+            band.push(index);
+        }
+    }
+    let ground = background.map(u8::from_unit);
+    let mut texels = ground.repeat(size.texels());
+    let mut painted = vec![0_u8; size.texels()];
+    let pieces = texels.chunks_mut(width * BAND * 3).zip(painted.chunks_mut(width * BAND));
+    threads::for_each(pieces.zip(&bands), |band, ((texels, painted), indices)| {
+        let first = (band * BAND) as u32;
+        let end = (first + BAND as u32).min(size.height);
+        for &index in indices {
+            let triangle = &triangles[index];
+            let rows = triangle.scan.rows();
+            for row in rows.start.max(first)..rows.end.min(end) {
+                for column in triangle.scan.span(row) {
+                    let texel = (row - first) as usize * width + column as usize;
+                    let spot = triangle.spot(column as f32 + 0.5, row as f32 + 0.5);
+                    let value = color(&spot).map(u8::from_unit);
+                    texels[texel * 3..texel * 3 + 3].copy_from_slice(&value);
+                    painted[texel] = 1;
+                }
+            }
+        }
+    });
+    let reach = (size.width.max(size.height) / 256).max(2) as usize;
+    spread(&mut texels, &mut painted, width, reach);
+    Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
+        .expect("the buffer was made for this size")
+}
+
+struct Triangle {
+    scan: ScanTriangle,
+    part: Part,
+    /// Texel coordinates of the first corner, then rows of the matrix to the other two weights.
+    origin: [f32; 2],
+    weights: [[f32; 2]; 2],
+    positions: [Vec3; 3],
+    normals: [Vec3; 3],
+}
+
+impl Triangle {
+    fn new(mesh: &Mesh, normals: &[Vec3], part: Part, face: usize, size: Size) -> Option<Self> {
+        const CENTIMETRES: f32 = 100.0;
+        let [a, b, c] = mesh.uv_triangle(face).map(|[u, v]| {
+            [f64::from(u) * f64::from(size.width), f64::from(v) * f64::from(size.height)]
+        });
+        let scan = ScanTriangle::new([a, b, c], size)?;
+        let (ab, ac) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let area = ab[0] * ac[1] - ab[1] * ac[0];
+        let weights = [[ac[1] / area, -ac[0] / area], [-ab[1] / area, ab[0] / area]];
+        let vertices = mesh.faces()[face].map(|vertex| vertex as usize);
+        Some(Self {
+            scan,
+            part,
+            origin: a.map(|value| value as f32),
+            weights: weights.map(|row| row.map(|value| value as f32)),
+            positions: vertices.map(|v| Vec3::from(mesh.positions()[v]) * CENTIMETRES),
+            normals: vertices.map(|v| normals[v]),
+        })
+    }
+
+    fn spot(&self, x: f32, y: f32) -> Spot {
+        let (dx, dy) = (x - self.origin[0], y - self.origin[1]);
+        let [b, c] = self.weights.map(|row| row[0] * dx + row[1] * dy);
+        let blend = |[p, q, r]: [Vec3; 3]| p * (1.0 - b - c) + q * b + r * c;
+        Spot {
+            part: self.part,
+            position: blend(self.positions),
+            normal: blend(self.normals).normalize_or_zero(),
+        }
+    }
+}
+
+/// Copies painted texels outwards, along rows and then along columns.
+fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
+    let rows = texels.chunks_mut(width * 3).zip(painted.chunks_mut(width));
+    threads::for_each(rows, |_, (texels, painted)| {
+        let source = painted.to_vec();
+        for step in [1_isize, -1] {
+            let mut distance = reach;
+            let mut value = [0; 3];
+            for k in 0..width {
+                let x = if step > 0 { k } else { width - 1 - k };
+                if source[x] == 1 {
+                    distance = 0;
+                    value.copy_from_slice(&texels[x * 3..x * 3 + 3]);
+                    continue;
+                }
+                distance += 1;
+                // Painted texels are marked 1 and copies by their distance plus 1.
+                let mark = (distance + 1).min(255) as u8;
+                if distance <= reach && (painted[x] == 0 || mark < painted[x]) {
+                    texels[x * 3..x * 3 + 3].copy_from_slice(&value);
+                    painted[x] = mark;
+                }
+            }
+        }
+    });
+    let height = painted.len() / width;
+    let source: Vec<bool> = painted.iter().map(|&mark| mark > 0).collect();
+    for down in [true, false] {
+        let mut distance = vec![reach; width];
+        for k in 0..height {
+            let y = if down { k } else { height - 1 - k };
+            for (x, distance) in distance.iter_mut().enumerate() {
+                let texel = y * width + x;
+                if source[texel] {
+                    *distance = 0;
+                    continue;
+                }
+                *distance += 1;
+                let mark = (*distance + 1).min(255) as u8;
+                if *distance <= reach && (painted[texel] == 0 || mark < painted[texel]) {
+                    let from = if down { texel - width } else { texel + width } * 3;
+                    texels.copy_within(from..from + 3, texel * 3);
+                    painted[texel] = mark;
+                }
+            }
+        }
+    }
+}
+
+/// From one colour to another.
+pub(crate) fn blend(a: Color, b: Color, t: f32) -> Color {
+    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
+}
+
+/// Brighter or darker.
+pub(crate) fn scaled(color: Color, factor: f32) -> Color {
+    color.map(|value| value * factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Figure;
+
+    #[test]
+    fn every_texel_of_a_chart_is_painted() {
+        const SIDE: u32 = 256;
+        let figure = Figure::new();
+        let size = Size::square(SIDE);
+        for (mesh, parts) in
+            [(&figure.head, &figure.head_parts), (&figure.body, &figure.body_parts)]
+        {
+            let texture = bake(mesh, parts, size, [0.0; 3], |spot| {
+                assert!(spot.position.length().is_finite() && spot.normal.length().is_finite());
+                [1.0; 3]
+            });
+            for face in 0..mesh.faces().len() {
+                let corners =
+                    mesh.uv_triangle(face).map(|uv| uv.map(|value| f64::from(value) * 256.0));
+                let Some(scan) = ScanTriangle::new(corners, size) else { continue };
+                for row in scan.rows() {
+                    for column in scan.span(row) {
+                        assert_eq!(texture.get(column, row, 0), 1.0, "{column}, {row}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_gutter_takes_the_nearest_colour() {
+        let mut texels = vec![0; 15];
+        texels[6] = 9;
+        let mut painted = vec![0, 0, 1, 0, 0];
+        spread(&mut texels, &mut painted, 5, 1);
+        assert_eq!(painted, [0, 2, 1, 2, 0]);
+        assert_eq!((texels[3], texels[9], texels[12]), (9, 9, 0));
+    }
+}

@@ -1,0 +1,153 @@
+//! Eyeballs and ears: components of their own that sit in the head's skin.
+//!
+//! Both are discs on their charts: parameters are `0.5 + r / 2 · (cos, sin)`.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec3, vec3};
+use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
+
+use super::head_shape::{EYE, EYE_RADIUS, IRIS_RADIUS};
+use super::surface::{Kind, Knot, Part, Side, Surface};
+use crate::curve::curve;
+use crate::symmetry::Symmetry as _;
+
+/// A point of the unit disc as chart parameters; `radius` up to 1, angle from +x to up.
+fn on_disc(radius: f32, angle: f32) -> [f32; 2] {
+    [0.5 + 0.5 * radius * angle.cos(), 0.5 - 0.5 * radius * angle.sin()]
+}
+
+/// Rings of `around` knots about a middle one, the outermost last.
+pub(crate) fn disc(
+    surface: &mut Surface,
+    part: Part,
+    around: usize,
+    radii: &[f32],
+    position: impl Fn(f32, f32) -> Vec3,
+) {
+    let middle = surface.knot(position(0.0, 0.0), [0.5, 0.5]);
+    let mut inner = vec![middle; around];
+    for &radius in radii {
+        let outer: Vec<Knot> = (0..around)
+            .map(|k| {
+                let angle = TAU * k as f32 / around as f32;
+                surface.knot(position(radius, angle), on_disc(radius, angle))
+            })
+            .collect();
+        for k in 0..around {
+            let next = (k + 1) % around;
+            if inner[0] == middle {
+                surface.polygon(part, &[middle, outer[k], outer[next]]);
+            } else {
+                surface.polygon(part, &[inner[k], outer[k], outer[next], inner[next]]);
+            }
+        }
+        inner = outer;
+    }
+}
+
+/// Where the eye's disc ends, as an angle from its axis.
+pub(crate) const EYE_OPENING: f32 = 1.9;
+
+/// The left eyeball, looking along +Z; open at the back.
+pub(crate) fn eye() -> Surface {
+    let mut surface = Surface::default();
+    let part = Part { kind: Kind::Eye, side: Side::Left };
+    let radii: Vec<f32> = (1..=9).map(|k| k as f32 / 9.0).collect();
+    disc(&mut surface, part, 20, &radii, |radius, angle| {
+        let polar = radius * EYE_OPENING;
+        let across = EYE_RADIUS * polar.sin();
+        let cornea = 0.05 * (1.0 - smoothstep(0.3 * IRIS_RADIUS, 1.25 * IRIS_RADIUS, across));
+        let cornea = if polar < 1.0 { cornea } else { 0.0 };
+        let towards = vec3(polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos());
+        EYE + towards * (EYE_RADIUS + cornea)
+    });
+    surface
+}
+
+/// Where the ear is attached, and the directions of its plane: forward, up and out of the plane.
+pub(crate) const EAR: Vec3 = vec3(6.85, -1.3, -1.0);
+const EAR_FORWARD: Vec3 = vec3(-0.27, 0.05, 0.96);
+const EAR_UP: Vec3 = vec3(0.13, 0.98, -0.14);
+
+/// How far the ear's plane is from where it is attached.
+const EAR_STAND: f32 = 0.8;
+
+/// The part of an ear's disc that is its front; the rest is its back.
+pub(crate) const EAR_FRONT: f32 = 0.72;
+
+/// Relief of the ear's front: height out of its plane at a radius up to 1 and an angle (0 forward,
+/// a quarter turn up), in centimetres.
+pub(crate) fn ear_relief(radius: f32, angle: f32) -> f32 {
+    // The helix runs from the front over the top and the back to the lobe.
+    let turn = angle.rem_euclid(TAU) / TAU;
+    let helix = smoothstep(0.0, 0.12, turn) * smoothstep(0.78, 0.6, turn);
+    let (x, y) = (radius * angle.cos(), radius * angle.sin());
+    let bowl = {
+        let (dx, dy) = ((x - 0.08) / 0.42, (y + 0.1) / 0.36);
+        (-(dx * dx + dy * dy).powi(2)).exp()
+    };
+    let antihelix =
+        bell(radius - 0.58, 0.13) * smoothstep(0.1, 0.25, turn) * smoothstep(0.72, 0.6, turn);
+    let tragus = bell(x - 0.52, 0.2) * bell(y + 0.1, 0.22);
+    let lobe = smoothstep(-0.45, -0.75, y);
+    0.42 * helix * bell(radius - 0.9, 0.12) + 0.3 * antihelix - 0.75 * bowl
+        + 0.35 * tragus
+        + 0.12 * lobe
+        - 0.12 * helix * bell(radius - 0.75, 0.08)
+}
+
+/// The left ear.
+pub(crate) fn ear() -> Surface {
+    let mut surface = Surface::default();
+    let part = Part { kind: Kind::Ear, side: Side::Left };
+    let out = EAR_UP.cross(EAR_FORWARD).normalize_or_zero();
+    let outline = |angle: f32| {
+        let turn = angle.rem_euclid(TAU) / TAU;
+        curve(
+            &[
+                (0.0, 1.2),
+                (0.1, 1.6),
+                (0.2, 2.35),
+                (0.27, 2.65),
+                (0.36, 2.45),
+                (0.48, 1.95),
+                (0.6, 1.75),
+                (0.68, 2.05),
+                (0.75, 2.3),
+                (0.81, 2.1),
+                (0.88, 1.55),
+                (1.0, 1.2),
+            ],
+            turn,
+        )
+    };
+    let fronts = 9;
+    let radii: Vec<f32> = (1..=fronts)
+        .map(|k| EAR_FRONT * k as f32 / fronts as f32)
+        .chain([0.79, 0.9, 1.0])
+        .collect();
+    disc(&mut surface, part, 24, &radii, |radius, angle| {
+        let front = (radius / EAR_FRONT).min(1.0);
+        let back = ((radius - EAR_FRONT) / (1.0 - EAR_FRONT)).max(0.0);
+        let reach = outline(angle) * mix(front, 0.5, smoothstep(0.2, 1.0, back));
+        let reach = reach * (1.0 + 0.06 * bell(back - 0.2, 0.15));
+        let relief = ear_relief(front, angle)
+            - 0.45 * smoothstep(0.0, 0.3, back)
+            - 1.6 * smoothstep(0.25, 1.0, back);
+        EAR + EAR_FORWARD * (reach * angle.cos())
+            + EAR_UP * (reach * angle.sin())
+            + out * (EAR_STAND + relief)
+    });
+    // Seen from outside on the left, forward is to the left: the disc runs the other way round.
+    for polygon in &mut surface.polygons {
+        polygon.knots.reverse();
+    }
+    surface
+}
+
+/// How far a point is in front of the left or right ear's plane, in head space.
+pub(crate) fn ear_depth(p: Vec3) -> f32 {
+    let out = EAR_UP.cross(EAR_FORWARD).normalize_or_zero();
+    (p.folded() - EAR).dot(out) - EAR_STAND
+}

@@ -1,0 +1,376 @@
+//! The head's skin as a grid around the head, with loops set into it around eyes and mouth.
+//!
+//! Columns go around the neck and rows from the crown to the base of the neck, both dense where the
+//! face is. Around each eye and the mouth a block of cells is replaced by rings that end on the lids
+//! and lips, so that these are clean edges and can be opened later.
+//!
+//! A corner's chart parameters are `[s, t]`: `s` in `-1.0..=1.0` around the head with 0 in front and
+//! the seam at the back, `t` in `0.0..=1.0` from crown to neck.
+
+use std::f32::consts::PI;
+
+use glam::{Vec3, vec3};
+use uvgraft_avatar::paint::easing::{mix, smoothstep};
+
+use super::head_shape::{
+    EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, LIP_WIDTH, lip_bottom, lip_line, lip_top, lower_lid,
+    neck_axis, skin as solid, upper_lid,
+};
+use super::sdf::{leave, meet};
+use super::surface::{Kind, Knot, Part, Side, Surface};
+
+pub(crate) const COLUMNS: usize = 72;
+/// Rows down to below the chin; the others are the neck's.
+const JAW_ROWS: usize = 50;
+const ROWS: usize = 56;
+/// High enough for rays to leave through the underside of the nose.
+const CENTRE: Vec3 = vec3(0.0, 3.5, -1.0);
+const REACH: f32 = 24.0;
+const FACE: Part = Part { kind: Kind::Face, side: Side::Both };
+
+/// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, replaced by rings.
+#[derive(Clone, Copy)]
+struct Block {
+    columns: (usize, usize),
+    rows: (usize, usize),
+}
+
+const LEFT_EYE: Block = Block { columns: (39, 50), rows: (15, 27) };
+const RIGHT_EYE: Block = Block { columns: (22, 33), rows: (15, 27) };
+const MOUTH: Block = Block { columns: (26, 46), rows: (32, 40) };
+
+impl Block {
+    fn has_cell(&self, column: usize, row: usize) -> bool {
+        (self.columns.0..self.columns.1).contains(&column)
+            && (self.rows.0..self.rows.1).contains(&row)
+    }
+
+    /// Grid points on the rim, counterclockwise seen from outside.
+    fn rim(&self) -> Vec<(usize, usize)> {
+        let ((left, right), (top, bottom)) = (self.columns, self.rows);
+        (top..bottom)
+            .map(|row| (left, row))
+            .chain((left..right).map(|column| (column, bottom)))
+            .chain((top + 1..=bottom).rev().map(|row| (right, row)))
+            .chain((left + 1..=right).rev().map(|column| (column, top)))
+            .collect()
+    }
+}
+
+/// The skin in head space.
+pub(crate) struct Skin {
+    pub surface: Surface,
+    /// The vertices of the rim at the base of the neck, by column.
+    pub rim: Vec<u32>,
+    /// Vertices inside the border of the lips and in the mouth, and where along the lips each is:
+    /// from 0 in the corners to 1 in the middle of the lower lip and -1 in that of the upper one.
+    /// Closed lips lie in one place, so positions do not tell.
+    pub lips: Vec<(u32, f32)>,
+}
+
+pub(crate) fn skin() -> Skin {
+    let grid = Grid::new();
+    let mut surface = Surface::default();
+    let mut vertices = vec![[u32::MAX; COLUMNS]; ROWS + 1];
+    let mut knot = |surface: &mut Surface, column: usize, row: usize| {
+        let slot = &mut vertices[row][if row == 0 { 0 } else { column % COLUMNS }];
+        if *slot == u32::MAX {
+            *slot = surface.vertex(grid.positions[row][column % COLUMNS]);
+        }
+        Knot { vertex: *slot, at: Grid::at(column, row) }
+    };
+    let blocks = [LEFT_EYE, RIGHT_EYE, MOUTH];
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            if blocks.iter().any(|block| block.has_cell(column, row)) {
+                continue;
+            }
+            let (left, right) = (column, column + 1);
+            let bottom = [knot(&mut surface, left, row + 1), knot(&mut surface, right, row + 1)];
+            if row == 0 {
+                let crown = knot(&mut surface, column, 0);
+                surface.cap_above(FACE, crown, &bottom);
+            } else {
+                let top = [knot(&mut surface, left, row), knot(&mut surface, right, row)];
+                surface.strip(FACE, &top, &bottom);
+            }
+        }
+    }
+    let mut set = |surface: &mut Surface, block: Block, rings: Rings| {
+        let rim: Vec<Knot> =
+            block.rim().into_iter().map(|(column, row)| knot(surface, column, row)).collect();
+        set_rings(surface, &rim, rings)
+    };
+    set(&mut surface, LEFT_EYE, eye_rings);
+    set(&mut surface, RIGHT_EYE, eye_rings);
+    let mouth = set(&mut surface, MOUTH, mouth_rings);
+    let lips = close_mouth(&mut surface, &mouth);
+    let rim = (0..COLUMNS).map(|column| knot(&mut surface, column, ROWS).vertex).collect();
+    Skin { surface, rim, lips }
+}
+
+/// Closes the mouth at the back, with quads from its roof to its floor; returns [`Skin::lips`].
+fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<(u32, f32)> {
+    let around = rings[0].len();
+    // Rings begin in the upper left corner of the block and go down; the corners of the mouth are
+    // in the middle of its sides.
+    let corner = (MOUTH.rows.1 - MOUTH.rows.0) / 2;
+    let floor = |step: usize| corner + step;
+    let roof = |step: usize| (corner + around - step) % around;
+    if let Some(last) = rings.last() {
+        for step in 0..around / 2 {
+            let quad = [floor(step), floor(step + 1), roof(step + 1), roof(step)];
+            let mut knots: Vec<Knot> = quad.into_iter().map(|k| last[k]).collect();
+            knots.dedup_by_key(|knot| knot.vertex);
+            if knots[0].vertex == knots[knots.len() - 1].vertex {
+                knots.pop();
+            }
+            surface.polygon(FACE, &knots);
+        }
+    }
+    let border = &rings[LIP_RINGS - 1];
+    let middle = |k: usize| {
+        let t = surface.positions[border[k].vertex as usize].x / LIP_WIDTH;
+        (1.0 - t * t).max(0.0)
+    };
+    let along: Vec<f32> = (0..around)
+        .map(|k| match k.checked_sub(corner) {
+            Some(step) if step <= around / 2 => middle(k),
+            _ => -middle(k),
+        })
+        .collect();
+    let inside = rings[LIP_RINGS..].iter();
+    inside.flat_map(|ring| ring.iter().map(|knot| knot.vertex).zip(along.iter().copied())).collect()
+}
+
+struct Grid {
+    positions: Vec<Vec<Vec3>>,
+}
+
+impl Grid {
+    fn new() -> Self {
+        let positions = (0..=ROWS)
+            .map(|row| (0..COLUMNS).map(|column| grid_position(column, row)).collect())
+            .collect();
+        Self { positions }
+    }
+
+    fn at(column: usize, row: usize) -> [f32; 2] {
+        [column as f32 / COLUMNS as f32 * 2.0 - 1.0, row as f32 / ROWS as f32]
+    }
+}
+
+/// Direction around the head, 0 in front, of a column; dense in front.
+pub(crate) fn azimuth(column: usize) -> f32 {
+    let s = Grid::at(column, 0)[0];
+    PI * (0.38 * s + 0.62 * s * s * s)
+}
+
+/// Height of a row's rays above the horizon, in degrees, in front of the head.
+fn elevation(row: usize) -> f32 {
+    // Crown, forehead, brow to nose, nose to chin, below the chin.
+    const TURNS: [(usize, f32); 6] =
+        [(0, 90.0), (6, 25.0), (14, -5.0), (30, -38.0), (46, -66.0), (JAW_ROWS, -78.0)];
+    let after = TURNS.iter().position(|turn| row <= turn.0).unwrap_or(TURNS.len() - 1).max(1);
+    let (from, to) = (TURNS[after - 1], TURNS[after]);
+    mix(from.1, to.1, (row - from.0) as f32 / (to.0 - from.0) as f32)
+}
+
+fn grid_position(column: usize, row: usize) -> Vec3 {
+    let around = azimuth(column);
+    let towards = vec3(around.sin(), 0.0, around.cos());
+    if row <= JAW_ROWS {
+        let mut degrees = elevation(row);
+        if degrees < 0.0 {
+            // Behind the ears the same rows end on the nape, which is higher than the chin.
+            degrees *= mix(1.0, 0.72, smoothstep(0.38 * PI, 0.85 * PI, around.abs()));
+        }
+        let (up, out) = degrees.to_radians().sin_cos();
+        return leave(solid, CENTRE, towards * out + vec3(0.0, up, 0.0), REACH);
+    }
+    let jaw = grid_position(column, JAW_ROWS);
+    let rim_axis = neck_axis(mix(-13.8, -16.3, 0.5 + 0.5 * around.cos()));
+    let rim = leave(solid, rim_axis, towards, REACH);
+    let down = (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32;
+    let guide = jaw.lerp_monotonic(rim, down);
+    // Rays come from above as long as the jaw is beside them.
+    let origin = CENTRE.lerp_monotonic(neck_axis(guide.y), down);
+    leave(solid, origin, (guide - origin).normalize_or_zero(), REACH)
+}
+
+/// A ring's point: where it is, and where on the front plane its chart parameters are taken.
+struct RingPoint {
+    position: Vec3,
+    chart_xy: [f32; 2],
+}
+
+/// Rings from the rim inwards; gets the rim points and their angles around the block.
+type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
+
+/// Returns the rings of knots.
+fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>> {
+    let points: Vec<Vec3> = rim.iter().map(|k| surface.positions[k.vertex as usize]).collect();
+    let extent = |values: &mut dyn Iterator<Item = f32>| {
+        values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    let x = extent(&mut points.iter().map(|p| p.x));
+    let y = extent(&mut points.iter().map(|p| p.y));
+    let s = extent(&mut rim.iter().map(|k| k.at[0]));
+    let t = extent(&mut rim.iter().map(|k| k.at[1]));
+    let centre = [0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)];
+    let angles: Vec<f32> = rim
+        .iter()
+        .map(|knot| {
+            let right = (knot.at[0] - s.0) / (s.1 - s.0) * 2.0 - 1.0;
+            let down = (knot.at[1] - t.0) / (t.1 - t.0) * 2.0 - 1.0;
+            (-down).atan2(right)
+        })
+        .collect();
+    let rings = rings(&points, &angles);
+    // What is inside the mouth is flat anyway.
+    let count = rings.len().min(10) as f32;
+    let mut outer: Vec<Knot> = rim.to_vec();
+    let mut set = Vec::new();
+    for (step, ring) in rings.into_iter().enumerate() {
+        // Near the rim the chart is the grid's own, further in it is the flat front view.
+        let flat = smoothstep(0.0, 0.45, (step as f32 + 1.0) / count);
+        let mut inner: Vec<Knot> = ring
+            .iter()
+            .zip(rim.iter().zip(&points))
+            .map(|(point, (from, at_rim))| {
+                let plane = |[px, py]: [f32; 2]| {
+                    [
+                        mix(s.0, s.1, (px - x.0) / (x.1 - x.0)),
+                        mix(t.0, t.1, (y.1 - py) / (y.1 - y.0)),
+                    ]
+                };
+                let here = plane(point.chart_xy);
+                let rim_plane = plane([at_rim.x, at_rim.y]);
+                // How far the rim's own parameters are off the front view, fading inwards.
+                let inwards = {
+                    let (dx, dy) = (at_rim.x - centre[0], at_rim.y - centre[1]);
+                    let (px, py) = (point.chart_xy[0] - centre[0], point.chart_xy[1] - centre[1]);
+                    ((px * px + py * py) / (dx * dx + dy * dy)).sqrt().min(1.0)
+                };
+                let keep = (1.0 - flat) * inwards;
+                let at = [
+                    here[0] + (from.at[0] - rim_plane[0]) * keep,
+                    here[1] + (from.at[1] - rim_plane[1]) * keep,
+                ];
+                surface.knot(point.position, at)
+            })
+            .collect();
+        outer.push(outer[0]);
+        inner.push(inner[0]);
+        for m in 0..outer.len() - 1 {
+            surface.polygon(FACE, &[outer[m], outer[m + 1], inner[m + 1], inner[m]]);
+        }
+        inner.pop();
+        set.push(inner.clone());
+        outer = inner;
+    }
+    set
+}
+
+/// Where the front view's line of sight meets the skin.
+pub(crate) fn seen(x: f32, y: f32) -> Vec3 {
+    meet(solid, vec3(x, y, 13.0), vec3(0.0, 0.0, -1.0), 12.0)
+}
+
+fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
+    let side = rim[0].x.signum();
+    let centre = vec3(side * EYE.x, EYE.y, EYE.z);
+    let opening: Vec<[f32; 2]> = angles
+        .iter()
+        .map(|angle| {
+            let x = angle.cos() * LID_WIDTH;
+            let outwards = x * side;
+            let lid = if angle.sin() > 0.0 { upper_lid } else { lower_lid };
+            [centre.x + x, lid(outwards)]
+        })
+        .collect();
+    let on_lid = |[x, y]: [f32; 2], radius: f32| {
+        let (dx, dy) = (x - centre.x, y - centre.y);
+        let depth = (LID_RADIUS * LID_RADIUS - dx * dx - dy * dy).max(0.0).sqrt();
+        centre + vec3(dx, dy, depth) * (radius / LID_RADIUS)
+    };
+    let mut rings: Vec<Vec<RingPoint>> = [0.3, 0.55, 0.74, 0.87, 0.95]
+        .into_iter()
+        .map(|t| {
+            rim.iter()
+                .zip(&opening)
+                .zip(angles)
+                .map(|((at_rim, goal), angle)| {
+                    let (x, y) = (mix(at_rim.x, goal[0], t), mix(at_rim.y, goal[1], t));
+                    // The fold of the upper lid.
+                    let fold = if t == 0.74 { 0.14 * angle.sin().max(0.0) } else { 0.0 };
+                    let position = seen(x, y) - vec3(0.0, 0.0, fold);
+                    RingPoint { position, chart_xy: [x, y] }
+                })
+                .collect()
+        })
+        .collect();
+    for (radius, scale) in [(LID_RADIUS, 1.0), (EYE_RADIUS + 0.02, 0.86), (1.2, 0.6)] {
+        rings.push(
+            opening
+                .iter()
+                .map(|&goal| RingPoint {
+                    position: on_lid(goal, radius),
+                    chart_xy: [mix(centre.x, goal[0], scale), mix(centre.y + 0.1, goal[1], scale)],
+                })
+                .collect(),
+        );
+    }
+    rings
+}
+
+/// Rings of the mouth on its outside, up to the border of the lips.
+const LIP_RINGS: usize = 5;
+
+fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
+    let columns: Vec<(f32, bool)> =
+        angles.iter().map(|angle| (angle.cos() * LIP_WIDTH, angle.sin() > 0.0)).collect();
+    let border = |&(x, upper): &(f32, bool)| if upper { lip_top(x) } else { lip_bottom(x) };
+    let mut rings: Vec<Vec<RingPoint>> = ([0.3, 0.55, 0.76, 0.91, 1.0] as [f32; LIP_RINGS])
+        .into_iter()
+        .map(|t| {
+            rim.iter()
+                .zip(&columns)
+                .map(|(at_rim, column)| {
+                    let (x, y) = (mix(at_rim.x, column.0, t), mix(at_rim.y, border(column), t));
+                    RingPoint { position: seen(x, y), chart_xy: [x, y] }
+                })
+                .collect()
+        })
+        .collect();
+    // Over the lips to where they touch, then into the mouth, which has room between roof and floor.
+    // On the chart the slit stays open.
+    for (t, narrow, depth, room, open) in [
+        (0.4, 0.99, 0.0, 0.0, 0.7),
+        (0.75, 0.975, 0.0, 0.0, 0.45),
+        (0.97, 0.96, 0.1, 0.0, 0.25),
+        (1.0, 0.93, 0.7, 0.0, 0.17),
+        (1.0, 0.90, 1.3, 0.45, 0.12),
+        (1.0, 0.86, 2.3, 0.85, 0.08),
+        (1.0, 0.72, 3.6, 0.75, 0.04),
+    ] {
+        rings.push(
+            columns
+                .iter()
+                .map(|column| {
+                    let x = column.0 * narrow;
+                    let line = lip_line(x);
+                    // Its walls are as curved as the lips' border.
+                    let room = room * (border(column) - lip_line(column.0));
+                    let y = mix(border(column), line, t) + room;
+                    let chart_y = line + (border(column) - lip_line(column.0)) * open;
+                    let position = vec3(x, y, seen(x, y - room).z - depth);
+                    RingPoint { position, chart_xy: [x, chart_y] }
+                })
+                .collect(),
+        );
+    }
+    rings
+}

@@ -1,0 +1,151 @@
+//! A clip of the figure as AMASS stores motions: what SMPL-H's joints do, Z up.
+
+use glam::{Quat, Vec3};
+use uvgraft_avatar::motion::{MEAN_LEG_M, MEAN_PELVIS};
+use uvgraft_avatar::rig::{Clip, HumanBone, Skeleton};
+
+/// The arrays of a motion file in AMASS's form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AmassArrays {
+    /// `poses`, `[frames, 156]`: a rotation vector in radians for each of SMPL-H's 52 joints.
+    pub poses: Vec<f32>,
+    /// `trans`, `[frames, 3]`: how far the body is moved, in metres.
+    pub trans: Vec<f32>,
+    /// `mocap_framerate`: frames a second.
+    pub mocap_framerate: f32,
+    /// How many frames there are.
+    pub frames: usize,
+}
+
+macro_rules! hand {
+    ($($bone:ident)*) => { [$(HumanBone::$bone),*] };
+}
+
+/// SMPL-H's joints without the fingers, in its order.
+///
+/// # Source
+/// `smplx` (Python package), `joint_names.py`.
+const SMPL_H: [HumanBone; 22] = [
+    HumanBone::Hips,
+    HumanBone::LeftUpperLeg,
+    HumanBone::RightUpperLeg,
+    HumanBone::Spine,
+    HumanBone::LeftLowerLeg,
+    HumanBone::RightLowerLeg,
+    HumanBone::Chest,
+    HumanBone::LeftFoot,
+    HumanBone::RightFoot,
+    HumanBone::UpperChest,
+    HumanBone::LeftToes,
+    HumanBone::RightToes,
+    HumanBone::Neck,
+    HumanBone::LeftShoulder,
+    HumanBone::RightShoulder,
+    HumanBone::Head,
+    HumanBone::LeftUpperArm,
+    HumanBone::RightUpperArm,
+    HumanBone::LeftLowerArm,
+    HumanBone::RightLowerArm,
+    HumanBone::LeftHand,
+    HumanBone::RightHand,
+];
+
+/// Those that follow, of both hands: index, middle, little and ring finger, and thumb.
+const HANDS: [[HumanBone; 15]; 2] = [
+    hand!(LeftIndexProximal LeftIndexIntermediate LeftIndexDistal
+        LeftMiddleProximal LeftMiddleIntermediate LeftMiddleDistal
+        LeftLittleProximal LeftLittleIntermediate LeftLittleDistal
+        LeftRingProximal LeftRingIntermediate LeftRingDistal
+        LeftThumbMetacarpal LeftThumbProximal LeftThumbDistal),
+    hand!(RightIndexProximal RightIndexIntermediate RightIndexDistal
+        RightMiddleProximal RightMiddleIntermediate RightMiddleDistal
+        RightLittleProximal RightLittleIntermediate RightLittleDistal
+        RightRingProximal RightRingIntermediate RightRingDistal
+        RightThumbMetacarpal RightThumbProximal RightThumbDistal),
+];
+
+/// A clip as AMASS stores it, as if SMPL-H's mean body had moved: places are scaled to its legs.
+///
+/// `skeleton` has all of VRM's bones but eyes and jaw, aligned with the world in T-pose, and the
+/// clip's frames are evenly spaced; bones it lacks are at rest. Of a clip that loops, the last frame
+/// is the first again.
+pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
+    // From Y up, facing +Z, to Z up, facing -Y.
+    let tilted = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let place =
+        |bone| skeleton.human(bone).map(|joint| Vec3::from(skeleton.joints()[joint].position));
+    let hips = place(HumanBone::Hips).unwrap_or_default();
+    let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(place);
+    let scale = match leg {
+        [Some(hip), Some(knee), Some(ankle)] => {
+            MEAN_LEG_M / (hip.distance(knee) + knee.distance(ankle)).max(1e-3)
+        }
+        _ => 1.0,
+    };
+    let joints: Vec<Option<usize>> =
+        SMPL_H.iter().chain(HANDS.iter().flatten()).map(|&bone| skeleton.human(bone)).collect();
+    let frames = clip.poses.len();
+    let mut arrays = AmassArrays {
+        poses: Vec::with_capacity(frames * 3 * joints.len()),
+        trans: Vec::with_capacity(frames * 3),
+        mocap_framerate: (frames.max(2) - 1) as f32 / clip.seconds().max(1e-3),
+        frames,
+    };
+    for pose in &clip.poses {
+        for (number, joint) in joints.iter().enumerate() {
+            let local =
+                joint.map_or(Quat::IDENTITY, |joint| Quat::from_array(pose.rotations[joint]));
+            let turn = if number == 0 { tilted * local } else { local };
+            arrays.poses.extend(shortest(turn).to_scaled_axis().to_array());
+        }
+        let moved = tilted * ((hips + Vec3::from(pose.translation)) * scale) - MEAN_PELVIS;
+        arrays.trans.extend(moved.to_array());
+    }
+    arrays
+}
+
+/// The same rotation, by at most half a turn.
+fn shortest(rotation: Quat) -> Quat {
+    if rotation.w < 0.0 { -rotation } else { rotation }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Figure;
+
+    #[test]
+    fn rotations_stand_where_smpl_h_has_them() {
+        let avatar = Figure::new().avatar();
+        let clip = &avatar.clips[1];
+        let arrays = as_amass(&avatar.skeleton, clip);
+        assert_eq!((arrays.frames, arrays.poses.len()), (109, 109 * 156));
+        assert_eq!(arrays.trans.len(), 109 * 3);
+        assert!((arrays.mocap_framerate - 30.0).abs() < 1e-3);
+        let frame = &arrays.poses[50 * 156..51 * 156];
+        let turn = |joint: usize| {
+            Quat::from_scaled_axis(Vec3::new(
+                frame[3 * joint],
+                frame[3 * joint + 1],
+                frame[3 * joint + 2],
+            ))
+        };
+        let pose = &clip.poses[50];
+        for (joint, bone) in [
+            (19, HumanBone::RightLowerArm),
+            (15, HumanBone::Head),
+            (22, HumanBone::LeftIndexProximal),
+            (28, HumanBone::LeftLittleProximal),
+            (51, HumanBone::RightThumbDistal),
+        ] {
+            let wanted = Quat::from_array(pose.rotations[bone as usize]);
+            assert!(turn(joint).angle_between(wanted) < 2e-3, "{}", bone.name());
+        }
+        // Upright is a quarter turn about X where Z is up.
+        let up = turn(0) * Vec3::Y;
+        assert!(up.z > 0.99, "{up}");
+        // Hips of a mean body are 0.9 m high, which is less than the figure's.
+        let height = arrays.trans[2] + MEAN_PELVIS.z;
+        assert!((0.85..0.95).contains(&height), "{height}");
+    }
+}

@@ -1,0 +1,89 @@
+//! A pose under construction: joints are turned by degrees, feet are put on the ground.
+
+use glam::{Quat, Vec3};
+use uvgraft_avatar::rig::{HumanBone, Pose, Skeleton};
+
+use crate::rigging::joints::{LEFT, Limbs, RIGHT};
+
+pub(super) struct Posture<'a> {
+    pub skeleton: &'a Skeleton,
+    pub pose: Pose,
+}
+
+impl<'a> Posture<'a> {
+    /// Upright with arms and hands at ease; the legs are as in T-pose.
+    pub fn standing(skeleton: &'a Skeleton) -> Self {
+        let pose = Pose::rest(skeleton.joints().len());
+        let mut posture = Self { skeleton, pose };
+        for limbs in [LEFT, RIGHT] {
+            posture.hang(&limbs, 0.0, 16.0);
+            posture.curl(&limbs, 1.0);
+        }
+        posture
+    }
+
+    /// Lets an arm hang.
+    ///
+    /// - `swing`: how far it swings forward, in degrees.
+    /// - `bend`: of the elbow.
+    pub fn hang(&mut self, limbs: &Limbs, swing: f32, bend: f32) {
+        let s = limbs.sign;
+        self.set(limbs.shoulder, degrees([0.0, 0.0, s * -5.0]));
+        let arm = degrees([-4.0 - swing, 0.0, 0.0]) * degrees([0.0, 0.0, s * -70.0]);
+        self.set(limbs.upper_arm, arm * degrees([12.0, 0.0, 0.0]));
+        self.set(limbs.lower_arm, degrees([0.0, s * -bend, 0.0]));
+        self.set(limbs.hand, degrees([0.0, 0.0, s * -4.0]));
+    }
+
+    /// Bends all fingers: 0 is straight, 1 at ease, 5 a fist.
+    pub fn curl(&mut self, limbs: &Limbs, amount: f32) {
+        for (number, bones) in limbs.fingers.iter().enumerate() {
+            let place = |bone| Vec3::from(self.skeleton.joints()[bone as usize].position);
+            let along = (place(bones[1]) - place(bones[0])).normalize();
+            let (goal, bends) = if number == 0 {
+                // The thumb bends across the palm.
+                (Vec3::new(limbs.sign * 0.2, -0.5, -0.8), [2.0, 6.0, 8.0])
+            } else {
+                let outer = number as f32 - 1.0;
+                (Vec3::NEG_Y, [11.0 + 2.0 * outer, 15.0 + outer, 9.0])
+            };
+            let axis = along.cross(goal).normalize();
+            for (&bone, bend) in bones.iter().zip(bends) {
+                let bend: f32 = bend * amount;
+                self.set(bone, Quat::from_axis_angle(axis, bend.to_radians()));
+            }
+        }
+    }
+
+    /// Turns a bone further, by degrees about X, then Y, then Z of the world, its parent at rest.
+    pub fn turn(&mut self, bone: HumanBone, turn: [f32; 3]) {
+        self.set(bone, degrees(turn) * self.of(bone));
+    }
+
+    pub fn set(&mut self, bone: HumanBone, rotation: Quat) {
+        self.pose.rotations[bone as usize] = rotation.normalize().into();
+    }
+
+    /// Goes on to another rotation of a bone, by a share of the way.
+    pub fn towards(&mut self, bone: HumanBone, goal: Quat, share: f32) {
+        self.set(bone, self.of(bone).slerp(goal, share));
+    }
+
+    pub fn of(&self, bone: HumanBone) -> Quat {
+        Quat::from_array(self.pose.rotations[bone as usize])
+    }
+
+    /// Moves the hips by centimetres.
+    pub fn move_hips(&mut self, by: [f32; 3]) {
+        for (value, by) in self.pose.translation.iter_mut().zip(by) {
+            *value += 0.01 * by;
+        }
+    }
+}
+
+/// A rotation by degrees about X, then Y, then Z.
+pub(super) fn degrees([x, y, z]: [f32; 3]) -> Quat {
+    Quat::from_rotation_z(z.to_radians())
+        * Quat::from_rotation_y(y.to_radians())
+        * Quat::from_rotation_x(x.to_radians())
+}

@@ -1,0 +1,396 @@
+//! The rig of the figure: joints, weights, and the T-pose.
+
+mod hands;
+pub(crate) mod head;
+pub(crate) mod joints;
+#[cfg(test)]
+mod poses_tests;
+mod trunk;
+
+use glam::{Mat3, Quat, Vec3, vec3};
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::face;
+use uvgraft_avatar::paint::easing::smoothstep;
+use uvgraft_avatar::rig::{
+    Expression, ExpressionPreset, HumanBone, Pose, RigError, Skeleton, Skin,
+};
+
+use self::joints::{LEFT, RIGHT};
+use super::arms::finger_joints;
+use super::body_shape::ARM;
+use super::head_shape::EYE_LEVEL;
+use super::surface::{Kind, Part};
+use super::{Figure, expressions, motion};
+use crate::symmetry::Symmetry as _;
+
+const BONES: usize = HumanBone::ALL.len();
+
+/// How far a vertex follows each bone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shares([f32; BONES]);
+
+impl Default for Shares {
+    fn default() -> Self {
+        Self([0.0; BONES])
+    }
+}
+
+impl Shares {
+    fn all(bone: HumanBone) -> Self {
+        let mut shares = Self::default();
+        shares.add(bone, 1.0);
+        shares
+    }
+
+    fn add(&mut self, bone: HumanBone, share: f32) {
+        self.0[bone as usize] += share;
+    }
+
+    fn of(&self, bone: HumanBone) -> f32 {
+        self.0[bone as usize]
+    }
+
+    /// Gives a fraction of one bone's share to another.
+    fn pass(&mut self, from: HumanBone, to: HumanBone, fraction: f32) {
+        let share = self.of(from) * fraction;
+        self.add(from, -share);
+        self.add(to, share);
+    }
+}
+
+/// The shares of a point of a part, in world space, in centimetres.
+fn shares(part: Part, p: Vec3, lip: Option<f32>) -> Shares {
+    let own = if p.x < 0.0 { RIGHT } else { LEFT };
+    match part.kind {
+        Kind::Eye => Shares::all(own.eye),
+        Kind::Ear | Kind::Hair => Shares::all(HumanBone::Head),
+        Kind::Shoe => {
+            let mut shares = Shares::all(own.foot);
+            let bent = smoothstep(
+                joints::BALL.z - 2.6,
+                joints::BALL.z + 2.6,
+                p.z + 0.13 * (p.folded().x - joints::BALL.x),
+            );
+            shares.pass(own.foot, own.toes, bent);
+            shares
+        }
+        Kind::Finger(number) => hands::finger(number, p),
+        Kind::Arm => {
+            let mut shares = trunk::shares(part.kind, p);
+            hands::palm(&mut shares, p);
+            shares
+        }
+        Kind::Face => {
+            let mut shares = trunk::shares(part.kind, p);
+            let jaw = head::jaw(p - vec3(0.0, EYE_LEVEL, 0.0), lip);
+            shares.pass(HumanBone::Head, HumanBone::Jaw, jaw);
+            shares
+        }
+        Kind::Chest | Kind::Shirt | Kind::Sleeve | Kind::Leg => trunk::shares(part.kind, p),
+    }
+}
+
+impl Figure {
+    /// The figure with a rig: all bones of VRM's humanoid by their names, in T-pose, with
+    /// expressions and the clips `idle`, `wave` and `walk`.
+    ///
+    /// No vertex follows more than four joints. In the pose in which the figure was modelled, arms
+    /// 40° down, the rig shows exactly its mesh.
+    pub fn avatar(&self) -> Avatar {
+        self.try_avatar().expect("the figure's own rig is sound")
+    }
+
+    fn try_avatar(&self) -> Result<Avatar, RigError> {
+        let modelled = Skeleton::new(joints::joints())?;
+        let (skin, _) = Skin::new(self.influences(), BONES)?.pruned(MOST_INFLUENCES);
+        let motions = modelled.motions(&t_pose())?;
+        let mut joints = modelled.joints().to_vec();
+        for (joint, motion) in joints.iter_mut().zip(&motions) {
+            joint.position = motion.point(joint.position);
+        }
+        let skeleton = Skeleton::new(joints)?;
+        let back = skeleton.motions(&modelled_pose())?;
+        let turns = skin.turns(&back);
+        let shifts = skin.pose(&vec![[0.0; 3]; self.body.positions().len()], &back);
+        // Blended motions shrink what is between two joints. Undoing them instead of doing them
+        // makes the modelled pose, from which limbs then go either way, the one without loss.
+        let undo = |((&position, turn), shift): ((&[f32; 3], &Mat3), [f32; 3])| {
+            (turn.inverse() * (Vec3::from(position) - Vec3::from(shift))).into()
+        };
+        let positions = self.body.positions().iter().zip(&turns).zip(shifts).map(undo).collect();
+        let mesh = self
+            .body
+            .clone()
+            .with_positions(positions)
+            .map_err(|_| RigError::NotFinite { what: "a vertex in T-pose".to_owned() })?;
+        let morphs = expressions::morphs(self);
+        let expressions = expressions::expressions(&morphs);
+        let clips = motion::clips(&skeleton);
+        let materials = Vec::new();
+        let mut avatar = Avatar { mesh, materials, skeleton, skin, morphs, expressions, clips };
+        face::add_gaze(&mut avatar);
+        avatar.expressions.push(Expression::preset(ExpressionPreset::Neutral, Vec::new()));
+        avatar.check()?;
+        Ok(avatar)
+    }
+
+    fn influences(&self) -> Vec<Vec<(usize, f32)>> {
+        let parts = self.parts_of_vertices();
+        let lips = self.lips_of_vertices();
+        let positions = self.body.positions().iter();
+        positions
+            .zip(parts)
+            .zip(lips)
+            .map(|((&position, part), lip)| {
+                let shares = shares(part, Vec3::from(position) * 100.0, lip);
+                let kept = |&(_, share): &(usize, f32)| share > LEAST_SHARE;
+                shares.0.into_iter().enumerate().filter(kept).collect()
+            })
+            .collect()
+    }
+
+    /// For each vertex of the body, where along the lips it is; see [`Figure::lips`].
+    pub(crate) fn lips_of_vertices(&self) -> Vec<Option<f32>> {
+        let mut lips = vec![None; self.body.positions().len()];
+        for &(vertex, along) in &self.lips {
+            lips[vertex as usize] = Some(along);
+        }
+        lips
+    }
+
+    /// Which part each vertex of the body belongs to; where two meet, the one that comes first.
+    pub(crate) fn parts_of_vertices(&self) -> Vec<Part> {
+        let mut parts = vec![self.body_parts[0].part; self.body.positions().len()];
+        for part in self.body_parts.iter().rev() {
+            for face in &self.body.faces()[part.faces.clone()] {
+                for &vertex in face {
+                    parts[vertex as usize] = part.part;
+                }
+            }
+        }
+        parts
+    }
+}
+
+const MOST_INFLUENCES: usize = 4;
+/// Less than this moves nothing visibly.
+const LEAST_SHARE: f32 = 1e-3;
+
+/// How the modelled figure takes its T-pose.
+fn t_pose() -> Pose {
+    let mut pose = Pose::rest(BONES);
+    // How far the arms are down, and the part of it that lifts the shoulders with them.
+    let down = (-ARM.y).atan2(ARM.x);
+    let lifted = 0.14;
+    for limbs in [LEFT, RIGHT] {
+        let mut turn = |bone: HumanBone, quat: Quat| pose.rotations[bone as usize] = quat.into();
+        let z = |angle: f32| Quat::from_rotation_z(limbs.sign * angle);
+        turn(limbs.shoulder, z(lifted));
+        turn(limbs.upper_arm, z(down - lifted));
+        // Fingers are straight, and stay spread as they are.
+        for number in 1..5 {
+            let joints =
+                finger_joints(number).map(|p| if limbs.sign < 0.0 { p.mirrored() } else { p });
+            let mut inner = Quat::IDENTITY;
+            for k in 0..3 {
+                let bone = joints[k + 1] - joints[k];
+                let arm = Vec3::new(limbs.sign * ARM.x, ARM.y, 0.0);
+                let straight = Vec3::new(0.0, 0.0, bone.z) + arm * bone.dot(arm);
+                let outer = Quat::from_rotation_arc(bone.normalize(), straight.normalize());
+                turn(limbs.fingers[number][k], inner.inverse() * outer);
+                inner = outer;
+            }
+        }
+    }
+    pose
+}
+
+/// How the figure takes from its T-pose the pose in which it was modelled.
+fn modelled_pose() -> Pose {
+    let forward = t_pose();
+    let joints = joints::joints();
+    let mut world: Vec<Quat> = Vec::with_capacity(joints.len());
+    for (joint, &rotation) in joints.iter().zip(&forward.rotations) {
+        let parent = joint.parent.map_or(Quat::IDENTITY, |parent| world[parent]);
+        world.push(parent * Quat::from_array(rotation));
+    }
+    // The world rotations from T are the inverse ones; local ones are relative to the parent's.
+    let local = joints.iter().zip(&world).map(|(joint, turned)| {
+        let parent = joint.parent.map_or(Quat::IDENTITY, |parent| world[parent]);
+        (parent * turned.inverse()).normalize().into()
+    });
+    Pose { translation: [0.0; 3], rotations: local.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surface::Side;
+    use super::*;
+
+    #[test]
+    fn has_all_bones_and_each_hangs_on_the_right_one() {
+        let avatar = Figure::new().avatar();
+        let joints = avatar.skeleton.joints();
+        assert_eq!(joints.len(), HumanBone::ALL.len());
+        let parent = |name: &str| {
+            let joint = avatar.skeleton.human(HumanBone::named(name).unwrap()).unwrap();
+            joints[joint].parent.map(|parent| joints[parent].name.as_str())
+        };
+        for (names, wanted) in [
+            ("hips", None),
+            ("spine leftUpperLeg rightUpperLeg", Some("hips")),
+            ("chest", Some("spine")),
+            ("upperChest", Some("chest")),
+            ("neck leftShoulder rightShoulder", Some("upperChest")),
+            ("head", Some("neck")),
+            ("leftEye rightEye jaw", Some("head")),
+            ("leftLowerLeg", Some("leftUpperLeg")),
+            ("rightFoot", Some("rightLowerLeg")),
+            ("leftToes", Some("leftFoot")),
+            ("rightUpperArm", Some("rightShoulder")),
+            ("leftLowerArm", Some("leftUpperArm")),
+            ("leftHand", Some("leftLowerArm")),
+            ("leftThumbMetacarpal leftIndexProximal leftLittleProximal", Some("leftHand")),
+            ("leftThumbProximal", Some("leftThumbMetacarpal")),
+            ("rightRingIntermediate", Some("rightRingProximal")),
+            ("rightMiddleDistal", Some("rightMiddleIntermediate")),
+        ] {
+            for name in names.split(' ') {
+                assert_eq!(parent(name), wanted, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn stands_in_a_t() {
+        let avatar = Figure::new().avatar();
+        let place = |bone| Vec3::from(avatar.skeleton.joints()[bone as usize].position);
+        for limbs in [LEFT, RIGHT] {
+            for (from, to) in [
+                (limbs.upper_arm, limbs.lower_arm),
+                (limbs.lower_arm, limbs.hand),
+                (limbs.fingers[2][0], limbs.fingers[2][1]),
+                (limbs.fingers[2][1], limbs.fingers[2][2]),
+            ] {
+                let along = (place(to) - place(from)).normalize();
+                let off = along.angle_between(Vec3::X * limbs.sign).to_degrees();
+                // Fingers are spread a little, in the plane of the hand.
+                let most = if to == limbs.lower_arm || to == limbs.hand { 0.1 } else { 2.5 };
+                assert!(off < most && along.y.abs() < 0.01, "{} is {off} deg off", from.name());
+            }
+            // Palms are down if thumbs are in front.
+            assert!(place(limbs.fingers[0][2]).z > place(limbs.hand).z + 0.03);
+        }
+        let lowest = avatar.mesh.positions().iter().map(|p| p[1]).fold(f32::INFINITY, f32::min);
+        assert!(lowest.abs() < 1e-3, "{lowest}");
+    }
+
+    #[test]
+    fn the_modelled_pose_shows_the_modelled_mesh() {
+        let figure = Figure::new();
+        let avatar = figure.avatar();
+        let posed = avatar.posed(&modelled_pose(), &[]).unwrap();
+        for (vertex, (&found, &wanted)) in posed.iter().zip(figure.body.positions()).enumerate() {
+            // Inverting and redoing in f32 costs a few micrometres.
+            let off = Vec3::from(found).distance(Vec3::from(wanted));
+            assert!(off < 2e-5, "vertex {vertex} is {off} m off");
+        }
+    }
+
+    #[test]
+    fn weights_change_gently_and_sum_to_one() {
+        /// The steepest are in the corners of the mouth and between the thighs, where one thing touches another
+        /// that it must not follow.
+        const STEEPEST_PER_CM: f32 = 2.5;
+        const PRUNED: f32 = 0.02;
+        let figure = Figure::new();
+        let skin = figure.avatar().skin;
+        assert!(skin.most_influences() <= MOST_INFLUENCES);
+        let dense = |vertex: u32| {
+            let mut dense = [0.0_f32; BONES];
+            for &(joint, weight) in skin.of(vertex as usize) {
+                dense[usize::from(joint)] = weight;
+            }
+            assert!((dense.iter().sum::<f32>() - 1.0).abs() < 1e-5, "vertex {vertex}");
+            dense
+        };
+        let place = |vertex: u32| Vec3::from(figure.body.positions()[vertex as usize]) * 100.0;
+        for face in figure.body.faces() {
+            for k in 0..3 {
+                let (a, b) = (face[k], face[(k + 1) % 3]);
+                let length = place(a).distance(place(b));
+                let differing = dense(a).into_iter().zip(dense(b)).map(|(a, b)| (a - b).abs());
+                let most = differing.fold(0.0, f32::max);
+                assert!(
+                    most <= STEEPEST_PER_CM * length + PRUNED,
+                    "{most} over {length} cm at {}",
+                    place(a)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn pruning_to_four_joints_changes_next_to_nothing() {
+        let (_, pruning) =
+            Skin::new(Figure::new().influences(), BONES).unwrap().pruned(MOST_INFLUENCES);
+        assert!(pruning.most < 0.06 && pruning.mean < 1e-3, "{pruning:?}");
+    }
+
+    #[test]
+    fn eyes_hair_and_skull_are_rigid() {
+        let figure = Figure::new();
+        let skin = figure.avatar().skin;
+        let parts = figure.parts_of_vertices();
+        let mut skull = 0;
+        for (vertex, part) in parts.iter().enumerate() {
+            let height_cm = figure.body.positions()[vertex][1] * 100.0 - EYE_LEVEL;
+            let wanted = match (part.kind, part.side) {
+                (Kind::Eye, Side::Left) => HumanBone::LeftEye,
+                (Kind::Eye, _) => HumanBone::RightEye,
+                (Kind::Ear | Kind::Hair, _) => HumanBone::Head,
+                (Kind::Face, _) if height_cm > -2.0 => HumanBone::Head,
+                _ => continue,
+            };
+            skull += usize::from(part.kind == Kind::Face);
+            assert_eq!(skin.of(vertex), [(wanted as u16, 1.0)], "vertex {vertex}, {part:?}");
+        }
+        assert!(skull > 1000);
+    }
+
+    #[test]
+    fn left_and_right_follow_alike() {
+        let figure = Figure::new();
+        let parts = figure.parts_of_vertices();
+        let mut opposite: [usize; BONES] = std::array::from_fn(|bone| bone);
+        for (number, bone) in HumanBone::ALL.iter().enumerate() {
+            if let Some(rest) = bone.name().strip_prefix("left") {
+                let other = HumanBone::named(&format!("right{rest}")).unwrap() as usize;
+                (opposite[number], opposite[other]) = (other, number);
+            }
+        }
+        for (&position, part) in figure.body.positions().iter().zip(parts) {
+            let p = Vec3::from(position) * 100.0;
+            // In the middle plane neither side is meant.
+            if p.x == 0.0 {
+                continue;
+            }
+            let (here, there) = (shares(part, p, None), shares(part, p.mirrored(), None));
+            for bone in 0..BONES {
+                assert!((here.0[bone] - there.0[opposite[bone]]).abs() < 1e-4, "{part:?} {p:?}");
+            }
+        }
+        let joints = figure.avatar().skeleton.joints().to_vec();
+        for (number, joint) in joints.iter().enumerate() {
+            let other = Vec3::from(joints[opposite[number]].position).mirrored();
+            assert!((Vec3::from(joint.position) - other).length() < 1e-4, "{}", joint.name);
+        }
+    }
+
+    #[test]
+    fn is_the_same_every_time() {
+        let (one, other) = (Figure::new().avatar(), Figure::new().avatar());
+        assert_eq!(one.mesh, other.mesh);
+        assert_eq!((one.skin, one.morphs, one.clips), (other.skin, other.morphs, other.clips));
+    }
+}

@@ -1,0 +1,132 @@
+//! Polygons under construction: positions, and corners with chart parameters and a part.
+
+use glam::Vec3;
+
+use crate::symmetry::Symmetry as _;
+
+/// What a polygon belongs to. The order is that of the polygons in the finished meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Kind {
+    /// Face, cranium and neck: the big one.
+    Face,
+    Eye,
+    Ear,
+    Hair,
+    /// Skin between the neck and what the shirt covers.
+    Chest,
+    Shirt,
+    Sleeve,
+    /// From the upper arm to the knuckles.
+    Arm,
+    /// Thumb is 0, little finger 4.
+    Finger(u8),
+    Leg,
+    Shoe,
+}
+
+/// Which of a pair; the figure's own left is `+x`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Side {
+    Both,
+    Left,
+    Right,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Part {
+    pub kind: Kind,
+    pub side: Side,
+}
+
+/// A corner: which vertex, and where on the part's own unit square (or, for [`Kind::Face`], on the
+/// head grid; see `head`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Knot {
+    pub vertex: u32,
+    pub at: [f32; 2],
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Polygon {
+    pub part: Part,
+    /// Counterclockwise seen from outside; three or four.
+    pub knots: Vec<Knot>,
+}
+
+/// Positions in centimetres, Y up, facing +Z, the ground at 0.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Surface {
+    pub positions: Vec<Vec3>,
+    pub polygons: Vec<Polygon>,
+}
+
+impl Surface {
+    pub fn vertex(&mut self, position: Vec3) -> u32 {
+        self.positions.push(position);
+        self.positions.len() as u32 - 1
+    }
+
+    pub fn knot(&mut self, position: Vec3, at: [f32; 2]) -> Knot {
+        Knot { vertex: self.vertex(position), at }
+    }
+
+    pub fn polygon(&mut self, part: Part, knots: &[Knot]) {
+        self.polygons.push(Polygon { part, knots: knots.to_vec() });
+    }
+
+    /// Quads between two open rows of as many knots; `lower` is below `upper` seen from outside
+    /// with both running to the right.
+    pub fn strip(&mut self, part: Part, upper: &[Knot], lower: &[Knot]) {
+        for (top, bottom) in upper.windows(2).zip(lower.windows(2)) {
+            self.polygon(part, &[top[0], bottom[0], bottom[1], top[1]]);
+        }
+    }
+
+    /// Triangles from the steps of an open row to one vertex above it; each triangle has its own
+    /// corner on the chart there, midway over its step.
+    pub fn cap_above(&mut self, part: Part, tip: Knot, row: &[Knot]) {
+        for step in row.windows(2) {
+            let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
+            self.polygon(part, &[Knot { at: [middle, tip.at[1]], ..tip }, step[0], step[1]]);
+        }
+    }
+
+    /// The same below the row.
+    pub fn cap_below(&mut self, part: Part, row: &[Knot], tip: Knot) {
+        for step in row.windows(2) {
+            let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
+            self.polygon(part, &[step[0], Knot { at: [middle, tip.at[1]], ..tip }, step[1]]);
+        }
+    }
+
+    /// Appends another surface, with its vertices after those that are here.
+    pub fn append(&mut self, other: Self) {
+        let offset = self.positions.len() as u32;
+        self.positions.extend(other.positions);
+        self.polygons.extend(other.polygons.into_iter().map(|mut polygon| {
+            for knot in &mut polygon.knots {
+                knot.vertex += offset;
+            }
+            polygon
+        }));
+    }
+
+    /// The mirror image, left for right. Chart parameters stay, so its charts are mirrored too.
+    pub fn mirrored(&self) -> Self {
+        let positions = self.positions.iter().map(|position| position.mirrored()).collect();
+        let polygons = self
+            .polygons
+            .iter()
+            .map(|polygon| {
+                let side = match polygon.part.side {
+                    Side::Left => Side::Right,
+                    Side::Right => Side::Left,
+                    Side::Both => Side::Both,
+                };
+                let part = Part { side, ..polygon.part };
+                Polygon { part, knots: polygon.knots.iter().rev().copied().collect() }
+            })
+            .collect();
+        Self { positions, polygons }
+    }
+}

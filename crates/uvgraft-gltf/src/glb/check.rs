@@ -1,0 +1,144 @@
+//! What cannot be written, and why.
+
+use uvgraft::Size;
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::rig::RigError;
+
+use super::vrm;
+use super::{Export, Looks, PictureFormat};
+
+/// Why an avatar cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GlbError {
+    /// The avatar's parts do not fit each other.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// Every triangle has a vertex twice.
+    #[error("the mesh has no triangle with three vertices")]
+    NoTriangles,
+    /// Two morphs or two expressions have one name, by which they could not be told apart.
+    #[error("two {what} have the name `{name}`")]
+    Name {
+        /// Of what.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A factor of the material is out of its range.
+    #[error("the {what} is {found}, wanted 0 to 1")]
+    Factor {
+        /// Which.
+        what: &'static str,
+        /// What was found.
+        found: f32,
+    },
+    /// A triangle has a material that there is not.
+    #[error("a triangle has material {found}, but there are {materials}, counted from 0")]
+    Material {
+        /// Its number.
+        found: u8,
+        /// How many there are.
+        materials: usize,
+    },
+    /// VRM knows no levels of detail.
+    #[error("VRM files have no levels of detail; write each level as a file of its own")]
+    VrmLevels,
+    /// A thumbnail must be a square PNG or JPEG.
+    #[error("a thumbnail must be a square PNG or JPEG picture, got {found:?} of {size}")]
+    Thumbnail {
+        /// Its format.
+        found: PictureFormat,
+        /// Its size.
+        size: Size,
+    },
+    /// Lengths in GLB files have 32 bits.
+    #[error("the file would have {bytes} bytes, more than GLB's 4 GiB")]
+    TooLarge {
+        /// How many.
+        bytes: u64,
+    },
+    /// What VRM asks for beyond glTF is not there.
+    #[error(transparent)]
+    Vrm(#[from] vrm::VrmError),
+    /// The JSON could not be made.
+    #[error("cannot write the JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Refuses what cannot be written.
+pub(super) fn check(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<(), GlbError> {
+    avatar.check()?;
+    check_normals(avatar, export.normals.as_deref())?;
+    let factors = looks
+        .iter()
+        .flat_map(|own| [("roughness", own.roughness_factor), ("metalness", own.metallic_factor)]);
+    for (what, found) in factors {
+        if !(0.0..=1.0).contains(&found) {
+            return Err(GlbError::Factor { what, found });
+        }
+    }
+    let avatars = || std::iter::once(avatar).chain(export.levels.iter().map(|level| &level.avatar));
+    for found in avatars().flat_map(|avatar| avatar.materials.iter().copied().max()) {
+        if usize::from(found) >= looks.len() {
+            return Err(GlbError::Material { found, materials: looks.len() });
+        }
+    }
+    if looks.is_empty() {
+        return Err(GlbError::Material { found: 0, materials: 0 });
+    }
+    check_levels(avatar, export)?;
+    if let Some(picture) = &export.thumbnail {
+        let size = picture.size();
+        let is_plain = matches!(picture.format(), PictureFormat::Png | PictureFormat::Jpeg);
+        if size.width != size.height || !is_plain {
+            return Err(GlbError::Thumbnail { found: picture.format(), size });
+        }
+    }
+    unique("morphs", avatar.morphs.iter().map(|morph| &morph.name))?;
+    unique("expressions", avatar.expressions.iter().map(|expression| &expression.name))
+}
+
+/// Levels move like the avatar: by the same joints and the same morphs.
+fn check_levels(avatar: &Avatar, export: &Export) -> Result<(), GlbError> {
+    if !export.levels.is_empty() && export.vrm.is_some() {
+        return Err(GlbError::VrmLevels);
+    }
+    for level in &export.levels {
+        level.avatar.check()?;
+        for (what, found, wanted) in [
+            (
+                "joints of a level",
+                level.avatar.skeleton.joints().len(),
+                avatar.skeleton.joints().len(),
+            ),
+            ("morphs of a level", level.avatar.morphs.len(), avatar.morphs.len()),
+        ] {
+            if found != wanted {
+                return Err(RigError::Count { what, found, wanted }.into());
+            }
+        }
+        check_normals(&level.avatar, level.normals.as_deref())?;
+    }
+    Ok(())
+}
+
+fn check_normals(avatar: &Avatar, normals: Option<&[[f32; 3]]>) -> Result<(), GlbError> {
+    let wanted = avatar.mesh.positions().len();
+    match normals.map(<[_]>::len) {
+        Some(found) if found != wanted => {
+            Err(RigError::Count { what: "normals", found, wanted }.into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), GlbError> {
+    let mut known = std::collections::HashSet::new();
+    for name in names {
+        if !known.insert(name) {
+            return Err(GlbError::Name { what, name: name.clone() });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! The nodes and meshes of a file.
+//!
+//! Source of levels: Microsoft, "MSFT_lod" (vendor extension of glTF, 2017).
+
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::rig::Pose;
+
+use super::json;
+use super::looks::Looks;
+use super::parts::Part;
+
+/// The extension of levels of detail.
+pub(super) const LEVELS: &str = "MSFT_lod";
+
+/// Where it covers less of the screen than this, the first coarser level is shown; each further one at half of it,
+/// as each has half the triangles.
+const FIRST_COVERAGE: f32 = 0.25;
+
+/// What a file shows.
+pub(super) struct Graph {
+    pub nodes: Vec<json::Node>,
+    pub meshes: Vec<json::Mesh>,
+    pub scene: json::Scene,
+    /// Nodes of the scene with a mesh.
+    pub shown: Vec<Shown>,
+}
+
+/// A node with a mesh.
+pub(super) struct Shown {
+    pub node: usize,
+    /// For each morph whether it moves anything of the mesh.
+    pub moves: Vec<bool>,
+    /// All of it is in the way of who looks out of the avatar's eyes.
+    pub is_head: bool,
+}
+
+/// One node for each joint, then those of meshes. Meshes are at the scene's root, because the transforms
+/// of their parents would not count.
+///
+/// - `stand`: the pose in which joints are.
+/// - `is_divided`: whether heads with a material of their own are meshes of their own.
+/// - `levels`: coarser ones, which no scene shows.
+pub(super) fn graph(
+    avatar: &Avatar,
+    stand: &Pose,
+    name: &str,
+    looks: &[Looks],
+    is_divided: bool,
+    parts: Vec<Part>,
+    levels: Vec<Vec<Part>>,
+) -> Graph {
+    let mut nodes = joints(avatar, stand);
+    let mut names = Names { avatar, taken: Vec::new() };
+    let target_names: Vec<String> = avatar.morphs.iter().map(|morph| morph.name.clone()).collect();
+    let mut meshes = Vec::new();
+    let mut add = |parts: Vec<Part>, name: &str, nodes: &mut Vec<json::Node>| {
+        let primitives = parts.into_iter().map(|part| part.primitive).collect();
+        meshes.push(json::Mesh {
+            name: name.to_owned(),
+            primitives,
+            weights: vec![0.0; target_names.len()],
+            extras: (!target_names.is_empty())
+                .then(|| json::MeshExtras { target_names: target_names.clone() }),
+        });
+        let node = nodes.len();
+        let (name, mesh) = (names.own(name), Some(meshes.len() - 1));
+        nodes.push(json::Node { name, mesh, skin: Some(0), ..json::Node::default() });
+        node
+    };
+    let is_head = |part: &Part| is_divided && looks[usize::from(part.material)].is_head;
+    let (head, body): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(is_head);
+    let mut shown = Vec::new();
+    for (parts, is_head) in [(body, false), (head, true)] {
+        if parts.is_empty() {
+            continue;
+        }
+        let moves = (0..avatar.morphs.len())
+            .map(|morph| parts.iter().any(|part| part.moves[morph]))
+            .collect();
+        let name = if is_head { format!("{name} head") } else { name.to_owned() };
+        shown.push(Shown { node: add(parts, &name, &mut nodes), moves, is_head });
+    }
+    let coarser: Vec<usize> = (1..)
+        .zip(levels)
+        .map(|(level, parts)| add(parts, &format!("{name} level {level}"), &mut nodes))
+        .collect();
+    if let (Some(finest), false) = (shown.first(), coarser.is_empty()) {
+        let changes = (0..coarser.len() as i32).map(|level| FIRST_COVERAGE * 0.5_f32.powi(level));
+        // The last value is where the coarsest level goes: never.
+        let screen_coverage = changes.chain([0.0]).collect();
+        let node = &mut nodes[finest.node];
+        node.extensions = Some(json::NodeExtensions { levels: json::LevelNodes { ids: coarser } });
+        node.extras = Some(json::NodeExtras { screen_coverage });
+    }
+    let roots = [0].into_iter().chain(shown.iter().map(|shown| shown.node)).collect();
+    let scene = json::Scene { name: name.to_owned(), nodes: roots };
+    Graph { nodes, meshes, scene, shown }
+}
+
+fn joints(avatar: &Avatar, stand: &Pose) -> Vec<json::Node> {
+    let joints = avatar.skeleton.joints();
+    let mut nodes: Vec<json::Node> = Vec::with_capacity(joints.len() + 2);
+    for (index, joint) in joints.iter().enumerate() {
+        // The root is moved by the pose, all others keep their place beside their parents.
+        let moved = glam::Vec3::from(stand.translation);
+        let from = joint.parent.map_or(-moved, |parent| joints[parent].position.into());
+        let offset = glam::Vec3::from(joint.position) - from;
+        let turn = stand.rotations[index];
+        nodes.push(json::Node {
+            name: joint.name.clone(),
+            translation: Some(offset.into()),
+            rotation: (turn != [0.0, 0.0, 0.0, 1.0]).then_some(turn),
+            ..json::Node::default()
+        });
+        if let Some(parent) = joint.parent {
+            nodes[parent].children.push(index);
+        }
+    }
+    nodes
+}
+
+/// Names of nodes with meshes.
+struct Names<'a> {
+    avatar: &'a Avatar,
+    taken: Vec<String>,
+}
+
+impl Names<'_> {
+    /// A name that no other node has: players find nodes by name.
+    fn own(&mut self, name: &str) -> String {
+        let mut name = name.to_owned();
+        let joints = self.avatar.skeleton.joints();
+        while self.taken.contains(&name) || joints.iter().any(|joint| joint.name == name) {
+            name.push_str(" mesh");
+        }
+        self.taken.push(name.clone());
+        name
+    }
+}

@@ -1,0 +1,306 @@
+//! Meshes of a file: their primitives with everything that moves them.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::accessor::Accessors;
+use super::appearance::UvSource;
+use super::document::{self, Document};
+use super::error::SceneError;
+
+/// Vertices of a primitive.
+const MAX_VERTICES: u64 = 1 << 24;
+
+/// What a node shows: pieces with a material each, which morph alike.
+#[derive(Debug)]
+pub(crate) struct Mesh {
+    pub primitives: Vec<Primitive>,
+    /// Names of the morph targets; shorter where the file names fewer.
+    pub target_names: Vec<String>,
+    /// The weights of the targets where a node says nothing else, one each.
+    pub weights: Vec<f32>,
+}
+
+/// Triangles with one material.
+#[derive(Debug)]
+pub(crate) struct Primitive {
+    pub positions: Vec<Vec3>,
+    pub normals: Normals,
+    pub uv: Arc<[[f32; 2]]>,
+    /// Further texture coordinates, for textures that have their own.
+    pub more_uv: Vec<Arc<[[f32; 2]]>>,
+    /// Linear, with opacity.
+    pub colors: Option<Arc<[[f32; 4]]>>,
+    pub triangles: Arc<[[u32; 3]]>,
+    pub material: usize,
+    pub influences: Option<Influences>,
+    pub morphs: Vec<Morph>,
+}
+
+#[derive(Debug)]
+pub(crate) enum Normals {
+    Given(Vec<Vec3>),
+    /// To be made from the triangles: for each vertex, the first one at its place, so that seams of
+    /// the layout do not show.
+    Missing(Vec<u32>),
+}
+
+/// What a morph target moves, and by how much at weight 1.
+#[derive(Debug, Default)]
+pub(crate) struct Morph {
+    pub positions: Vec<(u32, Vec3)>,
+    pub normals: Vec<(u32, Vec3)>,
+}
+
+/// Joints of each vertex with their weights, which sum to 1.
+#[derive(Debug)]
+pub(crate) struct Influences {
+    /// Where each vertex's entries start, and the end of the last.
+    pub starts: Vec<u32>,
+    pub entries: Vec<(u16, f32)>,
+    /// One more than the largest joint.
+    pub joints: usize,
+}
+
+impl Influences {
+    pub fn of(&self, vertex: usize) -> &[(u16, f32)] {
+        &self.entries[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
+    }
+}
+
+/// Where each material has its texture coordinates.
+pub(super) fn meshes(
+    document: &Document,
+    accessors: &mut Accessors<'_>,
+    uv_sources: &[Vec<UvSource>],
+) -> Result<Vec<Mesh>, SceneError> {
+    document
+        .meshes
+        .iter()
+        .enumerate()
+        .map(|(index, mesh)| read(mesh, index, accessors, uv_sources))
+        .collect()
+}
+
+fn read(
+    mesh: &document::Mesh,
+    index: usize,
+    accessors: &mut Accessors<'_>,
+    uv_sources: &[Vec<UvSource>],
+) -> Result<Mesh, SceneError> {
+    let mut primitives = Vec::new();
+    for (number, primitive) in mesh.primitives.iter().enumerate() {
+        let place = format!("mesh {index}, primitive {number}");
+        if let Some(primitive) = read_primitive(primitive, &place, accessors, uv_sources)? {
+            primitives.push(primitive);
+        }
+    }
+    let targets = primitives.iter().map(|primitive| primitive.morphs.len()).max().unwrap_or(0);
+    if mesh.weights.iter().any(|weight| !weight.is_finite()) {
+        let reason = "a weight is infinite, wanted finite numbers";
+        return Err(SceneError::content(format!("mesh {index}"), reason));
+    }
+    let mut weights = mesh.weights.clone();
+    weights.resize(targets, 0.0);
+    let named = |extras: &document::MeshExtras| !extras.target_names.is_empty();
+    let extras = mesh.primitives.iter().map(|primitive| &primitive.extras);
+    let target_names = std::iter::once(&mesh.extras)
+        .chain(extras)
+        .find(|extras| named(extras))
+        .map_or_else(Vec::new, |extras| extras.target_names.clone());
+    Ok(Mesh { primitives, target_names, weights })
+}
+
+/// A primitive, if it has triangles at all.
+fn read_primitive(
+    primitive: &document::Primitive,
+    place: &str,
+    accessors: &mut Accessors<'_>,
+    uv_sources: &[Vec<UvSource>],
+) -> Result<Option<Primitive>, SceneError> {
+    let mode = primitive.mode.unwrap_or(4);
+    if mode < 4 {
+        // Points and lines.
+        return Ok(None);
+    }
+    let attribute = |name: &str| primitive.attributes.get(name).copied();
+    let Some(positions) = attribute("POSITION") else { return Ok(None) };
+    let positions: Vec<Vec3> = vectors(accessors.floats(positions, None)?);
+    let count = positions.len();
+    super::container::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
+
+    let corners = match primitive.indices {
+        Some(indices) => accessors.wholes::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),
+        None => (0..count as u32).collect::<Vec<_>>(),
+    };
+    if let Some(at) = corners.iter().position(|&corner| corner as usize >= count) {
+        let reason = format!("index {at} is {}, there are {count} vertices", corners[at]);
+        return Err(SceneError::content(place, reason));
+    }
+    let triangles = triangles(&corners, mode, place)?;
+
+    let material = primitive.material.map_or(uv_sources.len() - 1, |index| index as usize);
+    let sources = uv_sources.get(material).ok_or_else(|| {
+        let found = uv_sources.len() - 1;
+        SceneError::content(place, format!("it names material {material}, the file has {found}"))
+    })?;
+    let mut all_uv = Vec::new();
+    for source in sources {
+        let mut uv = match attribute(&format!("TEXCOORD_{}", source.set)) {
+            Some(index) => accessors.floats::<2>(index, Some(count))?,
+            None => vec![[0.0; 2]; count],
+        };
+        source.transform(&mut uv);
+        all_uv.push(Arc::from(uv));
+    }
+
+    let colors = match attribute("COLOR_0") {
+        Some(index) => Some(read_colors(index, count, accessors)?.into()),
+        None => None,
+    };
+    let normals = match attribute("NORMAL") {
+        Some(index) => Normals::Given(vectors(accessors.floats(index, Some(count))?)),
+        None => Normals::Missing(first_at_each_place(&positions)),
+    };
+    let morphs = primitive
+        .targets
+        .iter()
+        .map(|target| read_morph(target, count, accessors))
+        .collect::<Result<_, _>>()?;
+    let influences = read_influences(primitive, count, accessors)?;
+    Ok(Some(Primitive {
+        positions,
+        normals,
+        uv: all_uv.remove(0),
+        more_uv: all_uv,
+        colors,
+        triangles: triangles.into(),
+        material,
+        influences,
+        morphs,
+    }))
+}
+
+fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {
+    values.into_iter().map(Vec3::from).collect()
+}
+
+/// Lists, strips and fans as triangles; what was left over at the end of a list is an error.
+fn triangles(corners: &[u32], mode: u32, place: &str) -> Result<Vec<[u32; 3]>, SceneError> {
+    match mode {
+        4 if corners.len().is_multiple_of(3) => {
+            Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
+        }
+        4 => {
+            let reason = format!("{} indices are not a number of triangles", corners.len());
+            Err(SceneError::content(place, reason))
+        }
+        5 => Ok(corners
+            .windows(3)
+            .enumerate()
+            .map(|(k, c)| if k % 2 == 0 { [c[0], c[1], c[2]] } else { [c[1], c[0], c[2]] })
+            .collect()),
+        6 => Ok(corners
+            .get(1..)
+            .unwrap_or_default()
+            .windows(2)
+            .map(|c| [c[0], c[1], corners[0]])
+            .collect()),
+        _ => Err(SceneError::content(place, format!("found mode {mode}, wanted 0 to 6"))),
+    }
+}
+
+fn read_colors(
+    index: u32,
+    count: usize,
+    accessors: &mut Accessors<'_>,
+) -> Result<Vec<[f32; 4]>, SceneError> {
+    if accessors.width(index)? == 3 {
+        let colors = accessors.floats::<3>(index, Some(count))?;
+        return Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect());
+    }
+    accessors.floats::<4>(index, Some(count))
+}
+
+fn first_at_each_place(positions: &[Vec3]) -> Vec<u32> {
+    let mut first = HashMap::new();
+    (0u32..)
+        .zip(positions)
+        .map(|(vertex, p)| *first.entry([p.x, p.y, p.z].map(f32::to_bits)).or_insert(vertex))
+        .collect()
+}
+
+fn read_morph(
+    target: &BTreeMap<String, u32>,
+    count: usize,
+    accessors: &mut Accessors<'_>,
+) -> Result<Morph, SceneError> {
+    let mut moved = |name: &str| match target.get(name) {
+        None => Ok(Vec::new()),
+        Some(&index) => {
+            let deltas = vectors(accessors.floats(index, Some(count))?);
+            let moves = |&(_, delta): &(u32, Vec3)| delta != Vec3::default();
+            Ok::<_, SceneError>((0u32..).zip(deltas).filter(moves).collect())
+        }
+    };
+    Ok(Morph { positions: moved("POSITION")?, normals: moved("NORMAL")? })
+}
+
+fn read_influences(
+    primitive: &document::Primitive,
+    count: usize,
+    accessors: &mut Accessors<'_>,
+) -> Result<Option<Influences>, SceneError> {
+    let mut sets = Vec::new();
+    for set in 0.. {
+        let named = |name: &str| primitive.attributes.get(&format!("{name}_{set}")).copied();
+        let (Some(joints), Some(weights)) = (named("JOINTS"), named("WEIGHTS")) else { break };
+        let joints = accessors.wholes::<4>(joints, Some(count))?;
+        sets.push((joints, accessors.floats::<4>(weights, Some(count))?));
+    }
+    if sets.is_empty() {
+        return Ok(None);
+    }
+    let mut influences = Influences { starts: vec![0], entries: Vec::new(), joints: 0 };
+    for vertex in 0..count {
+        let start = influences.entries.len();
+        for (joints, weights) in &sets {
+            for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
+                if weight > 0.0 {
+                    // Joints are stored in 16 bits at most, which `wholes` was not told.
+                    let small = u16::try_from(joint).map_err(|_| {
+                        SceneError::content("joints", format!("found joint {joint}"))
+                    })?;
+                    influences.entries.push((small, weight));
+                }
+            }
+        }
+        let own = &mut influences.entries[start..];
+        let sum: f32 = own.iter().map(|entry| entry.1).sum();
+        own.iter_mut().for_each(|entry| entry.1 /= sum);
+        if own.is_empty() {
+            // Nothing moves it; as elsewhere, that is the first joint's.
+            influences.entries.push((0, 1.0));
+        }
+        influences.starts.push(influences.entries.len() as u32);
+    }
+    let largest = influences.entries.iter().map(|entry| usize::from(entry.0)).max();
+    influences.joints = largest.map_or(0, |joint| joint + 1);
+    Ok(Some(influences))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_the_winding() {
+        let corners = [10, 11, 12, 13];
+        assert_eq!(triangles(&corners, 5, "").unwrap(), [[10, 11, 12], [12, 11, 13]]);
+        assert_eq!(triangles(&corners, 6, "").unwrap(), [[11, 12, 10], [12, 13, 10]]);
+        assert!(triangles(&corners, 4, "").is_err() && triangles(&corners, 7, "").is_err());
+        assert!(triangles(&[], 6, "").unwrap().is_empty());
+    }
+}

@@ -1,0 +1,404 @@
+//! Avatars from GLB, VRM and glTF files of any maker, to be posed and drawn.
+//!
+//! Read is what a picture needs: nodes, meshes with skins and morph targets, animations, materials
+//! with their textures, and the humanoid bones and expressions of VRM 1.0 and 0.x. What is compressed
+//! (Draco, meshoptimizer, KTX2) is decompressed first. Arrays are checked against the file's real
+//! length before anything is allocated; indices, trees and numbers are checked before they are used.
+//!
+//! The JSON is read by own types rather than by the crate `gltf`, which refuses a whole file for
+//! parts that a picture does not need: channels without a node, textures without a plain source.
+
+mod accessor;
+mod appearance;
+mod around;
+mod clip;
+mod container;
+mod document;
+mod error;
+mod geometry;
+mod humanoid;
+mod images;
+#[cfg(feature = "ktx2")]
+mod ktx2;
+mod posing;
+mod skinning;
+mod stance;
+#[cfg(test)]
+mod tests;
+mod transform;
+mod unpack;
+mod vrm0;
+mod whole;
+#[cfg(test)]
+mod wild_tests;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use uvgraft::Texture;
+use uvgraft_io::input::{ReadError, read_file};
+
+use self::accessor::{Accessors, find};
+pub use self::appearance::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
+pub use self::around::Around;
+pub use self::clip::Clip;
+use self::container::{Container, MAX_BYTES, too_many};
+use self::document::{Document, Expressions};
+pub use self::error::{PosingError, SceneError};
+use self::geometry::Mesh;
+pub use self::posing::{Drawn, Posing};
+pub use self::stance::Stance;
+use self::transform::Affine;
+pub use self::transform::Placement;
+pub use self::whole::whole;
+
+/// Vertices and triangles of all meshes together, each counted as often as it is shown.
+const MAX_VERTICES: u64 = 1 << 24;
+const MAX_TRIANGLES: u64 = 1 << 25;
+
+/// What a file shows, ready to be posed.
+#[derive(Debug)]
+pub struct Scene {
+    nodes: Vec<Node>,
+    /// Every node, parents before their children.
+    order: Vec<usize>,
+    /// Nodes with a mesh that belong to the scene.
+    shown: Vec<usize>,
+    meshes: Vec<Mesh>,
+    skins: Vec<Skin>,
+    clips: Vec<Clip>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    bones: BTreeMap<String, usize>,
+    expressions: Vec<Expression>,
+}
+
+/// A node of the tree.
+#[derive(Debug)]
+struct Node {
+    name: String,
+    parent: Option<usize>,
+    rest: Placement,
+    mesh: Option<usize>,
+    skin: Option<usize>,
+    /// Weights of the mesh's morph targets at rest, one each.
+    weights: Vec<f32>,
+}
+
+#[derive(Debug)]
+struct Skin {
+    joints: Vec<usize>,
+    inverse_bind: Vec<Affine>,
+}
+
+/// A named face that VRM defines through morph targets.
+#[derive(Debug)]
+struct Expression {
+    name: String,
+    /// Node, morph target and the target's weight where the expression's is 1.
+    binds: Vec<(usize, usize, f32)>,
+    /// Whether there is no half of it.
+    is_binary: bool,
+}
+
+impl Scene {
+    /// Reads a GLB, VRM or glTF file that is whole in itself: its buffers and images are in the GLB
+    /// or in data URIs.
+    ///
+    /// # Errors
+    /// [`SceneError`] for anything that is cut short, damaged, absurdly large or refers to nothing.
+    pub fn read(bytes: &[u8]) -> Result<Self, SceneError> {
+        Self::read_in(bytes, None)
+    }
+
+    /// Reads a GLB, VRM or glTF file, and the files beside it that it names.
+    ///
+    /// # Errors
+    /// As [`Scene::read`], with the path; also for names of files that are not in its folder.
+    pub fn load(path: &Path) -> Result<Self, ReadError<SceneError>> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        read_file(path, MAX_BYTES, |bytes| Self::read_in(bytes, Some(folder)))
+    }
+
+    fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Self, SceneError> {
+        let mut container = Container::new(bytes, folder)?;
+        let mut buffers = container.buffers()?;
+        unpack::unpack(&mut container.document, &mut buffers)?;
+        let document = &container.document;
+        let mut accessors = Accessors::new(document, &buffers);
+        let appearance = appearance::appearance(&container, &accessors)?;
+        let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
+        let (vrm0, mut nodes) = (&document.extensions.vrm0, nodes(document, &meshes)?);
+        if vrm0.is_some() && document.extensions.vrm.is_none() {
+            turn_around(&mut nodes);
+        }
+        let order = parents_first(&nodes)?;
+        let shown = shown(document, &nodes, &order)?;
+        let skins = skins(document, &mut accessors)?;
+        check_sizes(&shown, &nodes, &meshes)?;
+        check_joints(&shown, &nodes, &meshes, &skins)?;
+        let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
+        let from_vrm0 = match vrm0 {
+            Some(vrm0) => Some(vrm0.as_vrm1(&document.nodes, document.meshes.len())?),
+            None => None,
+        };
+        let vrm = document.extensions.vrm.as_ref().or(from_vrm0.as_ref());
+        Ok(Self {
+            clips: clip::clips(document, &mut accessors, &targets)?,
+            bones: humanoid::bones(vrm, &document.nodes)?,
+            expressions: match vrm {
+                Some(vrm) => expressions(&vrm.expressions, &targets)?,
+                None => Vec::new(),
+            },
+            materials: appearance.materials,
+            textures: appearance.textures,
+            nodes,
+            order,
+            shown,
+            meshes,
+            skins,
+        })
+    }
+
+    /// Its animations.
+    pub fn clips(&self) -> &[Clip] {
+        &self.clips
+    }
+
+    /// How its surfaces look. The last one is for those that name none.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The textures that its materials use.
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// VRM's names of the humanoid bones that were found.
+    pub fn bones(&self) -> impl Iterator<Item = &str> {
+        self.bones.keys().map(String::as_str)
+    }
+
+    /// Names of VRM's expressions, then of morph targets, each once.
+    pub fn expressions(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.expressions.iter().map(|e| e.name.as_str()).collect();
+        for name in self.meshes.iter().flat_map(|mesh| &mesh.target_names) {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// Triangles that a picture of it shows.
+    pub fn triangles(&self) -> usize {
+        let meshes = self.shown.iter().filter_map(|&node| self.nodes[node].mesh);
+        let primitives = meshes.flat_map(|mesh| &self.meshes[mesh].primitives);
+        primitives.map(|primitive| primitive.triangles.len()).sum()
+    }
+}
+
+fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> {
+    let mut nodes = Vec::with_capacity(document.nodes.len());
+    for (index, node) in document.nodes.iter().enumerate() {
+        let place = format!("node {index}");
+        let rest = placement(node, &place)?;
+        let mesh = match node.mesh {
+            Some(mesh) => Some(find(meshes, mesh, "mesh", &place)?),
+            None => None,
+        };
+        if let Some(skin) = node.skin {
+            find(&document.skins, skin, "skin", &place)?;
+        }
+        if node.weights.iter().any(|weight| !weight.is_finite()) {
+            return Err(SceneError::content(place, "a weight is infinite, wanted finite numbers"));
+        }
+        let mut weights = mesh.map_or_else(Vec::new, |mesh| mesh.weights.clone());
+        for (weight, own) in weights.iter_mut().zip(&node.weights) {
+            *weight = *own;
+        }
+        nodes.push(Node {
+            name: node.name.clone().unwrap_or_default(),
+            parent: None,
+            rest,
+            mesh: node.mesh.map(|mesh| mesh as usize),
+            skin: node.skin.map(|skin| skin as usize),
+            weights,
+        });
+    }
+    for (parent, node) in document.nodes.iter().enumerate() {
+        for &child in &node.children {
+            let place = format!("node {parent}");
+            find(&document.nodes, child, "node", &place)?;
+            if let Some(first) = nodes[child as usize].parent.replace(parent) {
+                let reason = format!("its child {child} is also one of node {first}");
+                return Err(SceneError::content(place, reason));
+            }
+        }
+    }
+    Ok(nodes)
+}
+
+fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError> {
+    let not_finite =
+        || SceneError::content(place, "its place in the tree is infinite, wanted finite numbers");
+    if let Some(matrix) = &node.matrix {
+        if !matrix.iter().all(|value| value.is_finite()) {
+            return Err(not_finite());
+        }
+        return Ok(Affine::from_columns(matrix).placement());
+    }
+    let rest = Placement::default();
+    let placement = Placement {
+        translation: node.translation.unwrap_or(rest.translation),
+        rotation: transform::normalized(node.rotation.unwrap_or(rest.rotation)),
+        scale: node.scale.unwrap_or(rest.scale),
+    };
+    let numbers = placement.translation.iter().chain(&placement.scale);
+    let turns = node.rotation.unwrap_or_default();
+    if numbers.chain(&turns).all(|value| value.is_finite()) {
+        Ok(placement)
+    } else {
+        Err(not_finite())
+    }
+}
+
+/// Puts everything under one more node, which makes what looks along -Z, as VRM 0.x does, look along +Z.
+fn turn_around(nodes: &mut Vec<Node>) {
+    let above = nodes.len();
+    for root in nodes.iter_mut().filter(|node| node.parent.is_none()) {
+        root.parent = Some(above);
+    }
+    nodes.push(Node {
+        name: String::new(),
+        parent: None,
+        rest: Placement { rotation: [0.0, 1.0, 0.0, 0.0], ..Placement::default() },
+        mesh: None,
+        skin: None,
+        weights: Vec::new(),
+    });
+}
+
+/// All nodes in an order in which parents come first.
+fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
+    let mut children = vec![Vec::new(); nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        if let Some(parent) = node.parent {
+            children[parent].push(index);
+        }
+    }
+    let mut order: Vec<usize> =
+        (0..nodes.len()).filter(|&node| nodes[node].parent.is_none()).collect();
+    let mut next = 0;
+    while let Some(&node) = order.get(next) {
+        order.append(&mut children[node]);
+        next += 1;
+    }
+    // No node has two parents, so those that no root leads to go around in circles.
+    if order.len() < nodes.len() {
+        let mut reached = vec![false; nodes.len()];
+        order.iter().for_each(|&node| reached[node] = true);
+        let node = reached.iter().position(|reached| !reached).unwrap_or_default();
+        return Err(SceneError::content(format!("node {node}"), "it is among its own ancestors"));
+    }
+    Ok(order)
+}
+
+/// The nodes with a mesh that the file's scene contains.
+fn shown(document: &Document, nodes: &[Node], order: &[usize]) -> Result<Vec<usize>, SceneError> {
+    let scene = document.scene.unwrap_or(0);
+    let mut is_shown = vec![document.scenes.is_empty(); nodes.len()];
+    if !document.scenes.is_empty() {
+        for &root in &find(&document.scenes, scene, "scene", "the file")?.nodes {
+            find(nodes, root, "node", &format!("scene {scene}"))?;
+            is_shown[root as usize] = true;
+        }
+    }
+    for &node in order {
+        is_shown[node] |= nodes[node].parent.is_some_and(|parent| is_shown[parent]);
+    }
+    Ok((0..nodes.len()).filter(|&node| is_shown[node] && nodes[node].mesh.is_some()).collect())
+}
+
+fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>, SceneError> {
+    let mut skins = Vec::new();
+    for (index, skin) in document.skins.iter().enumerate() {
+        let place = format!("skin {index}");
+        for &joint in &skin.joints {
+            find(&document.nodes, joint, "node", &place)?;
+        }
+        let joints: Vec<usize> = skin.joints.iter().map(|&joint| joint as usize).collect();
+        let inverse_bind = match skin.inverse_bind_matrices {
+            None => vec![Affine::IDENTITY; joints.len()],
+            Some(accessor) => {
+                let matrices = accessors.floats::<16>(accessor, None)?;
+                if matrices.len() < joints.len() {
+                    let (found, wanted) = (matrices.len(), joints.len());
+                    let reason = format!("{found} matrices for {wanted} joints");
+                    return Err(SceneError::content(place, reason));
+                }
+                matrices.iter().map(Affine::from_columns).collect()
+            }
+        };
+        skins.push(Skin { joints, inverse_bind });
+    }
+    Ok(skins)
+}
+
+fn check_sizes(shown: &[usize], nodes: &[Node], meshes: &[Mesh]) -> Result<(), SceneError> {
+    let (mut vertices, mut triangles) = (0_u64, 0_u64);
+    for mesh in shown.iter().filter_map(|&node| nodes[node].mesh) {
+        for primitive in &meshes[mesh].primitives {
+            vertices += primitive.positions.len() as u64;
+            triangles += primitive.triangles.len() as u64;
+        }
+        too_many("vertices", vertices, MAX_VERTICES)?;
+        too_many("triangles", triangles, MAX_TRIANGLES)?;
+    }
+    Ok(())
+}
+
+fn check_joints(
+    shown: &[usize],
+    nodes: &[Node],
+    meshes: &[Mesh],
+    skins: &[Skin],
+) -> Result<(), SceneError> {
+    for &index in shown {
+        let (Some(mesh), Some(skin)) = (nodes[index].mesh, nodes[index].skin) else { continue };
+        let found = skins[skin].joints.len();
+        let influences =
+            meshes[mesh].primitives.iter().filter_map(|primitive| primitive.influences.as_ref());
+        if let Some(wanted) = influences.map(|i| i.joints).find(|&joints| joints > found) {
+            let reason = format!("mesh {mesh} uses joint {}, skin {skin} has {found}", wanted - 1);
+            return Err(SceneError::content(format!("node {index}"), reason));
+        }
+    }
+    Ok(())
+}
+
+fn expressions(
+    expressions: &Expressions,
+    targets: &[usize],
+) -> Result<Vec<Expression>, SceneError> {
+    let mut result = Vec::new();
+    for (name, expression) in expressions.preset.iter().chain(&expressions.custom) {
+        let place = format!("VRM's expression {name}");
+        let mut binds = Vec::new();
+        for bind in &expression.morph_target_binds {
+            let &found = find(targets, bind.node, "node", &place)?;
+            if bind.index as usize >= found {
+                let reason =
+                    format!("it names morph target {}, node {} has {found}", bind.index, bind.node);
+                return Err(SceneError::content(place, reason));
+            }
+            if !bind.weight.is_finite() {
+                return Err(SceneError::content(place, "its weight is infinite"));
+            }
+            binds.push((bind.node as usize, bind.index as usize, bind.weight));
+        }
+        result.push(Expression { name: name.clone(), binds, is_binary: expression.is_binary });
+    }
+    Ok(result)
+}

@@ -1,0 +1,115 @@
+//! Linear blend skinning after morphing, vertex by vertex.
+//!
+//! # Source
+//! Magnenat-Thalmann et al., "Joint-dependent local deformations for hand animation and object
+//! grasping", 1988, in the form of glTF 2.0, section 3.7.3.
+
+use glam::Vec3;
+use uvgraft::threads;
+
+use super::geometry::{Influences, Normals, Primitive};
+use super::transform::Affine;
+
+/// Vertices in a piece of work: enough to be worth one.
+const CHUNK: usize = 1024;
+
+/// World positions and unit normals of a primitive.
+///
+/// - `weights`: of the morph targets.
+/// - `joints`: for each joint of its skin, where that takes the bind pose.
+/// - `node`: where the node is, for what has no skin.
+pub(super) fn deformed(
+    primitive: &Primitive,
+    weights: &[f32],
+    joints: Option<&[Affine]>,
+    node: &Affine,
+) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+    let mut positions = primitive.positions.clone();
+    let mut normals = match &primitive.normals {
+        Normals::Given(normals) => normals.clone(),
+        Normals::Missing(_) => Vec::new(),
+    };
+    for (morph, &weight) in primitive.morphs.iter().zip(weights) {
+        if weight != 0.0 {
+            add(&mut positions, &morph.positions, weight);
+            add(&mut normals, &morph.normals, weight);
+        }
+    }
+    match (joints, &primitive.influences) {
+        (Some(joints), Some(influences)) => {
+            skin(&mut positions, &mut normals, influences, joints);
+        }
+        _ => place(&mut positions, &mut normals, node),
+    }
+    if let Normals::Missing(first) = &primitive.normals {
+        normals = made_from_triangles(&positions, &primitive.triangles, first);
+        // Corners of what is mirrored go round the wrong way.
+        if joints.is_none() && node.determinant() < 0.0 {
+            normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
+    }
+    let plain = |vectors: Vec<Vec3>| vectors.into_iter().map(Into::into).collect();
+    (plain(positions), plain(normals))
+}
+
+fn add(vectors: &mut [Vec3], deltas: &[(u32, Vec3)], weight: f32) {
+    for &(vertex, delta) in deltas {
+        if let Some(vector) = vectors.get_mut(vertex as usize) {
+            *vector = *vector + delta * weight;
+        }
+    }
+}
+
+fn turned(axes: &[Vec3; 3], normal: Vec3) -> Vec3 {
+    (axes[0] * normal.x + axes[1] * normal.y + axes[2] * normal.z).normalize_or_zero()
+}
+
+fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine) {
+    let axes = node.of_normals();
+    threads::for_each_chunk(positions, CHUNK, |_, positions| {
+        positions.iter_mut().for_each(|p| *p = node.point(*p));
+    });
+    threads::for_each_chunk(normals, CHUNK, |_, normals| {
+        normals.iter_mut().for_each(|n| *n = turned(&axes, *n));
+    });
+}
+
+fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, joints: &[Affine]) {
+    let map = |vertex: usize| {
+        let mut sum = Affine::ZERO;
+        for &(joint, weight) in influences.of(vertex) {
+            sum = sum.plus(&joints[usize::from(joint)], weight);
+        }
+        sum
+    };
+    if normals.is_empty() {
+        threads::for_each_chunk(positions, CHUNK, |chunk, positions| {
+            for (k, p) in positions.iter_mut().enumerate() {
+                *p = map(chunk * CHUNK + k).point(*p);
+            }
+        });
+        return;
+    }
+    let chunks = positions.chunks_mut(CHUNK).zip(normals.chunks_mut(CHUNK));
+    threads::for_each(chunks, |chunk, (positions, normals)| {
+        for (k, (p, n)) in positions.iter_mut().zip(normals).enumerate() {
+            let map = map(chunk * CHUNK + k);
+            *p = map.point(*p);
+            *n = turned(&map.of_normals(), *n);
+        }
+    });
+}
+
+/// Means of the triangles' normals weighted by area, the same at all vertices of one place.
+fn made_from_triangles(positions: &[Vec3], triangles: &[[u32; 3]], first: &[u32]) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::default(); positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        let normal = (b - a).cross(c - a);
+        for &vertex in triangle {
+            let sum = &mut sums[first[vertex as usize] as usize];
+            *sum = *sum + normal;
+        }
+    }
+    first.iter().map(|&vertex| sums[vertex as usize].normalize_or_zero()).collect()
+}

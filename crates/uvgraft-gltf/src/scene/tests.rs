@@ -1,0 +1,353 @@
+//! Files that are whole, and files that are not.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::json;
+use uvgraft_tests::strip::{self, Strip};
+
+use super::*;
+
+fn read(strip: &Strip) -> Scene {
+    Scene::read(&strip.glb()).unwrap()
+}
+
+fn positions(scene: &Scene, posing: &Posing) -> Vec<[f32; 3]> {
+    scene.pose(posing).unwrap()[0].positions.clone()
+}
+
+fn assert_near(found: &[[f32; 3]], wanted: &[[f32; 3]]) {
+    assert_eq!(found.len(), wanted.len());
+    for (a, b) in found.iter().zip(wanted) {
+        // Sums of a few products of numbers up to 2 in single precision.
+        assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{found:?} instead of {wanted:?}");
+    }
+}
+
+const REST: [[f32; 3]; 6] = [
+    [-0.5, 0.0, 0.0],
+    [0.5, 0.0, 0.0],
+    [-0.5, 1.0, 0.0],
+    [0.5, 1.0, 0.0],
+    [-0.5, 2.0, 0.0],
+    [0.5, 2.0, 0.0],
+];
+
+/// Joint 1 turned by 90° about Z around (0, 1, 0): the top goes to the left, the middle is the mean
+/// of where it was and of (0, 0.5, 0) or (0, 1.5, 0).
+const BENT: [[f32; 3]; 6] = [
+    [-0.5, 0.0, 0.0],
+    [0.5, 0.0, 0.0],
+    [-0.25, 0.75, 0.0],
+    [0.25, 1.25, 0.0],
+    [-1.0, 0.5, 0.0],
+    [-1.0, 1.5, 0.0],
+];
+
+#[test]
+fn a_strip_is_read_and_bends_as_computed_by_hand() {
+    let scene = read(&Strip::new());
+    assert_eq!((scene.triangles(), scene.clips().len()), (4, 1));
+    assert_eq!((scene.clips()[0].name.as_str(), scene.clips()[0].seconds), ("bend", 1.0));
+    assert_eq!(scene.expressions(), ["bulge"]);
+    assert_eq!(scene.textures()[0].size(), uvgraft::Size::square(2));
+    assert_near(&positions(&scene, &Posing::default()), &REST);
+    let at = |seconds| Posing { clip: Some((0, seconds)), ..Posing::default() };
+    assert_near(&positions(&scene, &at(0.0)), &REST);
+    assert_near(&positions(&scene, &at(1.0)), &BENT);
+    // Half the time is half the angle.
+    let half = positions(&scene, &at(0.5));
+    let side = std::f32::consts::FRAC_1_SQRT_2;
+    assert_near(&half[5..], &[[0.5 * side - side, 1.0 + 0.5 * side + side, 0.0]]);
+    let turned = Posing { rotations: vec![("head".into(), [0.0, 0.0, 90.0])], ..Posing::default() };
+    assert_near(&positions(&scene, &turned), &BENT);
+    // Both: the turn comes on top of the clip.
+    let both = Posing { rotations: vec![("head".into(), [0.0, 0.0, -90.0])], ..at(1.0) };
+    assert_near(&positions(&scene, &both), &REST);
+}
+
+#[test]
+fn morphs_move_before_joints_do() {
+    let scene = read(&Strip::new());
+    let bulge = |weight| vec![("Bulge".to_owned(), weight)];
+    let found = positions(&scene, &Posing { weights: bulge(0.5), ..Posing::default() });
+    assert_eq!((found[2], found[0]), ([-0.5, 1.0, 0.25], [-0.5, 0.0, 0.0]));
+    // A quarter turn about X takes Z to -Y for the half that is the joint's.
+    let posing = Posing {
+        weights: bulge(1.0),
+        rotations: vec![("head".into(), [90.0, 0.0, 0.0])],
+        ..Posing::default()
+    };
+    assert_near(&positions(&scene, &posing)[2..3], &[[-0.5, 0.75, 0.25]]);
+}
+
+#[test]
+fn normals_turn_with_the_surface() {
+    let scene = read(&Strip::new());
+    for (rotation, wanted) in [([0.0; 3], [0.0, 0.0, 1.0]), ([0.0, 90.0, 0.0], [1.0, 0.0, 0.0])] {
+        let rotations = vec![("foot".into(), rotation)];
+        let drawn = scene.pose(&Posing { rotations, ..Posing::default() }).unwrap();
+        assert_near(&drawn[0].normals, &[wanted; 6]);
+    }
+}
+
+#[test]
+fn a_turn_means_the_same_whatever_way_a_bone_lies() {
+    // The joint's own axes are turned by 90° about X, and its bind matrix undoes that.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let mut strip = Strip::new().with("/nodes/1/rotation", json!([half, 0, 0, half]));
+    let inverse: [[f32; 4]; 8] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, -1.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 1.0],
+    ];
+    let bytes = inverse.concat().into_iter().flat_map(f32::to_le_bytes).collect::<Vec<_>>();
+    let accessor = strip.add(&bytes, 5126, 2, "MAT4");
+    let scene = read(&strip.with("/skins/0/inverseBindMatrices", accessor.into()));
+    assert_near(&positions(&scene, &Posing::default()), &REST);
+    let rotations = vec![("head".into(), [0.0, 0.0, 90.0])];
+    assert_near(&positions(&scene, &Posing { rotations, ..Posing::default() }), &BENT);
+}
+
+#[test]
+fn what_is_not_skinned_is_where_its_node_is() {
+    let mut strip = Strip::new()
+        .with("/nodes/2/matrix", json!([-2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 4, 5, 1]));
+    strip.json["nodes"][2].as_object_mut().unwrap().remove("skin");
+    let drawn = read(&strip).pose(&Posing::default()).unwrap();
+    assert_near(&drawn[0].positions[..1], &[[4.0, 4.0, 5.0]]);
+    // Mirrored, so corners go round the other way to keep the front in front.
+    assert_eq!(drawn[0].triangles[0], [0, 3, 1]);
+    assert_near(&drawn[0].normals[..1], &[[0.0, 0.0, 1.0]]);
+}
+
+#[test]
+fn quantised_and_sparse_arrays_are_what_they_stand_for() {
+    let mut strip = Strip::new().with("/extensionsRequired", json!(["KHR_mesh_quantization"]));
+    let bytes = [0_i8, 127, -127, -128].map(|value| value as u8).repeat(6);
+    let weights = strip.add(&bytes, 5120, 6, "VEC4");
+    strip.json["accessors"][weights]["normalized"] = true.into();
+    let indices = strip.view(&[4, 0, 0, 0]);
+    let values = strip.view(&[0, 0, 0x80, 0x3f].repeat(3));
+    strip.json["accessors"][strip::POSITIONS]["sparse"] = json!({
+        "count": 1,
+        "indices": { "bufferView": indices, "componentType": 5121 },
+        "values": { "bufferView": values }
+    });
+    let glb = strip.glb();
+    let container = Container::new(&glb, None).unwrap();
+    let buffers = container.buffers().unwrap();
+    let mut accessors = Accessors::new(&container.document, &buffers);
+    let found = accessors.floats::<4>(weights as u32, Some(6)).unwrap();
+    assert_eq!(found[5], [0.0, 1.0, -1.0, -1.0]);
+    let scene = Scene::read(&glb).unwrap();
+    let found = positions(&scene, &Posing::default());
+    assert_eq!((found[4], found[3]), ([1.0; 3], REST[3]));
+}
+
+#[test]
+fn buffers_and_images_may_be_in_the_text_or_beside_it() {
+    let strip = Strip::new();
+    let uri =
+        |bytes: &[u8]| format!("data:application/octet-stream;base64,{}", STANDARD.encode(bytes));
+    let inline = Strip::new()
+        .with("/buffers/0/uri", uri(&strip.binary).into())
+        .with("/images/0", json!({ "uri": uri(&strip::texture()) }));
+    let scene = Scene::read(inline.json.to_string().as_bytes()).unwrap();
+    assert_near(&positions(&scene, &Posing::default()), &REST);
+
+    let folder = std::env::temp_dir().join(format!("uvgraft-scene-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("the strip.bin"), &strip.binary).unwrap();
+    let beside = Strip::new().with("/buffers/0/uri", "the%20strip.bin".into());
+    std::fs::write(folder.join("me.gltf"), beside.json.to_string()).unwrap();
+    let scene = Scene::load(&folder.join("me.gltf")).unwrap();
+    assert_near(&positions(&scene, &Posing::default()), &REST);
+    let alone = Scene::read(beside.json.to_string().as_bytes()).unwrap_err().to_string();
+    assert!(alone.contains("in another file"), "{alone}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn vrm_names_bones_and_faces() {
+    let strip = Strip::new().with(
+        "/extensions",
+        json!({ "VRMC_vrm": {
+            "specVersion": "1.0",
+            "humanoid": { "humanBones": { "hips": { "node": 0 }, "head": { "node": 1 } } },
+            "expressions": {
+                "preset": {
+                    "happy": { "morphTargetBinds": [{ "node": 2, "index": 0, "weight": 0.5 }] },
+                    "blink": { "isBinary": true,
+                        "morphTargetBinds": [{ "node": 2, "index": 0, "weight": 1.0 }] }
+                }
+            }
+        }}),
+    );
+    let scene = read(&strip);
+    assert_eq!(scene.bones().collect::<Vec<_>>(), ["head", "hips"]);
+    assert_eq!(scene.expressions(), ["blink", "happy", "bulge"]);
+    let bone = |bone| scene.bone(bone, &Posing::default()).unwrap();
+    assert_eq!((bone("head"), bone("jaw")), (Some([0.0, 1.0, 0.0]), None));
+    let depth = |name: &str, weight: f32| {
+        let weights = vec![(name.to_owned(), weight)];
+        positions(&scene, &Posing { weights, ..Posing::default() })[2][2]
+    };
+    assert_eq!((depth("happy", 0.8), depth("blink", 0.4), depth("blink", 0.6)), (0.2, 0.0, 0.5));
+}
+
+#[test]
+fn arms_point_where_a_pose_wants_them_whatever_the_rest_pose() {
+    // Hands and elbows hang down along Y, or ahead along Z.
+    for (elbow, hand) in [([0.3, -0.3, 0.0], [0.3, -0.6, 0.0]), ([0.0, 0.0, 0.5], [0.0, 0.5, 0.5])]
+    {
+        let bones = |side: f32, first: usize| {
+            let name = if side > 0.0 { "left" } else { "right" };
+            [
+                json!({ "name": format!("{name}UpperArm"), "children": [first + 1],
+                    "translation": [0.2 * side, 1.4, 0] }),
+                json!({ "name": format!("{name}LowerArm"), "children": [first + 2],
+                    "translation": [elbow[0] * side, elbow[1], elbow[2]] }),
+                json!({ "name": format!("{name}Hand"),
+                    "translation": [(hand[0] - elbow[0]) * side, hand[1] - elbow[1], hand[2] - elbow[2]] }),
+            ]
+        };
+        let mut strip = Strip::new().with("/scenes/0/nodes", json!([0, 2, 3, 6]));
+        let nodes = strip.json["nodes"].as_array_mut().unwrap();
+        nodes.extend(bones(1.0, 3));
+        nodes.extend(bones(-1.0, 6));
+        let scene = read(&strip);
+        let length = |v: [f32; 3]| v.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let upper = length(elbow);
+        let lower = length([0, 1, 2].map(|k| hand[k] - elbow[k]));
+        let posing = Posing { stance: Stance::TPose, ..Posing::default() };
+        for (bone, side) in [("left", 1.0), ("right", -1.0)] {
+            let found = scene.bone(&format!("{bone}Hand"), &posing).unwrap().unwrap();
+            assert_near(&[found], &[[side * (0.2 + upper + lower), 1.4, 0.0]]);
+        }
+    }
+    let posing = Posing { stance: Stance::Wave, ..Posing::default() };
+    let error = read(&Strip::new()).pose(&posing).unwrap_err();
+    assert!(error.to_string().contains("leftUpperArm"), "{error}");
+}
+
+#[test]
+fn asking_for_what_is_not_there_names_what_is() {
+    let scene = read(&Strip::new());
+    let refused = |posing: Posing| scene.pose(&posing).unwrap_err().to_string();
+    let none = Posing::default();
+    for (posing, wanted) in [
+        (Posing { clip: Some((1, 0.0)), ..none.clone() }, "no clip \"1\""),
+        (Posing { clip: Some((0, f32::NAN)), ..none.clone() }, "finite"),
+        (Posing { weights: vec![("smile".into(), 1.0)], ..none.clone() }, "bulge"),
+        (Posing { weights: vec![("bulge".into(), f32::NAN)], ..none.clone() }, "finite"),
+        (Posing { rotations: vec![("tail".into(), [0.0; 3])], ..none.clone() }, "head"),
+        (Posing { rotations: vec![("head".into(), [f32::INFINITY; 3])], ..none }, "finite"),
+    ] {
+        let found = refused(posing);
+        assert!(found.contains(wanted), "{found}");
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_anywhere_is_refused() {
+    let glb = Strip::new().glb();
+    for length in (0..glb.len()).step_by(16).chain([glb.len() - 1]) {
+        let error = Scene::read(&glb[..length]).expect_err("cut off");
+        let wanted = if length < 4 { "not a glTF file" } else { "cut short" };
+        assert!(error.to_string().contains(wanted), "{length}: {error}");
+    }
+}
+
+#[test]
+fn any_flipped_byte_is_read_or_refused() {
+    // No panic, whatever it says.
+    let glb = Strip::new().glb();
+    for at in 0..glb.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = glb.clone();
+            bytes[at] ^= flip;
+            if let Ok(scene) = Scene::read(&bytes) {
+                let clip = (!scene.clips().is_empty()).then_some((0, 0.3));
+                let weights = vec![("bulge".to_owned(), 0.5)];
+                let _ = scene.pose(&Posing { clip, weights, ..Posing::default() });
+            }
+        }
+    }
+}
+
+#[test]
+fn what_refers_to_nothing_or_is_no_number_is_refused_by_its_place() {
+    let nan = f32::NAN.to_le_bytes();
+    let bomb = {
+        let mut strip = Strip::new();
+        let view = strip.view(&strip::png(32_000, 32_000, &[]));
+        strip.with("/images/0/bufferView", view.into())
+    };
+    let ktx2 = {
+        let mut strip = Strip::new();
+        let view = strip.view(b"\xabKTX 20\xbb\r\n\x1a\n");
+        let strip = strip.with("/images/0/bufferView", view.into());
+        strip
+            .with("/textures/0", json!({ "extensions": { "KHR_texture_basisu": { "source": 0 } } }))
+    };
+    let accessor = |index: usize, key: &str| format!("/accessors/{index}/{key}");
+    let strip = Strip::new;
+    let cases = [
+        (strip().with("/nodes/1/children", json!([0])), "node 0: it is among its own ancestors"),
+        (strip().with("/nodes/0/children", json!([0])), "node 0: it is among its own ancestors"),
+        (strip().with("/nodes/2/children", json!([1])), "is also one of node"),
+        (strip().with("/nodes/0/children", json!([9])), "names node 9, the file has 3"),
+        (strip().with("/scenes/0/nodes", json!([7])), "scene 0"),
+        (strip().with("/scene", json!(3)), "names scene 3"),
+        (strip().with("/nodes/2/mesh", json!(1)), "node 2: it names mesh 1"),
+        (strip().with("/nodes/2/skin", json!(1)), "node 2: it names skin 1"),
+        (strip().with("/nodes/0/translation", json!([1e39, 0, 0])), "node 0"),
+        (strip().with("/skins/0/joints", json!([0])), "uses joint 1, skin 0 has 1"),
+        (strip().with("/skins/0/joints", json!([0, 5])), "skin 0: it names node 5"),
+        (strip().with("/skins/0/joints", json!([0, 1, 2])), "2 matrices for 3 joints"),
+        (strip().with_bytes(strip::JOINTS, 0, [7, 1, 0, 0]), "uses joint 7"),
+        (strip().with_bytes(strip::INDICES, 0, [6, 0, 0, 0]), "index 0 is 6, there are 6"),
+        (strip().with_bytes(strip::POSITIONS, 12, nan), "accessor 0: element 1"),
+        (strip().with_bytes(strip::UV, 0, nan), "accessor 1: element 0"),
+        (strip().with_bytes(strip::WEIGHTS, 0, nan), "accessor 3"),
+        (strip().with_bytes(strip::INVERSE_BIND, 0, nan), "accessor 6"),
+        (strip().with_bytes(strip::TIMES, 0, 5_f32.to_le_bytes()), "rising"),
+        (strip().with(&accessor(0, "count"), json!(7)), "7 elements of 12 bytes"),
+        (strip().with(&accessor(0, "count"), json!(u64::MAX)), "too many"),
+        (strip().with(&accessor(0, "byteOffset"), json!(u64::MAX)), "do not fit"),
+        (strip().with(&accessor(0, "componentType"), json!(5124)), "component type 5124"),
+        (strip().with(&accessor(0, "type"), json!("VEC2")), "wanted 3"),
+        (strip().with(&accessor(0, "type"), json!("MAT9")), "MAT9"),
+        (strip().with(&accessor(0, "bufferView"), json!(99)), "names buffer view 99"),
+        (strip().with(&accessor(4, "componentType"), json!(5120)), "wanted whole ones"),
+        (strip().with("/bufferViews/0/byteLength", json!(1_u64 << 40)), "buffer view 0"),
+        (strip().with("/bufferViews/0/byteOffset", json!(u64::MAX)), "buffer view 0"),
+        (strip().with("/bufferViews/0/buffer", json!(1)), "names buffer 1"),
+        (strip().with("/bufferViews/0/byteStride", json!(4)), "stride of 4"),
+        (strip().with("/buffers/0/byteLength", json!(1 << 30)), "buffer 0: it has"),
+        (strip().with("/buffers/0/uri", json!("../x.bin")), "in another file"),
+        (strip().with("/buffers/0/uri", json!("data:;base64,?")), "data URI"),
+        (strip().with("/materials/0/alphaMode", json!("ADD")), "alpha mode \"ADD\""),
+        (strip().with("/textures/0/source", json!(4)), "names image 4"),
+        (strip().with("/images/0/bufferView", json!(0)), "image 0: not an image"),
+        (strip().with("/animations/0/samplers/0/input", json!(0)), "accessor 0"),
+        (strip().with("/animations/0/channels/0/sampler", json!(4)), "sampler 4"),
+        (strip().with("/animations/0/channels/0/target/node", json!(4)), "node 4"),
+        (strip().with("/meshes/0/primitives/0/mode", json!(9)), "mode 9"),
+        (strip().with("/meshes/0/primitives/0/material", json!(3)), "material 3"),
+        (strip().with("/asset/version", json!("1.0")), "\"1.0\", wanted 2.0"),
+        (strip().with("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"])), "EXT_mesh_gpu"),
+        // A build with the decoder looks into it.
+        (ktx2, if cfg!(feature = "ktx2") { "image 0" } else { "KHR_texture_basisu" }),
+        (bomb, "texels of images"),
+    ];
+    for (strip, wanted) in cases {
+        let error = Scene::read(&strip.glb()).expect_err(wanted).to_string();
+        assert!(error.contains(wanted), "wanted {wanted:?}, found {error:?}");
+    }
+}

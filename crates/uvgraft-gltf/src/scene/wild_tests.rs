@@ -1,0 +1,328 @@
+//! What other programs write: compressed files, VRM 0.x, materials of any kind.
+
+use std::borrow::Cow;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+use uvgraft_tests::strip::{self, Strip};
+
+use super::whole::whole_of;
+use super::*;
+
+/// The strip's positions, coordinates, joints, weights and indices as Google's encoder (1.5.7, with
+/// gltf-transform's defaults) compresses them.
+const DRACO: &str = "RFJBQ08CAgEBAAAABgQDBAAAAu8G/wER/wEz/wEz/wEzBP8AAAAAAAEAAAIAAAEACQMAAAIBAwkCAAECAQQCBAACAQEECQQA\
+    AwIBAQEADwMBIC8BIAMA+I8AwP8PAPz//j8A8P8DAAAABAAAAAD/PwAAAAAAvwAAAAAAAAAAAAAAQA4BAQEADQMBIK0KI1UV\
+    AyuobgDw/wHw/wIAAAAAAP8PAAAAAAAAAAAAAAAAgD8MAQEBAQECVT2tAgMvno4AAAAAAQAAAAEBAQANA60qJ1UVA+c6iv//\
+    /wAAAP/v/wAAAAACAAAAAP8PAAAAAAAAAAAAAAAAAAAAAAAAAACAPww=";
+
+/// The strip with its primitive compressed by Draco, without the morph target that it does not have then.
+fn draco() -> Strip {
+    let mut strip = Strip::new();
+    let view = strip.view(&STANDARD.decode(DRACO).unwrap());
+    for accessor in [strip::POSITIONS, strip::UV, strip::JOINTS, strip::WEIGHTS, strip::INDICES] {
+        strip.json["accessors"][accessor].as_object_mut().unwrap().remove("bufferView");
+    }
+    let ids = json!({ "POSITION": 0, "TEXCOORD_0": 1, "JOINTS_0": 2, "WEIGHTS_0": 3 });
+    strip
+        .with("/meshes/0/primitives/0/targets", json!([]))
+        .with("/extensionsRequired", json!(["KHR_draco_mesh_compression"]))
+        .with(
+            "/meshes/0/primitives/0/extensions",
+            json!({ "KHR_draco_mesh_compression": { "bufferView": view, "attributes": ids } }),
+        )
+}
+
+/// Compresses indices as a sequence and weights as attributes: every byte as it is, by hand.
+fn meshopt() -> Strip {
+    let mut strip = Strip::new();
+    let mut sequence = vec![0xd1];
+    let mut last = 0;
+    for index in [0_i32, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4] {
+        let step = index - last;
+        sequence.push(((step << 1 ^ step >> 31) << 1) as u8);
+        last = index;
+    }
+    sequence.extend([0; 4]);
+    let weights: Vec<[u8; 4]> =
+        (0..6_u8).map(|vertex| [255 - vertex / 2 * 127, vertex / 2 * 127, 0, 0]).collect();
+    let mut attributes = vec![0xa0];
+    for k in 0..4 {
+        attributes.push(3);
+        let mut last = 0_u8;
+        for weights in weights.iter().chain(std::iter::repeat_n(&weights[5], 10)) {
+            let step = weights[k].wrapping_sub(last) as i8;
+            attributes.push((step << 1 ^ step >> 7) as u8);
+            last = weights[k];
+        }
+    }
+    attributes.extend([0; 32]);
+    let views = [
+        (strip::INDICES, sequence, 2, 12, "INDICES"),
+        (strip::WEIGHTS, attributes, 4, 6, "ATTRIBUTES"),
+    ];
+    for (accessor, bytes, stride, count, mode) in views {
+        let packed = strip.view(&bytes);
+        let packed = strip.json["bufferViews"][packed].clone();
+        let view = strip.json["accessors"][accessor]["bufferView"].as_u64().unwrap();
+        strip.json["bufferViews"][view as usize] = json!({
+            "buffer": 1, "byteOffset": 0, "byteLength": stride * count,
+            "extensions": { "EXT_meshopt_compression": {
+                "buffer": 0, "byteOffset": packed["byteOffset"], "byteLength": bytes.len(),
+                "byteStride": stride, "count": count, "mode": mode
+            } }
+        });
+    }
+    strip.json["accessors"][strip::WEIGHTS]["componentType"] = 5121.into();
+    strip.json["accessors"][strip::WEIGHTS]["normalized"] = true.into();
+    strip.json["buffers"].as_array_mut().unwrap().push(json!({
+        "byteLength": 48, "extensions": { "EXT_meshopt_compression": { "fallback": true } }
+    }));
+    strip.with("/extensionsRequired", json!(["EXT_meshopt_compression"]))
+}
+
+/// All corners of the strip's triangles while it bends, in an order that no encoder changes.
+fn bent(scene: &Scene) -> Vec<[i32; 3]> {
+    let drawn = scene.pose(&Posing { clip: Some((0, 1.0)), ..Posing::default() }).unwrap();
+    let corners = drawn[0].triangles.iter().flatten().map(|&v| drawn[0].positions[v as usize]);
+    // Hundredths: Draco keeps 14 bits of places, and weights are of 8 bits.
+    let mut rounded: Vec<_> = corners.map(|p| p.map(|x| (x * 100.0).round() as i32)).collect();
+    rounded.sort_unstable();
+    rounded
+}
+
+#[test]
+fn compressed_files_show_what_plain_ones_show() {
+    let plain = bent(&Scene::read(&Strip::new().glb()).unwrap());
+    for strip in [draco(), meshopt()] {
+        let glb = strip.glb();
+        let near = |scene: &Scene| {
+            for (found, wanted) in bent(scene).iter().zip(&plain) {
+                assert!((0..3).all(|k| (found[k] - wanted[k]).abs() <= 1), "{found:?} {wanted:?}");
+            }
+        };
+        near(&Scene::read(&glb).unwrap());
+        // As it goes into a page: plain, for the crate `gltf` too, and read by ourselves again.
+        let whole = whole_of(&glb, None).unwrap();
+        let scene = Scene::read(&whole).unwrap();
+        assert_eq!(scene.triangles(), 4);
+        near(&scene);
+        let document = gltf::Gltf::from_slice_without_validation(&whole).unwrap();
+        assert_eq!((document.extensions_required().count(), document.buffers().count()), (0, 1));
+    }
+    // What is whole already is left as it is.
+    let glb = Strip::new().glb();
+    assert!(matches!(whole_of(&glb, None), Ok(Cow::Borrowed(_))));
+}
+
+#[test]
+fn compressed_parts_that_lie_are_refused() {
+    let meshopt = |pointer: &str, value: Value| {
+        let strip = meshopt();
+        let view = &strip.json["accessors"][strip::WEIGHTS]["bufferView"].to_string();
+        let at = format!("/bufferViews/{view}/extensions/EXT_meshopt_compression/{pointer}");
+        strip.with(&at, value)
+    };
+    let compressed = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
+    let cases = [
+        (meshopt("count", json!(u64::MAX)), "decompressed bytes"),
+        (meshopt("count", json!(1 << 27)), "cut short"),
+        (meshopt("count", json!(1_u64 << 40)), "decompressed bytes"),
+        (meshopt("byteLength", json!(40)), "cut short"),
+        (meshopt("byteLength", json!(1 << 30)), "do not fit into buffer 0"),
+        (meshopt("byteOffset", json!(u64::MAX)), "do not fit"),
+        (meshopt("buffer", json!(7)), "names buffer 7"),
+        (meshopt("byteStride", json!(6)), "multiple of 4"),
+        (meshopt("mode", json!("SOUP")), "SOUP"),
+        (meshopt("filter", json!("QUATERNION")), "stride of 8"),
+        (draco().with(&format!("{compressed}/bufferView"), json!(99)), "names buffer view 99"),
+        (draco().with(&format!("{compressed}/bufferView"), json!(4)), "Draco stream"),
+        (draco().with(&format!("{compressed}/attributes/POSITION"), json!(9)), "no attribute 9"),
+        (draco().with("/accessors/0/count", json!(7)), "must have 7 elements, got 6"),
+        (draco().with("/meshes/0/primitives/0/mode", json!(5)), "mode must be 4, got 5"),
+    ];
+    for (strip, wanted) in cases {
+        let error = Scene::read(&strip.glb()).expect_err(wanted).to_string();
+        assert!(error.contains(wanted), "wanted {wanted:?}, found {error:?}");
+    }
+}
+
+#[test]
+fn any_flipped_byte_of_a_compressed_part_is_read_or_refused() {
+    for strip in [draco(), meshopt()] {
+        let glb = strip.glb();
+        let start = glb.len() - 300;
+        for at in start..glb.len() {
+            for flip in [0x01, 0x10, 0x80, 0xff] {
+                let mut bytes = glb.clone();
+                bytes[at] ^= flip;
+                if let Ok(scene) = Scene::read(&bytes) {
+                    let _ = scene.pose(&Posing::default());
+                }
+                let _ = whole_of(&bytes, None);
+            }
+        }
+    }
+}
+
+/// The strip as VRM 0.x, with a lower body so that bones have names.
+fn vrm0() -> Strip {
+    Strip::new().with(
+        "/extensions",
+        json!({ "VRM": {
+            "humanoid": { "humanBones": [
+                { "bone": "hips", "node": 0 }, { "bone": "head", "node": 1 },
+                { "bone": "leftThumbProximal", "node": 1 }, { "bone": "jaw", "node": -1 }
+            ] },
+            "blendShapeMaster": { "blendShapeGroups": [
+                { "name": "Joy", "presetName": "joy", "binds": [{ "mesh": 0, "index": 0, "weight": 50 }] },
+                { "name": "A", "presetName": "A", "isBinary": true,
+                    "binds": [{ "mesh": 0, "index": 0, "weight": 100 }] },
+                { "name": "Wink", "presetName": "unknown", "binds": [] },
+                { "name": "Blink_L", "presetName": "blink_l", "binds": [] }
+            ] }
+        } }),
+    )
+}
+
+#[test]
+fn vrm_0_faces_the_viewer_and_has_the_names_of_vrm_1() {
+    let scene = Scene::read(&vrm0().glb()).unwrap();
+    let bones: Vec<&str> = scene.bones().collect();
+    assert_eq!(bones, ["head", "hips", "leftThumbMetacarpal"]);
+    assert_eq!(scene.expressions(), ["aa", "blinkLeft", "happy", "Wink", "bulge"]);
+    let posed = |name: &str, weight| {
+        let weights = vec![(name.to_owned(), weight)];
+        scene.pose(&Posing { weights, ..Posing::default() }).unwrap()[0].positions.clone()
+    };
+    // Half a turn about Y: what bulged towards +Z bulges towards -Z, left is right.
+    let happy = posed("happy", 1.0);
+    assert!((happy[2][0] - 0.5).abs() < 1e-6 && (happy[2][2] + 0.25).abs() < 1e-6, "{happy:?}");
+    assert!((posed("aa", 0.6)[2][2] + 0.5).abs() < 1e-6 && posed("aa", 0.4)[2][2].abs() < 1e-6);
+    // Turns are about the axes of the world that one sees.
+    let rotations = vec![("head".to_owned(), [0.0, 0.0, 90.0])];
+    let turned = scene.pose(&Posing { rotations, ..Posing::default() }).unwrap();
+    let top = turned[0].positions[4];
+    assert!((top[0] + 1.0).abs() < 1e-6 && (top[1] - 1.5).abs() < 1e-6, "{top:?}");
+    for (pointer, value, wanted) in [
+        ("/extensions/VRM/humanoid/humanBones/0/node", json!(9), "node 9"),
+        ("/extensions/VRM/blendShapeMaster/blendShapeGroups/0/binds/0/mesh", json!(3), "mesh 3"),
+        ("/extensions/VRM/blendShapeMaster/blendShapeGroups/0/binds/0/index", json!(1), "target 1"),
+    ] {
+        let error = Scene::read(&vrm0().with(pointer, value).glb()).expect_err(wanted).to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+}
+
+#[test]
+fn textures_have_coordinates_of_their_own() {
+    let moved =
+        json!({ "index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } } });
+    let strip = Strip::new()
+        .with("/materials/0/emissiveTexture", moved)
+        .with("/materials/0/emissiveFactor", json!([1, 0.5, 0]))
+        .with("/materials/0/occlusionTexture", json!({ "index": 0, "strength": 0.25 }))
+        .with("/materials/0/normalTexture", json!({ "index": 0, "texCoord": 3, "scale": 2 }))
+        .with(
+            "/materials/0/extensions",
+            json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 4 } }),
+        );
+    let scene = Scene::read(&strip.glb()).unwrap();
+    let material = &scene.materials()[0];
+    assert_eq!(material.emissive, [4.0, 2.0, 0.0]);
+    let (normal, occlusion) = (material.normal.unwrap(), material.occlusion.unwrap());
+    assert_eq!((normal.scale, occlusion.scale), (2.0, 0.25));
+    let numbers = [
+        material.texture.unwrap().coordinates,
+        material.emissive_texture.unwrap().coordinates,
+        normal.texture.coordinates,
+        occlusion.texture.coordinates,
+    ];
+    assert_eq!(numbers, [0, 1, 2, 0]);
+    let drawn = &scene.pose(&Posing::default()).unwrap()[0];
+    assert_eq!(drawn.more_uv.len(), 2);
+    assert_eq!(
+        (drawn.uv[1], drawn.more_uv[0][1], drawn.more_uv[1][1]),
+        ([1.0; 2], [1.5, 1.0], [0.0; 2])
+    );
+}
+
+#[test]
+fn specular_glossiness_is_read_and_rewritten() {
+    let gloss = json!({ "KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.5, 0.25, 1, 0.75], "diffuseTexture": { "index": 0 },
+        "specularFactor": [0.1, 0.2, 0.3], "glossinessFactor": 0.5,
+        "specularGlossinessTexture": { "index": 0 }
+    } });
+    let strip = Strip::new()
+        .with("/materials/0/extensions", gloss)
+        .with("/extensionsUsed", json!(["KHR_materials_pbrSpecularGlossiness"]));
+    let glb = strip.glb();
+    let scene = Scene::read(&glb).unwrap();
+    let material = &scene.materials()[0];
+    let read = material.gloss.unwrap();
+    assert_eq!((material.color, read.glossiness), ([0.5, 0.25, 1.0, 0.75], 0.5));
+    assert_eq!((read.specular, scene.textures().len()), ([0.1, 0.2, 0.3], 1));
+
+    let whole = whole_of(&glb, None).unwrap();
+    let document = gltf::Gltf::from_slice_without_validation(&whole).unwrap();
+    let pbr = document.materials().next().unwrap().pbr_metallic_roughness().base_color_factor();
+    assert_eq!((pbr, document.images().count()), ([0.5, 0.25, 1.0, 0.75], 2));
+    let gltf::image::Source::View { view, .. } = document.images().nth(1).unwrap().source() else {
+        panic!("an image in the file")
+    };
+    let png = &document.blob.as_ref().unwrap()[view.offset()..][..view.length()];
+    let rough = images::decode(png, 1).unwrap();
+    // The texture is opaque, so half of full glossiness is left everywhere: 255 - 127.5.
+    assert_eq!([0, 1, 2].map(|k| (rough.get(0, 0, k) * 255.0).round()), [0.0, 128.0, 0.0]);
+    let json: Value = serde_json::from_slice(Container::new(&whole, None).unwrap().json).unwrap();
+    let used = json["extensionsUsed"].to_string();
+    assert!(!used.contains("Glossiness") && used.contains("KHR_materials_specular"), "{used}");
+    let specular = &json["materials"][0]["extensions"]["KHR_materials_specular"];
+    assert_eq!(specular["specularColorFactor"][2].as_f64().map(|x| (x * 10.0).round()), Some(3.0));
+}
+
+#[test]
+fn a_file_with_parts_beside_it_becomes_one() {
+    let strip = Strip::new();
+    let folder = std::env::temp_dir().join(format!("uvgraft-whole-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("parts")).unwrap();
+    std::fs::write(folder.join("parts/strip.bin"), &strip.binary).unwrap();
+    std::fs::write(folder.join("parts/skin.png"), strip::texture()).unwrap();
+    let strip = strip
+        .with("/buffers/0/uri", "parts/strip.bin".into())
+        .with("/images/0", json!({ "uri": "parts/skin.png", "name": "skin" }));
+    let path = folder.join("me.gltf");
+    std::fs::write(&path, strip.json.to_string()).unwrap();
+    let glb = whole(&path).unwrap();
+    let beside = strip.with("/images/0/uri", "../skin.png".into());
+    std::fs::write(&path, beside.json.to_string()).unwrap();
+    let refused = whole(&path).unwrap_err().to_string();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(refused.contains("me.gltf") && refused.contains("not a file beside it"), "{refused}");
+    let scene = Scene::read(&glb).unwrap();
+    assert_eq!(scene.textures()[0].size(), uvgraft::Size::square(2));
+    let document = gltf::Gltf::from_slice_without_validation(&glb).unwrap();
+    assert_eq!(document.images().next().unwrap().name(), Some("skin"));
+}
+
+#[test]
+fn a_camera_finds_what_a_bone_moves() {
+    let scene = Scene::read(&Strip::new().glb()).unwrap();
+    let around = |name: &str| scene.around(name, &Posing::default());
+    let head = around("head").unwrap();
+    assert_eq!(head.joint, [0.0, 1.0, 0.0]);
+    // The middle belongs to both by halves, which is not mostly.
+    assert!(head.points.len() == 3 && head.points.iter().all(|p| p[1] == 2.0), "{head:?}");
+    // The foot is no bone of a body here: all that hangs on it is its own.
+    assert_eq!(around("foot").unwrap().points.len(), 12);
+    assert!(around("tail").unwrap_err().to_string().contains("no bone \"tail\""));
+    let posed = Posing { rotations: vec![("foot".into(), [0.0, 0.0, 90.0])], ..Posing::default() };
+    let turned = scene.around("head", &posed).unwrap().points[0];
+    assert!((turned[0] + 2.0).abs() < 1e-6, "{turned:?}");
+    // Of a humanoid, hips go without the head.
+    let scene = Scene::read(&vrm0().glb()).unwrap();
+    let hips = scene.around("hips", &Posing::default()).unwrap();
+    assert!(hips.points.iter().all(|p| p[1] == 0.0) && !hips.points.is_empty(), "{hips:?}");
+}

@@ -1,0 +1,191 @@
+//! Animated WebP of lossless frames.
+//!
+//! # Source
+//! Google, "WebP Container Specification": `VP8X`, `ANIM` and one `ANMF` for each frame, of which only the
+//! part that changes is stored.
+
+use std::io::{Cursor, Write};
+
+use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
+
+use super::{FilmError, bytes_of, durations};
+use crate::image::{self, Format, Image, WriteOptions};
+
+/// Writes frames as an animated WebP that starts again at its end, without any loss.
+///
+/// - `fps`: frames a second, above 0; times are rounded to milliseconds.
+///
+/// # Errors
+/// [`FilmError`] for frames that do not belong together or are larger than 16,383 pixels a side, and
+/// for what encoding and writing give.
+pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(), FilmError> {
+    const MAX_SIDE: u32 = 16_383;
+    let (bytes, alpha) = bytes_of(frames)?;
+    let size = frames[0].size();
+    if size.width.max(size.height) > MAX_SIDE {
+        return Err(FilmError::TooLarge { format: "WebP", found: size, max: MAX_SIDE });
+    }
+    let width = size.width as usize;
+    let encoded = threads::map_indices(frames.len(), |index| {
+        let before = index.checked_sub(1).map(|before| bytes[before]).filter(|_| !alpha);
+        match before {
+            Some(before) => Part::changed(bytes[index], before, width),
+            None => Part::whole(&frames[index]),
+        }
+    });
+    let encoded: Vec<Part> = encoded.into_iter().collect::<Result<_, FilmError>>()?;
+    let mut body = b"WEBP".to_vec();
+    // Animation and opacity, which parts of frames have where nothing changes.
+    const FLAGS: u8 = 0b1_0010;
+    let sides = [size.width, size.height].map(|side| three_bytes(side - 1)).concat();
+    chunk(&mut body, *b"VP8X", &[&[FLAGS, 0, 0, 0], &sides[..]].concat());
+    // A clear background, and no end.
+    chunk(&mut body, *b"ANIM", &[0; 6]);
+    for (part, milliseconds) in encoded.iter().zip(durations(frames.len(), fps, 1000.0)) {
+        // It stays; and it replaces what was there, or is laid over it.
+        let flags = if part.replaces { 0b10 } else { 0 };
+        let [left, top] = part.corner.map(|at| three_bytes(at / 2));
+        let [width, height] = part.size.map(|side| three_bytes(side - 1));
+        let time = three_bytes(milliseconds.min((1 << 24) - 1));
+        let mut frame = [left, top, width, height, time].concat();
+        frame.push(flags);
+        chunk(&mut frame, *b"VP8L", &part.bits);
+        chunk(&mut body, *b"ANMF", &frame);
+    }
+    let length = u32::try_from(body.len())
+        .map_err(|_| FilmError::Encode("WebP holds at most 4 GiB".to_owned()))?;
+    out.write_all(b"RIFF")?;
+    out.write_all(&length.to_le_bytes())?;
+    out.write_all(&body)?;
+    Ok(())
+}
+
+/// What is stored of a frame.
+struct Part {
+    /// Left and top; even.
+    corner: [u32; 2],
+    size: [u32; 2],
+    replaces: bool,
+    bits: Vec<u8>,
+}
+
+impl Part {
+    fn whole(frame: &Texture) -> Result<Self, FilmError> {
+        let size = [frame.size().width, frame.size().height];
+        Ok(Self { corner: [0; 2], size, replaces: true, bits: still(frame)? })
+    }
+
+    /// The pixels of RGB that are not as in the frame before.
+    fn changed(now: &[u8], before: &[u8], width: usize) -> Result<Self, FilmError> {
+        let differs = |x: usize, y: usize| {
+            let at = (y * width + x) * 3;
+            now[at..at + 3] != before[at..at + 3]
+        };
+        let height = now.len() / 3 / width;
+        let (mut left, mut top, mut right, mut bottom) = (width, height, 0, 0);
+        for y in 0..height {
+            for x in (0..width).filter(|&x| differs(x, y)) {
+                (left, right) = (left.min(x), right.max(x + 1));
+                (top, bottom) = (top.min(y), y + 1);
+            }
+        }
+        if left >= right {
+            // A frame must have a pixel.
+            (left, top, right, bottom) = (0, 0, 1, 1);
+        }
+        (left, top) = (left / 2 * 2, top / 2 * 2);
+        let mut pixels = Vec::with_capacity((right - left) * (bottom - top) * 4);
+        for y in top..bottom {
+            for x in left..right {
+                let at = (y * width + x) * 3;
+                let [r, g, b] = [now[at], now[at + 1], now[at + 2]];
+                pixels.extend(if differs(x, y) { [r, g, b, 255] } else { [0; 4] });
+            }
+        }
+        let size = Size::new((right - left) as u32, (bottom - top) as u32);
+        let texels = Texels::U8(pixels);
+        let part = Texture::new(size, Channels::Rgba, Encoding::Srgb, texels)
+            .map_err(|error| FilmError::Encode(error.to_string()))?;
+        let corner = [left as u32, top as u32];
+        Ok(Self { corner, size: [size.width, size.height], replaces: false, bits: still(&part)? })
+    }
+}
+
+/// An image's lossless bitstream.
+fn still(frame: &Texture) -> Result<Vec<u8>, FilmError> {
+    let mut file = Cursor::new(Vec::new());
+    let image = Image::from(frame.clone());
+    // Nothing is lost of 8-bit RGB and RGBA.
+    let _ = image::encode(&image, Format::WebP, &WriteOptions::default(), &mut file)
+        .map_err(|error| FilmError::Encode(error.to_string()))?;
+    let file = file.into_inner();
+    let mut at = 12;
+    while let Some(header) = file.get(at..at + 8) {
+        let length = u32::from_le_bytes([header[4], header[5], header[6], header[7]]) as usize;
+        if &header[..4] == b"VP8L"
+            && let Some(data) = file.get(at + 8..at + 8 + length)
+        {
+            return Ok(data.to_vec());
+        }
+        at += 8 + length + length % 2;
+    }
+    Err(FilmError::Encode("WebP without a lossless bitstream".to_owned()))
+}
+
+fn three_bytes(value: u32) -> [u8; 3] {
+    let [a, b, c, _] = value.to_le_bytes();
+    [a, b, c]
+}
+
+fn chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
+    out.extend(name);
+    out.extend((data.len() as u32).to_le_bytes());
+    out.extend(data);
+    if data.len() % 2 == 1 {
+        out.push(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_where_readers_look_for_them() {
+        let frame = |value: u8| {
+            let texels = Texels::U8(vec![value; 5 * 3 * 4]);
+            Texture::new(Size::new(5, 3), Channels::Rgba, Encoding::Srgb, texels).unwrap()
+        };
+        let mut bytes = Vec::new();
+        write_webp(&[frame(200), frame(90)], 4.0, &mut bytes).unwrap();
+        // The reader of images takes the first frame of an animation.
+        let first = image::decode(&bytes).unwrap().texture;
+        assert_eq!(first, frame(200));
+        assert_eq!(bytes.len() as u32 - 8, u32::from_le_bytes(bytes[4..8].try_into().unwrap()));
+        let anmf: Vec<usize> =
+            (0..bytes.len() - 4).filter(|&at| bytes[at..].starts_with(b"ANMF")).collect();
+        assert_eq!(anmf.len(), 2);
+        // 250 ms, after the place and the size.
+        assert_eq!(bytes[anmf[1] + 8 + 6..][..9], [4, 0, 0, 2, 0, 0, 250, 0, 0]);
+    }
+
+    #[test]
+    fn only_changes_are_stored() {
+        let frame = |at: [usize; 2]| {
+            let mut pixels = vec![9; 8 * 6 * 3];
+            pixels[(at[1] * 8 + at[0]) * 3] = 77;
+            let texels = Texels::U8(pixels);
+            Texture::new(Size::new(8, 6), Channels::Rgb, Encoding::Srgb, texels).unwrap()
+        };
+        let (a, b) = (frame([3, 3]), frame([5, 4]));
+        let frames = [a.clone(), b, a];
+        let (bytes, _) = bytes_of(&frames).unwrap();
+        let part = Part::changed(bytes[1], bytes[0], 8).unwrap();
+        assert_eq!((part.corner, part.size, part.replaces), ([2, 2], [4, 3], false));
+        let none = Part::changed(bytes[2], bytes[0], 8).unwrap();
+        assert_eq!((none.corner, none.size), ([0, 0], [1, 1]));
+        let mut file = Vec::new();
+        write_webp(&frames, 10.0, &mut file).unwrap();
+        assert_eq!(image::decode(&file).unwrap().texture.get(3, 3, 0), 77.0 / 255.0);
+    }
+}

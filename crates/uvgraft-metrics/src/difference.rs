@@ -1,0 +1,38 @@
+//! Sums over the differences of two pictures, for the metrics that are a mean of them.
+
+use uvgraft::threads::map_indices;
+
+use super::{Colors, Mask, MetricError, same_size};
+
+/// Rows that are summed together. Part of the result in its last digits, so never a tuning option.
+const ROWS: usize = 64;
+
+/// The mean of `of(difference)` over texels and channels, in `f64`.
+pub(super) fn mean(
+    a: &Colors,
+    b: &Colors,
+    mask: Option<&Mask>,
+    of: impl Fn(f64) -> f64 + Sync + Send,
+) -> Result<f64, MetricError> {
+    same_size(a, b, mask)?;
+    let width = a.size().width as usize;
+    let texels = ROWS * width;
+    let term = |(a, b): (&f32, &f32)| of(f64::from(*a) - f64::from(*b));
+    let sums = map_indices(a.size().texels().div_ceil(texels), |block| {
+        let texels = block * texels..((block + 1) * texels).min(a.size().texels());
+        let values = texels.start * 3..texels.end * 3;
+        let (a, b) = (&a.values()[values.clone()], &b.values()[values]);
+        match mask {
+            None => a.iter().zip(b).map(term).sum::<f64>(),
+            Some(mask) => a
+                .chunks_exact(3)
+                .zip(b.chunks_exact(3))
+                .zip(&mask.selected()[texels])
+                .filter(|(_, selected)| **selected)
+                .map(|((a, b), _)| a.iter().zip(b).map(term).sum::<f64>())
+                .sum(),
+        }
+    });
+    let count = mask.map_or(a.size().texels(), Mask::count);
+    Ok(sums.iter().sum::<f64>() / (count as f64 * 3.0))
+}

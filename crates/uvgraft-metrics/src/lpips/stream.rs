@@ -1,0 +1,93 @@
+//! The pictures' way through a network, some rows at a time.
+//!
+//! Whole feature maps of large pictures do not fit into memory: VGG16's first ones take 4 GiB for
+//! each picture of 4096². So both pictures go through the layers together, a strip of rows at a
+//! time; between two layers only those rows are kept that a window still looks at. Nothing is
+//! computed twice, and where the strips end shows in the last bits at most.
+
+use uvgraft::threads;
+
+use super::difference::append_differences;
+use super::layer::advance;
+use super::maps::Map;
+use super::network::{Kind, Layer};
+use super::rows::Rows;
+use super::weights::ConvolutionWeights;
+use crate::Colors;
+
+/// Texels of a picture in one strip. Larger strips give the deep layers, whose maps are 1/16 as
+/// wide and high, enough texels to share among threads; memory grows with them.
+const STRIP_TEXELS: usize = 1 << 17;
+
+/// What the official scaling layer takes off and divides by, for values in `-1.0..=1.0`.
+const SHIFT: [f32; 3] = [-0.030, -0.088, -0.188];
+const SCALE: [f32; 3] = [0.458, 0.448, 0.450];
+
+/// How many rows of a picture go through the network together. Only the width counts, so that
+/// results do not depend on anything else.
+pub(super) const fn strip_rows(width: u32) -> usize {
+    STRIP_TEXELS.div_ceil(width as usize)
+}
+
+/// The differences of two pictures' features in every layer that is compared, from strips of
+/// `strip` rows.
+pub(super) fn differences(
+    layers: &[Layer],
+    convolutions: &[ConvolutionWeights],
+    linear: &[Vec<f32>],
+    pictures: [&Colors; 2],
+    strip: usize,
+) -> Vec<Map> {
+    let size = pictures[0].size();
+    let (width, height) = (size.width as usize, size.height as usize);
+    let mut maps = vec![Rows::new(width, height, 3)];
+    for (layer, before) in layers.iter().enumerate() {
+        let input = &maps[layer];
+        let [width, height] = [input.width, input.height].map(|side| before.window.outputs(side));
+        maps.push(Rows::new(width, height, before.channels_after(input.channels)));
+    }
+    let mut found: Vec<Map> = layers
+        .iter()
+        .zip(&maps[1..])
+        .filter(|(layer, _)| layer.compared)
+        .map(|(_, rows)| Map::new(rows.width, rows.height))
+        .collect();
+
+    for start in (0..height).step_by(strip) {
+        append_scaled(&mut maps[0], pictures, (start + strip).min(height));
+        let (mut convolutions, mut compared) = (convolutions.iter(), found.iter_mut().zip(linear));
+        for (index, layer) in layers.iter().enumerate() {
+            let weights = match layer.kind {
+                Kind::Convolution { .. } => convolutions.next(),
+                Kind::Pool => None,
+            };
+            let (before, after) = maps.split_at_mut(index + 1);
+            let (input, output) = (&mut before[index], &mut after[0]);
+            let known = output.end();
+            advance(layer, weights, input, output);
+            if layer.compared
+                && let Some((map, weights)) = compared.next()
+            {
+                append_differences(map, output, known, weights);
+            }
+        }
+        let last = &mut maps[layers.len()];
+        last.forget_before(last.end());
+    }
+    found
+}
+
+/// Appends the pictures' rows up to `end`, from `0.0..=1.0` to what the networks were trained on.
+fn append_scaled(rows: &mut Rows, pictures: [&Colors; 2], end: usize) {
+    let (first, length) = (rows.end(), rows.row_length());
+    threads::for_each_chunk(rows.extend_to(end), length, |index, values| {
+        let start = (first + index / 2) * length;
+        let texels = &pictures[index % 2].values()[start..start + length];
+        for (scaled, texel) in values.chunks_exact_mut(3).zip(texels.chunks_exact(3)) {
+            for channel in 0..3 {
+                let signed = 2.0 * texel[channel] - 1.0;
+                scaled[channel] = (signed - SHIFT[channel]) / SCALE[channel];
+            }
+        }
+    });
+}

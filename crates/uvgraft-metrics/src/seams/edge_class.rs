@@ -1,0 +1,48 @@
+//! What kind of edge an edge is, and how long.
+
+use uvgraft::edges::{Edges, SharedEdge};
+use uvgraft::mesh::Mesh;
+use uvgraft::texture::Texture;
+
+use super::walk::HalfKind;
+
+/// Along an edge there are no more points than this: a thousand are enough to know it by.
+const MOST_POINTS: f64 = 1024.0;
+
+/// What an edge is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EdgeClass {
+    pub is_uv_seam: bool,
+    pub is_rim: bool,
+    /// Whether both triangles belong to the region.
+    pub is_inside: bool,
+}
+
+impl EdgeClass {
+    pub fn of(mesh: &Mesh, edge: &SharedEdge, inside: &[bool]) -> Self {
+        let [[a, b], [c, d]] = edge.uv(mesh);
+        let [first, second] = edge.halves.map(|half| inside[half as usize / 3]);
+        Self { is_uv_seam: a != c || b != d, is_rim: first != second, is_inside: first && second }
+    }
+}
+
+/// How many points are measured along an edge.
+pub(super) fn point_count(edge: &SharedEdge, mesh: &Mesh, texture: &Texture) -> usize {
+    edge.texels(mesh, texture.size()).round().clamp(1.0, MOST_POINTS) as usize
+}
+
+pub(super) fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|k| f64::from(b[k]) - f64::from(a[k]));
+    (x * x + y * y + z * z).sqrt()
+}
+
+/// What each triangle's edge is.
+pub(super) fn kinds_by_half(edges: &Edges, kinds: &[EdgeClass]) -> Vec<HalfKind> {
+    let mut by_half = vec![HalfKind::default(); edges.opposite.len()];
+    for (edge, kind) in edges.shared.iter().zip(kinds) {
+        for half in edge.halves {
+            by_half[half as usize] = HalfKind { is_uv_seam: kind.is_uv_seam, is_rim: kind.is_rim };
+        }
+    }
+    by_half
+}

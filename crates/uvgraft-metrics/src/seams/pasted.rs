@@ -1,0 +1,99 @@
+//! A face as it was before anything was blended.
+
+use std::sync::Arc;
+
+use uvgraft::blend::Ground;
+use uvgraft::color::Encoding;
+use uvgraft::filter::Filter;
+use uvgraft::graft::{Content, Graft, GraftError};
+use uvgraft::labels::{Label, Labels};
+use uvgraft::texture::{Channels, Depth, Size, Sizes, Texels, Texture};
+
+use super::sample::texel;
+
+/// A face laid over nothing with a hard border, and what it shows: hair, skin.
+#[derive(Debug, Clone)]
+pub struct PastedFace {
+    /// Clear where nothing is carried.
+    texture: Texture,
+    /// In the same layout how far texels are hair or brow, in red, and how far skin, in green.
+    labels: Option<Texture>,
+}
+
+/// What a texel of a [`PastedFace`] shows, each from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shown {
+    /// Hair of the head, beards and brows.
+    pub hair: f32,
+    pub skin: f32,
+}
+
+impl PastedFace {
+    /// Carries a face, and the labels that are found in it.
+    ///
+    /// - `ground`: the pair and the direction in which the face was carried.
+    /// - `face`: in the layout that textures are carried from, of any size.
+    /// - `size`: that of the texture it is compared with.
+    ///
+    /// What is not the texture of a head has no labels; see [`PastedFace::has_labels`].
+    ///
+    /// # Errors
+    /// [`GraftError::Texture`] for want of memory.
+    pub fn new(ground: &Ground, face: &Texture, size: Size) -> Result<Self, GraftError> {
+        let carry = |texture: &Texture, content, filter, blank: Texture| {
+            Graft::builder(Arc::clone(ground.pair()), Sizes { from: texture.size(), to: size })
+                .direction(ground.direction())
+                .content(content)
+                .filter(filter)
+                .gutter_px(0)
+                .build()?
+                .apply(texture, blank)
+        };
+        let clear = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4])?;
+        let texture = carry(face, Content::Color, Filter::Lanczos3, clear)?;
+        let labels = match ground.labels(face) {
+            Ok(labels) => {
+                let none =
+                    Texture::filled(size, Channels::Rgb, Encoding::Data, Depth::U8, &[0.0; 3])?;
+                Some(carry(&weights(&labels), Content::Data, Filter::Bilinear, none)?)
+            }
+            Err(_) => None,
+        };
+        Ok(Self { texture, labels })
+    }
+
+    /// The size that it was carried to.
+    pub fn size(&self) -> Size {
+        self.texture.size()
+    }
+
+    /// Whether it is known which texels are hair and which are skin.
+    pub fn has_labels(&self) -> bool {
+        self.labels.is_some()
+    }
+
+    /// Its colour at a texel: sRGB, 1.0 for full; nothing where it is not carried.
+    pub(super) fn color(&self, x: u32, y: u32) -> Option<[f32; 3]> {
+        let (rgb, opacity) = texel(&self.texture, x, y);
+        (opacity > 0.5 && rgb.iter().all(|value| value.is_finite())).then_some(rgb)
+    }
+
+    /// What it shows at a texel, if that is known.
+    pub(super) fn shown(&self, x: u32, y: u32) -> Option<Shown> {
+        let labels = self.labels.as_ref()?;
+        Some(Shown { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
+    }
+}
+
+/// Labels as data in the layout that they were found in.
+fn weights(labels: &Labels) -> Texture {
+    let size = labels.size();
+    let level = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let texels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+    let values = texels.flat_map(|(x, y)| {
+        let weight = |label| labels.weight(label, x, y);
+        [level(weight(Label::Hair) + weight(Label::Brow)), level(weight(Label::Skin)), 0]
+    });
+    Texture::new(size, Channels::Rgb, Encoding::Data, Texels::U8(values.collect()))
+        .expect("the size is that of a texture")
+}

@@ -1,0 +1,261 @@
+//! Whether a carried face is of its body's tone.
+//!
+//! Seams say nothing of that: a blend that takes a tone across the border hides it whatever the cheeks look like.
+
+use palette::white_point::D65;
+use palette::{FromColor, Lab, Srgb};
+use uvgraft::anatomy::{Anatomy, Area};
+use uvgraft::area_colors::{of_area as colors_of, without_outliers};
+use uvgraft::color::Encoding;
+use uvgraft::color::delta_e;
+use uvgraft::map::{MapOptions, Run, SamplingMap};
+use uvgraft::mesh::Mesh;
+use uvgraft::texture::Texture;
+use uvgraft::threads::map_indices;
+
+use super::pasted::PastedFace;
+use super::sample::texel;
+use super::{SeamError, check_region};
+
+type Rgb = [f32; 3];
+
+/// Mean colours of skin, in the face and below it: sRGB, 1.0 for full.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinColors {
+    /// Of the cheeks.
+    pub cheeks: [f32; 3],
+    /// Of the chest, or of the neck where there is no chest.
+    pub chest: [f32; 3],
+    /// Which of the two it is: [`Area::Chest`] or [`Area::Neck`].
+    pub chest_area: Area,
+}
+
+/// What a texture's tone is compared with. The more there is, the more is known.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ToneReferences<'a> {
+    /// The base as it was before the face was carried, in the layout and of the size of the texture.
+    pub base: Option<&'a Texture>,
+    /// The face as it was before it was blended, carried to the size of the texture.
+    pub face: Option<&'a PastedFace>,
+}
+
+/// How a carried face's tone fits the body; from [`measure_tone`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ToneMatch {
+    /// The skin of the texture; `None` if cheeks, or both chest and neck, show no colour.
+    pub skin: Option<SkinColors>,
+    /// The same of the base; `None` without one.
+    pub own: Option<SkinColors>,
+    /// Median difference (CIEDE2000) between hair and brows and what they were in the face; `None` without one, or
+    /// if it has no hair that is known.
+    pub hair_shift: Option<f64>,
+    /// The share of the carried skin, `0.0..=1.0`, that has a full channel which the face had not; without a face
+    /// the share of all that is carried with a full channel. `None` if nothing is carried.
+    pub clipped: Option<f64>,
+}
+
+/// Labels that are weaker than this are not trusted.
+const CERTAIN: f32 = 0.8;
+/// Values that are stored as 255 in 8 bits.
+const FULL: f32 = 254.5 / 255.0;
+
+impl SkinColors {
+    /// Looks at the skin of a texture: means in CIELAB of what is near the median, over four places of each
+    /// triangle. `None` if there are too few.
+    ///
+    /// - `mesh`, `anatomy`: the anatomy is that of the mesh.
+    /// - `texture`: of any size; colours with less than half of opacity are passed over.
+    ///
+    /// # Panics
+    /// If the anatomy is that of a mesh with fewer vertices.
+    pub fn of(mesh: &Mesh, anatomy: &Anatomy, texture: &Texture) -> Option<Self> {
+        let of_area =
+            |area| mean(&without_outliers(colors_of(mesh, anatomy, area, texture, &|_| true))?);
+        let cheeks = of_area(Area::Cheeks)?;
+        let (chest, chest_area) = [Area::Chest, Area::Neck]
+            .into_iter()
+            .find_map(|area| of_area(area).map(|color| (color, area)))?;
+        Some(Self { cheeks, chest, chest_area })
+    }
+
+    /// How different the two look (CIEDE2000).
+    pub fn delta_e(&self) -> f64 {
+        delta_e(self.cheeks, self.chest)
+    }
+}
+
+impl ToneMatch {
+    /// The most by which [`ToneMatch::excess`] is that of a face of the body's tone.
+    pub const MOST_EXCESS: f64 = 4.0;
+    /// The most of the carried skin that is clipped without being seen.
+    pub const MOST_CLIPPED: f64 = 0.01;
+
+    /// How much more cheeks and chest differ than they did in the base (CIEDE2000); negative if they differ less.
+    pub fn excess(&self) -> Option<f64> {
+        Some(self.skin?.delta_e() - self.own?.delta_e())
+    }
+
+    /// Whether cheeks and chest differ by about as much as in the base, as far as that is known.
+    pub fn is_toned(&self) -> bool {
+        self.excess().is_none_or(|excess| excess.abs() <= Self::MOST_EXCESS)
+    }
+
+    /// Whether so much of the carried skin is clipped that it looks burnt out.
+    pub fn is_clipped(&self) -> bool {
+        self.clipped.is_some_and(|clipped| clipped > Self::MOST_CLIPPED)
+    }
+}
+
+/// Measures how a carried face's tone fits the body that it was carried to.
+///
+/// - `mesh`, `anatomy`: a mesh with a head, and its anatomy.
+/// - `texture`: sRGB or linear, in the mesh's layout.
+/// - `inside`: `[triangles]` whether the face was carried to each.
+/// - `references`: what is known of how base and face were.
+///
+/// The result does not depend on the number of threads.
+///
+/// # Errors
+/// [`SeamError::NotColor`] for a texture or a base of data, [`SeamError::Region`] if `inside` does not fit the mesh,
+/// [`SeamError::Size`] for a base or a face of another size than the texture.
+///
+/// # Panics
+/// If the anatomy is that of a mesh with fewer vertices.
+pub fn measure_tone(
+    mesh: &Mesh,
+    anatomy: &Anatomy,
+    texture: &Texture,
+    inside: &[bool],
+    references: ToneReferences<'_>,
+) -> Result<ToneMatch, SeamError> {
+    let ToneReferences { base, face } = references;
+    if [Some(texture), base].into_iter().flatten().any(|it| it.encoding() == Encoding::Data) {
+        return Err(SeamError::NotColor);
+    }
+    check_region(mesh, inside)?;
+    let wanted = texture.size();
+    let sizes = [("base", base.map(Texture::size)), ("face", face.map(PastedFace::size))];
+    for (what, found) in sizes {
+        if let Some(found) = found.filter(|&found| found != wanted) {
+            return Err(SeamError::Size { what, found, wanted });
+        }
+    }
+    let tally = Tally::of(mesh, texture, inside, face);
+    Ok(ToneMatch {
+        skin: SkinColors::of(mesh, anatomy, texture),
+        own: base.and_then(|base| SkinColors::of(mesh, anatomy, base)),
+        clipped: (tally.skin > 0).then(|| tally.clipped as f64 / tally.skin as f64),
+        hair_shift: median(tally.shifts),
+    })
+}
+
+/// What is found in the texels of the carried part.
+#[derive(Debug, Default)]
+struct Tally {
+    skin: usize,
+    clipped: usize,
+    /// Of hair and brows, from what they were.
+    shifts: Vec<f64>,
+}
+
+impl Tally {
+    fn of(mesh: &Mesh, texture: &Texture, inside: &[bool], face: Option<&PastedFace>) -> Self {
+        let map = SamplingMap::of_layout(mesh, texture.size(), &MapOptions::with_gutter(0));
+        let is_inside = |run: &&Run| inside[map.patches()[run.patch as usize].face as usize];
+        let rows = map_indices(texture.size().height as usize, |y| {
+            let y = y as u32;
+            let mut tally = Self::default();
+            for run in map.row(y).iter().filter(is_inside) {
+                (run.x..run.x + run.len).for_each(|x| tally.add(texture, face, [x, y]));
+            }
+            tally
+        });
+        rows.into_iter().fold(Self::default(), |mut all, row| {
+            all.skin += row.skin;
+            all.clipped += row.clipped;
+            all.shifts.extend(row.shifts);
+            all
+        })
+    }
+
+    fn add(&mut self, texture: &Texture, face: Option<&PastedFace>, [x, y]: [u32; 2]) {
+        let (color, opacity) = texel(texture, x, y);
+        if opacity <= 0.0 || !color.iter().all(|value| value.is_finite()) {
+            return;
+        }
+        let before = face.and_then(|face| face.color(x, y));
+        if face.is_some() && before.is_none() {
+            return;
+        }
+        let shown = face.and_then(|face| face.shown(x, y));
+        if shown.is_none_or(|shown| shown.skin > CERTAIN) {
+            let was_full = |k: usize| before.is_some_and(|before| before[k] >= FULL);
+            self.skin += 1;
+            self.clipped += usize::from((0..3).any(|k| color[k] >= FULL && !was_full(k)));
+        }
+        if let (Some(before), Some(shown)) = (before, shown)
+            && shown.hair > CERTAIN
+        {
+            self.shifts.push(delta_e(before, color));
+        }
+    }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let half = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(half, f64::total_cmp).1)
+}
+
+/// The mean in CIELAB.
+fn mean(colors: &[Rgb]) -> Option<Rgb> {
+    let mut sum = Lab::<D65, f64>::new(0.0, 0.0, 0.0);
+    for color in colors {
+        let [red, green, blue] = color.map(|value| f64::from(value.clamp(0.0, 1.0)));
+        sum += Lab::from_color(Srgb::new(red, green, blue));
+    }
+    let count = colors.len() as f64;
+    let Srgb { red, green, blue, .. } = Srgb::from_color(sum / count);
+    (count > 0.0).then(|| [red, green, blue].map(|value| value.clamp(0.0, 1.0) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn skin(cheeks: Rgb, chest: Rgb) -> Option<SkinColors> {
+        Some(SkinColors { cheeks, chest, chest_area: Area::Chest })
+    }
+
+    #[test]
+    fn verdicts() {
+        let (tan, pale) = ([0.78, 0.58, 0.48], [0.93, 0.80, 0.73]);
+        let unknown = ToneMatch { skin: None, own: None, hair_shift: None, clipped: None };
+        let alone = ToneMatch { skin: skin(tan, pale), ..unknown };
+        // Without a base nobody knows how much is the body's own.
+        for unjudged in [unknown, alone] {
+            assert!(unjudged.is_toned() && !unjudged.is_clipped() && unjudged.excess().is_none());
+        }
+        let toned = ToneMatch { own: skin(pale, tan), ..alone };
+        assert!(toned.is_toned() && toned.excess() == Some(0.0));
+        let browner = ToneMatch { own: skin(pale, pale), ..alone };
+        assert!(!browner.is_toned() && browner.excess().unwrap() > 10.0);
+        let evened = ToneMatch { skin: skin(pale, pale), own: skin(tan, pale), ..unknown };
+        assert!(!evened.is_toned() && evened.excess().unwrap() < -10.0);
+        for (clipped, wanted) in [(0.0, false), (0.01, false), (0.011, true)] {
+            assert_eq!(ToneMatch { clipped: Some(clipped), ..unknown }.is_clipped(), wanted);
+        }
+    }
+
+    #[test]
+    fn means_are_those_of_what_is_seen() {
+        assert_eq!(mean(&[]), None);
+        let color = [0.8, 0.6, 0.5];
+        let found = mean(&[color; 3]).unwrap();
+        assert!((0..3).all(|k| (found[k] - color[k]).abs() < 1e-5), "{found:?}");
+        // Half as light as white in CIELAB, L* = 50, is 0.466 in sRGB.
+        let grey = mean(&[[0.0; 3], [1.0; 3]]).unwrap();
+        assert!(grey.iter().all(|value| (value - 0.4663).abs() < 1e-3), "{grey:?}");
+        assert_eq!([median(vec![]), median(vec![3.0, 1.0, 2.0])], [None, Some(2.0)]);
+    }
+}

@@ -1,0 +1,31 @@
+//! Small pictures and masks for the metrics' unit tests.
+
+use uvgraft::color::Encoding;
+use uvgraft::texture::{Channels, Size, Texels, Texture};
+
+use super::{Colors, Mask};
+
+/// Colours from 8-bit RGB values.
+pub(super) fn colors((width, height): (u32, u32), values: &[u8]) -> Colors {
+    let size = Size::new(width, height);
+    let texels = Texels::U8(values.to_vec());
+    Colors::new(Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()).unwrap()
+}
+
+/// Colours without a pattern, the same for the same seed.
+pub(super) fn noise((width, height): (u32, u32), seed: u64) -> Colors {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let values: Vec<u8> = (0..width * height * 3).map(|_| random.u8(..)).collect();
+    colors((width, height), &values)
+}
+
+/// The texels at which `selected(x, y)`.
+pub(super) fn mask((width, height): (u32, u32), selected: impl Fn(u32, u32) -> bool) -> Mask {
+    let values: Vec<u8> = (0..width * height)
+        .map(|index| if selected(index % width, index / width) { 255 } else { 0 })
+        .collect();
+    let size = Size::new(width, height);
+    let texels = Texels::U8(values);
+    Mask::from_texture(&Texture::new(size, Channels::Grey, Encoding::Data, texels).unwrap())
+        .unwrap()
+}

@@ -1,0 +1,152 @@
+//! The floor under a mesh: how much light its shadow leaves, as a small picture seen from above.
+//!
+//! Three shadows make it up: the key light's, softened; a wide and faint one under everything, for the
+//! sky that the mesh hides; and a narrow one where it touches the floor.
+
+use glam::{Vec3, vec3};
+use uvgraft::Size;
+use uvgraft_avatar::paint::easing::smoothstep;
+
+use super::camera::{Camera, Sight};
+use super::geometry::Geometry;
+use super::projection::project;
+use super::visibility::DepthBuffer;
+
+/// Cells of the picture along each side.
+const SIDE: u32 = 320;
+
+#[derive(Debug)]
+pub(crate) struct Floor {
+    height: f32,
+    middle: Vec3,
+    radius: f32,
+    /// Row by row along Z, each along X.
+    light: Vec<f32>,
+}
+
+impl Floor {
+    /// - `lit`: the part of the key light that reaches a point.
+    /// - `metre`: how long a metre is in the mesh's unit.
+    pub fn new(geometry: &Geometry, height: f32, metre: f32, lit: impl Fn(Vec3) -> f32) -> Self {
+        let (low, high) = geometry.bounds();
+        let middle = low.lerp_monotonic(high, 0.5);
+        let middle = vec3(middle.x, height, middle.z);
+        let (dx, dz) = (high.x - low.x, high.z - low.z);
+        let radius = 0.5 * (high - low).length().max(1e-6) + 0.3 * dx.hypot(dz);
+        let cell = 2.0 * radius / SIDE as f32;
+        let size = Size::square(SIDE);
+
+        // Seen from below Z runs down the screen, so rows are in its order, and X to the left, so columns are not.
+        let camera = Camera::from_below(middle, cell, size);
+        let parts = project(&camera, &geometry.positions, &geometry.faces, size, |_| true);
+        let below = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
+        let place = |column: i32, row: i32| {
+            let at = |index: i32| (index as f32 + 0.5) * cell - radius;
+            middle + vec3(at(column), 0.0, at(row))
+        };
+        let mut key = Vec::with_capacity(size.texels());
+        let (mut touching, mut hanging) = (key.clone(), key.clone());
+        for row in 0..SIDE as i32 {
+            for column in 0..SIDE as i32 {
+                key.push(1.0 - lit(place(column, row)));
+                let gap = (-below.depth(SIDE as i32 - 1 - column, row)).max(0.0) / metre;
+                touching.push((-gap / 0.03).exp());
+                hanging.push((-gap / 0.9).exp());
+            }
+        }
+        let spread = |values: Vec<f32>, metres: f32| blurred(values, metres * metre / cell);
+        let key = spread(key, 0.03);
+        let (touching, hanging) = (spread(touching, 0.022), spread(hanging, 0.16));
+        let light = (0..size.texels())
+            .map(|k| (1.0 - 0.5 * key[k]) * (1.0 - 0.55 * touching[k]) * (1.0 - 0.42 * hanging[k]))
+            .collect();
+        Self { height, middle, radius, light }
+    }
+
+    /// How bright the floor is where a line of sight meets it: 1 out of the shadow, and where no floor
+    /// is seen.
+    pub fn brightness(&self, sight: &Sight) -> f32 {
+        let fall = -sight.direction.normalize_or_zero().y;
+        let along = (sight.origin.y - self.height) / -sight.direction.y;
+        if fall < 0.01 || along <= 0.0 {
+            return 1.0;
+        }
+        let p = sight.origin + sight.direction * along;
+        let away = (p - self.middle).length() / self.radius;
+        let near = smoothstep(0.98, 0.5, away) * smoothstep(0.01, 0.05, fall);
+        if near == 0.0 {
+            return 1.0;
+        }
+        let cells = 0.5 * SIDE as f32 / self.radius;
+        let at = |value: f32, middle: f32| (value - middle + self.radius) * cells - 0.5;
+        let (x, y) = (at(p.x, self.middle.x), at(p.z, self.middle.z));
+        let (left, top) = (x.floor(), y.floor());
+        let (fx, fy) = (x - left, y - top);
+        let cell = |dx: i32, dy: i32| {
+            let inside = |index: f32, d: i32| (index as i32 + d).clamp(0, SIDE as i32 - 1) as usize;
+            self.light[inside(top, dy) * SIDE as usize + inside(left, dx)]
+        };
+        let upper = cell(0, 0) * (1.0 - fx) + cell(1, 0) * fx;
+        let lower = cell(0, 1) * (1.0 - fx) + cell(1, 1) * fx;
+        1.0 - near * (1.0 - (upper * (1.0 - fy) + lower * fy))
+    }
+}
+
+/// Three means over a square, which come close to a Gaussian of standard deviation `sigma`, in cells.
+fn blurred(mut values: Vec<f32>, sigma: f32) -> Vec<f32> {
+    let side = SIDE as usize;
+    // A mean over 2r + 1 cells has the variance r(r + 1)/3; three of them have three times that.
+    let reach =
+        ((sigma * sigma + 0.25).sqrt() - 0.5).round().clamp(0.0, SIDE as f32 / 4.0) as usize;
+    for _ in 0..3 {
+        for (start, step) in (0..side).map(|k| (k * side, 1)).chain((0..side).map(|k| (k, side))) {
+            let line: Vec<f32> = (0..side).map(|k| values[start + k * step]).collect();
+            for k in 0..side {
+                let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(side));
+                let sum: f32 = line[from..to].iter().sum();
+                values[start + k * step] = sum / (2 * reach + 1) as f32;
+            }
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::Mesh;
+
+    use super::*;
+
+    #[test]
+    fn what_touches_the_floor_darkens_it_where_it_stands() {
+        // A sole, and an arm that makes the whole lie to one side and before it.
+        let sole = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.0, 0.3], [0.0, 0.0, 0.3]];
+        let arm = [[0.8, 1.0, 0.9], [0.9, 1.0, 0.9], [0.9, 1.0, 1.0], [0.8, 1.0, 1.0]];
+        let positions = [sole, arm].concat();
+        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let mesh = Mesh::from_triangles(positions, vec![[0.0; 2]; 8], &faces, &faces).unwrap();
+        let floor = Floor::new(&Geometry::of_mesh(&mesh, &[0; 4]), 0.0, 1.0, |_| 1.0);
+        let brightness = |x: f32, z: f32| {
+            let sight = Sight { origin: vec3(x, 1.0, z), direction: vec3(0.0, -1.0, 0.0) };
+            floor.brightness(&sight)
+        };
+        assert!(brightness(0.05, 0.15) < 0.5, "{}", brightness(0.05, 0.15));
+        for [x, z] in [[0.85, 0.15], [0.05, 0.85], [-0.2, 0.15], [0.3, 0.15], [0.05, -0.2]] {
+            assert!(brightness(x, z) > 0.8, "{x} {z}: {}", brightness(x, z));
+        }
+    }
+
+    #[test]
+    fn a_point_spreads_into_a_bell_that_keeps_its_sum() {
+        let side = SIDE as usize;
+        let mut values = vec![0.0; side * side];
+        values[100 * side + 150] = 1.0;
+        let spread = blurred(values, 5.0);
+        let sum: f32 = spread.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+        let variance: f32 =
+            (0..side * side).map(|k| spread[k] * ((k % side) as f32 - 150.0).powi(2)).sum();
+        // Reaches are whole numbers: 4 or 5 stand for 20 or 30 where 25 is wanted.
+        assert!((19.0..31.0).contains(&variance), "{variance}");
+    }
+}

@@ -1,0 +1,124 @@
+//! A small offline renderer: textured meshes in soft studio light, or in none.
+//!
+//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel; colours are computed for each
+//! triangle in each quarter of a pixel. Light comes from a key with a shadow map, a fill, a rim light
+//! and the sky, with occlusion estimated from the depth buffer.
+
+#![forbid(unsafe_code)]
+
+mod camera;
+mod floor;
+mod frame;
+mod geometry;
+mod layers;
+mod lights;
+mod look;
+#[cfg(test)]
+mod material_tests;
+mod mipmap;
+mod projection;
+mod shading;
+mod surface;
+mod tangents;
+#[cfg(test)]
+mod tests;
+mod thumbnail;
+mod visibility;
+
+use uvgraft::{Mesh, Part, Size, Texture};
+use uvgraft_gltf::scene::{Drawn, Material, Scene};
+
+use self::camera::Camera;
+pub use self::camera::{Bounds, Perspective, View};
+use self::frame::Frame;
+use self::geometry::Geometry;
+pub use self::look::{Background, Look};
+use self::mipmap::Mipmap;
+pub use self::shading::Shading;
+use self::surface::{Needed, Role, Surface};
+pub use self::thumbnail::{ThumbnailError, thumbnail};
+
+/// Renders a mesh with its texture: 8-bit sRGB.
+///
+/// - `shading`: of each of the mesh's parts; triangles in none of them are matt.
+///
+/// # Panics
+/// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
+pub fn render(
+    mesh: &Mesh,
+    texture: &Texture,
+    shading: impl Fn(&Part) -> Shading,
+    view: &View,
+    size: Size,
+) -> Texture {
+    const SAMPLES: u32 = 2;
+    let mut surfaces = vec![Surface::of_part(Shading::Matt)];
+    let mut of_faces = vec![0; mesh.faces().len()];
+    for part in mesh.parts() {
+        let surface = surfaces.len() as u32;
+        surfaces.push(Surface::of_part(shading(part)));
+        for polygon in part.polygons.clone() {
+            of_faces[mesh.polygon(polygon as usize)].fill(surface);
+        }
+    }
+    let mipmaps = [Mipmap::new(texture)];
+    let geometry = Geometry::of_mesh(mesh, &of_faces);
+    let fine = Size::new(size.width * SAMPLES, size.height * SAMPLES);
+    let camera = Camera::orthographic(view, fine);
+    let floor = view.floor.then(|| geometry.bounds().0.y);
+    let look = Look { floor, samples: SAMPLES, ..Look::default() };
+    Frame::new(&surfaces, &mipmaps, geometry, camera, look, size).picture()
+}
+
+/// Draws scenes that share materials and textures.
+#[derive(Debug)]
+pub struct Renderer {
+    surfaces: Vec<Surface>,
+    mipmaps: Vec<Mipmap>,
+}
+
+impl Renderer {
+    /// Prepares textures for lookups.
+    ///
+    /// - `materials`: refer to `textures` by their numbers.
+    pub fn new(materials: &[Material], textures: &[Texture]) -> Self {
+        let mut needed = Needed::default();
+        let surface = |material| Surface::new(material, textures.len(), &mut needed);
+        let surfaces = materials.iter().map(surface).collect();
+        let mipmap = |(texture, role): (usize, Role)| match role {
+            Role::Color => Mipmap::new(&textures[texture]),
+            Role::Data => Mipmap::of_data(&textures[texture]),
+        };
+        Self { surfaces, mipmaps: needed.0.into_iter().map(mipmap).collect() }
+    }
+
+    /// For everything in a scene.
+    pub fn of(scene: &Scene) -> Self {
+        Self::new(scene.materials(), scene.textures())
+    }
+
+    /// Draws a picture: 8-bit sRGB, with opacity where the background is transparent.
+    ///
+    /// What has no place, no material or no area is not seen.
+    ///
+    /// # Panics
+    /// If `size` has no texels or a side longer than a quarter of [`Texture::MAX_SIDE`].
+    pub fn render(
+        &self,
+        drawn: &[Drawn],
+        camera: &Perspective,
+        look: &Look,
+        size: Size,
+    ) -> Texture {
+        assert!(
+            size.texels() > 0 && size.width.max(size.height) <= Texture::MAX_SIDE / 4,
+            "{size}"
+        );
+        let samples = if look.samples >= 4 { 4 } else { 2 };
+        let look = Look { samples, ..*look };
+        let geometry = Geometry::of_drawn(drawn, &self.surfaces);
+        let fine = Size::new(size.width * samples, size.height * samples);
+        let camera = Camera::perspective(camera, fine);
+        Frame::new(&self.surfaces, &self.mipmaps, geometry, camera, look, size).picture()
+    }
+}

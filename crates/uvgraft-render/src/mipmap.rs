@@ -1,0 +1,304 @@
+//! A texture with smaller copies, for lookups over an area.
+//!
+//! # Source
+//! Williams, "Pyramidal Parametrics", 1983. Long areas are covered by several lookups along them, as
+//! in McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping", 1999.
+
+use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::{Channels, Encoding, Texels, Texture, Value, threads};
+use uvgraft_gltf::scene::{TextureUse, Wrap};
+
+/// Levels with 8 bits in sRGB, and opacity; means are of light.
+#[derive(Debug)]
+pub(crate) struct Mipmap {
+    levels: Vec<Level>,
+    linear: Vec<f32>,
+}
+
+#[derive(Debug)]
+struct Level {
+    width: usize,
+    height: usize,
+    texels: Vec<[u8; 4]>,
+}
+
+/// A place in a texture, and how far it goes while one sample is crossed to the right and downwards.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Footprint {
+    pub uv: [f32; 2],
+    pub along_x: [f32; 2],
+    pub along_y: [f32; 2],
+}
+
+/// Lookups along the longer side of a footprint.
+const MOST_TAPS: f32 = 8.0;
+
+/// Steps of the table from light to 8-bit sRGB: so fine that all 256 values are hit.
+const STEPS: usize = 1 << 13;
+
+impl Mipmap {
+    /// Of a picture: what is between texels is mixed as light.
+    pub fn new(texture: &Texture) -> Self {
+        Self::by(texture, rgba(texture), linear_from_srgb, srgb_from_linear)
+    }
+
+    /// Of numbers, such as normals: they are mixed as they stand, whatever opacity the texture has.
+    pub fn of_data(texture: &Texture) -> Self {
+        let mut texels = rgba(&texture.clone().with_encoding(Encoding::Data));
+        texels.iter_mut().for_each(|texel| texel[3] = 255);
+        Self::by(texture, texels, |value| value, |value| value)
+    }
+
+    fn by(
+        texture: &Texture,
+        texels: Vec<[u8; 4]>,
+        decode: fn(f32) -> f32,
+        encode: fn(f32) -> f32,
+    ) -> Self {
+        let linear: Vec<f32> = (0..=255_u8).map(|value| decode(value.to_unit())).collect();
+        let encode = |step: usize| u8::from_unit(encode(step as f32 / STEPS as f32));
+        let encoded: Vec<u8> = (0..=STEPS).map(encode).collect();
+        let mut levels = vec![Level {
+            width: texture.size().width as usize,
+            height: texture.size().height as usize,
+            texels,
+        }];
+        while let Some(smaller) = levels.last().and_then(|last| last.halved(&linear, &encoded)) {
+            levels.push(smaller);
+        }
+        Self { levels, linear }
+    }
+
+    /// The colour in linear light and the opacity over a footprint.
+    pub fn sample(&self, footprint: &Footprint, texture: &TextureUse) -> [f32; 4] {
+        let finest = &self.levels[0];
+        let (width, height) = (finest.width as f32, finest.height as f32);
+        let length = |[du, dv]: [f32; 2]| (du * width).hypot(dv * height);
+        let (x, y) = (length(footprint.along_x), length(footprint.along_y));
+        let (long, short, along) =
+            if x > y { (x, y, footprint.along_x) } else { (y, x, footprint.along_y) };
+        if !long.is_finite() {
+            return self.levels[self.levels.len() - 1].bilinear(
+                footprint.uv,
+                texture,
+                &self.linear,
+            );
+        }
+        if long <= 1.0 {
+            return self.at(footprint.uv, 0.0, texture);
+        }
+        // A footprint shorter than a texel is as good as one of that length.
+        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MOST_TAPS);
+        let level = (long / taps).max(1.0).log2();
+        let mut sum = [0.0; 4];
+        for tap in 0..taps as u32 {
+            let t = (tap as f32 + 0.5) / taps - 0.5;
+            let uv = [0, 1].map(|k| footprint.uv[k] + along[k] * t);
+            let sampled = self.at(uv, level, texture);
+            sum = [0, 1, 2, 3].map(|k| sum[k] + sampled[k]);
+        }
+        sum.map(|value| value / taps)
+    }
+
+    /// Between the two levels nearest to one that is no whole number.
+    fn at(&self, uv: [f32; 2], level: f32, texture: &TextureUse) -> [f32; 4] {
+        let last = self.levels.len() - 1;
+        let lower = (level as usize).min(last);
+        let t = level - lower as f32;
+        let a = self.levels[lower].bilinear(uv, texture, &self.linear);
+        if t <= 0.0 || lower == last {
+            return a;
+        }
+        let b = self.levels[lower + 1].bilinear(uv, texture, &self.linear);
+        [0, 1, 2, 3].map(|k| a[k] + (b[k] - a[k]) * t)
+    }
+}
+
+impl Level {
+    /// Half as wide and high, rounded down. Colours count by their opacity.
+    fn halved(&self, linear: &[f32], encoded: &[u8]) -> Option<Self> {
+        if self.width.max(self.height) < 2 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let mut texels = vec![[0; 4]; width * height];
+        threads::for_each_chunk(&mut texels, width, |y, row| {
+            let rows = shares(y, self.height, height);
+            for (x, texel) in row.iter_mut().enumerate() {
+                let mut sum = [0.0; 4];
+                let mut plain = [0.0; 3];
+                for (row, by_row) in rows {
+                    for (column, by_column) in shares(x, self.width, width) {
+                        let share = by_row * by_column;
+                        if share == 0.0 {
+                            continue;
+                        }
+                        let [r, g, b, a] = self.texels[row * self.width + column];
+                        let alpha = f32::from(a) * share;
+                        for (k, value) in [r, g, b].into_iter().enumerate() {
+                            sum[k] += linear[usize::from(value)] * alpha;
+                            plain[k] += linear[usize::from(value)] * share;
+                        }
+                        sum[3] += alpha;
+                    }
+                }
+                for k in 0..3 {
+                    let mean = if sum[3] > 0.0 { sum[k] / sum[3] } else { plain[k] };
+                    texel[k] = encoded[((mean * STEPS as f32 + 0.5) as usize).min(STEPS)];
+                }
+                texel[3] = (sum[3] + 0.5) as u8;
+            }
+        });
+        Some(Self { width, height, texels })
+    }
+
+    fn bilinear(&self, [u, v]: [f32; 2], texture: &TextureUse, linear: &[f32]) -> [f32; 4] {
+        let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
+        let (mut left, mut top) = (x.floor(), y.floor());
+        let (mut fx, mut fy) = (x - left, y - top);
+        if texture.nearest {
+            (left, top) = ((x + 0.5).floor(), (y + 0.5).floor());
+            (fx, fy) = (0.0, 0.0);
+        }
+        let [wrap_x, wrap_y] = texture.wrap;
+        let columns = [0, 1].map(|k| wrapped((left as i64).saturating_add(k), self.width, wrap_x));
+        let rows = [0, 1].map(|k| wrapped((top as i64).saturating_add(k), self.height, wrap_y));
+        let texel = |row: usize, column: usize| {
+            let [r, g, b, a] = self.texels[rows[row] * self.width + columns[column]];
+            let [r, g, b] = [r, g, b].map(|value| linear[usize::from(value)]);
+            [r, g, b, f32::from(a) / 255.0]
+        };
+        let (a, b, c, d) = (texel(0, 0), texel(0, 1), texel(1, 0), texel(1, 1));
+        [0, 1, 2, 3].map(|k| {
+            let upper = a[k] + (b[k] - a[k]) * fx;
+            let lower = c[k] + (d[k] - c[k]) * fx;
+            upper + (lower - upper) * fy
+        })
+    }
+}
+
+/// Which texels of `count` a texel of `smaller` covers, and their shares of it: two where `count` is
+/// even, and parts of three where it is odd.
+fn shares(index: usize, count: usize, smaller: usize) -> [(usize, f32); 3] {
+    if count == 1 {
+        return [(0, 1.0), (0, 0.0), (0, 0.0)];
+    }
+    let first = 2 * index;
+    if count.is_multiple_of(2) {
+        return [(first, 0.5), (first + 1, 0.5), (first, 0.0)];
+    }
+    let (m, whole) = (smaller as f32, count as f32 / smaller as f32);
+    let (start, end) = ((m - index as f32) / m, (index as f32 + 1.0) / m);
+    [(first, start / whole), (first + 1, 1.0 / whole), (first + 2, end / whole)]
+}
+
+fn wrapped(index: i64, count: usize, wrap: Wrap) -> usize {
+    let count = count as i64;
+    let index = match wrap {
+        Wrap::Clamp => index.clamp(0, count - 1),
+        Wrap::Repeat => index.rem_euclid(count),
+        Wrap::Mirror => {
+            let folded = index.rem_euclid(2 * count);
+            if folded < count { folded } else { 2 * count - 1 - folded }
+        }
+    };
+    index as usize
+}
+
+/// The texels with 8 bits in sRGB; grey counts for all three colours, and what has no opacity is
+/// opaque.
+fn rgba(texture: &Texture) -> Vec<[u8; 4]> {
+    fn collect<T: Value>(values: &[T], channels: Channels, encoding: Encoding) -> Vec<[u8; 4]> {
+        let order = if channels.has_color() { [0, 1, 2] } else { [0, 0, 0] };
+        let color = |value: T| match encoding {
+            Encoding::Linear => u8::from_unit(srgb_from_linear(value.to_unit())),
+            Encoding::Srgb | Encoding::Data => u8::from_unit(value.to_unit()),
+        };
+        values
+            .chunks_exact(channels.count())
+            .map(|texel| {
+                let [r, g, b] = order.map(|k| color(texel[k]));
+                let alpha = channels.has_alpha().then(|| texel[channels.count() - 1]);
+                [r, g, b, alpha.map_or(255, |alpha| u8::from_unit(alpha.to_unit()))]
+            })
+            .collect()
+    }
+    let (channels, encoding) = (texture.channels(), texture.encoding());
+    match texture.texels() {
+        Texels::U8(values) => collect(values, channels, encoding),
+        Texels::U16(values) => collect(values, channels, encoding),
+        Texels::F32(values) => collect(values, channels, encoding),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::Size;
+
+    use super::*;
+
+    const PLAIN: TextureUse =
+        TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: false, coordinates: 0 };
+
+    fn grey(size: Size, values: &[u8]) -> Mipmap {
+        let texels = Texels::U8(values.to_vec());
+        Mipmap::new(&Texture::new(size, Channels::Grey, Encoding::Srgb, texels).unwrap())
+    }
+
+    fn over(uv: [f32; 2], along_x: [f32; 2], along_y: [f32; 2]) -> Footprint {
+        Footprint { uv, along_x, along_y }
+    }
+
+    #[test]
+    fn the_whole_texture_has_its_mean_light() {
+        // Light of 0 and 1, half and half, also where halving is uneven.
+        for (size, values) in [
+            (Size::new(2, 1), vec![0, 255]),
+            (Size::new(4, 3), [0, 255, 255, 0].repeat(3)),
+            (Size::new(1, 6), vec![0, 0, 255, 255, 0, 255]),
+        ] {
+            let mipmap = grey(size, &values);
+            let all = mipmap.sample(&over([0.5; 2], [1.0, 0.0], [0.0, 1.0]), &PLAIN);
+            // A level rounds to 8 bits, which are 0.009 apart here.
+            assert!((all[1] - 0.5).abs() < 0.01, "{size}: {all:?}");
+            assert_eq!(all[3], 1.0);
+        }
+        // A row of five: the middle one belongs to both halves.
+        let five = grey(Size::new(5, 1), &[0, 0, 255, 0, 0]);
+        assert_eq!((five.levels[1].width, five.levels.len()), (2, 3));
+        let (left, right) = (five.levels[1].texels[0][0], five.levels[1].texels[1][0]);
+        // Half of one texel in two and a half: light of 0.2.
+        assert_eq!((left, right), (u8::from_unit(srgb_from_linear(0.2)), left));
+    }
+
+    #[test]
+    fn what_is_seen_at_a_slant_stays_sharp_across() {
+        // Stripes along v; the footprint is eight texels long in v and one in u.
+        let stripes = grey(Size::new(16, 16), &[0, 255].repeat(128));
+        let uv = [4.5 / 16.0, 0.5];
+        let along = stripes.sample(&over(uv, [1.0 / 16.0, 0.0], [0.0, 8.0 / 16.0]), &PLAIN);
+        assert!(along[0] < 0.01, "{along:?}");
+        let across = stripes.sample(&over(uv, [8.0 / 16.0, 0.0], [0.0, 1.0 / 16.0]), &PLAIN);
+        assert!((across[0] - 0.5).abs() < 0.07, "{across:?}");
+    }
+
+    #[test]
+    fn edges_go_on_as_the_texture_asks() {
+        let of = |wrap| [-3, -1, 0, 3, 4, 5].map(|index| wrapped(index, 4, wrap));
+        assert_eq!(of(Wrap::Clamp), [0, 0, 0, 3, 3, 3]);
+        assert_eq!(of(Wrap::Repeat), [1, 3, 0, 3, 0, 1]);
+        assert_eq!(of(Wrap::Mirror), [2, 0, 0, 3, 3, 2]);
+    }
+
+    #[test]
+    fn lookups_that_are_no_numbers_do_no_harm() {
+        let mipmap = grey(Size::square(4), &[7; 16]);
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+            for wrap in [Wrap::Clamp, Wrap::Repeat, Wrap::Mirror] {
+                let texture = TextureUse { wrap: [wrap; 2], ..PLAIN };
+                mipmap.sample(&over([bad; 2], [0.1, 0.0], [0.0, 0.1]), &texture);
+                mipmap.sample(&over([0.1; 2], [bad, 0.0], [0.0, bad]), &texture);
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Thumbnails: a picture of an avatar's head, as lists of avatars show it.
+
+use glam::Vec3;
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::rig::HumanBone;
+use uvgraft_gltf::glb::{self, Export, GlbError, Looks};
+use uvgraft_gltf::scene::{Posing, PosingError, Scene, SceneError};
+
+use crate::{Bounds, Look, Perspective, Renderer};
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ThumbnailError {
+    /// The avatar is not sound.
+    #[error(transparent)]
+    Glb(#[from] GlbError),
+    /// The renderer knows no textures like these.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The avatar cannot be posed.
+    #[error(transparent)]
+    Posing(#[from] PosingError),
+}
+
+/// Draws an avatar's head at rest, from slightly beside, in a square of `side` texels; all of an avatar that has no
+/// head.
+///
+/// - `looks`: as for [`glb::write()`], in formats that the renderer reads: PNG, JPEG and WebP.
+///
+/// # Errors
+/// [`ThumbnailError`] if the avatar cannot be drawn.
+///
+/// # Panics
+/// If `side` is 0, or larger than a quarter of [`Texture::MAX_SIDE`].
+pub fn thumbnail(avatar: &Avatar, looks: &[Looks], side: u32) -> Result<Texture, ThumbnailError> {
+    const AZIMUTH: f32 = 12.0;
+    const ELEVATION: f32 = 2.0;
+    const FOV_Y: f32 = 18.0;
+    let still = Avatar { clips: Vec::new(), ..avatar.clone() };
+    let scene = Scene::read(&glb::write(&still, looks, &Export::default())?.bytes)?;
+    let bounds = head(avatar).or_else(|| Bounds::of(avatar.mesh.positions().iter().copied()));
+    let bounds = bounds.unwrap_or(Bounds { low: [-1.0; 3], high: [1.0; 3] });
+    let camera = Perspective::framing(&bounds, AZIMUTH, ELEVATION, FOV_Y, 1.0, 1.0);
+    let drawn = scene.pose(&Posing::default())?;
+    // Four times as many samples would take four times as long, and nobody looks that closely.
+    let look = Look { samples: 2, ..Look::default() };
+    Ok(Renderer::of(&scene).render(&drawn, &camera, &look, Size::square(side)))
+}
+
+/// The box of what follows the head more than anything else, with some of the neck.
+fn head(avatar: &Avatar) -> Option<Bounds> {
+    let head = avatar.skeleton.human(HumanBone::Head)?;
+    let joints = avatar.skeleton.joints();
+    let mut is_head = vec![false; joints.len()];
+    for (index, joint) in joints.iter().enumerate() {
+        is_head[index] = index == head || joint.parent.is_some_and(|parent| is_head[parent]);
+    }
+    let mut is_used = vec![false; avatar.mesh.positions().len()];
+    for &vertex in avatar.mesh.faces().as_flattened() {
+        is_used[vertex as usize] = true;
+    }
+    let share = |vertex: usize| -> f32 {
+        let influences = avatar.skin.of(vertex).iter();
+        influences.filter(|(joint, _)| is_head[usize::from(*joint)]).map(|(_, weight)| weight).sum()
+    };
+    let of_head = (0..avatar.skin.vertices()).filter(|&v| is_used[v] && share(v) > 0.5);
+    let bounds = Bounds::of(of_head.map(|vertex| avatar.mesh.positions()[vertex]))?;
+    let (low, high) = (Vec3::from(bounds.low), Vec3::from(bounds.high));
+    let neck = Vec3::new(0.0, 0.12 * (high - low).y, 0.0);
+    Some(Bounds { low: (low - neck).into(), high: bounds.high })
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft::{Channels, Depth, Encoding};
+    use uvgraft_figure::Figure;
+    use uvgraft_gltf::glb::{Picture, PictureFormat};
+
+    use super::*;
+
+    #[test]
+    fn the_head_fills_the_picture() {
+        let avatar = Figure::new().avatar();
+        let red = [0.9, 0.1, 0.1];
+        let texture =
+            Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &red);
+        let picture = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
+        let picture = thumbnail(&avatar, &[Looks::new(picture)], 64).unwrap();
+        assert_eq!(picture.size(), Size::square(64));
+        // The background is grey.
+        let is_head = |x, y| picture.get(x, y, 0) > picture.get(x, y, 1) + 0.1;
+        let middle: Vec<u32> = (0..64).filter(|&y| is_head(32, y)).collect();
+        assert!(middle.len() > 50 && middle[0] > 0 && middle[0] < 8, "{middle:?}");
+        let wide = (0..64).filter(|&x| is_head(x, 26)).count();
+        assert!((28..60).contains(&wide), "{wide}");
+        assert!(!is_head(1, 1) && !is_head(62, 1));
+    }
+}

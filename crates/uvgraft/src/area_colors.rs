@@ -1,0 +1,79 @@
+//! Colours that a texture shows in areas of a head, and what is typical of them.
+
+use crate::anatomy::{Anatomy, Area};
+use crate::color::Encoding;
+use crate::labels::lab;
+use crate::mesh::Mesh;
+use crate::piece::{mixed, wide};
+use crate::sampler::Sampler;
+use crate::texture::Texture;
+use crate::threads::map_indices;
+
+/// Red, green and blue, sRGB; 1.0 for full.
+type Rgb = [f32; 3];
+
+/// With fewer colours an area says nothing.
+const LEAST_SAMPLES: usize = 24;
+
+/// Where each quarter of a triangle has its middle.
+const QUARTERS: [[f64; 3]; 4] = {
+    const SIX: f64 = 1.0 / 6.0;
+    const TWO_THIRDS: f64 = 2.0 / 3.0;
+    const THIRD: f64 = 1.0 / 3.0;
+    [[TWO_THIRDS, SIX, SIX], [SIX, TWO_THIRDS, SIX], [SIX, SIX, TWO_THIRDS], [THIRD, THIRD, THIRD]]
+};
+
+/// Colours of a texture in an area, four of each triangle.
+pub fn of_area(
+    mesh: &Mesh,
+    anatomy: &Anatomy,
+    area: Area,
+    texture: &Texture,
+    is_wanted: &(impl Fn([f64; 2]) -> bool + Sync),
+) -> Vec<Rgb> {
+    let weights = anatomy.area(area);
+    let in_area = |face: usize| {
+        mesh.faces()[face].iter().map(|&vertex| weights[vertex as usize]).sum::<f32>() >= 1.5
+    };
+    let faces: Vec<usize> = (0..mesh.faces().len()).filter(|&face| in_area(face)).collect();
+    of_faces(mesh, texture, &faces, |_, _, uv| is_wanted(uv))
+}
+
+/// Colours of a texture at those places of some triangles that are wanted.
+pub(crate) fn of_faces(
+    mesh: &Mesh,
+    texture: &Texture,
+    faces: &[usize],
+    is_wanted: impl Fn(usize, [f64; 3], [f64; 2]) -> bool + Sync,
+) -> Vec<Rgb> {
+    let sampler = Sampler::new(texture);
+    let of_face = |index: usize| {
+        let face = faces[index];
+        let corners = wide(mesh.uv_triangle(face));
+        let places = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
+        let wanted = places.filter(|&(weights, uv)| is_wanted(face, weights, uv));
+        let colors = wanted.map(|(_, uv)| sampler.rgba_as(uv, Encoding::Srgb));
+        let known =
+            colors.filter(|rgba| rgba[3] >= 0.5 && rgba.iter().all(|value| value.is_finite()));
+        known.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
+    };
+    map_indices(faces.len(), of_face).concat()
+}
+
+/// The colours that are near the median in CIELAB; nothing if they are too few.
+pub fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
+    if colors.len() < LEAST_SAMPLES {
+        return None;
+    }
+    let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
+    let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
+    let far = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
+    let reach = (3.0 * median(labs.iter().map(far).collect())).max(8.0);
+    let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| far(lab) <= reach);
+    Some(kept.map(|(rgb, _)| rgb).collect())
+}
+
+fn median(mut values: Vec<f32>) -> f32 {
+    let half = values.len() / 2;
+    *values.select_nth_unstable_by(half, f32::total_cmp).1
+}

@@ -1,0 +1,58 @@
+//! The sRGB transfer function, what a texture's numbers mean, and how different two colours look.
+
+mod delta_e;
+
+pub use self::delta_e::delta_e;
+
+/// What a texture's values mean, which decides whether they may be converted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum Encoding {
+    /// Display-referred values with the sRGB transfer function: what PNG and JPEG hold.
+    Srgb,
+    /// Linear light: what EXR holds.
+    Linear,
+    /// Not a colour (normals, roughness, masks); never colour-managed.
+    Data,
+}
+
+/// Linear light from an sRGB value; odd around 0, so values outside `0.0..=1.0` survive.
+///
+/// # Source
+/// IEC 61966-2-1, extended to negative values as in scRGB.
+pub fn linear_from_srgb(value: f32) -> f32 {
+    let magnitude = value.abs();
+    let linear = if magnitude <= 0.040_45 {
+        magnitude / 12.92
+    } else {
+        ((magnitude + 0.055) / 1.055).powf(2.4)
+    };
+    linear.copysign(value)
+}
+
+/// sRGB value from linear light; the inverse of [`linear_from_srgb`].
+pub fn srgb_from_linear(value: f32) -> f32 {
+    let magnitude = value.abs();
+    let encoded = if magnitude <= 0.003_130_8 {
+        magnitude * 12.92
+    } else {
+        1.055 * magnitude.powf(1.0 / 2.4) - 0.055
+    };
+    encoded.copysign(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matches_the_standard_at_known_points() {
+        for (encoded, linear) in
+            [(0.0, 0.0), (0.04, 0.003_095_975), (0.5, 0.214_041_14), (1.0, 1.0)]
+        {
+            assert!((linear_from_srgb(encoded) - linear).abs() < 1e-6);
+            assert!((srgb_from_linear(linear) - encoded).abs() < 1e-6);
+        }
+        assert_eq!(linear_from_srgb(-0.5), -linear_from_srgb(0.5));
+    }
+}
