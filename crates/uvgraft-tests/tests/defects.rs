@@ -7,8 +7,9 @@ use std::sync::Arc;
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{
     Averaging, Channels, Content, Depth, Direction, Encoding, Filter, Graft, GraftBuilder,
-    MapOptions, Mesh, Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture, baseline::grid,
+    MapOptions, Mesh, Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture,
 };
+use uvgraft_metrics::baseline::grid;
 use uvgraft_tests::{real, synthetic};
 
 fn builder(pair: &Arc<Pair>, from: Size, to: Size, filter: Filter, gutter_px: u32) -> GraftBuilder {

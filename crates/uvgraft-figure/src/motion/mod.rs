@@ -64,7 +64,8 @@ mod tests {
 
     use super::*;
     use crate::surface::Kind;
-    use crate::{Avatar, Figure};
+    use crate::Figure;
+    use uvgraft_avatar::Avatar;
 
     /// Where a bone's joint is in a pose.
     fn place(avatar: &Avatar, pose: &Pose, bone: HumanBone) -> Vec3 {
