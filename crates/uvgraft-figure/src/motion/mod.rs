@@ -63,8 +63,8 @@ mod tests {
     use glam::{Quat, Vec3};
 
     use super::*;
-    use crate::surface::Kind;
     use crate::Figure;
+    use crate::surface::Kind;
     use uvgraft_avatar::Avatar;
 
     /// Where a bone's joint is in a pose.

@@ -6,7 +6,7 @@
 use super::accessor::{Accessors, find};
 use super::document::Document;
 use super::error::SceneError;
-use super::transform::{Placement, normalized, slerp};
+use super::transform::{Placement, unit};
 
 /// An animation of a scene.
 #[derive(Debug)]
@@ -127,7 +127,7 @@ impl Channel {
         match (self.path, &sampled[..]) {
             (Path::Translation, &[x, y, z]) => placement.translation = [x, y, z],
             (Path::Scale, &[x, y, z]) => placement.scale = [x, y, z],
-            (Path::Rotation, &[x, y, z, w]) => placement.rotation = normalized([x, y, z, w]),
+            (Path::Rotation, &[x, y, z, w]) => placement.rotation = unit([x, y, z, w]).into(),
             (Path::Weights, values) if values.len() == weights.len() => {
                 weights.copy_from_slice(values);
             }
@@ -163,8 +163,9 @@ impl Channel {
                     + (t3 - t2) * span * arriving[k];
             }
         } else if rotation {
-            let quaternion = |q: &[f32]| normalized([q[0], q[1], q[2], q[3]]);
-            out.copy_from_slice(&slerp(quaternion(a), quaternion(b), t));
+            // Slerp along the shorter arc.
+            let quaternion = |q: &[f32]| unit([q[0], q[1], q[2], q[3]]);
+            out.copy_from_slice(&quaternion(a).slerp(quaternion(b), t).to_array());
         } else {
             for k in 0..self.width {
                 out[k] = a[k] + (b[k] - a[k]) * t;

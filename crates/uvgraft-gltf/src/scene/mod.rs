@@ -35,6 +35,7 @@ mod wild_tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::Affine3A;
 use uvgraft::Texture;
 use uvgraft_io::input::{ReadError, read_file};
 
@@ -48,7 +49,6 @@ pub use self::error::{PosingError, SceneError};
 use self::geometry::Mesh;
 pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
-use self::transform::Affine;
 pub use self::transform::Placement;
 pub use self::whole::whole;
 
@@ -88,7 +88,7 @@ struct Node {
 #[derive(Debug)]
 struct Skin {
     joints: Vec<usize>,
-    inverse_bind: Vec<Affine>,
+    inverse_bind: Vec<Affine3A>,
 }
 
 /// A named face that VRM defines through morph targets.
@@ -247,12 +247,12 @@ fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError
         if !matrix.iter().all(|value| value.is_finite()) {
             return Err(not_finite());
         }
-        return Ok(Affine::from_columns(matrix).placement());
+        return Ok(Placement::nearest(&transform::affine_from_columns(matrix)));
     }
     let rest = Placement::default();
     let placement = Placement {
         translation: node.translation.unwrap_or(rest.translation),
-        rotation: transform::normalized(node.rotation.unwrap_or(rest.rotation)),
+        rotation: transform::unit(node.rotation.unwrap_or(rest.rotation)).into(),
         scale: node.scale.unwrap_or(rest.scale),
     };
     let numbers = placement.translation.iter().chain(&placement.scale);
@@ -330,7 +330,7 @@ fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>
         }
         let joints: Vec<usize> = skin.joints.iter().map(|&joint| joint as usize).collect();
         let inverse_bind = match skin.inverse_bind_matrices {
-            None => vec![Affine::IDENTITY; joints.len()],
+            None => vec![Affine3A::IDENTITY; joints.len()],
             Some(accessor) => {
                 let matrices = accessors.floats::<16>(accessor, None)?;
                 if matrices.len() < joints.len() {
@@ -338,7 +338,7 @@ fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>
                     let reason = format!("{found} matrices for {wanted} joints");
                     return Err(SceneError::content(place, reason));
                 }
-                matrices.iter().map(Affine::from_columns).collect()
+                matrices.iter().map(transform::affine_from_columns).collect()
             }
         };
         skins.push(Skin { joints, inverse_bind });

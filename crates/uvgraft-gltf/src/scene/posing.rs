@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::{Affine3A, Quat, Vec3};
+
 use super::stance::Stance;
-use super::transform::{Affine, Placement, Quaternion, from_degrees, inverse, normalized, product};
+use super::transform::{Placement, from_degrees};
 use super::{PosingError, Scene, skinning};
 
 /// What a scene is asked to do. Empty for its rest pose.
@@ -51,12 +53,12 @@ impl Scene {
         for &index in &self.shown {
             let node = &self.nodes[index];
             let Some(mesh) = node.mesh else { continue };
-            let joints: Option<Vec<Affine>> = node.skin.map(|skin| {
+            let joints: Option<Vec<Affine3A>> = node.skin.map(|skin| {
                 let skin = &self.skins[skin];
                 let bound = skin.joints.iter().zip(&skin.inverse_bind);
-                bound.map(|(&joint, inverse)| world[joint].after(inverse)).collect()
+                bound.map(|(&joint, inverse)| world[joint] * *inverse).collect()
             });
-            let mirrored = joints.is_none() && world[index].determinant() < 0.0;
+            let mirrored = joints.is_none() && world[index].matrix3.determinant() < 0.0;
             for primitive in &self.meshes[mesh].primitives {
                 let (positions, normals) = skinning::deformed(
                     primitive,
@@ -96,16 +98,16 @@ impl Scene {
     /// Where a node is in a pose.
     pub(super) fn place(&self, node: usize, posing: &Posing) -> Result<[f32; 3], PosingError> {
         let (placements, _) = self.moved(posing)?;
-        Ok(self.world(|node| placements[node])[node].shift.into())
+        Ok(self.world(|node| placements[node])[node].translation.into())
     }
 
     /// Where each node is, from where each is relative to its parent.
-    fn world(&self, local: impl Fn(usize) -> Placement) -> Vec<Affine> {
-        let mut world = vec![Affine::IDENTITY; self.nodes.len()];
+    fn world(&self, local: impl Fn(usize) -> Placement) -> Vec<Affine3A> {
+        let mut world = vec![Affine3A::IDENTITY; self.nodes.len()];
         for &node in &self.order {
-            let own = Affine::of(&local(node));
+            let own = local(node).affine();
             world[node] = match self.nodes[node].parent {
-                Some(parent) => world[parent].after(&own),
+                Some(parent) => world[parent] * own,
                 None => own,
             };
         }
@@ -134,11 +136,12 @@ impl Scene {
             self.express(name, *weight, &mut weights)?;
         }
         let rest = self.rest_turns();
-        let mut turn = |node: usize, turn: Quaternion, clears: bool| {
-            let parent = self.nodes[node].parent.map_or(super::transform::NO_TURN, |p| rest[p]);
-            let local = product(inverse(parent), product(turn, parent));
+        let mut turn = |node: usize, turn: Quat, clears: bool| {
+            let parent = self.nodes[node].parent.map_or(Quat::IDENTITY, |p| rest[p]);
+            let local = parent.inverse() * turn * parent;
             let from = if clears { self.nodes[node].rest } else { placements[node] };
-            placements[node].rotation = normalized(product(local, from.rotation));
+            placements[node].rotation =
+                (local * Quat::from_array(from.rotation)).normalize().into();
         };
         for (node, rotation) in self.stance_turns(posing.stance)? {
             turn(node, rotation, true);
@@ -151,12 +154,12 @@ impl Scene {
     }
 
     /// How each node is turned in the world at rest.
-    fn rest_turns(&self) -> Vec<Quaternion> {
-        let mut turns = vec![super::transform::NO_TURN; self.nodes.len()];
+    fn rest_turns(&self) -> Vec<Quat> {
+        let mut turns = vec![Quat::IDENTITY; self.nodes.len()];
         for &node in &self.order {
-            let own = self.nodes[node].rest.rotation;
+            let own = Quat::from_array(self.nodes[node].rest.rotation);
             turns[node] = match self.nodes[node].parent {
-                Some(parent) => normalized(product(turns[parent], own)),
+                Some(parent) => (turns[parent] * own).normalize(),
                 None => own,
             };
         }
@@ -164,9 +167,9 @@ impl Scene {
     }
 
     /// Turns of bones about the world's axes, as [`Posing::rotations`] has them, that make a pose.
-    fn stance_turns(&self, stance: Stance) -> Result<Vec<(usize, Quaternion)>, PosingError> {
+    fn stance_turns(&self, stance: Stance) -> Result<Vec<(usize, Quat)>, PosingError> {
         let world = self.world(|node| self.nodes[node].rest);
-        let mut whole: Vec<Option<Quaternion>> = vec![None; self.nodes.len()];
+        let mut whole: Vec<Option<Quat>> = vec![None; self.nodes.len()];
         let mut turns = Vec::new();
         for aim in stance.aims() {
             let missing = |bone| PosingError::NoBone { pose: stance.name(), bone };
@@ -180,11 +183,11 @@ impl Scene {
             while let Some(node) = above.filter(|&node| whole[node].is_none()) {
                 above = self.nodes[node].parent;
             }
-            let carried = above.and_then(|node| whole[node]).unwrap_or(super::transform::NO_TURN);
-            let rest = world[tip].shift - world[bone].shift;
+            let carried = above.and_then(|node| whole[node]).unwrap_or(Quat::IDENTITY);
+            let rest = Vec3::from(world[tip].translation - world[bone].translation);
             let own = aim.turn(carried, rest);
             turns.push((bone, own));
-            whole[bone] = Some(normalized(product(carried, own)));
+            whole[bone] = Some((carried * own).normalize());
         }
         Ok(turns)
     }

@@ -4,11 +4,11 @@
 //! Magnenat-Thalmann et al., "Joint-dependent local deformations for hand animation and object
 //! grasping", 1988, in the form of glTF 2.0, section 3.7.3.
 
-use glam::Vec3;
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use uvgraft::threads;
 
 use super::geometry::{Influences, Normals, Primitive};
-use super::transform::Affine;
+use super::transform::normal_matrix;
 
 /// Vertices in a piece of work: enough to be worth one.
 const CHUNK: usize = 1024;
@@ -21,8 +21,8 @@ const CHUNK: usize = 1024;
 pub(super) fn deformed(
     primitive: &Primitive,
     weights: &[f32],
-    joints: Option<&[Affine]>,
-    node: &Affine,
+    joints: Option<&[Affine3A]>,
+    node: &Affine3A,
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let mut positions = primitive.positions.clone();
     let mut normals = match &primitive.normals {
@@ -44,7 +44,7 @@ pub(super) fn deformed(
     if let Normals::Missing(first) = &primitive.normals {
         normals = made_from_triangles(&positions, &primitive.triangles, first);
         // Corners of what is mirrored go round the wrong way.
-        if joints.is_none() && node.determinant() < 0.0 {
+        if joints.is_none() && node.matrix3.determinant() < 0.0 {
             normals.iter_mut().for_each(|normal| *normal = -*normal);
         }
     }
@@ -60,32 +60,39 @@ fn add(vectors: &mut [Vec3], deltas: &[(u32, Vec3)], weight: f32) {
     }
 }
 
-fn turned(axes: &[Vec3; 3], normal: Vec3) -> Vec3 {
-    (axes[0] * normal.x + axes[1] * normal.y + axes[2] * normal.z).normalize_or_zero()
+fn turned(matrix: &Mat3A, normal: Vec3) -> Vec3 {
+    (*matrix * normal).normalize_or_zero()
 }
 
-fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine) {
-    let axes = node.of_normals();
+fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine3A) {
+    let matrix = normal_matrix(&node.matrix3);
     threads::for_each_chunk(positions, CHUNK, |_, positions| {
-        positions.iter_mut().for_each(|p| *p = node.point(*p));
+        positions.iter_mut().for_each(|p| *p = node.transform_point3(*p));
     });
     threads::for_each_chunk(normals, CHUNK, |_, normals| {
-        normals.iter_mut().for_each(|n| *n = turned(&axes, *n));
+        normals.iter_mut().for_each(|n| *n = turned(&matrix, *n));
     });
 }
 
-fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, joints: &[Affine]) {
+fn skin(
+    positions: &mut [Vec3],
+    normals: &mut [Vec3],
+    influences: &Influences,
+    joints: &[Affine3A],
+) {
     let map = |vertex: usize| {
-        let mut sum = Affine::ZERO;
+        let mut sum = Affine3A { matrix3: Mat3A::ZERO, translation: Vec3A::ZERO };
         for &(joint, weight) in influences.of(vertex) {
-            sum = sum.plus(&joints[usize::from(joint)], weight);
+            let joint = &joints[usize::from(joint)];
+            sum.matrix3 += joint.matrix3 * weight;
+            sum.translation += joint.translation * weight;
         }
         sum
     };
     if normals.is_empty() {
         threads::for_each_chunk(positions, CHUNK, |chunk, positions| {
             for (k, p) in positions.iter_mut().enumerate() {
-                *p = map(chunk * CHUNK + k).point(*p);
+                *p = map(chunk * CHUNK + k).transform_point3(*p);
             }
         });
         return;
@@ -94,8 +101,8 @@ fn skin(positions: &mut [Vec3], normals: &mut [Vec3], influences: &Influences, j
     threads::for_each(chunks, |chunk, (positions, normals)| {
         for (k, (p, n)) in positions.iter_mut().zip(normals).enumerate() {
             let map = map(chunk * CHUNK + k);
-            *p = map.point(*p);
-            *n = turned(&map.of_normals(), *n);
+            *p = map.transform_point3(*p);
+            *n = turned(&normal_matrix(&map.matrix3), *n);
         }
     });
 }

@@ -1,9 +1,9 @@
 //! Poses by name for humanoids of any skeleton: not angles, which mean something else in each, but
 //! where bones point to.
 
-use glam::{Vec3, vec3};
+use glam::{Quat, Vec3, vec3};
 
-use super::transform::{Quaternion, between, inverse, product, rotate};
+use super::transform::between;
 
 /// A pose of the whole body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,9 +39,9 @@ impl Aim {
     ///
     /// - `carried`: how its parents have turned it.
     /// - `rest`: where it pointed before.
-    pub fn turn(&self, carried: Quaternion, rest: Vec3) -> Quaternion {
-        let whole = product(between(rotate(carried, rest), self.towards), carried);
-        product(inverse(carried), whole)
+    pub fn turn(&self, carried: Quat, rest: Vec3) -> Quat {
+        let whole = between(carried * rest, self.towards) * carried;
+        carried.inverse() * whole
     }
 }
 

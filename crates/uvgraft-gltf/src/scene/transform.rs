@@ -1,74 +1,23 @@
-//! Quaternions `[x, y, z, w]` and affine maps, as glTF uses them.
+//! Placements of nodes, as glTF has them, and the affine maps that they make.
 
-use glam::{Vec3, vec3};
+use glam::{Affine3A, EulerRot, Mat3, Mat3A, Quat, Vec3, Vec3A};
 
-/// A rotation of unit length: x, y, z, w.
-pub(crate) type Quaternion = [f32; 4];
-
-pub(crate) const NO_TURN: Quaternion = [0.0, 0.0, 0.0, 1.0];
-
-/// First `b`, then `a`.
-pub(crate) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
-    let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
-    [
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    ]
+/// A quaternion of unit length; the identity for one without a length, or with NaN.
+pub(crate) fn unit(q: [f32; 4]) -> Quat {
+    let q = Quat::from_array(q);
+    let length = q.length();
+    if length > 0.0 && length.is_finite() { q / length } else { Quat::IDENTITY }
 }
 
-pub(crate) fn inverse([x, y, z, w]: Quaternion) -> Quaternion {
-    [-x, -y, -z, w]
+/// A rotation about X, then about the fixed Y, then about the fixed Z axis, in degrees.
+pub(crate) fn from_degrees(angles: [f32; 3]) -> Quat {
+    let [x, y, z] = angles.map(f32::to_radians);
+    Quat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
-/// Unit length; what has none, or is no number, turns nothing.
-pub(crate) fn normalized(q: Quaternion) -> Quaternion {
-    let length = q.iter().map(|value| value * value).sum::<f32>().sqrt();
-    if length > 0.0 && length.is_finite() { q.map(|value| value / length) } else { NO_TURN }
-}
-
-pub(crate) fn rotate(q: Quaternion, v: Vec3) -> Vec3 {
-    let axis = vec3(q[0], q[1], q[2]);
-    let twice = axis.cross(v) * 2.0;
-    v + twice * q[3] + axis.cross(twice)
-}
-
-/// Along the shorter great circle, at even speed.
-pub(crate) fn slerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
-    let dot: f32 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    let b = if dot < 0.0 { b.map(|value| -value) } else { b };
-    let angle = dot.abs().min(1.0).acos();
-    // Where the sine vanishes, the arc is a line.
-    let (from, to) = if angle < 1e-3 {
-        (1.0 - t, t)
-    } else {
-        (((1.0 - t) * angle).sin() / angle.sin(), (t * angle).sin() / angle.sin())
-    };
-    normalized([0, 1, 2, 3].map(|k| a[k] * from + b[k] * to))
-}
-
-/// Turns about X, then about the fixed Y, then about the fixed Z axis, in degrees.
-pub(crate) fn from_degrees(angles: [f32; 3]) -> Quaternion {
-    let [x, y, z] = angles.map(|angle| (0.5 * angle.to_radians()).sin_cos());
-    let about_x = [x.0, 0.0, 0.0, x.1];
-    let about_y = [0.0, y.0, 0.0, y.1];
-    let about_z = [0.0, 0.0, z.0, z.1];
-    product(about_z, product(about_y, about_x))
-}
-
-/// The smallest turn that takes one direction to another; both of any length.
-pub(crate) fn between(from: Vec3, to: Vec3) -> Quaternion {
-    let (from, to) = (from.normalize_or_zero(), to.normalize_or_zero());
-    let axis = from.cross(to);
-    let w = 1.0 + from.dot(to);
-    if w < 1e-6 {
-        // Opposite: half a turn about anything square to it.
-        let side = if from.x.abs() < 0.7 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
-        let axis = from.cross(side).normalize_or_zero();
-        return [axis.x, axis.y, axis.z, 0.0];
-    }
-    normalized([axis.x, axis.y, axis.z, w])
+/// The smallest rotation that takes one direction to another; both of any length.
+pub(crate) fn between(from: Vec3, to: Vec3) -> Quat {
+    Quat::from_rotation_arc(from.normalize_or_zero(), to.normalize_or_zero())
 }
 
 /// Translation, rotation and scale of a node, relative to its parent.
@@ -84,118 +33,57 @@ pub struct Placement {
 
 impl Default for Placement {
     fn default() -> Self {
-        Self { translation: [0.0; 3], rotation: NO_TURN, scale: [1.0; 3] }
+        Self { translation: [0.0; 3], rotation: Quat::IDENTITY.to_array(), scale: [1.0; 3] }
     }
 }
 
-/// `p ↦ x·p.x + y·p.y + z·p.z + shift`: three columns and a shift.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Affine {
-    pub columns: [Vec3; 3],
-    pub shift: Vec3,
-}
-
-impl Affine {
-    pub const IDENTITY: Self = Self {
-        columns: [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)],
-        shift: vec3(0.0, 0.0, 0.0),
-    };
-
-    /// Nothing at all: where sums of maps start.
-    pub const ZERO: Self = Self { columns: [vec3(0.0, 0.0, 0.0); 3], shift: vec3(0.0, 0.0, 0.0) };
-
-    /// From sixteen values by columns; the last row is taken for 0, 0, 0, 1.
-    pub fn from_columns(m: &[f32; 16]) -> Self {
-        let column = |k: usize| vec3(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
-        Self { columns: [column(0), column(1), column(2)], shift: column(3) }
+impl Placement {
+    /// The map from the node's space to its parent's.
+    pub(crate) fn affine(&self) -> Affine3A {
+        Affine3A::from_scale_rotation_translation(
+            self.scale.into(),
+            Quat::from_array(self.rotation),
+            self.translation.into(),
+        )
     }
 
-    pub fn of(placement: &Placement) -> Self {
-        let axes = Self::IDENTITY.columns.map(|axis| rotate(placement.rotation, axis));
-        let [x, y, z] = placement.scale;
-        Self {
-            columns: [axes[0] * x, axes[1] * y, axes[2] * z],
-            shift: placement.translation.into(),
-        }
-    }
-
-    pub fn direction(&self, v: Vec3) -> Vec3 {
-        self.columns[0] * v.x + self.columns[1] * v.y + self.columns[2] * v.z
-    }
-
-    pub fn point(&self, p: Vec3) -> Vec3 {
-        self.direction(p) + self.shift
-    }
-
-    /// First `other`, then this.
-    pub fn after(&self, other: &Self) -> Self {
-        Self {
-            columns: other.columns.map(|column| self.direction(column)),
-            shift: self.point(other.shift),
-        }
-    }
-
-    pub fn plus(&self, other: &Self, weight: f32) -> Self {
-        let mut sum = *self;
-        for (column, more) in sum.columns.iter_mut().zip(other.columns) {
-            *column = *column + more * weight;
-        }
-        sum.shift = sum.shift + other.shift * weight;
-        sum
-    }
-
-    pub fn determinant(&self) -> f32 {
-        let [x, y, z] = self.columns;
-        x.dot(y.cross(z))
-    }
-
-    /// The map of normals, up to their length: they stay square to what this map turns and stretches.
-    pub fn of_normals(&self) -> [Vec3; 3] {
-        let [x, y, z] = self.columns;
-        let sign = if self.determinant() < 0.0 { -1.0 } else { 1.0 };
-        [y.cross(z) * sign, z.cross(x) * sign, x.cross(y) * sign]
-    }
-
-    /// The nearest thing to this map that has no shear.
-    pub fn placement(&self) -> Placement {
-        let mut scale = self.columns.map(Vec3::length);
-        if self.determinant() < 0.0 {
+    /// The placement that is nearest to a map: it has no shear. Axes of no length have scale 0.
+    pub(crate) fn nearest(map: &Affine3A) -> Self {
+        let axes = Mat3::from(map.matrix3);
+        let mut scale = [axes.x_axis, axes.y_axis, axes.z_axis].map(Vec3::length);
+        if axes.determinant() < 0.0 {
             scale[0] = -scale[0];
         }
-        let mut axes = self.columns;
-        for (axis, scale) in axes.iter_mut().zip(scale) {
-            *axis = if scale == 0.0 { *axis } else { *axis * (1.0 / scale) };
+        let unscaled =
+            |k: usize| if scale[k] == 0.0 { axes.col(k) } else { axes.col(k) / scale[k] };
+        let rotation = Quat::from_mat3(&Mat3::from_cols(unscaled(0), unscaled(1), unscaled(2)));
+        Self {
+            translation: map.translation.into(),
+            rotation: unit(rotation.to_array()).to_array(),
+            scale,
         }
-        Placement { translation: self.shift.into(), rotation: rotation_of(axes), scale }
     }
 }
 
-/// The rotation whose axes these are.
+/// A map from sixteen values by columns; the last row is taken for 0, 0, 0, 1.
+pub(crate) fn affine_from_columns(m: &[f32; 16]) -> Affine3A {
+    let column = |k: usize| Vec3A::new(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
+    Affine3A { matrix3: Mat3A::from_cols(column(0), column(1), column(2)), translation: column(3) }
+}
+
+/// The map of normals, up to their length: they stay perpendicular to what `map` rotates and stretches.
 ///
-/// # Source
-/// Shepperd, "Quaternion from Rotation Matrix", 1978: the largest component is found first, so that
-/// nothing small is divided by.
-fn rotation_of([x, y, z]: [Vec3; 3]) -> Quaternion {
-    let squares = [
-        1.0 + x.x - y.y - z.z,
-        1.0 - x.x + y.y - z.z,
-        1.0 - x.x - y.y + z.z,
-        1.0 + x.x + y.y + z.z,
-    ];
-    let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    let (xy, yz, zx) = (x.y + y.x, y.z + z.y, z.x + x.z);
-    let (dx, dy, dz) = (y.z - z.y, z.x - x.z, x.y - y.x);
-    let square = squares[largest];
-    normalized(match largest {
-        0 => [square, xy, zx, dx],
-        1 => [xy, square, yz, dy],
-        2 => [zx, yz, square, dz],
-        _ => [dx, dy, dz, square],
-    })
+/// It is the matrix of cofactors, which singular maps have too, and the inverse transpose elsewhere.
+pub(crate) fn normal_matrix(map: &Mat3A) -> Mat3A {
+    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
+    let sign = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
+    Mat3A::from_cols(y.cross(z) * sign, z.cross(x) * sign, x.cross(y) * sign)
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::vec3;
+
     use super::*;
 
     fn near(a: Vec3, b: Vec3) -> bool {
@@ -204,23 +92,21 @@ mod tests {
 
     #[test]
     fn turns_go_the_right_way_round_in_the_right_order() {
-        let v = rotate(from_degrees([0.0, 0.0, 90.0]), vec3(1.0, 0.0, 0.0));
+        let v = from_degrees([0.0, 0.0, 90.0]) * vec3(1.0, 0.0, 0.0);
         assert!(near(v, vec3(0.0, 1.0, 0.0)), "{v:?}");
         // X takes Y to Z; then Y takes Z to X; then Z takes X to Y.
-        let v = rotate(from_degrees([90.0, 90.0, 90.0]), vec3(0.0, 1.0, 0.0));
+        let v = from_degrees([90.0, 90.0, 90.0]) * vec3(0.0, 1.0, 0.0);
         assert!(near(v, vec3(0.0, 1.0, 0.0)), "{v:?}");
-        let v = rotate(from_degrees([90.0, 90.0, 0.0]), vec3(0.0, 1.0, 0.0));
+        let v = from_degrees([90.0, 90.0, 0.0]) * vec3(0.0, 1.0, 0.0);
         assert!(near(v, vec3(1.0, 0.0, 0.0)), "{v:?}");
     }
 
     #[test]
-    fn slerp_goes_the_short_way_at_even_speed() {
-        let quarter = from_degrees([0.0, 90.0, 0.0]);
-        for end in [quarter, quarter.map(|value| -value)] {
-            let third = slerp(NO_TURN, end, 1.0 / 3.0);
-            let wanted = from_degrees([0.0, 30.0, 0.0]);
-            assert!(third.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{third:?}");
+    fn quaternions_without_a_length_turn_nothing() {
+        for q in [[0.0; 4], [f32::NAN, 0.0, 0.0, 1.0], [f32::INFINITY, 0.0, 0.0, 1.0]] {
+            assert_eq!(unit(q), Quat::IDENTITY);
         }
+        assert_eq!(unit([0.0, 0.0, 3.0, 4.0]), Quat::from_xyzw(0.0, 0.0, 0.6, 0.8));
     }
 
     #[test]
@@ -229,13 +115,12 @@ mod tests {
         {
             let placement = Placement {
                 translation: [1.0, -2.0, 3.0],
-                rotation: from_degrees(angles),
+                rotation: from_degrees(angles).into(),
                 scale: [-2.0, 0.5, 3.0],
             };
-            let again = Affine::of(&Affine::of(&placement).placement());
-            for (a, b) in again.columns.into_iter().zip(Affine::of(&placement).columns) {
-                assert!(near(a, b), "{angles:?}");
-            }
+            let map = placement.affine();
+            let again = Placement::nearest(&map).affine();
+            assert!(again.abs_diff_eq(map, 1e-5), "{angles:?}");
         }
     }
 
@@ -246,7 +131,7 @@ mod tests {
             (vec3(1.0, 0.0, 0.0), vec3(-3.0, 0.0, 0.0)),
             (vec3(0.0, 1.0, 0.0), vec3(0.0, 1.0, 0.0)),
         ] {
-            let turned = rotate(between(from, to), from.normalize_or_zero());
+            let turned = between(from, to) * from.normalize_or_zero();
             assert!(near(turned, to.normalize_or_zero()), "{from:?} to {to:?} gave {turned:?}");
         }
     }
