@@ -20,7 +20,7 @@ pub mod strip;
 pub mod synthetic;
 pub mod walkers;
 
-/// Runs the README's example as a doc test.
+/// Runs the example of the book's page on the library as a doc test.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-pub struct Readme;
+#[doc = include_str!("../../../docs/src/library.md")]
+pub struct LibraryPage;

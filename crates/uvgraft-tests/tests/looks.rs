@@ -16,7 +16,7 @@ const WITHOUT_COLOR: &str = "grey capture";
 /// Shirts that reach over the region's rim at the nape: a neck without a collar is cut off there.
 const OVER_RIM: [&str; 3] = ["long sleeves", "beige shirt", "pink shirt"];
 
-/// What is out of bounds, in words; what is known to be is left out, and docs/looks.md names it.
+/// What is out of bounds, in words; what is known to be is left out, and docs/src/looks.md names it.
 fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     let mut faults = Vec::new();
     let mut check = |name: &str, value: Option<f64>, most: f64| {
