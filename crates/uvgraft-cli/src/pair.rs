@@ -15,28 +15,30 @@ use crate::picture::check_name;
 use crate::report::grouped;
 use crate::{preview, report};
 
-/// Links the triangles of two meshes and saves them as a pair file.
+/// Link the triangles of two meshes and save the links as a pair file
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Mesh whose layout textures come from (OBJ)
+    /// Source mesh (OBJ)
+    #[arg(value_name = "SOURCE.obj")]
     source: PathBuf,
-    /// Mesh whose layout textures go to (OBJ)
+    /// Target mesh (OBJ)
+    #[arg(value_name = "TARGET.obj")]
     target: PathBuf,
-    /// For each source vertex the index of the target vertex it is, -1 for none (NPY or text)
+    /// Target vertex index for each source vertex, -1 for none (.npy or text)
     #[arg(long, value_name = "IDS")]
     vertex_map: PathBuf,
-    /// Where to write the pair
-    #[arg(short, long, value_name = "x.uvpair")]
+    /// Pair file to write
+    #[arg(short, long, value_name = "OUT.uvpair")]
     output: PathBuf,
+    /// Note to store in the pair file, such as the licence of the meshes
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+    /// Draw both layouts, with linked triangles in matching colours
+    #[arg(long, value_name = "OUT.png")]
+    preview: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
-    /// Draw both layouts into a PNG
-    #[arg(long, value_name = "out.png")]
-    preview: Option<PathBuf>,
-    /// What whoever gets the pair must know, such as the licence of the meshes
-    #[arg(long, value_name = "TEXT")]
-    note: Option<String>,
     #[command(flatten)]
     sizes: report::Sizes,
 }

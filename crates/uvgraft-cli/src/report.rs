@@ -12,10 +12,10 @@ use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 /// Texture sizes that a report's texel counts and densities are for.
 #[derive(clap::Args)]
 pub(crate) struct Sizes {
-    /// Texture size of the source layout that texels are counted for
+    /// Texture size assumed for the source layout in the report
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
     source_size: Size,
-    /// Texture size of the target layout that texels are counted for
+    /// Texture size assumed for the target layout in the report
     #[arg(long, default_value = "4096", value_name = "N|WxH", value_parser = parse_size)]
     target_size: Size,
 }

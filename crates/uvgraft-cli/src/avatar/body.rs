@@ -31,8 +31,12 @@ pub(super) struct Body {
 impl Body {
     /// - `mesh`: the mesh of the pair's target, which the body must be.
     pub(super) fn new(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
-        let recordings: Vec<Recording> =
-            args.motion.iter().map(|path| Recording::read(path)).collect::<Result<_, _>>()?;
+        let recordings: Vec<Recording> = args
+            .playing
+            .motion
+            .iter()
+            .map(|path| Recording::read(path))
+            .collect::<Result<_, _>>()?;
         if args.body == Path::new("demo") {
             Self::figure(args, mesh, &recordings)
         } else {

@@ -8,31 +8,35 @@ use uvgraft_avatar::eyes::{Iris, Parted, clean};
 use uvgraft_avatar::mouth::{Mouth, MouthError};
 
 use crate::failure::{note, warn};
+use crate::heading;
 
 /// Options for mouth and eyes.
 #[derive(clap::Args, Clone, Copy)]
+#[command(next_help_heading = heading::FEATURES)]
 pub(crate) struct FeatureArgs {
-    /// What is behind the lips
+    /// Interior of the mouth
     #[arg(long, value_enum, value_name = "MOUTH", default_value_t = MouthName::Fitted)]
     mouth: MouthName,
-    /// What eyes show; either way each has an island of its own in the texture
+    /// Appearance of the eyes
+    ///
+    /// Either way, each eye gets a UV island of its own in the texture.
     #[arg(long, value_enum, value_name = "EYES", default_value_t = EyesName::Keep)]
     eyes: EyesName,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum EyesName {
-    /// What the face's texture shows, each eye its own
+    /// Keep the eyes of the face texture
     Keep,
-    /// Sclera, iris and pupil drawn anew, in the colour that the face's texture shows
+    /// Redraw sclera, iris and pupil in the eye colour of the face texture
     Clean,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum MouthName {
-    /// A cavity with teeth and a tongue, fitted to the lips, where the head is open between them
+    /// Fit a cavity with teeth and tongue where the mesh is open between the lips
     Fitted,
-    /// What the body has
+    /// Add nothing to the body's mesh
     None,
 }
 

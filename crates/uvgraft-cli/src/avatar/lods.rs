@@ -8,25 +8,26 @@ use uvgraft_avatar::glb::{self, CoarserLevel, Export, Exported, Looks};
 use uvgraft_avatar::preset::{self, Level, MOST_LEVELS};
 
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 use crate::report::grouped;
 
 /// Coarser levels.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Levels of detail")]
+#[command(next_help_heading = heading::LODS)]
 pub(super) struct LodArgs {
-    /// How many coarser levels to make, each with about half the triangles of the one before
+    /// Number of coarser levels, each with about half the triangles of the previous one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LEVELS as i64))]
     lods: Option<u8>,
-    /// Where they go [default: files]
-    #[arg(long, value_enum, value_name = "WHERE", requires = "lods")]
+    /// How to store the levels [default: files]
+    #[arg(long, value_enum, value_name = "STORAGE", requires = "lods")]
     lods_as: Option<LodsAs>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LodsAs {
-    /// Files of their own: NAME.lod1.glb is the first
+    /// Separate files: NAME.lod1.glb, NAME.lod2.glb, ...
     Files,
-    /// The same .glb, by MSFT_lod; what does not know that shows the finest
+    /// One .glb with MSFT_lod; readers without support show the finest level
     Msft,
 }
 

@@ -7,32 +7,37 @@ use uvgraft_avatar::glb::Style;
 use uvgraft_pipeline::Onto;
 
 use crate::failure::bad_input;
+use crate::heading;
 use crate::role_file::{NormalYName, RoleFile};
 
 /// Maps of the face, and how surfaces are lit.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Materials")]
+#[command(next_help_heading = heading::MATERIALS)]
 pub(super) struct MaterialArgs {
-    /// A further map of the face, in the head's layout, and what it is: normal, roughness, metallic, occlusion, orm
-    /// (occlusion, roughness and metallic in red, green and blue) or emissive, such as normal=face_normal.png; may
-    /// be repeated. --onto ROLE=IMAGE is the body's own
+    /// Additional map of the face, by its role; repeatable
+    ///
+    /// In the head's layout, such as normal=face_normal.png. Roles: normal, roughness, metallic,
+    /// occlusion, orm (occlusion, roughness and metallic in red, green and blue) and emissive. Use
+    /// --onto ROLE=IMAGE for the body's map of the same role.
     #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
     maps: Vec<RoleFile>,
-    /// Which way the green channel of normal maps points; the avatar's points up, as glTF has it
-    #[arg(long, value_enum, default_value = "opengl")]
+    /// Green channel convention of input normal maps
+    ///
+    /// Normal maps of the avatar follow glTF, which is opengl.
+    #[arg(long, value_enum, value_name = "CONVENTION", default_value = "opengl")]
     normal_y: NormalYName,
-    /// How surfaces are lit
+    /// Shading model
     #[arg(long, value_enum, default_value_t = LookName::Pbr)]
     look: LookName,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LookName {
-    /// Physically, which everything knows
+    /// Physically based, supported everywhere
     Pbr,
-    /// As drawings are, in a .vrm (MToon 1.0); what does not know it lights it as pbr
+    /// Toon shading (MToon 1.0, .vrm only); readers without support use pbr
     Mtoon,
-    /// Not at all: plain colours, for textures with light in them
+    /// No lighting, for textures with baked light
     Unlit,
 }
 

@@ -11,35 +11,41 @@ use uvgraft_io::arrays;
 
 use super::body::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
+use crate::heading;
 
 /// Frames a second of animations, unless others are asked for.
 const FPS: f64 = 30.0;
 
 /// How recordings are played.
 #[derive(clap::Args)]
+#[command(next_help_heading = heading::ANIMATION)]
 pub(super) struct PlayArgs {
-    /// Frames a second of animations; 0 keeps all of the file's [default: 30]
+    /// AMASS recording to add as an animation (.npz); repeatable
+    ///
+    /// Recordings replace the demo figure's own animations.
+    #[arg(long, value_name = "AMASS.npz")]
+    pub(super) motion: Vec<PathBuf>,
+    /// Frame rate of the animations, 0 for that of the recording [default: 30]
     #[arg(long, value_name = "N", requires = "motion", value_parser = clap::value_parser!(u16).range(0..=240))]
     fps: Option<u16>,
-    /// Ground of the animations [default: clip]
+    /// Ground contact of the animations [default: clip]
     ///
-    /// `clip` puts feet on y = 0 where the feet of the person who moved stood, `feet` where the body's own
-    /// stand; both scale the path by leg length, keep planted feet planted, and start at the place at rest,
-    /// facing the front. `keep` leaves translations as recorded.
+    /// `clip` and `feet` scale the path by leg length, keep planted feet planted, and start at the
+    /// origin, facing forward. `keep` leaves translations as recorded.
     #[arg(long, value_enum, value_name = "GROUND", requires = "motion")]
     ground: Option<GroundName>,
-    /// Axis that points up in the animations' files [default: detected from the motion]
+    /// Up axis of the recordings [default: detected from the motion]
     #[arg(long, value_enum, value_name = "AXIS", requires = "motion")]
     up: Option<UpName>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum GroundName {
-    /// Translations as recorded
+    /// Keep translations as recorded
     Keep,
-    /// Feet stand where those of the clip's person stood
+    /// Put the ground (y = 0) where the recorded person's feet stood
     Clip,
-    /// Feet stand where the body's own are low and slow
+    /// Put the ground where the body's own feet are low and slow
     Feet,
 }
 
@@ -55,7 +61,9 @@ impl From<GroundName> for Ground {
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum UpName {
+    /// Y up
     Y,
+    /// Z up
     Z,
 }
 

@@ -27,16 +27,16 @@ use crate::report::{grouped, parse_size, to_stdout};
 use crate::view;
 use blending::Blends;
 
-/// Shows the main job on an embedded example that needs no file.
+/// Run the whole workflow on an embedded example
 ///
-/// Makes a synthetic head and a synthetic body that contains it in another layout, carries the
-/// painted face onto the body and back, and writes meshes, textures and pictures.
+/// Generates a synthetic head and a synthetic body that contains the head in another UV layout, transfers
+/// the painted face onto the body and back, and writes the meshes, textures, avatars and pictures.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Folder to write to; made if it is missing
+    /// Output folder, created if missing
     #[arg(short, long, default_value = "uvgraft-demo", value_name = "FOLDER")]
     output: PathBuf,
-    /// Size of both textures
+    /// Size of both textures in texels
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
     size: Size,
 }

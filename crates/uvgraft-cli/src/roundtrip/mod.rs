@@ -16,6 +16,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
+use crate::heading;
 use crate::heatmap;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::progress;
@@ -24,67 +25,76 @@ use crate::scores::{MetricsOption, Region, Scores};
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
-/// Carries a texture to the other layout and back, and measures what is lost
+/// Transfer a texture to the other layout and back, and measure the loss
 ///
-/// The way back goes over the original, so what the pair does not link stays as it is; scores over
-/// the transferred region alone are given beside those over the whole image.
+/// The way back is laid over the original, so texels without a link stay unchanged. Scores are reported
+/// for the whole image and for the transferred region alone.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// A texture in the target's layout; with --from source, in the source's
+    /// Texture to transfer
     texture: PathBuf,
-    /// Texture size in the other layout, up to 16384 texels a side
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
-    via: Size,
-    /// Whose layout the texture is in
-    #[arg(long, value_enum, default_value_t = Side::Target)]
+    /// Layout of the texture
+    #[arg(long, value_enum, value_name = "SIDE", default_value_t = Side::Target)]
+    #[arg(help_heading = heading::FILES)]
     from: Side,
-    /// Filters to try, with commas between them, for both ways
+    /// Folder for textures, heatmaps and reports
+    ///
+    /// For each method: the texture in the other layout (via), the one that came back (back) and a
+    /// heatmap of the differences; for all together: report.md and report.json.
+    #[arg(short, long, value_name = "FOLDER", help_heading = heading::FILES)]
+    output: Option<PathBuf>,
+    /// Texture size in the other layout, up to 16384 texels a side
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::SAMPLING)]
+    via: Size,
+    /// Interpolation filters to compare, comma-separated
     #[arg(
         long,
         value_enum,
         value_delimiter = ',',
         default_value = "lanczos3",
-        value_name = "LIST"
+        value_name = "LIST",
+        help_heading = heading::SAMPLING
     )]
     filter: Vec<FilterName>,
-    /// Also solve for the texture that reads back best, with each of the filters
-    #[arg(long)]
-    fit: bool,
-    /// Also go the ways that were used before, with commas between them
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
-    baseline: Vec<Baseline>,
-    /// Texels beyond the UV islands that are filled on the way there
+    /// Width of the gutter around UV islands in the other layout, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::SAMPLING)]
     gutter: u32,
-    #[command(flatten)]
+    /// Also measure `transfer --fit` with each filter
+    #[arg(long, help_heading = heading::SAMPLING)]
+    fit: bool,
+    /// Earlier methods to compare with, comma-separated
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST", help_heading = heading::SAMPLING)]
+    baseline: Vec<Baseline>,
+    #[command(flatten, next_help_heading = heading::REPORT)]
     metrics: MetricsOption,
-    /// How often what takes milliseconds is timed; the median counts
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    /// Number of timed runs of fast stages; the median is reported
+    #[arg(long, value_name = "N", default_value_t = 5, help_heading = heading::REPORT)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
-    /// Print the report as JSON; scores are numbers, "inf", or {"unavailable": reason}
-    #[arg(long)]
+    /// Print the report as JSON
+    ///
+    /// Each score is a number, "inf", or {"unavailable": reason}.
+    #[arg(long, help_heading = heading::REPORT)]
     json: bool,
-    /// Folder to write into: for each method the texture in the other layout (via), the one that
-    /// came back (back) and a heatmap of their differences; report.md and report.json
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Side {
+    /// Layout of the source mesh
     Source,
+    /// Layout of the target mesh
     Target,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Baseline {
-    /// The published reference's convention: corners aligned, values truncated
+    /// Sampling as in the published reference: aligned corners, truncated values
     Grid,
-    /// A warp for each triangle with corners in whole texels, and a median at the end
+    /// Affine warp per triangle with integer corners, then a median filter
     Affine,
 }
 

@@ -11,15 +11,20 @@ use uvgraft_io::image;
 
 use super::region::Region;
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 
 #[derive(clap::Args)]
-#[command(next_help_heading = "Tone of the face")]
+#[command(next_help_heading = heading::TONE)]
 pub(super) struct ToneArgs {
-    /// Compare with the base that the face was carried onto, in the layout and size of the texture. Its own
-    /// face must show its skin: a blank head is of no tone
+    /// Base texture before the transfer, for comparing its tone
+    ///
+    /// In the layout and size of the measured texture. Its own face must show skin: a blank head has no
+    /// tone.
     #[arg(long, value_name = "BASE")]
     onto: Option<PathBuf>,
-    /// Compare with the face that was carried, in the pair's other layout and of any size
+    /// Face texture before the transfer, for comparing its colours
+    ///
+    /// In the pair's other layout, of any size.
     #[arg(long, value_name = "SOURCE")]
     face: Option<PathBuf>,
 }
