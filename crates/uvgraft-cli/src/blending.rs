@@ -171,13 +171,12 @@ impl BlendArgs {
     /// Refuses options that contradict each other.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
-            return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
+            return Err(bad_input("--feather cannot be used with --blend none"));
         }
         let changes_base = matches!(self.tone(), Some(Tone::Source | Tone::Both));
         if self.skin.is_some() && !(self.needs_colors() && changes_base) {
             return Err(bad_input(
-                "--skin says which part of the base changes, which takes --tone source or both, and --blend membrane \
-                 or --match skin",
+                "--skin needs --tone source or both, with --blend membrane or --match skin",
             ));
         }
         if changes_base && !self.needs_colors() {
@@ -186,13 +185,11 @@ impl BlendArgs {
         let is_blended = self.needs_colors() || self.mode() != BlendName::None;
         if !is_blended && (self.labels.is_some() || self.keep_all) {
             return Err(bad_input(
-                "--labels and --keep-all say what is blended: add --blend feather or --blend membrane",
+                "--labels and --keep-all need --blend feather or --blend membrane",
             ));
         }
         if self.tone().is_none() && self.matched.is_some() {
-            return Err(bad_input(
-                "--match skin changes one side's tone, --tone none says neither",
-            ));
+            return Err(bad_input("--match skin cannot be used with --tone none"));
         }
         Ok(())
     }

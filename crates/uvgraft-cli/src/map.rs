@@ -70,5 +70,5 @@ fn check_name(path: &Path) -> anyhow::Result<()> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
         return Ok(());
     }
-    Err(bad_input(format!("cannot write {}: wanted a name that ends in .npy", path.display())))
+    Err(bad_input(format!("cannot write {}: extension must be .npy", path.display())))
 }

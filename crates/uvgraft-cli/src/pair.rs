@@ -46,7 +46,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(format) = Format::from_path(&args.output) {
         let output = args.output.display();
-        return Err(bad_input(format!("{output} is named like a {format}; a pair is no image")));
+        return Err(bad_input(format!(
+            "{output}: the extension is that of a {format} image; use .uvpair"
+        )));
     }
     let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
     outputs.check(&args.output)?;
@@ -84,8 +86,8 @@ fn warn_of_outside(file: &pair_file::PairFile) {
         if count > 0 {
             let triangles = if count == 1 { "triangle has" } else { "triangles have" };
             warn(format!(
-                "{name}: {} {triangles} UV coordinates outside the unit square, where a texture has no \
-                 texels; they are not linked",
+                "{name}: {} {triangles} UV coordinates outside the unit square and will not be \
+                 linked",
                 grouped(count)
             ));
         }

@@ -58,16 +58,18 @@ fn parse_growth(text: &str) -> Result<Grow, String> {
     match rings {
         Some(count) => match count.trim_end().parse() {
             Ok(count) if (-1000..=1000).contains(&count) => Ok(Grow::Rings(count)),
-            _ => Err("wanted from -1000 to 1000 rings such as 2rings or -1ring".to_owned()),
+            _ => Err("must be -1000 to 1000 rings, such as 2rings or -1ring".to_owned()),
         },
-        None => Length::parse(text).map(Grow::By).map_err(|wanted| format!("{wanted}; or 2rings")),
+        None => Length::parse(text)
+            .map(Grow::By)
+            .map_err(|wanted| format!("{wanted}; or rings, such as 2rings")),
     }
 }
 
 fn parse_part(text: &str) -> Result<RegionPart, String> {
     let part = RegionPart::parse(text);
     if part.path.as_os_str().is_empty() {
-        Err("wanted a file such as face.npy, target:mask.png or parts.json#face".to_owned())
+        Err("must be a file such as face.npy, target:mask.png or groups.json#face".to_owned())
     } else {
         Ok(part)
     }

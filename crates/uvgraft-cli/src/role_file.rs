@@ -17,7 +17,7 @@ impl RoleFile {
             Some((role, file)) if !role.is_empty() && !file.is_empty() => {
                 Ok(Self { role: role.to_ascii_lowercase(), file: file.to_owned() })
             }
-            _ => Err("wanted ROLE=FILE, such as normal=face_normal.png".to_owned()),
+            _ => Err("must be ROLE=FILE, such as normal=face_normal.png".to_owned()),
         }
     }
 }

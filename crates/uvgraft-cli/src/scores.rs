@@ -105,10 +105,10 @@ impl Metric {
     fn missing(self, networks: &Networks) -> Option<&'static str> {
         match self {
             Self::Flip if cfg!(not(feature = "flip")) => {
-                Some("this uvgraft was built without FLIP (cargo feature `flip`)")
+                Some("this build lacks the feature `flip`")
             }
             Self::LpipsAlex | Self::LpipsVgg if networks.of(self).is_none() => {
-                Some("its networks were not imported; see `uvgraft weights --help`")
+                Some("weights not imported; see `uvgraft weights --help`")
             }
             _ => None,
         }
@@ -214,7 +214,7 @@ impl Selection {
         for name in &names {
             if *name != "all" && Metric::ALL.iter().all(|metric| metric.name() != *name) {
                 let known = Metric::ALL.map(Metric::name).join(", ");
-                return Err(format!("`{name}` is no metric; wanted some of {known}, or all"));
+                return Err(format!("metrics must be some of {known}, or all, got `{name}`"));
             }
         }
         let all = names.contains(&"all");

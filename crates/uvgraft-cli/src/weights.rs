@@ -64,7 +64,7 @@ fn import(file: &Path) -> anyhow::Result<()> {
     lpips_weights::write(&both, &output)
         .with_context(|| format!("cannot write {}", output.display()))?;
     for network in LpipsNetwork::ALL {
-        lpips(network)?.with_context(|| format!("{} is gone", output.display()))?;
+        lpips(network)?.with_context(|| format!("{} has disappeared", output.display()))?;
     }
     report::to_stdout(&format!("wrote {}\n", output.display()))
 }
@@ -78,9 +78,9 @@ pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
         Err(ReadError::Io { reason, .. }) if reason.kind() == std::io::ErrorKind::NotFound => {
             Ok(None)
         }
-        Err(error) => {
-            Err(bad_input(format!("{error}; import them again: see `uvgraft weights --help`")))
-        }
+        Err(error) => Err(bad_input(format!(
+            "{error}; import the weights again: see `uvgraft weights --help`"
+        ))),
     }
 }
 
@@ -90,7 +90,7 @@ fn path() -> anyhow::Result<PathBuf> {
         return Ok(PathBuf::from(path));
     }
     let folders = etcetera::choose_base_strategy().map_err(|_| {
-        bad_input(format!("found no home folder to keep networks in; set {VARIABLE} to a file"))
+        bad_input(format!("no home folder to keep weights in; set {VARIABLE} to a file path"))
     })?;
     Ok(folders.data_dir().join("uvgraft").join("lpips.safetensors"))
 }

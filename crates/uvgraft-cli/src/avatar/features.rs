@@ -51,7 +51,7 @@ pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>>
             Ok(Some((Arc::new(pair), parted)))
         }
         Err(why) => {
-            warn(format_args!("both eyes show the same texels: {why}"));
+            warn(format_args!("both eyes share the same texels: {why}"));
             Ok(None)
         }
     }
@@ -72,12 +72,10 @@ impl FeatureArgs {
         let irises = clean(avatar, texture).irises;
         if irises.is_empty() {
             warn(format_args!(
-                "{name}: --eyes clean: the body has no eyeballs of its own; they are left as they are"
+                "{name}: --eyes clean needs a body with eyeballs; eyes left unchanged"
             ));
         } else if irises.iter().any(|iris: &Iris| !iris.is_found) {
-            note(format_args!(
-                "{name}: the texture shows no iris that is clear enough; they are drawn brown"
-            ));
+            note(format_args!("{name}: no clear iris in the texture; drawing brown eyes"));
         }
     }
 
@@ -101,11 +99,11 @@ pub(super) fn with_mouth(
             Ok((mouth.attach(avatar)?, Some(mouth.triangles())))
         }
         Err(why @ (MouthError::Closed | MouthError::OwnMouth { .. })) => {
-            note(format_args!("{name}: {why}; it is left as it is"));
+            note(format_args!("{name}: {why}; mouth left unchanged"));
             Ok((avatar, None))
         }
         Err(why) => {
-            warn(format_args!("{name}: no teeth and tongue: {why}"));
+            warn(format_args!("{name}: cannot add teeth and tongue: {why}"));
             Ok((avatar, None))
         }
     }

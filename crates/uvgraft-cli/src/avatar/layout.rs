@@ -61,8 +61,8 @@ impl HeadLayout {
         let own = OwnLayout::new(&file.pair, shown.touched()).or_bad_input()?;
         let Some(own) = own.filter(|own| own.share >= LEAST_SHARE) else {
             return Err(bad_input(format!(
-                "{}: --texture-layout head+body needs a body whose head has the triangles of the head's mesh; this pair \
-                 links meshes that are cut differently. Use --texture-layout atlas",
+                "{}: --texture-layout head+body needs a body whose head has the same triangles as \
+                 the head mesh; use --texture-layout atlas",
                 args.pair.display()
             )));
         };

@@ -43,13 +43,12 @@ impl LodArgs {
     /// Refuses what does not fit.
     pub(super) fn check(&self, is_vrm: bool) -> anyhow::Result<()> {
         if self.count() > 0 && cfg!(not(feature = "simplify")) {
-            return Err(bad_input(
-                "--lods: this build cannot simplify: build it with the feature `simplify`",
-            ));
+            return Err(bad_input("--lods needs a build with the feature `simplify`"));
         }
         if is_vrm && self.is_one_file() {
             return Err(bad_input(
-                "--lods-as msft: what reads VRM files knows no MSFT_lod; use --lods-as files, or write a .glb",
+                "--lods-as msft cannot be used with .vrm, whose readers do not support MSFT_lod; \
+                 use --lods-as files, or write a .glb",
             ));
         }
         Ok(())
@@ -111,7 +110,7 @@ impl Levels {
     pub(super) fn rows(&self, files: &[(PathBuf, usize)]) -> Vec<(String, String)> {
         let row = |(index, level): (usize, &Level)| {
             let mut text = format!(
-                "{} triangles, {:.1} mm off in the mean and {:.1} mm at most",
+                "{} triangles, deviation {:.1} mm mean, {:.1} mm max",
                 grouped(level.triangles),
                 1e3 * level.deviation.mean,
                 1e3 * level.deviation.most,

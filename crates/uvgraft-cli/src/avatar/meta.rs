@@ -77,9 +77,7 @@ impl MetaArgs {
             ("--made-from", self.made_from.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(bad_input(format!(
-                "{name}: a GLB file has no place for it; write a .vrm, or leave it out"
-            ))),
+            Some((name, _)) => Err(bad_input(format!("{name} is for .vrm outputs only"))),
             None => Ok(()),
         }
     }
@@ -92,7 +90,7 @@ impl MetaArgs {
         }) else {
             let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
             return Err(bad_input(format!(
-                "{}: a VRM file says whose it is and what others may do with it: give --author NAME and \
+                "{}: a VRM file must name its author and terms of use: add --author NAME and \
                  --license TERMS ({terms})",
                 output.display()
             )));

@@ -151,16 +151,17 @@ impl Recording {
             .clip(&avatar.skeleton, &name, &options)
             .map_err(|error| bad_input(format!("{path}: {error}")))?;
         if let Some(why) = why {
-            note(format_args!("{path}: grounded by the body's own feet: {why}"));
+            note(format_args!("{path}: placed on the ground by the body's own feet: {why}"));
         }
         if !report.missing.is_empty() {
             let missing = report.missing.join(", ");
-            note(format_args!("{path}: the body has no {missing}; those are left out"));
+            note(format_args!("{path}: skipped joints that the body lacks: {missing}"));
         }
         if !report.up_is_certain {
             let up = axis(report.up);
             warn(format_args!(
-                "{path}: whether Y or Z points up is not clear from the motion; took {up}. Say --up y or --up z"
+                "{path}: cannot tell the up axis from the motion; assuming {up}; use --up y or \
+                 --up z"
             ));
         }
         let frames = clip.poses.len();
@@ -171,32 +172,35 @@ impl Recording {
     /// The person who moved, as a shape of the body's model; or why nobody knows.
     fn person(&self, performers: &Performers<'_>) -> Result<Performer, String> {
         let Performers::Of { model, gender, .. } = performers else {
-            return Err("the demo's figure is no model that could take the clip's shape".to_owned());
+            return Err("the demo figure cannot take the shape of the recorded person".to_owned());
         };
-        let betas = self.motion.betas().ok_or("the clip has no betas")?;
+        let betas = self.motion.betas().ok_or("the recording has no betas")?;
         let (body, clip) = (model.kind(), self.motion.kind());
         if !clip.is_some_and(|clip| clip.shares_shapes_with(body)) {
             let clip = clip.map_or("an unknown model", |kind| kind.name());
-            return Err(format!("the clip's betas are for {clip}, the body is {}", body.name()));
+            return Err(format!(
+                "the recording's betas are for {clip}, but the body is {}",
+                body.name()
+            ));
         }
         match (self.motion.gender(), gender) {
             (Some(clip), Some(body)) if clip != *body => {
                 let (clip, body) = (clip.name(), body.name());
                 return Err(format!(
-                    "the clip's person is of the {clip} model, the body of the {body} one"
+                    "the recorded person uses the {clip} model, but the body the {body} one"
                 ));
             }
             (Some(clip), None) => {
                 let clip = clip.name();
                 return Err(format!(
-                    "the clip's person is of the {clip} model, and neither the body's file nor its name says \
-                     of which gender it is"
+                    "the recorded person uses the {clip} model, but neither the body's file nor \
+                     its name states a gender"
                 ));
             }
             (None, Some(body)) => {
                 let body = body.name();
                 return Err(format!(
-                    "the body is of the {body} model, the clip does not say of which"
+                    "the body uses the {body} model, but the recording states no gender"
                 ));
             }
             _ => {}
@@ -206,7 +210,8 @@ impl Recording {
         }
         let betas = betas[..betas.len().min(model.betas())].to_vec();
         let shaped = model.shaped(&Shape { betas, ..Shape::default() });
-        let shaped = shaped.map_err(|error| format!("its betas make no body: {error}"))?;
+        let shaped =
+            shaped.map_err(|error| format!("cannot shape a body by its betas: {error}"))?;
         Ok(Performer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
     }
 

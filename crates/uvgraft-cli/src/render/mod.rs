@@ -114,12 +114,14 @@ const MAX_SIDE: u32 = 4096;
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.size.width.max(args.size.height) > MAX_SIDE {
         let found = args.size;
-        return Err(bad_input(format!("--size {found}: at most {MAX_SIDE} pixels a side")));
+        return Err(bad_input(format!(
+            "--size must be at most {MAX_SIDE} pixels a side, got {found}"
+        )));
     }
     let scene = Scene::load(&args.input).or_bad_input()?;
     let name = args.input.display();
     if scene.triangles() == 0 {
-        return Err(bad_input(format!("{name}: it has no triangles to draw")));
+        return Err(bad_input(format!("{name}: no triangles to draw")));
     }
     let frames = frames(args, &scene).with_context(|| name.to_string()).or_bad_input()?;
     let fps = args.fps.unwrap_or(if args.motion { 25.0 } else { 12.0 });
@@ -146,7 +148,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
-        return Err(bad_input(format!("{name}: none of its triangles is anywhere in this pose")));
+        return Err(bad_input(format!("{name}: every triangle has collapsed in this pose")));
     };
     // A GIF has no soft edges of shadows where one sees through it.
     let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
@@ -184,7 +186,10 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
         let uvgraft_avatar::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
         // A little more than the end is the end, as printed with one place.
         if frame > seconds + 0.05 {
-            anyhow::bail!("--frame {frame}: the clip {name:?} is {seconds:.2} s long");
+            anyhow::bail!(
+                "--frame must be within the clip {name:?}, which is {seconds:.2} s long, got \
+                 {frame}"
+            );
         }
     }
     posing.clip = clip.map(|clip| (clip, args.frame.unwrap_or(0.0)));
@@ -197,8 +202,8 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
         if wanted > output::MAX_FRAMES as f32 {
             let max = output::MAX_FRAMES;
             anyhow::bail!(
-                "{seconds} s at {fps} frames a second are {wanted} frames, at most {max} are \
-                 drawn; choose a lower --fps"
+                "{seconds} s at {fps} frames per second must be at most {max} frames, got \
+                 {wanted}; use a lower --fps"
             );
         }
         count = wanted as usize;
@@ -219,7 +224,7 @@ fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
     let clips = scene.clips();
     let Some(name) = &args.clip else {
         if clips.is_empty() && (args.motion || args.frame.is_some()) {
-            anyhow::bail!("it has no animation");
+            anyhow::bail!("the file has no animations");
         }
         return Ok((args.motion || args.frame.is_some()).then_some(0));
     };
@@ -227,12 +232,12 @@ fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
     let by_number = || name.parse().ok().filter(|&index: &usize| index < clips.len());
     match by_name.or_else(by_number) {
         Some(clip) => Ok(Some(clip)),
-        None if clips.is_empty() => anyhow::bail!("there is no clip {name:?}: it has none"),
+        None if clips.is_empty() => anyhow::bail!("no clip {name:?}: the file has no animations"),
         None => {
             let numbered = clips.iter().enumerate();
             let known: Vec<String> =
                 numbered.take(40).map(|(index, clip)| format!("{index} ({})", clip.name)).collect();
-            anyhow::bail!("there is no clip {name:?}; choose one of {}", known.join(", "))
+            anyhow::bail!("no clip {name:?}; must be one of {}", known.join(", "))
         }
     }
 }

@@ -124,7 +124,7 @@ impl Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.fit && args.filter.contains(&FilterName::Nearest) {
         return Err(bad_input(
-            "--fit would blend texels, and the filter nearest never does: leave one of them out",
+            "--fit cannot be used with --filter nearest, which does not blend texels",
         ));
     }
     let methods = args.methods();
@@ -138,7 +138,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
         if size.width.max(size.height) > MAX_SIDE {
             return Err(bad_input(format!(
-                "{what} is {size}; round trips take up to {MAX_SIDE} texels a side"
+                "{what} must be at most {MAX_SIDE} texels a side, got {size}"
             )));
         }
     }
@@ -155,11 +155,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         repeats: args.repeats,
     };
     let mask = Mask::from_map(&course.map_back()).map_err(|_| {
-        bad_input(format!(
-            "{}: none of its links covers a texel at {}",
-            args.pair.display(),
-            texture.size()
-        ))
+        bad_input(format!("{}: no link covers a texel at {}", args.pair.display(), texture.size()))
     })?;
     let linked = mask.count();
     let regions = [
@@ -178,7 +174,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut outcomes = Vec::new();
     let mut top = None;
     for method in methods {
-        progress.set_message(format!("{}: there and back", method.title()));
+        progress.set_message(format!("{}: round trip", method.title()));
         let trip = method.run(&course)?;
         progress.set_message(format!("{}: comparing", method.title()));
         let back = Colors::new(trip.back.clone())?;
@@ -229,7 +225,7 @@ impl<'a> Folder<'a> {
             return Ok(folder);
         }
         if !path.is_dir() {
-            return Err(bad_input(format!("cannot write {}: it is no folder", path.display())));
+            return Err(bad_input(format!("cannot write {}: not a folder", path.display())));
         }
         let mut outputs = Outputs::new([&*args.pair, &*args.texture]);
         let pictures = methods
@@ -245,7 +241,7 @@ impl<'a> Folder<'a> {
             return Ok(());
         }
         std::fs::create_dir(self.path)
-            .with_context(|| format!("cannot make the folder {}", self.path.display()))
+            .with_context(|| format!("cannot create the folder {}", self.path.display()))
             .or_bad_input()
     }
 

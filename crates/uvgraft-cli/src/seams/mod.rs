@@ -82,7 +82,7 @@ pub(crate) struct Args {
 fn parse_distance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(distance) if distance.is_finite() && distance >= 0.0 => Ok(distance),
-        _ => Err("wanted a number from 0".to_owned()),
+        _ => Err("must be a number of at least 0".to_owned()),
     }
 }
 

@@ -54,7 +54,7 @@ impl ToneArgs {
             && base.size() != size
         {
             return Err(bad_input(format!(
-                "{}: the base must be of the texture's size, {size}, got {}",
+                "{}: base must have the size of the texture, {size}, got {}",
                 path.display(),
                 base.size()
             )));
@@ -73,7 +73,8 @@ pub(super) fn measured(
 ) -> anyhow::Result<Option<ToneMatch>> {
     let Some(anatomy) = anatomy else { return Ok(None) };
     let paste = |face| PastedFace::new(ground, face, texture.size());
-    let face = references.face.as_ref().map(paste).transpose().context("cannot carry the face")?;
+    let face =
+        references.face.as_ref().map(paste).transpose().context("cannot transfer the face")?;
     let references = ToneReferences { base: references.base.as_ref(), face: face.as_ref() };
     let cut = &region.cut;
     let tone = measure_tone(&cut.mesh, anatomy, texture, &cut.inside, references).or_bad_input()?;

@@ -57,7 +57,7 @@ pub(crate) struct Args {
     reverse: bool,
     /// Size of the result in texels [default: the base's size]
     ///
-    /// A base image of another size is resized. Required where the base is a colour.
+    /// A base image of another size is resized. Required without a base image.
     #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::FILES)]
     size: Option<Size>,
     /// Interpolation filter [default: lanczos3; bilinear with --data]
@@ -163,7 +163,7 @@ impl From<OverlapName> for Overlap {
 
 /// Bytes, with K, M, G or T for powers of 1024.
 fn parse_bytes(text: &str) -> Result<u64, String> {
-    let wanted = || "wanted a size such as 500M or 4G".to_owned();
+    let wanted = || "must be a size such as 500M or 4G".to_owned();
     let (digits, unit) = match text.char_indices().last() {
         Some((end, last)) if last.is_ascii_alphabetic() => (&text[..end], last),
         _ => (text, 'B'),
@@ -184,7 +184,7 @@ fn parse_format(text: &str) -> Result<String, String> {
     let extension = text.strip_prefix('.').unwrap_or(text);
     Format::from_extension(extension)
         .map(|_| extension.to_owned())
-        .ok_or_else(|| format!("wanted {}", Format::extension_list()))
+        .ok_or_else(|| format!("must be one of {}", Format::extension_list()))
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -220,9 +220,9 @@ impl Args {
         transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
         transfer.mask.clone_from(&self.mask);
         if let Some(labels) = self.blending.drawn_labels() {
-            check_name(labels, "a picture of labels")?;
+            check_name(labels, "a label image")?;
             if self.sources.len() > 1 || self.sources.iter().any(|source| source.is_dir()) {
-                return Err(bad_input("--labels draws what one texture shows, not several"));
+                return Err(bad_input("--labels cannot be used with several textures"));
             }
             transfer.draw_labels = Some(labels.to_path_buf());
         }
@@ -241,22 +241,29 @@ impl Args {
     fn inputs(&self) -> anyhow::Result<Inputs> {
         if self.maps.is_empty() {
             if let [_, second, ..] = &self.onto[..] {
-                return Err(bad_input(format!("--onto {second}: textures are laid over one base")));
+                return Err(bad_input(format!("--onto {second}: base given twice")));
             }
             let onto = self.onto.first().map(|text| Onto::parse(text)).transpose()?;
             let values = if self.data { Values::Data } else { Values::Albedo };
             return Ok(Inputs::Textures { sources: self.sources.clone(), onto, values });
         }
         if self.data {
-            return Err(bad_input("--map says what each texture is: leave out --data"));
+            return Err(bad_input(
+                "--data cannot be used with --map, whose roles state what each texture holds",
+            ));
         }
         let mut bases = Vec::with_capacity(self.onto.len());
         for text in &self.onto {
             let base = RoleFile::parse(text).map_err(|_| {
-                bad_input(format!("--onto {text}: with --map wanted ROLE=IMAGE or ROLE=COLOUR"))
+                bad_input(format!(
+                    "--onto must be ROLE=IMAGE or ROLE=COLOUR with --map, got {text}"
+                ))
             })?;
             if !self.maps.iter().any(|map| map.role == base.role) {
-                return Err(bad_input(format!("--onto {text}: there is no --map {}", base.role)));
+                return Err(bad_input(format!(
+                    "--onto {text}: no --map has the role {}",
+                    base.role
+                )));
             }
             bases.push(base);
         }
@@ -264,7 +271,7 @@ impl Args {
             let mut of_role = bases.iter().filter(|base| base.role == map.role);
             let onto = of_role.next().map(|base| Onto::parse(&base.file)).transpose()?;
             if of_role.next().is_some() {
-                return Err(bad_input(format!("--onto {}= is given twice", map.role)));
+                return Err(bad_input(format!("--onto {}: role given twice", map.role)));
             }
             let (role, source) = (Role::named(&map.role)?, PathBuf::from(&map.file));
             Ok(MaterialMap { role, source, onto })
