@@ -7,75 +7,86 @@ use uvgraft::Tone;
 use uvgraft_pipeline::{Blending, Length};
 
 use crate::failure::bad_input;
+use crate::heading;
 use crate::region::RegionArgs;
 
 #[derive(Clone, clap::Args)]
-#[command(next_help_heading = "Blending")]
+#[command(next_help_heading = heading::BLENDING)]
 pub(crate) struct BlendArgs {
-    /// How the region's rim is hidden [default: none, with --feather feather]
-    #[arg(long, value_enum)]
+    /// Mask of the trusted texels, in the texture's layout (white = trusted)
+    ///
+    /// The base shows everywhere else, or the texture given by --fill.
+    #[arg(long, value_name = "IMAGE", help_heading = heading::REGION)]
+    pub(crate) source_mask: Option<PathBuf>,
+    /// Fill unseen areas from a mean texture
+    ///
+    /// The mean texture is in the texture's layout. It fills transparent texels and those that
+    /// --source-mask excludes.
+    #[arg(long, value_name = "IMAGE", help_heading = heading::REGION)]
+    pub(crate) fill: Option<PathBuf>,
+    /// Draw the transferred region and its weights on both layouts
+    #[arg(long, value_name = "OUT.png", help_heading = heading::REGION)]
+    pub(crate) preview: Option<PathBuf>,
+    /// How to hide the border of the region [default: none, or feather with --feather]
+    ///
+    /// `uvgraft avatar` uses membrane by default.
+    #[arg(long, value_enum, value_name = "MODE")]
     blend: Option<BlendName>,
-    /// Over which length along the surface the base gives way to the texture, inwards from the rim
-    /// [default: 10mm where --blend is]
+    /// Distance over which the base fades into the texture [default: 10mm if blended]
+    ///
+    /// Measured along the surface, inwards from the border of the region.
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
     #[arg(allow_hyphen_values = true)]
     feather: Option<Length>,
-    /// Which side the tone of the skin is taken from, with --blend membrane and --match [default: base, for
-    /// avatars source]
-    #[arg(long, value_enum)]
+    /// Side that sets the skin tone [default: base; source for avatars]
+    ///
+    /// Applies to --blend membrane and --match skin.
+    #[arg(long, value_enum, value_name = "SIDE")]
     tone: Option<ToneName>,
-    /// Which texels of the base are skin, white on black, with --tone source [default: estimated from the
-    /// colours beside the rim]
+    /// Skin mask of the base, white on black [default: detected]
+    ///
+    /// Marks the texels of the base that change with --tone source or both. By default, skin is detected
+    /// from the colours around the border of the region.
     #[arg(long, value_name = "IMAGE")]
     pub(crate) skin: Option<PathBuf>,
-    /// Give one side's skin the mean and the covariance of the other's
+    /// Match the colour statistics (mean and covariance) of one side to the other's
     #[arg(long = "match", value_enum, value_name = "WHAT")]
     matched: Option<MatchName>,
-    /// What the texture shows (skin, hair, cloth ...), as a picture of labels: read if the file is there, drawn
-    /// into it if not
+    /// Label image of the texture (skin, hair, cloth, ...)
+    ///
+    /// Read if the file exists; otherwise the detected labels are written to it.
     #[arg(long, value_name = "IMAGE")]
     labels: Option<PathBuf>,
-    /// Keep cloth and background at the neck, which blending leaves out
+    /// Keep cloth and background at the neck, which blending excludes by default
     #[arg(long)]
     keep_all: bool,
-    /// Where the texture can be trusted, white on black, in its own layout; the base shows elsewhere
-    #[arg(long, value_name = "IMAGE")]
-    pub(crate) source_mask: Option<PathBuf>,
-    /// A mean texture, in the texture's layout, for what the texture lacks: where it is clear, and where
-    /// --source-mask is dark
-    #[arg(long, value_name = "IMAGE")]
-    pub(crate) fill: Option<PathBuf>,
-    /// Draw what is transferred, and how much, on both layouts
-    #[arg(long, value_name = "OUT.png")]
-    pub(crate) preview: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BlendName {
-    /// A hard border
+    /// Hard border
     None,
-    /// The base shows through near the rim
+    /// Fade into the base near the border
     Feather,
-    /// Feathered, and the ratio of the colours along the rim goes on over the surface, so that one side
-    /// takes on the other's tone
+    /// Feather, and adapt the tone of one side to the other's by a smooth gain
     Membrane,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ToneName {
-    /// The texture takes on the base's tone
+    /// The texture adapts to the base
     Base,
-    /// The base's skin takes on the texture's tone
+    /// The skin of the base adapts to the texture
     Source,
-    /// Both give way half
+    /// Both meet halfway
     Both,
-    /// Neither
+    /// Neither changes
     None,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MatchName {
-    /// Of skin, as it is estimated
+    /// Detected skin
     Skin,
 }
 
@@ -160,13 +171,12 @@ impl BlendArgs {
     /// Refuses options that contradict each other.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
-            return Err(bad_input("--feather says how wide, --blend none says not: leave one out"));
+            return Err(bad_input("--feather cannot be used with --blend none"));
         }
         let changes_base = matches!(self.tone(), Some(Tone::Source | Tone::Both));
         if self.skin.is_some() && !(self.needs_colors() && changes_base) {
             return Err(bad_input(
-                "--skin says which part of the base changes, which takes --tone source or both, and --blend membrane \
-                 or --match skin",
+                "--skin needs --tone source or both, with --blend membrane or --match skin",
             ));
         }
         if changes_base && !self.needs_colors() {
@@ -175,13 +185,11 @@ impl BlendArgs {
         let is_blended = self.needs_colors() || self.mode() != BlendName::None;
         if !is_blended && (self.labels.is_some() || self.keep_all) {
             return Err(bad_input(
-                "--labels and --keep-all say what is blended: add --blend feather or --blend membrane",
+                "--labels and --keep-all need --blend feather or --blend membrane",
             ));
         }
         if self.tone().is_none() && self.matched.is_some() {
-            return Err(bad_input(
-                "--match skin changes one side's tone, --tone none says neither",
-            ));
+            return Err(bad_input("--match skin cannot be used with --tone none"));
         }
         Ok(())
     }

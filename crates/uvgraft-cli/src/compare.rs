@@ -17,28 +17,34 @@ use crate::picture::check_name;
 use crate::report::to_stdout;
 use crate::scores::{MetricsOption, Region, Scores};
 
-/// Compares two textures of one size
+/// Compare two textures of the same size
 ///
-/// Colours are compared as a display shows them: sRGB, laid over black where they are not opaque.
-/// Grey counts as three equal values. Colour profiles are not applied.
+/// Colours are compared as displayed: in sRGB, composited over black where they are transparent.
+/// Greyscale counts as three equal channels. Colour profiles are ignored.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The texture that the other should be like
+    /// Reference texture
+    #[arg(value_name = "REFERENCE")]
     a: PathBuf,
-    /// The texture to judge
+    /// Texture to compare with it
+    #[arg(value_name = "TEXTURE")]
     b: PathBuf,
-    /// Compare only where this image is white: where its first channel is at least one half. Repeat
-    /// for more columns; they replace that of the whole image
+    /// Compare only where this image is white; repeatable
+    ///
+    /// Texels count where the first channel is at least one half. Each mask adds a column to the table;
+    /// with masks, the column of the whole image is omitted.
     #[arg(long, value_name = "IMAGE")]
     mask: Vec<PathBuf>,
     #[command(flatten)]
     metrics: MetricsOption,
-    /// Print the scores as JSON: each a number, "inf", or {"unavailable": reason}
+    /// Draw a heatmap of the differences
+    #[arg(long, value_name = "OUT.png")]
+    heatmap: Option<PathBuf>,
+    /// Print the scores as JSON
+    ///
+    /// Each score is a number, "inf", or {"unavailable": reason}.
     #[arg(long)]
     json: bool,
-    /// Draw the differences into an image
-    #[arg(long, value_name = "out.png")]
-    heatmap: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {

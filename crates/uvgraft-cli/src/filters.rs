@@ -5,13 +5,13 @@ use uvgraft::Filter;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FilterName {
-    /// One texel, never blended; for labels
+    /// Nearest texel, never blended; for label maps
     Nearest,
-    /// Two texels an axis; never brighter or darker than the source
+    /// 2 x 2 texels; never overshoots
     Bilinear,
-    /// Four texels an axis; sharp, overshoots a little at hard edges
+    /// 4 x 4 texels; sharp, overshoots slightly at hard edges
     CatmullRom,
-    /// Six texels an axis; keeps most of a photograph there and back, overshoots at hard edges
+    /// 6 x 6 texels; keeps the most detail, overshoots at hard edges
     Lanczos3,
 }
 

@@ -10,17 +10,18 @@ use crate::failure::OrBadInput;
 use crate::picture::check_name;
 use crate::{preview, report};
 
-/// Prints a pair's report again, and draws it.
+/// Print the report of a pair file
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file to inspect
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
+    /// Draw both layouts, with linked triangles in matching colours
+    #[arg(long, value_name = "OUT.png")]
+    preview: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
-    /// Draw both layouts into a PNG
-    #[arg(long, value_name = "out.png")]
-    preview: Option<PathBuf>,
     #[command(flatten)]
     sizes: report::Sizes,
 }

@@ -22,7 +22,7 @@ pub(crate) fn handle() {
         // Behind a progress bar and the terminal's ^C.
         let start = if stderr.is_terminal() { "\n" } else { "" };
         // After SIGHUP the terminal may be gone.
-        let _ = writeln!(stderr, "{start}interrupted; unfinished outputs were left as they were");
+        let _ = writeln!(stderr, "{start}interrupted; unfinished outputs left unchanged");
         std::process::exit(EXIT_CODE);
     });
 }

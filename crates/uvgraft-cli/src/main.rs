@@ -12,6 +12,7 @@ mod demo;
 mod failure;
 mod filters;
 mod fitting;
+mod heading;
 mod heatmap;
 mod inspect;
 mod interruption;
@@ -36,34 +37,49 @@ mod weights;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 
-/// Carries textures between meshes with different UV layouts.
+/// Transfer textures between meshes with different UV layouts
+///
+/// Link two meshes once with `uvgraft pair`, then transfer any number of textures between them with `uvgraft
+/// transfer`, or build an animated avatar with `uvgraft avatar`. `uvgraft demo` runs the whole workflow on
+/// an embedded example.
 #[derive(Parser)]
 #[command(name = "uvgraft", version, propagate_version = true, max_term_width = 100)]
+#[command(disable_help_flag = true, disable_version_flag = true, after_long_help = EXIT_STATUS)]
 struct Cli {
-    /// Threads to use; 0 for one on each processor
-    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
-    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
-    threads: u16,
     #[command(subcommand)]
     command: Command,
+    /// Number of threads, 0 for one per processor
+    #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = heading::GLOBAL)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
+    threads: u16,
+    /// Print help: a summary with -h, details with --help
+    #[arg(short, long, global = true, action = ArgAction::Help, help_heading = heading::GLOBAL)]
+    help: Option<bool>,
+    /// Print version
+    #[arg(short = 'V', long, global = true, action = ArgAction::Version, help_heading = heading::GLOBAL)]
+    version: Option<bool>,
 }
 
+const EXIT_STATUS: &str = "\
+Exit status: 0 on success, 1 on failure, 2 on invalid input or usage, 130 if interrupted.";
+
+/// In the order in which one uses them.
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Args),
     Pair(pair::Args),
     Inspect(inspect::Args),
     Transfer(Box<transfer::Args>),
-    Map(map::Args),
-    Compare(compare::Args),
     Seams(seams::Args),
     Roundtrip(roundtrip::Args),
-    View(view::Args),
+    Compare(compare::Args),
+    Map(map::Args),
     Avatar(Box<avatar::Args>),
-    Bench(bench::Args),
     Render(Box<render::Args>),
-    Demo(demo::Args),
+    View(view::Args),
+    Bench(bench::Args),
     Weights(weights::Args),
 }
 
@@ -81,18 +97,18 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
     match &cli.command {
+        Command::Demo(args) => demo::run(args),
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),
-        Command::Map(args) => map::run(args),
-        Command::Compare(args) => compare::run(args),
         Command::Seams(args) => seams::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
-        Command::View(args) => view::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Map(args) => map::run(args),
         Command::Avatar(args) => avatar::run(args),
-        Command::Bench(args) => bench::run(args),
         Command::Render(args) => render::run(args),
-        Command::Demo(args) => demo::run(args),
+        Command::View(args) => view::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Weights(args) => weights::run(args),
     }
 }

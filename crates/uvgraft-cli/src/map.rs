@@ -12,13 +12,13 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::preference::PreferName;
 use crate::report::parse_size;
 
-/// Writes where each texel of a texture comes from, as an array for other tools
+/// Export the sampling map of a pair as an array for other tools
 ///
-/// The array is an NPY file of float32 with the shape (height, width, 2): u and v in the layout that
-/// is read, from its top left corner, for the centre of each texel of the layout that is written.
-/// Both are NaN where nothing is carried.
+/// The map is an NPY array of float32 with the shape (height, width, 2). For the centre of each texel of
+/// the output layout it holds the coordinates u and v in the input layout, with the origin at the top
+/// left. Texels that are not covered are NaN.
 ///
-/// For OpenCV, positions count from the centre of the first texel:
+/// With OpenCV, which counts positions from the centre of the first texel:
 ///
 ///   grid = np.load("grid.npy")
 ///   height, width = source.shape[:2]
@@ -26,31 +26,32 @@ use crate::report::parse_size;
 ///   y = np.nan_to_num(grid[..., 1] * height - 0.5, nan=-100)
 ///   cv2.remap(source, x, y, cv2.INTER_LINEAR, dst=base, borderMode=cv2.BORDER_TRANSPARENT)
 ///
-/// For PyTorch, np.nan_to_num(2 * grid - 1, nan=-2) is what grid_sample takes with align_corners=False.
+/// With PyTorch, pass np.nan_to_num(2 * grid - 1, nan=-2) to grid_sample with align_corners=False.
 ///
-/// Both read one sample for each texel; `uvgraft transfer` averages where a texture shrinks, and
-/// keeps what lies beside UV islands out of the result.
+/// Both take one sample per texel. `uvgraft transfer` also averages where a texture shrinks, and keeps
+/// texels outside the UV islands from bleeding into the result.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// Size of the texture that is written
+    /// Array to write
+    #[arg(short, long, value_name = "OUT.npy")]
+    output: PathBuf,
+    /// Size of the output texture in texels
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     size: Size,
-    /// Map from the pair's target to its source
+    /// Map from the target layout to the source layout
     #[arg(long)]
     reverse: bool,
-    /// Texels beyond the UV islands that are carried too
+    /// Width of the gutter around UV islands, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
     gutter: u32,
-    /// Which UV island is shown where several share texels, such as two eyes on one disc
-    #[arg(long, value_enum, default_value_t = PreferName::First)]
+    /// UV island that owns texels shared by several islands
+    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
     prefer: PreferName,
-    /// Where to write the array
-    #[arg(short, long, value_name = "grid.npy")]
-    output: PathBuf,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -69,5 +70,5 @@ fn check_name(path: &Path) -> anyhow::Result<()> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
         return Ok(());
     }
-    Err(bad_input(format!("cannot write {}: wanted a name that ends in .npy", path.display())))
+    Err(bad_input(format!("cannot write {}: extension must be .npy", path.display())))
 }

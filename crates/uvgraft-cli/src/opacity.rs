@@ -19,7 +19,7 @@ fn is_opaque(texture: &Texture) -> bool {
 pub(crate) fn warn_unless_opaque(texture: &Texture, path: &Path) {
     if !is_opaque(texture) {
         let name = path.display();
-        warn(format_args!("{name} is not opaque: it is laid over black to be compared"));
+        warn(format_args!("{name} has transparent texels; comparing it over black"));
     }
 }
 

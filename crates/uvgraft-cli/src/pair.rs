@@ -15,28 +15,30 @@ use crate::picture::check_name;
 use crate::report::grouped;
 use crate::{preview, report};
 
-/// Links the triangles of two meshes and saves them as a pair file.
+/// Link the triangles of two meshes and save the links as a pair file
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Mesh whose layout textures come from (OBJ)
+    /// Source mesh (OBJ)
+    #[arg(value_name = "SOURCE.obj")]
     source: PathBuf,
-    /// Mesh whose layout textures go to (OBJ)
+    /// Target mesh (OBJ)
+    #[arg(value_name = "TARGET.obj")]
     target: PathBuf,
-    /// For each source vertex the index of the target vertex it is, -1 for none (NPY or text)
+    /// Target vertex index for each source vertex, -1 for none (.npy or text)
     #[arg(long, value_name = "IDS")]
     vertex_map: PathBuf,
-    /// Where to write the pair
-    #[arg(short, long, value_name = "x.uvpair")]
+    /// Pair file to write
+    #[arg(short, long, value_name = "OUT.uvpair")]
     output: PathBuf,
+    /// Note to store in the pair file, such as the licence of the meshes
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+    /// Draw both layouts, with linked triangles in matching colours
+    #[arg(long, value_name = "OUT.png")]
+    preview: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
-    /// Draw both layouts into a PNG
-    #[arg(long, value_name = "out.png")]
-    preview: Option<PathBuf>,
-    /// What whoever gets the pair must know, such as the licence of the meshes
-    #[arg(long, value_name = "TEXT")]
-    note: Option<String>,
     #[command(flatten)]
     sizes: report::Sizes,
 }
@@ -44,7 +46,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(format) = Format::from_path(&args.output) {
         let output = args.output.display();
-        return Err(bad_input(format!("{output} is named like a {format}; a pair is no image")));
+        return Err(bad_input(format!(
+            "{output}: the extension is that of a {format} image; use .uvpair"
+        )));
     }
     let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
     outputs.check(&args.output)?;
@@ -82,8 +86,8 @@ fn warn_of_outside(file: &pair_file::PairFile) {
         if count > 0 {
             let triangles = if count == 1 { "triangle has" } else { "triangles have" };
             warn(format!(
-                "{name}: {} {triangles} UV coordinates outside the unit square, where a texture has no \
-                 texels; they are not linked",
+                "{name}: {} {triangles} UV coordinates outside the unit square and will not be \
+                 linked",
                 grouped(count)
             ));
         }

@@ -28,7 +28,7 @@ pub(crate) fn check_name(path: &Path, what: &str) -> anyhow::Result<()> {
     match Format::from_path(path) {
         Some(_) => Ok(()),
         None => Err(bad_input(format!(
-            "{}: {what} is an image, wanted a name that ends in {}",
+            "{}: {what} must be an image; extension must be one of {}",
             path.display(),
             Format::extension_list()
         ))),

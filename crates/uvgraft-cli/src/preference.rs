@@ -5,11 +5,11 @@ use uvgraft::Prefer;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PreferName {
-    /// The one whose faces come first in the mesh
+    /// The island whose faces come first in the mesh
     First,
-    /// The one to the left of the person, where x is greatest
+    /// The island on the person's left (largest x)
     Left,
-    /// The one to the right of the person, where x is least
+    /// The island on the person's right (smallest x)
     Right,
 }
 

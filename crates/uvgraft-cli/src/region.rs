@@ -5,22 +5,27 @@ use std::path::Path;
 use clap::ValueEnum;
 use uvgraft_pipeline::{Grow, Length, Region, RegionPart, Unit};
 
+use crate::heading;
+
 #[derive(Clone, clap::Args)]
-#[command(next_help_heading = "Region")]
+#[command(next_help_heading = heading::REGION)]
 pub(crate) struct RegionArgs {
-    /// Only this part of what is linked: vertices (.npy, .txt), a painted mask (an image), or parts of a
-    /// file of vertex groups (.pkl, .json): masks.pkl#face,neck. They are of the pair's source, or with
-    /// `target:` before them of its target. Several add up
-    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]", value_parser = parse_part)]
+    /// Use only a part of the linked surface; repeatable
+    ///
+    /// A vertex list (.npy, .txt), a painted mask (an image), or named groups of a vertex-group file
+    /// (.pkl, .json), such as masks.pkl#face,neck. Files refer to the pair's source, or with the prefix
+    /// `target:` to its target. Several regions are merged.
+    #[arg(long, value_name = "[SIDE:]FILE[#GROUPS]", value_parser = parse_part)]
     pub(crate) region: Vec<RegionPart>,
-    /// Not this part; given like --region
-    #[arg(long, value_name = "[SIDE:]FILE[#PARTS]", value_parser = parse_part)]
+    /// Exclude a part of the surface, given as for --region; repeatable
+    #[arg(long, value_name = "[SIDE:]FILE[#GROUPS]", value_parser = parse_part)]
     pub(crate) exclude: Vec<RegionPart>,
-    /// Widen the region, or narrow it: by a length along the surface such as 5mm or -5mm, or by rings of
-    /// triangles such as 2rings
+    /// Grow the region, or shrink it if negative
+    ///
+    /// By a distance along the surface, such as 5mm or -5mm, or by rings of triangles, such as 2rings.
     #[arg(long, value_name = "LENGTH|RINGS", value_parser = parse_growth, allow_hyphen_values = true)]
     grow: Option<Grow>,
-    /// The unit that the meshes are in, for lengths that have one [default: m]
+    /// Unit of the mesh coordinates, for lengths with a unit [default: m]
     #[arg(long, value_enum)]
     unit: Option<UnitName>,
 }
@@ -53,16 +58,18 @@ fn parse_growth(text: &str) -> Result<Grow, String> {
     match rings {
         Some(count) => match count.trim_end().parse() {
             Ok(count) if (-1000..=1000).contains(&count) => Ok(Grow::Rings(count)),
-            _ => Err("wanted from -1000 to 1000 rings such as 2rings or -1ring".to_owned()),
+            _ => Err("must be -1000 to 1000 rings, such as 2rings or -1ring".to_owned()),
         },
-        None => Length::parse(text).map(Grow::By).map_err(|wanted| format!("{wanted}; or 2rings")),
+        None => Length::parse(text)
+            .map(Grow::By)
+            .map_err(|wanted| format!("{wanted}; or rings, such as 2rings")),
     }
 }
 
 fn parse_part(text: &str) -> Result<RegionPart, String> {
     let part = RegionPart::parse(text);
     if part.path.as_os_str().is_empty() {
-        Err("wanted a file such as face.npy, target:mask.png or parts.json#face".to_owned())
+        Err("must be a file such as face.npy, target:mask.png or groups.json#face".to_owned())
     } else {
         Ok(part)
     }

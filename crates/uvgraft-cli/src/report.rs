@@ -12,10 +12,10 @@ use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 /// Texture sizes that a report's texel counts and densities are for.
 #[derive(clap::Args)]
 pub(crate) struct Sizes {
-    /// Texture size of the source layout that texels are counted for
+    /// Texture size assumed for the source layout in the report
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
     source_size: Size,
-    /// Texture size of the target layout that texels are counted for
+    /// Texture size assumed for the target layout in the report
     #[arg(long, default_value = "4096", value_name = "N|WxH", value_parser = parse_size)]
     target_size: Size,
 }
@@ -30,7 +30,7 @@ impl Sizes {
 pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
     let side = |text: &str| match text.parse::<u32>() {
         Ok(side) if (1..=uvgraft::Texture::MAX_SIDE).contains(&side) => Ok(side),
-        _ => Err(format!("wanted N or WxH with sides from 1 to {}", uvgraft::Texture::MAX_SIDE)),
+        _ => Err(format!("must be N or WxH with sides from 1 to {}", uvgraft::Texture::MAX_SIDE)),
     };
     match text.split_once(['x', 'X', '×']) {
         Some((width, height)) => Ok(Size::new(side(width)?, side(height)?)),
@@ -113,7 +113,7 @@ fn text(file: &PairFile, report: &PairReport) -> String {
     both("texels overlapping", &|side| grouped(side.texels.overlapping));
     let _ = writeln!(
         text,
-        "\n{} links; {} with opposite winding, {} mirror the picture",
+        "\n{} links, {} of them with opposite winding and {} mirrored",
         grouped(report.links),
         grouped(report.opposite_windings),
         grouped(report.mirrored),
@@ -130,14 +130,16 @@ fn text(file: &PairFile, report: &PairReport) -> String {
             );
         }
     }
-    for (side, direction) in [(source, "forward"), (target, "in reverse")] {
+    for (side, layout, transfers) in
+        [(source, "source", "transfers"), (target, "target", "reverse transfers")]
+    {
         // What has no area in the layout that is read has one colour or a streak of them.
         if side.degenerate > 0 {
             let count = grouped(side.degenerate);
             let _ = writeln!(
                 text,
-                "\n{count} linked triangles have no UV area to read from {direction}: \
-                 they become streaks of one line's colours"
+                "\n{count} linked triangles have no UV area in the {layout} layout and show as streaks \
+                 in {transfers}"
             );
         }
     }

@@ -17,7 +17,7 @@ impl RoleFile {
             Some((role, file)) if !role.is_empty() && !file.is_empty() => {
                 Ok(Self { role: role.to_ascii_lowercase(), file: file.to_owned() })
             }
-            _ => Err("wanted ROLE=FILE, such as normal=face_normal.png".to_owned()),
+            _ => Err("must be ROLE=FILE, such as normal=face_normal.png".to_owned()),
         }
     }
 }
@@ -25,9 +25,9 @@ impl RoleFile {
 /// Which way the green channel of a normal map points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NormalYName {
-    /// Up, as in OpenGL, glTF, Unity and Blender
+    /// Y up, as in OpenGL, glTF, Unity and Blender
     Opengl,
-    /// Down, as in DirectX and Unreal
+    /// Y down, as in DirectX and Unreal
     Directx,
 }
 

@@ -105,10 +105,10 @@ impl Metric {
     fn missing(self, networks: &Networks) -> Option<&'static str> {
         match self {
             Self::Flip if cfg!(not(feature = "flip")) => {
-                Some("this uvgraft was built without FLIP (cargo feature `flip`)")
+                Some("this build lacks the feature `flip`")
             }
             Self::LpipsAlex | Self::LpipsVgg if networks.of(self).is_none() => {
-                Some("its networks were not imported; see `uvgraft weights --help`")
+                Some("weights not imported; see `uvgraft weights --help`")
             }
             _ => None,
         }
@@ -214,7 +214,7 @@ impl Selection {
         for name in &names {
             if *name != "all" && Metric::ALL.iter().all(|metric| metric.name() != *name) {
                 let known = Metric::ALL.map(Metric::name).join(", ");
-                return Err(format!("`{name}` is no metric; wanted some of {known}, or all"));
+                return Err(format!("metrics must be some of {known}, or all, got `{name}`"));
             }
         }
         let all = names.contains(&"all");
@@ -225,8 +225,11 @@ impl Selection {
 /// The option that chooses metrics.
 #[derive(clap::Args)]
 pub(crate) struct MetricsOption {
-    /// Metrics with commas between them: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip,
-    /// lpips-alex, lpips-vgg, or all [default: those that are built in and quick]
+    /// Comma-separated metrics, or `all` [default: all but the slow ones]
+    ///
+    /// Known metrics: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip, lpips-alex, lpips-vgg. lpips-vgg
+    /// takes minutes on large textures, so it runs only when named. flip is an optional feature of the
+    /// build, and both lpips metrics need weights: see `uvgraft weights`.
     #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
     metrics: Option<Selection>,
 }

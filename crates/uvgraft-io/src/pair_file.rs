@@ -61,16 +61,16 @@ pub enum PairFileError {
         found: Vec<u8>,
     },
     /// A safetensors file of another program.
-    #[error("not a pair file: a safetensors file without `{METADATA_KEY}` in its metadata")]
+    #[error("not a pair file: must be a safetensors file with `{METADATA_KEY}` in its metadata")]
     Foreign,
     /// Made by a later version of this program.
-    #[error("pair file version {found} is newer than {VERSION}: a newer uvgraft is needed")]
+    #[error("pair file must be of version {VERSION} or older, got {found}; update uvgraft")]
     Version {
         /// The version that the file states.
         found: u32,
     },
     /// Checked before anything is allocated, so a bad header cannot ask for gigabytes.
-    #[error("pair file cut short: its header needs {needed} bytes, the file has {actual}")]
+    #[error("truncated pair file: header must have {needed} bytes, got {actual}")]
     Truncated {
         /// What the header asks for.
         needed: u64,
@@ -78,7 +78,7 @@ pub enum PairFileError {
         actual: u64,
     },
     /// Bytes changed after the file was written.
-    #[error("pair file damaged: its SHA-256 is {found}, the file says {stated}")]
+    #[error("damaged pair file: SHA-256 must be {stated} as the file states, got {found}")]
     Checksum {
         /// Of the bytes as they are.
         found: String,
@@ -86,10 +86,10 @@ pub enum PairFileError {
         stated: String,
     },
     /// The header cannot be understood.
-    #[error("pair file damaged: {0}")]
+    #[error("damaged pair file: {0}")]
     Header(String),
     /// A tensor is missing or has another type or shape.
-    #[error("pair file damaged: tensor `{name}` {problem}")]
+    #[error("damaged pair file: tensor `{name}` {problem}")]
     Tensor {
         /// Which one.
         name: String,
@@ -97,7 +97,7 @@ pub enum PairFileError {
         problem: String,
     },
     /// The tensors are no mesh.
-    #[error("pair file damaged: {side}: {reason}")]
+    #[error("damaged pair file: {side}: {reason}")]
     Mesh {
         /// `"source"` or `"target"`.
         side: &'static str,
@@ -105,7 +105,7 @@ pub enum PairFileError {
         reason: MeshError,
     },
     /// The pieces do not fit the meshes.
-    #[error("pair file damaged: {0}")]
+    #[error("damaged pair file: {0}")]
     Pieces(#[from] PairError),
 }
 
@@ -291,7 +291,7 @@ fn read_pieces(
     let count = faces.len();
     if corners.len() != count {
         let found = corners.len();
-        let problem = format!("has {found} rows, `{pieces_name}` has {count}");
+        let problem = format!("must have {count} rows as `{pieces_name}`, got {found}");
         return Err(PairFileError::Tensor { name: corners_name.to_owned(), problem });
     }
     let is_part = move |corners: [u8; 3]| version > 1 && corners == PART;
@@ -300,7 +300,8 @@ fn read_pieces(
         if wanted > 0 { tensor(tensors, PARTS, Dtype::F64, Some(PART_VALUES))? } else { &[] };
     let (parts, _) = parts.as_chunks::<8>().0.as_chunks::<3>().0.as_chunks::<6>();
     if parts.len() != wanted {
-        let problem = format!("has {} rows, `{corners_name}` has {wanted} parts", parts.len());
+        let problem =
+            format!("must have {wanted} rows as `{corners_name}` states, got {}", parts.len());
         return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
     }
     let mut parts = parts.iter();
@@ -396,8 +397,9 @@ fn check_length(bytes: &[u8]) -> Result<(), PairFileError> {
 }
 
 fn verify_checksum(bytes: &[u8], stated: &str) -> Result<(), PairFileError> {
-    let place = checksum_place(bytes, stated)
-        .ok_or_else(|| PairFileError::Header(format!("checksum is {stated:?}")))?;
+    let place = checksum_place(bytes, stated).ok_or_else(|| {
+        PairFileError::Header(format!("checksum must be a SHA-256, got {stated:?}"))
+    })?;
     let mut hasher = Sha256::new();
     hasher.update(&bytes[..place]);
     hasher.update([b'0'; CHECKSUM_DIGITS]);
@@ -440,7 +442,7 @@ fn read_mesh(
     let (sizes, _) = sizes.as_chunks::<4>();
     let sizes: Vec<u32> = sizes.iter().map(|&size| u32::from_le_bytes(size)).collect();
     if sizes.iter().map(|&size| u64::from(size)).sum::<u64>() != corners.len() as u64 {
-        let problem = format!("does not add up to {} corners", corners.len());
+        let problem = format!("must add up to {} corners", corners.len());
         return Err(PairFileError::Tensor { name: format!("{side}.sizes"), problem });
     }
     let parts = header.parts.iter().map(|part| Part {
@@ -476,7 +478,7 @@ fn tensor<'a>(
     if view.dtype() != dtype || !fits {
         let wanted = columns.map_or("[n]".to_owned(), |columns| format!("[n, {columns}]"));
         let (found, shape) = (view.dtype(), view.shape());
-        return Err(bad(format!("is {found:?} {shape:?}, wanted {dtype:?} {wanted}")));
+        return Err(bad(format!("must be {dtype:?} {wanted}, got {found:?} {shape:?}")));
     }
     Ok(view.data())
 }

@@ -19,7 +19,7 @@ use crate::input::{ReadError, read_file};
 use crate::obj::shown;
 use crate::pickle;
 
-const WANTED: &str = "a file of tensors by torch.save";
+const WANTED: &str = "a torch.save file of tensors";
 
 /// What files of versions before 1.6 begin with: the pickle of one large number.
 pub(crate) const OLD_MAGIC: &[u8] = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19.";
@@ -30,7 +30,7 @@ fn foreign(found: &str) -> ArraysError {
 
 pub(crate) fn old() -> ArraysError {
     foreign(
-        "torch's format from before version 1.6 (load it in Python and save it again to convert it)",
+        "a torch file from before version 1.6 (to convert it, load it in Python and save it again)",
     )
 }
 
@@ -46,7 +46,7 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
         return Err(old());
     }
     if !bytes.starts_with(b"PK") {
-        let found = format!("a file that begins with `{}`", shown(bytes));
+        let found = format!("a file that starts with `{}`", shown(bytes));
         return Err(foreign(if bytes.is_empty() { "an empty file" } else { &found }));
     }
     from_archive(&mut ArchiveInMemory::open(bytes, MOST_UNPACKED_BYTES)?)
@@ -69,12 +69,12 @@ pub(crate) fn pickle_of(archive: &ArchiveInMemory<'_>) -> Option<usize> {
 
 pub(crate) fn from_archive(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, ArraysError> {
     let Some(index) = pickle_of(archive) else {
-        return Err(foreign("an archive without a data.pkl"));
+        return Err(foreign("an archive without data.pkl"));
     };
     let folder = archive.names()[index].strip_suffix("data.pkl").unwrap_or_default().to_owned();
     let code = [format!("{folder}constants.pkl"), format!("{folder}code/")];
     if archive.names().iter().any(|name| *name == code[0] || name.starts_with(&code[1])) {
-        return Err(foreign("a program in TorchScript"));
+        return Err(foreign("a TorchScript program"));
     }
     let order = format!("{folder}byteorder");
     let big_endian = match archive.names().iter().position(|name| *name == order) {
@@ -84,7 +84,7 @@ pub(crate) fn from_archive(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArr
             b"little" => false,
             b"big" => true,
             found => {
-                let found = format!("found `{}`, wanted little or big", shown(found));
+                let found = format!("byte order must be little or big, got `{}`", shown(found));
                 return Err(ArraysError::array("byteorder", found));
             }
         },

@@ -37,7 +37,7 @@ const MOST_LISTED: usize = 64;
 #[non_exhaustive]
 pub enum VertexGroupsError {
     /// Another kind of file.
-    #[error("found {found}, wanted a pickle or a JSON object of vertex ids by name")]
+    #[error("must be a pickle or a JSON object of vertex indices by name, got {found}")]
     Foreign {
         /// What it looks like.
         found: &'static str,
@@ -52,15 +52,13 @@ pub enum VertexGroupsError {
         problem: String,
     },
     /// A pickle of something else.
-    #[error("found {found} in the pickle, wanted a dict of vertex ids by name")]
+    #[error("the pickle must hold a dict of vertex indices by name, got {found}")]
     NoDict {
         /// What was pickled.
         found: &'static str,
     },
     /// A key that is no name.
-    #[error(
-        "group {group}: found {found} as its name, wanted a text of at most {LONGEST_NAME} bytes"
-    )]
+    #[error("group {group}: name must be a string of at most {LONGEST_NAME} bytes, got {found}")]
     Name {
         /// Which group, from 1.
         group: usize,
@@ -68,7 +66,7 @@ pub enum VertexGroupsError {
         found: &'static str,
     },
     /// What a name stands for is no list of integers.
-    #[error("group `{name}`: found {found}, wanted a list of integers")]
+    #[error("group `{name}`: must be a list of integers, got {found}")]
     Ids {
         /// Which group.
         name: String,
@@ -76,7 +74,7 @@ pub enum VertexGroupsError {
         found: String,
     },
     /// More than any mesh has.
-    #[error("there are too many {what}, at most {most} are read")]
+    #[error("must have at most {most} {what}")]
     TooMany {
         /// Of what.
         what: &'static str,
@@ -84,10 +82,10 @@ pub enum VertexGroupsError {
         most: usize,
     },
     /// A file without groups.
-    #[error("there is no group in the file, wanted one at least")]
+    #[error("must have at least one vertex group")]
     Empty,
     /// There is no group of that name.
-    #[error("there is no group `{name}`; there are {}", listed(names))]
+    #[error("no group `{name}`; the file has {}", listed(names))]
     Unknown {
         /// The name that was asked for.
         name: String,
@@ -141,7 +139,7 @@ impl VertexGroups {
     ) -> Result<(), VertexGroupsError> {
         self.ids = self.ids.saturating_add(count);
         if self.ids > MOST_IDS {
-            return Err(VertexGroupsError::TooMany { what: "vertex ids", most: MOST_IDS });
+            return Err(VertexGroupsError::TooMany { what: "vertex indices", most: MOST_IDS });
         }
         let name = name.to_owned();
         let ids = ids().map_err(|found| VertexGroupsError::Ids { name: name.clone(), found })?;

@@ -15,13 +15,13 @@ pub const MAX_FILE_BYTES: u64 = 1 << 31;
 #[non_exhaustive]
 pub enum VertexListError {
     /// Nothing is chosen.
-    #[error("found no vertex, wanted one at least")]
+    #[error("must have at least one vertex")]
     Empty,
     /// It is no list of integers.
     #[error(transparent)]
     Integers(#[from] IntegersError),
     /// An integer that is no vertex of the mesh.
-    #[error("entry {entry}: found {found}, wanted a vertex of the mesh, from 0 to {last}")]
+    #[error("entry {entry}: must be a vertex of the mesh, from 0 to {last}, got {found}")]
     NoSuchVertex {
         /// Which entry of the list.
         entry: usize,
@@ -31,7 +31,7 @@ pub enum VertexListError {
         last: usize,
     },
     /// A bool for each vertex, of a mesh that has more or fewer.
-    #[error("found a mask of {found} vertices, wanted one of {wanted}, as the mesh has")]
+    #[error("a mask must have {wanted} entries, one for each vertex, got {found}")]
     MaskLength {
         /// Bools in the mask.
         found: usize,
@@ -40,8 +40,8 @@ pub enum VertexListError {
     },
     /// As many integers as there are vertices, each 0 or 1: read as ids they would choose two.
     #[error(
-        "found {found} integers that are 0 or 1, one for each vertex; \
-         a mask has to be an array of bools: convert it with .astype(\"bool\")"
+        "a mask must be an array of bools, got {found} integers that are 0 or 1; convert it with \
+         .astype(\"bool\")"
     )]
     IntegerMask {
         /// How many.

@@ -18,7 +18,7 @@ pub const MAX_FILE_BYTES: u64 = 1 << 31;
 #[non_exhaustive]
 pub enum VertexMapError {
     /// There is no vertex in the map.
-    #[error("the vertex map is empty, wanted an integer for each source vertex")]
+    #[error("vertex map must have an integer for each source vertex, got an empty file")]
     Empty,
     /// It is no list of integers.
     #[error(transparent)]

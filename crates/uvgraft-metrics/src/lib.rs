@@ -52,7 +52,7 @@ pub use ssimulacra2::ssimulacra2;
 #[non_exhaustive]
 pub enum MetricError {
     /// Something has another size than the first texture.
-    #[error("the {what} is {found}, the first texture {wanted}")]
+    #[error("the {what} must have the size of the first texture, {wanted}, got {found}")]
     Size {
         /// `"second texture"` or `"mask"`.
         what: &'static str,
@@ -68,7 +68,7 @@ pub enum MetricError {
         &'static str,
     ),
     /// A texture, or what a mask cuts out of it, is too small for a metric.
-    #[error("{metric} needs at least {least} texels a side, found {found}")]
+    #[error("{metric} needs at least {least} texels a side, got {found}")]
     TooSmall {
         /// The metric.
         metric: &'static str,
@@ -78,7 +78,7 @@ pub enum MetricError {
         found: Size,
     },
     /// A value so far from what a display shows that a metric's own numbers would overflow.
-    #[error("texel ({x}, {y}) holds a value beyond {most}, more than {metric} can look at")]
+    #[error("texel ({x}, {y}) exceeds the range of {metric}, from -{most} to {most}")]
     OutOfRange {
         /// The metric.
         metric: &'static str,
@@ -90,7 +90,7 @@ pub enum MetricError {
         y: u32,
     },
     /// A value that is no number, or infinite.
-    #[error("texel ({x}, {y}) holds a value that is not finite")]
+    #[error("texel ({x}, {y}) is NaN or infinite")]
     NotFinite {
         /// Column.
         x: u32,

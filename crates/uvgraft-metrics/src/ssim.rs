@@ -123,7 +123,7 @@ fn mean_ssim(
         .into_iter()
         .fold((0.0, 0), |(sum, count), (piece, texels)| (sum + piece, count + texels));
     if texels == 0 {
-        return Err(MetricError::EmptyMask(" whose window lies inside the picture"));
+        return Err(MetricError::EmptyMask(" whose window lies inside the image"));
     }
     Ok(sum / (texels as f64 * 3.0))
 }

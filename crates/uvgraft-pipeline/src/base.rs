@@ -41,7 +41,8 @@ impl BaseOrder<'_> {
     fn size_without_image(&self) -> Result<Size> {
         self.size.ok_or_else(|| {
             Failure::input(if self.is_material {
-                "a map without a base image needs a size: give --size N, or --onto ROLE=IMAGE for each"
+                "a map without a base image must have a size: add --size N, or --onto ROLE=IMAGE \
+                 for each map"
             } else {
                 "without a base image the result needs a size: give --size N or --onto IMAGE"
             })
@@ -164,19 +165,21 @@ impl Base {
             (source, base) if source == base => return None,
             (Some(_), Some(_)) => {
                 format!(
-                    "{name} and {base_name} have different ICC profiles; the result has that of {base_name}"
+                    "{name} and {base_name} have different ICC profiles; the result gets that of \
+                     {base_name}"
                 )
             }
             (Some(_), None) => {
-                format!("{name} has an ICC profile, {base_name} has none; nor has the result")
+                format!("{name} has an ICC profile but {base_name} has none; the result gets none")
             }
             (None, _) => {
                 format!(
-                    "{base_name} has an ICC profile, {name} has none; the result has that of {base_name}"
+                    "{base_name} has an ICC profile but {name} has none; the result gets that of \
+                     {base_name}"
                 )
             }
         };
-        Some(format!("{found}, and values are carried as they are"))
+        Some(format!("{found}; values are not converted"))
     }
 
     /// The format of the base under a source of some format, and the ICC profile of the result.
@@ -272,7 +275,7 @@ fn not_a_base(error: &ReadError, path: &Path) -> Failure {
     if path.exists() {
         Failure::input(error)
     } else {
-        Failure::input(format!("{error}; --onto wants an image or a colour such as #808080"))
+        Failure::input(format!("{error}; --onto must be an image or a colour such as #808080"))
     }
 }
 

@@ -121,7 +121,8 @@ pub fn left_out(toning: &Toning) -> Option<String> {
     let share = toning.report().left_out;
     (toning.narrowed().is_some() && share > 5e-4).then(|| {
         format!(
-            "{:.1} % of what is carried is cloth or background at the neck and was left out (--keep-all keeps it)",
+            "{:.1} % of the region excluded as cloth or background at the neck; use --keep-all to \
+             keep it",
             share * 100.0
         )
     })

@@ -91,7 +91,7 @@ impl Carrier<'_> {
         // A profile is for grey or for RGB; readers refuse images that have the other one.
         let owner = if self.base.is_image() { base } else { format };
         if channels.has_color() != owner.channels.has_color() && icc.take().is_some() {
-            let warning = "the ICC profile was dropped: it is for grey and the result has colours";
+            let warning = "ICC profile dropped: it is for greyscale, but the result is in colour";
             said.warnings.push(format!("{}: {warning}", job.output.display()));
         }
         if channels.has_alpha() && Format::from_path(&job.output) == Some(Format::Jpeg) {
@@ -174,12 +174,12 @@ impl Carrier<'_> {
 
     fn needs_alpha(&self, output: &Path) -> Failure {
         let hint = if self.base.is_clear_color() {
-            "lay it over a colour, such as --onto '#808080', or choose"
+            "use an opaque base, such as --onto '#808080', or write"
         } else {
             "choose"
         };
         Failure::input(format!(
-            "cannot write {}: the result has an alpha channel, which JPEG cannot hold; \
+            "cannot write {}: the result has an alpha channel, which JPEG does not support; \
              {hint} PNG, WebP, TIFF or EXR",
             output.display()
         ))
@@ -205,7 +205,7 @@ impl Carrier<'_> {
         let toning = if blend.options().needs_colors() {
             let colors = self.base.colors()?;
             graft.toning(texture, &colors, base).unwrap_or_else(|why| {
-                let warning = format!("{}: {why}; colours are left as they are", path.display());
+                let warning = format!("{}: {why}; colours left unchanged", path.display());
                 said.warnings.push(warning);
                 graft.narrowing(texture)
             })

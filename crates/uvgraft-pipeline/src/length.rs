@@ -66,7 +66,7 @@ impl Length {
         };
         match digits.trim_end().parse::<f64>() {
             Ok(value) if value.abs() <= LONGEST => Ok(Self { value, unit }),
-            Ok(value) if value.is_finite() => Err(format!("{}, up to {LONGEST:e}", wanted())),
+            Ok(value) if value.is_finite() => Err(format!("{}, at most {LONGEST:e}", wanted())),
             _ => Err(wanted()),
         }
     }
@@ -77,7 +77,7 @@ impl Length {
     /// What is wanted instead.
     pub fn parse_distance(text: &str) -> Result<Self, String> {
         Self::parse(text).and_then(|length| {
-            if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, from 0", wanted())) }
+            if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, at least 0", wanted())) }
         })
     }
 
@@ -96,7 +96,7 @@ impl Length {
 }
 
 fn wanted() -> String {
-    "wanted a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the mesh's own unit"
+    "must be a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the unit of the mesh"
         .into()
 }
 
@@ -111,8 +111,8 @@ pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
         format!("{:.1} cm", longest * 100.0)
     };
     format!(
-        "the mesh names no unit and is taken to be in {}, which makes it {size} across at its widest; \
-         --unit says otherwise",
+        "the mesh has no unit; assuming {}, which makes it {size} across at its widest; use \
+         --unit to change this",
         unit.name()
     )
 }

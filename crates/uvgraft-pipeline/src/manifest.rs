@@ -81,7 +81,7 @@ impl<'a> Manifest<'a> {
     /// Notes that a job's output was written.
     pub(crate) fn record(&self, job: &Job, made_from: String) -> Result<()> {
         let cannot = |failure: Failure| {
-            failure.context(format_args!("cannot note that {} is done", job.output.display()))
+            failure.context(format_args!("cannot record {} in the manifest", job.output.display()))
         };
         let sha256 = file_digest(&job.output).or_work().map_err(cannot)?;
         let entry = Entry { output: name(job), made_from, sha256 };

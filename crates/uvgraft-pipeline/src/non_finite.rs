@@ -12,13 +12,13 @@ pub fn without_non_finite(texture: Texture, path: &Path) -> (Texture, Option<Str
     let (texture, count) = texture.without_non_finite();
     let texels = match count {
         0 => return (texture, None),
-        1 => "1 texel is NaN or infinite, and is".to_owned(),
-        _ => format!("{count} texels are NaN or infinite, and are"),
+        1 => "1 texel is NaN or infinite;".to_owned(),
+        _ => format!("{count} texels are NaN or infinite;"),
     };
     let remedy = if texture.encoding() == Encoding::Data {
-        "given the value of the nearest texel that is not"
+        "using the value of the nearest finite texel"
     } else {
-        "taken for unknown: what the texture is laid over shows there"
+        "showing the base there"
     };
     (texture, Some(format!("{}: {texels} {remedy}", path.display())))
 }

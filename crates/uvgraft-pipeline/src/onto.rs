@@ -7,7 +7,8 @@ use crate::failure::{Failure, Result};
 /// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
 fn parse_color(text: &str) -> Result<[f32; 4]> {
     let digits = text.strip_prefix('#').unwrap_or_default();
-    let wanted = || Failure::input(format!("colour {text:?}: wanted #RGB, #RRGGBB or #RRGGBBAA"));
+    let wanted =
+        || Failure::input(format!("colour must be #RGB, #RRGGBB or #RRGGBBAA, got {text:?}"));
     if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err(wanted());
     }

@@ -25,15 +25,15 @@ impl Outputs {
         let name = output.display();
         if output.is_dir() {
             return Err(Failure::input(format!(
-                "cannot write {name}: it is a folder, wanted a file"
+                "cannot write {name}: is a folder, must be a file"
             )));
         }
         // A device or a pipe would be replaced by a file, because outputs are renamed into place.
         if output.metadata().is_ok_and(|found| !found.is_file()) {
-            return Err(Failure::input(format!("cannot write {name}: it is no regular file")));
+            return Err(Failure::input(format!("cannot write {name}: not a regular file")));
         }
         if output.metadata().is_ok_and(|found| found.permissions().readonly()) {
-            return Err(Failure::input(format!("cannot write {name}: it is read-only")));
+            return Err(Failure::input(format!("cannot write {name}: read-only file")));
         }
         let resolved = resolve(output);
         if self.inputs.contains(&resolved) {
@@ -43,7 +43,7 @@ impl Outputs {
         }
         if self.accepted.contains(&resolved) {
             return Err(Failure::input(format!(
-                "{name} is named for two outputs; choose another name"
+                "{name} is the name of two outputs; choose different names"
             )));
         }
         can_write_into(folder_of(output))
@@ -56,16 +56,16 @@ impl Outputs {
 /// Refuses a folder that cannot be made.
 pub(crate) fn check_new_folder(folder: &Path) -> Result<()> {
     can_write_into(folder_of(folder)).map_err(|failure| {
-        failure.context(format_args!("cannot make the folder {}", folder.display()))
+        failure.context(format_args!("cannot create the folder {}", folder.display()))
     })
 }
 
 fn can_write_into(folder: &Path) -> Result<()> {
     if !folder.exists() {
-        return Err(Failure::input(format!("there is no folder {}", folder.display())));
+        return Err(Failure::input(format!("folder {} does not exist", folder.display())));
     }
     if !folder.is_dir() {
-        return Err(Failure::input(format!("{} is no folder", folder.display())));
+        return Err(Failure::input(format!("{} is not a folder", folder.display())));
     }
     // Creating a file is the only sure way to learn whether one can be created. The error's kind
     // tells why not; its text would name a file that the user never heard of.

@@ -57,7 +57,7 @@ impl Plan {
         if is_new && (folder.exists() || (Format::from_path(folder).is_some() && !says_folder)) {
             let folder = folder.display();
             return Err(Failure::input(format!(
-                "output {folder} is no folder; maps are written into one"
+                "with --map, the output must be a folder, got {folder}"
             )));
         }
         let mut batches: Vec<Batch> = Vec::with_capacity(maps.len());
@@ -68,7 +68,8 @@ impl Plan {
             };
             if Format::from_extension(&extension).is_none() {
                 return Err(Failure::input(format!(
-                    "{}: its name says no format to write {} in; say --format png, for instance",
+                    "{}: cannot infer the output format of the map {} from the file name; use \
+                     --format, such as --format png",
                     source.display(),
                     role.name()
                 )));
@@ -76,7 +77,7 @@ impl Plan {
             let output = folder.join(role.name()).with_extension(extension);
             let mut others = batches.iter().flat_map(|batch| &batch.jobs);
             if others.any(|job| job.output.file_stem() == output.file_stem()) {
-                return Err(Failure::input(format!("--map {}= is given twice", role.name())));
+                return Err(Failure::input(format!("--map {}: role given twice", role.name())));
             }
             let jobs = vec![Job { source: source.clone(), output }];
             batches.push(Batch { values: role.values(), onto: onto.clone(), jobs });
@@ -106,7 +107,9 @@ fn jobs_of_textures(
             && Format::from_extension(name) != Some(format)
         {
             let output = output.display();
-            return Err(Failure::input(format!("--format {name} contradicts the output {output}")));
+            return Err(Failure::input(format!(
+                "--format {name} contradicts the extension of the output {output}"
+            )));
         }
         let job = Job { source: sources[0].clone(), output: output.to_path_buf() };
         return Ok((vec![job], None));
@@ -115,7 +118,7 @@ fn jobs_of_textures(
     let says_file = Format::from_path(output).is_some() && !says_folder;
     if is_new && (output.exists() || says_file) {
         return Err(Failure::input(format!(
-            "output {} is no folder; several sources are written into one",
+            "with several sources, the output must be a folder, got {}",
             output.display()
         )));
     }
@@ -138,7 +141,8 @@ fn jobs_of_textures(
         let output = output.join(&name);
         if Format::from_path(&name).is_none() {
             return Err(Failure::input(format!(
-                "{}: its name says no format to write {} in; say --format png, for instance",
+                "{}: cannot infer the format of the output {} from the file name; use --format, \
+                 such as --format png",
                 source.display(),
                 output.display()
             )));
@@ -146,7 +150,7 @@ fn jobs_of_textures(
         if let Some(other) = taken.insert(output.clone(), source.clone()) {
             let (other, source) = (other.display(), source.display());
             return Err(Failure::input(format!(
-                "{other} and {source} would both become {}",
+                "{other} and {source} have the same output {}",
                 output.display()
             )));
         }
@@ -169,7 +173,10 @@ fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
         .collect();
     if images.is_empty() {
         let wanted = Format::extension_list();
-        return Err(Failure::input(format!("{} holds no image ({wanted})", folder.display())));
+        return Err(Failure::input(format!(
+            "{} must contain at least one image ({wanted})",
+            folder.display()
+        )));
     }
     images.sort();
     Ok(images)
@@ -182,7 +189,7 @@ fn is_hidden(path: &Path) -> bool {
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
     Format::from_path(path).ok_or_else(|| {
         Failure::input(format!(
-            "{}: wanted a name that ends in {}",
+            "{}: extension must be one of {}",
             path.display(),
             Format::extension_list()
         ))

@@ -148,7 +148,7 @@ fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
             if names.is_empty() {
                 let known: Vec<&str> = groups.names().collect();
                 return Err(Failure::input(format!(
-                    "{name} holds named parts; say which, as in {name}#{}; there are: {}",
+                    "{name} holds named groups; select some, such as {name}#{}; known groups: {}",
                     known.first().unwrap_or(&"face"),
                     known.join(", ")
                 )));
@@ -161,7 +161,8 @@ fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
             of_vertices(&ids)
         }
         _ if !names.is_empty() => Err(Failure::input(format!(
-            "{name} has no named parts, so #{} says nothing; a .pkl or .json of vertex groups has",
+            "{name} holds no named groups, so #{} cannot be selected; use a .pkl or .json file of \
+             vertex groups",
             names.join(",")
         ))),
         extension if Format::from_extension(extension).is_some() => {
@@ -170,7 +171,8 @@ fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
         }
         "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(path, vertices).or_input()?),
         _ => Err(Failure::input(format!(
-            "{name}: wanted vertices (.npy, .txt), vertex groups (.pkl, .json) or a painted mask ({})",
+            "{name}: must be a vertex list (.npy, .txt), vertex groups (.pkl, .json) or a painted \
+             mask ({})",
             Format::extension_list()
         ))),
     }

@@ -80,7 +80,7 @@ impl Transfer {
             let base = first_base.take().unwrap_or_else(|| self.base(batch))?;
             if let Some(folder) = plan.new_folder.take() {
                 std::fs::create_dir(&folder).or_input().map_err(|failure| {
-                    failure.context(format_args!("cannot make the folder {}", folder.display()))
+                    failure.context(format_args!("cannot create the folder {}", folder.display()))
                 })?;
             }
             let carrier = Carrier {
@@ -125,44 +125,42 @@ impl Transfer {
             Inputs::Material(maps) => (None, maps.len()),
         };
         if textures == 0 {
-            return Err(Failure::input("there is no texture to be carried"));
+            return Err(Failure::input("no textures to transfer"));
         }
         if let Some(format) = &self.format
             && Format::from_extension(format).is_none()
         {
             let wanted = Format::extension_list();
-            return Err(Failure::input(format!("--format {format}: wanted one of {wanted}")));
+            return Err(Failure::input(format!("--format must be one of {wanted}, got {format}")));
         }
         if self.fit.is_some() {
             if self.filter(values.unwrap_or_default()) == Filter::Nearest {
                 return Err(Failure::input(
-                    "--fit would blend texels, and --filter nearest never does: leave one of them out",
+                    "--fit cannot be used with --filter nearest, which does not blend texels",
                 ));
             }
             if self.overlap == Overlap::Average {
-                return Err(Failure::input(
-                    "--fit solves for one of the islands that overlap: leave out --overlap",
-                ));
+                return Err(Failure::input("--fit cannot be used with --overlap average"));
             }
             if values.is_none() {
-                return Err(Failure::input("--fit is for textures that are named without --map"));
+                return Err(Failure::input("--fit cannot be used with --map"));
             }
             if values == Some(Values::Normals) {
-                return Err(Failure::input(
-                    "--fit solves for values as they are, and normals turn",
-                ));
+                return Err(Failure::input("--fit cannot be used with normal maps"));
             }
         }
         if values.is_some_and(Values::is_data) {
             let skin = self.blending.as_ref().and_then(|blending| blending.skin.as_ref());
             if [skin, self.source_mask.as_ref(), self.fill.as_ref()].iter().any(Option::is_some) {
                 return Err(Failure::input(
-                    "--data has no opacity and no tone: leave out --skin, --source-mask, --fill",
+                    "--data cannot be used with --skin, --source-mask or --fill: data has neither \
+                     opacity nor tone",
                 ));
             }
             if self.blending.as_ref().is_some_and(Blending::needs_colors) {
                 return Err(Failure::input(
-                    "--data has no tone: leave out --match, and say --blend feather or --tone none",
+                    "--data cannot be used with --match or --blend membrane: data has no tone; \
+                     use --blend feather or --tone none",
                 ));
             }
         }
@@ -181,7 +179,7 @@ impl Transfer {
             if format_of(mask)? == Format::Jpeg {
                 let mask = mask.display();
                 return Err(Failure::input(format!(
-                    "{mask}: JPEG would blur the mask; name it .png"
+                    "--mask must not be a JPEG file, got {mask}; use .png"
                 )));
             }
             outputs.check(mask)?;
@@ -339,12 +337,12 @@ impl Transfer {
             }
         };
         let (Some(source), Some(blend)) = (source, blend) else {
-            return Err(Failure::input("--labels is for colours that are blended: add --blend"));
+            return Err(Failure::input("--labels needs blended colours: add --blend"));
         };
         let texture = image::read(source).or_input()?.texture;
         let ground = blend.ground();
         let labels = ground.labels(&texture).map_err(|error| {
-            Failure::input(format!("{}: it has no labels: {error}", source.display()))
+            Failure::input(format!("{}: cannot detect labels: {error}", source.display()))
         })?;
         for loss in losses(image::write(&labels.picture().into(), path, &self.write), path)? {
             observer.event(Event::Warning(&loss));

@@ -15,7 +15,7 @@ const CHUNK: usize = 1 << 14;
 #[non_exhaustive]
 pub enum FillError {
     /// Two pictures of one layout may differ in size, but not in shape.
-    #[error("{what} is {found}, wanted the shape of the source, which is {wanted}")]
+    #[error("{what} must have the aspect ratio of the source, which is {wanted}, got {found}")]
     Shape {
         /// `"the confidence mask"` or `"the mean texture"`.
         what: &'static str,
@@ -25,7 +25,7 @@ pub enum FillError {
         wanted: Size,
     },
     /// No channel of data is opacity.
-    #[error("the source is data, which has no opacity for a confidence mask to lower")]
+    #[error("a confidence mask needs a source with opacity, got data")]
     Data,
     /// It cannot be brought to the source's size.
     #[error(transparent)]

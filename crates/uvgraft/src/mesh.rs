@@ -41,7 +41,7 @@ pub enum MeshError {
     #[error("mesh has no faces")]
     NoFaces,
     /// A polygon with fewer than three corners.
-    #[error("polygon {polygon} has {corners} corners, needs at least 3")]
+    #[error("polygon {polygon} must have at least 3 corners, got {corners}")]
     TooFewCorners {
         /// Which polygon.
         polygon: usize,
@@ -49,7 +49,7 @@ pub enum MeshError {
         corners: usize,
     },
     /// A corner names a vertex or a UV coordinate that does not exist.
-    #[error("polygon {polygon} uses {what} {index}, but there are only {count}")]
+    #[error("polygon {polygon} uses {what} {index}, but the mesh has only {count}")]
     Index {
         /// Which polygon.
         polygon: usize,
@@ -61,7 +61,7 @@ pub enum MeshError {
         count: usize,
     },
     /// A coordinate is NaN or infinite.
-    #[error("{what} {index} is not finite: {value}")]
+    #[error("{what} {index} must be finite, got {value}")]
     NotFinite {
         /// `"vertex"` or `"UV coordinate"`.
         what: &'static str,
@@ -71,7 +71,7 @@ pub enum MeshError {
         value: f32,
     },
     /// As many of one thing as of another are needed.
-    #[error("mesh has {found} {what}, wanted {wanted}")]
+    #[error("mesh must have {wanted} {what}, got {found}")]
     Count {
         /// What they are.
         what: &'static str,
@@ -81,7 +81,7 @@ pub enum MeshError {
         wanted: usize,
     },
     /// More elements than 32-bit indices can name.
-    #[error("mesh has {count} {what}, more than {max}")]
+    #[error("mesh must have at most {max} {what}, got {count}")]
     TooLarge {
         /// What there is too much of.
         what: &'static str,

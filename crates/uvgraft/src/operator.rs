@@ -55,7 +55,7 @@ impl Operator {
             2 => self.resampler.fill_floats::<2>(&mut source, &mut target),
             3 => self.resampler.fill_floats::<3>(&mut source, &mut target),
             4 => self.resampler.fill_floats::<4>(&mut source, &mut target),
-            _ => panic!("a texel has 1 to 4 channels, not {channels}"),
+            _ => panic!("channels must be 1 to 4, got {channels}"),
         }
         target
     }
@@ -72,7 +72,7 @@ impl Operator {
             2 => self.add_transposed_to::<2>(target, &mut source),
             3 => self.add_transposed_to::<3>(target, &mut source),
             4 => self.add_transposed_to::<4>(target, &mut source),
-            _ => panic!("a texel has 1 to 4 channels, not {channels}"),
+            _ => panic!("channels must be 1 to 4, got {channels}"),
         }
         source
     }

@@ -51,7 +51,7 @@ enum Values<'v, T> {
 
 /// A band that is no part of the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a band of {found} starting at row {first_row} is not part of a target of {target}")]
+#[error("a band must lie within the target of {target}, got {found} at row {first_row}")]
 pub struct BandError {
     /// The row of the target that the band starts at.
     pub first_row: u32,

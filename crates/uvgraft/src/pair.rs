@@ -49,15 +49,13 @@ pub enum PairError {
         reason: PieceError,
     },
     /// Nothing corresponds.
-    #[error(
-        "no piece is left: {given} were given, and none lies in the unit square of both layouts"
-    )]
+    #[error("no links: none of the {given} pieces lies in the unit square of both layouts")]
     Empty {
         /// How many pieces were given.
         given: usize,
     },
     /// A piece is there twice.
-    #[error("a piece of target face {target_face} and source face {source_face} is there twice")]
+    #[error("duplicate piece of target face {target_face} and source face {source_face}")]
     Repeated {
         /// Its target face.
         target_face: u32,

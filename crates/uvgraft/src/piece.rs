@@ -57,7 +57,7 @@ pub enum PieceError {
     #[error("corners must be a permutation of 0, 1, 2, got {0:?}")]
     Corners([u8; 3]),
     /// Weights that lie outside the triangle, or do not add up to 1.
-    #[error("weights of a corner in the {side} face must be from 0 to 1 and add up to 1")]
+    #[error("the weights of a corner in the {side} face must be between 0 and 1 and sum to 1")]
     Weights {
         /// `"source"` or `"target"`.
         side: &'static str,

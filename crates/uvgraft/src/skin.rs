@@ -46,9 +46,7 @@ pub(crate) struct Deviation {
 #[non_exhaustive]
 pub enum SkinError {
     /// Too little to go by.
-    #[error(
-        "{found} colours along the face's border to tell skin by, at least {needed} are needed"
-    )]
+    #[error("too few colours along the face's border: must be at least {needed}, got {found}")]
     TooFew {
         /// Finite colours among the seeds.
         found: usize,
@@ -57,8 +55,8 @@ pub enum SkinError {
     },
     /// Not even half of the seeds have something in common.
     #[error(
-        "the colours along the face's border are too different to tell skin by: half of them are \
-         within {spread:.1} times what skin may differ by"
+        "the colours along the face's border are too different: half of them deviate by up to \
+         {spread:.1} times the tolerance for skin"
     )]
     Scattered {
         /// How far the nearest half of the seeds reach from their middle; at most 1 for skin.

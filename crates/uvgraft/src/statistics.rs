@@ -19,7 +19,7 @@ pub struct ColorMatch {
 #[non_exhaustive]
 pub enum ColorMatchError {
     /// A mean needs at least one colour.
-    #[error("no finite colour among the {given} samples of the {side}")]
+    #[error("none of the {given} samples of the {side} has a finite colour")]
     NoSamples {
         /// `"source"` or `"base"`.
         side: &'static str,

@@ -258,12 +258,10 @@ impl Value for f32 {
 #[non_exhaustive]
 pub enum TextureError {
     /// Width or height is 0.
-    #[error("texture of {0} has no texels")]
+    #[error("a texture must have at least one texel, got {0}")]
     Empty(Size),
     /// The buffer does not fit the size.
-    #[error(
-        "{found} values do not make a {size} texture with {channels} channels: {wanted} are needed"
-    )]
+    #[error("a {size} texture with {channels} channels must have {wanted} values, got {found}")]
     Length {
         /// Values in the buffer.
         found: usize,
@@ -275,10 +273,10 @@ pub enum TextureError {
         channels: usize,
     },
     /// A side is longer than positions in a texture may be.
-    #[error("texture of {0} is too large: at most {max} texels a side", max = Texture::MAX_SIDE)]
+    #[error("a texture must have at most {max} texels a side, got {0}", max = Texture::MAX_SIDE)]
     TooLarge(Size),
     /// The system does not give the memory.
-    #[error("texture of {0} does not fit into memory")]
+    #[error("not enough memory for a texture of {0}")]
     Memory(Size),
 }
 

@@ -32,8 +32,12 @@ pub(super) struct Body {
 impl Body {
     /// - `mesh`: the mesh of the pair's target, which the body must be.
     pub(super) fn new(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
-        let recordings: Vec<Recording> =
-            args.motion.iter().map(|path| Recording::read(path)).collect::<Result<_, _>>()?;
+        let recordings: Vec<Recording> = args
+            .playing
+            .motion
+            .iter()
+            .map(|path| Recording::read(path))
+            .collect::<Result<_, _>>()?;
         if args.body == Path::new("demo") {
             Self::figure(args, mesh, &recordings)
         } else {
@@ -43,14 +47,15 @@ impl Body {
 
     fn figure(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
         if args.betas.is_some() {
-            return Err(bad_input("--betas shape body models; --body demo has one shape"));
+            return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
         }
         let figure = Figure::new();
         if !is_same(mesh, &figure.body) {
             let (found, wanted) = (mesh.positions().len(), figure.body.positions().len());
             return Err(bad_input(format!(
-                "{}: --body demo wants the pair that `uvgraft demo` writes, whose body has {wanted} vertices \
-                 in its own layout; found another of {found}. For other bodies name a model file",
+                "{}: --body demo needs the pair written by `uvgraft demo`, whose target must have \
+                 {wanted} vertices in its own layout, got {found}; for other bodies, pass a model \
+                 file",
                 args.pair.display()
             )));
         }
@@ -66,13 +71,7 @@ impl Body {
             let ground = recording.add(&args.playing, &mut avatar, &Performers::None)?;
             grounds.push(ground);
         }
-        Ok(Self {
-            avatar,
-            name: "the demo's figure".to_owned(),
-            apart: Vec::new(),
-            grounds,
-            told: None,
-        })
+        Ok(Self { avatar, name: "demo figure".to_owned(), apart: Vec::new(), grounds, told: None })
     }
 
     fn model(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
@@ -91,14 +90,14 @@ impl Body {
         };
         let ModelFile { model, gender, unused } = ModelFile::read(path, &needs).or_bad_input()?;
         if args.verbose && !unused.is_empty() {
-            note(format_args!("{}: not used: {}", path.display(), unused.join(", ")));
+            note(format_args!("{}: unused: {}", path.display(), unused.join(", ")));
         }
         let shape = Shape { betas, ..Shape::default() };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
             let (body, pair) = (path.display(), args.pair.display());
-            bad_input(format!("{body} is not the mesh of {pair}'s target: {error}"))
+            bad_input(format!("{body}: mesh does not match the target of {pair}: {error}"))
         })?;
         let told = shaped.give_expressions(&mut avatar)?;
         let mut avatar = avatar.standing()?;
@@ -121,7 +120,8 @@ pub(super) fn far_from_people(betas: &[f32]) -> Option<String> {
     let (at, beta) = betas.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     (beta.abs() > MOST_BETA).then(|| {
         format!(
-            "coefficient {at} is {beta}: beyond ±{MOST_BETA} standard deviations bodies are distorted"
+            "coefficient {at} is {beta}: bodies are distorted beyond ±{MOST_BETA} standard \
+             deviations"
         )
     })
 }
@@ -135,7 +135,8 @@ fn check_shape(args: &Args, positions: &[[f32; 3]]) -> anyhow::Result<()> {
     }
     let (body, betas) = (args.body.display(), args.betas.as_deref().unwrap_or("none"));
     Err(bad_input(format!(
-        "{body} with --betas {betas}: a vertex is {farthest} m from the origin, wanted a body in metres"
+        "{body} with --betas {betas}: vertices must be within metres of the origin, got \
+         {farthest} m"
     )))
 }
 
@@ -152,8 +153,8 @@ fn is_same(a: &Mesh, b: &Mesh) -> bool {
 /// Numbers, or the array `betas` of a file.
 pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
     let wanted = |found: &str| {
-        let wanted = "wanted numbers such as 0.5,-1.2, or a file with them";
-        bad_input(format!("--betas {text}: found {found}, {wanted}"))
+        let wanted = "must be numbers such as 0.5,-1.2, or a file that holds them";
+        bad_input(format!("--betas {text}: {wanted}; got {found}"))
     };
     let numbers: Result<Vec<f32>, _> =
         text.split([',', ' ']).filter(|part| !part.is_empty()).map(str::parse).collect();
@@ -168,7 +169,7 @@ pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
             }
             array.f32s().into_owned()
         }
-        Err(_) => return Err(wanted("neither numbers nor a file that is there")),
+        Err(_) => return Err(wanted("neither numbers nor an existing file")),
     };
     match values.iter().find(|value| !value.is_finite()) {
         Some(value) => Err(wanted(&value.to_string())),

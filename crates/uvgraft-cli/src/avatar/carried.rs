@@ -85,7 +85,7 @@ impl Carrier {
         let size = self.limited(face.size());
         if size != face.size() {
             note(format_args!(
-                "--preset shrinks the head's own texture from {} to {size}, so it is resampled after all",
+                "--preset limits the head texture: resampling it from {} to {size}",
                 face.size()
             ));
         }

@@ -83,7 +83,7 @@ pub(super) fn dress(
             .shared_blend(Arc::clone(&blend))
             .build()?;
     let toning = graft.toning(&face, &base, base.format()).unwrap_or_else(|why| {
-        warn(format_args!("{}: {why}; colours are left as they are", path.display()));
+        warn(format_args!("{}: {why}; colours left unchanged", path.display()));
         graft.narrowing(&face)
     });
     if let Some(labels) = args.blending.drawn_labels() {

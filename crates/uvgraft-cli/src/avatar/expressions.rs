@@ -13,26 +13,27 @@ pub(super) fn tell(path: &Path, kind: BodyKind, told: &Expressiveness) {
     if told.has_none {
         let kind = kind.name();
         note(format_args!(
-            "{model}: {kind} has no expressions, so the avatar's face does not move"
+            "{model}: {kind} models have no expressions, so the face of the avatar will not move"
         ));
     }
     if let Some(error) = &told.unmeasured {
-        warn(format_args!(
-            "{model}: {error}; its components of expression are morph targets as they are"
-        ));
+        warn(format_args!("{model}: {error}; using its expression components as morph targets"));
     }
     told.shortfalls.iter().for_each(|shortfall| warn(format_args!("{model}: {}", text(shortfall))));
 }
 
 fn text(shortfall: &Shortfall) -> String {
     let &Shortfall { preset, share, strays, is_left_out } = shortfall;
-    let mut text =
-        format!("its expressions make {:.0} % of `{}`", 100.0 * share.max(0.0), preset.name());
+    let mut text = format!(
+        "expression `{}` reaches only {:.0} % of its target",
+        preset.name(),
+        100.0 * share.max(0.0)
+    );
     if strays {
-        text.push_str(", and only by moving the rest of the face too");
+        text.push_str(", and moves other parts of the face too");
     }
     if is_left_out {
-        text.push_str("; it is left out");
+        text.push_str("; left out");
     }
     text
 }

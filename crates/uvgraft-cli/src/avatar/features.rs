@@ -8,31 +8,35 @@ use uvgraft_avatar::eyes::{Iris, Parted, clean};
 use uvgraft_avatar::mouth::{Mouth, MouthError};
 
 use crate::failure::{note, warn};
+use crate::heading;
 
 /// Options for mouth and eyes.
 #[derive(clap::Args, Clone, Copy)]
+#[command(next_help_heading = heading::FEATURES)]
 pub(crate) struct FeatureArgs {
-    /// What is behind the lips
+    /// Interior of the mouth
     #[arg(long, value_enum, value_name = "MOUTH", default_value_t = MouthName::Fitted)]
     mouth: MouthName,
-    /// What eyes show; either way each has an island of its own in the texture
+    /// Appearance of the eyes
+    ///
+    /// Either way, each eye gets a UV island of its own in the texture.
     #[arg(long, value_enum, value_name = "EYES", default_value_t = EyesName::Keep)]
     eyes: EyesName,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum EyesName {
-    /// What the face's texture shows, each eye its own
+    /// Keep the eyes of the face texture
     Keep,
-    /// Sclera, iris and pupil drawn anew, in the colour that the face's texture shows
+    /// Redraw sclera, iris and pupil in the eye colour of the face texture
     Clean,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum MouthName {
-    /// A cavity with teeth and a tongue, fitted to the lips, where the head is open between them
+    /// Fit a cavity with teeth and tongue where the mesh is open between the lips
     Fitted,
-    /// What the body has
+    /// Add nothing to the body's mesh
     None,
 }
 
@@ -47,7 +51,7 @@ pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>>
             Ok(Some((Arc::new(pair), parted)))
         }
         Err(why) => {
-            warn(format_args!("both eyes show the same texels: {why}"));
+            warn(format_args!("both eyes share the same texels: {why}"));
             Ok(None)
         }
     }
@@ -68,12 +72,10 @@ impl FeatureArgs {
         let irises = clean(avatar, texture).irises;
         if irises.is_empty() {
             warn(format_args!(
-                "{name}: --eyes clean: the body has no eyeballs of its own; they are left as they are"
+                "{name}: --eyes clean needs a body with eyeballs; eyes left unchanged"
             ));
         } else if irises.iter().any(|iris: &Iris| !iris.is_found) {
-            note(format_args!(
-                "{name}: the texture shows no iris that is clear enough; they are drawn brown"
-            ));
+            note(format_args!("{name}: no clear iris in the texture; drawing brown eyes"));
         }
     }
 
@@ -97,11 +99,11 @@ pub(super) fn with_mouth(
             Ok((mouth.attach(avatar)?, Some(mouth.triangles())))
         }
         Err(why @ (MouthError::Closed | MouthError::OwnMouth { .. })) => {
-            note(format_args!("{name}: {why}; it is left as it is"));
+            note(format_args!("{name}: {why}; mouth left unchanged"));
             Ok((avatar, None))
         }
         Err(why) => {
-            warn(format_args!("{name}: no teeth and tongue: {why}"));
+            warn(format_args!("{name}: cannot add teeth and tongue: {why}"));
             Ok((avatar, None))
         }
     }

@@ -8,21 +8,22 @@ use uvgraft_io::pair_file::PairFile;
 
 use super::Args;
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 
 /// Which layouts textures have.
 #[derive(clap::Args)]
+#[command(next_help_heading = heading::TEXTURE)]
 pub(super) struct LayoutArgs {
-    /// Which layouts the textures have: the body's alone, or the head's own beside it as a second material, in which
-    /// the face is not resampled
-    #[arg(long, value_enum, default_value_t = LayoutName::Atlas)]
+    /// Layout of the avatar's textures
+    #[arg(long, value_enum, value_name = "LAYOUT", default_value_t = LayoutName::Atlas)]
     texture_layout: LayoutName,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LayoutName {
-    /// One texture and one material: one draw call
+    /// One texture in the body's layout: one material, one draw call
     Atlas,
-    /// The face stays as sharp as its texture is; one more draw call
+    /// The head keeps its layout, so the face is not resampled: two materials
     #[value(name = "head+body")]
     HeadBody,
 }
@@ -60,8 +61,8 @@ impl HeadLayout {
         let own = OwnLayout::new(&file.pair, shown.touched()).or_bad_input()?;
         let Some(own) = own.filter(|own| own.share >= LEAST_SHARE) else {
             return Err(bad_input(format!(
-                "{}: --texture-layout head+body needs a body whose head has the triangles of the head's mesh; this pair \
-                 links meshes that are cut differently. Use --texture-layout atlas",
+                "{}: --texture-layout head+body needs a body whose head has the same triangles as \
+                 the head mesh; use --texture-layout atlas",
                 args.pair.display()
             )));
         };

@@ -8,25 +8,26 @@ use uvgraft_gltf::glb::{self, CoarserLevel, Export, Exported, Looks};
 use uvgraft_gltf::preset::{self, Level, MOST_LEVELS};
 
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 use crate::report::grouped;
 
 /// Coarser levels.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Levels of detail")]
+#[command(next_help_heading = heading::LODS)]
 pub(super) struct LodArgs {
-    /// How many coarser levels to make, each with about half the triangles of the one before
+    /// Number of coarser levels, each with about half the triangles of the previous one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LEVELS as i64))]
     lods: Option<u8>,
-    /// Where they go [default: files]
-    #[arg(long, value_enum, value_name = "WHERE", requires = "lods")]
+    /// How to store the levels [default: files]
+    #[arg(long, value_enum, value_name = "STORAGE", requires = "lods")]
     lods_as: Option<LodsAs>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LodsAs {
-    /// Files of their own: NAME.lod1.glb is the first
+    /// Separate files: NAME.lod1.glb, NAME.lod2.glb, ...
     Files,
-    /// The same .glb, by MSFT_lod; what does not know that shows the finest
+    /// One .glb with MSFT_lod; readers without support show the finest level
     Msft,
 }
 
@@ -42,13 +43,12 @@ impl LodArgs {
     /// Refuses what does not fit.
     pub(super) fn check(&self, is_vrm: bool) -> anyhow::Result<()> {
         if self.count() > 0 && cfg!(not(feature = "simplify")) {
-            return Err(bad_input(
-                "--lods: this build cannot simplify: build it with the feature `simplify`",
-            ));
+            return Err(bad_input("--lods needs a build with the feature `simplify`"));
         }
         if is_vrm && self.is_one_file() {
             return Err(bad_input(
-                "--lods-as msft: what reads VRM files knows no MSFT_lod; use --lods-as files, or write a .glb",
+                "--lods-as msft cannot be used with .vrm, whose readers do not support MSFT_lod; \
+                 use --lods-as files, or write a .glb",
             ));
         }
         Ok(())
@@ -110,7 +110,7 @@ impl Levels {
     pub(super) fn rows(&self, files: &[(PathBuf, usize)]) -> Vec<(String, String)> {
         let row = |(index, level): (usize, &Level)| {
             let mut text = format!(
-                "{} triangles, {:.1} mm off in the mean and {:.1} mm at most",
+                "{} triangles, deviation {:.1} mm mean, {:.1} mm max",
                 grouped(level.triangles),
                 1e3 * level.deviation.mean,
                 1e3 * level.deviation.most,

@@ -54,7 +54,7 @@ impl Materials {
             let texture = image::read(path).or_bad_input()?.texture;
             if map.role == MapRole::Normal && !texture.channels().has_color() {
                 return Err(bad_input(format!(
-                    "{}: a normal map must have three channels, got a grey image",
+                    "{}: a normal map must have three channels, got a greyscale image",
                     path.display()
                 )));
             }

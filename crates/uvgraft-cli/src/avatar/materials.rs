@@ -7,32 +7,37 @@ use uvgraft_gltf::glb::Style;
 use uvgraft_pipeline::Onto;
 
 use crate::failure::bad_input;
+use crate::heading;
 use crate::role_file::{NormalYName, RoleFile};
 
 /// Maps of the face, and how surfaces are lit.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Materials")]
+#[command(next_help_heading = heading::MATERIALS)]
 pub(super) struct MaterialArgs {
-    /// A further map of the face, in the head's layout, and what it is: normal, roughness, metallic, occlusion, orm
-    /// (occlusion, roughness and metallic in red, green and blue) or emissive, such as normal=face_normal.png; may
-    /// be repeated. --onto ROLE=IMAGE is the body's own
+    /// Additional map of the face, by its role; repeatable
+    ///
+    /// In the head's layout, such as normal=face_normal.png. Roles: normal, roughness, metallic,
+    /// occlusion, orm (occlusion, roughness and metallic in red, green and blue) and emissive. Use
+    /// --onto ROLE=IMAGE for the body's map of the same role.
     #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
     maps: Vec<RoleFile>,
-    /// Which way the green channel of normal maps points; the avatar's points up, as glTF has it
-    #[arg(long, value_enum, default_value = "opengl")]
+    /// Green channel convention of input normal maps
+    ///
+    /// Normal maps of the avatar follow glTF, which is opengl.
+    #[arg(long, value_enum, value_name = "CONVENTION", default_value = "opengl")]
     normal_y: NormalYName,
-    /// How surfaces are lit
+    /// Shading model
     #[arg(long, value_enum, default_value_t = LookName::Pbr)]
     look: LookName,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LookName {
-    /// Physically, which everything knows
+    /// Physically based, supported everywhere
     Pbr,
-    /// As drawings are, in a .vrm (MToon 1.0); what does not know it lights it as pbr
+    /// Toon shading (MToon 1.0, .vrm only); readers without support use pbr
     Mtoon,
-    /// Not at all: plain colours, for textures with light in them
+    /// No lighting, for textures with baked light
     Unlit,
 }
 
@@ -109,14 +114,13 @@ impl Bases {
                 .and_then(|(name, base)| Some((MapRole::named(&name.to_ascii_lowercase())?, base)))
             {
                 Some((role, _)) if maps.iter().any(|(known, _)| *known == role) => {
-                    return Err(bad_input(format!(
-                        "--onto {text}: there is a base for that map already"
-                    )));
+                    return Err(bad_input(format!("--onto {text}: map given twice")));
                 }
                 Some((role, base)) => maps.push((role, Onto::parse(base)?)),
                 None if color.is_some() => {
                     return Err(bad_input(format!(
-                        "--onto {text}: a body has one colour texture; bases of maps are ROLE=IMAGE, ROLE being {}",
+                        "--onto {text}: colour texture given twice; for other maps use \
+                         ROLE=IMAGE, where ROLE is one of {}",
                         role_names()
                     )));
                 }
@@ -124,7 +128,10 @@ impl Bases {
             }
         }
         let color = color.ok_or_else(|| {
-            bad_input("--onto: the body's colours are missing: an image in its layout, or a colour such as #c08a70")
+            bad_input(
+                "--onto must include the body's colours: an image in its layout, or a colour such \
+                 as #c08a70",
+            )
         })?;
         Ok(Self { color, maps })
     }
@@ -140,13 +147,10 @@ impl MaterialArgs {
         let mut maps: Vec<Wanted> = Vec::new();
         for RoleFile { role: name, file } in &self.maps {
             let role = MapRole::named(name).ok_or_else(|| {
-                bad_input(format!(
-                    "--map {name}: GLB and VRM files have no place for it; expected one of {}",
-                    role_names()
-                ))
+                bad_input(format!("--map {name}: role must be one of {}", role_names()))
             })?;
             if maps.iter().any(|map| map.role == role) {
-                return Err(bad_input(format!("--map {name}={file}: that map is given already")));
+                return Err(bad_input(format!("--map {name}={file}: map given twice")));
             }
             maps.push(Wanted { role, face: Some(PathBuf::from(file)), onto: None });
         }
@@ -160,7 +164,8 @@ impl MaterialArgs {
         let parts = [MapRole::Occlusion, MapRole::Roughness, MapRole::Metallic];
         if has(MapRole::Orm) && parts.into_iter().any(has) {
             return Err(bad_input(
-                "--map orm holds occlusion, roughness and metallic: give it or them, not both",
+                "--map orm cannot be used with --map occlusion, roughness or metallic, which it \
+                 contains",
             ));
         }
         let style = self.look.style();
@@ -174,14 +179,14 @@ impl MaterialArgs {
                 ROLES.iter().find(|(_, role)| *role == map.role).map_or("", |(name, _)| name);
             return Err(bad_input(match style {
                 Style::Unlit => {
-                    format!("--look unlit shows plain colours: leave out the map {name}")
+                    format!("--look unlit cannot be used with the map {name}")
                 }
-                _ => format!("--look mtoon knows normal and emissive maps only: leave out {name}"),
+                _ => format!("--look mtoon supports normal and emissive maps only, got {name}"),
             }));
         }
         if style == Style::MToon && !is_vrm {
             return Err(bad_input(
-                "--look mtoon is for VRM: write a .vrm, or use --look unlit or --look pbr",
+                "--look mtoon needs a .vrm output; for a .glb use --look unlit or --look pbr",
             ));
         }
         Ok(Materials { maps, normal_y: self.normal_y.into(), style })

@@ -2,33 +2,47 @@
 
 use std::path::Path;
 
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use serde_json::{Map, Value};
 use uvgraft_gltf::glb::{Permissions, VrmMeta};
 
 use crate::failure::bad_input;
+use crate::heading;
 
-/// Who made an avatar, and who may do what with it. A VRM file must say so; nothing is taken for granted.
+/// Who made an avatar, and who may do what with it. A VRM file must say so, and has no defaults.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Whose avatar it is")]
+#[command(next_help_heading = heading::METADATA)]
 pub(super) struct MetaArgs {
-    /// What the avatar is called [default: the output's name]
-    #[arg(long)]
+    /// Name of the avatar [default: the output's file name]
+    #[arg(long, value_name = "NAME")]
     title: Option<String>,
-    /// Who made it; may be repeated. A .vrm needs one; a .glb has it in asset.copyright and asset.extras
+    /// Author of the avatar; repeatable, required for .vrm
+    ///
+    /// A .glb stores authors in asset.copyright and asset.extras.
     #[arg(long = "author", value_name = "NAME")]
     authors: Vec<String>,
-    /// What others may do with it; a .vrm needs it: `only-author` is for the author alone,
-    /// `non-commercial` for everyone to use, change and give on without profit and with the author's name,
-    /// `everyone` to earn with too
-    #[arg(long, alias = "licence", value_name = "TERMS")]
-    #[arg(value_parser = Permissions::NAMED.map(|(name, _)| name))]
+    /// What others may do with the avatar; required for .vrm
+    #[arg(long, alias = "licence", value_name = "TERMS", value_parser = licenses())]
     license: Option<String>,
-    /// Where further terms are
+    /// URL of further licence terms (.vrm only)
     #[arg(long, value_name = "URL")]
     license_url: Option<String>,
-    /// Licences of what it was made from, such as the body model's
+    /// Licences of third-party content, such as the body model (.vrm only)
     #[arg(long, value_name = "TEXT")]
     made_from: Option<String>,
+}
+
+/// The names of sets of permissions, each with its meaning.
+fn licenses() -> PossibleValuesParser {
+    PossibleValuesParser::new(Permissions::NAMED.map(|(name, permissions)| {
+        PossibleValue::new(name).help(match permissions {
+            Permissions::ONLY_AUTHOR => "Use by the author only",
+            Permissions::NON_COMMERCIAL => {
+                "Use, modification and redistribution by anyone, non-commercially, with credit"
+            }
+            _ => "As non-commercial, and commercial use too",
+        })
+    }))
 }
 
 impl MetaArgs {
@@ -63,9 +77,7 @@ impl MetaArgs {
             ("--made-from", self.made_from.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(bad_input(format!(
-                "{name}: a GLB file has no place for it; write a .vrm, or leave it out"
-            ))),
+            Some((name, _)) => Err(bad_input(format!("{name} is for .vrm outputs only"))),
             None => Ok(()),
         }
     }
@@ -78,7 +90,7 @@ impl MetaArgs {
         }) else {
             let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
             return Err(bad_input(format!(
-                "{}: a VRM file says whose it is and what others may do with it: give --author NAME and \
+                "{}: a VRM file must name its author and terms of use: add --author NAME and \
                  --license TERMS ({terms})",
                 output.display()
             )));

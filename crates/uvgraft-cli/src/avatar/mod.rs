@@ -22,6 +22,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use uvgraft::{MapOptions, Size};
 use uvgraft_gltf::glb::{self, Export, PictureFormat, VrmError};
 use uvgraft_gltf::preset::{self, Fitted, Preset};
@@ -30,9 +31,10 @@ use uvgraft_io::{output, pair_file};
 use crate::blending::BlendArgs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
+use crate::heading;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
-use crate::report::{parse_size, to_stdout};
+use crate::report::{grouped, parse_size, to_stdout};
 use body::Body;
 use dress::Dressed;
 use face::Face;
@@ -48,90 +50,117 @@ use plan::Plan;
 /// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
 
-/// Makes an animated full-body avatar from a head's texture: a GLB or VRM file.
+/// Build an animated full-body avatar from a head texture
 ///
-/// The face is carried onto the body's texture as `transfer` does, with a membrane to hide the border
-/// unless --blend says otherwise, and the body gets its skeleton, expressions and animations.
+/// The face is transferred onto the body's texture as by `uvgraft transfer`, with a membrane that hides
+/// the border unless --blend says otherwise. The body gets its skeleton, expressions and animations. The
+/// result is a GLB file, or a VRM 1.0 file if the output ends in .vrm.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file, from the head's layout to the body's
+    /// Pair file that links the head to the body
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// The face: an image in the head's layout, a FATE texture dump (.pth), or a FATE workspace, a
-    /// folder with baking*/dump_texture/ or visualize_texture/
+    /// Face texture in the head's layout, or the output of FATE
+    ///
+    /// An image, a FATE texture dump (.pth), or a FATE workspace: a folder that contains
+    /// baking*/dump_texture/ or visualize_texture/.
     face: PathBuf,
-    /// The body's texture: an image in the body's layout, or a colour such as #c08a70. Further maps of the body's
-    /// are named by what they are, as ROLE=IMAGE: see --map
-    #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR")]
-    onto: Vec<String>,
-    /// The body: a model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME, .npz or .pkl), or `demo` for the
-    /// figure that `uvgraft demo` makes
-    #[arg(long, value_name = "MODEL|demo")]
-    body: PathBuf,
-    /// The body's shape: numbers such as 0.5,-1.2, or a file (.npz, .pkl) with an array `betas`
-    #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true)]
-    betas: Option<String>,
-    /// Animations: AMASS files (.npz); several become several clips, in place of the demo figure's own
-    #[arg(long, value_name = "AMASS.npz")]
-    motion: Vec<PathBuf>,
-    /// Make it fit a platform's limits: size of the texture, triangles. visionos is for AR Quick Look, which opens USDZ
-    /// only: the file still has to be converted
-    #[arg(long, value_parser = Preset::ALL.map(|preset| preset.name))]
-    preset: Option<String>,
-    /// The most triangles; what nobody sees goes first [default: the preset's, or all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..))]
-    triangles: Option<u32>,
-    /// Size of the body's texture [default: the image's, or as much of it as the preset takes]
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
-    size: Option<Size>,
-    /// How the texture is stored [default: the preset's, or png]
-    #[arg(long, value_enum, value_name = "FORMAT")]
-    texture: Option<TextureName>,
-    /// Quality of JPEG textures, 1 to 100 [default: 92]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
-    quality: Option<u8>,
-    /// Where to write the avatar: .glb, or .vrm (VRM 1.0)
-    #[arg(short, long, value_name = "OUT.glb|OUT.vrm")]
+    /// Avatar to write: .glb, or .vrm for VRM 1.0
+    #[arg(short, long, value_name = "OUT.glb|OUT.vrm", help_heading = heading::FILES)]
     output: PathBuf,
-    /// How values between texels are made [default: lanczos3]
-    #[arg(long, value_enum)]
-    filter: Option<FilterName>,
-    /// Texels beyond the UV islands that are filled
-    #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
-    gutter: u32,
-    /// Which UV island is shown where several share texels, such as two eyes on one disc
-    #[arg(long, value_enum, default_value_t = PreferName::First)]
-    prefer: PreferName,
-    /// Say what of the body model's file is not used
-    #[arg(short, long)]
+    /// Body texture, or a colour such as #c08a70
+    ///
+    /// An image in the body's layout, or a colour. Repeat the option as ROLE=IMAGE for the body's other
+    /// maps: see --map for the roles.
+    #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
+    onto: Vec<String>,
+    /// List what is not used of the body model's file
+    #[arg(short, long, help_heading = heading::FILES)]
     verbose: bool,
+    /// Body model file, or `demo` for the built-in figure
+    ///
+    /// A model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME) as .npz or .pkl, or the figure that
+    /// `uvgraft demo` uses.
+    #[arg(long, value_name = "MODEL|demo", help_heading = heading::BODY)]
+    body: PathBuf,
+    /// Shape coefficients, such as 0.5,-1.2, or a file that holds them
+    ///
+    /// A file (.npz, .pkl) must contain an array `betas`.
+    #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true, help_heading = heading::BODY)]
+    betas: Option<String>,
     #[command(flatten)]
     playing: PlayArgs,
+    /// Size of the body texture in texels [default: the base's, within the preset]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::TEXTURE)]
+    size: Option<Size>,
     #[command(flatten)]
     layout: LayoutArgs,
+    /// Format of embedded textures [default: the preset's, or png]
+    #[arg(long, value_enum, value_name = "FORMAT", help_heading = heading::TEXTURE)]
+    texture: Option<TextureName>,
+    /// Quality of JPEG textures [default: 92]
+    #[arg(long, value_name = "1-100", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(help_heading = heading::TEXTURE)]
+    quality: Option<u8>,
+    /// Interpolation filter [default: lanczos3]
+    #[arg(long, value_enum, help_heading = heading::TEXTURE)]
+    filter: Option<FilterName>,
+    /// Width of the gutter around UV islands, in texels
+    #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::TEXTURE)]
+    gutter: u32,
+    /// UV island that owns texels shared by several islands
+    ///
+    /// Matters for layouts with overlapping islands, such as two eyes that share one disc.
+    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
+    #[arg(help_heading = heading::TEXTURE)]
+    prefer: PreferName,
     #[command(flatten)]
     materials: MaterialArgs,
     #[command(flatten)]
-    lods: LodArgs,
-    #[command(flatten)]
     features: FeatureArgs,
-    #[command(flatten)]
-    meta: MetaArgs,
     #[command(flatten)]
     region: RegionArgs,
     #[command(flatten)]
     blending: BlendArgs,
+    #[command(flatten)]
+    lods: LodArgs,
+    /// Platform whose limits the avatar must meet
+    ///
+    /// Limits texture size and number of triangles, and prints a report. visionos is for AR Quick Look,
+    /// which opens USDZ files only: convert the avatar afterwards.
+    #[arg(long, help_heading = heading::PLATFORM)]
+    #[arg(value_parser = presets())]
+    preset: Option<String>,
+    /// Maximum number of triangles [default: the preset's, or unlimited]
+    ///
+    /// Hidden triangles, such as the backs of the eyeballs, are removed first; the rest is simplified.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..))]
+    #[arg(help_heading = heading::PLATFORM)]
+    triangles: Option<u32>,
+    #[command(flatten)]
+    meta: MetaArgs,
+}
+
+/// The names of presets, each with its limits.
+fn presets() -> PossibleValuesParser {
+    PossibleValuesParser::new(Preset::ALL.map(|preset| {
+        let (platform, side) = (preset.limits.platform, preset.texture_side);
+        let triangles = grouped(preset.triangles);
+        PossibleValue::new(preset.name)
+            .help(format!("{platform}: {triangles} triangles, textures of {side} texels a side"))
+    }))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum TextureName {
-    /// Lossless, read by everything
+    /// Lossless, supported everywhere
     Png,
-    /// Lossy and small, read by everything
+    /// Lossy and small, supported everywhere
     Jpeg,
-    /// Lossless and smaller than PNG, read by browsers and Blender
+    /// Lossless and smaller than PNG, supported by browsers and Blender
     Webp,
-    /// Compressed for graphics processors, which keep it so; in builds with the feature `ktx2`
+    /// Stays compressed on the GPU; needs a build with the feature `ktx2`
     Ktx2,
 }
 

@@ -11,35 +11,41 @@ use uvgraft_io::arrays;
 
 use super::body::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
+use crate::heading;
 
 /// Frames a second of animations, unless others are asked for.
 const FPS: f64 = 30.0;
 
 /// How recordings are played.
 #[derive(clap::Args)]
+#[command(next_help_heading = heading::ANIMATION)]
 pub(super) struct PlayArgs {
-    /// Frames a second of animations; 0 keeps all of the file's [default: 30]
+    /// AMASS recording to add as an animation (.npz); repeatable
+    ///
+    /// Recordings replace the demo figure's own animations.
+    #[arg(long, value_name = "AMASS.npz")]
+    pub(super) motion: Vec<PathBuf>,
+    /// Frame rate of the animations, 0 for that of the recording [default: 30]
     #[arg(long, value_name = "N", requires = "motion", value_parser = clap::value_parser!(u16).range(0..=240))]
     fps: Option<u16>,
-    /// Ground of the animations [default: clip]
+    /// Ground contact of the animations [default: clip]
     ///
-    /// `clip` puts feet on y = 0 where the feet of the person who moved stood, `feet` where the body's own
-    /// stand; both scale the path by leg length, keep planted feet planted, and start at the place at rest,
-    /// facing the front. `keep` leaves translations as recorded.
+    /// `clip` and `feet` scale the path by leg length, keep planted feet planted, and start at the
+    /// origin, facing forward. `keep` leaves translations as recorded.
     #[arg(long, value_enum, value_name = "GROUND", requires = "motion")]
     ground: Option<GroundName>,
-    /// Axis that points up in the animations' files [default: detected from the motion]
+    /// Up axis of the recordings [default: detected from the motion]
     #[arg(long, value_enum, value_name = "AXIS", requires = "motion")]
     up: Option<UpName>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum GroundName {
-    /// Translations as recorded
+    /// Keep translations as recorded
     Keep,
-    /// Feet stand where those of the clip's person stood
+    /// Put the ground (y = 0) where the recorded person's feet stood
     Clip,
-    /// Feet stand where the body's own are low and slow
+    /// Put the ground where the body's own feet are low and slow
     Feet,
 }
 
@@ -55,7 +61,9 @@ impl From<GroundName> for Ground {
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum UpName {
+    /// Y up
     Y,
+    /// Z up
     Z,
 }
 
@@ -143,16 +151,17 @@ impl Recording {
             .clip(&avatar.skeleton, &name, &options)
             .map_err(|error| bad_input(format!("{path}: {error}")))?;
         if let Some(why) = why {
-            note(format_args!("{path}: grounded by the body's own feet: {why}"));
+            note(format_args!("{path}: placed on the ground by the body's own feet: {why}"));
         }
         if !report.missing.is_empty() {
             let missing = report.missing.join(", ");
-            note(format_args!("{path}: the body has no {missing}; those are left out"));
+            note(format_args!("{path}: skipped joints that the body lacks: {missing}"));
         }
         if !report.up_is_certain {
             let up = axis(report.up);
             warn(format_args!(
-                "{path}: whether Y or Z points up is not clear from the motion; took {up}. Say --up y or --up z"
+                "{path}: cannot tell the up axis from the motion; assuming {up}; use --up y or \
+                 --up z"
             ));
         }
         let frames = clip.poses.len();
@@ -163,32 +172,35 @@ impl Recording {
     /// The person who moved, as a shape of the body's model; or why nobody knows.
     fn person(&self, performers: &Performers<'_>) -> Result<Performer, String> {
         let Performers::Of { model, gender, .. } = performers else {
-            return Err("the demo's figure is no model that could take the clip's shape".to_owned());
+            return Err("the demo figure cannot take the shape of the recorded person".to_owned());
         };
-        let betas = self.motion.betas().ok_or("the clip has no betas")?;
+        let betas = self.motion.betas().ok_or("the recording has no betas")?;
         let (body, clip) = (model.kind(), self.motion.kind());
         if !clip.is_some_and(|clip| clip.shares_shapes_with(body)) {
             let clip = clip.map_or("an unknown model", |kind| kind.name());
-            return Err(format!("the clip's betas are for {clip}, the body is {}", body.name()));
+            return Err(format!(
+                "the recording's betas are for {clip}, but the body is {}",
+                body.name()
+            ));
         }
         match (self.motion.gender(), gender) {
             (Some(clip), Some(body)) if clip != *body => {
                 let (clip, body) = (clip.name(), body.name());
                 return Err(format!(
-                    "the clip's person is of the {clip} model, the body of the {body} one"
+                    "the recorded person uses the {clip} model, but the body the {body} one"
                 ));
             }
             (Some(clip), None) => {
                 let clip = clip.name();
                 return Err(format!(
-                    "the clip's person is of the {clip} model, and neither the body's file nor its name says \
-                     of which gender it is"
+                    "the recorded person uses the {clip} model, but neither the body's file nor \
+                     its name states a gender"
                 ));
             }
             (None, Some(body)) => {
                 let body = body.name();
                 return Err(format!(
-                    "the body is of the {body} model, the clip does not say of which"
+                    "the body uses the {body} model, but the recording states no gender"
                 ));
             }
             _ => {}
@@ -198,7 +210,8 @@ impl Recording {
         }
         let betas = betas[..betas.len().min(model.betas())].to_vec();
         let shaped = model.shaped(&Shape { betas, ..Shape::default() });
-        let shaped = shaped.map_err(|error| format!("its betas make no body: {error}"))?;
+        let shaped =
+            shaped.map_err(|error| format!("cannot shape a body by its betas: {error}"))?;
         Ok(Performer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
     }
 

@@ -64,16 +64,14 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
     match output.extension().map(OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "glb" => Ok(false),
         Some(extension) if extension == "vrm" => Ok(true),
-        _ => {
-            Err(bad_input(format!("{}: wanted a name that ends in .glb or .vrm", output.display())))
-        }
+        _ => Err(bad_input(format!("{}: extension must be .glb or .vrm", output.display()))),
     }
 }
 
 fn check_body(args: &Args) -> anyhow::Result<()> {
     let Some(betas) = &args.betas else { return Ok(()) };
     if args.body == Path::new("demo") {
-        return Err(bad_input("--betas shape body models; --body demo has one shape"));
+        return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
     }
     if !Path::new(betas).exists() {
         body::betas(betas)?;
@@ -89,24 +87,24 @@ fn check_textures(
 ) -> anyhow::Result<PictureFormat> {
     if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
         return Err(bad_input(
-            "--texture ktx2: this build lacks the feature `ktx2`; wanted png, jpeg or webp",
+            "--texture ktx2 needs a build with the feature `ktx2`; use png, jpeg or webp",
         ));
     }
     let preset_format = preset.map(|preset| preset.format);
     let format = preset_format.or(args.texture.map(PictureFormat::from));
     let format = format.unwrap_or(PictureFormat::Png);
     if args.quality.is_some() && format != PictureFormat::Jpeg {
-        return Err(bad_input("--quality is for JPEG textures: add --texture jpeg"));
+        return Err(bad_input("--quality needs JPEG textures: add --texture jpeg"));
     }
     if onto.path().is_none() && args.size.is_none() {
-        return Err(bad_input("a colour has no size: give --size N, or --onto an image"));
+        return Err(bad_input("--size is required where --onto is a colour"));
     }
     if let (Some(size), Some(preset)) = (args.size, preset)
         && too_large(size, preset)
     {
         let (name, side) = (preset.name, preset.texture_side);
         return Err(bad_input(format!(
-            "--size {size}: --preset {name} has textures of {side} at most; leave one of them out"
+            "--size must be at most {side} with --preset {name}, got {size}"
         )));
     }
     Ok(format)
@@ -128,7 +126,7 @@ fn check_files(
         .chain(onto.path())
         .chain(materials.inputs())
         .chain(models)
-        .chain(args.motion.iter().map(PathBuf::as_path))
+        .chain(args.playing.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
         .chain(args.region.inputs())
         .collect();
@@ -149,7 +147,7 @@ fn check_files(
         outputs.check(preview)?;
     }
     if let Some(labels) = args.blending.drawn_labels() {
-        check_name(labels, "a picture of labels")?;
+        check_name(labels, "a label image")?;
         outputs.check(labels)?;
     }
     Ok(())

@@ -53,7 +53,7 @@ impl<'a> Case<'a> {
     ) -> anyhow::Result<Self> {
         let (source, base) = (detailed(from, 1)?, detailed(to, 2)?);
         let (source_png, base_png) = (png(&source)?, png(&base)?);
-        let folder = TemporaryFolder::create().context("cannot make a temporary folder")?;
+        let folder = TemporaryFolder::create().context("cannot create a temporary folder")?;
         let filled = map(pair, direction, to, MapOptions::default()).stats();
         // The other layout's linked texels are what is read: its map says how many they are.
         let read = map(pair, direction.opposite(), from, MapOptions::with_gutter(0)).stats();

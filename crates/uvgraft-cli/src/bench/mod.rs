@@ -24,37 +24,37 @@ use copy::CopyRate;
 use report::{Report, Row};
 use stage::Kind;
 
-/// Measures what each stage of a transfer costs on this machine, with generated textures
+/// Benchmark each stage of a transfer on this machine
 ///
-/// Textures are 8-bit RGB with detail down to single texels, and PNG files of them are in memory or
-/// in a temporary folder. Stages run in turn, once each round, so that whatever else the machine does
-/// meets all of them alike; the first round is not counted.
+/// Textures are generated: 8-bit RGB with detail down to single texels. Their PNG files are held in
+/// memory or in a temporary folder. Each round runs every stage once, so that other load on the machine
+/// affects all stages alike; the first round is a warm-up.
 ///
-/// The last column compares with memory: the time to copy as many bytes as the stage has to read and
-/// write, once each, as a share of the time that it takes.
+/// The last column compares a stage with memory bandwidth: the time to copy as many bytes as the stage
+/// must read and write, as a share of the stage's own time.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// Size of the texture in the pair's source layout
+    /// Texture size in the source layout
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
     source_size: Size,
-    /// Sizes of the texture in the pair's target layout, one after the other
+    /// Texture sizes in the target layout, comma-separated
     #[arg(long, visible_alias = "target-size", default_value = "4096", value_name = "N|WxH,...")]
     #[arg(value_delimiter = ',', value_parser = parse_size)]
     size: Vec<Size>,
-    /// Carry from the pair's target to its source
+    /// Transfer from the target layout to the source layout
     #[arg(long)]
     reverse: bool,
-    /// Carry both ways, one after the other
+    /// Benchmark both directions
     #[arg(long, conflicts_with = "reverse")]
     both: bool,
-    /// Filters to resample with
+    /// Interpolation filters to benchmark, comma-separated
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FILTER,...")]
     #[arg(default_value = "bilinear,catmull-rom,lanczos3")]
     filter: Vec<FilterName>,
-    /// Stages to measure [default: all]
+    /// Stages to benchmark, comma-separated [default: all]
     #[arg(
         long,
         value_enum,
@@ -64,8 +64,8 @@ pub(crate) struct Args {
     )]
     #[arg(default_values_t = Kind::ALL)]
     stage: Vec<Kind>,
-    /// How often each stage is measured
-    #[arg(long, default_value_t = 5, value_name = "K")]
+    /// Number of timed rounds
+    #[arg(long, default_value_t = 5, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     runs: u32,
     /// Print the report as JSON

@@ -137,11 +137,11 @@ impl Report {
             self.runs,
         );
         if !self.optimised {
-            text.push_str("compiled for development: a release build is faster\n");
+            text.push_str("debug build: a release build is faster\n");
         }
         let _ = writeln!(
             text,
-            "memory copy: {:.1} GB/s, bytes read and bytes written\n",
+            "memory copy: {:.1} GB/s, read plus written\n",
             self.copy.gigabytes_per_second()
         );
         let head = ["stage", "size", "threads", "ms (min–max)", "Mtexel/s", "of memory copy"];

@@ -4,23 +4,23 @@ use clap::ValueEnum;
 use serde::Serialize;
 use uvgraft::Filter;
 
-/// What a stage does.
+/// A stage of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
-    /// Reading and checking the pair file
+    /// Read and validate the pair file
     ReadPair,
-    /// Building the sampling map
+    /// Build the sampling map
     Map,
-    /// Finding what pads the source beside its islands
+    /// Prepare the padding of the source around its UV islands
     Padding,
-    /// Filling the base's texels, the source's padding included
+    /// Resample the source into the base, padding included
     Resample,
-    /// Decoding the PNG files of source and base
+    /// Decode the PNG files of source and base
     Decode,
-    /// Encoding the result as PNG
+    /// Encode the result as PNG
     Encode,
-    /// `uvgraft transfer` from file to file, in this process
+    /// Run `uvgraft transfer` from file to file, in this process
     File,
 }
 

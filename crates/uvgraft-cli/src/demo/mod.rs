@@ -29,16 +29,16 @@ use crate::view;
 use blending::Blends;
 use views::{FACE, FULL, render};
 
-/// Shows the main job on an embedded example that needs no file.
+/// Run the whole workflow on an embedded example
 ///
-/// Makes a synthetic head and a synthetic body that contains it in another layout, carries the
-/// painted face onto the body and back, and writes meshes, textures and pictures.
+/// Generates a synthetic head and a synthetic body that contains the head in another UV layout, transfers
+/// the painted face onto the body and back, and writes the meshes, textures, avatars and pictures.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Folder to write to; made if it is missing
+    /// Output folder, created if missing
     #[arg(short, long, default_value = "uvgraft-demo", value_name = "FOLDER")]
     output: PathBuf,
-    /// Size of both textures
+    /// Size of both textures in texels
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
     size: Size,
 }
@@ -46,7 +46,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = &args.output;
     std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))
+        .with_context(|| format!("cannot create the folder {}", folder.display()))
         .or_bad_input()?;
     let mut steps = Steps::new();
 
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     steps.done(
         "meshes",
         format!(
-            "head of {} triangles, body of {}",
+            "head with {} triangles, body with {}",
             grouped(figure.head.faces().len()),
             grouped(figure.body.faces().len()),
         ),
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let backward =
         Graft::builder(Arc::clone(&pair), sizes).direction(Direction::Reverse).build()?;
     let texels = forward.map().stats().linked;
-    steps.done("maps", format!("both ways, {} body texels linked", grouped(texels)));
+    steps.done("maps", format!("both directions, {} body texels linked", grouped(texels)));
     let (source, target) = (face.clone(), base.clone());
     steps.skip();
     let body = forward.apply(source, target)?;
@@ -87,12 +87,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let blends = Blends::new(&figure, &pair, &face, sizes)?;
     let blended = blends.picture();
     let darker = blends.body;
-    steps.done("rendering", "before and after, and blending onto darker skin".to_owned());
+    steps.done("rendering", "before and after, blending onto darker skin".to_owned());
 
     let files = avatar::Files::new(&figure, body.clone())?;
     steps.done("avatar", files.summary.clone());
     let pictures = avatar::Pictures::new(&files.glb)?;
-    steps.done("animation", "a turntable, and moments of the avatar".to_owned());
+    steps.done("animation", "turntable and stills of the avatar".to_owned());
 
     let file = PairFile {
         pair,
@@ -102,38 +102,36 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let (head, whole) = (&figure.head, &figure.body);
     let outputs = Outputs { folder, written: Vec::new() }
-        .file("head.obj", "the head and its layout", |path| Ok(obj::save(head, path)?))?
-        .file("body.obj", "the body and its layout", |path| Ok(obj::save(whole, path)?))?
-        .file("head_to_body.npy", "for each head vertex, the body vertex it is", |path| {
+        .file("head.obj", "head mesh", |path| Ok(obj::save(head, path)?))?
+        .file("body.obj", "body mesh", |path| Ok(obj::save(whole, path)?))?
+        .file("head_to_body.npy", "body vertex for each head vertex", |path| {
             Ok(vertex_map::save_npy(&figure.vertex_map, path)?)
         })?
-        .file("head_to_body.uvpair", "the pair", |path| Ok(pair_file::write(&file, path)?))?
-        .file("preview.png", "both layouts, the linked region in colour", |path| {
+        .file("head_to_body.uvpair", "linked pair", |path| Ok(pair_file::write(&file, path)?))?
+        .file("preview.png", "both layouts, linked region in colour", |path| {
             preview::write(&file, path)
         })?
-        .texture("face.png", "the painted face", face)?
-        .texture("body_base.png", "the painted body before", base)?
-        .texture("body_with_face.png", "the painted body after", body)?
-        .texture("face_back.png", "the face carried back from the body", back)?
-        .file("before_after.png", "the head before, the body after", |path| {
-            shots.picture().write(path)
-        })?
-        .file("blending.png", "the face on a body of darker skin, blended", |path| {
+        .texture("face.png", "face texture of the head", face)?
+        .texture("body_base.png", "body texture before the transfer", base)?
+        .texture("body_with_face.png", "body texture after the transfer", body)?
+        .texture("face_back.png", "face transferred back from the body", back)?
+        .file("before_after.png", "head before, body after", |path| shots.picture().write(path))?
+        .file("blending.png", "face blended onto a body of darker skin", |path| {
             blended.write(path)
         })?
-        .texture("body_darker.png", "that body before", darker)?
-        .file("avatar.glb", "the animated avatar", |path| bytes(path, &files.glb))?
-        .file("avatar.vrm", "the same for VRM", |path| bytes(path, &files.vrm))?
-        .file("wave.npz", "a motion as AMASS has it", |path| {
+        .texture("body_darker.png", "texture of that body before", darker)?
+        .file("avatar.glb", "animated avatar", |path| bytes(path, &files.glb))?
+        .file("avatar.vrm", "the same as VRM", |path| bytes(path, &files.vrm))?
+        .file("wave.npz", "animation as an AMASS recording", |path| {
             Ok(arrays::save_npz(&files.motion, path)?)
         })?
-        .file("avatar.png", "moments of the avatar", |path| pictures.sheet().write(path))?
-        .file("turntable.gif", "the avatar waving, from all around", |path| {
+        .file("avatar.png", "stills of the avatar", |path| pictures.sheet().write(path))?
+        .file("turntable.gif", "waving avatar from all sides", |path| {
             pictures.write_turntable(path)
         })?;
     let outputs = match view::page("avatar.glb", &files.glb)? {
         Some(page) => {
-            outputs.file("avatar.html", "the avatar to look at in a browser", |path| {
+            outputs.file("avatar.html", "avatar in a viewer for the browser", |path| {
                 bytes(path, &page)
             })?
         }
@@ -153,19 +151,17 @@ fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
     for (name, what, took) in &steps.steps {
         let _ = writeln!(text, "{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
     }
-    let _ = writeln!(text, "\nin {}:", outputs.folder.display());
+    let _ = writeln!(text, "\nFiles in {}:", outputs.folder.display());
     for (name, what) in &outputs.written {
         let _ = writeln!(text, "  {name:<20} {what}");
     }
     let path = |name: &str| outputs.folder.join(name).display().to_string();
     let _ = writeln!(
         text,
-        "\nthe same with the commands for your own files:\n  \
-         uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
-         uvgraft transfer my.uvpair {face} --onto {base} -o my_body.png\n  \
-         uvgraft avatar my.uvpair {face} --onto {base} --body demo --motion {} -o me.glb\n  \
-         uvgraft render me.glb --frame 1.2 -o me.png\n  \
-         uvgraft view me.glb",
+        "\nDo the same with your own files:\n  uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
+         uvgraft transfer my.uvpair {face} --onto {base} -o my_body.png\n  uvgraft avatar \
+         my.uvpair {face} --onto {base} --body demo --motion {} -o me.glb\n  uvgraft render \
+         me.glb --frame 1.2 -o me.png\n  uvgraft view me.glb",
         path("head.obj"),
         path("body.obj"),
         path("head_to_body.npy"),
@@ -176,8 +172,8 @@ fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
     if PAGE.is_none() {
         let _ = writeln!(
             text,
-            "\nthis build has no viewer, so avatar.html and `uvgraft view` are left out: \
-             scripts/build-viewer.sh makes it"
+            "\nThis build has no viewer, so avatar.html and `uvgraft view` are not available: run \
+             scripts/build-viewer.sh and build with the feature `viewer`"
         );
     }
     to_stdout(&text)

@@ -10,9 +10,9 @@ use crate::failure::OrBadInput;
 /// What fills the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Shot {
-    /// All of it
+    /// The whole model
     Body,
-    /// The head: by its bone or the neck's, else the top seventh of a body
+    /// The head, found by its bone or the neck's, or as the top seventh of the body
     Head,
 }
 

@@ -18,82 +18,94 @@ pub(crate) use self::options::aim;
 use self::options::{Part, Weight};
 use self::output::Output;
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 use crate::report::{parse_size, to_stdout};
 
-/// Draws a picture of a GLB, VRM or glTF file, or a moving one.
+/// Render a GLB, VRM or glTF file as an image or an animation
 ///
-/// The extension decides what is written: .png, .jpg, .webp, .tif or .gif. A moving picture
-/// (--turntable, --motion) is a GIF, an animated WebP, or a numbered file for each frame.
+/// The extension of the output selects the format: .png, .jpg, .webp, .tif or .gif. An animation
+/// (--turntable, --motion) is written as a GIF, an animated WebP, or one numbered file per frame.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// GLB, VRM or glTF file
     #[arg(value_name = "AVATAR")]
     input: PathBuf,
-    /// File to write
-    #[arg(short, long, value_name = "FILE")]
+    /// Image or animation to write
+    #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
     output: PathBuf,
-    /// Size of the picture, at most 4096 a side
+    /// Size in pixels, at most 4096 a side
     #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(help_heading = heading::FILES)]
     size: Size,
-    /// What fills the picture
-    #[arg(long, value_enum, default_value_t = Shot::Body)]
+    /// Framing of the model
+    #[arg(long, value_enum, value_name = "SHOT", default_value_t = Shot::Body)]
+    #[arg(help_heading = heading::CAMERA)]
     camera: Shot,
-    /// What fills the picture instead: a bone by VRM's name (leftHand), any node by its name, or a
-    /// box by two corners in metres
+    /// Frame a bone, a node or a box instead
+    ///
+    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = options::aim)]
-    #[arg(conflicts_with = "camera", allow_hyphen_values = true)]
+    #[arg(conflicts_with = "camera", allow_hyphen_values = true, help_heading = heading::CAMERA)]
     look_at: Option<Aim>,
-    /// Degrees around the person: 0 in front, 90 at the left side
+    /// Angle around the person: 0 in front, 90 on their left
     #[arg(long, default_value_t = 20.0, value_name = "DEGREES", allow_hyphen_values = true)]
-    #[arg(value_parser = options::finite)]
+    #[arg(value_parser = options::finite, help_heading = heading::CAMERA)]
     azimuth: f32,
-    /// Degrees above the horizon, from -89 to 89
+    /// Angle above the horizon, from -89 to 89
     #[arg(long, default_value_t = 7.0, value_name = "DEGREES", allow_hyphen_values = true)]
-    #[arg(value_parser = options::elevation)]
+    #[arg(value_parser = options::elevation, help_heading = heading::CAMERA)]
     elevation: f32,
-    /// Angle of view from top to bottom in degrees, from 1 to 120
+    /// Vertical field of view, from 1 to 120
     #[arg(long, default_value_t = 24.0, value_name = "DEGREES", allow_hyphen_values = true)]
-    #[arg(value_parser = options::field_of_view)]
+    #[arg(value_parser = options::field_of_view, help_heading = heading::CAMERA)]
     fov: f32,
-    /// How many times as large, from 0.1 to 50
+    /// Magnification, from 0.1 to 50
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
-    #[arg(value_parser = options::zoom)]
+    #[arg(value_parser = options::zoom, help_heading = heading::CAMERA)]
     zoom: f32,
-    /// A pose (rest, t-pose, a-pose, stand, wave, walk), or a bone turned by degrees about X, Y and
-    /// Z, as leftUpperArm=0,0,-40; may be given several times
-    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::part)]
-    pose: Vec<Part>,
-    /// An expression or morph target and its weight, as blink=0.8; may be given several times
-    #[arg(long, value_name = "NAME[=WEIGHT]", value_parser = options::weight)]
-    expression: Vec<Weight>,
-    /// Which animation, by its name or number; the first one unless told
-    #[arg(long, value_name = "NAME|N")]
-    clip: Option<String>,
-    /// Time in the animation, in seconds
-    #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_hyphen_values = true)]
-    frame: Option<f32>,
-    /// A moving picture from all around, of N frames
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "36")]
-    #[arg(value_parser = options::turntable)]
-    turntable: Option<u16>,
-    /// A moving picture of the animation
-    #[arg(long, conflicts_with = "frame")]
-    motion: bool,
-    /// Frames a second of a moving picture; 12 for a turntable, 25 for a motion unless told
-    #[arg(long, value_name = "N", value_parser = options::rate)]
-    fps: Option<f32>,
-    /// studio, transparent, or a colour as #rrggbb
-    #[arg(long, value_name = "WHAT", value_parser = options::background)]
-    background: Option<Background>,
-    /// No light: plain colours of textures, as for comparing with other renderers
-    #[arg(long)]
-    unlit: bool,
-    /// No floor that takes the shadow
-    #[arg(long)]
-    no_floor: bool,
-    /// Print the camera as JSON, the first frame's: eye, target, up, fov_y in degrees, near, far
-    #[arg(long)]
+    /// Print the camera as JSON
+    ///
+    /// For the first frame: eye, target, up, fov_y in degrees, near and far.
+    #[arg(long, help_heading = heading::CAMERA)]
     print_camera: bool,
+    /// Pose by name, or rotation of one bone; repeatable
+    ///
+    /// Named poses: rest, t-pose, a-pose, stand, wave, walk. A bone is rotated by degrees about X, Y and
+    /// Z, as in leftUpperArm=0,0,-40.
+    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::part)]
+    #[arg(help_heading = heading::POSE)]
+    pose: Vec<Part>,
+    /// Expression or morph target and its weight, such as blink=0.8; repeatable
+    #[arg(long, value_name = "NAME[=WEIGHT]", value_parser = options::weight)]
+    #[arg(help_heading = heading::POSE)]
+    expression: Vec<Weight>,
+    /// Animation clip, by name or number [default: the first]
+    #[arg(long, value_name = "NAME|N", help_heading = heading::POSE)]
+    clip: Option<String>,
+    /// Time in the animation clip, in seconds
+    #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_hyphen_values = true)]
+    #[arg(help_heading = heading::POSE)]
+    frame: Option<f32>,
+    /// Turn the camera around the model, in N frames [default: 36]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "36")]
+    #[arg(value_parser = options::turntable, help_heading = heading::MOVING)]
+    turntable: Option<u16>,
+    /// Play the animation clip
+    #[arg(long, conflicts_with = "frame", help_heading = heading::MOVING)]
+    motion: bool,
+    /// Frame rate [default: 12 with --turntable, 25 with --motion]
+    #[arg(long, value_name = "N", value_parser = options::rate, help_heading = heading::MOVING)]
+    fps: Option<f32>,
+    /// Background: studio, transparent, or a colour such as #ff8000
+    #[arg(long, value_name = "BACKGROUND", value_parser = options::background)]
+    #[arg(help_heading = heading::APPEARANCE)]
+    background: Option<Background>,
+    /// Draw plain texture colours without lighting
+    #[arg(long, help_heading = heading::APPEARANCE)]
+    unlit: bool,
+    /// Omit the floor and its shadow
+    #[arg(long, help_heading = heading::APPEARANCE)]
+    no_floor: bool,
 }
 
 /// Longest side of a picture.
@@ -102,12 +114,14 @@ const MAX_SIDE: u32 = 4096;
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.size.width.max(args.size.height) > MAX_SIDE {
         let found = args.size;
-        return Err(bad_input(format!("--size {found}: at most {MAX_SIDE} pixels a side")));
+        return Err(bad_input(format!(
+            "--size must be at most {MAX_SIDE} pixels a side, got {found}"
+        )));
     }
     let scene = Scene::load(&args.input).or_bad_input()?;
     let name = args.input.display();
     if scene.triangles() == 0 {
-        return Err(bad_input(format!("{name}: it has no triangles to draw")));
+        return Err(bad_input(format!("{name}: no triangles to draw")));
     }
     let frames = frames(args, &scene).with_context(|| name.to_string()).or_bad_input()?;
     let fps = args.fps.unwrap_or(if args.motion { 25.0 } else { 12.0 });
@@ -134,7 +148,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
-        return Err(bad_input(format!("{name}: none of its triangles is anywhere in this pose")));
+        return Err(bad_input(format!("{name}: every triangle has collapsed in this pose")));
     };
     // A GIF has no soft edges of shadows where one sees through it.
     let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
@@ -172,7 +186,10 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
         let uvgraft_gltf::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
         // A little more than the end is the end, as printed with one place.
         if frame > seconds + 0.05 {
-            anyhow::bail!("--frame {frame}: the clip {name:?} is {seconds:.2} s long");
+            anyhow::bail!(
+                "--frame must be within the clip {name:?}, which is {seconds:.2} s long, got \
+                 {frame}"
+            );
         }
     }
     posing.clip = clip.map(|clip| (clip, args.frame.unwrap_or(0.0)));
@@ -185,8 +202,8 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
         if wanted > output::MAX_FRAMES as f32 {
             let max = output::MAX_FRAMES;
             anyhow::bail!(
-                "{seconds} s at {fps} frames a second are {wanted} frames, at most {max} are \
-                 drawn; choose a lower --fps"
+                "{seconds} s at {fps} frames per second must be at most {max} frames, got \
+                 {wanted}; use a lower --fps"
             );
         }
         count = wanted as usize;
@@ -207,7 +224,7 @@ fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
     let clips = scene.clips();
     let Some(name) = &args.clip else {
         if clips.is_empty() && (args.motion || args.frame.is_some()) {
-            anyhow::bail!("it has no animation");
+            anyhow::bail!("the file has no animations");
         }
         return Ok((args.motion || args.frame.is_some()).then_some(0));
     };
@@ -215,12 +232,12 @@ fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
     let by_number = || name.parse().ok().filter(|&index: &usize| index < clips.len());
     match by_name.or_else(by_number) {
         Some(clip) => Ok(Some(clip)),
-        None if clips.is_empty() => anyhow::bail!("there is no clip {name:?}: it has none"),
+        None if clips.is_empty() => anyhow::bail!("no clip {name:?}: the file has no animations"),
         None => {
             let numbered = clips.iter().enumerate();
             let known: Vec<String> =
                 numbered.take(40).map(|(index, clip)| format!("{index} ({})", clip.name)).collect();
-            anyhow::bail!("there is no clip {name:?}; choose one of {}", known.join(", "))
+            anyhow::bail!("no clip {name:?}; must be one of {}", known.join(", "))
         }
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct Weight(pub String, pub f32);
 
 pub(super) fn part(text: &str) -> Result<Part, String> {
     if let Some((bone, angles)) = text.split_once('=') {
-        let wanted = || format!("wanted BONE=X,Y,Z in degrees, found {text:?}");
+        let wanted = || format!("must be BONE=X,Y,Z in degrees, got {text:?}");
         let angles: Vec<f32> =
             angles.split(',').map(finite).collect::<Result<_, _>>().map_err(|_| wanted())?;
         let angles = <[f32; 3]>::try_from(angles).map_err(|_| wanted())?;
@@ -27,7 +27,7 @@ pub(super) fn part(text: &str) -> Result<Part, String> {
     }
     Stance::named(text).map(Part::Stance).ok_or_else(|| {
         let names = Stance::ALL.map(Stance::name).join(", ");
-        format!("wanted one of {names}, or BONE=X,Y,Z in degrees")
+        format!("must be one of {names}, or BONE=X,Y,Z in degrees")
     })
 }
 
@@ -37,13 +37,13 @@ pub(crate) fn aim(text: &str) -> Result<Aim, String> {
     let Ok(numbers) = numbers else {
         let looks_like_a_box = text.matches(',').count() == 5;
         return if looks_like_a_box || text.trim().is_empty() {
-            Err(format!("wanted a bone's name or X0,Y0,Z0,X1,Y1,Z1 in metres, found {text:?}"))
+            Err(format!("must be the name of a bone, or X0,Y0,Z0,X1,Y1,Z1 in metres, got {text:?}"))
         } else {
             Ok(Aim::Named(text.trim().to_owned()))
         };
     };
     let Ok([x0, y0, z0, x1, y1, z1]) = <[f32; 6]>::try_from(numbers) else {
-        return Err(format!("wanted six numbers, X0,Y0,Z0,X1,Y1,Z1 in metres, found {text:?}"));
+        return Err(format!("must be six numbers, X0,Y0,Z0,X1,Y1,Z1 in metres, got {text:?}"));
     };
     let (a, b) = ([x0, y0, z0], [x1, y1, z1]);
     Ok(Aim::Box(Bounds {
@@ -61,17 +61,17 @@ pub(super) fn weight(text: &str) -> Result<Weight, String> {
 
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     let value = text.trim().parse::<f32>().ok().filter(|value| value.is_finite());
-    value.ok_or_else(|| format!("wanted a number, found {text:?}"))
+    value.ok_or_else(|| format!("must be a number, got {text:?}"))
 }
 
 pub(super) fn rate(text: &str) -> Result<f32, String> {
-    within(text, 0.1, 240.0).map_err(|_| "wanted 0.1 to 240 frames a second".to_owned())
+    within(text, 0.1, 240.0).map_err(|_| "must be 0.1 to 240 frames per second".to_owned())
 }
 
 fn within(text: &str, least: f32, most: f32) -> Result<f32, String> {
     let value = finite(text)?;
     let sound = (least..=most).contains(&value);
-    if sound { Ok(value) } else { Err(format!("wanted {least} to {most}")) }
+    if sound { Ok(value) } else { Err(format!("must be {least} to {most}")) }
 }
 
 pub(super) fn elevation(text: &str) -> Result<f32, String> {
@@ -87,17 +87,16 @@ pub(super) fn zoom(text: &str) -> Result<f32, String> {
 }
 
 pub(super) fn seconds(text: &str) -> Result<f32, String> {
-    within(text, 0.0, f32::MAX).map_err(|_| "wanted seconds from 0 on".to_owned())
+    within(text, 0.0, f32::MAX).map_err(|_| "must be at least 0 seconds".to_owned())
 }
 
 pub(super) fn turntable(text: &str) -> Result<u16, String> {
     let count = text.parse().ok().filter(|count| (2..=3600).contains(count));
-    count
-        .ok_or_else(|| "wanted a number of frames, 2 to 3600; name the avatar before it".to_owned())
+    count.ok_or_else(|| "must be 2 to 3600 frames; put the avatar before this option".to_owned())
 }
 
 pub(super) fn background(text: &str) -> Result<Background, String> {
-    let wanted = || "wanted studio, transparent, or a colour as #rrggbb".to_owned();
+    let wanted = || "must be studio, transparent, or a colour as #rrggbb".to_owned();
     match text {
         "studio" => return Ok(Background::Studio),
         "transparent" => return Ok(Background::Transparent),

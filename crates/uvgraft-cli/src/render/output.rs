@@ -51,20 +51,19 @@ impl Output {
         let kind = match (moving, format) {
             (Some(fps), None) if is_gif && fps > MOST_GIF_FPS => {
                 return Err(bad_input(format!(
-                    "{name}: GIFs show {MOST_GIF_FPS} frames a second at most, wanted {fps}; write a .webp, or \
-                     choose a lower --fps"
+                    "{name}: GIF supports at most {MOST_GIF_FPS} frames per second, got {fps}; \
+                     write a .webp, or use a lower --fps"
                 )));
             }
             (fps, None) if is_gif => Kind::Gif(fps.unwrap_or(1.0)),
             (_, None) => {
                 let known = Format::extension_list();
-                return Err(bad_input(format!(
-                    "{name}: wanted a name that ends in .gif or in one of {known}"
-                )));
+                return Err(bad_input(format!("{name}: extension must be .gif or one of {known}")));
             }
             (_, Some(Format::Jpeg)) if transparent => {
                 return Err(bad_input(format!(
-                    "{name}: JPEG has no transparency; use .png or .webp, or another --background"
+                    "{name}: JPEG does not support transparency; use .png or .webp, or another \
+                     --background"
                 )));
             }
             (Some(fps), Some(Format::WebP)) => Kind::WebP(fps),
@@ -74,8 +73,8 @@ impl Output {
             frames.saturating_mul(size.texels()).saturating_mul(if transparent { 4 } else { 3 });
         if kind != Kind::Images && bytes > MAX_BYTES {
             return Err(bad_input(format!(
-                "{name}: {frames} frames of {size} are too many for one file; choose a smaller \
-                 --size or a lower --fps, or write .png files"
+                "{name}: {frames} frames of {size} do not fit into one file; use a smaller --size \
+                 or a lower --fps, or write .png files"
             )));
         }
         let paths = match (moving, kind) {

@@ -16,6 +16,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
+use crate::heading;
 use crate::heatmap;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::progress;
@@ -24,67 +25,76 @@ use crate::scores::{MetricsOption, Region, Scores};
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
-/// Carries a texture to the other layout and back, and measures what is lost
+/// Transfer a texture to the other layout and back, and measure the loss
 ///
-/// The way back goes over the original, so what the pair does not link stays as it is; scores over
-/// the transferred region alone are given beside those over the whole image.
+/// The way back is laid over the original, so texels without a link stay unchanged. Scores are reported
+/// for the whole image and for the transferred region alone.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// A texture in the target's layout; with --from source, in the source's
+    /// Texture to transfer
     texture: PathBuf,
-    /// Texture size in the other layout, up to 16384 texels a side
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
-    via: Size,
-    /// Whose layout the texture is in
-    #[arg(long, value_enum, default_value_t = Side::Target)]
+    /// Layout of the texture
+    #[arg(long, value_enum, value_name = "SIDE", default_value_t = Side::Target)]
+    #[arg(help_heading = heading::FILES)]
     from: Side,
-    /// Filters to try, with commas between them, for both ways
+    /// Folder for textures, heatmaps and reports
+    ///
+    /// For each method: the texture in the other layout (via), the one that came back (back) and a
+    /// heatmap of the differences; for all together: report.md and report.json.
+    #[arg(short, long, value_name = "FOLDER", help_heading = heading::FILES)]
+    output: Option<PathBuf>,
+    /// Texture size in the other layout, up to 16384 texels a side
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::SAMPLING)]
+    via: Size,
+    /// Interpolation filters to compare, comma-separated
     #[arg(
         long,
         value_enum,
         value_delimiter = ',',
         default_value = "lanczos3",
-        value_name = "LIST"
+        value_name = "LIST",
+        help_heading = heading::SAMPLING
     )]
     filter: Vec<FilterName>,
-    /// Also solve for the texture that reads back best, with each of the filters
-    #[arg(long)]
-    fit: bool,
-    /// Also go the ways that were used before, with commas between them
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
-    baseline: Vec<Baseline>,
-    /// Texels beyond the UV islands that are filled on the way there
+    /// Width of the gutter around UV islands in the other layout, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::SAMPLING)]
     gutter: u32,
-    #[command(flatten)]
+    /// Also measure `transfer --fit` with each filter
+    #[arg(long, help_heading = heading::SAMPLING)]
+    fit: bool,
+    /// Earlier methods to compare with, comma-separated
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST", help_heading = heading::SAMPLING)]
+    baseline: Vec<Baseline>,
+    #[command(flatten, next_help_heading = heading::REPORT)]
     metrics: MetricsOption,
-    /// How often what takes milliseconds is timed; the median counts
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    /// Number of timed runs of fast stages; the median is reported
+    #[arg(long, value_name = "N", default_value_t = 5, help_heading = heading::REPORT)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
-    /// Print the report as JSON; scores are numbers, "inf", or {"unavailable": reason}
-    #[arg(long)]
+    /// Print the report as JSON
+    ///
+    /// Each score is a number, "inf", or {"unavailable": reason}.
+    #[arg(long, help_heading = heading::REPORT)]
     json: bool,
-    /// Folder to write into: for each method the texture in the other layout (via), the one that
-    /// came back (back) and a heatmap of their differences; report.md and report.json
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Side {
+    /// Layout of the source mesh
     Source,
+    /// Layout of the target mesh
     Target,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Baseline {
-    /// The published reference's convention: corners aligned, values truncated
+    /// Sampling as in the published reference: aligned corners, truncated values
     Grid,
-    /// A warp for each triangle with corners in whole texels, and a median at the end
+    /// Affine warp per triangle with integer corners, then a median filter
     Affine,
 }
 
@@ -114,7 +124,7 @@ impl Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.fit && args.filter.contains(&FilterName::Nearest) {
         return Err(bad_input(
-            "--fit would blend texels, and the filter nearest never does: leave one of them out",
+            "--fit cannot be used with --filter nearest, which does not blend texels",
         ));
     }
     let methods = args.methods();
@@ -128,7 +138,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
         if size.width.max(size.height) > MAX_SIDE {
             return Err(bad_input(format!(
-                "{what} is {size}; round trips take up to {MAX_SIDE} texels a side"
+                "{what} must be at most {MAX_SIDE} texels a side, got {size}"
             )));
         }
     }
@@ -145,11 +155,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         repeats: args.repeats,
     };
     let mask = Mask::from_map(&course.map_back()).map_err(|_| {
-        bad_input(format!(
-            "{}: none of its links covers a texel at {}",
-            args.pair.display(),
-            texture.size()
-        ))
+        bad_input(format!("{}: no link covers a texel at {}", args.pair.display(), texture.size()))
     })?;
     let linked = mask.count();
     let regions = [
@@ -168,7 +174,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut outcomes = Vec::new();
     let mut top = None;
     for method in methods {
-        progress.set_message(format!("{}: there and back", method.title()));
+        progress.set_message(format!("{}: round trip", method.title()));
         let trip = method.run(&course)?;
         progress.set_message(format!("{}: comparing", method.title()));
         let back = Colors::new(trip.back.clone())?;
@@ -219,7 +225,7 @@ impl<'a> Folder<'a> {
             return Ok(folder);
         }
         if !path.is_dir() {
-            return Err(bad_input(format!("cannot write {}: it is no folder", path.display())));
+            return Err(bad_input(format!("cannot write {}: not a folder", path.display())));
         }
         let mut outputs = Outputs::new([&*args.pair, &*args.texture]);
         let pictures = methods
@@ -235,7 +241,7 @@ impl<'a> Folder<'a> {
             return Ok(());
         }
         std::fs::create_dir(self.path)
-            .with_context(|| format!("cannot make the folder {}", self.path.display()))
+            .with_context(|| format!("cannot create the folder {}", self.path.display()))
             .or_bad_input()
     }
 

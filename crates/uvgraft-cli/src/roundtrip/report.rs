@@ -65,7 +65,7 @@ impl Report {
         );
         let share = 100.0 * self.linked as f64 / self.size.texels() as f64;
         let titles = [
-            "Whole image, over the original".to_owned(),
+            "Whole image, laid over the original".to_owned(),
             format!("Transferred region: {} texels, {share:.1} %", grouped(self.linked)),
         ];
         for (region, title) in titles.into_iter().enumerate() {
@@ -122,8 +122,8 @@ impl Report {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = vec![
-            "Maps and padding are made once for a pair and its sizes, both ways together; there and \
-             back are without reading and writing files."
+            "Maps and padding are prepared once for a pair and its texture sizes, for both \
+             directions together; there and back exclude reading and writing files."
                 .to_owned(),
         ];
         for outcome in &self.outcomes {
@@ -132,19 +132,19 @@ impl Report {
             }
             if outcome.runs_on_our_maps {
                 notes.push(format!(
-                    "{}: the convention of the published reference, corners aligned and values \
-                     truncated, run here on uvgraft's maps; its own code builds a grid of positions \
-                     first, so these times are not its.",
+                    "{}: the convention of the published reference, aligned corners and truncated \
+                     values, run here on uvgraft's maps; its own code first builds a grid of \
+                     positions, so these times are not its own.",
                     outcome.method
                 ));
             }
             if let Some(whole) = &outcome.whole_picture {
                 notes.push(format!(
-                    "{}: a warp for each triangle with corners in whole texels, and a median over \
-                     {MEDIAN_PX} texels at the end to hide the cracks, which costs detail. Run on \
-                     the rectangle around each triangle. As scripts do it, each of {} warps going \
-                     over the whole picture, it would take about {}: extrapolated from {} \
-                     triangles that were measured that way, median not included.",
+                    "{}: an affine warp per triangle with integer corners, and a final median \
+                     filter over {MEDIAN_PX} texels to hide the cracks, which costs detail. Run \
+                     on the bounding box of each triangle. As in scripts, where each of {} warps \
+                     covers the whole image, it would take about {}: extrapolated from {} \
+                     triangles measured that way, without the median filter.",
                     outcome.method,
                     grouped(whole.triangles),
                     seconds(whole.extrapolated_s),

@@ -19,65 +19,70 @@ use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
 use uvgraft_pipeline::{Length, Outputs, Unit};
 
 use crate::failure::{Notes, OrBadInput};
+use crate::heading;
 use crate::picture::check_name;
 use crate::region::RegionArgs;
 use face::Face;
 
-/// Measures how visible seams are in a texture
+/// Measure how visible the seams of a texture are
 ///
-/// Looks at the colours on both sides of edges and tells how different they look (CIEDE2000): along
-/// UV seams, where the surface goes on in another island; along the rim of the region, which is what
-/// the pair's links reach; and for comparison along ordinary edges, where the texture's own detail is
-/// all there is. Every edge counts with its length on the surface.
+/// Samples the colours on both sides of mesh edges and reports their difference (CIEDE2000): along UV
+/// seams, along the border of the linked region, and, for comparison, along ordinary edges, where the
+/// texture's own detail is the only difference. Edges are weighted by their length on the surface.
 ///
-/// Where the mesh has a head, its tone is judged too: how different cheeks and chest look, beside the
-/// base's own with --onto; and with --face how far hair and brows were shifted, and how much skin was
-/// clipped. A blend hides the border even of a face whose colour is wrong.
+/// If the mesh has a head, the skin tone is assessed too: the difference between cheeks and chest, beside
+/// that of the base if --onto is given; with --face also the colour shift of hair and brows and the share
+/// of clipped skin. A good blend hides the border even where the face has the wrong colour.
 ///
-/// Colours are compared as sRGB, whatever their opacity; where one side has none, nothing is compared.
-/// Colour profiles are not applied. Textures that hold no colours, such as normals, have no answer.
+/// Colours are compared in sRGB, ignoring opacity and colour profiles. Edges with no colour on one side
+/// are skipped. The measure has no meaning for textures without colours, such as normal maps.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// The texture, in the layout of the pair's target
+    /// Texture to measure, in the target layout
     texture: PathBuf,
-    /// The texture is in the layout of the pair's source
-    #[arg(long)]
+    /// Treat the texture as one in the source layout
+    #[arg(long, help_heading = heading::MEASUREMENT)]
     reverse: bool,
-    /// Take colours this many texels from the edge on each side, without leaving the island
-    /// [default: 1]
+    /// Sampling distance from the edge on each side, in texels [default: 1]
+    ///
+    /// Samples stay inside the UV island.
     #[arg(long, value_name = "TEXELS", value_parser = parse_distance, conflicts_with = "distance")]
+    #[arg(help_heading = heading::MEASUREMENT)]
     offset: Option<f64>,
-    /// Take colours this far from the edge on each side, on the surface, such as 3mm
+    /// Sampling distance from the edge on each side along the surface, such as 3mm
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, help_heading = heading::MEASUREMENT)]
     distance: Option<Length>,
-    /// Name the worst edges, by their mean: this many UV seams, and as many of the rim
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    #[arg(value_parser = clap::value_parser!(u16).range(0..=1000))]
-    worst: u16,
-    /// Draw the layout with its seams, the worst places from close by, and the face, into an image
-    #[arg(long, value_name = "out.png")]
-    picture: Option<PathBuf>,
-    /// Print the result as JSON. Under `edges` there are `uv_seams`, `uv_seams_inside` the region,
-    /// `rim`, ordinary edges `beside_` each of these, and all that are `ordinary`, with `edges`,
-    /// `length`, `points` and `delta_e`: null where no point could be measured. Lengths are in the
-    /// mesh's unit, `uv` is in the texture's unit square, from its top left corner. Under `tone` there
-    /// are `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and `fits`; null where the mesh has
-    /// no head
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    tone: tone::ToneArgs,
     #[command(flatten)]
     region: RegionArgs,
+    #[command(flatten)]
+    tone: tone::ToneArgs,
+    /// Number of worst edges to list, for UV seams and for the border
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1000), help_heading = heading::REPORT)]
+    worst: u16,
+    /// Draw the layout with its seams, the worst places in detail, and the face
+    #[arg(long, value_name = "OUT.png", help_heading = heading::REPORT)]
+    picture: Option<PathBuf>,
+    /// Print the report as JSON
+    ///
+    /// `edges` holds one entry for each kind of edge: `uv_seams`, `uv_seams_inside` (the region), `rim`
+    /// (the border), ordinary edges `beside_` each of these, and all `ordinary` edges. Each entry has
+    /// `edges`, `length`, `points` and `delta_e`, which is null if no point could be measured. Lengths
+    /// are in the unit of the mesh; `uv` coordinates start at the top left corner of the texture. `tone`
+    /// holds `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and `fits`, and is null if the
+    /// mesh has no head.
+    #[arg(long, help_heading = heading::REPORT)]
+    json: bool,
 }
 
 fn parse_distance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(distance) if distance.is_finite() && distance >= 0.0 => Ok(distance),
-        _ => Err("wanted a number from 0".to_owned()),
+        _ => Err("must be a number of at least 0".to_owned()),
     }
 }
 

@@ -11,15 +11,20 @@ use uvgraft_metrics::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, 
 
 use super::region::Region;
 use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
 
 #[derive(clap::Args)]
-#[command(next_help_heading = "Tone of the face")]
+#[command(next_help_heading = heading::TONE)]
 pub(super) struct ToneArgs {
-    /// Compare with the base that the face was carried onto, in the layout and size of the texture. Its own
-    /// face must show its skin: a blank head is of no tone
+    /// Base texture before the transfer, for comparing its tone
+    ///
+    /// In the layout and size of the measured texture. Its own face must show skin: a blank head has no
+    /// tone.
     #[arg(long, value_name = "BASE")]
     onto: Option<PathBuf>,
-    /// Compare with the face that was carried, in the pair's other layout and of any size
+    /// Face texture before the transfer, for comparing its colours
+    ///
+    /// In the pair's other layout, of any size.
     #[arg(long, value_name = "SOURCE")]
     face: Option<PathBuf>,
 }
@@ -49,7 +54,7 @@ impl ToneArgs {
             && base.size() != size
         {
             return Err(bad_input(format!(
-                "{}: the base must be of the texture's size, {size}, got {}",
+                "{}: base must have the size of the texture, {size}, got {}",
                 path.display(),
                 base.size()
             )));
@@ -68,7 +73,8 @@ pub(super) fn measured(
 ) -> anyhow::Result<Option<ToneMatch>> {
     let Some(anatomy) = anatomy else { return Ok(None) };
     let paste = |face| PastedFace::new(ground, face, texture.size());
-    let face = references.face.as_ref().map(paste).transpose().context("cannot carry the face")?;
+    let face =
+        references.face.as_ref().map(paste).transpose().context("cannot transfer the face")?;
     let references = ToneReferences { base: references.base.as_ref(), face: face.as_ref() };
     let cut = &region.cut;
     let tone = measure_tone(&cut.mesh, anatomy, texture, &cut.inside, references).or_bad_input()?;

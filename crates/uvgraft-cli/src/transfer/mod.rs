@@ -14,6 +14,7 @@ use uvgraft_pipeline::{Existing, Inputs, MaterialMap, Onto, Role, Transfer, Valu
 use crate::blending::BlendArgs;
 use crate::failure::{bad_input, exit_code_of};
 use crate::filters::FilterName;
+use crate::heading;
 use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::preview;
@@ -22,104 +23,132 @@ use crate::report::parse_size;
 use crate::role_file::{NormalYName, RoleFile};
 use progress::Progress;
 
-/// Carries textures from one layout onto a base in the other.
+/// Transfer textures from one UV layout onto a base texture in the other
 ///
-/// Formats are told by content when reading (PNG, JPEG, WebP, TIFF, EXR) and by extension when
-/// writing. The result has all channels of source and base and the greater bit depth of both.
+/// Input formats (PNG, JPEG, WebP, TIFF, EXR) are detected from the content of the files; output formats
+/// follow from their extensions. The result has the channels of both source and base, and the greater bit
+/// depth of the two.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The pair file
+    /// Pair file that links the two meshes
+    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
-    /// Textures in the source's layout, or one folder of them
-    #[arg(required_unless_present = "maps", conflicts_with = "maps", value_name = "SRC")]
+    /// Textures in the source layout, or one folder of them
+    #[arg(required_unless_present = "maps", conflicts_with = "maps", value_name = "TEXTURE")]
     sources: Vec<PathBuf>,
-    /// A map of a material and what it is, such as albedo=a.png, normal=n.png, roughness=r.png or
-    /// displacement=d.exr; each is treated accordingly and written to the output folder under that name
-    #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
-    maps: Vec<RoleFile>,
-    /// What the texture is laid over: an image in the target's layout, or a colour such as #808080
-    /// or #80808000; with --map for each role, as ROLE=IMAGE [default: transparent, for data 0, for
-    /// normals flat]
-    #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR")]
+    /// Base texture or colour beneath the result [default: transparent]
+    ///
+    /// An image in the target layout, or a colour such as #808080 or #80808000. With --map, repeat the
+    /// option for each role, as ROLE=IMAGE or ROLE=COLOUR. Without a base, data maps start from 0 and
+    /// normal maps from flat normals.
+    #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
     onto: Vec<String>,
-    /// Where to write the result: a file, or a folder for several sources
-    #[arg(short, long, value_name = "OUT")]
+    /// Output file, or folder for several textures
+    #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
     output: PathBuf,
-    /// Carry from the pair's target to its source
-    #[arg(long)]
-    reverse: bool,
-    /// Size of the result; a base image is resized to it [default: the base image's]
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
-    size: Option<Size>,
-    /// How values between texels are made [default: lanczos3, with --data bilinear]
-    #[arg(long, value_enum)]
-    filter: Option<FilterName>,
-    /// Texels beyond the UV islands that are filled
-    #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
-    gutter: u32,
-    /// Which UV island is shown where several share texels, such as two eyes on one disc
-    #[arg(long, value_enum, default_value_t = PreferName::First)]
-    prefer: PreferName,
-    /// Write which texels the textures are carried to, white on black, and grey where the base shows
-    /// through a feather; the gutter is black
-    #[arg(long, value_name = "OUT_MASK.png")]
+    /// Also write a mask of the texels that the transfer covers
+    ///
+    /// White where the texture covers the base, grey where the base shows through a feather, and black
+    /// elsewhere, including the gutter.
+    #[arg(long, value_name = "OUT.png", help_heading = heading::FILES)]
     mask: Option<PathBuf>,
-    /// What shows where islands overlap, as two eyes do that share one disc
-    #[arg(long, value_enum, default_value = "first")]
+    /// Transfer from the target layout to the source layout
+    #[arg(long, help_heading = heading::FILES)]
+    reverse: bool,
+    /// Size of the result in texels [default: the base's size]
+    ///
+    /// A base image of another size is resized. Required without a base image.
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::FILES)]
+    size: Option<Size>,
+    /// Interpolation filter [default: lanczos3; bilinear with --data]
+    #[arg(long, value_enum, help_heading = heading::SAMPLING)]
+    filter: Option<FilterName>,
+    /// Width of the gutter around UV islands, in texels
+    ///
+    /// The texture continues into the gutter, so that filtering and mip levels do not pick up the
+    /// background.
+    #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::SAMPLING)]
+    gutter: u32,
+    /// UV island that owns texels shared by several islands
+    ///
+    /// Matters for layouts with overlapping islands, such as two eyes that share one disc.
+    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
+    #[arg(help_heading = heading::SAMPLING)]
+    prefer: PreferName,
+    /// How to combine overlapping UV islands
+    #[arg(long, value_enum, value_name = "MODE", default_value = "first", help_heading = heading::SAMPLING)]
     overlap: OverlapName,
-    /// Which way the green channel of normal maps points, with --map normal
-    #[arg(long, value_enum, default_value = "opengl")]
-    normal_y: NormalYName,
-    /// Which way it points in the base and in the result [default: as --normal-y]
-    #[arg(long, value_enum)]
-    normal_y_out: Option<NormalYName>,
-    /// Average colours as light, not as they are encoded
-    #[arg(long)]
+    /// Average colours in linear light instead of as encoded
+    #[arg(long, help_heading = heading::SAMPLING)]
     linear_light: bool,
-    /// The textures are data (roughness, masks): never convert their values
-    #[arg(long, conflicts_with = "linear_light")]
+    /// Treat textures as data such as roughness or masks, and never convert their values
+    #[arg(long, conflicts_with = "linear_light", help_heading = heading::SAMPLING)]
     data: bool,
-    /// Format of the results when there are several [default: each source's own]
-    #[arg(long, value_name = "EXTENSION", value_parser = parse_format)]
-    format: Option<String>,
-    /// Solve for the texture that reads back best, rather than sample: slower, and closest to the
-    /// source when carried back with the same filter. Sharper, so that it may overshoot with any
-    /// filter
-    #[arg(long)]
+    /// Solve for the texture that best reproduces the source when transferred back
+    ///
+    /// A least-squares fit, slower than sampling. Assumes the same filter on the way back. The result is
+    /// sharper and may overshoot with any filter.
+    #[arg(long, help_heading = heading::SAMPLING)]
     fit: bool,
-    /// The most steps that --fit takes; it stops where another gains little
+    /// Maximum number of steps for --fit
+    ///
+    /// The solver stops earlier when another step gains little.
     #[arg(long, value_name = "N", requires = "fit", default_value_t = FitOptions::default().max_steps)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = heading::SAMPLING)]
     fit_steps: u32,
-    /// Leave out outputs that are up to date: as they were written, from inputs with the same content, with the
-    /// same options. What each was made from is noted in .uvgraft-manifest.jsonl beside them
-    #[arg(long)]
-    skip_existing: bool,
-    /// How many textures are carried at once, where there are several [default: one a thread]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
-    /// Memory for textures that are carried at once, such as 500M or 4G: fewer are, where they would
-    /// not fit
-    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = parse_bytes)]
-    memory: u64,
-    /// Write small files rather than fast
-    #[arg(long)]
-    compress: bool,
-    /// Quality of JPEG files, 1 to 100
-    #[arg(long, default_value_t = 95, value_parser = clap::value_parser!(u8).range(1..=100))]
-    quality: u8,
     #[command(flatten)]
     region: RegionArgs,
     #[command(flatten)]
     blending: BlendArgs,
+    /// Material map to transfer, by its role; repeatable
+    ///
+    /// For example albedo=a.png, normal=n.png, roughness=r.png or displacement=d.exr. The role decides
+    /// how the map is filtered and converted. Each map is written to the output folder under the name
+    /// of its role.
+    #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
+    #[arg(help_heading = heading::MATERIALS)]
+    maps: Vec<RoleFile>,
+    /// Green channel convention of input normal maps
+    #[arg(long, value_enum, value_name = "CONVENTION", default_value = "opengl")]
+    #[arg(help_heading = heading::MATERIALS)]
+    normal_y: NormalYName,
+    /// Green channel convention of the base and the result [default: as --normal-y]
+    #[arg(long, value_enum, value_name = "CONVENTION", help_heading = heading::MATERIALS)]
+    normal_y_out: Option<NormalYName>,
+    /// Skip outputs that are up to date
+    ///
+    /// An output is up to date if it is unchanged and was made from inputs with the same content and
+    /// with the same options. A record of both is kept in .uvgraft-manifest.jsonl beside the outputs.
+    #[arg(long, help_heading = heading::BATCHES)]
+    skip_existing: bool,
+    /// Number of textures to process in parallel [default: one per thread]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(help_heading = heading::BATCHES)]
+    jobs: Option<u16>,
+    /// Memory limit for textures in flight, such as 500M or 4G
+    ///
+    /// Fewer textures than --jobs are processed in parallel where they would exceed the limit.
+    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = parse_bytes)]
+    #[arg(help_heading = heading::BATCHES)]
+    memory: u64,
+    /// Output format for several textures [default: each source's format]
+    #[arg(long, value_name = "EXTENSION", value_parser = parse_format, help_heading = heading::ENCODING)]
+    format: Option<String>,
+    /// Write smaller files, more slowly
+    #[arg(long, help_heading = heading::ENCODING)]
+    compress: bool,
+    /// JPEG quality
+    #[arg(long, value_name = "1-100", default_value_t = 95, help_heading = heading::ENCODING)]
+    #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum OverlapName {
-    /// The island that --prefer says
+    /// Use the island selected by --prefer
     First,
-    /// The mean of both
+    /// Average all overlapping islands
     Average,
 }
 
@@ -134,7 +163,7 @@ impl From<OverlapName> for Overlap {
 
 /// Bytes, with K, M, G or T for powers of 1024.
 fn parse_bytes(text: &str) -> Result<u64, String> {
-    let wanted = || "wanted a size such as 500M or 4G".to_owned();
+    let wanted = || "must be a size such as 500M or 4G".to_owned();
     let (digits, unit) = match text.char_indices().last() {
         Some((end, last)) if last.is_ascii_alphabetic() => (&text[..end], last),
         _ => (text, 'B'),
@@ -155,7 +184,7 @@ fn parse_format(text: &str) -> Result<String, String> {
     let extension = text.strip_prefix('.').unwrap_or(text);
     Format::from_extension(extension)
         .map(|_| extension.to_owned())
-        .ok_or_else(|| format!("wanted {}", Format::extension_list()))
+        .ok_or_else(|| format!("must be one of {}", Format::extension_list()))
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -191,9 +220,9 @@ impl Args {
         transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
         transfer.mask.clone_from(&self.mask);
         if let Some(labels) = self.blending.drawn_labels() {
-            check_name(labels, "a picture of labels")?;
+            check_name(labels, "a label image")?;
             if self.sources.len() > 1 || self.sources.iter().any(|source| source.is_dir()) {
-                return Err(bad_input("--labels draws what one texture shows, not several"));
+                return Err(bad_input("--labels cannot be used with several textures"));
             }
             transfer.draw_labels = Some(labels.to_path_buf());
         }
@@ -212,22 +241,29 @@ impl Args {
     fn inputs(&self) -> anyhow::Result<Inputs> {
         if self.maps.is_empty() {
             if let [_, second, ..] = &self.onto[..] {
-                return Err(bad_input(format!("--onto {second}: textures are laid over one base")));
+                return Err(bad_input(format!("--onto {second}: base given twice")));
             }
             let onto = self.onto.first().map(|text| Onto::parse(text)).transpose()?;
             let values = if self.data { Values::Data } else { Values::Albedo };
             return Ok(Inputs::Textures { sources: self.sources.clone(), onto, values });
         }
         if self.data {
-            return Err(bad_input("--map says what each texture is: leave out --data"));
+            return Err(bad_input(
+                "--data cannot be used with --map, whose roles state what each texture holds",
+            ));
         }
         let mut bases = Vec::with_capacity(self.onto.len());
         for text in &self.onto {
             let base = RoleFile::parse(text).map_err(|_| {
-                bad_input(format!("--onto {text}: with --map wanted ROLE=IMAGE or ROLE=COLOUR"))
+                bad_input(format!(
+                    "--onto must be ROLE=IMAGE or ROLE=COLOUR with --map, got {text}"
+                ))
             })?;
             if !self.maps.iter().any(|map| map.role == base.role) {
-                return Err(bad_input(format!("--onto {text}: there is no --map {}", base.role)));
+                return Err(bad_input(format!(
+                    "--onto {text}: no --map has the role {}",
+                    base.role
+                )));
             }
             bases.push(base);
         }
@@ -235,7 +271,7 @@ impl Args {
             let mut of_role = bases.iter().filter(|base| base.role == map.role);
             let onto = of_role.next().map(|base| Onto::parse(&base.file)).transpose()?;
             if of_role.next().is_some() {
-                return Err(bad_input(format!("--onto {}= is given twice", map.role)));
+                return Err(bad_input(format!("--onto {}: role given twice", map.role)));
             }
             let (role, source) = (Role::named(&map.role)?, PathBuf::from(&map.file));
             Ok(MaterialMap { role, source, onto })

@@ -36,7 +36,7 @@ impl State {
             Event::Note(text) => note(text),
             Event::Warning(text) => self.textures.suspend(|| warn(text)),
             Event::Planned { textures, up_to_date: Some(count) } => {
-                print(&format!("{count} of {textures} were up to date\n"));
+                print(&format!("{count} of {textures} up to date\n"));
             }
             Event::BatchStarted { textures } if textures > 1 => {
                 let template = "{bar:32} {pos}/{len} {eta:>4} {wide_msg}";
@@ -62,7 +62,7 @@ impl State {
             Event::BatchEnded { textures, written } => {
                 self.textures.finish_and_clear();
                 if written < textures && textures > 1 {
-                    warn(format!("{written} of {textures} textures were carried across"));
+                    warn(format!("{written} of {textures} textures transferred"));
                 }
             }
             _ => {}

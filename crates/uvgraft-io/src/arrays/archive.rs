@@ -38,12 +38,11 @@ impl<R: Read + Seek> Archive<R> {
     pub(crate) fn new(bytes: R, most: u64) -> Result<Self, ArraysError> {
         // The directory is at the end, so this is what a download that broke off meets.
         let mut archive = ZipArchive::new(bytes).map_err(|error| {
-            let problem =
-                format!("cut short or damaged, its list of entries is not found ({error})");
+            let problem = format!("truncated or damaged: no central directory ({error})");
             ArraysError::Archive { problem }
         })?;
         if archive.has_duplicate_names() {
-            let problem = "two entries have one name".to_owned();
+            let problem = "duplicate entry names".to_owned();
             return Err(ArraysError::Archive { problem });
         }
         if archive.len() > super::MOST_NAMES {
@@ -57,7 +56,7 @@ impl<R: Read + Seek> Archive<R> {
             let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
             total = total.saturating_add(entry.size());
             if total > most {
-                return Err(ArraysError::TooMany { what: "bytes when unpacked", most });
+                return Err(ArraysError::TooMany { what: "uncompressed bytes", most });
             }
             if !distinct.insert(name.clone()) {
                 return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
@@ -75,7 +74,7 @@ impl<R: Read + Seek> Archive<R> {
     /// The bytes of an entry, which are as many as it says, with the checksum that it says.
     pub(crate) fn read(&mut self, index: usize) -> Result<Vec<u8>, ArraysError> {
         self.stream(index, |entry, size| {
-            let too_large = || broken(format!("{size} bytes do not fit into memory"));
+            let too_large = || broken(format!("not enough memory for {size} bytes"));
             let capacity = usize::try_from(size).map_err(|_| too_large())?;
             let mut bytes = Vec::new();
             bytes.try_reserve_exact(capacity).map_err(|_| too_large())?;
@@ -106,7 +105,7 @@ impl<R: Read + Seek> Archive<R> {
         let mut entry = self.archive.by_index(index).map_err(|error| broken(error.to_string()))?;
         let (packed, size) = (entry.compressed_size(), entry.size());
         if size > packed.saturating_mul(MOST_GROWTH) {
-            return Err(broken(format!("{packed} packed bytes cannot hold {size}")));
+            return Err(broken(format!("{packed} compressed bytes cannot expand to {size}")));
         }
         let mut limited = entry.by_ref().take(size);
         let made = read(&mut limited, size);
@@ -120,7 +119,9 @@ impl<R: Read + Seek> Archive<R> {
             let more = limited.read(&mut further).map_err(|error| broken(error.to_string()))?;
             if more == 0 {
                 let found = size - missing;
-                return Err(broken(format!("it says that it has {size} bytes, found {found}")));
+                return Err(broken(format!(
+                    "must have {size} bytes as its entry states, got {found}"
+                )));
             }
             return Ok(made);
         }
@@ -129,7 +130,7 @@ impl<R: Read + Seek> Archive<R> {
         let more = entry.read(&mut further).map_err(|error| broken(error.to_string()))?;
         if more > 0 {
             let found = size + more as u64;
-            return Err(broken(format!("it says that it has {size} bytes, found {found}")));
+            return Err(broken(format!("must have {size} bytes as its entry states, got {found}")));
         }
         Ok(made)
     }

@@ -63,7 +63,7 @@ impl Budget {
         let left = self.items.checked_sub(count);
         let most = MOST_ITEMS as u64;
         self.items =
-            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "items of lists", most }))?;
+            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "list items", most }))?;
         Ok(())
     }
 }
@@ -113,7 +113,7 @@ impl<'o> Collector<'o> {
             return match depth.checked_sub(1) {
                 Some(depth) => self.add_dict(&format!("{name}."), inner, depth),
                 None => {
-                    self.leave_out(name, "a dict in too many dicts".to_owned());
+                    self.leave_out(name, "a dict nested too deeply".to_owned());
                     Ok(())
                 }
             };
@@ -190,7 +190,7 @@ impl<'o> Collector<'o> {
 
     fn array(&mut self, value: Value<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let Some(depth) = depth.checked_sub(1) else {
-            return Err(Unread::LeftOut("arrays in too many lists or objects".to_owned()));
+            return Err(Unread::LeftOut("arrays nested too deeply in lists or objects".to_owned()));
         };
         let value = single(value);
         let scalar = match (value.as_bool(), value.as_int(), value.as_float()) {
@@ -229,7 +229,8 @@ impl<'o> Collector<'o> {
                 let budget = std::cell::RefCell::new(&mut self.budget);
                 let numbers = |value: Value<'_>| {
                     let array = value.as_array();
-                    let array = array.ok_or_else(|| broken("a sparse matrix is of no arrays"))?;
+                    let array =
+                        array.ok_or_else(|| broken("a sparse matrix must consist of arrays"))?;
                     budget.borrow_mut().spend(array.count())?;
                     plain(&array)
                 };
@@ -237,12 +238,12 @@ impl<'o> Collector<'o> {
             }
             Class::Chumpy => {
                 let x = made.attribute("x");
-                self.array(x.ok_or_else(|| broken("a chumpy array has no `x`"))?, depth)
+                self.array(x.ok_or_else(|| broken("a chumpy array must have an `x`"))?, depth)
             }
             Class::ChumpySelect => {
                 let (a, places) = (made.attribute("a"), made.attribute("idxs"));
                 let (Some(a), Some(places)) = (a, places) else {
-                    return Err(broken("a choice of a chumpy array has no `a` or no `idxs`"));
+                    return Err(broken("a chumpy selection must have `a` and `idxs`"));
                 };
                 let (a, places) = (self.array(a, depth)?, self.array(places, depth)?);
                 let shape = match made.attribute("preferred_shape") {
@@ -254,13 +255,13 @@ impl<'o> Collector<'o> {
             }
             Class::Parameter => match made.arg(0).and_then(Value::as_made) {
                 Some(tensor) if tensor.class() == Class::Tensor => self.made(tensor, depth),
-                _ => Err(broken("a parameter has no tensor")),
+                _ => Err(broken("a parameter must have a tensor")),
             },
             Class::Tensor => match &mut self.outside {
                 Some(outside) => outside.tensor(made, &mut |count| self.budget.spend(count)),
-                None => Err(Unread::LeftOut("a tensor, outside of a torch file".to_owned())),
+                None => Err(Unread::LeftOut("a tensor outside a torch file".to_owned())),
             },
-            Class::Storage(_) => Err(Unread::LeftOut("a storage of torch's".to_owned())),
+            Class::Storage(_) => Err(Unread::LeftOut("a torch storage".to_owned())),
         }
     }
 
@@ -279,15 +280,17 @@ impl<'o> Collector<'o> {
                 None => stack = Some((shape, numbers)),
                 Some((first, stacked)) if *first == shape => stacked.append(numbers),
                 Some((first, _)) => {
-                    let found = format!("a list of arrays of shapes {first:?} and {shape:?}");
+                    let found =
+                        format!("a list of arrays of different shapes, {first:?} and {shape:?}");
                     return Err(Unread::LeftOut(found));
                 }
             }
         }
         let (mut shape, numbers) = stack.unwrap_or((Vec::new(), Numbers::I64(Vec::new())));
         shape.insert(0, length);
-        NumericArray::new(shape, numbers)
-            .ok_or_else(|| Unread::Broken("a list is not as long as it says".to_owned()))
+        NumericArray::new(shape, numbers).ok_or_else(|| {
+            Unread::Broken("the length of a list does not match its items".to_owned())
+        })
     }
 }
 
@@ -309,7 +312,7 @@ fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
     } else {
         NumericArray::new(shape, numbers)
     };
-    array.ok_or_else(|| Unread::Broken("shape and numbers disagree".to_owned()))
+    array.ok_or_else(|| Unread::Broken("shape and number of values do not match".to_owned()))
 }
 
 /// Some numbers of an array; places below 0 count from its end.
@@ -326,7 +329,7 @@ fn chosen(
         let value = |&place: &i64| values.get(usize::try_from(at(place)?).ok()?).copied();
         places.iter().map(value).collect()
     }
-    let outside = || Unread::Broken("a chumpy array chooses numbers that are not there".to_owned());
+    let outside = || Unread::Broken("a chumpy selection has indices out of range".to_owned());
     let places = places.integers().ok_or_else(outside)?;
     let numbers = match a.into_parts().1 {
         Numbers::F32(values) => Numbers::F32(choose(&values, &places).ok_or_else(outside)?),
@@ -341,7 +344,9 @@ fn chosen(
     };
     let shape = shape.filter(|shape| count(shape).is_some());
     let array = shape.and_then(|shape| NumericArray::new(shape, numbers));
-    array.ok_or_else(|| Unread::Broken("a chumpy array does not have its shape".to_owned()))
+    array.ok_or_else(|| {
+        Unread::Broken("the shape of a chumpy array does not match its values".to_owned())
+    })
 }
 
 impl Numbers {

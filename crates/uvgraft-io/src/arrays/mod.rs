@@ -54,7 +54,7 @@ const MOST_LISTED: usize = 64;
 #[non_exhaustive]
 pub enum ArraysError {
     /// Another kind of file.
-    #[error("found {found}, wanted {wanted}")]
+    #[error("must be {wanted}, got {found}")]
     Foreign {
         /// What it looks like.
         found: String,
@@ -65,7 +65,7 @@ pub enum ArraysError {
     #[error(transparent)]
     Pickle(#[from] PickleError),
     /// A pickle of something else than arrays.
-    #[error("found {found} in the pickle, wanted a dict of arrays by name")]
+    #[error("the pickle must hold a dict of arrays by name, got {found}")]
     NoDict {
         /// What was pickled.
         found: String,
@@ -85,7 +85,7 @@ pub enum ArraysError {
         problem: String,
     },
     /// More than any model or motion has.
-    #[error("there are too many {what}, at most {most} are read")]
+    #[error("must have at most {most} {what}")]
     TooMany {
         /// Of what.
         what: &'static str,
@@ -93,13 +93,13 @@ pub enum ArraysError {
         most: u64,
     },
     /// Two arrays of one name.
-    #[error("there are two arrays `{name}`, wanted each name once")]
+    #[error("duplicate array name `{name}`")]
     Twice {
         /// The name, shortened.
         name: String,
     },
     /// There is no array of that name.
-    #[error("there is no array `{name}`; there are {}", listed(names))]
+    #[error("no array `{name}`; the file has {}", listed(names))]
     Missing {
         /// The name that was asked for.
         name: String,
@@ -107,7 +107,7 @@ pub enum ArraysError {
         names: Vec<String>,
     },
     /// What the file has under that name is no array that is read.
-    #[error("array `{name}` was not read: {reason}")]
+    #[error("array `{name}` cannot be used: {reason}")]
     LeftOut {
         /// The name that was asked for.
         name: String,
@@ -160,7 +160,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
             let pickle = pickle::parse(bytes)?;
             Collector::new(None).collect(pickle.root())
         }
-        _ => foreign(&format!("a file that begins with `{}`", shown(bytes))),
+        _ => foreign(&format!("a file that starts with `{}`", shown(bytes))),
     }
 }
 

@@ -62,9 +62,9 @@ impl NamedArrays {
     pub fn require(&self, name: &str) -> Result<&NumericArray, ArraysError> {
         let reason = match self.held(name) {
             Some(Held::Array(array)) => return Ok(array),
-            Some(Held::Text(_)) => "it is a text".to_owned(),
+            Some(Held::Text(_)) => "it is a string".to_owned(),
             Some(Held::LeftOut(reason)) => reason.clone(),
-            Some(Held::Skipped) => "it was not asked for".to_owned(),
+            Some(Held::Skipped) => "it was not requested".to_owned(),
             None => {
                 let names = self.names().map(str::to_owned).collect();
                 return Err(ArraysError::Missing { name: name.to_owned(), names });

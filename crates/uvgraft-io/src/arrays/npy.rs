@@ -37,7 +37,10 @@ impl Described {
     /// What is wrong with an array that has so many bytes instead.
     pub(super) fn other_size(&self, found: u64) -> Unread {
         let wanted = self.bytes().map_or("more".to_owned(), |wanted| wanted.to_string());
-        Unread::Broken(format!("shape {:?} needs {wanted} bytes, found {found}", self.shape))
+        Unread::Broken(format!(
+            "an array of shape {:?} must have {wanted} bytes, got {found}",
+            self.shape
+        ))
     }
 }
 
@@ -48,7 +51,7 @@ impl Described {
 pub(super) fn describe(header: &[u8]) -> Result<Option<Described>, Unread> {
     let Some(rest) = header.strip_prefix(MAGIC) else {
         let found = shown(header);
-        return Err(Unread::Broken(format!("found `{found}`, wanted an NPY array")));
+        return Err(Unread::Broken(format!("must be an NPY array, got `{found}`")));
     };
     let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
     let descr = unquoted(header.descr).and_then(|descr| std::str::from_utf8(descr).ok());
@@ -63,7 +66,7 @@ fn lengths(header: &Header<'_>) -> Result<Vec<usize>, Unread> {
     });
     shape.ok_or_else(|| {
         let found = shown(header.shape);
-        Unread::Broken(format!("found shape {found}, wanted at most {MOST_AXES} lengths"))
+        Unread::Broken(format!("shape must have at most {MOST_AXES} dimensions, got {found}"))
     })
 }
 
@@ -74,11 +77,11 @@ pub(super) fn read<'a>(
 ) -> Result<Content<'a>, Unread> {
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         let found = shown(bytes);
-        return Err(Unread::Broken(format!("found `{found}`, wanted an NPY array")));
+        return Err(Unread::Broken(format!("must be an NPY array, got `{found}`")));
     };
     let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
     let Some(descr) = unquoted(header.descr) else {
-        return Err(Unread::LeftOut("an array of structures".to_owned()));
+        return Err(Unread::LeftOut("a structured array".to_owned()));
     };
     if matches!(descr, b"|O" | b"O" | b"|O8" | b"O8") {
         return Ok(Content::Pickle(header.values));
@@ -91,16 +94,18 @@ pub(super) fn read<'a>(
             return Ok(());
         }
         let wanted = wanted.map_or("more".to_owned(), |wanted| wanted.to_string());
-        Err(Unread::Broken(format!("shape {shape:?} needs {wanted} bytes, found {found}")))
+        Err(Unread::Broken(format!(
+            "an array of shape {shape:?} must have {wanted} bytes, got {found}"
+        )))
     };
     if let Some(dtype) = TextDtype::from_text(descr) {
         check(dtype.width())?;
         return match count(&shape) {
             Some(1) => match dtype.read(header.values) {
                 Some(text) => Ok(Content::Held(Held::Text(text))),
-                None => Err(Unread::Broken("found a text with no such character".to_owned())),
+                None => Err(Unread::Broken("invalid character in a string".to_owned())),
             },
-            _ => Err(Unread::LeftOut(format!("an array of texts of shape {shape:?}"))),
+            _ => Err(Unread::LeftOut(format!("an array of strings of shape {shape:?}"))),
         };
     }
     let dtype = std::str::from_utf8(descr).ok().and_then(Dtype::from_text);
@@ -118,6 +123,6 @@ pub(super) fn read<'a>(
     };
     match array {
         Some(array) => Ok(Content::Held(Held::Array(array))),
-        None => Err(Unread::Broken("shape and numbers disagree".to_owned())),
+        None => Err(Unread::Broken("shape and number of values do not match".to_owned())),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn each<R: Read + Seek>(
         let file = archive.names()[index].clone();
         let Some(name) = file.strip_suffix(".npy") else {
             // Folders and whatever else was packed beside the arrays.
-            collector.leave_out(&file, "it is no .npy file".to_owned());
+            collector.leave_out(&file, "not a .npy file".to_owned());
             continue;
         };
         if collector.has(name) {

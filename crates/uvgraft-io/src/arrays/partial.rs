@@ -179,7 +179,7 @@ fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread>
         let read = read.map_err(|error| unreadable(&error))? as u64;
         if read < count {
             let problem = format!(
-                "cut short: its header needs {} bytes, found {}",
+                "truncated: header must have {} bytes, got {}",
                 before + count,
                 before + read
             );
@@ -198,7 +198,7 @@ fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread>
         _ => return Ok(()),
     };
     if length > MOST_HEADER {
-        let problem = format!("its header has {length} bytes, at most {MOST_HEADER} are read");
+        let problem = format!("header must have at most {MOST_HEADER} bytes, got {length}");
         return Err(Unread::Broken(problem));
     }
     more(header, length)

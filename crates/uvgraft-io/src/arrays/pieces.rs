@@ -58,7 +58,7 @@ pub(super) fn decode(
     if let (Some(_), Some(last)) = (straight, shape.last_mut()) {
         *last = kept;
     }
-    let disagree = || Unread::Broken("shape and numbers disagree".to_owned());
+    let disagree = || Unread::Broken("shape and number of values do not match".to_owned());
     if described.fortran_order {
         let array = NumericArray::new_in_fortran_order(shape, numbers).ok_or_else(disagree)?;
         return match columns {

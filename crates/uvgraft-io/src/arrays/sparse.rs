@@ -31,23 +31,24 @@ pub(super) fn dense<'p>(
         .filter(|sides| sides.len() == 2)
         .and_then(|sides| sides.map(side).collect());
     let Some(&[height, width]) = shape.as_deref() else {
-        return Err(broken("a sparse matrix has no shape of two lengths"));
+        return Err(broken("the shape of a sparse matrix must have two dimensions"));
     };
     let count = height.checked_mul(width).filter(|&count| count <= MOST_DENSE_NUMBERS);
     let count = count.ok_or_else(|| {
         Unread::LeftOut(format!(
-            "a sparse matrix of {height} x {width}, at most {MOST_DENSE_NUMBERS} numbers are read"
+            "a sparse matrix of {height} x {width} (at most {MOST_DENSE_NUMBERS} values are \
+             supported)"
         ))
     })?;
     spend(count)?;
     let mut attribute = |name: &'static str| {
         let value = matrix.attribute(name);
-        numbers(value.ok_or_else(|| broken(format!("a sparse matrix has no `{name}`")))?)
+        numbers(value.ok_or_else(|| broken(format!("a sparse matrix must have `{name}`")))?)
     };
     let (_, data) = attribute("data")?.into_parts();
     let mut integers = |name| {
         let found = attribute(name)?.integers();
-        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix is not of integers")))
+        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix must hold integers")))
     };
     let places = match matrix.class() {
         Class::SparseColumns => {
@@ -62,11 +63,11 @@ pub(super) fn dense<'p>(
             Some(coords) => {
                 let both: Vec<Value<'_>> = coords.take(3).collect();
                 let [rows, columns] = both[..] else {
-                    return Err(broken("`coords` of a sparse matrix are not two"));
+                    return Err(broken("`coords` of a sparse matrix must be a pair of arrays"));
                 };
                 let mut integers = |value| {
                     let found = numbers(value)?.integers();
-                    found.ok_or_else(|| broken("`coords` of a sparse matrix are not integers"))
+                    found.ok_or_else(|| broken("`coords` of a sparse matrix must hold integers"))
                 };
                 Places { rows: integers(rows)?, columns: integers(columns)? }
             }
@@ -82,7 +83,7 @@ pub(super) fn dense<'p>(
         }
     };
     NumericArray::new(vec![height, width], numbers)
-        .ok_or_else(|| broken("a sparse matrix has another shape than numbers"))
+        .ok_or_else(|| broken("the shape of a sparse matrix does not match its values"))
 }
 
 /// For each number the line that it belongs to: line `i` has those from `starts[i]` to
@@ -93,7 +94,7 @@ fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unre
     // Beyond the last start there may be numbers that were reserved and not used.
     let fits = matches!(ends, (Some(0), Some(&last)) if last as u64 <= numbers as u64);
     if starts.len().checked_sub(1) != Some(lines) || !steps || !fits {
-        return Err(broken("`indptr` of a sparse matrix does not fit its shape and `data`"));
+        return Err(broken("`indptr` of a sparse matrix does not match its shape and `data`"));
     }
     let mut found = Vec::with_capacity(numbers);
     for (line, pair) in starts.windows(2).enumerate() {
@@ -105,7 +106,7 @@ fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unre
 /// The first of some indices, of which there may be more than are used.
 fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
     if indices.len() < used {
-        return Err(broken("a sparse matrix has fewer `indices` than numbers"));
+        return Err(broken("a sparse matrix has fewer `indices` than values"));
     }
     indices.truncate(used);
     Ok(indices)
@@ -119,14 +120,14 @@ fn fill<T: Copy + Default + AddAssign>(
 ) -> Result<Vec<T>, Unread> {
     let Places { rows, columns } = places;
     if rows.len() != columns.len() || rows.len() > values.len() {
-        return Err(broken("a sparse matrix has another number of places than of numbers"));
+        return Err(broken("a sparse matrix has different numbers of coordinates and values"));
     }
     let mut dense = vec![T::default(); height * width];
     for ((&row, &column), &value) in rows.iter().zip(columns).zip(values) {
         let inside = |at: i64, length| usize::try_from(at).ok().filter(|&at| at < length);
         let (Some(row), Some(column)) = (inside(row, height), inside(column, width)) else {
             return Err(broken(format!(
-                "a sparse matrix of {height} x {width} has a number at {row}, {column}"
+                "a sparse matrix of {height} x {width} has a value at {row}, {column}"
             )));
         };
         dense[row * width + column] += value;

@@ -46,7 +46,7 @@ pub enum FateError {
     #[error(transparent)]
     Arrays(#[from] ArraysError),
     /// A tensor of another shape.
-    #[error("`{name}` has shape {found:?}, wanted {wanted}")]
+    #[error("`{name}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Which tensor.
         name: &'static str,
@@ -56,7 +56,7 @@ pub enum FateError {
         wanted: String,
     },
     /// A training that failed.
-    #[error("`{name}` has {count} values that are no numbers, wanted none")]
+    #[error("`{name}` must be finite, got {count} values that are NaN or infinite")]
     NoNumbers {
         /// Which tensor.
         name: &'static str,
@@ -65,8 +65,8 @@ pub enum FateError {
     },
     /// A folder without textures.
     #[error(
-        "found neither baking*/dump_texture/*tex_dump.pth nor baking*/visualize_texture/*color.png, \
-         wanted a workspace of FATE's after its baking"
+        "must be a FATE workspace after baking, with baking*/dump_texture/*tex_dump.pth or \
+         baking*/visualize_texture/*color.png"
     )]
     Nothing,
     /// A picture that cannot be read.

@@ -189,7 +189,7 @@ impl<'a> BandDecoder<'a> {
     /// All rows that are left, of which there are some.
     pub(super) fn rest(&mut self) -> Result<Texture, ImageError> {
         self.next_band(u32::MAX)?
-            .ok_or_else(|| ImageError::damaged(self.header.format, "it has no rows"))
+            .ok_or_else(|| ImageError::damaged(self.header.format, "the image has no rows"))
     }
 
     pub(super) fn take_icc(&mut self) -> Option<Vec<u8>> {

@@ -132,7 +132,10 @@ pub(super) fn check<'a>(
         return Err(EncodeError::TooLarge { format, found: size, max });
     }
     if size.texels() == 0 {
-        return Err(EncodeError::encoder(format, format_args!("{size} texels make no image")));
+        return Err(EncodeError::encoder(
+            format,
+            format_args!("an image cannot have {size} texels"),
+        ));
     }
     match icc.filter(|icc| !icc.is_empty()) {
         Some(icc) if icc.len() > MAX_ICC_BYTES => {

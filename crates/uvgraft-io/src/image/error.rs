@@ -13,9 +13,9 @@ use super::{Format, TextureSpec};
 pub enum ImageError {
     /// The bytes begin like none of the formats.
     #[error(
-        "not an image uvgraft can read ({names}): {}",
+        "unknown image format (must be {names}): {}",
         if start.is_empty() { "the file is empty".to_owned() }
-        else { format!("starts with \"{}\"", start.escape_ascii()) },
+        else { format!("file starts with \"{}\"", start.escape_ascii()) },
         names = Format::names()
     )]
     NotAnImage {
@@ -24,7 +24,7 @@ pub enum ImageError {
     },
     /// A side is longer than a texture may be. Checked before anything is allocated.
     #[error(
-        "{format} of {width}×{height} texels is too large: at most {max} a side",
+        "{format} must have at most {max} texels a side, got {width}×{height}",
         max = Texture::MAX_SIDE
     )]
     TooLarge {
@@ -36,7 +36,7 @@ pub enum ImageError {
         height: u64,
     },
     /// Decoding would need more memory than allowed. Checked before anything is allocated.
-    #[error("{format} of {size} texels needs {found} bytes: at most {max} are allowed")]
+    #[error("{format} of {size} texels must take at most {max} bytes in memory, got {found}")]
     TooManyBytes {
         /// The format of the file.
         format: Format,
@@ -48,13 +48,13 @@ pub enum ImageError {
         max: u64,
     },
     /// The file ends before the image does.
-    #[error("{format} is cut short: the file ends before the image does")]
+    #[error("truncated {format}")]
     CutShort {
         /// The format of the file.
         format: Format,
     },
     /// A valid file of a kind that makes no texture.
-    #[error("{format} {found}; {wanted}")]
+    #[error("unsupported {format}: {found}; {wanted}")]
     Unsupported {
         /// The format of the file.
         format: Format,
@@ -64,7 +64,7 @@ pub enum ImageError {
         wanted: &'static str,
     },
     /// The file contradicts its format.
-    #[error("{format} is damaged: {reason}")]
+    #[error("damaged {format}: {reason}")]
     Damaged {
         /// The format of the file.
         format: Format,
@@ -72,7 +72,7 @@ pub enum ImageError {
         reason: String,
     },
     /// The ICC profile is absurdly long.
-    #[error("ICC profile of {found} bytes is too large: at most {max} are allowed")]
+    #[error("ICC profile must have at most {max} bytes, got {found}")]
     IccTooLarge {
         /// Bytes of the profile.
         found: usize,
@@ -106,13 +106,16 @@ pub type ReadError = crate::input::ReadError<ImageError>;
 #[non_exhaustive]
 pub enum EncodeError {
     /// The texture has an alpha channel and the format has none.
-    #[error("{format} cannot hold an alpha channel; use PNG, WebP, TIFF or EXR, or drop the alpha")]
+    #[error(
+        "{format} does not support transparency; use PNG, WebP, TIFF or EXR, or remove the alpha \
+         channel"
+    )]
     Alpha {
         /// The format that was asked for.
         format: Format,
     },
     /// The texture is larger than the format allows.
-    #[error("{found} texels are too many for {format}: at most {max} a side")]
+    #[error("{format} supports at most {max} texels a side, got {found}")]
     TooLarge {
         /// The format that was asked for.
         format: Format,
@@ -122,7 +125,7 @@ pub enum EncodeError {
         max: u32,
     },
     /// The ICC profile is absurdly long.
-    #[error("ICC profile of {found} bytes is too large: at most {max} are allowed")]
+    #[error("ICC profile must have at most {max} bytes, got {found}")]
     IccTooLarge {
         /// Bytes of the profile.
         found: usize,
@@ -130,7 +133,7 @@ pub enum EncodeError {
         max: usize,
     },
     /// A band of rows that does not belong to the image.
-    #[error("{found} do not belong to an image of {wanted}")]
+    #[error("rows must match an image of {wanted}, got {found}")]
     Band {
         /// What was handed over.
         found: TextureSpec,
@@ -138,7 +141,7 @@ pub enum EncodeError {
         wanted: TextureSpec,
     },
     /// There were more or fewer rows than the image has.
-    #[error("{found} rows were written of an image with {wanted}")]
+    #[error("an image of {wanted} rows must be written in full, got {found}")]
     Rows {
         /// Rows that were handed over.
         found: u64,
@@ -170,10 +173,10 @@ impl EncodeError {
 pub enum WriteError {
     /// The path does not say which format to write.
     #[error(
-        "{}: {}, so the image format is unknown; use one of {}",
+        "{}: cannot infer an image format from {}; use one of {}",
         path.display(),
-        path.extension().map_or("no extension".to_owned(), |found| {
-            format!("unknown extension .{}", found.display())
+        path.extension().map_or("a name without an extension".to_owned(), |found| {
+            format!("the extension .{}", found.display())
         }),
         Format::extension_list()
     )]
@@ -224,17 +227,17 @@ impl std::fmt::Display for Loss {
         };
         match *self {
             Self::IccProfile { format } => {
-                write!(f, "the ICC profile was dropped: {format} cannot hold one")
+                write!(f, "ICC profile dropped: {format} cannot store one")
             }
             Self::IccOutdated => f.write_str(
-                "the ICC profile was dropped: the values were converted between sRGB and linear light",
+                "ICC profile dropped: values were converted between sRGB and linear light",
             ),
             Self::Precision { from, to } => {
-                write!(f, "values were rounded from {} to {}", depth(from), depth(to))
+                write!(f, "values rounded from {} to {}", depth(from), depth(to))
             }
-            Self::Range => f.write_str("values outside 0.0 to 1.0 were clamped"),
+            Self::Range => f.write_str("values clamped to 0.0 to 1.0"),
             Self::HiddenColor => f.write_str(
-                "colours of fully transparent texels were dropped: EXR holds premultiplied colours",
+                "colours of fully transparent texels dropped: EXR stores premultiplied colours",
             ),
         }
     }

@@ -52,11 +52,11 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
 
 /// Checks the first layer, which is the one that is read.
 fn layout(headers: &[Header]) -> Result<Layout, ImageError> {
-    let wanted = "layers with the channels R, G, B or Y, with or without A, are read";
+    let wanted = "supported are layers with the channels R, G, B or Y, with or without A";
     let unsupported = |found| ImageError::Unsupported { format: FORMAT, found, wanted };
-    let header = headers.first().ok_or_else(|| ImageError::damaged(FORMAT, "it has no layers"))?;
+    let header = headers.first().ok_or_else(|| ImageError::damaged(FORMAT, "no layers"))?;
     if header.deep {
-        return Err(unsupported("has deep texels".to_owned()));
+        return Err(unsupported("deep data".to_owned()));
     }
     let list = &header.channels.list;
     let place = |name: &&str| list.iter().position(|channel| channel.name.eq(name));
@@ -70,14 +70,14 @@ fn layout(headers: &[Header]) -> Result<Layout, ImageError> {
         .or_else(|| (list.len() == 1).then(|| (Channels::Grey, vec![0])))
         .ok_or_else(|| {
             let found = list.iter().take(8).map(|channel| channel.name.to_string());
-            unsupported(format!("has the channels {}", found.collect::<Vec<_>>().join(", ")))
+            unsupported(format!("channels {}", found.collect::<Vec<_>>().join(", ")))
         })?;
     for channel in sources.iter().map(|&source| &list[source]) {
         if channel.sampling != Vec2(1, 1) {
-            return Err(unsupported(format!("has a channel {} of lower resolution", channel.name)));
+            return Err(unsupported(format!("subsampled channel {}", channel.name)));
         }
         if channel.sample_type == SampleType::U32 {
-            return Err(unsupported(format!("has a channel {} of integers", channel.name)));
+            return Err(unsupported(format!("integer channel {}", channel.name)));
         }
     }
     let (data, display) = (header.data_window(), header.shared_attributes.display_window);
@@ -117,7 +117,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
                 place(samples, &layout, &mut values[channel..], count, |value| value);
             }
             FlatSamples::U32(_) => {
-                return Err(ImageError::damaged(FORMAT, "its values are not what its header says"));
+                return Err(ImageError::damaged(FORMAT, "the values do not match the header"));
             }
         }
     }
@@ -161,8 +161,8 @@ fn from_exr(error: Error) -> ImageError {
         }
         Error::NotSupported(reason) => ImageError::Unsupported {
             format: FORMAT,
-            found: format!("is of a rare kind ({reason})"),
-            wanted: "save it with ZIP compression first",
+            found: format!("{reason}"),
+            wanted: "convert it to ZIP compression first",
         },
         Error::Io(error) => ImageError::from_io(FORMAT, &error),
         error => ImageError::damaged(FORMAT, error),

@@ -135,7 +135,10 @@ pub(super) fn check_bytes(
         return Err(ImageError::TooLarge { format, width, height });
     }
     if width == 0 || height == 0 {
-        return Err(ImageError::damaged(format, format_args!("it has {width}×{height} texels")));
+        return Err(ImageError::damaged(
+            format,
+            format_args!("an image of {width}×{height} texels"),
+        ));
     }
     // Both are at most MAX_SIDE by now.
     let size = Size::new(width as u32, height as u32);

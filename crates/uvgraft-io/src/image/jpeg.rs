@@ -54,14 +54,14 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         }
     }
     let (width, height, bits, components) =
-        frame.ok_or_else(|| ImageError::damaged(FORMAT, "there is no frame before the scan"))?;
-    let wanted = "grey and RGB JPEGs of 8 bits are read; convert it first";
+        frame.ok_or_else(|| ImageError::damaged(FORMAT, "no frame before the scan"))?;
+    let wanted = "supported are 8-bit greyscale and RGB; convert it first";
     let unsupported = |found| Err(ImageError::Unsupported { format: FORMAT, found, wanted });
     let channels = match (bits, components) {
         (8, 1) => Channels::Grey,
         (8, 3) => Channels::Rgb,
-        (8, 4) => return unsupported("has CMYK colours".to_owned()),
-        _ => return unsupported(format!("has {components} channels of {bits} bits")),
+        (8, 4) => return unsupported("CMYK colours".to_owned()),
+        _ => return unsupported(format!("{components} channels of {bits} bits")),
     };
     let size = check_size(FORMAT, (width, height), channels, Depth::U8)?;
     Ok(StoredHeader { size, channels, depth: Depth::U8, orientation })

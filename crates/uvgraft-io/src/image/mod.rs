@@ -140,7 +140,7 @@ impl Decoded {
         let icc = header::check_icc(icc)?;
         if texels.len() != header.values() {
             let (found, wanted) = (texels.len(), header.values());
-            let reason = format_args!("it decodes to {found} values instead of {wanted}");
+            let reason = format_args!("must decode to {wanted} values, got {found}");
             return Err(ImageError::damaged(format, reason));
         }
         Ok((header.orientation.apply(texels, header.size, header.channels), icc))
@@ -166,7 +166,7 @@ const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
     let bad = |reason| ReadError::Io { path: path.into(), reason };
     if path.is_dir() {
-        return Err(bad(std::io::Error::other("it is a folder")));
+        return Err(bad(std::io::Error::other("is a folder, must be a file")));
     }
     let file = File::open(path).map_err(bad)?;
     header_of(&mut BufReader::new(file))

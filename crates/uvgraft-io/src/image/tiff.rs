@@ -72,9 +72,9 @@ fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, Layout), ImageError
     let (Some(channels), Some(depth)) = (channels, depth) else {
         return Err(ImageError::Unsupported {
             format: FORMAT,
-            found: format!("has {color:?} values of sample format {formats:?}"),
-            wanted: "grey and RGB with or without alpha are read, \
-                     of 8 or 16 bits or 16- or 32-bit float; convert it first",
+            found: format!("{color:?} values of sample format {formats:?}"),
+            wanted: "supported are greyscale and RGB with or without alpha, of 8 or 16 bits or 16- or \
+                 32-bit float; convert it first",
         });
     };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
@@ -105,7 +105,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
             let values = values.iter().copied().map(f32::from).collect();
             Texels::F32(interleave(values, planes, channels))
         }
-        _ => return Err(ImageError::damaged(FORMAT, "its values are not what its header says")),
+        _ => return Err(ImageError::damaged(FORMAT, "the values do not match the header")),
     };
     if is_premultiplied {
         match &mut texels {
@@ -147,7 +147,7 @@ fn from_tiff(error: TiffError) -> ImageError {
         TiffError::IoError(error) => ImageError::from_io(FORMAT, &error),
         TiffError::UnsupportedError(error) => ImageError::Unsupported {
             format: FORMAT,
-            found: format!("is of a rare kind ({error})"),
+            found: format!("{error}"),
             wanted: "convert it to uncompressed RGB first",
         },
         error => ImageError::damaged(FORMAT, error),

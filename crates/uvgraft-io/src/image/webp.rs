@@ -63,7 +63,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     let (mut decoder, header) = open(Cursor::new(bytes))?;
     let mut values = vec![0; header.values()];
     if decoder.output_buffer_size() != Some(values.len()) {
-        return Err(ImageError::damaged(FORMAT, "its size and its channels do not fit"));
+        return Err(ImageError::damaged(FORMAT, "size and channels do not match"));
     }
     decoder.read_image(&mut values).map_err(from_webp)?;
     let icc = decoder.icc_profile().map_err(from_webp)?;

@@ -46,21 +46,22 @@ pub struct BothNetworks {
 #[non_exhaustive]
 pub enum WeightsFileError {
     /// Something else.
-    #[error("no LPIPS weights: found no safetensors file with `{METADATA_KEY}` in its metadata")]
+    #[error(
+        "not a file of LPIPS weights: must be a safetensors file with `{METADATA_KEY}` in its \
+         metadata"
+    )]
     Foreign,
     /// Made by a later version of this program.
-    #[error("LPIPS weights of version {found}, newer than {VERSION}: a newer uvgraft is needed")]
+    #[error("LPIPS weights must be of version {VERSION} or older, got {found}; update uvgraft")]
     Version {
         /// The version that the file states.
         found: u32,
     },
     /// The container cannot be understood.
-    #[error("LPIPS weights cut short or damaged: {0}")]
+    #[error("truncated or damaged LPIPS weights: {0}")]
     Container(String),
     /// Not what was written.
-    #[error(
-        "LPIPS weights damaged: the SHA-256 of their values is {found}, the file says {stated}"
-    )]
+    #[error("damaged LPIPS weights: SHA-256 must be {stated} as the file states, got {found}")]
     Checksum {
         /// What the values have.
         found: String,
@@ -68,7 +69,7 @@ pub enum WeightsFileError {
         stated: String,
     },
     /// A tensor is missing or has another type or shape.
-    #[error("LPIPS weights damaged: tensor `{name}` {problem}")]
+    #[error("damaged LPIPS weights: tensor `{name}` {problem}")]
     Tensor {
         /// Which one.
         name: String,
@@ -76,7 +77,7 @@ pub enum WeightsFileError {
         problem: String,
     },
     /// Values that no network has.
-    #[error("LPIPS weights damaged: {0}")]
+    #[error("damaged LPIPS weights: {0}")]
     Values(#[from] LpipsWeightsError),
 }
 
@@ -221,7 +222,7 @@ fn f32s(
     let view = tensors.tensor(name).map_err(|_| bad("is missing".to_owned()))?;
     if view.dtype() != Dtype::F32 || view.shape() != shape {
         let (found, found_shape) = (view.dtype(), view.shape());
-        return Err(bad(format!("is {found:?} {found_shape:?}, wanted F32 {shape:?}")));
+        return Err(bad(format!("must be F32 {shape:?}, got {found:?} {found_shape:?}")));
     }
     Ok(view.data().as_chunks::<4>().0.iter().map(|&word| f32::from_le_bytes(word)).collect())
 }

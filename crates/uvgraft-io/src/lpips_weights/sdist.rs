@@ -39,10 +39,10 @@ pub enum ImportError {
         found: String,
     },
     /// The archive is damaged.
-    #[error("{NAME} cannot be unpacked: {0}")]
+    #[error("cannot unpack {NAME}: {0}")]
     Archive(#[from] std::io::Error),
     /// The archive lacks a file.
-    #[error("{NAME} holds no {0}")]
+    #[error("{NAME} must contain {0}")]
     Missing(
         /// The file's path.
         &'static str,
@@ -56,7 +56,7 @@ pub enum ImportError {
         reason: PickleError,
     },
     /// A pickle does not hold what it should.
-    #[error("{checkpoint}: {place}: found {found}, wanted {wanted}")]
+    #[error("{checkpoint}: {place}: must be {wanted}, got {found}")]
     Content {
         /// Which file.
         checkpoint: &'static str,

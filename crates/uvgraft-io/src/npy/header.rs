@@ -13,11 +13,11 @@ use crate::obj::shown;
 /// Why a header was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum HeaderError {
-    #[error("NPY format version {major}.{minor} is not known, wanted 1.0, 2.0 or 3.0")]
+    #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
     Version { major: u8, minor: u8 },
-    #[error("NPY file cut short: header needs {wanted} bytes, file has {found}")]
+    #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
     CutShort { wanted: u64, found: usize },
-    #[error("NPY header: found `{found}`, wanted {wanted}")]
+    #[error("NPY header: must have {wanted}, got `{found}`")]
     Header { found: String, wanted: &'static str },
 }
 

@@ -31,14 +31,14 @@ impl Class {
             Self::SparseColumns | Self::SparseRows | Self::SparsePlaces => "a sparse matrix",
             Self::Chumpy | Self::ChumpySelect => "a chumpy array",
             Self::Tensor | Self::Parameter => "a tensor",
-            Self::Storage(_) => "a storage",
+            Self::Storage(_) => "a torch storage",
         }
     }
 }
 
 /// What kind of number a torch storage holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "named as torch names them")]
+#[expect(missing_docs, reason = "named as in torch")]
 pub enum StorageKind {
     Double,
     Float,

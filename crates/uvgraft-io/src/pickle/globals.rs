@@ -104,7 +104,7 @@ impl<'a> Machine<'a> {
     pub(super) fn call(&mut self, callee: Id, args: &[Id]) -> Result<Node<'a>, PickleError> {
         let &Node::Global(global) = self.value(callee).node() else {
             let kind = self.value(callee).kind();
-            return Err(self.scan.malformed(format!("found {kind}, wanted something to call")));
+            return Err(self.scan.malformed(format!("must call a global, got {kind}")));
         };
         match (global, args) {
             (Global::Reconstruct, &[class, _, _])
@@ -121,7 +121,7 @@ impl<'a> Machine<'a> {
                 let fortran_order = match self.value(order).as_str() {
                     Some("C") => false,
                     Some("F") => true,
-                    _ => return Err(self.scan.malformed("an array's order is neither C nor F")),
+                    _ => return Err(self.scan.malformed("array order must be C or F")),
                 };
                 let (dtype, shape) = (self.dtype(dtype)?, self.shape(shape)?);
                 self.array(dtype, shape, fortran_order, data)
@@ -137,7 +137,7 @@ impl<'a> Machine<'a> {
             {
                 match self.value(class).as_class() {
                     Some(class) => Ok(made(class, &[])),
-                    None => Err(self.scan.malformed("an object has no known class")),
+                    None => Err(self.scan.malformed("object of an unknown class")),
                 }
             }
             (Global::OrderedDict, []) => Ok(Node::Dict(Vec::new())),
@@ -149,10 +149,10 @@ impl<'a> Machine<'a> {
                 Ok(Node::Tuple(shape))
             }
             (Global::Class(Class::Storage(_)), _) => {
-                Err(self.scan.malformed("a storage of torch's stands inside the pickle"))
+                Err(self.scan.malformed("torch storage inside the pickle"))
             }
             (Global::Class(class), args) => Ok(made(class, args)),
-            _ => Err(self.scan.malformed(format!("{global:?} is called in an unknown way"))),
+            _ => Err(self.scan.malformed(format!("unsupported call of {global:?}"))),
         }
     }
 
@@ -172,12 +172,12 @@ impl<'a> Machine<'a> {
             Node::Dict(_) if matches!(self.value(state).node(), Node::Dict(_)) => return Ok(()),
             found => {
                 let what = if matches!(found, Node::Made(_) | Node::Dict(_)) {
-                    "in an unknown way"
+                    "in an unsupported way"
                 } else {
-                    "that takes nothing"
+                    "although it takes no state"
                 };
                 let kind = self.value(object).kind();
-                return Err(self.scan.malformed(format!("{kind} is filled {what}")));
+                return Err(self.scan.malformed(format!("{kind} is built {what}")));
             }
         };
         self.replace(object, filled);
@@ -186,15 +186,15 @@ impl<'a> Machine<'a> {
 
     fn filled_dtype(&self, items: Items, state: Id) -> Result<Node<'a>, PickleError> {
         let [_, order, nested, names, fields, _, _, _] = self.arguments(state)?[..] else {
-            return Err(self.scan.malformed("a dtype is filled in an unknown way"));
+            return Err(self.scan.malformed("unsupported state of a dtype"));
         };
         if ![nested, names, fields].iter().all(|&id| self.value(id).is_none()) {
-            return Err(self.scan.malformed("an array's dtype has parts"));
+            return Err(self.scan.malformed("structured dtype"));
         }
         let big_endian = match self.value(order).as_str() {
             Some("<" | "|") => false,
             Some(">") => true,
-            _ => return Err(self.scan.malformed("a dtype's byte order is unknown")),
+            _ => return Err(self.scan.malformed("unknown byte order of a dtype")),
         };
         Ok(Node::Dtype(match items {
             Items::Numbers(dtype) => Items::Numbers(Dtype { big_endian, ..dtype }),
@@ -205,7 +205,7 @@ impl<'a> Machine<'a> {
 
     fn filled_array(&mut self, state: Id) -> Result<Node<'a>, PickleError> {
         let [_, shape, dtype, fortran_order, data] = self.arguments(state)?[..] else {
-            return Err(self.scan.malformed("an array is filled in an unknown way"));
+            return Err(self.scan.malformed("unsupported state of an array"));
         };
         let fortran_order = self.flag(fortran_order)?;
         let (items, shape) = (self.items(dtype)?, self.shape(shape)?);
@@ -216,7 +216,9 @@ impl<'a> Machine<'a> {
                 let count = shape.iter().copied().try_fold(1, usize::checked_mul);
                 let found = self.value(data).items().map(|items| items.len());
                 if count.is_none() || count != found {
-                    return Err(self.scan.malformed("an array of objects has another number"));
+                    return Err(self.scan.malformed(
+                        "the number of objects does not match the shape of their array",
+                    ));
                 }
                 Ok(Node::Objects(data))
             }
@@ -232,13 +234,13 @@ impl<'a> Machine<'a> {
     ) -> Result<Node<'a>, PickleError> {
         let Some(bytes) = self.value(data).as_bytes() else {
             let kind = self.value(data).kind();
-            return Err(self.scan.malformed(format!("found {kind}, wanted an array's bytes")));
+            return Err(self.scan.malformed(format!("must be the bytes of an array, got {kind}")));
         };
         let layout = Layout { dtype, shape, fortran_order, data };
         if layout.bytes() != Some(bytes.len()) {
             let (shape, width, found) = (&layout.shape, dtype.width, bytes.len());
             return Err(self.scan.malformed(format!(
-                "an array of shape {shape:?} and {width} bytes a number has {found} bytes"
+                "an array of shape {shape:?} with {width} bytes per value cannot have {found} bytes"
             )));
         }
         Ok(Node::Array(Some(Box::new(layout))))
@@ -255,13 +257,15 @@ impl<'a> Machine<'a> {
         let count = shape.iter().copied().try_fold(1, usize::checked_mul);
         let wanted = count.zip(dtype.width()).and_then(|(count, width)| count.checked_mul(width));
         if wanted != Some(bytes.len()) {
-            return Err(self.scan.malformed("an array of texts has another number of bytes"));
+            return Err(self
+                .scan
+                .malformed("the size of an array of strings does not match its shape"));
         }
         if count != Some(1) {
             return Ok(Node::Texts);
         }
         let (length, text) = (bytes.len(), dtype.read(bytes));
-        let text = text.ok_or_else(|| self.scan.malformed("a text has no such character"))?;
+        let text = text.ok_or_else(|| self.scan.malformed("invalid character in a string"))?;
         self.count_copy(length)?;
         Ok(Node::Text(Cow::Owned(text)))
     }
@@ -270,22 +274,24 @@ impl<'a> Machine<'a> {
         let name = self.value(name).as_str().unwrap_or_default();
         Items::from_text(name).ok_or_else(|| {
             let name = shown(name.as_bytes());
-            self.scan.malformed(format!("found an array of dtype `{name}`, wanted numbers"))
+            self.scan.malformed(format!("array dtype must be numeric, got `{name}`"))
         })
     }
 
     fn items(&self, id: Id) -> Result<Items, PickleError> {
         match self.value(id).node() {
             Node::Dtype(items) => Ok(*items),
-            _ => Err(self.scan.malformed("an array has no dtype")),
+            _ => Err(self.scan.malformed("array without a dtype")),
         }
     }
 
     fn dtype(&self, id: Id) -> Result<Dtype, PickleError> {
         match self.items(id)? {
             Items::Numbers(dtype) => Ok(dtype),
-            Items::Objects => Err(self.scan.malformed("found an array of objects, wanted numbers")),
-            Items::Texts(_) => Err(self.scan.malformed("found an array of texts, wanted numbers")),
+            Items::Objects => Err(self.scan.malformed("array values must be numbers, got objects")),
+            Items::Texts(_) => {
+                Err(self.scan.malformed("array values must be numbers, got strings"))
+            }
         }
     }
 
@@ -300,7 +306,7 @@ impl<'a> Machine<'a> {
         };
         let pairs = self.value(items).items();
         let pairs: Option<Vec<(Id, Id)>> = pairs.and_then(|pairs| pairs.map(pair).collect());
-        let pairs = pairs.ok_or_else(|| self.scan.malformed("a dict is made of no pairs"))?;
+        let pairs = pairs.ok_or_else(|| self.scan.malformed("dict without key-value pairs"))?;
         // One list may be made into any number of dicts.
         self.count_copy(size_of_val(&pairs[..]))?;
         Ok(Node::Dict(pairs))
@@ -310,7 +316,7 @@ impl<'a> Machine<'a> {
         let sides = self.value(id).items().filter(|sides| sides.len() <= MOST_AXES);
         let side = |value: Value<'_>| value.as_int().and_then(|side| usize::try_from(side).ok());
         let shape: Option<Vec<usize>> = sides.and_then(|sides| sides.map(side).collect());
-        let shape = shape.ok_or_else(|| self.scan.malformed("an array has no shape"))?;
+        let shape = shape.ok_or_else(|| self.scan.malformed("array without a shape"))?;
         // One tuple may be the shape of any number of arrays.
         self.count_copy(size_of_val(&shape[..]))?;
         Ok(shape)
@@ -324,17 +330,18 @@ impl<'a> Machine<'a> {
             Some(1) => Some(true),
             _ => None,
         });
-        flag.ok_or_else(|| self.scan.malformed("found no bool where one was wanted"))
+        flag.ok_or_else(|| self.scan.malformed("must be a bool"))
     }
 
     /// The bytes that a text of characters below 256 stands for.
     fn latin1(&mut self, text: Id) -> Result<Node<'a>, PickleError> {
         let Node::Text(text) = self.value(text).node() else {
-            return Err(self.scan.malformed("found no text to make bytes of"));
+            return Err(self.scan.malformed("must be a string of bytes"));
         };
         let length = text.len();
         let bytes: Option<Vec<u8>> = text.chars().map(|c| u8::try_from(c).ok()).collect();
-        let bytes = bytes.ok_or_else(|| self.scan.malformed("a text stands for no bytes"))?;
+        let bytes =
+            bytes.ok_or_else(|| self.scan.malformed("string with characters beyond a byte"))?;
         self.count_copy(length)?;
         Ok(Node::Bytes(Cow::Owned(bytes)))
     }

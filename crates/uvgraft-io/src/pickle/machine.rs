@@ -56,7 +56,7 @@ impl<'a> Machine<'a> {
     fn finish(mut self) -> Result<Pickle<'a>, PickleError> {
         let root = self.pop()?;
         if !self.stack.is_empty() || !self.marks.is_empty() {
-            return Err(self.scan.malformed("values are left over at the end"));
+            return Err(self.scan.malformed("values left on the stack at the end"));
         }
         match self.scan.left() {
             0 => Ok(Pickle { nodes: self.nodes, root }),
@@ -92,7 +92,7 @@ impl<'a> Machine<'a> {
             b'o' => {
                 let args = self.pop_to_mark()?;
                 let Some((&callee, args)) = args.split_first() else {
-                    return Err(self.scan.malformed("found nothing to call"));
+                    return Err(self.scan.malformed("nothing to call"));
                 };
                 self.push_called(callee, args)?;
             }
@@ -103,14 +103,14 @@ impl<'a> Machine<'a> {
                 let set = self.value(self.top()?);
                 if !matches!(set.node(), Node::Set) {
                     let found = set.kind();
-                    return Err(self.scan.malformed(format!("found {found}, wanted a set")));
+                    return Err(self.scan.malformed(format!("must be a set, got {found}")));
                 }
             }
             0x80 => {
                 let version = self.scan.byte()?;
                 if version > NEWEST_PROTOCOL {
                     let newest = NEWEST_PROTOCOL;
-                    let problem = format!("protocol {version} is newer than {newest}");
+                    let problem = format!("protocol must be at most {newest}, got {version}");
                     return Err(self.scan.malformed(problem));
                 }
             }
@@ -121,7 +121,7 @@ impl<'a> Machine<'a> {
                 if length > left as u64 {
                     return Err(self
                         .scan
-                        .malformed(format!("a frame of {length} bytes begins, {left} are left")));
+                        .malformed(format!("a frame must have {length} bytes, got {left}")));
                 }
             }
             _ => {
@@ -198,7 +198,7 @@ impl<'a> Machine<'a> {
                 let (name, module) = (self.pop()?, self.pop()?);
                 let (module, name) = (self.value(module).as_str(), self.value(name).as_str());
                 let (Some(module), Some(name)) = (module, name) else {
-                    return Err(self.scan.malformed("a name is no text"));
+                    return Err(self.scan.malformed("a name must be a string"));
                 };
                 Node::Global(Global::find(module, name)?)
             }
@@ -214,11 +214,11 @@ impl<'a> Machine<'a> {
         match self.value(tuple).node() {
             Node::Tuple(args) if args.len() <= MOST_ARGUMENTS => Ok(args.clone()),
             Node::Tuple(args) => {
-                Err(self.scan.malformed(format!("{} arguments are too many", args.len())))
+                Err(self.scan.malformed(format!("too many arguments: {}", args.len())))
             }
             _ => {
                 let kind = self.value(tuple).kind();
-                Err(self.scan.malformed(format!("found {kind}, wanted a tuple of arguments")))
+                Err(self.scan.malformed(format!("arguments must be a tuple, got {kind}")))
             }
         }
     }
@@ -244,7 +244,7 @@ impl<'a> Machine<'a> {
         };
         if matches!(instruction, b'g' | b'h' | b'j') {
             let held = self.memo.get(&key).copied();
-            let problem = || format!("value {key} is used before it was stored");
+            let problem = || format!("memo {key} is used before it is stored");
             self.stack.push(held.ok_or_else(|| self.scan.malformed(problem()))?);
         } else {
             let top = self.top()?;
@@ -278,7 +278,7 @@ impl<'a> Machine<'a> {
         }
         let wanted = if matches!(instruction, b'a' | b'e') { "a list" } else { "a dict" };
         let found = self.value(Id(into)).kind();
-        Err(self.scan.malformed(format!("found {found}, wanted {wanted} to add to")))
+        Err(self.scan.malformed(format!("must append to {wanted}, got {found}")))
     }
 
     fn pairs(&self, items: &[Id]) -> Result<Vec<(Id, Id)>, PickleError> {
@@ -286,7 +286,7 @@ impl<'a> Machine<'a> {
         if rest.is_empty() {
             Ok(pairs.iter().map(|&[key, value]| (key, value)).collect())
         } else {
-            Err(self.scan.malformed("a dict has a key without a value"))
+            Err(self.scan.malformed("dict key without a value"))
         }
     }
 
@@ -324,13 +324,12 @@ impl<'a> Machine<'a> {
     fn top(&self) -> Result<Id, PickleError> {
         let reach = self.marks.last().copied().unwrap_or(0);
         let top = self.stack[reach..].last().copied();
-        top.ok_or_else(|| self.scan.malformed("it takes a value where there is none"))
+        top.ok_or_else(|| self.scan.malformed("stack underflow"))
     }
 
     fn pop_to_mark(&mut self) -> Result<Vec<Id>, PickleError> {
         let mark = self.marks.pop();
-        let mark =
-            mark.ok_or_else(|| self.scan.malformed("it goes back to a mark that is not set"))?;
+        let mark = mark.ok_or_else(|| self.scan.malformed("missing mark"))?;
         Ok(self.stack.drain(mark..).collect())
     }
 

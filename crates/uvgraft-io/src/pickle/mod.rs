@@ -34,13 +34,13 @@ pub const MOST_INSTRUCTIONS: usize = 1 << 20;
 #[non_exhaustive]
 pub enum PickleError {
     /// It asks for something of Python that is not plain data.
-    #[error("refused: {name}; the pickle wants to use it, and only plain data is read")]
+    #[error("refused: the pickle imports {name}, but only plain data may be loaded")]
     Refused {
         /// Module and name, shortened.
         name: String,
     },
     /// The bytes end too early.
-    #[error("pickle cut short: byte {at} needs {needed} bytes more, {left} are left")]
+    #[error("truncated pickle: byte {at} must be followed by {needed} bytes, got {left}")]
     Truncated {
         /// Where.
         at: usize,
@@ -50,7 +50,7 @@ pub enum PickleError {
         left: usize,
     },
     /// An instruction that does not exist, or that plain data does not need.
-    #[error("byte {at} of the pickle: instruction 0x{found:02x} is not supported")]
+    #[error("byte {at} of the pickle: unsupported instruction 0x{found:02x}")]
     Instruction {
         /// Where.
         at: usize,
@@ -66,7 +66,7 @@ pub enum PickleError {
         problem: String,
     },
     /// More work than any file of arrays takes.
-    #[error("the pickle has too many {what}, at most {most} are read")]
+    #[error("pickle must have at most {most} {what}")]
     TooMany {
         /// Of what.
         what: &'static str,
@@ -74,7 +74,7 @@ pub enum PickleError {
         most: usize,
     },
     /// Something follows the end.
-    #[error("{count} bytes follow the end of the pickle")]
+    #[error("unexpected {count} bytes after the end of the pickle")]
     Trailing {
         /// How many bytes.
         count: usize,

@@ -60,7 +60,7 @@ impl<'a> Scan<'a> {
     pub(super) fn counted_text(&mut self, width: u64) -> Result<Cow<'a, str>, PickleError> {
         let bytes = self.counted(width)?;
         let text = std::str::from_utf8(bytes);
-        text.map(Cow::Borrowed).map_err(|_| self.malformed("a text is not UTF-8"))
+        text.map(Cow::Borrowed).map_err(|_| self.malformed("string is not UTF-8"))
     }
 
     /// A signed number of any width, lowest byte first, that fits 64 bits.
@@ -73,7 +73,7 @@ impl<'a> Scan<'a> {
         word[..low.len()].copy_from_slice(low);
         let number = i64::from_le_bytes(word);
         if high.iter().any(|&byte| byte != filler) || (number < 0) != negative {
-            return Err(self.malformed("a whole number does not fit 64 bits"));
+            return Err(self.malformed("integer does not fit 64 bits"));
         }
         Ok(number)
     }
@@ -92,7 +92,7 @@ impl<'a> Scan<'a> {
 
     pub(super) fn text_line(&mut self) -> Result<&'a str, PickleError> {
         let line = self.line()?;
-        std::str::from_utf8(line).map_err(|_| self.malformed("a name is not UTF-8"))
+        std::str::from_utf8(line).map_err(|_| self.malformed("name is not UTF-8"))
     }
 
     /// A number written in digits; Python 2 ends long ones in `L`.
@@ -104,7 +104,7 @@ impl<'a> Scan<'a> {
     pub(super) fn number<T: std::str::FromStr>(&self, line: &[u8]) -> Result<T, PickleError> {
         let digits = std::str::from_utf8(line.strip_suffix(b"L").unwrap_or(line));
         let number = digits.ok().and_then(|digits| digits.parse().ok());
-        number.ok_or_else(|| self.malformed(format!("found `{}`, wanted a number", shown(line))))
+        number.ok_or_else(|| self.malformed(format!("must be a number, got `{}`", shown(line))))
     }
 
     /// A line of text whose characters beyond Latin-1 are written `\u` or `\U` and digits.
@@ -123,7 +123,7 @@ impl<'a> Scan<'a> {
             };
             let code = rest.get(2..2 + digits).and_then(hexadecimal);
             let character = code.and_then(char::from_u32);
-            text.push(character.ok_or_else(|| self.malformed("a text has a broken escape"))?);
+            text.push(character.ok_or_else(|| self.malformed("invalid escape in a string"))?);
             rest = &rest[2 + digits..];
         }
         Ok(text)
@@ -134,21 +134,21 @@ impl<'a> Scan<'a> {
         let line = self.line()?;
         let mut rest = match line {
             [b'\'', inner @ .., b'\''] | [b'"', inner @ .., b'"'] => inner,
-            _ => return Err(self.malformed("a text is not in quotes")),
+            _ => return Err(self.malformed("string without quotes")),
         };
         let mut bytes = Vec::with_capacity(rest.len());
         while let Some((&byte, after)) = rest.split_first() {
             let (byte, used) = match (byte, after) {
                 (b'\\', [b'x', ..]) => {
                     let code = after.get(1..3).and_then(hexadecimal);
-                    let code = code.ok_or_else(|| self.malformed("a text has a broken escape"))?;
+                    let code = code.ok_or_else(|| self.malformed("invalid escape in a string"))?;
                     (code as u8, 4)
                 }
                 (b'\\', [b'n', ..]) => (b'\n', 2),
                 (b'\\', [b'r', ..]) => (b'\r', 2),
                 (b'\\', [b't', ..]) => (b'\t', 2),
                 (b'\\', [quoted @ (b'\\' | b'\'' | b'"'), ..]) => (*quoted, 2),
-                (b'\\', _) => return Err(self.malformed("a text has a broken escape")),
+                (b'\\', _) => return Err(self.malformed("invalid escape in a string")),
                 _ => (byte, 1),
             };
             bytes.push(byte);

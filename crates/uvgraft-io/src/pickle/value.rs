@@ -81,19 +81,19 @@ impl<'p> Value<'p> {
             Node::Bool(_) => "a bool",
             Node::Int(_) => "an int",
             Node::Float(_) => "a float",
-            Node::Text(_) => "a text",
+            Node::Text(_) => "a string",
             Node::Bytes(_) => "bytes",
             Node::List(_) => "a list",
             Node::Tuple(_) => "a tuple",
             Node::Dict(_) => "a dict",
-            Node::Global(_) => "a name of Python's",
+            Node::Global(_) => "a Python name",
             Node::Dtype(_) => "a dtype",
             Node::Array(_) => "an array",
             Node::Objects(_) => "an array of objects",
-            Node::Texts => "an array of texts",
+            Node::Texts => "an array of strings",
             Node::Set => "a set",
             Node::Made(making) => making.class.kind(),
-            Node::Persistent(_) => "something outside of the pickle",
+            Node::Persistent(_) => "an external object",
         }
     }
 

@@ -43,12 +43,12 @@ impl<'t, 'a> Storages<'t, 'a> {
         let parts: Vec<Value<'_>> =
             id.persistent().and_then(Value::items).into_iter().flatten().take(6).collect();
         let [tag, class, key, _, count] = parts[..] else {
-            return Err(broken("a tensor has no storage of five entries"));
+            return Err(broken("a tensor must have a storage of five entries"));
         };
         let (Some("storage"), Some(Class::Storage(kind)), Some(key), Some(count)) =
             (tag.as_str(), class.as_class(), key.as_str(), count.as_int())
         else {
-            return Err(broken("a tensor's storage is not named as torch does"));
+            return Err(broken("unknown name of a tensor's storage"));
         };
         let bytes = match self.unpacked.get(key) {
             Some(bytes) => Rc::clone(bytes),
@@ -56,7 +56,10 @@ impl<'t, 'a> Storages<'t, 'a> {
                 let name = format!("{}data/{key}", self.folder);
                 let index = self.archive.names().iter().position(|found| *found == name);
                 let index = index.ok_or_else(|| {
-                    broken(format!("the archive has no storage `{}`", shown(key.as_bytes())))
+                    broken(format!(
+                        "the archive must contain the storage `{}`",
+                        shown(key.as_bytes())
+                    ))
                 })?;
                 let bytes = self.archive.read(index).map_err(Unread::Refused)?;
                 let bytes: Rc<[u8]> = bytes.into();
@@ -68,7 +71,7 @@ impl<'t, 'a> Storages<'t, 'a> {
         if wanted != Some(bytes.len()) {
             let (width, found) = (width(kind), bytes.len());
             return Err(broken(format!(
-                "a storage of {count} numbers of {width} bytes has {found} bytes"
+                "a storage of {count} values of {width} bytes cannot have {found} bytes"
             )));
         }
         Ok((kind, bytes))
@@ -81,16 +84,17 @@ impl Outside for Storages<'_, '_> {
         tensor: Made<'_>,
         spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
     ) -> Result<NumericArray, Unread> {
-        let arg = |index| tensor.arg(index).ok_or_else(|| broken("a tensor has too few entries"));
+        let arg = |index| tensor.arg(index).ok_or_else(|| broken("tensor with too few entries"));
         let (storage, offset, shape, strides) = (arg(0)?, arg(1)?, arg(2)?, arg(3)?);
-        let offset = size(offset).ok_or_else(|| broken("a tensor has no offset"))?;
-        let shape = sizes(shape).ok_or_else(|| broken("a tensor has no shape"))?;
+        let offset = size(offset).ok_or_else(|| broken("tensor without an offset"))?;
+        let shape = sizes(shape).ok_or_else(|| broken("tensor without a shape"))?;
         let steps = sizes(strides).filter(|steps| steps.len() == shape.len());
-        let steps = steps.ok_or_else(|| broken("a tensor has no stride for each axis"))?;
+        let steps =
+            steps.ok_or_else(|| broken("a tensor must have a stride for each dimension"))?;
         let strides = Strides { offset, shape, steps };
         let count = strides.shape.iter().copied().try_fold(1, usize::checked_mul);
         let count = count.ok_or_else(|| {
-            broken(format!("a tensor of shape {:?} has too many numbers", strides.shape))
+            broken(format!("tensor of shape {:?} has too many values", strides.shape))
         })?;
         spend(count)?;
         let (kind, bytes) = self.storage(storage)?;
@@ -99,7 +103,7 @@ impl Outside for Storages<'_, '_> {
             Some(dtype) => NumericArray::decode(strides.shape, dtype, &bytes),
             None => NumericArray::decode_brain(strides.shape, &bytes, self.big_endian),
         };
-        array.ok_or_else(|| broken("shape and numbers disagree"))
+        array.ok_or_else(|| broken("shape and number of values do not match"))
     }
 }
 
@@ -117,8 +121,8 @@ impl Strides {
         if last.is_none_or(|last| last >= numbers) {
             let Self { offset, shape, steps } = self;
             return Err(broken(format!(
-                "a tensor of shape {shape:?}, strides {steps:?} and offset {offset} reaches beyond \
-                 its storage of {numbers} numbers"
+                "tensor of shape {shape:?}, strides {steps:?} and offset {offset} exceeds its \
+                 storage of {numbers} values"
             )));
         }
         let mut gathered = Vec::with_capacity(count * width);

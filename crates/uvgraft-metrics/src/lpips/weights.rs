@@ -24,7 +24,7 @@ pub struct ConvolutionWeights {
 #[non_exhaustive]
 pub enum LpipsWeightsError {
     /// There are more or fewer values than the network has.
-    #[error("{what}: found {found} values, wanted {wanted}")]
+    #[error("{what}: expected {wanted} values, got {found}")]
     Length {
         /// Which weights.
         what: String,
@@ -34,7 +34,7 @@ pub enum LpipsWeightsError {
         wanted: usize,
     },
     /// A value that is no number, or infinite.
-    #[error("{0} hold a value that is not finite")]
+    #[error("{0} must be finite")]
     NotFinite(
         /// Which weights.
         String,

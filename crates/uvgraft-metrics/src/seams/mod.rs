@@ -74,10 +74,10 @@ impl Default for SeamOptions {
 #[non_exhaustive]
 pub enum SeamError {
     /// The texture holds normals, roughness, a mask.
-    #[error("the texture holds data, wanted colours")]
+    #[error("the texture must hold colours, got data")]
     NotColor,
     /// The region is of another mesh.
-    #[error("the region tells of {found} triangles, the mesh has {wanted}")]
+    #[error("the region must cover the mesh's {wanted} triangles, got {found}")]
     Region {
         /// Triangles that the region tells of.
         found: usize,
@@ -85,10 +85,10 @@ pub enum SeamError {
         wanted: usize,
     },
     /// An offset that is negative or no number.
-    #[error("the offset from the edge is {0}, wanted a finite number from 0")]
+    #[error("the offset from the edge must be finite and at least 0, got {0}")]
     Offset(f64),
     /// What a texture is compared with has another size.
-    #[error("the {what} must be of the texture's size, {wanted}, got {found}")]
+    #[error("the {what} must have the size of the texture, {wanted}, got {found}")]
     Size {
         /// `"base"` or `"face"`.
         what: &'static str,

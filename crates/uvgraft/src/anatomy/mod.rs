@@ -119,7 +119,7 @@ impl Area {
 #[non_exhaustive]
 pub enum AnatomyError {
     /// Too few distinct points, or all of them at one place.
-    #[error("mesh has {found} distinct points, a head needs at least {needed} that span a volume")]
+    #[error("a head must have at least {needed} distinct points that span a volume, got {found}")]
     TooCoarse {
         /// How many there are.
         found: usize,
@@ -128,8 +128,8 @@ pub enum AnatomyError {
     },
     /// There is neither a pair of eyeballs nor a plane that mirrors the mesh onto itself.
     #[error(
-        "mesh has no pair of eyeballs and no symmetry plane: at best {:.0} % of it is mirrored, \
-         a head needs at least {:.0} %", found * 100.0, needed * 100.0
+        "mesh has neither a pair of eyeballs nor a symmetry plane: at best {:.0} % of it is \
+         symmetric, must be at least {:.0} %", found * 100.0, needed * 100.0
     )]
     NoSymmetry {
         /// The share of points that have a mirror image, `0.0..=1.0`.

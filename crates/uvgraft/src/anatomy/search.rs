@@ -81,7 +81,7 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
         .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
         .collect();
     founds.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
-    let mut reason = "its outline is nowhere the profile of a face";
+    let mut reason = "no part of the outline matches the profile of a face";
     for found in founds {
         match without_eyes(points, &found) {
             Ok(head) => return Ok(head),
@@ -94,7 +94,7 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
 fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
     let nothing = vec![false; points.component_count];
     let mut frame = HeadFrame::new(found.origin, found.up, found.forward, found.unit)
-        .ok_or("its outline is a point")?;
+        .ok_or("the outline is a single point")?;
     let mut radius = None;
     let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
     let bulge = bulge(&relief).filter(|(center, _)| (center[0] - 0.5).abs() < 0.06);
@@ -170,18 +170,18 @@ fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(R
 /// Whether a depth map is that of a face, with a nose that stands out at least so far.
 fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
     if relief.coverage() < 0.7 {
-        return Err("there are holes where a face would be");
+        return Err("there are holes in place of the face");
     }
     if relief.asymmetry() > 0.14 {
-        return Err("both sides of what would be a face differ");
+        return Err("the two sides of the face differ");
     }
     let column = relief.column(0.0, [-1.0, -0.2]);
     let tip = column.into_iter().reduce(|a, b| if b[1] > a[1] { b } else { a });
-    let tip = tip.ok_or("there is no nose")?;
+    let tip = tip.ok_or("no nose")?;
     let [height, depth] = tip;
-    let beside = relief.both(0.5, height).ok_or("there are no cheeks")?;
+    let beside = relief.both(0.5, height).ok_or("no cheeks")?;
     if depth - beside < nose {
-        return Err("no nose stands out between the cheeks");
+        return Err("no nose protrudes between the cheeks");
     }
     let [inner, outer] = [relief.both(0.3, -0.4), relief.both(1.0, -0.4)];
     if outer.unwrap_or(-2.0) > inner.unwrap_or(0.0) {

@@ -262,7 +262,7 @@ impl Blend {
             let cuts_only =
                 !ground.touched(&linked).contains(&true) && ground.pair().piece_count() > 0;
             return Err(RegionError::Empty(if cuts_only {
-                "it is made of whole triangles, and pieces fill only parts of them"
+                "no whole triangle is linked in it, only parts of triangles"
             } else {
                 "no linked triangle is left in it"
             }));

@@ -31,7 +31,7 @@ impl ToneReport {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if let Some(reason) = &self.rim_alone {
-            warnings.push(format!("{reason}; the tone is that of the rim alone"));
+            warnings.push(format!("{reason}; using the tone along the border alone"));
         }
         for (change, what) in
             self.lightness.into_iter().zip(["the face's cheeks", "the body's skin"])
@@ -39,7 +39,8 @@ impl ToneReport {
             if change.abs() > MOST_LIGHTNESS {
                 let how = if change > 0.0 { "lighter" } else { "darker" };
                 warnings.push(format!(
-                    "the tone makes {what} {how} by {:.0} L* (more than {MOST_LIGHTNESS:.0} is hardly the same person)",
+                    "the tone change makes {what} {how} by {:.0} L* (more than \
+                     {MOST_LIGHTNESS:.0} suggests another person)",
                     change.abs()
                 ));
             }
@@ -47,7 +48,7 @@ impl ToneReport {
         for (share, what) in self.clipped.into_iter().zip(["face", "body"]) {
             if share > MOST_CLIPPED {
                 warnings.push(format!(
-                    "the tone clips {:.1} % of the {what}'s skin (at most {:.0} % should be)",
+                    "the tone change clips {:.1} % of the {what}'s skin (should be at most {:.0} %)",
                     share * 100.0,
                     MOST_CLIPPED * 100.0
                 ));
@@ -55,8 +56,8 @@ impl ToneReport {
         }
         if let Some(at_rim) = self.at_rim.filter(|&at_rim| at_rim > MOST_AT_RIM) {
             warnings.push(format!(
-                "the rim and the cheeks disagree on the tone: where cheeks match, the rim differs by ΔE {at_rim:.0} \
-                 (at most {MOST_AT_RIM:.0} is shading)"
+                "border and cheeks disagree on the tone: with matching cheeks, the border differs \
+                 by ΔE {at_rim:.0} (shading explains at most {MOST_AT_RIM:.0})"
             ));
         }
         warnings

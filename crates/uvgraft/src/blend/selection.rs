@@ -28,7 +28,7 @@ pub enum Side {
 #[non_exhaustive]
 pub enum RegionError {
     /// A vertex that the mesh does not have.
-    #[error("vertex {found} is not there: the mesh has vertices 0 to {}", .vertices.saturating_sub(1))]
+    #[error("vertex {found} does not exist: the mesh has vertices 0 to {}", .vertices.saturating_sub(1))]
     Vertex {
         /// What was found.
         found: u32,
@@ -36,7 +36,7 @@ pub enum RegionError {
         vertices: usize,
     },
     /// What is to be combined belongs to different pairs or directions.
-    #[error("the selections were made for different pairs or directions")]
+    #[error("the selections belong to different pairs or directions")]
     Ground,
     /// Nothing is left to be transferred.
     #[error("the region is empty: {0}")]
@@ -252,7 +252,7 @@ impl Ground {
         if faces.contains(&true) {
             Ok(self.with_shape(Shape::Faces(faces)))
         } else {
-            Err(RegionError::Empty("the vertices are the corners of no linked triangle"))
+            Err(RegionError::Empty("the vertices span no linked triangle"))
         }
     }
 
@@ -285,7 +285,7 @@ impl Ground {
         if level.iter().any(|&level| level > 0.0) {
             Ok(self.above(level))
         } else {
-            Err(RegionError::Empty("the mask is dark at every vertex"))
+            Err(RegionError::Empty("the mask is black at every vertex"))
         }
     }
 

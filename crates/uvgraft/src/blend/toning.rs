@@ -58,16 +58,16 @@ pub(super) struct Recolor {
 #[non_exhaustive]
 pub enum ToningError {
     /// Data are no colours.
-    #[error("data has no tone")]
+    #[error("data textures have no tone")]
     Data,
     /// Everything of the region ends where the mesh ends, or all of the mesh is in it.
-    #[error("the region has no rim: all of the surface around it is in it")]
+    #[error("the region has no border: it covers the whole surface")]
     NoRim,
     /// Beside the rim a texture is transparent, or holds no numbers.
-    #[error("the {0} has no colours beside the region's rim")]
+    #[error("the {0} has no colours along the border of the region")]
     NoColors(&'static str),
     /// What is skin was not found out.
-    #[error("skin was not found in the {what}: {reason}")]
+    #[error("no skin detected in the {what}: {reason}")]
     Skin {
         /// `"texture"` or `"base"`.
         what: &'static str,
@@ -75,7 +75,7 @@ pub enum ToningError {
         reason: SkinError,
     },
     /// A tone that was found for another pair or direction.
-    #[error("the tone was found for another pair or direction")]
+    #[error("the tone was computed for another pair or direction")]
     Ground,
     /// There is no memory for a mask of skin at the target's size.
     #[error(transparent)]

@@ -24,9 +24,10 @@ pub enum LinkError {
     },
     /// An entry names a vertex that the target does not have.
     #[error(
-        "vertex map entry {entry} is {found}, the target mesh has vertices 0 to {}; -1 means none{}",
+        "vertex map entry {entry} must be a vertex of the target mesh, from 0 to {}, or -1 for \
+         none; got {found}{}",
         .vertices - 1,
-        if *.found == *.vertices as i64 { "; does the map count from 1?" } else { "" }
+        if *.found == *.vertices as i64 { "; are the indices 1-based?" } else { "" }
     )]
     Range {
         /// Which entry, from 0.
@@ -38,17 +39,15 @@ pub enum LinkError {
     },
     /// The map and both meshes are sound by themselves, yet nothing matches.
     #[error(
-        "none of the {source_faces} source faces has its vertices in a target face: \
-         the vertex map does not belong to these meshes"
+        "no source face corresponds to a target face, of {source_faces} in total: the vertex map \
+         does not belong to these meshes"
     )]
     Nothing {
         /// Triangles of the source mesh.
         source_faces: usize,
     },
     /// Faces match, and none of them is where a texture is.
-    #[error(
-        "all matching faces have UV coordinates outside the unit square, where a texture has no texels"
-    )]
+    #[error("all matching faces have UV coordinates outside the unit square")]
     Outside,
 }
 

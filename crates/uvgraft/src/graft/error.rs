@@ -23,13 +23,13 @@ pub enum GraftError {
     #[error(transparent)]
     Band(#[from] BandError),
     /// A normal map without the channels for it.
-    #[error("a normal map must have three channels, this texture has {}", found.count())]
+    #[error("a normal map must have three channels, got {}", found.count())]
     Channels {
         /// The texture's channels.
         found: Channels,
     },
     /// A NaN or an infinity, where one would spoil the whole result: in a fit.
-    #[error("texel ({x}, {y}) of the texture holds a value that is not finite")]
+    #[error("texel ({x}, {y}) of the texture is NaN or infinite")]
     NotFinite {
         /// Column.
         x: u32,
@@ -41,7 +41,7 @@ pub enum GraftError {
     Region(#[from] RegionError),
     /// The region or the blend is one of another pair or direction.
     #[error(
-        "the {what} was made for {} and the direction {found:?}, wanted this pair and {wanted:?}",
+        "the {what} must be made for this pair and the direction {wanted:?}, got {} and {found:?}",
         which_pair(*is_other_pair)
     )]
     Ground {
@@ -55,7 +55,7 @@ pub enum GraftError {
         wanted: Direction,
     },
     /// There is no tone to be found.
-    #[error("no tone was brought in: {0}")]
+    #[error("tones were not matched: {0}")]
     Toning(#[from] ToningError),
     /// A fit that contradicts how the graft was made.
     #[error("cannot fit: {0}")]

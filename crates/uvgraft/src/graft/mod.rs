@@ -230,21 +230,22 @@ impl Graft {
         progress: &mut dyn FnMut(FitProgress),
     ) -> Result<Fitted, GraftError> {
         if self.frames.is_some() {
-            return Err(GraftError::Fit("normals are turned, which no fit does"));
+            return Err(GraftError::Fit("normal maps cannot be fitted"));
         }
         if self.resampler.beneath().is_some() {
-            return Err(GraftError::Fit(
-                "a fit is for one of the islands that overlap, not their mean",
-            ));
+            return Err(GraftError::Fit("overlapping islands cannot be averaged in a fit"));
         }
         if self.filter() == Filter::Nearest {
-            return Err(GraftError::Fit("a fit blends texels, and the filter nearest never does"));
+            return Err(GraftError::Fit(
+                "the filter nearest cannot be fitted, since it does not blend texels",
+            ));
         }
         let weights = [options.regularization, options.smoothness.unwrap_or(0.0)];
         let is_weight = |weight: f32| (0.0..f32::INFINITY).contains(&weight);
         if !(options.least_gain.is_finite() && weights.into_iter().all(is_weight)) {
             return Err(GraftError::Fit(
-                "the least gain must be finite, and so must regularization and smoothness, which cannot be negative",
+                "least gain, regularization and smoothness must be finite, the latter two also \
+                 non-negative",
             ));
         }
         let texture = self.checked(texture.into())?;

@@ -107,14 +107,14 @@ pub enum LabelError {
     #[error(transparent)]
     Anatomy(#[from] crate::anatomy::AnatomyError),
     /// The mesh has a head, but its face is not carried.
-    #[error("the face is not carried")]
+    #[error("the face is not part of the transfer")]
     Cheeks,
     /// Cheeks, forehead and nose show no colour, or many.
-    #[error("the cheeks show no skin to go by: {0}")]
+    #[error("no skin detected on the cheeks: {0}")]
     Skin(#[from] crate::skin::SkinError),
     /// A picture that is not one of labels.
     #[error(
-        "{:.0} % of a picture of labels must not have colours other than the labels' own, at most 5 % may",
+        "a label image must have at most 5 % of its texels in other than label colours, got {:.0} %",
         .share * 100.0
     )]
     Colors {

@@ -97,7 +97,7 @@ impl NormalFrames {
         assert!(channels.has_color(), "normals have three parts");
         assert!(
             band.len().is_multiple_of(row) && first_row as usize + rows <= height as usize,
-            "{} values from row {first_row} on are no rows of {}",
+            "{} values from row {first_row} on do not fill whole rows of {}",
             band.len(),
             map.size()
         );

@@ -45,7 +45,7 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         };
         let len = header.values() * if depth == BitDepth::Sixteen { 2 } else { 1 };
         if found != header.channels || reader.output_buffer_size() != Some(len) {
-            return Err(ImageError::damaged(FORMAT, "a tRNS chunk stands where it does not count"));
+            return Err(ImageError::damaged(FORMAT, "misplaced tRNS chunk"));
         }
         let row = vec![0; len / header.size.height as usize];
         Ok(Self { header, reader, row, rows_left: header.size.height })

@@ -24,7 +24,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     let mut start = [0; 8 + 8 + 13 + 4];
     reader.read_exact(&mut start).map_err(io)?;
     let [_, _, _, _, _, _, _, _, _, _, _, _, b'I', b'H', b'D', b'R', rest @ ..] = start else {
-        return Err(ImageError::damaged(FORMAT, "it does not begin with an IHDR chunk"));
+        return Err(ImageError::damaged(FORMAT, "must start with an IHDR chunk"));
     };
     let [w0, w1, w2, w3, h0, h1, h2, h3, bits, color, ..] = rest;
     let width = u32::from_be_bytes([w0, w1, w2, w3]);
