@@ -3,8 +3,7 @@
 mod npy;
 mod text;
 
-pub(crate) use self::npy::Number;
-use crate::npy::MAGIC;
+use crate::numpy::NpyArray;
 
 /// Why bytes were refused as a list of integers. Lines and entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -116,8 +115,8 @@ pub(crate) enum List {
 /// [`IntegersError`]; among others for floating-point values, even whole ones, for bytes missing or
 /// left over, and for NPZ archives.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Vec<i64>, IntegersError> {
-    if let Some(rest) = bytes.strip_prefix(MAGIC) {
-        npy::Array::parse(rest)?.integers()
+    if let Some(array) = NpyArray::parse(bytes) {
+        npy::integers(&array?)
     } else if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         Err(IntegersError::Archive)
     } else {
@@ -127,8 +126,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Vec<i64>, IntegersError> {
 
 /// As [`parse`], and NPY arrays of bools.
 pub(crate) fn parse_or_mask(bytes: &[u8]) -> Result<List, IntegersError> {
-    match bytes.strip_prefix(MAGIC) {
-        Some(rest) => npy::Array::parse(rest)?.integers_or_mask(),
+    match NpyArray::parse(bytes) {
+        Some(array) => npy::integers_or_mask(&array?),
         None => parse(bytes).map(List::Integers),
     }
 }

@@ -15,7 +15,7 @@ pub mod input;
 pub mod integers;
 #[cfg(feature = "lpips")]
 pub mod lpips_weights;
-mod npy;
+mod numpy;
 pub mod obj;
 pub mod output;
 pub mod pair_file;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use uvgraft::SamplingMap;
 
-use crate::npy::write_header;
+use crate::numpy::write_header;
 use crate::output::write_atomically;
 
 /// Writes a map as an NPY array, version 1.0: `[height, width, 2]` of `<f4`, the source's (u, v) at the

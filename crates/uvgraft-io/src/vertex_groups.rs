@@ -13,7 +13,8 @@ use serde::Deserializer as _;
 use serde::de::{self, MapAccess, Visitor};
 
 use crate::input::{ReadError, read_file};
-use crate::pickle::{self, NumberKind, PickleError, Value};
+use crate::numpy::NumberKind;
+use crate::pickle::{self, PickleError, Value};
 use crate::vertex_list::{VertexListError, vertices_of};
 
 /// A larger file is refused by [`read`] before it is loaded; published ones take a megabyte at most.
@@ -163,7 +164,7 @@ pub fn parse(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     let groups = match text {
         // Neither begins a pickle.
         [b'{' | b'[', ..] => from_json(text)?,
-        _ if bytes.starts_with(crate::npy::MAGIC) => {
+        _ if bytes.starts_with(crate::numpy::MAGIC) => {
             return Err(VertexGroupsError::Foreign { found: "an NPY array" });
         }
         _ if bytes.starts_with(b"PK\x03\x04") => {

@@ -106,7 +106,7 @@ pub(crate) fn vertices_of(ids: &[i64], vertices: usize) -> Result<Vec<u32>, Vert
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::npy::write_header;
+    use crate::numpy::write_header;
 
     fn npy(descr: &str, shape: &[usize], values: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();

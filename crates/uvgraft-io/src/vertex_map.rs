@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::input::{ReadError, read_file};
 use crate::integers::{self, IntegersError};
-use crate::npy::write_header;
+use crate::numpy::write_header;
 use crate::output::write_atomically;
 
 /// A larger file is refused by [`read`] before it is loaded.

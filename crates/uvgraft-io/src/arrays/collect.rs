@@ -3,8 +3,9 @@
 use super::named::{Held, NamedArrays};
 use super::numeric::{Numbers, NumericArray, count};
 use super::{ArraysError, MOST_NAMES, MOST_NUMBERS, sparse};
-use crate::pickle::texts::lenient;
-use crate::pickle::{Array, Class, Made, NumberKind, Value};
+use crate::numpy::NumberKind;
+use crate::numpy::text::lenient;
+use crate::pickle::{Array, Class, Made, Value};
 
 /// As deep as dicts, lists and objects are followed. A pickle may hold itself.
 const MOST_DEPTH: usize = 16;

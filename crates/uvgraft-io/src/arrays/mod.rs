@@ -153,7 +153,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
             npz::read(&mut archive)
         }
         [] => foreign("an empty file"),
-        _ if bytes.starts_with(crate::npy::MAGIC) => foreign("a single NPY array"),
+        _ if bytes.starts_with(crate::numpy::MAGIC) => foreign("a single NPY array"),
         _ if bytes.starts_with(crate::torch::OLD_MAGIC) => Err(crate::torch::old()),
         // What a pickle begins with: its protocol, a mark, an empty dict or list, or a name.
         [0x80 | b'(' | b'}' | b']' | b'c', ..] => {

@@ -5,14 +5,9 @@
 use super::collect::Unread;
 use super::numeric::{Numbers, count};
 use super::{NumericArray, named::Held};
-use crate::npy::MAGIC;
-use crate::npy::header::{Header, axes, unquoted};
+use crate::numpy::text::TextDtype;
+use crate::numpy::{Dtype, MAX_AXES, NpyArray};
 use crate::obj::shown;
-use crate::pickle::Dtype;
-use crate::pickle::texts::TextDtype;
-
-/// As many axes as an array has, in any version of NumPy.
-const MOST_AXES: usize = 64;
 
 /// What an NPY file holds.
 pub(super) enum Content<'a> {
@@ -31,7 +26,7 @@ pub(super) struct Described {
 impl Described {
     /// The bytes of its numbers, if they can be counted.
     pub(super) fn bytes(&self) -> Option<usize> {
-        count(&self.shape)?.checked_mul(self.dtype.width)
+        self.dtype.bytes(&self.shape)
     }
 
     /// What is wrong with an array that has so many bytes instead.
@@ -49,24 +44,25 @@ impl Described {
 ///
 /// - `header`: everything before the numbers.
 pub(super) fn describe(header: &[u8]) -> Result<Option<Described>, Unread> {
-    let Some(rest) = header.strip_prefix(MAGIC) else {
-        let found = shown(header);
-        return Err(Unread::Broken(format!("must be an NPY array, got `{found}`")));
-    };
-    let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
-    let descr = unquoted(header.descr).and_then(|descr| std::str::from_utf8(descr).ok());
-    let Some(dtype) = descr.and_then(Dtype::from_text) else { return Ok(None) };
-    let (shape, fortran_order) = (lengths(&header)?, header.fortran_order);
+    let array = parse(header)?;
+    let Some(dtype) = array.dtype() else { return Ok(None) };
+    let (shape, fortran_order) = (lengths(&array)?, array.fortran_order);
     Ok(Some(Described { dtype, shape, fortran_order }))
 }
 
-fn lengths(header: &Header<'_>) -> Result<Vec<usize>, Unread> {
-    let shape = axes(header.shape, MOST_AXES).and_then(|axes| {
-        axes.into_iter().map(|length| usize::try_from(length).ok()).collect::<Option<Vec<_>>>()
-    });
+fn parse(bytes: &[u8]) -> Result<NpyArray<'_>, Unread> {
+    match NpyArray::parse(bytes) {
+        Some(array) => array.map_err(|error| Unread::Broken(error.to_string())),
+        None => Err(Unread::Broken(format!("must be an NPY array, got `{}`", shown(bytes)))),
+    }
+}
+
+fn lengths(array: &NpyArray<'_>) -> Result<Vec<usize>, Unread> {
+    let lengths = array.axes.iter().flatten().map(|&length| usize::try_from(length).ok());
+    let shape = array.axes.as_ref().and_then(|_| lengths.collect::<Option<Vec<_>>>());
     shape.ok_or_else(|| {
-        let found = shown(header.shape);
-        Unread::Broken(format!("shape must have at most {MOST_AXES} dimensions, got {found}"))
+        let found = shown(array.shape);
+        Unread::Broken(format!("shape must have at most {MAX_AXES} dimensions, got {found}"))
     })
 }
 
@@ -75,48 +71,40 @@ pub(super) fn read<'a>(
     bytes: &'a [u8],
     spend: impl FnOnce(usize) -> Result<(), Unread>,
 ) -> Result<Content<'a>, Unread> {
-    let Some(rest) = bytes.strip_prefix(MAGIC) else {
-        let found = shown(bytes);
-        return Err(Unread::Broken(format!("must be an NPY array, got `{found}`")));
-    };
-    let header = Header::parse(rest).map_err(|error| Unread::Broken(error.to_string()))?;
-    let Some(descr) = unquoted(header.descr) else {
+    let array = parse(bytes)?;
+    let Some(descr) = array.dtype_text() else {
         return Err(Unread::LeftOut("a structured array".to_owned()));
     };
     if matches!(descr, b"|O" | b"O" | b"|O8" | b"O8") {
-        return Ok(Content::Pickle(header.values));
+        return Ok(Content::Pickle(array.values));
     }
-    let shape = lengths(&header)?;
+    let shape = lengths(&array)?;
     let check = |width: Option<usize>| {
-        let wanted = count(&shape).zip(width).and_then(|(count, width)| count.checked_mul(width));
-        let found = header.values.len();
-        if wanted == Some(found) {
-            return Ok(());
-        }
-        let wanted = wanted.map_or("more".to_owned(), |wanted| wanted.to_string());
-        Err(Unread::Broken(format!(
-            "an array of shape {shape:?} must have {wanted} bytes, got {found}"
-        )))
+        let found = array.values.len();
+        array.check_length(width.unwrap_or(usize::MAX)).map_err(|wanted| {
+            Unread::Broken(format!(
+                "an array of shape {shape:?} must have {wanted} bytes, got {found}"
+            ))
+        })
     };
     if let Some(dtype) = TextDtype::from_text(descr) {
         check(dtype.width())?;
         return match count(&shape) {
-            Some(1) => match dtype.read(header.values) {
+            Some(1) => match dtype.read(array.values) {
                 Some(text) => Ok(Content::Held(Held::Text(text))),
                 None => Err(Unread::Broken("invalid character in a string".to_owned())),
             },
             _ => Err(Unread::LeftOut(format!("an array of strings of shape {shape:?}"))),
         };
     }
-    let dtype = std::str::from_utf8(descr).ok().and_then(Dtype::from_text);
-    let Some(dtype) = dtype else {
+    let Some(dtype) = array.dtype() else {
         return Err(Unread::LeftOut(format!("an array of dtype `{}`", shown(descr))));
     };
     check(Some(dtype.width))?;
-    spend(header.values.len() / dtype.width)?;
-    let numbers = Numbers::decode(dtype, header.values)
+    spend(array.values.len() / dtype.width)?;
+    let numbers = Numbers::decode(dtype, array.values)
         .ok_or_else(|| Unread::LeftOut("an array of integers beyond 63 bits".to_owned()))?;
-    let array = if header.fortran_order {
+    let array = if array.fortran_order {
         NumericArray::new_in_fortran_order(shape, numbers)
     } else {
         NumericArray::new(shape, numbers)

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use crate::pickle::{Dtype, NumberKind, last_axis_fastest};
+use crate::numpy::order::last_axis_fastest;
+use crate::numpy::{Dtype, NumberKind};
 
 /// A shape and as many numbers, the last axis running fastest. An array without axes is one number.
 #[derive(Debug, Clone, PartialEq)]

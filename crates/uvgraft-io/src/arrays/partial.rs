@@ -15,7 +15,7 @@ use super::npz;
 use super::pieces::{decode, unreadable};
 use super::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, Unread, parse};
 use crate::input::{ReadError, read_file};
-use crate::npy::MAGIC;
+use crate::numpy::MAGIC;
 
 /// How much of an array is asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use zip::{CompressionMethod, ZipWriter};
 use super::named::Held;
 use super::numeric::Numbers;
 use super::{NamedArrays, NumericArray};
-use crate::npy::write_header;
+use crate::numpy::write_header;
 use crate::output::write_atomically;
 
 /// Writes arrays as an NPZ archive, which `numpy.load` reads: 32-bit floats as `<f4`, 64-bit ones as

@@ -1,69 +1,66 @@
-//! NumPy's NPY arrays, as far as a list of integers needs them. The shape is compared with the bytes
-//! that follow before any value is read.
+//! Lists of integers in NumPy's NPY arrays.
 
 use super::{IntegersError, List};
-use crate::npy::header::{Header, HeaderError, axes, unquoted};
+use crate::numpy::header::HeaderError;
+use crate::numpy::{Dtype, NpyArray, NumberKind};
 use crate::obj::shown;
-
-/// As many axes as an array has, in any version of NumPy.
-const MOST_AXES: usize = 64;
 
 /// What arrays are read as.
 const INTEGERS: &str = "integers (i1 to i8 or u1 to u8)";
 const INTEGERS_OR_BOOLS: &str = "integers (i1 to i8 or u1 to u8) or bools (b1)";
 
-/// An array of one axis, whose values are as many bytes as its header says.
-pub(super) struct Array<'a> {
-    descr: &'a [u8],
-    length: u64,
-    values: &'a [u8],
+/// The values of an array as integers.
+pub(super) fn integers(array: &NpyArray<'_>) -> Result<Vec<i64>, IntegersError> {
+    check_list(array)?;
+    integers_or(array, INTEGERS)
 }
 
-impl<'a> Array<'a> {
-    /// Reads what follows the magic, but for the values.
-    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, IntegersError> {
-        let Header { descr, shape, values, .. } = Header::parse(bytes)?;
-        // With one axis longer than 1 at most, C and Fortran order are the same.
-        Ok(Self { descr, length: list_length(shape)?, values })
-    }
-
-    /// Its values as integers.
-    pub(super) fn integers(&self) -> Result<Vec<i64>, IntegersError> {
-        self.integers_or(INTEGERS)
-    }
-
-    /// Its values as integers or bools.
-    pub(super) fn integers_or_mask(&self) -> Result<List, IntegersError> {
-        if unquoted(self.descr) != Some(b"|b1") {
-            return self.integers_or(INTEGERS_OR_BOOLS).map(List::Integers);
+/// The values of an array as integers or bools.
+pub(super) fn integers_or_mask(array: &NpyArray<'_>) -> Result<List, IntegersError> {
+    check_list(array)?;
+    match array.dtype() {
+        Some(Dtype { kind: NumberKind::Bool, width, .. }) => {
+            check_length(array, width)?;
+            Ok(List::Mask(array.values.iter().map(|&value| value != 0).collect()))
         }
-        self.check_length(1)?;
-        Ok(List::Mask(self.values.iter().map(|&value| value != 0).collect()))
+        _ => integers_or(array, INTEGERS_OR_BOOLS).map(List::Integers),
     }
+}
 
-    fn integers_or(&self, wanted: &'static str) -> Result<Vec<i64>, IntegersError> {
-        let refused = || IntegersError::NpyDtype { found: shown(self.descr), wanted };
-        let number = Number::from_descr(self.descr).ok_or_else(refused)?;
-        self.check_length(number.width)?;
-        let values = self.values.chunks_exact(number.width).enumerate();
-        let integer = |(index, bytes)| {
-            number.read(bytes).map_err(|found: u64| IntegersError::OutOfRange {
-                entry: index + 1,
-                found: found.to_string(),
-            })
-        };
-        values.map(integer).collect()
+/// Checks that one axis at most is longer than 1, where C and Fortran order are the same.
+fn check_list(array: &NpyArray<'_>) -> Result<(), IntegersError> {
+    let is_list = |axes: &Vec<u64>| {
+        !axes.is_empty() && axes.iter().filter(|&&length| length != 1).count() <= 1
+    };
+    match array.axes.as_ref().filter(|axes| is_list(axes)) {
+        Some(_) => Ok(()),
+        None => Err(IntegersError::NpyShape { found: shown(array.shape) }),
     }
+}
 
-    fn check_length(&self, width: usize) -> Result<(), IntegersError> {
-        let wanted = u128::from(self.length) * width as u128;
-        let found = self.values.len();
-        if wanted == found as u128 {
-            Ok(())
-        } else {
-            Err(IntegersError::NpyLength { wanted, found })
-        }
-    }
+fn integers_or(array: &NpyArray<'_>, wanted: &'static str) -> Result<Vec<i64>, IntegersError> {
+    let refused = || IntegersError::NpyDtype { found: shown(array.descr), wanted };
+    // Files say the byte order where there is one.
+    let has_order = |dtype: &Dtype| match array.dtype_text() {
+        Some([b'<' | b'>', ..]) => true,
+        Some([b'|', ..]) => dtype.width == 1,
+        _ => false,
+    };
+    let dtype = array.dtype().filter(|dtype| dtype.is_integer()).filter(has_order);
+    let dtype = dtype.ok_or_else(refused)?;
+    check_length(array, dtype.width)?;
+    let integer = |(index, bytes)| {
+        dtype.integer(bytes).map_err(|found: u64| IntegersError::OutOfRange {
+            entry: index + 1,
+            found: found.to_string(),
+        })
+    };
+    array.values.chunks_exact(dtype.width).enumerate().map(integer).collect()
+}
+
+fn check_length(array: &NpyArray<'_>, width: usize) -> Result<(), IntegersError> {
+    let found = array.values.len();
+    array.check_length(width).map_err(|wanted| IntegersError::NpyLength { wanted, found })
 }
 
 impl From<HeaderError> for IntegersError {
@@ -76,63 +73,11 @@ impl From<HeaderError> for IntegersError {
     }
 }
 
-/// How integers are written.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Number {
-    pub(crate) big_endian: bool,
-    pub(crate) signed: bool,
-    /// Bytes: 1, 2, 4 or 8.
-    pub(crate) width: usize,
-}
-
-impl Number {
-    fn from_descr(descr: &[u8]) -> Option<Self> {
-        let &[order, kind, width] = unquoted(descr)? else { return None };
-        let width = usize::from(width.wrapping_sub(b'0'));
-        // `|` stands for "does not matter".
-        let has_order = matches!(order, b'<' | b'>') || order == b'|' && width == 1;
-        let is_integer = matches!(kind, b'i' | b'u') && matches!(width, 1 | 2 | 4 | 8);
-        (has_order && is_integer).then_some(Self {
-            big_endian: order == b'>',
-            signed: kind == b'i',
-            width,
-        })
-    }
-
-    /// One integer from its bytes, as many as it is wide; or the one that does not fit.
-    pub(crate) fn read(self, bytes: &[u8]) -> Result<i64, u64> {
-        let mut word = [0; 8];
-        word[..self.width].copy_from_slice(bytes);
-        if self.big_endian {
-            word[..self.width].reverse();
-        }
-        let value = u64::from_le_bytes(word);
-        let unused_bits = 64 - 8 * self.width as u32;
-        if self.signed {
-            // Moves the sign to the top and back again.
-            Ok((value << unused_bits).cast_signed() >> unused_bits)
-        } else {
-            i64::try_from(value).map_err(|_| value)
-        }
-    }
-}
-
-/// The number of values in a shape with one axis that is not 1 long at most.
-fn list_length(shape: &[u8]) -> Result<u64, IntegersError> {
-    let refused = || IntegersError::NpyShape { found: shown(shape) };
-    let axes = axes(shape, MOST_AXES).filter(|axes| !axes.is_empty()).ok_or_else(refused)?;
-    let mut long = axes.into_iter().filter(|&length| length != 1);
-    match (long.next(), long.next()) {
-        (length, None) => Ok(length.unwrap_or(1)),
-        _ => Err(refused()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{parse, parse_or_mask};
     use super::*;
-    use crate::npy::MAGIC;
+    use crate::numpy::MAGIC;
 
     fn file(version: u8, header: &str, values: &[u8]) -> Vec<u8> {
         let mut bytes = [MAGIC, &[version, 0]].concat();

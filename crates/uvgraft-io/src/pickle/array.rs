@@ -1,53 +1,9 @@
 //! NumPy arrays of numbers.
 
-use super::texts::TextDtype;
 use super::value::Id;
-use crate::integers::Number;
-
-/// NumPy's own limit in version 2; version 1 had 32.
-pub(super) const MOST_AXES: usize = 64;
-
-/// What kind of number an array holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NumberKind {
-    /// `b`
-    Bool,
-    /// `i`
-    Signed,
-    /// `u`
-    Unsigned,
-    /// `f`
-    Float,
-}
-
-/// How the numbers of an array are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dtype {
-    /// Their kind.
-    pub kind: NumberKind,
-    /// Bytes of each: 1 to 8, a power of two.
-    pub width: usize,
-    /// Whether the highest byte comes first.
-    pub big_endian: bool,
-}
-
-impl Dtype {
-    /// From NumPy's notation, such as `f4` or `>i8`; nothing for what is no number.
-    pub(crate) fn from_text(text: &str) -> Option<Self> {
-        let (order, text) = match text.as_bytes() {
-            [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order, rest),
-            rest => (b'=', rest),
-        };
-        let (kind, width) = match text {
-            b"b1" => (NumberKind::Bool, 1),
-            [b'f', width @ (b'2' | b'4' | b'8')] => (NumberKind::Float, width - b'0'),
-            [b'i', width @ (b'1' | b'2' | b'4' | b'8')] => (NumberKind::Signed, width - b'0'),
-            [b'u', width @ (b'1' | b'2' | b'4' | b'8')] => (NumberKind::Unsigned, width - b'0'),
-            _ => return None,
-        };
-        Some(Self { kind, width: usize::from(width), big_endian: order == b'>' })
-    }
-}
+use crate::numpy::order::last_axis_fastest;
+use crate::numpy::text::TextDtype;
+use crate::numpy::{Dtype, NumberKind};
 
 /// What an array holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,8 +38,7 @@ pub(super) struct Layout {
 impl Layout {
     /// The bytes that the shape asks for, if they can be counted.
     pub(super) fn bytes(&self) -> Option<usize> {
-        let sides = self.shape.iter();
-        sides.copied().try_fold(self.dtype.width, usize::checked_mul)
+        self.dtype.bytes(&self.shape)
     }
 }
 
@@ -133,68 +88,15 @@ impl<'p> Array<'p> {
 
     /// Its numbers, the last axis running fastest, if they are integers that fit 64 bits with a sign.
     pub fn integers(&self) -> Option<Vec<i64>> {
-        let Dtype { kind, width, big_endian } = self.layout.dtype;
-        let signed = match kind {
-            NumberKind::Signed => true,
-            NumberKind::Unsigned => false,
-            NumberKind::Bool | NumberKind::Float => return None,
-        };
-        let number = Number { big_endian, signed, width };
-        let written = self.data.chunks_exact(width).map(|bytes| number.read(bytes));
+        let dtype = self.layout.dtype;
+        if !dtype.is_integer() {
+            return None;
+        }
+        let written = self.data.chunks_exact(dtype.width).map(|bytes| dtype.integer(bytes));
         Some(self.ordered(written.collect::<Result<Vec<i64>, u64>>().ok()?))
     }
 
     fn ordered<T: Copy>(&self, written: Vec<T>) -> Vec<T> {
         if self.layout.fortran_order { last_axis_fastest(&written, self.shape()) } else { written }
-    }
-}
-
-/// Brings numbers whose first axis runs fastest into the usual order.
-pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
-    let mut step = 1;
-    let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());
-    for &length in shape {
-        axes.push((0, length, step));
-        step *= length;
-    }
-    let mut at = 0;
-    let mut next = || {
-        let value = values[at];
-        for (place, length, step) in axes.iter_mut().rev() {
-            *place += 1;
-            at += *step;
-            if *place < *length {
-                break;
-            }
-            *place = 0;
-            at -= *step * *length;
-        }
-        value
-    };
-    (0..values.len()).map(|_| next()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn orders_of_axes() {
-        let written = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
-        assert_eq!(last_axis_fastest(&written, &[2, 3]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
-        assert_eq!(last_axis_fastest(&written, &[6]), written);
-        assert_eq!(last_axis_fastest::<f32>(&[], &[0, 3]), [0.0; 0]);
-    }
-
-    #[test]
-    fn numbers_and_nothing_else() {
-        let big = Dtype { kind: NumberKind::Signed, width: 8, big_endian: true };
-        assert_eq!(Dtype::from_text(">i8"), Some(big));
-        for text in ["f4", "<f4", "|b1", "=u2", "f2"] {
-            assert!(Dtype::from_text(text).is_some(), "{text}");
-        }
-        for text in ["", "<", "O", "O8", "|O", "U5", "S3", "V8", "c8", "f3", "f16", "b2", "f4f4"] {
-            assert_eq!(Dtype::from_text(text), None, "{text}");
-        }
     }
 }

@@ -4,11 +4,12 @@
 use std::borrow::Cow;
 
 use super::PickleError;
-use super::array::{Dtype, Items, Layout, MOST_AXES};
+use super::array::{Items, Layout};
 use super::class::{Class, Making, StorageKind};
 use super::machine::Machine;
-use super::texts::TextDtype;
 use super::value::{Id, Node, Value};
+use crate::numpy::text::TextDtype;
+use crate::numpy::{Dtype, MAX_AXES};
 use crate::obj::shown;
 
 /// What a name stands for.
@@ -313,7 +314,7 @@ impl<'a> Machine<'a> {
     }
 
     fn shape(&mut self, id: Id) -> Result<Vec<usize>, PickleError> {
-        let sides = self.value(id).items().filter(|sides| sides.len() <= MOST_AXES);
+        let sides = self.value(id).items().filter(|sides| sides.len() <= MAX_AXES);
         let side = |value: Value<'_>| value.as_int().and_then(|side| usize::try_from(side).ok());
         let shape: Option<Vec<usize>> = sides.and_then(|sides| sides.map(side).collect());
         let shape = shape.ok_or_else(|| self.scan.malformed("array without a shape"))?;

@@ -18,11 +18,10 @@ mod machine;
 mod scan;
 #[cfg(test)]
 mod tests;
-pub(crate) mod texts;
 mod value;
 
-pub(crate) use array::last_axis_fastest;
-pub use array::{Array, Dtype, NumberKind};
+pub use crate::numpy::{Dtype, NumberKind};
+pub use array::Array;
 pub use class::{Class, Made, StorageKind};
 pub use value::{Pickle, Value};
 

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use crate::arrays::{ArchiveInMemory, NumericArray, Outside, Unread};
+use crate::numpy::{Dtype, NumberKind};
 use crate::obj::shown;
-use crate::pickle::{Class, Dtype, Made, NumberKind, StorageKind, Value};
+use crate::pickle::{Class, Made, StorageKind, Value};
 
 /// As many axes as torch's own tensors have at most.
 const MOST_AXES: usize = 64;

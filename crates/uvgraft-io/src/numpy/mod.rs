@@ -1,13 +1,23 @@
-//! What NumPy's NPY files begin with.
+//! NumPy's notation: NPY files, dtypes and orders of axes.
 //!
-//! Source: `numpy.lib.format`, version 1.0.
+//! Source: `numpy.lib.format`, versions 1.0 to 3.0.
 
+mod array;
+mod dtype;
 pub(crate) mod header;
+pub(crate) mod order;
+pub(crate) mod text;
 
 use std::io::{self, Write};
 
+pub(crate) use self::array::NpyArray;
+pub use self::dtype::{Dtype, NumberKind};
+
 /// What every NPY file begins with.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// The most axes that an array has: the limit of NumPy 2. Version 1 had 32.
+pub(crate) const MAX_AXES: usize = 64;
 
 /// Header and values together start at a multiple of this.
 const ALIGNMENT: usize = 64;

@@ -1,0 +1,39 @@
+//! Orders of axes.
+
+/// Brings numbers whose first axis runs fastest into the usual order.
+pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
+    let mut step = 1;
+    let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());
+    for &length in shape {
+        axes.push((0, length, step));
+        step *= length;
+    }
+    let mut at = 0;
+    let mut next = || {
+        let value = values[at];
+        for (place, length, step) in axes.iter_mut().rev() {
+            *place += 1;
+            at += *step;
+            if *place < *length {
+                break;
+            }
+            *place = 0;
+            at -= *step * *length;
+        }
+        value
+    };
+    (0..values.len()).map(|_| next()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_of_axes() {
+        let written = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!(last_axis_fastest(&written, &[2, 3]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
+        assert_eq!(last_axis_fastest(&written, &[6]), written);
+        assert_eq!(last_axis_fastest::<f32>(&[], &[0, 3]), [0.0; 0]);
+    }
+}
