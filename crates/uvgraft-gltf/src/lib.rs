@@ -7,6 +7,7 @@
 //! With the feature `threads` (default) work is done on the caller's rayon pool, as
 //! [`uvgraft::threads`] says; results are the same without it.
 
+pub mod container;
 pub mod glb;
 pub mod preset;
 pub mod scene;

@@ -10,8 +10,8 @@ use super::floor::Floor;
 use super::geometry::Geometry;
 use super::layers::Layers;
 use super::lights::{Lights, backdrop};
-use super::look::{Background, Look};
 use super::mipmap::{Footprint, Mipmap};
+use super::options::{Background, RenderOptions};
 use super::projection::{Projected, project, weights};
 use super::shading::Paint;
 use super::surface::{Lookup, Surface};
@@ -27,7 +27,7 @@ pub(super) struct Frame<'a> {
     /// Empty without normal maps.
     tangents: Vec<Tangent>,
     camera: Camera,
-    look: Look,
+    options: RenderOptions,
     size: Size,
     opaque: DepthBuffer,
     /// What one sees through, and which of it touches each band of rows.
@@ -48,16 +48,16 @@ struct Light {
 type Premultiplied = [f32; 4];
 
 impl<'a> Frame<'a> {
-    /// - `camera`: for `look.samples` times as many samples along each side as `size` has pixels.
+    /// - `camera`: for `options.samples` times as many samples along each side as `size` has pixels.
     pub fn new(
         surfaces: &'a [Surface],
         mipmaps: &'a [Mipmap],
         geometry: Geometry,
         camera: Camera,
-        look: Look,
+        options: RenderOptions,
         size: Size,
     ) -> Self {
-        let fine = Size::new(size.width * look.samples, size.height * look.samples);
+        let fine = Size::new(size.width * options.samples, size.height * options.samples);
         let homogeneous = threads::map_indices(geometry.positions.len(), |vertex| {
             camera.homogeneous(geometry.positions[vertex])
         });
@@ -86,12 +86,12 @@ impl<'a> Frame<'a> {
             point.color(&geometry, surface, mipmaps)[3] >= cutoff
         };
         let opaque = DepthBuffer::new(&solid, fine, least, is_there);
-        let light = look.lit.then(|| {
+        let light = options.lit.then(|| {
             let casts = |face: usize| !is_blended(face);
-            Light::new(&camera, &geometry, casts, &opaque, look.floor, size)
+            Light::new(&camera, &geometry, casts, &opaque, options.floor, size)
         });
         let bands = bands(&translucent, fine.height);
-        let tangents = if look.lit { tangents(&geometry, surfaces) } else { Vec::new() };
+        let tangents = if options.lit { tangents(&geometry, surfaces) } else { Vec::new() };
         Self {
             surfaces,
             mipmaps,
@@ -99,7 +99,7 @@ impl<'a> Frame<'a> {
             homogeneous,
             tangents,
             camera,
-            look,
+            options,
             size,
             opaque,
             translucent,
@@ -109,12 +109,12 @@ impl<'a> Frame<'a> {
     }
 
     pub fn picture(&self) -> Texture {
-        let transparent = self.look.background == Background::Transparent;
+        let transparent = self.options.background == Background::Transparent;
         let channels = if transparent { Channels::Rgba } else { Channels::Rgb };
         let width = self.size.width as usize;
         let mut texels = vec![0_u8; self.size.texels() * channels.count()];
         // As many rows as a band of samples has.
-        let rows = (BAND / self.look.samples) as usize;
+        let rows = (BAND / self.options.samples) as usize;
         threads::for_each_chunk(&mut texels, width * channels.count() * rows, |band, texels| {
             let layers = self.layers(band);
             let mut shades = Vec::new();
@@ -138,9 +138,9 @@ impl<'a> Frame<'a> {
     /// What one sees through in a band of rows, if there is anything.
     fn layers(&self, band: usize) -> Option<Layers> {
         let indices = self.bands.get(band).filter(|indices| !indices.is_empty())?;
-        let height = self.size.height * self.look.samples;
+        let height = self.size.height * self.options.samples;
         let first = band as u32 * BAND;
-        let width = self.size.width as usize * self.look.samples as usize;
+        let width = self.size.width as usize * self.options.samples as usize;
         let rows = first..(first + BAND).min(height);
         let least = self.camera.limits().1;
         Some(Layers::new(&self.translucent, indices.iter(), &self.opaque, least, rows, width))
@@ -154,7 +154,7 @@ impl<'a> Frame<'a> {
         layers: Option<&Layers>,
         shades: &mut Vec<Shade>,
     ) -> Premultiplied {
-        let samples = self.look.samples;
+        let samples = self.options.samples;
         let half = samples / 2;
         let mut behind = None;
         let mut sum = [0.0; 4];
@@ -221,7 +221,7 @@ impl<'a> Frame<'a> {
         let corners = self.geometry.faces[face as usize];
         let surface = &self.surfaces[corners.surface as usize];
         // Colours are means over a quarter of a pixel.
-        let step = f64::from(self.look.samples / 2);
+        let step = f64::from(self.options.samples / 2);
         let Some(point) = Point::new(&self.geometry, &self.homogeneous, face, at, step) else {
             return [0.0; 4];
         };
@@ -263,12 +263,12 @@ impl<'a> Frame<'a> {
     /// What is seen where there is no surface.
     fn behind(&self, x: u32, y: u32) -> Premultiplied {
         let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
-        let samples = self.look.samples as f32;
+        let samples = self.options.samples as f32;
         let floor = self.light.as_ref().and_then(|light| light.floor.as_ref());
         let brightness = floor
             .map_or(1.0, |floor| floor.brightness(&self.camera.sight(px * samples, py * samples)));
         let (width, height) = (self.size.width as f32, self.size.height as f32);
-        let color = match self.look.background {
+        let color = match self.options.background {
             Background::Studio => backdrop(px / width, py / height),
             Background::Plain(color) => color.map(Value::to_unit),
             Background::Transparent => return [0.0, 0.0, 0.0, 1.0 - brightness],

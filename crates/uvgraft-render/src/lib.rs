@@ -12,10 +12,10 @@ mod frame;
 mod geometry;
 mod layers;
 mod lights;
-mod look;
 #[cfg(test)]
 mod material_tests;
 mod mipmap;
+mod options;
 mod projection;
 mod shading;
 mod surface;
@@ -32,8 +32,8 @@ use self::camera::Camera;
 pub use self::camera::{Bounds, Perspective, View};
 use self::frame::Frame;
 use self::geometry::Geometry;
-pub use self::look::{Background, Look};
 use self::mipmap::Mipmap;
+pub use self::options::{Background, RenderOptions};
 pub use self::shading::Shading;
 use self::surface::{Needed, Role, Surface};
 pub use self::thumbnail::{ThumbnailError, thumbnail};
@@ -66,8 +66,8 @@ pub fn render(
     let fine = Size::new(size.width * SAMPLES, size.height * SAMPLES);
     let camera = Camera::orthographic(view, fine);
     let floor = view.floor.then(|| geometry.bounds().0.y);
-    let look = Look { floor, samples: SAMPLES, ..Look::default() };
-    Frame::new(&surfaces, &mipmaps, geometry, camera, look, size).picture()
+    let options = RenderOptions { floor, samples: SAMPLES, ..RenderOptions::default() };
+    Frame::new(&surfaces, &mipmaps, geometry, camera, options, size).picture()
 }
 
 /// Draws scenes that share materials and textures.
@@ -107,18 +107,18 @@ impl Renderer {
         &self,
         drawn: &[Drawn],
         camera: &Perspective,
-        look: &Look,
+        options: &RenderOptions,
         size: Size,
     ) -> Texture {
         assert!(
             size.texels() > 0 && size.width.max(size.height) <= Texture::MAX_SIDE / 4,
             "{size}"
         );
-        let samples = if look.samples >= 4 { 4 } else { 2 };
-        let look = Look { samples, ..*look };
+        let samples = if options.samples >= 4 { 4 } else { 2 };
+        let options = RenderOptions { samples, ..*options };
         let geometry = Geometry::of_drawn(drawn, &self.surfaces);
         let fine = Size::new(size.width * samples, size.height * samples);
         let camera = Camera::perspective(camera, fine);
-        Frame::new(&self.surfaces, &self.mipmaps, geometry, camera, look, size).picture()
+        Frame::new(&self.surfaces, &self.mipmaps, geometry, camera, options, size).picture()
     }
 }

@@ -19,9 +19,10 @@ fn one(color: [u8; 3]) -> Texture {
 /// The middle of a picture of the square with a material, in linear light.
 fn seen(material: &Material, textures: &[Texture], piece: &Drawn) -> [f32; 3] {
     let renderer = Renderer::new(std::slice::from_ref(material), textures);
-    let look = Look { background: Background::Plain([0; 3]), ..Look::default() };
+    let options =
+        RenderOptions { background: Background::Plain([0; 3]), ..RenderOptions::default() };
     let piece = std::slice::from_ref(piece);
-    let picture = renderer.render(piece, &ahead(), &look, Size::square(9));
+    let picture = renderer.render(piece, &ahead(), &options, Size::square(9));
     let found = texel(&picture, 4, 4);
     [0, 1, 2].map(|k| linear_from_srgb(f32::from(found[k]) / 255.0))
 }

@@ -49,8 +49,8 @@ pub(super) fn ahead() -> Perspective {
     Perspective { eye, target, up, fov_y, near: 0.1, far: 100.0 }
 }
 
-fn unlit(background: Background) -> Look {
-    Look { lit: false, background, ..Look::default() }
+fn unlit(background: Background) -> RenderOptions {
+    RenderOptions { lit: false, background, ..RenderOptions::default() }
 }
 
 pub(super) fn texel(picture: &Texture, x: u32, y: u32) -> Vec<u8> {
@@ -62,8 +62,8 @@ pub(super) fn texel(picture: &Texture, x: u32, y: u32) -> Vec<u8> {
 fn without_light_colours_are_the_textures_own() {
     let scene = strip();
     let drawn = scene.pose(&Posing::default()).unwrap();
-    let look = unlit(Background::Plain([9, 8, 7]));
-    let picture = Renderer::of(&scene).render(&drawn, &ahead(), &look, Size::square(40));
+    let options = unlit(Background::Plain([9, 8, 7]));
+    let picture = Renderer::of(&scene).render(&drawn, &ahead(), &options, Size::square(40));
     // The strip is half as wide as the picture, and as high.
     for (at, wanted) in [
         ((11, 1), [255, 0, 0]),
@@ -85,8 +85,8 @@ fn a_transparent_picture_has_opacity_where_something_is() {
     let mut camera = ahead();
     camera.eye[0] += 0.025;
     camera.target[0] += 0.025;
-    let look = unlit(Background::Transparent);
-    let picture = Renderer::of(&scene).render(&drawn, &camera, &look, Size::square(40));
+    let options = unlit(Background::Transparent);
+    let picture = Renderer::of(&scene).render(&drawn, &camera, &options, Size::square(40));
     assert_eq!(picture.channels(), uvgraft::Channels::Rgba);
     assert_eq!(texel(&picture, 20, 5)[3], 255);
     assert_eq!(texel(&picture, 3, 5), [0, 0, 0, 0]);
@@ -165,9 +165,9 @@ fn surfaces_that_one_sees_through_mix_from_behind() {
         plain([1.0, 1.0, 1.0, 0.4], Alpha::Mask(0.5)),
     ];
     let renderer = Renderer::new(&materials, &[]);
-    let look = unlit(Background::Plain([0; 3]));
+    let options = unlit(Background::Plain([0; 3]));
     let color = |drawn: &[Drawn]| {
-        let picture = renderer.render(drawn, &ahead(), &look, Size::square(4));
+        let picture = renderer.render(drawn, &ahead(), &options, Size::square(4));
         [0, 1, 2].map(|k| uvgraft::color::linear_from_srgb(picture.get(1, 1, k)))
     };
     let near = |found: [f32; 3], wanted: [f32; 3]| {
@@ -182,8 +182,8 @@ fn surfaces_that_one_sees_through_mix_from_behind() {
     near(color(&[square(0.0, 2), square(-1.0, 0)]), [0.0, 1.0, 0.0]);
     near(color(&[square(0.0, 3), square(-1.0, 2)]), [0.0, 1.0, 0.0]);
     // On a clear background what is left of the light shows as opacity.
-    let look = unlit(Background::Transparent);
-    let picture = renderer.render(&[square(0.0, 0)], &ahead(), &look, Size::square(4));
+    let options = unlit(Background::Transparent);
+    let picture = renderer.render(&[square(0.0, 0)], &ahead(), &options, Size::square(4));
     assert_eq!(texel(&picture, 1, 1), [255, 0, 0, 128]);
 }
 
@@ -192,11 +192,11 @@ fn backs_are_seen_only_where_the_material_has_two_sides() {
     let mut material = plain([1.0, 0.0, 0.0, 1.0], Alpha::Opaque);
     let mut back = square(0.0, 0);
     back.triangles = vec![[0, 2, 1], [0, 3, 2]].into();
-    let look = unlit(Background::Plain([0; 3]));
+    let options = unlit(Background::Plain([0; 3]));
     for (double_sided, wanted) in [(false, 0), (true, 255)] {
         material.double_sided = double_sided;
         let renderer = Renderer::new(std::slice::from_ref(&material), &[]);
-        let picture = renderer.render(&[back.clone()], &ahead(), &look, Size::square(4));
+        let picture = renderer.render(&[back.clone()], &ahead(), &options, Size::square(4));
         assert_eq!(texel(&picture, 1, 1), [wanted, 0, 0]);
     }
 }
@@ -209,8 +209,12 @@ fn a_figure_stands_in_light_with_its_shadow_on_the_floor() {
     let camera = Perspective::framing(&bounds, 30.0, 35.0, 30.0, 1.0, 0.7);
     let renderer = Renderer::of(&scene);
     let draw = |floor| {
-        let look = Look { floor, background: Background::Plain([255; 3]), ..Look::default() };
-        renderer.render(&drawn, &camera, &look, Size::square(64))
+        let options = RenderOptions {
+            floor,
+            background: Background::Plain([255; 3]),
+            ..RenderOptions::default()
+        };
+        renderer.render(&drawn, &camera, &options, Size::square(64))
     };
     let (without, with) = (draw(None), draw(Some(0.0)));
     let darker = (0..64 * 64).filter(|k| {
@@ -243,13 +247,13 @@ fn scenes_without_sense_give_a_picture_all_the_same() {
             drawn[1].uv = vec![[a, b]].into();
             drawn[1].triangles = vec![[0, 1, 2], [3, 3, 3], [0, 1, 77]].into();
             for floor in [None, Some(a), Some(0.0)] {
-                let look = Look { floor, ..Look::default() };
+                let options = RenderOptions { floor, ..RenderOptions::default() };
                 let camera = Perspective { near: 0.1, ..ahead() };
-                let _ = renderer.render(&drawn, &camera, &look, Size::new(5, 3));
+                let _ = renderer.render(&drawn, &camera, &options, Size::new(5, 3));
             }
             let camera = Perspective { eye: [a, b, 1.0], fov_y: 90.0, ..ahead() };
-            let _ = renderer.render(&drawn, &camera, &Look::default(), Size::new(5, 3));
+            let _ = renderer.render(&drawn, &camera, &RenderOptions::default(), Size::new(5, 3));
         }
     }
-    let _ = renderer.render(&[], &ahead(), &Look::default(), Size::new(5, 3));
+    let _ = renderer.render(&[], &ahead(), &RenderOptions::default(), Size::new(5, 3));
 }

@@ -4,10 +4,10 @@ use glam::Vec3;
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
-use uvgraft_gltf::glb::{self, Export, GlbError, Looks};
+use uvgraft_gltf::glb::{self, AvatarMaterial, Export, GlbError};
 use uvgraft_gltf::scene::{Posing, PosingError, Scene, SceneError};
 
-use crate::{Bounds, Look, Perspective, Renderer};
+use crate::{Bounds, Perspective, RenderOptions, Renderer};
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -27,26 +27,30 @@ pub enum ThumbnailError {
 /// Draws an avatar's head at rest, from slightly beside, in a square of `side` texels; all of an avatar that has no
 /// head.
 ///
-/// - `looks`: as for [`glb::write()`], in formats that the renderer reads: PNG, JPEG and WebP.
+/// - `materials`: as for [`glb::write()`], in formats that the renderer reads: PNG, JPEG and WebP.
 ///
 /// # Errors
 /// [`ThumbnailError`] if the avatar cannot be drawn.
 ///
 /// # Panics
 /// If `side` is 0, or larger than a quarter of [`Texture::MAX_SIDE`].
-pub fn thumbnail(avatar: &Avatar, looks: &[Looks], side: u32) -> Result<Texture, ThumbnailError> {
+pub fn thumbnail(
+    avatar: &Avatar,
+    materials: &[AvatarMaterial],
+    side: u32,
+) -> Result<Texture, ThumbnailError> {
     const AZIMUTH: f32 = 12.0;
     const ELEVATION: f32 = 2.0;
     const FOV_Y: f32 = 18.0;
     let still = Avatar { clips: Vec::new(), ..avatar.clone() };
-    let scene = Scene::read(&glb::write(&still, looks, &Export::default())?.bytes)?;
+    let scene = Scene::read(&glb::write(&still, materials, &Export::default())?.bytes)?;
     let bounds = head(avatar).or_else(|| Bounds::of(avatar.mesh.positions().iter().copied()));
     let bounds = bounds.unwrap_or(Bounds { low: [-1.0; 3], high: [1.0; 3] });
     let camera = Perspective::framing(&bounds, AZIMUTH, ELEVATION, FOV_Y, 1.0, 1.0);
     let drawn = scene.pose(&Posing::default())?;
-    // Four times as many samples would take four times as long, and nobody looks that closely.
-    let look = Look { samples: 2, ..Look::default() };
-    Ok(Renderer::of(&scene).render(&drawn, &camera, &look, Size::square(side)))
+    // Four times as many samples would take four times as long, and nobody materials that closely.
+    let options = RenderOptions { samples: 2, ..RenderOptions::default() };
+    Ok(Renderer::of(&scene).render(&drawn, &camera, &options, Size::square(side)))
 }
 
 /// The box of what follows the head more than anything else, with some of the neck.
@@ -87,7 +91,7 @@ mod tests {
         let texture =
             Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &red);
         let picture = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
-        let picture = thumbnail(&avatar, &[Looks::new(picture)], 64).unwrap();
+        let picture = thumbnail(&avatar, &[AvatarMaterial::new(picture)], 64).unwrap();
         assert_eq!(picture.size(), Size::square(64));
         // The background is grey.
         let is_head = |x, y| picture.get(x, y, 0) > picture.get(x, y, 1) + 0.1;

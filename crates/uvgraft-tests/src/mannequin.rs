@@ -6,7 +6,9 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::{
     Clip, Expression, ExpressionPreset, HumanBone, Joint, Morph, Pose, Skeleton, Skin,
 };
-use uvgraft_gltf::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
+use uvgraft_gltf::glb::{
+    AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
+};
 
 /// Bone, joint's name, the number of its parent, where its box starts and ends, half the box's width.
 /// The names are SMPL's, the bones those that a VRM must have. In metres.
@@ -157,7 +159,7 @@ pub fn file(is_vrm: bool) -> Vec<u8> {
     };
     let export =
         Export { name: "mannequin".to_owned(), vrm: is_vrm.then(meta), ..Export::default() };
-    write(&avatar(), &Looks::new(texture()), &export).expect("a sound avatar").bytes
+    write(&avatar(), &AvatarMaterial::new(texture()), &export).expect("a sound avatar").bytes
 }
 
 /// Where the middles of the boxes' fronts are in a pose, and with the expression by its weight.

@@ -9,9 +9,9 @@ use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_avatar::rig::{HumanBone, Morph, Pose};
 use uvgraft_figure::Figure;
-use uvgraft_gltf::glb::{self, Export, Looks, Picture, PictureFormat};
+use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
 use uvgraft_gltf::scene::{Posing, Scene};
-use uvgraft_render::{Background, Look, Perspective, Renderer};
+use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 
 use crate::made_up::{self, Entanglement, MadeUp};
 
@@ -133,11 +133,11 @@ impl Subject {
         let anatomy = Anatomy::find(&avatar.mesh).expect("a head");
         let mouth = anatomy.point(Landmark::Mouth).expect("a mouth");
         let target = mouth.map(|value| value as f32);
-        let look = Look {
+        let options = RenderOptions {
             lit: false,
             background: Background::Plain([255, 0, 255]),
             samples: 2,
-            ..Look::default()
+            ..RenderOptions::default()
         };
         let mut pixels = 0;
         for face in faces {
@@ -150,7 +150,7 @@ impl Subject {
             for view in 0..24 {
                 let camera = camera(target, view);
                 let pictures = [0, 1].map(|k: usize| {
-                    renderers[k].render(&drawn[k], &camera, &look, Size::square(120))
+                    renderers[k].render(&drawn[k], &camera, &options, Size::square(120))
                 });
                 pixels += differing(&pictures);
             }
@@ -177,7 +177,7 @@ fn scene(avatar: &Avatar, double_sided: bool) -> Scene {
     let grey =
         Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
     let picture = Picture::encode(grey.expect("a small texture"), PictureFormat::Png, 90);
-    let looks = Looks { double_sided, ..Looks::new(picture.expect("a picture")) };
+    let looks = AvatarMaterial { double_sided, ..AvatarMaterial::new(picture.expect("a picture")) };
     let file = glb::write(avatar, &looks, &Export::default()).expect("a sound avatar");
     Scene::read(&file.bytes).expect("a file of ours")
 }

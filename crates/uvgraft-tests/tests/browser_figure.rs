@@ -10,10 +10,12 @@ use uvgraft::{Channels, Depth, Size, Texels, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
 use uvgraft_figure::{Figure, paint_body};
-use uvgraft_gltf::glb::{Export, Looks, Permissions, Picture, PictureFormat, VrmMeta, write};
+use uvgraft_gltf::glb::{
+    AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
+};
 use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_metrics::{Colors, ssim};
-use uvgraft_render::{Background, Look, Perspective, Renderer};
+use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 use uvgraft_tests::browser::Browser;
 
 const SIZE: Size = Size::new(450, 600);
@@ -44,14 +46,18 @@ fn file(avatar: &Avatar, is_vrm: bool) -> Vec<u8> {
     let meta = || VrmMeta::new("figure", vec!["uvgraft".to_owned()], Permissions::EVERYONE);
     let export = Export { vrm: is_vrm.then(meta), ..Export::default() };
     let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
-    write(avatar, &Looks::new(color), &export).unwrap().bytes
+    write(avatar, &AvatarMaterial::new(color), &export).unwrap().bytes
 }
 
 /// Compares the browser's picture with ours; gives how much of both silhouettes is shared, and SSIM.
 fn likeness(scene: &Scene, shot: &Shot, picture: &Path) -> (f64, f64) {
-    let look = Look { lit: false, background: Background::Plain(BACKGROUND), ..Look::default() };
+    let options = RenderOptions {
+        lit: false,
+        background: Background::Plain(BACKGROUND),
+        ..RenderOptions::default()
+    };
     let drawn = scene.pose(&shot.posing).unwrap();
-    let ours = Renderer::of(scene).render(&drawn, &shot.camera, &look, SIZE);
+    let ours = Renderer::of(scene).render(&drawn, &shot.camera, &options, SIZE);
     let theirs = uvgraft_io::image::read(picture).unwrap().texture;
     let theirs = theirs.converted(Channels::Rgb, Depth::U8);
     // Edges are mixed with the background; more than half of such a pixel has to be the figure's.

@@ -8,7 +8,7 @@ use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{
-    Export, Looks, Permissions, Picture, PictureFormat, Style, VrmMeta, write,
+    AvatarMaterial, Export, Permissions, Picture, PictureFormat, Style, VrmMeta, write,
 };
 use uvgraft_tests::browser::Browser;
 
@@ -49,8 +49,8 @@ fn all_looks_are_drawn() {
     let meta = VrmMeta::new("figure", vec!["uvgraft".to_owned()], Permissions::EVERYONE);
     for style in [Style::Pbr, Style::MToon, Style::Unlit] {
         for (normal, is_divided) in [(None, false), (Some(flat()), true)] {
-            let looks = Looks { style, normal, ..Looks::new(color.clone()) };
-            let head = Looks { name: "head".to_owned(), is_head: true, ..looks.clone() };
+            let looks = AvatarMaterial { style, normal, ..AvatarMaterial::new(color.clone()) };
+            let head = AvatarMaterial { name: "head".to_owned(), is_head: true, ..looks.clone() };
             let export = Export { vrm: Some(meta.clone()), ..Export::default() };
             let bytes = if is_divided {
                 write(&divided(&avatar), &[looks, head][..], &export).unwrap().bytes

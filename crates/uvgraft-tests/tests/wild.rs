@@ -6,10 +6,10 @@ use std::path::Path;
 
 use uvgraft::{Size, Texture};
 use uvgraft_figure::{Figure, paint_body};
-use uvgraft_gltf::glb::{Export, Looks, Picture, PictureFormat, write};
+use uvgraft_gltf::glb::{AvatarMaterial, Export, Picture, PictureFormat, write};
 use uvgraft_gltf::scene::{Posing, Scene, whole};
 use uvgraft_metrics::{Colors, ssim};
-use uvgraft_render::{Bounds, Look, Perspective, Renderer};
+use uvgraft_render::{Bounds, Perspective, RenderOptions, Renderer};
 use uvgraft_tests::gltf_transform::GltfTransform;
 
 const SIZE: Size = Size::new(300, 400);
@@ -25,11 +25,11 @@ fn pictures(path: &Path) -> Vec<Texture> {
     let drawn = scene.pose(&posing).unwrap();
     let all = drawn.iter().flat_map(|piece| piece.positions.iter().copied());
     let around = scene.around("head", &posing).unwrap();
-    let look = Look { floor: Some(0.0), ..Look::default() };
+    let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
     [Bounds::of(all), Bounds::of(around.points)]
         .map(|bounds| {
             let camera = Perspective::framing(&bounds.unwrap(), 20.0, 7.0, 24.0, 0.75, 1.0);
-            renderer.render(&drawn, &camera, &look, SIZE)
+            renderer.render(&drawn, &camera, &options, SIZE)
         })
         .to_vec()
 }
@@ -41,7 +41,8 @@ fn compressed_files_look_like_plain_ones() {
     let plain = folder.path().join("plain.glb");
     let color = paint_body(&Figure::new(), Size::square(1024));
     let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
-    let file = write(&Figure::new().avatar(), &Looks::new(color), &Export::default()).unwrap();
+    let file =
+        write(&Figure::new().avatar(), &AvatarMaterial::new(color), &Export::default()).unwrap();
     std::fs::write(&plain, file.bytes).unwrap();
     let wanted = pictures(&plain);
     for (command, name) in [

@@ -1,9 +1,7 @@
 //! What a GLB must be like for the page to show it.
-//!
-//! Based on the glTF 2.0 specification, section 4 (GLB File Format): 12 bytes of header (magic, version,
-//! length of the whole), then a JSON chunk (length, type, text). VRM files are GLB files.
 
 use serde::Deserialize;
+use uvgraft_gltf::container::{self, ContainerError};
 
 /// A GLB whose header, length and JSON are as they should be, and that needs nothing which the page lacks.
 #[derive(Debug, Clone, Copy)]
@@ -13,35 +11,16 @@ pub struct Glb<'a>(&'a [u8]);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlbError {
-    /// The file is of another kind.
-    #[error("not a GLB or VRM file: it begins with {found:02x?}, wanted [67, 6c, 54, 46] (glTF)")]
-    Magic {
-        /// The first four bytes, or fewer.
-        found: Vec<u8>,
-    },
-    /// A container of another version.
-    #[error("GLB version {found}, wanted 2")]
-    Version {
-        /// What the header says.
-        found: u32,
-    },
+    /// The container is damaged, or the file is of another kind.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
     /// The header's length is not the file's.
-    #[error("its header says {told} bytes, the file has {actual}")]
+    #[error("the GLB header must give the length of the file, {actual} bytes, got {found}")]
     Length {
         /// What the header says.
-        told: u32,
+        found: u64,
         /// The file's length.
         actual: u64,
-    },
-    /// The first chunk is no JSON, or ends behind the file.
-    #[error("its first chunk is no JSON of up to {most} bytes: type {found:02x?}, {length} bytes")]
-    Chunk {
-        /// The chunk's type.
-        found: [u8; 4],
-        /// The length that the chunk tells.
-        length: u32,
-        /// What is left of the file.
-        most: u64,
     },
     /// The JSON cannot be read.
     #[error("its JSON cannot be read: {0}")]
@@ -94,27 +73,12 @@ impl<'a> Glb<'a> {
     /// [`GlbError`] with what was found. Meshes and images are not looked into: the page says what is
     /// wrong with those.
     pub fn new(bytes: &'a [u8]) -> Result<Self, GlbError> {
-        if !bytes.starts_with(b"glTF") {
-            return Err(GlbError::Magic { found: bytes[..bytes.len().min(4)].to_vec() });
+        let glb = container::Glb::read(bytes)?;
+        let (found, actual) = (glb.length as u64, bytes.len() as u64);
+        if found != actual {
+            return Err(GlbError::Length { found, actual });
         }
-        let word = |at: usize| {
-            let bytes = bytes.get(at..at + 4).unwrap_or_default();
-            bytes.try_into().map_or(0, u32::from_le_bytes)
-        };
-        let (version, told) = (word(4), word(8));
-        if version != 2 {
-            return Err(GlbError::Version { found: version });
-        }
-        let actual = bytes.len() as u64;
-        if u64::from(told) != actual {
-            return Err(GlbError::Length { told, actual });
-        }
-        let (length, kind) = (word(12), word(16).to_le_bytes());
-        let text = bytes.get(20..).unwrap_or_default();
-        let Some(text) = text.get(..length as usize).filter(|_| kind == *b"JSON") else {
-            return Err(GlbError::Chunk { found: kind, length, most: text.len() as u64 });
-        };
-        let json: Json = serde_json::from_slice(text)?;
+        let json: Json = serde_json::from_slice(glb.json)?;
         for (kind, resources) in [("buffer", &json.buffers), ("image", &json.images)] {
             for (index, resource) in resources.iter().enumerate() {
                 if let Some(uri) = resource.uri.as_ref().filter(|uri| !uri.starts_with("data:")) {
@@ -162,19 +126,18 @@ mod tests {
 
     #[test]
     fn other_files_are_refused_with_what_was_found() {
-        assert!(refused(b"\x89PNG").contains("begins with [89, 50, 4e, 47]"));
-        assert!(refused(b"").contains("begins with []"));
-        assert_eq!(refused(b"glTF\x01\0\0\0"), "GLB version 1, wanted 2");
-        assert_eq!(refused(b"glTF"), "GLB version 0, wanted 2");
+        assert!(refused(b"\x89PNG").starts_with("not a GLB file"), "{}", refused(b"\x89PNG"));
+        assert_eq!(refused(b"glTF\x01\0\0\0"), "the GLB version must be 2, got 1");
         let whole = glb("{}");
-        assert_eq!(refused(&whole[..21]), "its header says 22 bytes, the file has 21");
+        assert!(refused(&whole[..21]).contains("ends at byte 22, the file has 21"));
+        let longer = [&whole[..], b"more"].concat();
+        assert!(refused(&longer).ends_with("26 bytes, got 22"), "{}", refused(&longer));
         let mut bytes = whole.clone();
         bytes[12] = 3;
-        assert!(refused(&bytes).contains("no JSON of up to 2 bytes"), "{}", refused(&bytes));
+        assert!(refused(&bytes).contains("a chunk of the GLB ends at byte 23"));
         bytes[12] = 2;
         bytes[16] = b'B';
-        assert!(refused(&bytes).contains("no JSON"));
-        assert!(refused(b"glTF\x02\0\0\0\x0c\0\0\0").contains("no JSON of up to 0 bytes"));
+        assert!(refused(&bytes).contains("no JSON chunk"));
         assert!(refused(&glb("{")).contains("JSON cannot be read"));
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use uvgraft_avatar::Avatar;
-use uvgraft_gltf::glb::{self, CoarserLevel, Export, Exported, Looks};
+use uvgraft_gltf::glb::{self, AvatarMaterial, CoarserLevel, Export, Exported};
 use uvgraft_gltf::preset::{self, Level, MOST_LEVELS};
 
 use crate::failure::{OrBadInput, bad_input};
@@ -94,7 +94,11 @@ impl Levels {
     }
 
     /// The files of those that are not.
-    pub(super) fn files(&self, looks: &[Looks], export: &Export) -> anyhow::Result<Vec<Exported>> {
+    pub(super) fn files(
+        &self,
+        looks: &[AvatarMaterial],
+        export: &Export,
+    ) -> anyhow::Result<Vec<Exported>> {
         let mut files = Vec::new();
         for level in self.levels.iter().filter(|_| !self.is_one_file) {
             let normals = Some(level.normals.clone());

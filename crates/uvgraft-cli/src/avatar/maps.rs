@@ -6,7 +6,7 @@ use uvgraft::{
     Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
     TexelsMut, Texture,
 };
-use uvgraft_gltf::glb::{Looks, Picture, PictureError, PictureFormat, Style};
+use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, Style};
 use uvgraft_io::image;
 use uvgraft_pipeline::Onto;
 
@@ -121,7 +121,7 @@ impl Set {
     }
 
     /// Puts the maps into a material.
-    fn dress(self, looks: &mut Looks, how: &Encoder) -> Result<(), PictureError> {
+    fn dress(self, looks: &mut AvatarMaterial, how: &Encoder) -> Result<(), PictureError> {
         looks.normal = self.normal.map(|map| how.data(rgb(map))).transpose()?;
         looks.emissive = self.emissive.map(|map| how.color(rgb(map))).transpose()?;
         let has_occlusion = self.occlusion.is_some() || self.orm.is_some();
@@ -153,15 +153,19 @@ impl CarriedMaps {
         self,
         colors: (Texture, Option<Texture>),
         how: &Encoder,
-    ) -> Result<Vec<Looks>, PictureError> {
+    ) -> Result<Vec<AvatarMaterial>, PictureError> {
         let style = how.style;
-        let mut body = Looks { style, ..Looks::new(how.color(colors.0)?) };
+        let mut body = AvatarMaterial { style, ..AvatarMaterial::new(how.color(colors.0)?) };
         self.body.dress(&mut body, how)?;
         let mut all = vec![body];
         if let Some(color) = colors.1 {
             let color = how.color(color)?;
-            let mut head =
-                Looks { style, is_head: true, name: "head".to_owned(), ..Looks::new(color) };
+            let mut head = AvatarMaterial {
+                style,
+                is_head: true,
+                name: "head".to_owned(),
+                ..AvatarMaterial::new(color)
+            };
             self.head.dress(&mut head, how)?;
             all.push(head);
         }

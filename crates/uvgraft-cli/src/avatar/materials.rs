@@ -62,7 +62,7 @@ const ROLES: [(&str, MapRole); 7] = [
     ("emissive", MapRole::Emissive),
 ];
 
-/// As glTF takes it where there is no map; [`Looks::new`] has it too.
+/// As glTF takes it where there is no map; [`AvatarMaterial::new`] has it too.
 pub(super) const ROUGHNESS: f32 = 0.7;
 
 impl MapRole {

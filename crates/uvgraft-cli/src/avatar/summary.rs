@@ -5,7 +5,7 @@ use std::path::Path;
 
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::Apart;
-use uvgraft_gltf::glb::{Looks, Report};
+use uvgraft_gltf::glb::{AvatarMaterial, Report};
 use uvgraft_gltf::preset::{Limits, Measured};
 
 use crate::report::grouped;
@@ -17,7 +17,7 @@ pub(super) struct Made<'a> {
     pub(super) body: &'a str,
     pub(super) avatar: &'a Avatar,
     /// Its materials: the body's, then the head's own.
-    pub(super) looks: &'a [Looks],
+    pub(super) looks: &'a [AvatarMaterial],
     pub(super) report: &'a Report,
     /// How far clips are from the body model.
     pub(super) apart: &'a [(String, Apart)],
@@ -120,7 +120,7 @@ impl Made<'_> {
 }
 
 /// The sizes of a material's textures.
-fn textures(looks: &Looks) -> String {
+fn textures(looks: &AvatarMaterial) -> String {
     let mut text = looks.color.size().to_string();
     let is_packed = looks.occlusion.is_some() && looks.occlusion == looks.roughness;
     let occlusion = looks.occlusion.as_ref().filter(|_| !is_packed);

@@ -2,7 +2,7 @@
 
 use uvgraft::{Averaging, Filter, Size, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_gltf::glb::{Looks, Picture, PictureFormat, Style};
+use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureFormat, Style};
 use uvgraft_render::thumbnail;
 
 use crate::failure::warn;
@@ -36,14 +36,14 @@ impl Colors {
     /// Draws an avatar's head. Without a picture an avatar is as good; what is in the way of one is told.
     ///
     /// - `looks`: the avatar's materials.
-    pub(super) fn thumbnail(self, avatar: &Avatar, looks: &[Looks]) -> Option<Picture> {
-        let looks: Vec<Looks> = looks
+    pub(super) fn thumbnail(self, avatar: &Avatar, looks: &[AvatarMaterial]) -> Option<Picture> {
+        let looks: Vec<AvatarMaterial> = looks
             .iter()
             .zip(self.0)
             .map(|(looks, color)| {
                 // Light shows a shape even where clients have none.
                 let style = if looks.style == Style::Unlit { Style::Unlit } else { Style::Pbr };
-                Looks { style, ..Looks::new(color) }
+                AvatarMaterial { style, ..AvatarMaterial::new(color) }
             })
             .collect();
         let drawn = thumbnail(avatar, &looks, SIDE).map_err(|error| error.to_string());

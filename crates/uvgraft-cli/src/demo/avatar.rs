@@ -10,12 +10,14 @@ use uvgraft_avatar::eyes::Parted;
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
-use uvgraft_gltf::glb::{self, Export, Looks, Permissions, Picture, PictureFormat, VrmMeta};
+use uvgraft_gltf::glb::{
+    self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
+};
 use uvgraft_gltf::scene::{Posing, Scene};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_io::image::animation::write_gif;
 use uvgraft_io::output::write_atomically;
-use uvgraft_render::{Look, Perspective, Renderer};
+use uvgraft_render::{Perspective, RenderOptions, Renderer};
 
 use crate::picture::Picture as Sheet;
 
@@ -45,7 +47,7 @@ impl Files {
         let mouth = Mouth::fit(&avatar)?;
         mouth.paint(&avatar, &mut body);
         let avatar = mouth.attach(avatar)?;
-        let looks = Looks::new(Picture::encode(body, PictureFormat::Png, 92)?);
+        let looks = AvatarMaterial::new(Picture::encode(body, PictureFormat::Png, 92)?);
         let export = Export { name: "uvgraft's figure".to_owned(), ..Export::default() };
         let file = glb::write(&avatar, &looks, &export)?;
         let authors = vec!["The uvgraft developers".to_owned()];
@@ -99,8 +101,8 @@ impl Pictures {
             anyhow::Ok(Posing { weights, ..clip("idle", 0.0)? })
         };
         let shot = |posing: &Posing, camera: &Perspective, size| {
-            let look = Look { floor: Some(0.0), ..Look::default() };
-            anyhow::Ok(renderer.render(&scene.pose(posing)?, camera, &look, size))
+            let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
+            anyhow::Ok(renderer.render(&scene.pose(posing)?, camera, &options, size))
         };
         let mut panels = Vec::new();
         for (caption, posing, camera) in [

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use uvgraft::Size;
 use uvgraft_gltf::scene::{Drawn, Posing, Scene};
-use uvgraft_render::{Background, Look, Renderer};
+use uvgraft_render::{Background, RenderOptions, Renderer};
 
 pub(crate) use self::camera::Aim;
 use self::camera::{Cameras, Shot};
@@ -153,11 +153,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     // A GIF has no soft edges of shadows where one sees through it.
     let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
     let floor = has_floor.then_some(cameras.lowest());
-    let look = Look { lit: !args.unlit, background, floor, ..Look::default() };
+    let options = RenderOptions { lit: !args.unlit, background, floor, ..RenderOptions::default() };
     let renderer = Renderer::of(&scene);
     output.write(frames.len(), |index| {
         let drawn: Vec<Drawn> = pose(&frames[index])?;
-        Ok(renderer.render(&drawn, &views[index], &look, args.size))
+        Ok(renderer.render(&drawn, &views[index], &options, args.size))
     })?;
     if args.print_camera {
         to_stdout(&format!("{}\n", serde_json::to_string(&views[0])?))?;

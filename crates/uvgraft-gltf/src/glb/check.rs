@@ -5,7 +5,8 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::RigError;
 
 use super::vrm;
-use super::{Export, Looks, PictureFormat};
+use super::{AvatarMaterial, Export, PictureFormat};
+use crate::container::TooLarge;
 
 /// Why an avatar cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -53,11 +54,8 @@ pub enum GlbError {
         size: Size,
     },
     /// Lengths in GLB files have 32 bits.
-    #[error("the file would have {bytes} bytes, more than GLB's 4 GiB")]
-    TooLarge {
-        /// How many.
-        bytes: u64,
-    },
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
     /// What VRM asks for beyond glTF is not there.
     #[error(transparent)]
     Vrm(#[from] vrm::VrmError),
@@ -67,10 +65,14 @@ pub enum GlbError {
 }
 
 /// Refuses what cannot be written.
-pub(super) fn check(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<(), GlbError> {
+pub(super) fn check(
+    avatar: &Avatar,
+    materials: &[AvatarMaterial],
+    export: &Export,
+) -> Result<(), GlbError> {
     avatar.check()?;
     check_normals(avatar, export.normals.as_deref())?;
-    let factors = looks
+    let factors = materials
         .iter()
         .flat_map(|own| [("roughness", own.roughness_factor), ("metalness", own.metallic_factor)]);
     for (what, found) in factors {
@@ -80,11 +82,11 @@ pub(super) fn check(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result
     }
     let avatars = || std::iter::once(avatar).chain(export.levels.iter().map(|level| &level.avatar));
     for found in avatars().flat_map(|avatar| avatar.materials.iter().copied().max()) {
-        if usize::from(found) >= looks.len() {
-            return Err(GlbError::Material { found, materials: looks.len() });
+        if usize::from(found) >= materials.len() {
+            return Err(GlbError::Material { found, materials: materials.len() });
         }
     }
-    if looks.is_empty() {
+    if materials.is_empty() {
         return Err(GlbError::Material { found: 0, materials: 0 });
     }
     check_levels(avatar, export)?;

@@ -6,7 +6,6 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::mtoon::MToon;
 use super::vrm::json::Vrm;
 
 pub(super) const FLOAT: u32 = 5126;
@@ -196,6 +195,23 @@ pub(super) struct MaterialExtensions {
 }
 
 /// An extension without properties.
+/// MToon 1.0.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct MToon {
+    pub spec_version: &'static str,
+    pub shade_color_factor: [f32; 3],
+    pub shade_multiply_texture: TextureInfo,
+    pub shading_shift_factor: f32,
+    pub shading_toony_factor: f32,
+    pub gi_equalization_factor: f32,
+    pub rim_lighting_mix_factor: f32,
+    pub parametric_rim_color_factor: [f32; 3],
+    pub parametric_rim_fresnel_power_factor: f32,
+    pub parametric_rim_lift_factor: f32,
+    pub outline_width_mode: &'static str,
+}
+
 #[derive(Serialize)]
 pub(super) struct Unlit {}
 

@@ -5,7 +5,8 @@
 
 use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Texture, TextureError};
 
-use super::looks::{KTX2_IDENTIFIER, PictureError};
+use super::ktx2_header::KTX2_IDENTIFIER;
+use super::picture_error::PictureError;
 use super::uastc::{self, Level};
 
 /// Encodes a texture that is sRGB or data, and returns the file with its size in texels.

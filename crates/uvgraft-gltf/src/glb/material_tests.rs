@@ -17,12 +17,12 @@ fn divided(mut avatar: Avatar) -> Avatar {
     avatar
 }
 
-fn head() -> Looks {
+fn head() -> AvatarMaterial {
     let green = [0.2, 0.8, 0.3];
     let texture =
         Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &green);
     let color = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
-    Looks { name: "head".to_owned(), is_head: true, ..Looks::new(color) }
+    AvatarMaterial { name: "head".to_owned(), is_head: true, ..AvatarMaterial::new(color) }
 }
 
 fn grey(side: u32) -> Picture {
@@ -64,7 +64,7 @@ fn each_material_has_its_triangles() {
 #[test]
 fn maps_go_where_gltf_has_them() {
     let (rough, own) = (grey(8), grey(4));
-    let looks = Looks {
+    let looks = AvatarMaterial {
         normal: Some(picture(PictureFormat::Png)),
         roughness: Some(rough.clone()),
         occlusion: Some(rough),
@@ -85,7 +85,7 @@ fn maps_go_where_gltf_has_them() {
     assert_eq!(found["images"].as_array().unwrap().len(), 4);
     assert_eq!(material["extensions"], Value::Null);
 
-    let alone = Looks { roughness: None, occlusion: Some(own), ..looks };
+    let alone = AvatarMaterial { roughness: None, occlusion: Some(own), ..looks };
     let found = json(&write(&tube(), &alone, &Export::default()).unwrap().bytes);
     assert_eq!(found["materials"][0]["occlusionTexture"]["index"], 2);
     assert_eq!(
@@ -97,7 +97,8 @@ fn maps_go_where_gltf_has_them() {
 #[test]
 fn styles_are_extensions() {
     let with = |style| {
-        let exported = write(&tube(), &Looks { style, ..looks() }, &Export::default()).unwrap();
+        let exported =
+            write(&tube(), &AvatarMaterial { style, ..looks() }, &Export::default()).unwrap();
         let scene = Scene::read(&exported.bytes).unwrap();
         (json(&exported.bytes), scene.materials()[0].unlit)
     };
@@ -113,7 +114,7 @@ fn styles_are_extensions() {
     assert_eq!(found["extensionsRequired"], Value::Null);
     // Shaders for it fail on tangents.
     let normal = Some(picture(PictureFormat::Png));
-    let looks = Looks { style: Style::MToon, normal, ..looks() };
+    let looks = AvatarMaterial { style: Style::MToon, normal, ..looks() };
     let with_normals = json(&write(&tube(), &looks, &Export::default()).unwrap().bytes);
     let attributes = &with_normals["meshes"][0]["primitives"][0]["attributes"];
     assert_eq!(attributes["TANGENT"], Value::Null);
@@ -126,7 +127,7 @@ fn styles_are_extensions() {
 /// Tangents are of length 1 and at right angles to normals, where morphs move these as well.
 #[test]
 fn tangents_follow_morphs() {
-    let looks = Looks { normal: Some(picture(PictureFormat::Png)), ..looks() };
+    let looks = AvatarMaterial { normal: Some(picture(PictureFormat::Png)), ..looks() };
     let mut normals = vec![[0.0; 3]; tube().mesh.positions().len()];
     // One that leans down, as a finer mesh might have it.
     normals[0] = [0.0, -0.6, 0.8];

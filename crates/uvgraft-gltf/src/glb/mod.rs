@@ -13,14 +13,16 @@
 mod buffer;
 mod check;
 mod clips;
-mod container;
 mod json;
 #[cfg(feature = "ktx2")]
 mod ktx2;
-mod looks;
+mod ktx2_header;
+mod material;
 mod mtoon;
 mod nodes;
 mod parts;
+mod picture;
+mod picture_error;
 pub(crate) mod shading;
 pub(crate) mod skin;
 mod t_pose;
@@ -43,15 +45,17 @@ use uvgraft_avatar::rig::{MOST_INFLUENCES, Pose, Pruning};
 
 use self::buffer::Buffer;
 pub use self::check::GlbError;
-pub(crate) use self::container::pack;
 #[cfg(all(test, feature = "ktx2"))]
 pub(crate) use self::ktx2::encode as encode_ktx2;
-pub(crate) use self::looks::KTX2_IDENTIFIER;
-pub use self::looks::{Looks, Picture, PictureError, PictureFormat, Style};
+pub(crate) use self::ktx2_header::KTX2_IDENTIFIER;
+pub use self::material::{AvatarMaterial, Style};
+pub use self::picture::Picture;
+pub use self::picture_error::{PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmError, VrmMeta};
+use crate::container::Glb;
 
-/// What to write beside the avatar and its looks.
+/// What to write beside the avatar and its materials.
 #[derive(Debug, Clone, Default)]
 pub struct Export {
     /// What the avatar is called; "avatar" if empty.
@@ -129,20 +133,24 @@ pub struct Report {
 /// The nodes of a VRM stand in a T-pose, by [`t_pose`]; the skin stays bound to the avatar's own rest, so
 /// clips show what they show in a GLB.
 ///
-/// - `looks`: one material, or all that [`Avatar::materials`] name.
+/// - `materials`: one material, or all that [`Avatar::materials`] name.
 ///
 /// # Errors
 /// [`GlbError`] if the avatar is not sound, or is no human by VRM's rules where VRM is asked for.
 pub fn write(
     avatar: &Avatar,
-    looks: &(impl AsRef<[Looks]> + ?Sized),
+    materials: &(impl AsRef<[AvatarMaterial]> + ?Sized),
     export: &Export,
 ) -> Result<Exported, GlbError> {
-    write_all(avatar, looks.as_ref(), export)
+    write_all(avatar, materials.as_ref(), export)
 }
 
-fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Exported, GlbError> {
-    check::check(avatar, looks, export)?;
+fn write_all(
+    avatar: &Avatar,
+    materials: &[AvatarMaterial],
+    export: &Export,
+) -> Result<Exported, GlbError> {
+    check::check(avatar, materials, export)?;
     let mut t_posed = None;
     if let Some(meta) = &export.vrm {
         vrm::check(meta, avatar)?;
@@ -154,7 +162,7 @@ fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Export
     let (pruning_most, pruning_mean) = skin::error(avatar, &skin, &pruning)?;
 
     let mut buffer = Buffer::default();
-    let parts = parts::write(avatar, &skin, export.normals.as_deref(), looks, &mut buffer);
+    let parts = parts::write(avatar, &skin, export.normals.as_deref(), materials, &mut buffer);
     if parts.is_empty() {
         return Err(GlbError::NoTriangles);
     }
@@ -165,7 +173,7 @@ fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Export
             &level.avatar,
             &skin,
             level.normals.as_deref(),
-            looks,
+            materials,
             &mut buffer,
         ));
     }
@@ -176,15 +184,15 @@ fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Export
         clips.map(|clip| clips::write(clip, &avatar.skeleton, &stand, &mut buffer)).collect();
     let is_inside = parts.iter().chain(levels.iter().flatten()).all(|part| part.is_inside);
     let thumbnail = export.thumbnail.as_ref().filter(|_| export.vrm.is_some());
-    let written = textures::write(looks, is_inside, thumbnail, &mut buffer);
-    let textures::Written { materials, textures, images, samplers, image_bytes, .. } = written;
+    let written = textures::write(materials, is_inside, thumbnail, &mut buffer);
+    let textures::Written { textures, images, samplers, image_bytes, .. } = written;
     let mut extensions = written.extensions;
 
     let vertices = parts.iter().map(|part| part.vertices).sum();
     let triangles = parts.iter().map(|part| part.triangles).sum();
     let slots = parts.len();
     let name = if export.name.is_empty() { "avatar" } else { &export.name };
-    let graph = nodes::graph(avatar, &stand, name, looks, export.vrm.is_some(), parts, levels);
+    let graph = nodes::graph(avatar, &stand, name, materials, export.vrm.is_some(), parts, levels);
     if !export.levels.is_empty() {
         extensions.push((nodes::LEVELS, false));
     }
@@ -209,7 +217,7 @@ fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Export
         nodes: graph.nodes,
         meshes: graph.meshes,
         skins: vec![skin],
-        materials,
+        materials: written.materials,
         textures,
         images,
         samplers,
@@ -219,7 +227,7 @@ fn write_all(avatar: &Avatar, looks: &[Looks], export: &Export) -> Result<Export
         buffer_views: buffer.views,
         extensions: root_extensions,
     };
-    let bytes = container::pack(&serde_json::to_vec(&root)?, &buffer.bytes)?;
+    let bytes = Glb::write(&serde_json::to_vec(&root)?, &buffer.bytes)?;
     let report = Report {
         vertices,
         triangles,

@@ -6,7 +6,7 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::Pose;
 
 use super::json;
-use super::looks::Looks;
+use super::material::AvatarMaterial;
 use super::parts::Part;
 
 /// The extension of levels of detail.
@@ -30,7 +30,7 @@ pub(super) struct Shown {
     pub node: usize,
     /// For each morph whether it moves anything of the mesh.
     pub moves: Vec<bool>,
-    /// All of it is in the way of who looks out of the avatar's eyes.
+    /// All of it is in the way of who materials out of the avatar's eyes.
     pub is_head: bool,
 }
 
@@ -44,7 +44,7 @@ pub(super) fn graph(
     avatar: &Avatar,
     stand: &Pose,
     name: &str,
-    looks: &[Looks],
+    materials: &[AvatarMaterial],
     is_divided: bool,
     parts: Vec<Part>,
     levels: Vec<Vec<Part>>,
@@ -67,7 +67,7 @@ pub(super) fn graph(
         nodes.push(json::Node { name, mesh, skin: Some(0), ..json::Node::default() });
         node
     };
-    let is_head = |part: &Part| is_divided && looks[usize::from(part.material)].is_head;
+    let is_head = |part: &Part| is_divided && materials[usize::from(part.material)].is_head;
     let (head, body): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(is_head);
     let mut shown = Vec::new();
     for (parts, is_head) in [(body, false), (head, true)] {

@@ -7,7 +7,7 @@ use uvgraft_avatar::rig::{Morph, Skin};
 
 use super::buffer::Buffer;
 use super::json::{self, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER};
-use super::looks::Looks;
+use super::material::AvatarMaterial;
 use super::shading::Shading;
 use super::skin;
 use super::vertices::{Vertices, Wanted};
@@ -35,11 +35,11 @@ pub(super) fn write(
     avatar: &Avatar,
     skin: &Skin,
     normals: Option<&[[f32; 3]]>,
-    looks: &[Looks],
+    materials: &[AvatarMaterial],
     buffer: &mut Buffer,
 ) -> Vec<Part> {
     let shading = Shading::new(&avatar.mesh).with_normals(normals.unwrap_or_default());
-    let frames = looks.iter().any(Looks::has_tangents).then(|| {
+    let frames = materials.iter().any(AvatarMaterial::has_tangents).then(|| {
         let shown: Vec<[f32; 3]> = shading.shown.iter().map(|&normal| normal.into()).collect();
         TangentFrames::with_normals(&avatar.mesh, &shown)
     });
@@ -47,8 +47,8 @@ pub(super) fn write(
         avatar.morphs.iter().map(|morph| shading.changes(&morph.offsets, LEAST_NORMAL_CHANGE));
     let source = Source { avatar, skin, changes: changes.collect() };
     let mut parts = Vec::new();
-    for (material, looks) in (0_u8..=u8::MAX).zip(looks) {
-        let frames = frames.as_ref().filter(|_| looks.has_tangents());
+    for (material, materials) in (0_u8..=u8::MAX).zip(materials) {
+        let frames = frames.as_ref().filter(|_| materials.has_tangents());
         let wanted = Wanted { frames, materials: &avatar.materials, only: Some(material) };
         let vertices = Vertices::new(&avatar.mesh, &shading, wanted);
         if !vertices.indices.is_empty() {

@@ -18,8 +18,8 @@ pub(super) fn picture(format: PictureFormat) -> Picture {
     Picture::encode(texture.unwrap(), format, 90).unwrap()
 }
 
-pub(super) fn looks() -> Looks {
-    Looks::new(picture(PictureFormat::Png))
+pub(super) fn looks() -> AvatarMaterial {
+    AvatarMaterial::new(picture(PictureFormat::Png))
 }
 
 /// A file as a player sees it.
@@ -229,7 +229,7 @@ fn joints_that_rest_have_no_channel() {
 
 #[test]
 fn a_normal_map_brings_tangents() {
-    let looks = Looks { normal: Some(picture(PictureFormat::Png)), ..looks() };
+    let looks = AvatarMaterial { normal: Some(picture(PictureFormat::Png)), ..looks() };
     let exported = write(&tube(), &looks, &Export::default()).unwrap();
     let player = Player::new(&exported.bytes);
     let primitive = player.primitive();
@@ -254,14 +254,14 @@ pub(super) fn json(bytes: &[u8]) -> Value {
 #[test]
 fn webp_is_required_unless_something_stands_in() {
     let webp = picture(PictureFormat::WebP);
-    let alone = write(&tube(), &Looks::new(webp.clone()), &Export::default()).unwrap();
+    let alone = write(&tube(), &AvatarMaterial::new(webp.clone()), &Export::default()).unwrap();
     let found = json(&alone.bytes);
     assert_eq!(found["extensionsRequired"][0], "EXT_texture_webp");
     assert_eq!(found["textures"][0]["source"], Value::Null);
     assert_eq!(found["textures"][0]["extensions"]["EXT_texture_webp"]["source"], 0);
 
     let both = webp.with_fallback(picture(PictureFormat::Jpeg)).unwrap();
-    let both = write(&tube(), &Looks::new(both), &Export::default()).unwrap();
+    let both = write(&tube(), &AvatarMaterial::new(both), &Export::default()).unwrap();
     let found = json(&both.bytes);
     assert_eq!(found["extensionsUsed"][0], "EXT_texture_webp");
     assert_eq!(found["extensionsRequired"], Value::Null);
@@ -361,7 +361,7 @@ fn what_cannot_be_told_apart_is_refused() {
     wrong.morphs[1].name = "bump".to_owned();
     let error = write(&wrong, &looks(), &Export::default()).unwrap_err();
     assert_eq!(error.to_string(), "two morphs have the name `bump`");
-    let looks = Looks { roughness_factor: f32::NAN, ..looks() };
+    let looks = AvatarMaterial { roughness_factor: f32::NAN, ..looks() };
     assert!(matches!(
         write(&tube(), &looks, &Export::default()),
         Err(GlbError::Factor { what: "roughness", .. })

@@ -5,8 +5,10 @@ use super::json::{
     CLAMP_TO_EDGE, Image, LINEAR, LINEAR_MIPMAP_LINEAR, Material, MaterialExtensions, Pbr, REPEAT,
     Sampler, Texture, TextureExtensions, TextureInfo, TextureSource, Unlit,
 };
-use super::looks::{Looks, Picture, PictureFormat, Style};
-use super::mtoon::{self, MToon};
+use super::material::{AvatarMaterial, Style};
+use super::mtoon;
+use super::picture::Picture;
+use super::picture_error::PictureFormat;
 
 const UNLIT: &str = "KHR_materials_unlit";
 
@@ -34,7 +36,7 @@ struct Writer<'a> {
 ///
 /// - `is_inside`: whether all coordinates are in the unit square.
 pub(super) fn write(
-    looks: &[Looks],
+    materials: &[AvatarMaterial],
     is_inside: bool,
     thumbnail: Option<&Picture>,
     buffer: &mut Buffer,
@@ -46,7 +48,7 @@ pub(super) fn write(
         image_bytes: 0,
         extensions: Vec::new(),
     };
-    let materials = looks.iter().map(|looks| writer.material(looks)).collect();
+    let materials = materials.iter().map(|materials| writer.material(materials)).collect();
     // Beyond its edges a texture only goes on where the layout does.
     let wrap = if is_inside { CLAMP_TO_EDGE } else { REPEAT };
     let (mag_filter, min_filter) = (LINEAR, LINEAR_MIPMAP_LINEAR);
@@ -62,20 +64,20 @@ pub(super) fn write(
 }
 
 impl Writer<'_> {
-    fn material(&mut self, looks: &Looks) -> Material {
-        let base_color_texture = self.texture("color", &looks.color);
+    fn material(&mut self, materials: &AvatarMaterial) -> Material {
+        let base_color_texture = self.texture("color", &materials.color);
         let mut texture = |name, picture: &Option<Picture>| {
             picture.as_ref().map(|picture| self.texture(name, picture))
         };
-        let normal_texture = texture("normal", &looks.normal);
-        let metallic_roughness_texture = texture("roughness", &looks.roughness);
+        let normal_texture = texture("normal", &materials.normal);
+        let metallic_roughness_texture = texture("roughness", &materials.roughness);
         let occlusion_texture = match metallic_roughness_texture {
-            Some(both) if looks.occlusion == looks.roughness => Some(both),
-            _ => texture("occlusion", &looks.occlusion),
+            Some(both) if materials.occlusion == materials.roughness => Some(both),
+            _ => texture("occlusion", &materials.occlusion),
         };
-        let emissive_texture = texture("emissive", &looks.emissive);
+        let emissive_texture = texture("emissive", &materials.emissive);
         // Not both: the validator warns of materials with two extensions, and lit materials are no worse to fall back to.
-        let extensions = match looks.style {
+        let extensions = match materials.style {
             Style::Pbr => None,
             Style::Unlit => {
                 self.extension(UNLIT, false);
@@ -83,23 +85,23 @@ impl Writer<'_> {
             }
             Style::MToon => {
                 self.extension(mtoon::EXTENSION, false);
-                let mtoon = Some(MToon::new(base_color_texture));
+                let mtoon = Some(mtoon::material(base_color_texture));
                 Some(MaterialExtensions { unlit: None, mtoon })
             }
         };
         Material {
-            name: looks.name.clone(),
+            name: materials.name.clone(),
             pbr_metallic_roughness: Pbr {
                 base_color_texture,
-                metallic_factor: looks.metallic_factor,
-                roughness_factor: looks.roughness_factor,
+                metallic_factor: materials.metallic_factor,
+                roughness_factor: materials.roughness_factor,
                 metallic_roughness_texture,
             },
             normal_texture,
             occlusion_texture,
             emissive_texture,
             emissive_factor: emissive_texture.map(|_| [1.0; 3]),
-            double_sided: looks.double_sided,
+            double_sided: materials.double_sided,
             extensions,
         }
     }

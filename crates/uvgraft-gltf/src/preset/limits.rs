@@ -11,7 +11,7 @@
 
 use std::fmt;
 
-use crate::glb::{Looks, Picture, PictureFormat, Report};
+use crate::glb::{AvatarMaterial, Picture, PictureFormat, Report};
 
 /// What is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -169,8 +169,8 @@ pub struct Measured {
 
 impl Measured {
     /// Of a file that was written.
-    pub fn new(report: &Report, looks: &(impl AsRef<[Looks]> + ?Sized)) -> Self {
-        let pictures = || looks.as_ref().iter().flat_map(Looks::pictures);
+    pub fn new(report: &Report, looks: &(impl AsRef<[AvatarMaterial]> + ?Sized)) -> Self {
+        let pictures = || looks.as_ref().iter().flat_map(AvatarMaterial::pictures);
         let texels = |picture: &Picture| picture.size().texels() as u64;
         // Each mip level has a quarter of the one before: 1 + 1/4 + 1/16 + ... = 4/3.
         let with_mips = |bytes: u64| bytes * 4 / 3;

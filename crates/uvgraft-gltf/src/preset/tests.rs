@@ -79,7 +79,7 @@ fn without_the_feature_a_budget_that_is_exceeded_is_told() {
 #[test]
 fn the_figure_fits_a_headset() {
     use super::testing::borders;
-    use crate::glb::{Export, Looks, write};
+    use crate::glb::{AvatarMaterial, Export, write};
 
     let figure = uvgraft_figure::Figure::new().avatar();
     let before = borders(&figure.mesh);
@@ -97,7 +97,7 @@ fn the_figure_fits_a_headset() {
 
     let texture =
         Texture::filled(Size::square(2048), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
-    let looks = Looks::new(QUEST.picture(texture.unwrap()).unwrap());
+    let looks = AvatarMaterial::new(QUEST.picture(texture.unwrap()).unwrap());
     let export = Export { normals: fitted.normals, ..Export::default() };
     let report = write(&fitted.avatar, &looks, &export).unwrap().report;
     let measured = Measured::new(&report, &looks);

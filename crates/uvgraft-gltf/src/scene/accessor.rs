@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use super::container::too_many;
+use super::check::{find, too_many};
 use super::document::{Accessor, Document};
 use super::error::SceneError;
 
@@ -305,20 +305,5 @@ fn width(accessor: &Accessor, place: &str) -> Result<usize, SceneError> {
             let reason = format!("found the type {other:?}, wanted SCALAR, VEC2 to VEC4 or MAT4");
             return Err(SceneError::content(place, reason));
         }
-    })
-}
-
-/// An entry of one of the file's lists.
-///
-/// - `place`: what names it.
-pub(super) fn find<'a, T>(
-    list: &'a [T],
-    index: u32,
-    what: &str,
-    place: &str,
-) -> Result<&'a T, SceneError> {
-    list.get(index as usize).ok_or_else(|| {
-        let reason = format!("it names {what} {index}, the file has {}", list.len());
-        SceneError::content(place, reason)
     })
 }

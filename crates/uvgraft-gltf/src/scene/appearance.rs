@@ -3,7 +3,7 @@
 use uvgraft::Texture;
 
 use super::accessor::Accessors;
-use super::container::Container;
+use super::asset::Asset;
 use super::document::{self, TextureInfo};
 use super::error::SceneError;
 use super::images::Images;
@@ -153,15 +153,15 @@ pub(super) struct Appearance {
 }
 
 pub(super) fn appearance<'c>(
-    container: &Container<'c>,
+    asset: &Asset<'c>,
     accessors: &Accessors<'c>,
 ) -> Result<Appearance, SceneError> {
     let mut images = Images::default();
     let (mut materials, mut uv_sources) = (Vec::new(), Vec::new());
-    for (index, material) in container.document.materials.iter().enumerate() {
+    for (index, material) in asset.document.materials.iter().enumerate() {
         let place = format!("material {index}");
         let mut textures =
-            MaterialTextures { container, accessors, images: &mut images, place, sources: vec![] };
+            MaterialTextures { asset, accessors, images: &mut images, place, sources: vec![] };
         materials.push(read(material, &mut textures)?);
         let mut sources = textures.sources;
         sources.resize_with(sources.len().max(1), UvSource::default);
@@ -230,7 +230,7 @@ fn alpha(material: &document::Material, cutoff: f32, place: &str) -> Result<Alph
 
 /// The textures of one material.
 struct MaterialTextures<'a, 'c> {
-    container: &'a Container<'c>,
+    asset: &'a Asset<'c>,
     accessors: &'a Accessors<'c>,
     images: &'a mut Images<'c>,
     place: String,
@@ -240,7 +240,7 @@ struct MaterialTextures<'a, 'c> {
 impl MaterialTextures<'_, '_> {
     fn used(&mut self, info: Option<&TextureInfo>) -> Result<Option<TextureUse>, SceneError> {
         let Some(info) = info else { return Ok(None) };
-        let found = self.images.use_of(info.index, &self.place, self.container, self.accessors)?;
+        let found = self.images.use_of(info.index, &self.place, self.asset, self.accessors)?;
         let Some(found) = found else { return Ok(None) };
         let source = UvSource::of(info, &self.place)?;
         let known = self.sources.iter().position(|known| *known == source);

@@ -3,7 +3,8 @@
 //! # Source
 //! Khronos, "glTF 2.0 Specification", section 3.11 and appendix C, "Interpolation Modes".
 
-use super::accessor::{Accessors, find};
+use super::accessor::Accessors;
+use super::check::find;
 use super::document::Document;
 use super::error::SceneError;
 use super::transform::{Placement, unit};

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::unpack::Compressed;
+use super::vrm0::Vrm0;
+use super::vrm1::Vrm;
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -359,53 +360,21 @@ pub(super) struct RootExtensions {
     #[serde(rename = "VRMC_vrm")]
     pub vrm: Option<Vrm>,
     #[serde(rename = "VRM")]
-    pub vrm0: Option<super::vrm0::Vrm0>,
+    pub vrm0: Option<Vrm0>,
 }
 
-/// # Source
-/// VRM Consortium, "VRMC_vrm 1.0": `humanoid` and `expressions`.
-#[derive(Debug, Deserialize)]
-pub(super) struct Vrm {
-    #[serde(default)]
-    pub humanoid: Humanoid,
-    #[serde(default)]
-    pub expressions: Expressions,
-}
-
-#[derive(Debug, Default, Deserialize)]
+/// What `EXT_meshopt_compression` says of a buffer view.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Humanoid {
+pub(super) struct Compressed {
+    pub buffer: u32,
     #[serde(default)]
-    pub human_bones: BTreeMap<String, HumanBone>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct HumanBone {
-    pub node: u32,
-}
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct Expressions {
-    #[serde(default)]
-    pub preset: BTreeMap<String, Expression>,
-    #[serde(default)]
-    pub custom: BTreeMap<String, Expression>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Expression {
-    #[serde(default)]
-    pub morph_target_binds: Vec<MorphTargetBind>,
-    #[serde(default)]
-    pub is_binary: bool,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct MorphTargetBind {
-    pub node: u32,
-    pub index: u32,
-    pub weight: f32,
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: u64,
+    pub count: u64,
+    pub mode: String,
+    pub filter: Option<String>,
 }
 
 /// Extras may be anything; what does not look as expected counts as absent.

@@ -2,6 +2,8 @@
 
 use uvgraft_io::image::ImageError;
 
+use crate::container::ContainerError;
+
 /// Why bytes were refused as a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -15,16 +17,9 @@ pub enum SceneError {
         /// The first bytes, at most 8.
         start: Vec<u8>,
     },
-    /// The file ends before what it announces.
-    #[error("the file is cut short: {what} ends at byte {wanted}, the file has {found}")]
-    CutShort {
-        /// What does not fit.
-        what: &'static str,
-        /// Where it would end.
-        wanted: u64,
-        /// Bytes that are there.
-        found: u64,
-    },
+    /// The GLB container is damaged.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
     /// The JSON is damaged, or not glTF's.
     #[error("its JSON: {0}")]
     Json(#[from] serde_json::Error),

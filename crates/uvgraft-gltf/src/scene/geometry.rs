@@ -129,7 +129,7 @@ fn read_primitive(
     let Some(positions) = attribute("POSITION") else { return Ok(None) };
     let positions: Vec<Vec3> = vectors(accessors.floats(positions, None)?);
     let count = positions.len();
-    super::container::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
+    super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
 
     let corners = match primitive.indices {
         Some(indices) => accessors.wholes::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),

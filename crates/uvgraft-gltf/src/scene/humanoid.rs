@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::accessor::find;
-use super::document::{Node, Vrm};
+use super::check::find;
+use super::document::Node;
 use super::error::SceneError;
+use super::vrm1::Vrm;
 
 /// Bones that poses and cameras ask for, as VRM calls them, and what two other families of skeletons
 /// call them: SMPL's, and Mixamo's. `left` stands for both sides. All in lower case.

@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use uvgraft::{Size, Texture};
 use uvgraft_io::image;
 
-use super::accessor::{Accessors, find};
+use super::accessor::Accessors;
 use super::appearance::{TextureUse, Wrap};
-use super::container::{Container, too_many};
+use super::asset::Asset;
+use super::check::{find, too_many};
 use super::document;
 use super::error::SceneError;
 use crate::glb::KTX2_IDENTIFIER;
@@ -32,10 +33,10 @@ impl<'a> Images<'a> {
         &mut self,
         texture: u32,
         place: &str,
-        container: &Container<'a>,
+        asset: &Asset<'a>,
         accessors: &Accessors<'a>,
     ) -> Result<Option<TextureUse>, SceneError> {
-        let document = &container.document;
+        let document = &asset.document;
         let texture = find(&document.textures, texture, "texture", place)?;
         let Some(image) = source(texture)? else { return Ok(None) };
         let default = document::TextureSampler::default();
@@ -50,7 +51,7 @@ impl<'a> Images<'a> {
         };
         let index = match self.numbers.iter().position(|&number| number == image) {
             Some(index) => index,
-            None => self.add(image, place, container, accessors)?,
+            None => self.add(image, place, asset, accessors)?,
         };
         Ok(Some(TextureUse {
             index,
@@ -64,12 +65,12 @@ impl<'a> Images<'a> {
         &mut self,
         number: u32,
         place: &str,
-        container: &Container<'a>,
+        asset: &Asset<'a>,
         accessors: &Accessors<'a>,
     ) -> Result<usize, SceneError> {
-        let image = find(&container.document.images, number, "image", place)?;
+        let image = find(&asset.document.images, number, "image", place)?;
         let place = format!("image {number}");
-        let bytes = bytes(image, container, accessors, &place)?;
+        let bytes = bytes(image, asset, accessors, &place)?;
         self.texels += size(&bytes, number)?.texels() as u64;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
         self.numbers.push(number);
@@ -100,12 +101,12 @@ pub(super) fn source(texture: &document::Texture) -> Result<Option<u32>, SceneEr
 /// An image's file.
 pub(super) fn bytes<'a>(
     image: &document::Image,
-    container: &Container<'a>,
+    asset: &Asset<'a>,
     accessors: &Accessors<'a>,
     place: &str,
 ) -> Result<Cow<'a, [u8]>, SceneError> {
     match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => container.resource(uri).map_err(|why| SceneError::content(place, why)),
+        (Some(uri), _) => asset.resource(uri).map_err(|why| SceneError::content(place, why)),
         (None, Some(view)) => Ok(Cow::Borrowed(accessors.view(view, place)?.0)),
         (None, None) => Err(SceneError::content(place, "it has neither a URI nor a buffer view")),
     }

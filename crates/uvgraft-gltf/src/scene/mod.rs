@@ -11,8 +11,9 @@
 mod accessor;
 mod appearance;
 mod around;
+mod asset;
+mod check;
 mod clip;
-mod container;
 mod document;
 mod error;
 mod geometry;
@@ -28,6 +29,7 @@ mod tests;
 mod transform;
 mod unpack;
 mod vrm0;
+mod vrm1;
 mod whole;
 #[cfg(test)]
 mod wild_tests;
@@ -39,17 +41,19 @@ use glam::Affine3A;
 use uvgraft::Texture;
 use uvgraft_io::input::{ReadError, read_file};
 
-use self::accessor::{Accessors, find};
+use self::accessor::Accessors;
 pub use self::appearance::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
 pub use self::around::Around;
+use self::asset::{Asset, MAX_BYTES};
+use self::check::{find, too_many};
 pub use self::clip::Clip;
-use self::container::{Container, MAX_BYTES, too_many};
-use self::document::{Document, Expressions};
+use self::document::Document;
 pub use self::error::{PosingError, SceneError};
 use self::geometry::Mesh;
 pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
 pub use self::transform::Placement;
+use self::vrm1::Expressions;
 pub use self::whole::whole;
 
 /// Vertices and triangles of all meshes together, each counted as often as it is shown.
@@ -121,12 +125,12 @@ impl Scene {
     }
 
     fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Self, SceneError> {
-        let mut container = Container::new(bytes, folder)?;
-        let mut buffers = container.buffers()?;
-        unpack::unpack(&mut container.document, &mut buffers)?;
-        let document = &container.document;
+        let mut asset = Asset::new(bytes, folder)?;
+        let mut buffers = asset.buffers()?;
+        unpack::unpack(&mut asset.document, &mut buffers)?;
+        let document = &asset.document;
         let mut accessors = Accessors::new(document, &buffers);
-        let appearance = appearance::appearance(&container, &accessors)?;
+        let appearance = appearance::appearance(&asset, &accessors)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
         let (vrm0, mut nodes) = (&document.extensions.vrm0, nodes(document, &meshes)?);
         if vrm0.is_some() && document.extensions.vrm.is_none() {
@@ -139,7 +143,10 @@ impl Scene {
         check_joints(&shown, &nodes, &meshes, &skins)?;
         let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
         let from_vrm0 = match vrm0 {
-            Some(vrm0) => Some(vrm0.as_vrm1(&document.nodes, document.meshes.len())?),
+            Some(vrm0) => {
+                let meshes: Vec<_> = document.nodes.iter().map(|node| node.mesh).collect();
+                Some(vrm0.as_vrm1(&meshes, document.meshes.len())?)
+            }
             None => None,
         };
         let vrm = document.extensions.vrm.as_ref().or(from_vrm0.as_ref());

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::accessor::find;
-use super::document::{Expression, Expressions, HumanBone, Humanoid, MorphTargetBind, Node, Vrm};
+use super::check::find;
 use super::error::SceneError;
+use super::vrm1::{Expression, Expressions, HumanBone, Humanoid, MorphTargetBind, Vrm};
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -65,11 +65,12 @@ struct Bind {
 impl Vrm0 {
     /// The same as VRM 1.0 would say it.
     ///
+    /// - `mesh_of_node`: the mesh of each of the file's nodes.
     /// - `meshes`: how many the file has.
     ///
     /// # Errors
     /// [`SceneError`] for a blend shape of a mesh that there is not.
-    pub fn as_vrm1(&self, nodes: &[Node], meshes: usize) -> Result<Vrm, SceneError> {
+    pub fn as_vrm1(&self, mesh_of_node: &[Option<u32>], meshes: usize) -> Result<Vrm, SceneError> {
         let mut human_bones = BTreeMap::new();
         for bone in &self.humanoid.human_bones {
             if let Ok(node) = u32::try_from(bone.node) {
@@ -80,7 +81,7 @@ impl Vrm0 {
         for group in &self.blend_shape_master.blend_shape_groups {
             let preset = group.preset_name.as_deref().and_then(preset_name);
             let name = preset.map_or_else(|| group.name.clone(), str::to_owned);
-            let (list, binds) = (&mut expressions, group.binds(nodes, meshes, &name)?);
+            let (list, binds) = (&mut expressions, group.binds(mesh_of_node, meshes, &name)?);
             let list = if preset.is_some() { &mut list.preset } else { &mut list.custom };
             list.entry(name)
                 .or_insert(Expression { morph_target_binds: binds, is_binary: group.is_binary });
@@ -92,14 +93,14 @@ impl Vrm0 {
 impl Group {
     fn binds(
         &self,
-        nodes: &[Node],
+        mesh_of_node: &[Option<u32>],
         meshes: usize,
         name: &str,
     ) -> Result<Vec<MorphTargetBind>, SceneError> {
         let mut binds = Vec::new();
         for bind in &self.binds {
             find(&vec![(); meshes], bind.mesh, "mesh", &format!("VRM's blend shape {name}"))?;
-            for (node, _) in (0..).zip(nodes).filter(|(_, node)| node.mesh == Some(bind.mesh)) {
+            for (node, _) in (0..).zip(mesh_of_node).filter(|(_, mesh)| **mesh == Some(bind.mesh)) {
                 let weight = bind.weight / 100.0;
                 binds.push(MorphTargetBind { node, index: bind.index, weight });
             }

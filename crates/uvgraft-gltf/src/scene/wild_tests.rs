@@ -276,7 +276,7 @@ fn specular_glossiness_is_read_and_rewritten() {
     let rough = images::decode(png, 1).unwrap();
     // The texture is opaque, so half of full glossiness is left everywhere: 255 - 127.5.
     assert_eq!([0, 1, 2].map(|k| (rough.get(0, 0, k) * 255.0).round()), [0.0, 128.0, 0.0]);
-    let json: Value = serde_json::from_slice(Container::new(&whole, None).unwrap().json).unwrap();
+    let json: Value = serde_json::from_slice(Asset::new(&whole, None).unwrap().json).unwrap();
     let used = json["extensionsUsed"].to_string();
     assert!(!used.contains("Glossiness") && used.contains("KHR_materials_specular"), "{used}");
     let specular = &json["materials"][0]["extensions"]["KHR_materials_specular"];

@@ -7,8 +7,8 @@
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use super::{Buffers, appended, decoded, slice};
-use crate::scene::accessor::find;
-use crate::scene::container::MAX_BYTES;
+use crate::scene::asset::MAX_BYTES;
+use crate::scene::check::find;
 use crate::scene::document::{Document, Draco};
 use crate::scene::error::SceneError;
 

@@ -6,8 +6,8 @@ mod meshopt;
 
 use std::borrow::Cow;
 
-pub(super) use self::meshopt::Compressed;
-use super::container::{MAX_BYTES, too_many};
+use super::asset::MAX_BYTES;
+use super::check::too_many;
 use super::document::{BufferView, Document};
 use super::error::SceneError;
 
@@ -52,7 +52,7 @@ fn slice<'a>(
     (buffer, offset, length): (u32, u64, u64),
     place: &str,
 ) -> Result<&'a [u8], SceneError> {
-    let bytes = super::accessor::find(buffers, buffer, "buffer", place)?;
+    let bytes = super::check::find(buffers, buffer, "buffer", place)?;
     let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
     let end = end.ok_or_else(|| {
         let found = bytes.len();

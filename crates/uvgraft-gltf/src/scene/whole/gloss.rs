@@ -8,8 +8,9 @@ use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Texels, Texture};
 
 use super::{File, drop_extensions, png};
-use crate::scene::accessor::{Accessors, find};
-use crate::scene::container::Container;
+use crate::scene::accessor::Accessors;
+use crate::scene::asset::Asset;
+use crate::scene::check::find;
 use crate::scene::document::SpecularGlossiness;
 use crate::scene::error::SceneError;
 use crate::scene::images;
@@ -19,12 +20,12 @@ const NO_BOUND: f32 = 1000.0;
 
 pub(super) fn resolve(
     json: &mut Value,
-    container: &Container<'_>,
+    asset: &Asset<'_>,
     accessors: &Accessors<'_>,
     file: &mut File,
 ) -> Result<(), SceneError> {
     let mut resolved = false;
-    for (index, material) in container.document.materials.iter().enumerate() {
+    for (index, material) in asset.document.materials.iter().enumerate() {
         let Some(gloss) = &material.extensions.specular_glossiness else { continue };
         resolved = true;
         let own =
@@ -44,7 +45,7 @@ pub(super) fn resolve(
         let texture = &own["specularGlossinessTexture"];
         if !texture.is_null() {
             specular["specularColorTexture"] = texture.clone();
-            if let Some(rough) = roughness(gloss, json, container, accessors, file)? {
+            if let Some(rough) = roughness(gloss, json, asset, accessors, file)? {
                 let mut texture = texture.clone();
                 texture["index"] = rough.into();
                 pbr["metallicRoughnessTexture"] = texture;
@@ -73,17 +74,17 @@ pub(super) fn resolve(
 fn roughness(
     gloss: &SpecularGlossiness,
     json: &mut Value,
-    container: &Container<'_>,
+    asset: &Asset<'_>,
     accessors: &Accessors<'_>,
     file: &mut File,
 ) -> Result<Option<usize>, SceneError> {
-    let document = &container.document;
+    let document = &asset.document;
     let Some(info) = &gloss.specular_glossiness_texture else { return Ok(None) };
     let texture = find(&document.textures, info.index, "texture", "a material")?;
     let Some(source) = images::source(texture)? else { return Ok(None) };
     let place = format!("image {source}");
     let image = find(&document.images, source, "image", "a texture")?;
-    let bytes = images::bytes(image, container, accessors, &place)?;
+    let bytes = images::bytes(image, asset, accessors, &place)?;
     images::size(&bytes, source)?;
     let picture = images::decode(&bytes, source)?;
     let size = picture.size();

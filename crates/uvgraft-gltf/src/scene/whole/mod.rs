@@ -13,13 +13,14 @@ use uvgraft::Texture;
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::input::{ReadError, read_file};
 
-use super::accessor::{Accessors, find};
-use super::container::{Container, MAX_BYTES};
+use super::accessor::Accessors;
+use super::asset::{Asset, MAX_BYTES};
+use super::check::find;
 use super::document::Document;
 use super::error::SceneError;
 use super::images;
 use super::unpack::unpack;
-use crate::glb::pack;
+use crate::container::{Glb, is_glb};
 
 /// What is resolved here; nothing of it is left in the file.
 const RESOLVED: [&str; 5] = [
@@ -45,26 +46,26 @@ pub(super) fn whole_of<'a>(
     bytes: &'a [u8],
     folder: Option<&'a Path>,
 ) -> Result<Cow<'a, [u8]>, SceneError> {
-    let mut container = Container::new(bytes, folder)?;
-    if bytes.starts_with(b"glTF") && is_whole(&container.document) {
+    let mut asset = Asset::new(bytes, folder)?;
+    if is_glb(bytes) && is_whole(&asset.document) {
         return Ok(Cow::Borrowed(bytes));
     }
-    let mut buffers = container.buffers()?;
-    unpack(&mut container.document, &mut buffers)?;
-    let accessors = Accessors::new(&container.document, &buffers);
-    let mut json: Value = serde_json::from_slice(container.json)?;
+    let mut buffers = asset.buffers()?;
+    unpack(&mut asset.document, &mut buffers)?;
+    let accessors = Accessors::new(&asset.document, &buffers);
+    let mut json: Value = serde_json::from_slice(asset.json)?;
     let mut file = File { binary: Vec::new(), views: Vec::new() };
-    file.take_views(&mut json, &container.document, &accessors)?;
-    put_accessors(&mut json, &container.document);
+    file.take_views(&mut json, &asset.document, &accessors)?;
+    put_accessors(&mut json, &asset.document);
     each(&mut json, "meshes", |mesh| {
         each(mesh, "primitives", drop_extensions);
     });
-    file.put_images(&mut json, &container, &accessors)?;
-    gloss::resolve(&mut json, &container, &accessors, &mut file)?;
+    file.put_images(&mut json, &asset, &accessors)?;
+    gloss::resolve(&mut json, &asset, &accessors, &mut file)?;
     drop_names(&mut json);
     json["bufferViews"] = Value::Array(file.views);
     json["buffers"] = json!([{ "byteLength": file.binary.len().next_multiple_of(4) }]);
-    let packed = pack(json.to_string().as_bytes(), &file.binary);
+    let packed = Glb::write(json.to_string().as_bytes(), &file.binary);
     let too_large = |_| SceneError::TooMany {
         what: "bytes of the uncompressed file",
         found: file.binary.len() as u64,
@@ -143,11 +144,11 @@ impl File {
     fn put_images(
         &mut self,
         json: &mut Value,
-        container: &Container<'_>,
+        asset: &Asset<'_>,
         accessors: &Accessors<'_>,
     ) -> Result<(), SceneError> {
         let mut used = BTreeSet::new();
-        for (index, texture) in container.document.textures.iter().enumerate() {
+        for (index, texture) in asset.document.textures.iter().enumerate() {
             let Some(source) = images::source(texture)? else { continue };
             used.insert(source);
             let texture = &mut json["textures"][index];
@@ -158,8 +159,8 @@ impl File {
         }
         for index in used {
             let place = format!("image {index}");
-            let image = find(&container.document.images, index, "image", "a texture")?;
-            let bytes = images::bytes(image, container, accessors, &place)?;
+            let image = find(&asset.document.images, index, "image", "a texture")?;
+            let bytes = images::bytes(image, asset, accessors, &place)?;
             let mut put = |image: Value| {
                 let name = json["images"][index as usize]["name"].take();
                 json["images"][index as usize] = image;

@@ -7,21 +7,7 @@ mod filters;
 mod indices;
 mod vertices;
 
-use serde::Deserialize;
-
-/// What the extension says of a buffer view.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Compressed {
-    pub buffer: u32,
-    #[serde(default)]
-    pub byte_offset: u64,
-    pub byte_length: u64,
-    pub byte_stride: u64,
-    pub count: u64,
-    pub mode: String,
-    pub filter: Option<String>,
-}
+use crate::scene::document::Compressed;
 
 impl Compressed {
     /// Bytes of what is decoded.

@@ -1,111 +1,12 @@
-//! The material of an avatar, and its images as the files they will be.
+//! Images as GLB files embed them.
 
 use std::io::Cursor;
 
-use uvgraft::{Depth, Encoding, Size, Texels, Texture, TextureError};
-use uvgraft_io::image::{self, EncodeError, Format, ImageError, WriteOptions};
+use uvgraft::{Depth, Encoding, Size, Texels, Texture};
+use uvgraft_io::image::{self, Format, WriteOptions};
 
-/// How surfaces are lit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Style {
-    /// By glTF's physically based model, which all readers have.
-    #[default]
-    Pbr,
-    /// As drawings are, by `VRMC_materials_mtoon` 1.0; for readers without it as [`Style::Pbr`].
-    MToon,
-    /// Not at all: plain colours, by `KHR_materials_unlit`.
-    Unlit,
-}
-
-/// A material. Each one costs a draw call, and platforms rank avatars by how many they have.
-#[derive(Debug, Clone)]
-pub struct Looks {
-    /// What the material is called.
-    pub name: String,
-    /// Base colour, sRGB. Its opacity is not shown.
-    pub color: Picture,
-    /// Normal map in tangent space with green up ("OpenGL"); with it the file has tangents.
-    pub normal: Option<Picture>,
-    /// Roughness in green and metalness in blue, as glTF has it; the factors are multiplied in.
-    pub roughness: Option<Picture>,
-    /// Ambient occlusion in red; it may be the same picture as `roughness`, which is then stored once.
-    pub occlusion: Option<Picture>,
-    /// What shines by itself, sRGB.
-    pub emissive: Option<Picture>,
-    /// `0.0..=1.0`, 1 for what does not shine.
-    pub roughness_factor: f32,
-    /// `0.0..=1.0`, 0 for what is no metal.
-    pub metallic_factor: f32,
-    /// Show the backs of triangles too.
-    pub double_sided: bool,
-    /// How it is lit.
-    pub style: Style,
-    /// Its triangles are in the way of who looks out of the avatar's eyes: VRM files hide them then.
-    pub is_head: bool,
-}
-
-impl Looks {
-    /// Skin and cloth under a texture: no metal, rather rough.
-    pub fn new(color: Picture) -> Self {
-        Self {
-            name: "body".to_owned(),
-            color,
-            normal: None,
-            roughness: None,
-            occlusion: None,
-            emissive: None,
-            roughness_factor: 0.7,
-            metallic_factor: 0.0,
-            double_sided: false,
-            style: Style::default(),
-            is_head: false,
-        }
-    }
-
-    /// Whether its vertices have tangents: where there is a normal map. Shaders of MToon refuse them (three-vrm 3), and
-    /// readers of such files make their own, as glTF has it.
-    pub(super) fn has_tangents(&self) -> bool {
-        self.normal.is_some() && self.style != Style::MToon
-    }
-
-    /// All images, each once, in the order in which they are stored.
-    pub fn pictures(&self) -> impl Iterator<Item = &Picture> {
-        let occlusion = self.occlusion.as_ref().filter(|_| self.occlusion != self.roughness);
-        let data = [self.normal.as_ref(), self.roughness.as_ref(), occlusion];
-        [Some(&self.color), self.emissive.as_ref()].into_iter().chain(data).flatten()
-    }
-}
-
-impl AsRef<[Self]> for Looks {
-    fn as_ref(&self) -> &[Self] {
-        std::slice::from_ref(self)
-    }
-}
-
-/// A format of images in GLB files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PictureFormat {
-    /// Lossless; read by everything.
-    Png,
-    /// Lossy and without opacity; read by everything.
-    Jpeg,
-    /// Written lossless, smaller than PNG; needs `EXT_texture_webp`, which browsers have.
-    WebP,
-    /// Compressed for graphics processors, which keep it so; needs `KHR_texture_basisu`.
-    Ktx2,
-}
-
-impl PictureFormat {
-    /// The media type.
-    pub const fn mime_type(self) -> &'static str {
-        match self {
-            Self::Png => "image/png",
-            Self::Jpeg => "image/jpeg",
-            Self::WebP => "image/webp",
-            Self::Ktx2 => "image/ktx2",
-        }
-    }
-}
+use super::ktx2_header;
+use super::picture_error::{PictureError, PictureFormat};
 
 /// An encoded image.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -116,50 +17,14 @@ pub struct Picture {
     fallback: Option<Box<Self>>,
 }
 
-/// Why an image cannot be part of a GLB file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PictureError {
-    /// The image is damaged, or in no format that is known.
-    #[error(transparent)]
-    Image(#[from] ImageError),
-    /// A format that glTF does not have.
-    #[error("GLB files hold PNG, JPEG, WebP and KTX2 images, found {found}; convert it first")]
-    Format {
-        /// What it is.
-        found: &'static str,
-    },
-    /// A KTX2 file that `KHR_texture_basisu` does not allow.
-    #[error("a KTX2 image {problem}")]
-    Ktx2 {
-        /// What is wrong.
-        problem: &'static str,
-    },
-    /// What stands in for an image where its format is unknown must be PNG or JPEG.
-    #[error("an image that stands in for another is PNG or JPEG, found {found:?}")]
-    Fallback {
-        /// What it is.
-        found: PictureFormat,
-    },
-    /// The encoder refused.
-    #[error(transparent)]
-    Encode(#[from] EncodeError),
-    /// There is not enough memory to resize the texture.
-    #[error(transparent)]
-    Texture(#[from] TextureError),
-    /// This build has no encoder for it.
-    #[error("this build cannot encode KTX2: build it with the feature `ktx2`")]
-    NoKtx2,
-}
-
 impl Picture {
     /// Takes over an image as it is, after a look at its header.
     ///
     /// # Errors
     /// [`PictureError`] if it is none of the four formats, or damaged where that shows.
     pub fn new(bytes: Vec<u8>) -> Result<Self, PictureError> {
-        if bytes.starts_with(&KTX2_IDENTIFIER) {
-            let size = ktx2_size(&bytes)?;
+        if bytes.starts_with(&ktx2_header::KTX2_IDENTIFIER) {
+            let size = ktx2_header::size(&bytes)?;
             return Ok(Self { bytes, format: PictureFormat::Ktx2, size, fallback: None });
         }
         let header = image::decode_header(&bytes)?;
@@ -267,32 +132,6 @@ fn is_opaque(texture: &Texture) -> bool {
     }
 }
 
-pub(crate) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
-
-/// Source: Khronos Group, "KTX File Format Specification", version 2.0, and `KHR_texture_basisu`.
-fn ktx2_size(bytes: &[u8]) -> Result<Size, PictureError> {
-    let wrong = |problem| Err(PictureError::Ktx2 { problem });
-    let word = |index: usize| {
-        let at = KTX2_IDENTIFIER.len() + 4 * index;
-        bytes.get(at..at + 4)?.first_chunk().map(|&word| u32::from_le_bytes(word))
-    };
-    // vkFormat, typeSize, width, height, depth, layers, faces, levels.
-    let words: Option<Vec<u32>> = (0..8).map(word).collect();
-    let Some(&[format, _, width, height, depth, layers, faces, _]) = words.as_deref() else {
-        return wrong("is cut short");
-    };
-    if format != 0 {
-        return wrong("must be in a Basis Universal format (ETC1S or UASTC)");
-    }
-    if depth != 0 || layers != 0 || faces != 1 {
-        return wrong("must be one plain picture");
-    }
-    if width == 0 || height == 0 || !width.is_multiple_of(4) || !height.is_multiple_of(4) {
-        return wrong("must have sides that are multiples of 4");
-    }
-    Ok(Size::new(width, height))
-}
-
 #[cfg(test)]
 mod tests {
     use uvgraft::Channels;
@@ -347,7 +186,7 @@ mod tests {
     fn headers_of_ktx2_are_looked_at() {
         let file = |words: &[u32]| {
             let words = words.iter().flat_map(|word| word.to_le_bytes());
-            KTX2_IDENTIFIER.into_iter().chain(words).collect::<Vec<u8>>()
+            ktx2_header::KTX2_IDENTIFIER.into_iter().chain(words).collect::<Vec<u8>>()
         };
         let picture = Picture::new(file(&[0, 1, 64, 32, 0, 0, 1, 7])).unwrap();
         assert_eq!((picture.format(), picture.size()), (PictureFormat::Ktx2, Size::new(64, 32)));

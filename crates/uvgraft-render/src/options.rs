@@ -2,7 +2,7 @@
 
 /// How a picture is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct RenderOptions {
     /// Whether there is light at all. Without it every surface has the plain colour of its texture,
     /// and there are no shadows.
     pub lit: bool,
@@ -14,7 +14,7 @@ pub struct Look {
     pub samples: u32,
 }
 
-impl Default for Look {
+impl Default for RenderOptions {
     fn default() -> Self {
         Self { lit: true, background: Background::Studio, floor: None, samples: 4 }
     }

@@ -1,7 +1,7 @@
-//! The outer form of a file: GLB or JSON, and the buffers that belong to it.
+//! A file as glTF calls it an asset: its JSON, and the buffers and images that it names.
 //!
 //! # Source
-//! Khronos, "glTF 2.0 Specification", section 4, "GLB File Format Specification".
+//! Khronos, "glTF 2.0 Specification", sections 2.7 (asset), 3.6 (buffers) and 3.8 (images).
 
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
@@ -9,8 +9,10 @@ use std::path::{Component, Path, PathBuf};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::check::too_many;
 use super::document::{Buffer, Document};
 use super::error::SceneError;
+use crate::container::{Glb, is_glb};
 
 /// Bytes of a file that is read, and of files beside it.
 pub(super) const MAX_BYTES: u64 = 1 << 30;
@@ -20,7 +22,7 @@ const MAX_JSON_BYTES: u64 = 1 << 29;
 const MAX_OBJECTS: u64 = 1 << 20;
 
 /// A file taken apart. What it holds is still to be checked.
-pub(super) struct Container<'a> {
+pub(super) struct Asset<'a> {
     pub document: Document,
     /// What the document was read from.
     pub json: &'a [u8],
@@ -30,10 +32,14 @@ pub(super) struct Container<'a> {
     folder: Option<&'a Path>,
 }
 
-impl<'a> Container<'a> {
+impl<'a> Asset<'a> {
     pub fn new(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
-        let (json, binary) =
-            if bytes.starts_with(b"glTF") { glb(bytes)? } else { (json(bytes)?, None) };
+        let (json, binary) = if is_glb(bytes) {
+            let glb = Glb::read(bytes)?;
+            (glb.json, glb.binary)
+        } else {
+            (json(bytes)?, None)
+        };
         too_many("bytes of JSON", json.len() as u64, MAX_JSON_BYTES)?;
         let objects = json.iter().filter(|&&byte| byte == b'{').count() as u64;
         too_many("objects in the JSON", objects, MAX_OBJECTS)?;
@@ -138,41 +144,6 @@ fn is_stand_in(buffer: &Buffer, index: usize, has_chunk: bool) -> bool {
     is_fallback && buffer.uri.is_none() && !(index == 0 && has_chunk)
 }
 
-pub(super) fn too_many(what: &'static str, found: u64, max: u64) -> Result<(), SceneError> {
-    if found > max { Err(SceneError::TooMany { what, found, max }) } else { Ok(()) }
-}
-
-/// The JSON and the binary chunk of a GLB.
-fn glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), SceneError> {
-    let found = bytes.len() as u64;
-    let cut = |what, wanted| SceneError::CutShort { what, wanted, found };
-    let word = |at: usize| {
-        let four = bytes.get(at..).and_then(|rest| rest.first_chunk());
-        four.map(|four| u32::from_le_bytes(*four))
-    };
-    let version = word(4).ok_or(cut("the GLB header", 12))?;
-    if version != 2 {
-        return Err(SceneError::content("GLB", format!("found version {version}, wanted 2")));
-    }
-    let length = word(8).ok_or(cut("the GLB header", 12))?;
-    let file = bytes.get(..length as usize).ok_or(cut("the GLB", u64::from(length)))?;
-    let (mut json, mut binary) = (None, None);
-    let mut at = 12;
-    while at + 8 <= file.len() {
-        let (Some(length), Some(kind)) = (word(at), word(at + 4)) else { break };
-        let end = (at as u64 + 8).saturating_add(u64::from(length));
-        let chunk = file.get(at + 8..end as usize).ok_or(cut("a chunk of the GLB", end))?;
-        match &kind.to_le_bytes() {
-            b"JSON" if json.is_none() => json = Some(chunk),
-            b"BIN\0" if binary.is_none() => binary = Some(chunk),
-            _ => {}
-        }
-        at = end as usize;
-    }
-    let json = json.ok_or_else(|| SceneError::content("GLB", "it has no chunk of JSON"))?;
-    Ok((json, binary))
-}
-
 /// The bytes of a JSON file, if they look like one.
 fn json(bytes: &[u8]) -> Result<&[u8], SceneError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -247,7 +218,7 @@ mod tests {
     fn what_is_required_is_refused_by_its_name() {
         let json =
             br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"]}"#;
-        let error = Container::new(json, None).err().map(|error| error.to_string());
+        let error = Asset::new(json, None).err().map(|error| error.to_string());
         let wanted = ["EXT_mesh_gpu_instancing", "gltf-transform"];
         assert!(error.is_some_and(|error| wanted.iter().all(|wanted| error.contains(wanted))));
     }

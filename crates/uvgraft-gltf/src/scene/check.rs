@@ -1,0 +1,23 @@
+//! Checks of what files claim, which all that read them share.
+
+use super::error::SceneError;
+
+/// Refuses more than is ever read.
+pub(super) fn too_many(what: &'static str, found: u64, max: u64) -> Result<(), SceneError> {
+    if found > max { Err(SceneError::TooMany { what, found, max }) } else { Ok(()) }
+}
+
+/// An entry of one of the file's lists.
+///
+/// - `place`: what names it.
+pub(super) fn find<'a, T>(
+    list: &'a [T],
+    index: u32,
+    what: &str,
+    place: &str,
+) -> Result<&'a T, SceneError> {
+    list.get(index as usize).ok_or_else(|| {
+        let reason = format!("it names {what} {index}, the file has {}", list.len());
+        SceneError::content(place, reason)
+    })
+}
