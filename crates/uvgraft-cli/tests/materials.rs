@@ -109,27 +109,33 @@ fn roles_that_are_none() {
         ("--map a.png --size 8 -o out", &["'a.png'", "ROLE=FILE"]),
         ("--map =a.png --size 8 -o out", &["'=a.png'", "ROLE=FILE"]),
         ("--map albedo= --size 8 -o out", &["'albedo='", "ROLE=FILE"]),
-        ("--map colour=a.png --size 8 -o out", &["--map colour: wanted one of albedo, ", "normal"]),
-        ("--map ../x=a.png --size 8 -o out", &["--map ../x: wanted one of albedo"]),
+        (
+            "--map colour=a.png --size 8 -o out",
+            &["--map colour: role must be one of albedo,", "normal"],
+        ),
+        ("--map ../x=a.png --size 8 -o out", &["--map ../x: role must be one of albedo"]),
         (
             "--map albedo=a.png --map albedo=n.png --size 8 -o out",
-            &["--map albedo= is given twice"],
+            &["--map albedo: role given twice"],
         ),
-        ("--map albedo=a.png --map ALBEDO=n.exr --size 8 -o out", &["albedo= is given twice"]),
-        ("--map albedo=a.png -o out", &["needs a size", "--size N", "--onto ROLE=IMAGE"]),
+        ("--map albedo=a.png --map ALBEDO=n.exr --size 8 -o out", &["albedo: role given twice"]),
+        ("--map albedo=a.png -o out", &["must have a size", "--size N", "--onto ROLE=IMAGE"]),
         (
             "--map albedo=a.png --map normal=n.png --onto albedo=a.png -o out",
-            &["needs a size", "--onto ROLE=IMAGE"],
+            &["must have a size", "--onto ROLE=IMAGE"],
         ),
         (
             "--map albedo=a.png --onto normal=n.png -o out",
-            &["--onto normal=n.png", "no --map normal"],
+            &["--onto normal=n.png", "no --map has the role normal"],
         ),
-        ("--map albedo=a.png --onto a.png -o out", &["--onto a.png: with --map wanted ROLE=IMAGE"]),
+        (
+            "--map albedo=a.png --onto a.png -o out",
+            &["--onto must be ROLE=IMAGE or ROLE=COLOUR with --map, got a.png"],
+        ),
         ("--map albedo=a.png --onto #808080 --size 8 -o out", &["--onto #808080", "ROLE=COLOUR"]),
         (
             "--map albedo=a.png --onto albedo=a.png --onto albedo=n.png -o out",
-            &["--onto albedo= is given twice"],
+            &["--onto albedo: role given twice"],
         ),
         ("--map albedo=a.png --onto albedo=none.png -o out", &["none.png", "No such file"]),
         (
@@ -145,7 +151,7 @@ fn roles_that_are_none() {
         ("--map albedo=a.png --fit --size 8 -o out", &["--fit", "--map"]),
         ("a.png --map albedo=a.png --size 8 -o out", &["--map", "cannot be used with"]),
         ("--size 8 -o out", &["required", "<SRC>"]),
-        ("a.png --onto a.png --onto n.png -o out.png", &["--onto n.png", "one base"]),
+        ("a.png --onto a.png --onto n.png -o out.png", &["--onto n.png", "base given twice"]),
         ("--map normal=n.png --normal-y up --size 8 -o out", &["'up'", "opengl, directx"]),
     ];
     for (options, wanted) in cases {

@@ -237,7 +237,7 @@ fn a_cut_is_found_out_before_any_row() {
     let path = folder.path().join("cut.png");
     std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
     let error = BandReader::open(&path).err().unwrap().to_string();
-    assert!(error.contains("cut.png: PNG is cut short"), "{error}");
+    assert!(error.contains("cut.png: truncated PNG"), "{error}");
 }
 
 /// Bands say of damaged files what the whole says of them.

@@ -124,7 +124,7 @@ pub enum PictureError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// A format that glTF does not have.
-    #[error("GLB files hold PNG, JPEG, WebP and KTX2 images, found {found}; convert it first")]
+    #[error("a GLB file must hold PNG, JPEG, WebP or KTX2 images, got {found}; convert it first")]
     Format {
         /// What it is.
         found: &'static str,
@@ -136,7 +136,7 @@ pub enum PictureError {
         problem: &'static str,
     },
     /// What stands in for an image where its format is unknown must be PNG or JPEG.
-    #[error("an image that stands in for another is PNG or JPEG, found {found:?}")]
+    #[error("a fallback image must be PNG or JPEG, got {found:?}")]
     Fallback {
         /// What it is.
         found: PictureFormat,
@@ -148,7 +148,7 @@ pub enum PictureError {
     #[error(transparent)]
     Texture(#[from] TextureError),
     /// This build has no encoder for it.
-    #[error("this build cannot encode KTX2: build it with the feature `ktx2`")]
+    #[error("KTX2 encoding needs a build with the feature `ktx2`")]
     NoKtx2,
 }
 
@@ -279,13 +279,13 @@ fn ktx2_size(bytes: &[u8]) -> Result<Size, PictureError> {
     // vkFormat, typeSize, width, height, depth, layers, faces, levels.
     let words: Option<Vec<u32>> = (0..8).map(word).collect();
     let Some(&[format, _, width, height, depth, layers, faces, _]) = words.as_deref() else {
-        return wrong("is cut short");
+        return wrong("is truncated");
     };
     if format != 0 {
         return wrong("must be in a Basis Universal format (ETC1S or UASTC)");
     }
     if depth != 0 || layers != 0 || faces != 1 {
-        return wrong("must be one plain picture");
+        return wrong("must be a single 2D image");
     }
     if width == 0 || height == 0 || !width.is_multiple_of(4) || !height.is_multiple_of(4) {
         return wrong("must have sides that are multiples of 4");

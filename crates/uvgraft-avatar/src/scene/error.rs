@@ -8,7 +8,7 @@ use uvgraft_io::image::ImageError;
 pub enum SceneError {
     /// Neither GLB nor JSON.
     #[error(
-        "not a glTF file: it starts with \"{}\"; wanted GLB (glTF 2.0) or glTF's JSON",
+        "not a glTF file: must be GLB (glTF 2.0) or glTF JSON, starts with \"{}\"",
         start.escape_ascii()
     )]
     NotGltf {
@@ -16,7 +16,7 @@ pub enum SceneError {
         start: Vec<u8>,
     },
     /// The file ends before what it announces.
-    #[error("the file is cut short: {what} ends at byte {wanted}, the file has {found}")]
+    #[error("truncated file: {what} must have bytes up to {wanted}, the file ends at {found}")]
     CutShort {
         /// What does not fit.
         what: &'static str,
@@ -26,10 +26,10 @@ pub enum SceneError {
         found: u64,
     },
     /// The JSON is damaged, or not glTF's.
-    #[error("its JSON: {0}")]
+    #[error("invalid JSON: {0}")]
     Json(#[from] serde_json::Error),
     /// The file cannot be shown without an extension that is not read.
-    #[error("it needs the extension {name}, which uvgraft does not read; {advice}")]
+    #[error("unsupported extension {name}; {advice}")]
     Extension {
         /// What it is called.
         name: String,
@@ -45,7 +45,7 @@ pub enum SceneError {
         reason: String,
     },
     /// More than is ever read, found before it is allocated.
-    #[error("{what}: {found} are too many, at most {max} are read")]
+    #[error("must have at most {max} {what}, got {found}")]
     TooMany {
         /// What there is too much of.
         what: &'static str,
@@ -68,13 +68,13 @@ impl SceneError {
     pub(super) fn extension(name: &str) -> Self {
         let advice = match name {
             "KHR_texture_basisu" => {
-                "build uvgraft with --features ktx2, or write the file without it: \
-                 gltf-transform ktxdecompress in.glb out.glb"
+                "build uvgraft with --features ktx2, or convert the file: gltf-transform \
+                 ktxdecompress in.glb out.glb"
             }
             "EXT_texture_avif" => {
-                "write the file without it: gltf-transform png --formats avif in.glb out.glb"
+                "convert the file: gltf-transform png --formats avif in.glb out.glb"
             }
-            _ => "write the file without it, as gltf-transform copy in.glb out.glb may",
+            _ => "convert the file, for example with gltf-transform copy in.glb out.glb",
         };
         Self::Extension { name: name.to_owned(), advice }
     }
@@ -89,7 +89,7 @@ impl SceneError {
 #[non_exhaustive]
 pub enum PosingError {
     /// There is nothing of that name.
-    #[error("there is no {what} {name:?}; {}", known(choices))]
+    #[error("no {what} {name:?}; {}", known(choices))]
     Unknown {
         /// What was looked for: "clip", "bone", ...
         what: &'static str,
@@ -100,8 +100,8 @@ pub enum PosingError {
     },
     /// A pose that needs bones which the scene does not name.
     #[error(
-        "the pose {pose} needs the bone {bone}, and neither VRM's humanoid nor the names of nodes \
-         tell which it is"
+        "the pose {pose} needs the bone {bone}, which neither VRM's humanoid nor the node names \
+         identify"
     )]
     NoBone {
         /// Name of the pose.
@@ -110,7 +110,7 @@ pub enum PosingError {
         bone: &'static str,
     },
     /// A time, an angle or a weight that is infinite or no number.
-    #[error("{what} must be finite, found {found}")]
+    #[error("{what} must be finite, got {found}")]
     NotFinite {
         /// What it is.
         what: &'static str,
@@ -127,5 +127,5 @@ fn known(choices: &[String]) -> String {
     }
     let more = if choices.len() > MOST { ", ..." } else { "" };
     let shown: Vec<&str> = choices.iter().take(MOST).map(String::as_str).collect();
-    format!("choose one of {}{more}", shown.join(", "))
+    format!("must be one of {}{more}", shown.join(", "))
 }

@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(rest.get("few").unwrap().integers().unwrap(), [1, 2, 3, 4]);
         assert_eq!(rest.text("gender"), Some("male"));
         let why = rest.require("wide").unwrap_err().to_string();
-        assert_eq!(why, "array `wide` was not read: it was not asked for");
+        assert_eq!(why, "array `wide` cannot be used: it was not asked for");
     }
 
     #[test]
