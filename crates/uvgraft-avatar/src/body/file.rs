@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use uvgraft_io::arrays::{ArrayFile, NamedArrays, Wanted};
+use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
 use uvgraft_io::input::ReadError;
 
 use super::fields::Fields;

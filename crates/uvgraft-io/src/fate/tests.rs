@@ -93,7 +93,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
     picture("baking/visualize_texture/020000_opacity.png", Channels::Grey, 51);
     let found = newest();
     assert!(found.file.ends_with("020000_color.png"), "{found:?}");
-    assert_eq!((found.kind, found.others), (Kind::Picture, 1));
+    assert_eq!((found.kind, found.others), (TextureSource::Picture, 1));
     let texture = read(workspace.path(), 2).unwrap().texture;
     // 0.5 + 0.2820948 · 1.78 · (2 · 191/255 - 1)
     assert!((texture.color.get(0, 0, 0) - 0.750_079_8).abs() < 1e-6, "{texture:?}");
@@ -104,7 +104,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
     put("baking/dump_texture/010_tex_dump.pth", 0.0);
     assert!(newest().file.ends_with("baking/dump_texture/010_tex_dump.pth"));
     let texture = read(workspace.path(), 2).unwrap();
-    assert_eq!((texture.texture.color.get(0, 0, 0), texture.kind), (0.5, Kind::Dump));
+    assert_eq!((texture.texture.color.get(0, 0, 0), texture.kind), (0.5, TextureSource::Dump));
     put("baking_full_head/dump_texture/001_tex_dump.pth", -9.0);
     assert!(newest().file.ends_with("baking_full_head/dump_texture/001_tex_dump.pth"));
     assert_eq!(newest().others, 5);

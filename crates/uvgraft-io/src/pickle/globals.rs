@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use super::PickleError;
-use super::array::{Dtype, Items, Layout, MOST_AXES};
+use super::array::{ArrayLayout, Dtype, Items, MOST_AXES};
 use super::class::{Class, Making, StorageKind};
 use super::machine::Machine;
 use super::texts::TextDtype;
@@ -236,7 +236,7 @@ impl<'a> Machine<'a> {
             let kind = self.value(data).kind();
             return Err(self.scan.malformed(format!("must be the bytes of an array, got {kind}")));
         };
-        let layout = Layout { dtype, shape, fortran_order, data };
+        let layout = ArrayLayout { dtype, shape, fortran_order, data };
         if layout.bytes() != Some(bytes.len()) {
             let (shape, width, found) = (&layout.shape, dtype.width, bytes.len());
             return Err(self.scan.malformed(format!(
