@@ -112,7 +112,7 @@ fn meshes_and_vertex_maps() {
         ("source.obj target.obj --vertex-map below.txt", &["entry 4 ", "-1 for none; got -2"]),
         (
             "source.obj target.obj --vertex-map elsewhere.txt",
-            &["elsewhere.txt: ", "no source face corresponds", "does not belong"],
+            &["elsewhere.txt: ", "none of the 32 source faces", "does not belong"],
         ),
         (
             "source.obj target.obj --vertex-map huge.npy",

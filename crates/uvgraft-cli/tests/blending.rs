@@ -266,7 +266,9 @@ fn the_demos_body_takes_on_the_tone() {
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     // That much is told.
-    assert!(run.stderr.starts_with("warning: dark.png: the tone makes the body's skin darker"));
+    assert!(
+        run.stderr.starts_with("warning: dark.png: the tone change makes the body's skin darker")
+    );
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     let [base, out, mask] =
         ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
@@ -461,9 +463,20 @@ fn masks_that_do_not_fit() {
     for (options, wanted) in [
         (
             "--source-mask wide.png",
-            &["wide.png: the confidence mask is 64×32", "64×64", "(face.png)"][..],
+            &[
+                "wide.png: the confidence mask must have the aspect ratio",
+                "64×64, got 64×32",
+                "(face.png)",
+            ][..],
         ),
-        ("--fill wide.png", &["wide.png: the mean texture is 64×32", "64×64", "(face.png)"]),
+        (
+            "--fill wide.png",
+            &[
+                "wide.png: the mean texture must have the aspect ratio",
+                "64×64, got 64×32",
+                "(face.png)",
+            ],
+        ),
         ("--source-mask none.png", &["none.png", "No such file"]),
         ("--source-mask text.png", &["text.png: not an image"]),
         ("--fill source.obj", &["source.obj: not an image"]),
@@ -589,7 +602,10 @@ fn colours_that_cannot_be_compared_are_left() {
     bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
     bench.draw("clear.png", (64, 64), |_, _| [1, 2, 3, 0]);
     for (line, why) in [
-        ("base.png --reverse --onto small.png --blend membrane", "base.png: the region has no rim"),
+        (
+            "base.png --reverse --onto small.png --blend membrane",
+            "base.png: the region has no border",
+        ),
         (
             "clear.png --onto base.png --blend membrane",
             "clear.png: the texture has no colours along",

@@ -89,7 +89,7 @@ fn what_cannot_be_computed_has_a_reason() {
     }
     if cfg!(not(feature = "flip")) {
         let text = bench.succeed("compare a.png b.png --metrics all");
-        assert!(text.contains("FLIP: this uvgraft was built without FLIP"), "{text}");
+        assert!(text.contains("FLIP: this build lacks the feature `flip`"), "{text}");
     }
 }
 
@@ -168,7 +168,7 @@ fn refused() {
         ("a.png b.png --mask cut.png", &["cut.png: truncated PNG"]),
         ("a.png b.png --metrics l2", &["`l2`", "l1, psnr, ssim, ssim-uniform", "lpips-vgg"]),
         ("a.png b.png --metrics=", &["--metrics", "l1, psnr"]),
-        ("a.png", &["required", "<B>"]),
+        ("a.png", &["required", "<TEXTURE>"]),
         ("a.png my.uvpair", &["my.uvpair: not an image"]),
     ];
     for (args, wanted) in cases {

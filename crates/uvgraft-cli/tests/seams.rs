@@ -314,7 +314,7 @@ fn refused() {
         ("row.uvpair paint.png --offset -1", &["-1"]),
         ("row.uvpair paint.png --offset=-1", &["--offset", "must be a number of at least 0"]),
         ("row.uvpair paint.png --distance nan", &["'nan'", "--distance", "must be a length"]),
-        ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "from 0"]),
+        ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "at least 0"]),
         ("row.uvpair paint.png --offset 1 --distance 1", &["--offset", "cannot be used with"]),
         ("row.uvpair paint.png --worst 5000", &["--worst", "5000"]),
     ];

@@ -384,7 +384,7 @@ fn icc_profiles_travel() {
         ),
         ("face.png --onto two.png", Some(2), &["two.png has an ICC profile but face.png has none"]),
         ("one.png --onto base.png", None, &["one.png has an ICC profile but base.png has none"]),
-        ("one.png --onto grey.png", None, &["out.png: the ICC profile was dropped", "grey"]),
+        ("one.png --onto grey.png", None, &["out.png: ICC profile dropped", "grey"]),
     ] {
         let (found, said) = run(args);
         assert_eq!(found, wanted.map(profile), "{args}");
@@ -416,8 +416,8 @@ fn a_bad_texture_in_the_middle_stops_no_other() {
         let run = bench.run(&format!("transfer my.uvpair {sources} {more} -o out"));
         assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""), "{}", run.stderr);
         // Two lines and nothing of a progress bar, since standard error is no terminal.
-        let wanted = "error: in/3.png: not an image uvgraft can read (PNG, JPEG, WebP, TIFF, EXR): \
-                      starts with \"no image\"\nwarning: 3 of 4 textures were carried across\n";
+        let wanted = "error: in/3.png: not an image (must be PNG, JPEG, WebP, TIFF, EXR): \
+                      starts with \"no image\"\nwarning: 3 of 4 textures transferred\n";
         assert_eq!(run.stderr, wanted);
         for (name, value) in [("out/1.png", 10), ("out/2.png", 20), ("out/4.png", 40)] {
             assert_eq!(texel_u8(&bench.texture(name), 10, 10), [value; 3]);
@@ -703,7 +703,7 @@ fn a_manifest_that_was_tampered_with() {
     let whole = bench.bytes(manifest);
     for (cut, left) in [(whole.len() - 5, 1), (3, 0), (0, 0)] {
         std::fs::write(bench.path(manifest), &whole[..cut]).unwrap();
-        assert_eq!(bench.succeed(args), format!("{left} of 2 were up to date\n"), "{cut}");
+        assert_eq!(bench.succeed(args), format!("{left} of 2 up to date\n"), "{cut}");
         assert_eq!(bench.succeed(args), "2 of 2 up to date\n", "{cut}");
     }
     for bad in ["\u{0}\u{1}\n", "{}\n[]\nnull\n", "{\"output\":\"a.png\"}\n"] {

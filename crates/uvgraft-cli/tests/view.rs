@@ -79,7 +79,10 @@ fn refuses_what_it_cannot_show() {
     bench.make_folder("folder.glb");
     bench.write("page.html", b"mine");
     let length = file.len();
-    let told = format!("cut short: the GLB ends at byte {length}, the file has {}", length - 1);
+    let told = format!(
+        "truncated file: the GLB must have bytes up to {length}, the file ends at {}",
+        length - 1
+    );
     for (args, wanted) in [
         ("none.glb", "none.glb: No such file"),
         ("folder.glb", "folder.glb: is a folder"),

@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(parse(&npy("|b1", &[2], &[0, 0]), 2), Err(VertexListError::Empty));
         let integers = npy("|u1", &[5], &[0, 1, 0, 0, 1]);
         let found = error(&integers, 5);
-        assert!(found.starts_with("got 5 integers that are 0 or 1"), "{found}");
+        assert!(found.starts_with("a mask must be an array of bools, got 5 integers"), "{found}");
         assert_eq!(parse(&integers, 6), Ok(vec![0, 1]));
     }
 

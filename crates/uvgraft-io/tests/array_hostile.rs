@@ -130,7 +130,10 @@ fn names_come_once() {
 #[test]
 fn shapes_that_do_not_fit() {
     let entry = |descr, shape, values: &[u8]| error(&npz(&[("a.npy", &npy(descr, shape, values))]));
-    assert_eq!(entry("'<f4'", "(2,)", &[0; 7]), "array `a` cannot be used");
+    assert_eq!(
+        entry("'<f4'", "(2,)", &[0; 7]),
+        "array `a`: an array of shape [2] must have 8 bytes, got 7"
+    );
     assert_eq!(
         entry("'<f4'", "(1,)", &[0; 7]),
         "array `a`: an array of shape [1] must have 4 bytes, got 7"
@@ -167,7 +170,7 @@ fn programs_are_refused_by_name() {
     assert_eq!(arrays::parse(&object).unwrap().left_out("a"), Some(refused));
     for name in ["chumpy.ch_ops\nadd", "torch._utils\n_rebuild_sparse_tensor", "torch\nload"] {
         let bytes = format!("c{name}\n.");
-        let wanted = format!("refused: {};", name.replace('\n', "."));
+        let wanted = format!("refused: the pickle imports {}, ", name.replace('\n', "."));
         assert!(error(bytes.as_bytes()).starts_with(&wanted), "{}", error(bytes.as_bytes()));
     }
     // Only known classes are made, of nothing but `object`.
@@ -289,7 +292,7 @@ fn what_holds_itself_or_doubles_ends() {
         doubled.extend(b"0}(U\x01ah\0U\x01bh\0uq\0");
     }
     doubled.push(b'.');
-    assert!(error(&doubled).contains("names"), "{}", error(&doubled));
+    assert!(error(&doubled).ends_with(" names"), "{}", error(&doubled));
     // The same of lists, and of objects.
     let mut doubled = b"(K\x01K\x01lq\0".to_vec();
     doubled.extend(b"0(h\0h\0lq\0".repeat(12));
@@ -299,7 +302,7 @@ fn what_holds_itself_or_doubles_ends() {
     assert_eq!(arrays::parse(&pickle(&wide)).unwrap().left_out("a"), Some("None"));
     let mut wide = [&b"("[..], &b"K\x01".repeat(2000), b"lq\0"].concat();
     wide.extend([&b"0("[..], &b"h\0".repeat(2000), b"l"].concat());
-    assert!(error(&pickle(&wide)).contains("list items"));
+    assert!(error(&pickle(&wide)).ends_with(" list items"));
     // One array of a megabyte under a thousand names is a gigabyte.
     let mut many = b"\x80\x02cnumpy.core.numeric\n_frombuffer\n(B\0\0\x10\0".to_vec();
     many.extend(vec![0; 1 << 20]);
@@ -310,7 +313,7 @@ fn what_holds_itself_or_doubles_ends() {
         many.extend(b"h\0");
     }
     many.extend(b"u.");
-    assert!(error(&many).contains("numbers"), "{}", error(&many));
+    assert!(error(&many).ends_with(" numbers"), "{}", error(&many));
 }
 
 /// A torch file of one tensor in a storage of six 32-bit floats.
@@ -348,8 +351,8 @@ fn tensors_stay_in_their_storage() {
         (b"K\x06", b")", b")", beyond),
         (max, b")", b")", beyond),
         (b"K\0", b"K\x02\x85", &long, beyond),
-        (b"K\0", &long, b"K\0\x85", "numbers"),
-        (b"K\0", &both, b"K\0K\0\x86", "numbers"),
+        (b"K\0", &long, b"K\0\x85", " numbers"),
+        (b"K\0", &both, b"K\0K\0\x86", "has too many values"),
         (b"K\0", b"K\x02\x85", b")", "stride for each dimension"),
         (b"J\xff\xff\xff\xff", b")", b")", "without an offset"),
         (b"K\0", b"J\xff\xff\xff\xff\x85", b"K\x01\x85", "without a shape"),
@@ -373,7 +376,7 @@ fn other_files_are_told_apart() {
     for (bytes, wanted) in [
         (&b""[..], "must be an NPZ archive or a pickle of arrays by name, got an empty file"),
         (b"v 0 0 0\n", "got a file that starts with `v 0 0 0\\n`"),
-        (&npy("'<f4'", "()", &[0; 4]), "found a single NPY array"),
+        (&npy("'<f4'", "()", &[0; 4]), "got a single NPY array"),
         (b"(N.", "values left on the stack"),
         (b"(lp0\nNa.", "the pickle must hold a dict of arrays by name, got None"),
         (b"c__builtin__\nset\n)R.", "the pickle must hold a dict of arrays by name, got a set"),

@@ -99,9 +99,9 @@ fn tensors() {
 fn other_files_of_torch_are_refused_by_name() {
     for (name, wanted) in [
         ("script.pt", "got a TorchScript program"),
-        ("before_1_6.pth", "found torch's format from before version 1.6"),
+        ("before_1_6.pth", "got a torch file from before version 1.6"),
         ("deflated.npz", "got an archive without data.pkl"),
-        ("make.py", "found a file that begins with `"),
+        ("make.py", "got a file that starts with `"),
     ] {
         let error = torch::read(&path(name)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(wanted), "{error}");

@@ -180,8 +180,10 @@ fn a_file_appears_when_it_is_finished() {
         writer.push(&rows(&whole, 0, 5)).unwrap();
         assert!(!path.exists());
         let error = writer.finish().unwrap_err();
-        let wanted =
-            format!("cannot write {}: 5 rows were written of an image with 6", path.display());
+        let wanted = format!(
+            "cannot write {}: an image of 6 rows must be written in full, got 5",
+            path.display()
+        );
         assert_eq!(error.to_string(), wanted);
         assert!(!path.exists());
         let mut writer = BandWriter::create(&path, spec, None, &WriteOptions::default()).unwrap();

@@ -183,7 +183,7 @@ fn what_makes_no_texture_is_refused_with_a_reason() {
         ("cmyk.tif", "unsupported TIFF: CMYK(8) values"),
         ("int32.tif", "unsupported TIFF: RGB(32) values"),
         ("double.tif", "unsupported TIFF: Gray(64) values"),
-        ("palette.tif", "TIFF is of a rare kind"),
+        ("palette.tif", "unsupported TIFF: Photometric interpretation RGBPalette"),
         ("two.exr", "unsupported EXR: channels U, V"),
         ("ids.exr", "unsupported EXR: integer channel R"),
     ] {

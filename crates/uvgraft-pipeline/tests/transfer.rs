@@ -319,7 +319,7 @@ fn what_is_not_finite_is_unknown() {
         assert!(none.is_empty(), "{none:?}");
         for source in ["nan.exr", "infinite.tif"] {
             let (carried, warnings) = carry(source, Values::Albedo, fit);
-            let told = format!("{source}: 9 texels are NaN or infinite, and are taken for unknown");
+            let told = format!("{source}: 9 texels are NaN or infinite; showing the base there");
             assert!(warnings.len() == 1 && warnings[0].contains(&told), "{warnings:?}");
             let Texels::F32(values) = carried.texels() else { panic!("floats") };
             assert!(values.iter().all(|value| value.is_finite()));

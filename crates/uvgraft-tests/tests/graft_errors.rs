@@ -83,7 +83,7 @@ fn regions_of_something_else() {
         let refused = |what: &str| {
             wanted.map(|wanted| {
                 format!(
-                    "the {what} must be made for this pair and the direction Forward, got {wanted}"
+                    "the {what} must belong to this pair and the direction Forward, got {wanted}"
                 )
             })
         };
@@ -203,8 +203,8 @@ fn fits_of_what_cannot_be_solved_for() {
     let texture = filled(FROM, Channels::Rgb);
     for (builder, reason) in [
         (builder(&pair).filter(Filter::Nearest), "nearest"),
-        (builder(&pair).overlap(Overlap::Average), "mean"),
-        (builder(&pair).content(Content::Normals(NormalOptions::default())), "normals"),
+        (builder(&pair).overlap(Overlap::Average), "averaged"),
+        (builder(&pair).content(Content::Normals(NormalOptions::default())), "normal maps"),
     ] {
         let error = fit(&builder.build().unwrap(), &texture).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");

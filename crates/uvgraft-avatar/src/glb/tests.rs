@@ -344,7 +344,7 @@ fn what_is_no_vrm_is_refused() {
         let export = Export { vrm: Some(meta), ..Export::default() };
         write(avatar, &looks(), &export).unwrap_err().to_string()
     };
-    assert!(refused(&tube(), meta()).contains("no `hips`, `spine`, `head`"));
+    assert!(refused(&tube(), meta()).contains("must have the bones `hips`, `spine`, `head`"));
     assert!(
         refused(&human(), VrmMeta { authors: vec![], ..meta() }).contains("must have an author")
     );

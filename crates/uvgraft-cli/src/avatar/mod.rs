@@ -58,7 +58,6 @@ const JPEG_QUALITY: u8 = 92;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the head to the body
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Face texture in the head's layout, or the output of FATE
     ///

@@ -35,7 +35,6 @@ use workload::Workload;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Texture size in the source layout
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]

@@ -55,7 +55,12 @@ pub(super) struct Row {
 }
 
 impl Row {
-    pub(super) fn new(workload: &Workload, stage: &Stage<'_>, times: Times, copy: CopyRate) -> Self {
+    pub(super) fn new(
+        workload: &Workload,
+        stage: &Stage<'_>,
+        times: Times,
+        copy: CopyRate,
+    ) -> Self {
         let copy_ms = stage.moved_bytes.map(|bytes| copy.ms(bytes));
         // A difference of two times may come out as nothing.
         let per_ms = |amount: f64| (times.median_ms > 0.0).then(|| amount / times.median_ms);

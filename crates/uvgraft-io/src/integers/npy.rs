@@ -188,7 +188,8 @@ mod tests {
     #[test]
     fn refuses_what_is_no_list_of_integers() {
         for descr in ["'<f4'", "'>f8'", "'|b1'", "'|O'", "'<U5'", "'<i3'", "'|i4'", "'i4'", "12"] {
-            let wanted = format!("u8); convert");
+            let wanted =
+                format!("NPY array must have dtype integers (i1 to i8 or u1 to u8), got {descr}; ");
             let found = error(descr, "(1,)", &[0; 8]);
             assert!(found.starts_with(&wanted), "{found}");
         }
@@ -216,7 +217,7 @@ mod tests {
         let cut = "NPY array must have 3 bytes after the header, got 2";
         assert_eq!(mask("'|b1'", "(3,)", &[1, 0]), Err(cut.to_owned()));
         let floats = mask("'<f4'", "(1,)", &[0; 4]).unwrap_err();
-        let wanted = "wanted integers (i1 to i8 or u1 to u8) or bools (b1); convert it";
+        let wanted = "dtype integers (i1 to i8 or u1 to u8) or bools (b1), got '<f4'";
         assert!(floats.contains(wanted), "{floats}");
         assert_eq!(parse_or_mask(b"7, 9"), Ok(List::Integers(vec![7, 9])));
     }

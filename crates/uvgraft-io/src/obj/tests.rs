@@ -292,7 +292,7 @@ fn files_are_named_in_errors_and_replaced_whole() {
     file.set_len(MAX_FILE_BYTES + 1).unwrap();
     let error = read(&path).unwrap_err().to_string();
     assert!(
-        error.contains("got 2147483649 bytes") && error.contains("at most 2147483648 bytes"),
+        error.contains("got 2147483649 or more") && error.contains("at most 2147483648 bytes"),
         "{error}"
     );
 }

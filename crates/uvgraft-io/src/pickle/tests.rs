@@ -115,7 +115,6 @@ fn plain_values() {
 
 #[test]
 fn whatever_could_run_is_refused_by_name() {
-    let wants_to = "the pickle imports";
     let cases: [(&[u8], &str); 8] = [
         (b"cos\nsystem\n(S'echo'\ntR.", "os.system"),
         (b"cposix\nsystem\n.", "posix.system"),
@@ -128,7 +127,7 @@ fn whatever_could_run_is_refused_by_name() {
     ];
     for (bytes, name) in cases {
         let found = error(bytes);
-        assert!(found.starts_with(&format!("refused: {name}; {wants_to}")), "{found}");
+        assert!(found.starts_with(&format!("refused: the pickle imports {name}, ")), "{found}");
     }
     let long = [&b"c"[..], &b"x".repeat(10_000), b"\nsystem\n."].concat();
     assert!(error(&long).len() < 200);
@@ -224,7 +223,7 @@ fn arrays_that_are_not_what_they_say() {
     assert_eq!(parse(&whole).unwrap().root().as_array().unwrap().f32s(), None);
     for dtype in [&b"O"[..], b"O8", b"V8", b"U2", b"S8", b"c8", b"datetime64"] {
         let found = error(&array_of(&floats, dtype, b"K\x01\x85", b'C'));
-        assert!(found.contains("must be n"), "{found}");
+        assert!(found.contains("must be num"), "{found}");
     }
     for (shape, wanted) in [
         (&b"K\x03\x85"[..], "shape [3] with 4 bytes per value cannot have 8 bytes"),

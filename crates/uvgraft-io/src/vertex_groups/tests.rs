@@ -130,7 +130,10 @@ fn refuses_what_are_no_groups() {
             b"\x93NUMPY\x01\0",
             "must be a pickle or a JSON object of vertex indices by name, got an NPY array",
         ),
-        (b"PK\x03\x04", "got an archive such as .npz"),
+        (
+            b"PK\x03\x04",
+            "must be a pickle or a JSON object of vertex indices by name, got an archive such as .npz",
+        ),
         (b"]K\x01a.", "the pickle must hold a dict of vertex indices by name, got a list"),
         (b"}.", "must have at least one vertex group"),
         (b"}K\x01]s.", "group 1: name must be a string"),

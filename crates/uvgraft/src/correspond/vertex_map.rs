@@ -241,6 +241,6 @@ mod tests {
         assert!(error(&[0, 1]).contains("2 entries, the source mesh has 7 vertices"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("-1 for none; got 7"));
         assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("-1 for none; got -2"));
-        assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("of 1 in total"));
+        assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("none of the 1 source faces"));
     }
 }

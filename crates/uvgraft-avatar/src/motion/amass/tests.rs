@@ -115,10 +115,10 @@ fn what_is_no_motion_is_refused() {
     assert!(text.contains("[4, 75]") && text.contains("156 (SMPL-H)"), "{text}");
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
         let text = refused(&|arrays| arrays.insert("mocap_framerate", rate(bad)));
-        assert!(text.starts_with(&format!("frames per second, got {bad}")), "{text}");
+        assert!(text.ends_with(&format!("frames per second, got {bad}")), "{text}");
     }
     let text = refused(&|arrays| arrays.insert("mocap_framerate", table(2, 1)));
-    assert!(text.contains("must have shape one number, got [2, 1]"), "{text}");
+    assert!(text.contains("must have shape [1], got [2, 1]"), "{text}");
     let text = refused(&|arrays| {
         let betas = vec![0.0, f32::NAN, 0.0, 0.0];
         arrays.insert("betas", NumericArray::new_f32(vec![4], betas).unwrap());
