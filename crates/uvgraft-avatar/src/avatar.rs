@@ -42,7 +42,7 @@ impl Avatar {
         let joints = self.skeleton.joints().len();
         for vertex in 0..vertices {
             if self.skin.of(vertex).iter().any(|&(joint, _)| usize::from(joint) >= joints) {
-                let problem = "follows a joint that is not there";
+                let problem = "has a weight for a joint that does not exist";
                 return Err(RigError::Weights { vertex, problem });
             }
         }

@@ -14,7 +14,6 @@ use crate::{preview, report};
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file to inspect
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Draw both layouts, with linked triangles in matching colours
     #[arg(long, value_name = "OUT.png")]

@@ -8,14 +8,18 @@ mod avatar;
 mod bench;
 mod blending;
 mod compare;
+mod completions;
 mod demo;
 mod failure;
 mod filters;
 mod fitting;
 mod heading;
 mod heatmap;
+#[cfg(test)]
+mod help_tests;
 mod inspect;
 mod interruption;
+mod man;
 mod map;
 mod opacity;
 mod pair;
@@ -81,6 +85,8 @@ enum Command {
     View(view::Args),
     Bench(bench::Args),
     Weights(weights::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 fn main() -> ExitCode {
@@ -110,5 +116,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::View(args) => view::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Weights(args) => weights::run(args),
+        Command::Completions(args) => completions::run(args),
+        Command::Man(args) => man::run(args),
     }
 }

@@ -34,7 +34,6 @@ use crate::report::parse_size;
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Array to write
     #[arg(short, long, value_name = "OUT.npy")]

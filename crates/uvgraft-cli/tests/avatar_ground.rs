@@ -224,7 +224,8 @@ fn people_who_are_not_known_are_told() {
     let by_feet = |(stdout, stderr): (String, String), why: &str| {
         assert!(stdout.contains("walk: by the body's feet"), "{stdout}");
         assert!(
-            stderr.contains("walk.npz: grounded by the body's own feet") && stderr.contains(why),
+            stderr.contains("walk.npz: placed on the ground by the body's own feet")
+                && stderr.contains(why),
             "{stderr}"
         );
     };
@@ -232,12 +233,12 @@ fn people_who_are_not_known_are_told() {
     let female = |walk: &mut NamedArrays| walk.insert_text("gender", "female");
     by_feet(
         told(&female, "--body SMPLH_MALE.npz"),
-        "of the female model, the body of the male one",
+        "uses the female model, but the body the male one",
     );
     by_feet(told(&female, "--body model.npz"), "neither the body's file nor its name");
-    by_feet(told(&female, "--body demo"), "the demo's figure");
+    by_feet(told(&female, "--body demo"), "the demo figure");
     let of_smplx = |walk: &mut NamedArrays| walk.insert_text("surface_model_type", "smplx");
-    by_feet(told(&of_smplx, "--body model.npz"), "for SMPL-X, the body is SMPL-H");
+    by_feet(told(&of_smplx, "--body model.npz"), "for SMPL-X, but the body is SMPL-H");
     let male = |walk: &mut NamedArrays| walk.insert_text("gender", "b'male'");
     let (stdout, _) = told(&male, "--body SMPLH_MALE.npz");
     assert!(stdout.contains("by the clip's person"), "{stdout}");
@@ -266,9 +267,9 @@ fn people_who_are_not_known_are_told() {
         walk.insert("poses", floats(&shape, poses));
     };
     let (_, stderr) = told(&unclear, "--body model.npz");
-    assert!(stderr.contains("walk.npz: whether Y or Z points up is not clear"), "{stderr}");
+    assert!(stderr.contains("walk.npz: cannot tell the up axis"), "{stderr}");
     let (_, stderr) = told(&unclear, "--body model.npz --up y");
-    assert!(!stderr.contains("points up"), "{stderr}");
+    assert!(!stderr.contains("up axis"), "{stderr}");
     for option in ["--ground feet", "--up y"] {
         bench.refuse(&format!("{COMMAND} --body model.npz {option} -o me.glb"), &["--motion"]);
     }
@@ -286,5 +287,5 @@ fn what_a_model_lacks_or_has_too_much_of() {
     let quiet = bench.run(&command);
     assert!(quiet.code == Some(0) && !quiet.stderr.contains("ft"), "{}", quiet.stderr);
     let told = bench.run(&format!("{command} --verbose"));
-    assert!(told.stderr.contains("note: model.npz: not used: ft, allow_pickle"), "{}", told.stderr);
+    assert!(told.stderr.contains("note: model.npz: unused: ft, allow_pickle"), "{}", told.stderr);
 }

@@ -266,7 +266,9 @@ fn the_demos_body_takes_on_the_tone() {
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     // That much is told.
-    assert!(run.stderr.starts_with("warning: dark.png: the tone makes the body's skin darker"));
+    assert!(
+        run.stderr.starts_with("warning: dark.png: the tone change makes the body's skin darker")
+    );
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     let [base, out, mask] =
         ["demo/body_base.png", "out.png", "mask.png"].map(|name| bench.texture(name));
@@ -410,11 +412,11 @@ fn a_preview_is_drawn() {
     for (options, wanted) in [
         ("--preview base.png -o out.png", &["output base.png is also an input"][..]),
         ("--preview ./face.png -o out.png", &["output ./face.png is also an input"]),
-        ("--preview plane.uvpair -o out.png", &["plane.uvpair", "a preview is an image"]),
-        ("--preview out.png -o out.png", &["out.png is named for two outputs"]),
-        ("--preview seen.txt -o out.png", &["seen.txt: a preview is an image", ".png"]),
-        ("--preview none/seen.png -o out.png", &["none/seen.png: there is no folder none"]),
-        ("--mask m.png --preview m.png -o out.png", &["m.png is named for two outputs"]),
+        ("--preview plane.uvpair -o out.png", &["plane.uvpair", "a preview must be an image"]),
+        ("--preview out.png -o out.png", &["out.png is the name of two outputs"]),
+        ("--preview seen.txt -o out.png", &["seen.txt: a preview must be an image", ".png"]),
+        ("--preview none/seen.png -o out.png", &["none/seen.png: folder none does not exist"]),
+        ("--mask m.png --preview m.png -o out.png", &["m.png is the name of two outputs"]),
         ("--source-mask seen.png -o seen.png", &["output seen.png is also an input"]),
         ("--fill seen.png -o seen.png", &["output seen.png is also an input"]),
         ("--region seen.png -o seen.png", &["output seen.png is also an input"]),
@@ -430,7 +432,7 @@ fn a_preview_is_drawn() {
     std::fs::remove_file(bench.path("seen.png")).unwrap();
     let line = format!("{line} --skip-existing -o out.png");
     bench.succeed(&line);
-    assert_eq!(bench.succeed(&format!("{line} --preview seen.png")), "1 of 1 were up to date\n");
+    assert_eq!(bench.succeed(&format!("{line} --preview seen.png")), "1 of 1 up to date\n");
     assert!(bench.exists("seen.png"));
 }
 
@@ -441,12 +443,12 @@ fn failed_runs_leave_nothing() {
     bench.derive("cut_base.png", "base.png", |bytes| bytes.truncate(bytes.len() / 2));
     let options = "--blend membrane --unit m --mask mask.png --preview seen.png -o out.png";
     for (files, wanted) in [
-        ("cut.png --onto base.png", "cut.png: PNG is cut short"),
-        ("face.png --onto cut_base.png", "cut_base.png: PNG is cut short"),
-        ("face.png --onto base.png --source-mask cut.png", "cut.png: PNG is cut short"),
-        ("face.png --onto base.png --fill cut.png", "cut.png: PNG is cut short"),
-        ("face.png --onto base.png --region cut.png", "cut.png: PNG is cut short"),
-        ("face.png --onto base.png --tone source --skin cut.png", "cut.png: PNG is cut short"),
+        ("cut.png --onto base.png", "cut.png: truncated PNG"),
+        ("face.png --onto cut_base.png", "cut_base.png: truncated PNG"),
+        ("face.png --onto base.png --source-mask cut.png", "cut.png: truncated PNG"),
+        ("face.png --onto base.png --fill cut.png", "cut.png: truncated PNG"),
+        ("face.png --onto base.png --region cut.png", "cut.png: truncated PNG"),
+        ("face.png --onto base.png --tone source --skin cut.png", "cut.png: truncated PNG"),
     ] {
         bench.refuse(&format!("transfer plane.uvpair {files} {options}"), &[wanted]);
     }
@@ -461,9 +463,20 @@ fn masks_that_do_not_fit() {
     for (options, wanted) in [
         (
             "--source-mask wide.png",
-            &["wide.png: the confidence mask is 64×32", "64×64", "(face.png)"][..],
+            &[
+                "wide.png: the confidence mask must have the aspect ratio",
+                "64×64, got 64×32",
+                "(face.png)",
+            ][..],
         ),
-        ("--fill wide.png", &["wide.png: the mean texture is 64×32", "64×64", "(face.png)"]),
+        (
+            "--fill wide.png",
+            &[
+                "wide.png: the mean texture must have the aspect ratio",
+                "64×64, got 64×32",
+                "(face.png)",
+            ],
+        ),
         ("--source-mask none.png", &["none.png", "No such file"]),
         ("--source-mask text.png", &["text.png: not an image"]),
         ("--fill source.obj", &["source.obj: not an image"]),
@@ -566,19 +579,19 @@ fn changed_masks_count_where_outputs_exist() {
     let line = "transfer plane.uvpair face.png --onto base.png --unit m --source-mask known.png \
                 --fill mean.png --blend membrane --tone source --skin skin.png --region part.npy \
                 --exclude less.npy --skip-existing -o out.png";
-    assert_eq!(bench.succeed(line), "0 of 1 were up to date\n");
+    assert_eq!(bench.succeed(line), "0 of 1 up to date\n");
     for input in
         ["known.png", "skin.png", "mean.png", "part.npy", "less.npy", "base.png", "face.png"]
     {
-        assert_eq!(bench.succeed(line), "1 of 1 were up to date\n", "{input}");
+        assert_eq!(bench.succeed(line), "1 of 1 up to date\n", "{input}");
         let other = if input.ends_with("npy") { "other.npy" } else { "other.png" };
         let content = bench.bytes(input);
         std::fs::copy(bench.path(other), bench.path(input)).unwrap();
         let file = std::fs::File::options().append(true).open(bench.path(input)).unwrap();
         file.set_modified(std::time::UNIX_EPOCH).unwrap();
-        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
+        assert_eq!(bench.succeed(line), "0 of 1 up to date\n", "{input}");
         std::fs::write(bench.path(input), content).unwrap();
-        assert_eq!(bench.succeed(line), "0 of 1 were up to date\n", "{input}");
+        assert_eq!(bench.succeed(line), "0 of 1 up to date\n", "{input}");
     }
 }
 
@@ -589,17 +602,20 @@ fn colours_that_cannot_be_compared_are_left() {
     bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
     bench.draw("clear.png", (64, 64), |_, _| [1, 2, 3, 0]);
     for (line, why) in [
-        ("base.png --reverse --onto small.png --blend membrane", "base.png: the region has no rim"),
+        (
+            "base.png --reverse --onto small.png --blend membrane",
+            "base.png: the region has no border",
+        ),
         (
             "clear.png --onto base.png --blend membrane",
-            "clear.png: the texture has no colours beside",
+            "clear.png: the texture has no colours along",
         ),
-        ("face.png --size 128 --blend membrane", "face.png: the base has no colours beside"),
+        ("face.png --size 128 --blend membrane", "face.png: the base has no colours along"),
     ] {
         let run = bench.run(&format!("transfer plane.uvpair {line} --unit m -o out.png"));
         assert_eq!(run.code, Some(0), "{line}: {}", run.stderr);
         assert!(run.stderr.starts_with(&format!("warning: {why}")), "{line}: {}", run.stderr);
-        assert!(run.stderr.ends_with("colours are left as they are\n"), "{line}: {}", run.stderr);
+        assert!(run.stderr.ends_with("colours left unchanged\n"), "{line}: {}", run.stderr);
         assert_eq!(run.stderr.lines().count(), 1, "{line}: {}", run.stderr);
     }
 }

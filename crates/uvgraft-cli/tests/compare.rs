@@ -80,7 +80,7 @@ fn what_cannot_be_computed_has_a_reason() {
     bench.paint("tiny_b.png", (9, 7), Channels::Rgb, &[3, 2, 1]);
     let text = bench.succeed("compare tiny_a.png tiny_b.png --metrics l1,ssim,ssim-uniform");
     assert!(text.contains("| SSIM          |   ↑    |           – |"), "{text}");
-    assert!(text.contains("\nSSIM needs at least 11 texels a side, found 9×7\n"));
+    assert!(text.contains("\nSSIM needs at least 11 texels a side, got 9×7\n"));
     let text = bench.succeed("compare tiny_a.png tiny_b.png --json --metrics ssim,ssimulacra2");
     let document: Value = serde_json::from_str(&text).unwrap();
     for metric in ["ssim", "ssimulacra2"] {
@@ -89,7 +89,7 @@ fn what_cannot_be_computed_has_a_reason() {
     }
     if cfg!(not(feature = "flip")) {
         let text = bench.succeed("compare a.png b.png --metrics all");
-        assert!(text.contains("FLIP: this uvgraft was built without FLIP"), "{text}");
+        assert!(text.contains("FLIP: this build lacks the feature `flip`"), "{text}");
     }
 }
 
@@ -102,7 +102,7 @@ fn a_named_metric_that_lacks_what_it_needs_is_refused() {
         &["--metrics lpips-vgg", "not imported", "uvgraft weights"],
     );
     if cfg!(not(feature = "flip")) {
-        bench.refuse("compare a.png b.png --metrics flip", &["--metrics flip", "without FLIP"]);
+        bench.refuse("compare a.png b.png --metrics flip", &["--metrics flip", "feature `flip`"]);
     }
 }
 
@@ -115,10 +115,7 @@ fn opacity_is_laid_over_black_and_said() {
     let run = bench.run("compare clear.png black.png --metrics l1");
     assert_eq!(run.code, Some(0));
     assert!(run.stdout.contains(" 0.00000 |"), "{}", run.stdout);
-    assert_eq!(
-        run.stderr,
-        "warning: clear.png is not opaque: it is laid over black to be compared\n"
-    );
+    assert_eq!(run.stderr, "warning: clear.png has transparent texels; comparing it over black\n");
     assert!(bench.succeed("compare opaque.png a.png --metrics l1").contains(" 0.00000 |"));
 }
 
@@ -161,17 +158,17 @@ fn refused() {
     let cases: &[(&str, &[&str])] = &[
         ("a.png missing.png", &["missing.png", "No such file"]),
         ("text.png b.png", &["text.png: not an image"]),
-        ("a.png cut.png", &["cut.png: PNG is cut short"]),
-        ("cut.png b.png", &["cut.png: PNG is cut short"]),
+        ("a.png cut.png", &["cut.png: truncated PNG"]),
+        ("cut.png b.png", &["cut.png: truncated PNG"]),
         ("a.png small.png", &["small.png: it has 20×30 texels, wanted 40×30 as a.png has"]),
         ("a.png b.png --mask small.png", &["small.png: it has 20×30 texels", "a.png"]),
         ("a.png b.png --mask none.png", &["none.png: the mask selects no texel"]),
         ("a.png b.png --mask all.png --mask none.png", &["none.png: the mask selects no texel"]),
         ("a.png b.png --mask text.png", &["text.png: not an image"]),
-        ("a.png b.png --mask cut.png", &["cut.png: PNG is cut short"]),
+        ("a.png b.png --mask cut.png", &["cut.png: truncated PNG"]),
         ("a.png b.png --metrics l2", &["`l2`", "l1, psnr, ssim, ssim-uniform", "lpips-vgg"]),
         ("a.png b.png --metrics=", &["--metrics", "l1, psnr"]),
-        ("a.png", &["required", "<B>"]),
+        ("a.png", &["required", "<TEXTURE>"]),
         ("a.png my.uvpair", &["my.uvpair: not an image"]),
     ];
     for (args, wanted) in cases {
@@ -179,9 +176,9 @@ fn refused() {
         bench.refuse(&format!("compare {args} --json --heatmap map.png"), wanted);
     }
     let heatmaps: &[(&str, &[&str])] = &[
-        ("map", &["map: a heatmap is an image", ".png"]),
-        ("map.gif", &["map.gif: a heatmap is an image", ".png"]),
-        ("none/map.png", &["none/map.png", "there is no folder none"]),
+        ("map", &["map: a heatmap must be an image", ".png"]),
+        ("map.gif", &["map.gif: a heatmap must be an image", ".png"]),
+        ("none/map.png", &["none/map.png", "folder none does not exist"]),
         ("a.png", &["output a.png is also an input"]),
         ("all.png", &["output all.png is also an input"]),
     ];

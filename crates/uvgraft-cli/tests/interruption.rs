@@ -33,7 +33,7 @@ fn only_whole_files_stay() {
         send(signal, &program);
         let output = program.wait_with_output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(stderr, "interrupted; unfinished outputs were left as they were\n", "{signal}");
+        assert_eq!(stderr, "interrupted; unfinished outputs left unchanged\n", "{signal}");
         assert_eq!(output.status.code(), Some(130), "{signal}");
         assert!(bench.content() == before, "{signal}");
     }

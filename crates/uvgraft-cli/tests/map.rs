@@ -84,16 +84,19 @@ fn what_is_refused() {
     bench.write("prose.uvpair", "This is not a pair.\n");
     bench.make_folder("folder.npy");
     for (args, wanted) in [
-        ("map my.uvpair --size 8 -o grid.png", &["cannot write grid.png", "ends in .npy"][..]),
-        ("map my.uvpair --size 8 -o grid", &["cannot write grid: wanted a name that ends in .npy"]),
-        ("map my.uvpair --size 8 -o folder.npy", &["folder.npy", "it is a folder"]),
-        ("map my.uvpair --size 8 -o none/grid.npy", &["cannot write", "there is no folder none"]),
+        ("map my.uvpair --size 8 -o grid.png", &["cannot write grid.png", "must be .npy"][..]),
+        ("map my.uvpair --size 8 -o grid", &["cannot write grid: extension must be .npy"]),
+        ("map my.uvpair --size 8 -o folder.npy", &["folder.npy", "is a folder"]),
+        (
+            "map my.uvpair --size 8 -o none/grid.npy",
+            &["cannot write", "folder none does not exist"],
+        ),
         ("map pair.npy --size 8 -o pair.npy", &["pair.npy is also an input"]),
         ("map none.uvpair --size 8 -o grid.npy", &["none.uvpair: ", "No such file"]),
         ("map prose.uvpair --size 8 -o grid.npy", &["prose.uvpair: ", "pair file"]),
         ("map my.uvpair -o grid.npy", &["--size"]),
         ("map my.uvpair --size 8", &["--output"]),
-        ("map my.uvpair --size 0 -o grid.npy", &["wanted N or WxH"]),
+        ("map my.uvpair --size 0 -o grid.npy", &["must be N or WxH"]),
         ("map my.uvpair --size 8 --gutter 300 -o grid.npy", &["300", "0..=256"]),
     ] {
         bench.refuse(args, wanted);

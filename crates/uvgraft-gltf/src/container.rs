@@ -38,7 +38,7 @@ pub enum ContainerError {
         found: u32,
     },
     /// The file ends before what it announces.
-    #[error("truncated file: {what} ends at byte {end}, the file has {actual} bytes")]
+    #[error("truncated file: {what} must have bytes up to {end}, the file ends at {actual}")]
     CutShort {
         /// What does not fit.
         what: &'static str,
@@ -54,7 +54,7 @@ pub enum ContainerError {
 
 /// A file that would be longer than the 32 bits of its header can say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a GLB file holds at most 4 GiB, this one would have {bytes} bytes")]
+#[error("a GLB file must have at most 4 GiB, got {bytes} bytes")]
 pub struct TooLarge {
     /// How long it would be.
     pub bytes: u64,
@@ -159,13 +159,18 @@ mod tests {
         let refused = |bytes: &[u8]| Glb::read(bytes).unwrap_err().to_string();
         assert!(refused(b"\x89PNG").ends_with(r#"got "\x89PNG""#), "{}", refused(b"\x89PNG"));
         assert!(refused(b"").ends_with(r#"got """#));
-        assert!(refused(b"glTF").contains("the GLB header ends at byte 12, the file has 4"));
+        assert!(
+            refused(b"glTF")
+                .contains("the GLB header must have bytes up to 12, the file ends at 4")
+        );
         assert_eq!(refused(b"glTF\x01\0\0\0"), "the GLB version must be 2, got 1");
         let glb = Glb::write(b"{}", &[]).unwrap();
-        assert!(refused(&glb[..20]).contains("the GLB ends at byte 32, the file has 20"));
+        assert!(
+            refused(&glb[..20]).contains("the GLB must have bytes up to 32, the file ends at 20")
+        );
         let mut chunk = glb.clone();
         chunk[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(refused(&chunk).contains("a chunk of the GLB ends at byte 4294967315"));
+        assert!(refused(&chunk).contains("a chunk of the GLB must have bytes up to 4294967315"));
         assert_eq!(refused(b"glTF\x02\0\0\0\x0c\0\0\0"), "the GLB has no JSON chunk");
         let mut kind = glb;
         kind[16..20].copy_from_slice(b"ELSE");

@@ -131,37 +131,31 @@ mod tests {
     fn bools_are_a_mask() {
         let mask = npy("|b1", &[5], &[0, 1, 0, 0, 1]);
         assert_eq!(parse(&mask, 5), Ok(vec![1, 4]));
-        assert_eq!(error(&mask, 6), "found a mask of 5 vertices, wanted one of 6, as the mesh has");
+        assert_eq!(error(&mask, 6), "a mask must have 6 entries, one for each vertex, got 5");
         assert_eq!(parse(&npy("|b1", &[2], &[0, 0]), 2), Err(VertexListError::Empty));
         let integers = npy("|u1", &[5], &[0, 1, 0, 0, 1]);
         let found = error(&integers, 5);
-        assert!(
-            found.starts_with("found 5 integers that are 0 or 1, one for each vertex"),
-            "{found}"
-        );
+        assert!(found.starts_with("a mask must be an array of bools, got 5 integers"), "{found}");
         assert_eq!(parse(&integers, 6), Ok(vec![0, 1]));
     }
 
     #[test]
     fn refuses_what_is_no_vertex() {
-        let wanted = "wanted a vertex of the mesh, from 0 to 9";
-        assert_eq!(error(b"3 -1 4", 10), format!("entry 2: found -1, {wanted}"));
-        assert_eq!(error(b"3\n10\n", 10), format!("entry 2: found 10, {wanted}"));
+        let wanted = "must be a vertex of the mesh, from 0 to 9";
+        assert_eq!(error(b"3 -1 4", 10), format!("entry 2: {wanted}, got -1"));
+        assert_eq!(error(b"3\n10\n", 10), format!("entry 2: {wanted}, got 10"));
         let large = 1_i64 << 32;
         assert_eq!(
             error(&npy("<i8", &[1], &large.to_le_bytes()), 10),
-            format!("entry 1: found 4294967296, {wanted}")
+            format!("entry 1: {wanted}, got 4294967296")
         );
         for empty in [&b""[..], b"# nothing\n", &npy("<i8", &[0], b"")] {
             assert_eq!(parse(empty, 10), Err(VertexListError::Empty));
         }
-        assert!(error(b"1.5", 10).contains("line 1: found floating-point `1.5`"));
+        assert!(error(b"1.5", 10).contains("line 1: must be an integer, got floating-point `1.5`"));
         let floats = error(&npy("<f8", &[1], &[0; 8]), 10);
-        assert!(
-            floats.contains("NPY array has dtype '<f8', wanted integers (i1 to i8"),
-            "{floats}"
-        );
-        assert!(error(b"PK\x03\x04", 10).contains("found an .npz archive"));
+        assert!(floats.contains("NPY array must have dtype integers (i1 to i8"), "{floats}");
+        assert!(error(b"PK\x03\x04", 10).contains("got an .npz archive"));
     }
 
     #[test]
@@ -171,6 +165,6 @@ mod tests {
         std::fs::write(&path, "4 2\n").unwrap();
         assert_eq!(read(&path, 5).unwrap(), [2, 4]);
         let error = read(&path, 4).unwrap_err().to_string();
-        assert!(error.contains("face.txt: entry 1: found 4, wanted"), "{error}");
+        assert!(error.contains("face.txt: entry 1: must be"), "{error}");
     }
 }

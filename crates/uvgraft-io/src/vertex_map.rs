@@ -160,7 +160,10 @@ mod tests {
         assert_eq!(read(&path).unwrap(), [3, 1, 2]);
         std::fs::write(&path, "3\n1.5\n").unwrap();
         let error = read(&path).unwrap_err().to_string();
-        assert!(error.contains("ids.npy: line 2: found floating-point `1.5`, wanted"), "{error}");
+        assert!(
+            error.contains("ids.npy: line 2: must be an integer, got floating-point `1.5`"),
+            "{error}"
+        );
         let error = read(folder.path()).unwrap_err();
         assert!(matches!(error, ReadError::Io { .. }), "{error}");
     }

@@ -99,9 +99,13 @@ fn archives_unpack_to_what_they_say() {
     assert!(error(&more).starts_with("array `a.npy`: "), "{}", error(&more));
     // More than they can: nothing is reserved for it.
     let claimed = with_field(sound.clone(), 22, 24, 1 << 29);
-    assert!(error(&claimed).contains("packed bytes cannot hold 536870912"), "{}", error(&claimed));
+    assert!(
+        error(&claimed).contains("compressed bytes cannot expand to 536870912"),
+        "{}",
+        error(&claimed)
+    );
     let beyond = with_field(sound.clone(), 22, 24, (1 << 30) + 1);
-    let wanted = "there are too many bytes when unpacked, at most 1073741824 are read";
+    let wanted = "must have at most 1073741824 uncompressed bytes";
     assert_eq!(error(&beyond), wanted);
     let checksum = with_field(sound, 14, 16, 5);
     assert!(error(&checksum).contains("checksum"), "{}", error(&checksum));
@@ -116,33 +120,39 @@ fn names_come_once() {
             twice[at] = b'a';
         }
     }
-    assert!(error(&twice).contains("two entries have one name"), "{}", error(&twice));
+    assert!(error(&twice).contains("duplicate entry names"), "{}", error(&twice));
     let beside = npz(&[("a.npy", &array), ("notes.txt", b"text"), ("folder/c.npy", &array)]);
     let found = arrays::parse(&beside).unwrap();
     assert_eq!(found.names().collect::<Vec<_>>(), ["a", "folder/c"]);
-    assert_eq!(found.left_out("notes.txt"), Some("it is no .npy file"));
+    assert_eq!(found.left_out("notes.txt"), Some("not a .npy file"));
 }
 
 #[test]
 fn shapes_that_do_not_fit() {
     let entry = |descr, shape, values: &[u8]| error(&npz(&[("a.npy", &npy(descr, shape, values))]));
-    assert_eq!(entry("'<f4'", "(2,)", &[0; 7]), "array `a`: shape [2] needs 8 bytes, found 7");
-    assert_eq!(entry("'<f4'", "(1,)", &[0; 7]), "array `a`: shape [1] needs 4 bytes, found 7");
+    assert_eq!(
+        entry("'<f4'", "(2,)", &[0; 7]),
+        "array `a`: an array of shape [2] must have 8 bytes, got 7"
+    );
+    assert_eq!(
+        entry("'<f4'", "(1,)", &[0; 7]),
+        "array `a`: an array of shape [1] must have 4 bytes, got 7"
+    );
     let huge = entry("'<f8'", "(4294967296, 4294967296)", &[0; 8]);
-    assert!(huge.contains("needs more bytes, found 8"), "{huge}");
-    assert!(entry("'<U9223372036854775807'", "(2,)", &[]).contains("needs more bytes"));
+    assert!(huge.contains("must have more bytes, got 8"), "{huge}");
+    assert!(entry("'<U9223372036854775807'", "(2,)", &[]).contains("must have more bytes"));
     for shape in ["(-1,)", "7", "(99999999999999999999,)", "(1.5,)"] {
-        assert!(entry("'<f4'", shape, &[]).contains("found shape"), "{shape}");
+        assert!(entry("'<f4'", shape, &[]).contains("shape must have"), "{shape}");
     }
     let axes = format!("({})", "1,".repeat(65));
-    assert!(entry("'<f4'", &axes, &[]).contains("found shape"));
-    assert!(entry("'<U1'", "()", &[0, 0, 0x11, 0]).contains("no such character"));
-    assert!(error(&npz(&[("a.npy", b"text")])).contains("found `text`, wanted an NPY array"));
+    assert!(entry("'<f4'", &axes, &[]).contains("shape must have"));
+    assert!(entry("'<U1'", "()", &[0, 0, 0x11, 0]).contains("invalid character"));
+    assert!(error(&npz(&[("a.npy", b"text")])).contains("must be an NPY array, got `text`"));
     // What is sound and no array of numbers is left out.
     for (descr, shape, values, reason) in [
         ("'<c8'", "(1,)", 8, "an array of dtype `<c8`"),
-        ("[('x', '<f4')]", "(1,)", 4, "an array of structures"),
-        ("'<U1'", "(2,)", 8, "an array of texts of shape [2]"),
+        ("[('x', '<f4')]", "(1,)", 4, "a structured array"),
+        ("'<U1'", "(2,)", 8, "an array of strings of shape [2]"),
         ("'<u8'", "(1,)", 8, "an array of integers beyond 63 bits"),
     ] {
         let bytes = npz(&[("a.npy", &npy(descr, shape, &[0xff; 8][..values]))]);
@@ -153,21 +163,21 @@ fn shapes_that_do_not_fit() {
 #[test]
 fn programs_are_refused_by_name() {
     let system = b"\x80\x02cos\nsystem\nU\x04echo\x85R.";
-    let refused = "refused: os.system; the pickle wants to use it, and only plain data is read";
+    let refused = "refused: the pickle imports os.system, but only plain data may be loaded";
     assert_eq!(error(system), refused);
     assert_eq!(error(&npz(&[("archive/data.pkl", system)])), refused);
     let object = npz(&[("a.npy", &npy("'|O'", "(1,)", system))]);
     assert_eq!(arrays::parse(&object).unwrap().left_out("a"), Some(refused));
     for name in ["chumpy.ch_ops\nadd", "torch._utils\n_rebuild_sparse_tensor", "torch\nload"] {
         let bytes = format!("c{name}\n.");
-        let wanted = format!("refused: {};", name.replace('\n', "."));
+        let wanted = format!("refused: the pickle imports {}, ", name.replace('\n', "."));
         assert!(error(bytes.as_bytes()).starts_with(&wanted), "{}", error(bytes.as_bytes()));
     }
     // Only known classes are made, of nothing but `object`.
     let other = b"ccopy_reg\n_reconstructor\n(cnumpy\ndtype\nc__builtin__\nobject\nNtR.";
-    assert!(error(other).contains("no known class"), "{}", error(other));
+    assert!(error(other).contains("unknown class"), "{}", error(other));
     let base = b"ccopy_reg\n_reconstructor\n(cchumpy.ch\nCh\ncnumpy\ndtype\nNtR.";
-    assert!(error(base).contains("Reconstructor is called in an unknown way"), "{}", error(base));
+    assert!(error(base).contains("unsupported call of Reconstructor"), "{}", error(base));
 }
 
 /// A pickle of a dict that holds what some instructions make, under the name `a`.
@@ -221,14 +231,14 @@ fn sparse_matrices_that_are_not_what_they_say() {
     let spare = arrays::parse(&columns(shape, &[0, 1, 1], &[1, 9], &[5, 6])).unwrap();
     assert_eq!(spare.get("a").unwrap().f64s()[..], [0.0, 0.0, 5.0, 0.0]);
     for (starts, rows, data, wanted) in [
-        (&[0, 1][..], &[0][..], &[1][..], "`indptr` of a sparse matrix does not fit"),
-        (&[0, 2, 1], &[0, 0], &[1, 1], "`indptr` of a sparse matrix does not fit"),
-        (&[1, 1, 1], &[0], &[1], "`indptr` of a sparse matrix does not fit"),
-        (&[0, 1, 9], &[0], &[1], "`indptr` of a sparse matrix does not fit"),
-        (&[0, i64::MIN, i64::MAX], &[0], &[1], "`indptr` of a sparse matrix does not fit"),
-        (&[0, 1, 2], &[0], &[1, 1], "fewer `indices` than numbers"),
-        (&[0, 1, 1], &[2], &[1], "2 x 2 has a number at 2, 0"),
-        (&[0, 1, 1], &[-1], &[1], "2 x 2 has a number at -1, 0"),
+        (&[0, 1][..], &[0][..], &[1][..], "`indptr` of a sparse matrix does not match"),
+        (&[0, 2, 1], &[0, 0], &[1, 1], "`indptr` of a sparse matrix does not match"),
+        (&[1, 1, 1], &[0], &[1], "`indptr` of a sparse matrix does not match"),
+        (&[0, 1, 9], &[0], &[1], "`indptr` of a sparse matrix does not match"),
+        (&[0, i64::MIN, i64::MAX], &[0], &[1], "`indptr` of a sparse matrix does not match"),
+        (&[0, 1, 2], &[0], &[1, 1], "fewer `indices` than values"),
+        (&[0, 1, 1], &[2], &[1], "2 x 2 has a value at 2, 0"),
+        (&[0, 1, 1], &[-1], &[1], "2 x 2 has a value at -1, 0"),
     ] {
         let found = error(&columns(shape, starts, rows, data));
         assert!(found.starts_with("array `a`: ") && found.contains(wanted), "{found}");
@@ -236,13 +246,13 @@ fn sparse_matrices_that_are_not_what_they_say() {
     let max = b"\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f";
     for shape in [[&max[..], max, b"\x86"].concat(), b"M\xff\xffM\xff\xff\x86".to_vec()] {
         let found = arrays::parse(&columns(&shape, &[0], &[], &[])).unwrap();
-        assert!(found.left_out("a").unwrap().contains("at most 16777216 numbers are read"));
+        assert!(found.left_out("a").unwrap().contains("at most 16777216 values are supported"));
     }
     let flat = [&b"K\0"[..], max, b"\x86"].concat();
     assert!(error(&columns(&flat, &[0], &[], &[])).contains("`indptr`"));
-    assert!(error(&columns(b"K\x02\x85", &[0], &[], &[])).contains("no shape of two lengths"));
+    assert!(error(&columns(b"K\x02\x85", &[0], &[], &[])).contains("must have two dimensions"));
     let empty = pickle(&object("scipy.sparse.csc\ncsc_matrix", &[("_shape", shape.to_vec())]));
-    assert!(error(&empty).contains("has no `data`"));
+    assert!(error(&empty).contains("must have `data`"));
 }
 
 #[test]
@@ -255,20 +265,20 @@ fn chumpy_arrays_that_are_not_what_they_say() {
     let sound = arrays::parse(&select(ch(list(&[5, 6, 7])), &[2, -3], b"K\x02\x85")).unwrap();
     assert_eq!(sound.get("a").unwrap().integers().unwrap(), [7, 5]);
     for (places, shape, wanted) in [
-        (&[3][..], &b"K\x01\x85"[..], "chooses numbers that are not there"),
-        (&[-4], b"K\x01\x85", "chooses numbers that are not there"),
-        (&[i64::MIN], b"K\x01\x85", "chooses numbers that are not there"),
-        (&[0], b"K\x02\x85", "does not have its shape"),
-        (&[0], b"J\xff\xff\xff\xff\x85", "does not have its shape"),
+        (&[3][..], &b"K\x01\x85"[..], "indices out of range"),
+        (&[-4], b"K\x01\x85", "indices out of range"),
+        (&[i64::MIN], b"K\x01\x85", "indices out of range"),
+        (&[0], b"K\x02\x85", "does not match its values"),
+        (&[0], b"J\xff\xff\xff\xff\x85", "does not match its values"),
     ] {
         let found = error(&select(ch(list(&[5, 6, 7])), places, shape));
         assert!(found.contains(wanted), "{found}");
     }
-    assert!(error(&pickle(&object("chumpy.ch\nCh", &[]))).contains("has no `x`"));
+    assert!(error(&pickle(&object("chumpy.ch\nCh", &[]))).contains("must have an `x`"));
     // An object that holds itself.
     let own = pickle(b"cchumpy.ch\nCh\n)\x81q\0}U\x01xh\0sb");
     let found = arrays::parse(&own).unwrap();
-    assert_eq!(found.left_out("a"), Some("arrays in too many lists or objects"));
+    assert_eq!(found.left_out("a"), Some("arrays nested too deeply in lists or objects"));
 }
 
 #[test]
@@ -282,7 +292,7 @@ fn what_holds_itself_or_doubles_ends() {
         doubled.extend(b"0}(U\x01ah\0U\x01bh\0uq\0");
     }
     doubled.push(b'.');
-    assert!(error(&doubled).contains("too many names"), "{}", error(&doubled));
+    assert!(error(&doubled).ends_with(" names"), "{}", error(&doubled));
     // The same of lists, and of objects.
     let mut doubled = b"(K\x01K\x01lq\0".to_vec();
     doubled.extend(b"0(h\0h\0lq\0".repeat(12));
@@ -292,7 +302,7 @@ fn what_holds_itself_or_doubles_ends() {
     assert_eq!(arrays::parse(&pickle(&wide)).unwrap().left_out("a"), Some("None"));
     let mut wide = [&b"("[..], &b"K\x01".repeat(2000), b"lq\0"].concat();
     wide.extend([&b"0("[..], &b"h\0".repeat(2000), b"l"].concat());
-    assert!(error(&pickle(&wide)).contains("too many items of lists"));
+    assert!(error(&pickle(&wide)).ends_with(" list items"));
     // One array of a megabyte under a thousand names is a gigabyte.
     let mut many = b"\x80\x02cnumpy.core.numeric\n_frombuffer\n(B\0\0\x10\0".to_vec();
     many.extend(vec![0; 1 << 20]);
@@ -303,7 +313,7 @@ fn what_holds_itself_or_doubles_ends() {
         many.extend(b"h\0");
     }
     many.extend(b"u.");
-    assert!(error(&many).contains("too many numbers"), "{}", error(&many));
+    assert!(error(&many).ends_with(" numbers"), "{}", error(&many));
 }
 
 /// A torch file of one tensor in a storage of six 32-bit floats.
@@ -335,41 +345,41 @@ fn tensors_stay_in_their_storage() {
     let max = b"\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f";
     let long = [&max[..], b"\x85"].concat();
     let both = [&max[..], max, b"\x86"].concat();
-    let beyond = "reaches beyond its storage of 6 numbers";
+    let beyond = "exceeds its storage of 6 values";
     for (offset, shape, strides, wanted) in [
         (&b"K\x02"[..], &b"K\x02K\x02\x86"[..], &b"K\x03K\x01\x86"[..], beyond),
         (b"K\x06", b")", b")", beyond),
         (max, b")", b")", beyond),
         (b"K\0", b"K\x02\x85", &long, beyond),
-        (b"K\0", &long, b"K\0\x85", "too many numbers"),
-        (b"K\0", &both, b"K\0K\0\x86", "too many numbers"),
-        (b"K\0", b"K\x02\x85", b")", "no stride for each axis"),
-        (b"J\xff\xff\xff\xff", b")", b")", "no offset"),
-        (b"K\0", b"J\xff\xff\xff\xff\x85", b"K\x01\x85", "no shape"),
-        (b"K\0", b"K\x01\x85", b"J\xff\xff\xff\xff\x85", "no stride for each axis"),
+        (b"K\0", &long, b"K\0\x85", " numbers"),
+        (b"K\0", &both, b"K\0K\0\x86", "has too many values"),
+        (b"K\0", b"K\x02\x85", b")", "stride for each dimension"),
+        (b"J\xff\xff\xff\xff", b")", b")", "without an offset"),
+        (b"K\0", b"J\xff\xff\xff\xff\x85", b"K\x01\x85", "without a shape"),
+        (b"K\0", b"K\x01\x85", b"J\xff\xff\xff\xff\x85", "stride for each dimension"),
     ] {
         let found = read(offset, shape, strides).unwrap_err();
         assert!(found.contains(wanted), "{found}, not {wanted}");
     }
     let short = torch::parse(&tensor(b"K\0", b")", b")", &storage[..20])).unwrap_err().to_string();
-    assert!(short.contains("a storage of 6 numbers of 4 bytes has 20 bytes"), "{short}");
+    assert!(short.contains("a storage of 6 values of 4 bytes cannot have 20 bytes"), "{short}");
     // Only files of torch's may refer to what lies outside of a pickle.
     let outside = pickle(b"K\x01Q");
-    assert!(error(&outside).contains("instruction 0x51 is not supported"));
+    assert!(error(&outside).contains("unsupported instruction 0x51"));
     let missing = archive(&[("data.pkl", &outside)], CompressionMethod::Stored);
     let found = torch::parse(&missing).unwrap();
-    assert_eq!(found.left_out("a"), Some("something outside of the pickle"));
+    assert_eq!(found.left_out("a"), Some("an external object"));
 }
 
 #[test]
 fn other_files_are_told_apart() {
     for (bytes, wanted) in [
-        (&b""[..], "found an empty file, wanted an NPZ archive or a pickle"),
-        (b"v 0 0 0\n", "found a file that begins with `v 0 0 0\\n`"),
-        (&npy("'<f4'", "()", &[0; 4]), "found a single NPY array"),
-        (b"(N.", "values are left over"),
-        (b"(lp0\nNa.", "found None in the pickle, wanted a dict"),
-        (b"c__builtin__\nset\n)R.", "found a set in the pickle"),
+        (&b""[..], "must be an NPZ archive or a pickle of arrays by name, got an empty file"),
+        (b"v 0 0 0\n", "got a file that starts with `v 0 0 0\\n`"),
+        (&npy("'<f4'", "()", &[0; 4]), "got a single NPY array"),
+        (b"(N.", "values left on the stack"),
+        (b"(lp0\nNa.", "the pickle must hold a dict of arrays by name, got None"),
+        (b"c__builtin__\nset\n)R.", "the pickle must hold a dict of arrays by name, got a set"),
     ] {
         assert!(error(bytes).contains(wanted), "{}, not {wanted}", error(bytes));
     }

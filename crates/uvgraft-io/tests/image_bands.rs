@@ -180,8 +180,10 @@ fn a_file_appears_when_it_is_finished() {
         writer.push(&rows(&whole, 0, 5)).unwrap();
         assert!(!path.exists());
         let error = writer.finish().unwrap_err();
-        let wanted =
-            format!("cannot write {}: 5 rows were written of an image with 6", path.display());
+        let wanted = format!(
+            "cannot write {}: an image of 6 rows must be written in full, got 5",
+            path.display()
+        );
         assert_eq!(error.to_string(), wanted);
         assert!(!path.exists());
         let mut writer = BandWriter::create(&path, spec, None, &WriteOptions::default()).unwrap();
@@ -237,7 +239,7 @@ fn a_cut_is_found_out_before_any_row() {
     let path = folder.path().join("cut.png");
     std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
     let error = BandReader::open(&path).err().unwrap().to_string();
-    assert!(error.contains("cut.png: PNG is cut short"), "{error}");
+    assert!(error.contains("cut.png: truncated PNG"), "{error}");
 }
 
 /// Bands say of damaged files what the whole says of them.

@@ -184,7 +184,7 @@ fn lies_about_the_size_are_found_out_at_once() {
         for error in [decode(&bytes).unwrap_err(), decode_header(&bytes).unwrap_err()] {
             let side = if format == Format::Jpeg { 65_535 } else { 100_000 };
             let wanted =
-                format!("{format} of {side}×{side} texels is too large: at most 32768 a side");
+                format!("{format} must have at most 32768 texels a side, got {side}×{side}");
             assert_eq!(error.to_string(), wanted);
         }
         // Allowed sides; all of it is allocated lazily or not at all.

@@ -8,36 +8,36 @@ use uvgraft::{Averaging, Depth, Encoding, TexelFormat};
 use uvgraft_io::image;
 
 use crate::base::bytes_of;
-use crate::carrier::{Carrier, Outcome};
 use crate::failure::{Blame, Failure, Fault, Result};
 use crate::manifest::Manifest;
 use crate::observer::{Event, Observer};
 use crate::plan::Job;
 use crate::transfer::Transferred;
+use crate::worker::{Outcome, TransferWorker};
 
 /// Carries all textures. What there is to say about them is said in their order.
 pub(crate) fn run(
-    carrier: &Carrier<'_>,
+    worker: &TransferWorker<'_>,
     jobs: &[Job],
     manifest: Option<&Manifest<'_>>,
 ) -> Result<Transferred> {
     let threads = rayon::current_num_threads();
-    let at_once = carrier.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
-    let mut report = Report::new(jobs, manifest, carrier.observer);
+    let at_once = worker.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
+    let mut report = Report::new(jobs, manifest, worker.observer);
     if at_once <= 1 {
         for (index, job) in jobs.iter().enumerate() {
-            if carrier.observer.is_cancelled() {
+            if worker.observer.is_cancelled() {
                 break;
             }
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             report.begin(job);
-            report.add(index, carrier.carry(job, true), made_from);
+            report.add(index, worker.carry(job, true), made_from);
         }
         return report.finish();
     }
 
     // Something is left in any case: one texture at a time is always carried.
-    let memory = Memory::new(carrier.transfer.memory.saturating_sub(carrier.base.bytes()).max(1));
+    let memory = Memory::new(worker.transfer.memory.saturating_sub(worker.base.bytes()).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
     let work = || -> Result<()> {
@@ -53,16 +53,16 @@ pub(crate) fn run(
             let mut place = lock(&next);
             let index = *place;
             let Some(job) = jobs.get(index) else { return Ok(()) };
-            if carrier.observer.is_cancelled() {
+            if worker.observer.is_cancelled() {
                 return Ok(());
             }
             *place += 1;
             // Whoever waits for memory keeps the others from taking it: large textures get their turn.
-            let taken = memory.take(bytes_needed(job, carrier));
+            let taken = memory.take(bytes_needed(job, worker));
             drop(place);
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             lock(&report).begin(job);
-            let outcome = pool.install(|| carrier.carry(job, false));
+            let outcome = pool.install(|| worker.carry(job, false));
             drop(taken);
             lock(&report).add(index, outcome, made_from);
         }
@@ -78,10 +78,10 @@ pub(crate) fn run(
 }
 
 /// Bytes that carrying a texture takes at most, about. What cannot be read fails soon enough.
-fn bytes_needed(job: &Job, carrier: &Carrier<'_>) -> u64 {
+fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     /// Bands of rows, and what waits for being written.
     const BANDS: u64 = 24 << 20;
-    let (transfer, base) = (carrier.transfer, carrier.base);
+    let (transfer, base) = (worker.transfer, worker.base);
     // A pipe can be read only once.
     if !job.source.metadata().is_ok_and(|found| found.is_file()) {
         return BANDS;

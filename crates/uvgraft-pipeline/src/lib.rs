@@ -24,7 +24,6 @@
 mod base;
 mod batch;
 mod blending;
-mod carrier;
 mod failure;
 mod fingerprint;
 mod length;
@@ -39,6 +38,7 @@ mod region;
 mod run;
 mod stream;
 mod transfer;
+mod worker;
 
 pub use blending::{Blending, KnownTexels, left_out};
 pub use failure::{Failure, Fault, Result};

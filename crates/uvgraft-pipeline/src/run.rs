@@ -12,7 +12,6 @@ use uvgraft_io::pair_file::{self, PairFile};
 use crate::base::{Base, BaseOrder};
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
-use crate::carrier::{Carrier, Found, Grafts, losses};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
 use crate::manifest::Manifest;
@@ -24,6 +23,7 @@ use crate::plan::{Batch, Plan, format_of};
 use crate::region::RegionPart;
 use crate::stream;
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
+use crate::worker::{FirstTexture, Grafts, TransferWorker, losses};
 
 impl Transfer {
     /// Carries the textures.
@@ -83,7 +83,7 @@ impl Transfer {
                     failure.context(format_args!("cannot create the folder {}", folder.display()))
                 })?;
             }
-            let carrier = Carrier {
+            let worker = TransferWorker {
                 transfer: self,
                 values: batch.values,
                 pair: &file.pair,
@@ -97,17 +97,17 @@ impl Transfer {
                     OnceLock::new(),
                 ),
             };
-            let carried = batch::run(&carrier, &batch.jobs, manifest.as_ref())?;
+            let carried = batch::run(&worker, &batch.jobs, manifest.as_ref())?;
             if carried.written > 0 || left == 0 {
                 // The same for all: of the first that was carried.
                 if let Some(path) = mask.take() {
-                    let mask = Image::from(carrier.mask()?);
+                    let mask = Image::from(worker.mask()?);
                     for loss in losses(image::write(&mask, path, &self.write), path)? {
                         observer.event(Event::Warning(&loss));
                     }
                 }
             }
-            if let Some(Found { narrowed: Some(blend), .. }) = carrier.first.1.into_inner() {
+            if let Some(FirstTexture { narrowed: Some(blend), .. }) = worker.first.1.into_inner() {
                 narrowed.get_or_insert(blend);
             }
             done.written += carried.written;

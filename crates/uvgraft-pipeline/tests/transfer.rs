@@ -112,7 +112,7 @@ fn textures_are_carried_and_told_in_their_order() {
     for (name, red) in [("a.png", 0.8), ("c.png", 0.6)] {
         desk.paint(name, 32, [red, 0.5, 0.5]);
     }
-    std::fs::write(desk.path("b.png"), "no image").unwrap();
+    std::fs::write(desk.path("b.png"), "at least one image").unwrap();
     for jobs in [1, 3] {
         let log = Log::new(usize::MAX);
         let mut transfer = desk.transfer(&["a.png", "b.png", "c.png"], "out");
@@ -195,11 +195,11 @@ fn failures_say_whose_fault_they_are() {
     let missing = fails(&|transfer| transfer.pair = desk.path("none.uvpair"));
     assert!(missing.contains("none.uvpair: "), "{missing}");
     let folder = fails(&|transfer| transfer.output = desk.path("none/out.png"));
-    assert!(folder.contains("there is no folder"), "{folder}");
+    assert!(folder.contains("does not exist"), "{folder}");
     let taken = fails(&|transfer| transfer.also_written.push(desk.path("a.png")));
     assert!(taken.contains("also an input"), "{taken}");
     let mask = fails(&|transfer| transfer.mask = Some(desk.path("mask.jpg")));
-    assert!(mask.contains("JPEG would blur the mask"), "{mask}");
+    assert!(mask.contains("must not be a JPEG file"), "{mask}");
     let nearest = fails(&|transfer| {
         transfer.fit = Some(FitOptions::default());
         transfer.filter = Some(uvgraft::Filter::Nearest);
@@ -211,15 +211,18 @@ fn failures_say_whose_fault_they_are() {
             *values = Values::Normals;
         }
     });
-    assert!(turned.contains("normals turn"), "{turned}");
+    assert!(turned.contains("normal maps"), "{turned}");
     let format = fails(&|transfer| transfer.format = Some("bmp".to_owned()));
-    assert!(format.contains("bmp: wanted one of .png"), "{format}");
+    assert!(format.contains("must be one of .png"), "{format}");
     let nothing = fails(&|transfer| transfer.inputs = Inputs::Material(Vec::new()));
     assert!(nothing.contains("no texture"), "{nothing}");
     let deeper = fails(&|transfer| transfer.output = desk.path("none/deeper/"));
-    assert!(deeper.contains("cannot make the folder") && deeper.contains("no folder"), "{deeper}");
+    assert!(
+        deeper.contains("cannot create the folder") && deeper.contains("does not exist"),
+        "{deeper}"
+    );
     // A file of a batch, which stops no other.
-    assert!(Role::named("banana").unwrap_err().to_string().contains("wanted one of albedo"));
+    assert!(Role::named("banana").unwrap_err().to_string().contains("must be one of albedo"));
 }
 
 #[test]
@@ -316,7 +319,7 @@ fn what_is_not_finite_is_unknown() {
         assert!(none.is_empty(), "{none:?}");
         for source in ["nan.exr", "infinite.tif"] {
             let (carried, warnings) = carry(source, Values::Albedo, fit);
-            let told = format!("{source}: 9 texels are NaN or infinite, and are taken for unknown");
+            let told = format!("{source}: 9 texels are NaN or infinite; showing the base there");
             assert!(warnings.len() == 1 && warnings[0].contains(&told), "{warnings:?}");
             let Texels::F32(values) = carried.texels() else { panic!("floats") };
             assert!(values.iter().all(|value| value.is_finite()));
@@ -339,7 +342,7 @@ fn what_is_not_finite_is_unknown() {
         let (whole, _) = carry("whole.exr", Values::Data, fit);
         let (carried, warnings) = carry("nan.exr", Values::Data, fit);
         assert!(
-            warnings[0].contains("9 texels are NaN or infinite, and are given the value"),
+            warnings[0].contains("9 texels are NaN or infinite; using the value"),
             "{warnings:?}"
         );
         assert_eq!(differing(&carried, &whole), 0);

@@ -156,7 +156,7 @@ fn hands_are_posed_by_components() {
     assert_eq!(pose.turns[22], model.hand_mean(Side::Left).unwrap()[0]);
     assert_eq!(pose.turns[21], [0.0; 3]);
     let error = model.hand_turns(Side::Left, &[0.0; 46]).unwrap_err().to_string();
-    assert_eq!(error, "found 46 hand components, this SMPL-H model has 45");
+    assert_eq!(error, "this SMPL-H model takes at most 45 hand components, got 46");
     let mut short = BodyPose::rest(&model);
     short.turns.pop();
     assert!(matches!(short.with_hand_means(&model), Err(BodyError::Count { found: 51, .. })));
@@ -180,10 +180,10 @@ fn expressions_are_found_in_every_form_of_file() {
     let model = BodyModel::from_arrays(&apart).unwrap();
     let shape = Shape { betas: vec![0.0; 31], expression: Vec::new() };
     let error = model.shaped(&shape).unwrap_err().to_string();
-    assert_eq!(error, "found 31 betas, this FLAME model has 30");
+    assert_eq!(error, "this FLAME model takes at most 30 betas, got 31");
     let shape = Shape { betas: Vec::new(), expression: vec![0.0, f32::NAN] };
     let error = model.shaped(&shape).unwrap_err().to_string();
-    assert_eq!(error, "expression coefficients are not finite: value 1 is NaN");
+    assert_eq!(error, "expression coefficients must be finite, got NaN at index 1");
 }
 
 #[test]
@@ -198,41 +198,45 @@ fn broken_models_are_refused() {
         NumericArray::new_f32(shape.to_vec(), vec![0.0; shape.iter().product()]).unwrap()
     };
     let error = BodyModel::from_arrays(&NamedArrays::new()).unwrap_err().to_string();
-    assert!(error.starts_with("no body model: there is no array `kintree_table`"), "{error}");
+    assert!(error.starts_with("not a body model: no array `kintree_table`"), "{error}");
     let error = refused("v_template", zeros(&[5023, 2]));
-    assert_eq!(error, "`v_template` has the shape [5023, 2], wanted [vertices, 3]");
+    assert_eq!(error, "`v_template` must have shape [vertices, 3], got [5023, 2]");
     let error = refused("weights", zeros(&[5022, 5]));
-    assert_eq!(error, "`weights` has the shape [5022, 5], wanted [5023, 5]");
+    assert_eq!(error, "`weights` must have shape [5023, 5], got [5022, 5]");
     let error = refused("weights", zeros(&[5023, 5]));
-    assert_eq!(error, "vertex 0 follows no joint");
+    assert_eq!(error, "vertex 0 has no weights");
     let error = refused("posedirs", zeros(&[5023, 3, 35]));
-    assert_eq!(error, "`posedirs` has the shape [5023, 3, 35], wanted [5023, 3, 36]");
+    assert_eq!(error, "`posedirs` must have shape [5023, 3, 36], got [5023, 3, 35]");
     let error = refused("J_regressor", zeros(&[5023, 5]));
-    assert_eq!(error, "`J_regressor` has the shape [5023, 5], wanted [5, 5023]");
+    assert_eq!(error, "`J_regressor` must have shape [5, 5023], got [5023, 5]");
     let error = refused("shapedirs", zeros(&[5023, 3, 0]));
-    assert_eq!(error, "`shapedirs` has the shape [5023, 3, 0], wanted [5023, 3, components]");
+    assert_eq!(error, "`shapedirs` must have shape [5023, 3, components], got [5023, 3, 0]");
     for key in ["v_template", "shapedirs", "posedirs", "J_regressor", "weights"] {
         let array = base.get(key).unwrap();
         let mut values = array.f32s().into_owned();
         values[77] = f32::NAN;
         let error = refused(key, NumericArray::new_f32(array.shape().to_vec(), values).unwrap());
-        assert_eq!(error, format!("`{key}` is not finite: value 77 is NaN"));
+        assert_eq!(error, format!("`{key}` must be finite, got NaN at index 77"));
     }
     let integers =
         |shape: &[usize], values: Vec<i64>| NumericArray::new_i64(shape.to_vec(), values).unwrap();
     let error = refused("f", integers(&[1, 3], vec![0, 1, 5023]));
-    assert_eq!(error, "`f` names 5023 at 2, wanted 0 or more and less than 5023");
+    assert_eq!(
+        error,
+        "`f` must hold indices of at least 0 and less than 5023, got 5023 at index 2"
+    );
     let error = refused("f", integers(&[1, 3], vec![0, -1, 2]));
-    assert_eq!(error, "`f` names -1 at 1, wanted 0 or more and less than 5023");
+    assert_eq!(error, "`f` must hold indices of at least 0 and less than 5023, got -1 at index 1");
     let halves = NumericArray::new_f32(vec![1, 3], vec![0.5; 3]).unwrap();
-    assert_eq!(refused("f", halves), "`f` must hold whole numbers");
+    assert_eq!(refused("f", halves), "`f` must hold integers");
     let error = refused("kintree_table", integers(&[2, 6], vec![0; 12]));
-    assert!(error.starts_with("`kintree_table` has 6 joints, wanted 24 (SMPL)"), "{error}");
+    assert!(error.starts_with("`kintree_table` must have 24 (SMPL)"), "{error}");
     let tree = |parents: [i64; 5]| integers(&[2, 5], parents.into_iter().chain(0..5).collect());
     let error = refused("kintree_table", tree([-1, 0, 3, 1, 1]));
-    assert_eq!(error, "`kintree_table`: joint 2 (jaw) of FLAME hangs on 3, wanted 1");
+    assert_eq!(error, "`kintree_table`: the parent of joint 2 (jaw) of FLAME must be 1, got 3");
     let error = refused("kintree_table", integers(&[2, 5], vec![-1, 0, 1, 1, 1, 0, 2, 1, 3, 4]));
-    assert!(error.starts_with("`kintree_table` names 2 at 6"), "{error}");
+    assert!(error.starts_with("`kintree_table` must hold indices"), "{error}");
+    assert!(error.ends_with("got 2 at index 6"), "{error}");
     // Every way to say that the root has no parent.
     for root in [-1, 0, 0xffff_ffff] {
         let mut arrays = base.clone();
@@ -344,12 +348,11 @@ fn other_meshes_are_refused() {
     let error = shaped.avatar(other).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the mesh is not this FLAME model's: 2 of its 9976 triangles are not in the model, and 2 of \
-         the model's 9976 are not in the mesh"
+        "the mesh does not match this FLAME model: 2 of its 9976 triangles are missing in the model, and 2 of the model's 9976 triangles are missing in the mesh"
     );
     let small = Mesh::from_triangles(vec![[0.0; 3]; 3], vec![[0.0; 2]], &[[0, 1, 2]], &[[0; 3]]);
     let error = shaped.avatar(small.unwrap()).unwrap_err().to_string();
-    assert_eq!(error, "found 3 vertices in the mesh, wanted 5023");
+    assert_eq!(error, "must have 5023 vertices in the mesh, got 3");
 }
 
 #[test]
@@ -405,7 +408,6 @@ fn motions_of_smaller_bodies_play_on_larger_ones() {
     assert!(matches!(error, MotionError::OtherSkeleton { .. }));
     assert_eq!(
         error.to_string(),
-        "this motion is of a whole body of 52 joints; the skeleton (`global` and 4 more) has no hips, \
-         spine, leftUpperLeg, rightUpperLeg"
+        "the skeleton of a motion of 52 joints must have hips, spine, leftUpperLeg, rightUpperLeg, got `global` and 4 more joints"
     );
 }

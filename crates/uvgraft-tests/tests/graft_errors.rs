@@ -77,12 +77,14 @@ fn regions_of_something_else() {
         (here.clone(), None),
         // As good as the same.
         (linked(&Arc::new(Pair::clone(&pair)), Direction::Forward), None),
-        (linked(&pair, Direction::Reverse), Some("this pair and the direction Reverse")),
-        (linked(&other, Direction::Forward), Some("another pair and the direction Forward")),
+        (linked(&pair, Direction::Reverse), Some("this pair and Reverse")),
+        (linked(&other, Direction::Forward), Some("another pair and Forward")),
     ] {
         let refused = |what: &str| {
             wanted.map(|wanted| {
-                format!("the {what} was made for {wanted}, wanted this pair and Forward")
+                format!(
+                    "the {what} must belong to this pair and the direction Forward, got {wanted}"
+                )
             })
         };
         let text = |result: Result<Graft, GraftError>| result.err().map(|error| error.to_string());
@@ -151,7 +153,7 @@ fn region_of_pieces_that_fill_no_triangle() {
     let error = blended(0.9).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the region is empty: it is made of whole triangles, and pieces fill only parts of them"
+        "the region is empty: no whole triangle is linked in it, only parts of triangles"
     );
 }
 
@@ -201,8 +203,8 @@ fn fits_of_what_cannot_be_solved_for() {
     let texture = filled(FROM, Channels::Rgb);
     for (builder, reason) in [
         (builder(&pair).filter(Filter::Nearest), "nearest"),
-        (builder(&pair).overlap(Overlap::Average), "mean"),
-        (builder(&pair).content(Content::Normals(NormalOptions::default())), "normals"),
+        (builder(&pair).overlap(Overlap::Average), "averaged"),
+        (builder(&pair).content(Content::Normals(NormalOptions::default())), "normal maps"),
     ] {
         let error = fit(&builder.build().unwrap(), &texture).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");

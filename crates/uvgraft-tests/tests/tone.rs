@@ -133,7 +133,10 @@ fn refused() {
     let size = |what| SeamError::Size { what, found: SIZES.from, wanted: SIZES.to };
     let found = stage.measured(&texture, base(&small)).unwrap_err();
     assert_eq!(found, size("base"));
-    assert_eq!(found.to_string(), "the base must be of the texture's size, 768×768, got 384×384");
+    assert_eq!(
+        found.to_string(),
+        "the base must have the size of the texture, 768×768, got 384×384"
+    );
     for (texture, base_texture) in [(&data, &texture), (&texture, &data)] {
         let found = stage.measured(texture, base(base_texture)).unwrap_err();
         assert_eq!(found, SeamError::NotColor);

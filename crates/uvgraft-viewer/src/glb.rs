@@ -129,12 +129,12 @@ mod tests {
         assert!(refused(b"\x89PNG").starts_with("not a GLB file"), "{}", refused(b"\x89PNG"));
         assert_eq!(refused(b"glTF\x01\0\0\0"), "the GLB version must be 2, got 1");
         let whole = glb("{}");
-        assert!(refused(&whole[..21]).contains("ends at byte 22, the file has 21"));
+        assert!(refused(&whole[..21]).contains("must have bytes up to 22, the file ends at 21"));
         let longer = [&whole[..], b"more"].concat();
         assert!(refused(&longer).ends_with("26 bytes, got 22"), "{}", refused(&longer));
         let mut bytes = whole.clone();
         bytes[12] = 3;
-        assert!(refused(&bytes).contains("a chunk of the GLB ends at byte 23"));
+        assert!(refused(&bytes).contains("a chunk of the GLB must have bytes up to 23"));
         bytes[12] = 2;
         bytes[16] = b'B';
         assert!(refused(&bytes).contains("no JSON chunk"));

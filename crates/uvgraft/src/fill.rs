@@ -383,10 +383,10 @@ mod tests {
         let refused = fill(sized(64, 64), None, &sized(64, 32)).unwrap_err().to_string();
         assert_eq!(
             refused,
-            "the mean texture is 64×32, wanted the shape of the source, which is 64×64"
+            "the mean texture must have the aspect ratio of the source, which is 64×64, got 64×32"
         );
         let refused = fill(sized(64, 64), Some(&sized(8, 16)), &sized(8, 8)).unwrap_err();
-        assert!(refused.to_string().starts_with("the confidence mask is 8×16, wanted"));
+        assert!(refused.to_string().starts_with("the confidence mask must have"));
         assert!(with_confidence(sized(30, 10), &sized(30, 30)).is_err());
         // A third of 1000 is no whole number.
         assert!(fill(sized(1000, 333), Some(&sized(300, 100)), &sized(3, 1)).is_ok());

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use uvgraft_io::arrays::{ArrayFile, NamedArrays, Wanted};
+use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
 use uvgraft_io::input::ReadError;
 
 use super::fields::Fields;
@@ -207,9 +207,6 @@ mod tests {
         without.insert("posedirs", wrong);
         let (_folder, path) = saved(&without);
         let error = ModelFile::read(&path, &Needs::ALL).unwrap_err().to_string();
-        assert!(
-            error.contains("`posedirs` has the shape [7, 3, 35], wanted [7, 3, 36]"),
-            "{error}"
-        );
+        assert!(error.contains("`posedirs` must have shape [7, 3, 36], got [7, 3, 35]"), "{error}");
     }
 }

@@ -43,13 +43,13 @@ use crate::rig::RigError;
 #[non_exhaustive]
 pub enum BodyError {
     /// An array that every model of the kind has is not there, or was not read.
-    #[error("no body model: {0}")]
+    #[error("not a body model: {0}")]
     Arrays(#[from] ArraysError),
     /// The file is damaged, or of another format.
     #[error("{0}")]
     File(ArraysError),
     /// An array has another shape than the others ask for.
-    #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
+    #[error("`{key}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Its name.
         key: &'static str,
@@ -59,7 +59,7 @@ pub enum BodyError {
         wanted: String,
     },
     /// A value is NaN or infinite.
-    #[error("`{key}` is not finite: value {at} is {found}")]
+    #[error("`{key}` must be finite, got {found} at index {at}")]
     NotFinite {
         /// The array's name.
         key: &'static str,
@@ -69,13 +69,15 @@ pub enum BodyError {
         found: f32,
     },
     /// Indices are floats, or larger than 64 bits hold.
-    #[error("`{key}` must hold whole numbers")]
+    #[error("`{key}` must hold integers")]
     NotIntegers {
         /// The array's name.
         key: &'static str,
     },
     /// An index names what is not there.
-    #[error("`{key}` names {found} at {at}, wanted 0 or more and less than {below}")]
+    #[error(
+        "`{key}` must hold indices of at least 0 and less than {below}, got {found} at index {at}"
+    )]
     Index {
         /// The array's name.
         key: &'static str,
@@ -88,14 +90,18 @@ pub enum BodyError {
     },
     /// No kind of model has so many joints.
     #[error(
-        "`kintree_table` has {found} joints, wanted 24 (SMPL), 52 (SMPL-H), 55 (SMPL-X) or 5 (FLAME)"
+        "`kintree_table` must have 24 (SMPL), 52 (SMPL-H), 55 (SMPL-X) or 5 (FLAME) joints, got \
+         {found}"
     )]
     Joints {
         /// How many.
         found: usize,
     },
     /// A joint hangs on another one than in models of the kind.
-    #[error("`kintree_table`: joint {joint} ({name}) of {kind} hangs on {found}, wanted {wanted}")]
+    #[error(
+        "`kintree_table`: the parent of joint {joint} ({name}) of {kind} must be {wanted}, got \
+         {found}"
+    )]
     Parent {
         /// The joint's number.
         joint: usize,
@@ -109,7 +115,7 @@ pub enum BodyError {
         wanted: usize,
     },
     /// More vertices or components than any model has.
-    #[error("`{key}`: found {found} {what}, wanted at most {most}")]
+    #[error("`{key}` must have at most {most} {what}, got {found}")]
     TooMany {
         /// The array's name.
         key: &'static str,
@@ -121,7 +127,7 @@ pub enum BodyError {
         most: usize,
     },
     /// More coefficients than the model has components.
-    #[error("found {found} {what}, this {kind} model has {most}")]
+    #[error("this {kind} model takes at most {most} {what}, got {found}")]
     Coefficients {
         /// `"betas"`, `"expression coefficients"` or `"hand components"`.
         what: &'static str,
@@ -133,7 +139,7 @@ pub enum BodyError {
         kind: &'static str,
     },
     /// A coefficient is NaN or infinite.
-    #[error("{what} are not finite: value {at} is {found}")]
+    #[error("{what} must be finite, got {found} at index {at}")]
     Coefficient {
         /// As in [`BodyError::Coefficients`].
         what: &'static str,
@@ -143,7 +149,7 @@ pub enum BodyError {
         found: f32,
     },
     /// A list has another length than the model asks for.
-    #[error("found {found} {what}, wanted {wanted}")]
+    #[error("must have {wanted} {what}, got {found}")]
     Count {
         /// Of what.
         what: &'static str,
@@ -154,8 +160,9 @@ pub enum BodyError {
     },
     /// A mesh with as many vertices but other triangles than the model.
     #[error(
-        "the mesh is not this {kind} model's: {only_mesh} of its {mesh} triangles are not in the \
-         model, and {only_model} of the model's {model} are not in the mesh"
+        "the mesh does not match this {kind} model: {only_mesh} of its {mesh} triangles are \
+         missing in the model, and {only_model} of the model's {model} triangles are missing in \
+         the mesh"
     )]
     Triangles {
         /// The model's kind.

@@ -56,7 +56,7 @@ impl BodyPose {
     fn fingers(&mut self, model: &BodyModel, side: Side) -> Result<&mut [[f32; 3]], BodyError> {
         let (found, wanted) = (self.turns.len(), model.kind().joint_count());
         if found != wanted {
-            return Err(BodyError::Count { what: "turns of a pose", found, wanted });
+            return Err(BodyError::Count { what: "rotations of a pose", found, wanted });
         }
         Ok(match model.kind().fingers() {
             Some(first) => &mut self.turns[first[side as usize]..][..15],

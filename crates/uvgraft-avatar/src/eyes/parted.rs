@@ -22,7 +22,9 @@ const LEAST: f32 = 0.4;
 #[non_exhaustive]
 pub enum PartedError {
     /// The layout is full.
-    #[error("the layout has no room for a second eye, which takes {wanted:.3} of its width")]
+    #[error(
+        "no free space in the UV layout for a second eye, which needs {wanted:.3} of its width"
+    )]
     NoRoom {
         /// The least that it takes, in UV units.
         wanted: f32,

@@ -61,7 +61,7 @@ impl Face {
         let missing = |part| FaceError::Part { part };
         let eye = |landmark, side| {
             let eye = local(landmark).and_then(|center| eye(&surface, center, side));
-            eye.ok_or_else(|| missing("eyeballs between open lids"))
+            eye.ok_or_else(|| missing("eyeballs between open eyelids"))
         };
         let eyes = [eye(Landmark::LeftEye, 1.0)?, eye(Landmark::RightEye, -1.0)?];
         let mouth = Mouth::find(&surface, &local).ok_or_else(|| missing("lips"))?;
@@ -75,7 +75,7 @@ impl Face {
         Ok(Self {
             frame,
             vertices: mesh.positions().len(),
-            lips: mouth.lips(&surface).ok_or_else(|| missing("lips that could part"))?,
+            lips: mouth.lips(&surface).ok_or_else(|| missing("lips that can open"))?,
             corners: [corner(1.0)?, corner(-1.0)?],
             inner_brows: [brow(1.0, true)?, brow(-1.0, true)?],
             outer_brows: [brow(1.0, false)?, brow(-1.0, false)?],

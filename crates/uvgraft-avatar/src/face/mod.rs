@@ -28,7 +28,7 @@ pub enum FaceError {
     #[error("{0}")]
     Anatomy(#[from] AnatomyError),
     /// A part of the face is not there, or hidden.
-    #[error("the face shows no {part}")]
+    #[error("the face has no {part}")]
     Part {
         /// Which.
         part: &'static str,

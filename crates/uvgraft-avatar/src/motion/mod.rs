@@ -24,10 +24,10 @@ pub use up::Up;
 #[non_exhaustive]
 pub enum MotionError {
     /// An array that a motion needs is not there, or was not read.
-    #[error("no motion: {0}")]
+    #[error("not a motion: {0}")]
     Arrays(#[from] ArraysError),
     /// None of several arrays is there, of which a motion needs one.
-    #[error("no motion: there is no {wanted}; there are {found}")]
+    #[error("not a motion: must have {wanted}, got {found}")]
     Missing {
         /// Their names.
         wanted: &'static str,
@@ -35,7 +35,7 @@ pub enum MotionError {
         found: String,
     },
     /// An array has another shape than a motion's.
-    #[error("`{key}` has the shape {found:?}, wanted {wanted}")]
+    #[error("`{key}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Its name.
         key: &'static str,
@@ -45,7 +45,7 @@ pub enum MotionError {
         wanted: String,
     },
     /// A value is NaN or infinite.
-    #[error("`{key}` is not finite: value {column} of frame {frame} is {found}")]
+    #[error("`{key}` must be finite, got {found} in frame {frame}, value {column}")]
     NotFinite {
         /// The array's name.
         key: &'static str,
@@ -57,7 +57,7 @@ pub enum MotionError {
         found: f32,
     },
     /// A frame rate that no recording has.
-    #[error("the frame rate is {found}, wanted more than 0 and at most {most} frames a second")]
+    #[error("the frame rate must be more than 0 and at most {most} frames per second, got {found}")]
     Rate {
         /// What was found.
         found: f64,
@@ -65,7 +65,7 @@ pub enum MotionError {
         most: f64,
     },
     /// More frames than are accepted.
-    #[error("found {found} frames, wanted 1 to {most}")]
+    #[error("must have 1 to {most} frames, got {found}")]
     Frames {
         /// How many.
         found: usize,
@@ -73,7 +73,7 @@ pub enum MotionError {
         most: usize,
     },
     /// A part of the motion that has no frames, or a length that is none.
-    #[error("from {start_s} s for {seconds} s there is nothing of a motion of {length_s:.2} s")]
+    #[error("no frames from {start_s} s for {seconds} s in a motion of {length_s:.2} s")]
     Part {
         /// Where the part starts.
         start_s: f64,
@@ -84,8 +84,8 @@ pub enum MotionError {
     },
     /// A body that cannot move as people do.
     #[error(
-        "this motion is of a whole body of {joints} joints; the skeleton (`{root}` and {others} more) \
-         has no {missing}"
+        "the skeleton of a motion of {joints} joints must have {missing}, got `{root}` and \
+         {others} more joints"
     )]
     OtherSkeleton {
         /// The joints of the motion.

@@ -41,16 +41,19 @@ pub enum MouthError {
     #[error("the face has no {0}")]
     Landmark(&'static str),
     /// Lips that are one closed sheet.
-    #[error("the lips are closed: the mesh has no opening between them")]
+    #[error("the mesh has no opening between the lips")]
     Closed,
     /// There are teeth or a tongue.
-    #[error("the mesh has a mouth of its own: {pieces} pieces behind the lips")]
+    #[error("the mesh already has a mouth: {pieces} pieces behind the lips")]
     OwnMouth {
         /// How many pieces.
         pieces: usize,
     },
     /// The layout is full.
-    #[error("the layout has no room for the mouth's {what}, which takes {wanted:.3} of its width")]
+    #[error(
+        "no free space in the UV layout for the mouth's {what}, which needs {wanted:.3} of its \
+         width"
+    )]
     NoRoom {
         /// Which part.
         what: &'static str,

@@ -25,14 +25,14 @@ impl Clip {
             return wrong("has no frames");
         }
         if self.times.len() != self.poses.len() {
-            return wrong("has not as many times as poses");
+            return wrong("must have as many times as poses");
         }
         let first = self.times[0];
         if !(first.is_finite() && first >= 0.0) {
-            return wrong("starts before 0");
+            return wrong("must not start before 0");
         }
         if !self.times.windows(2).all(|pair| pair[1].is_finite() && pair[0] < pair[1]) {
-            return wrong("has times that do not rise");
+            return wrong("must have increasing times");
         }
         self.poses.iter().try_for_each(|pose| pose.check(joints))
     }

@@ -24,13 +24,13 @@ pub use skin::{MOST_INFLUENCES, Pruning, Skin};
 #[non_exhaustive]
 pub enum RigError {
     /// No joint at all, or more than 16 bits count.
-    #[error("found {found} joints, wanted 1 to 65,535")]
+    #[error("must have 1 to 65,535 joints, got {found}")]
     JointCount {
         /// How many.
         found: usize,
     },
     /// A joint that is not the first has no parent, or one that comes after it.
-    #[error("joint {joint} (`{name}`) has no parent before it")]
+    #[error("the parent of joint {joint} (`{name}`) must come before it")]
     Parent {
         /// Which, counted from 0.
         joint: usize,
@@ -38,25 +38,25 @@ pub enum RigError {
         name: String,
     },
     /// Two joints with the same name.
-    #[error("two joints have the name `{name}`")]
+    #[error("duplicate joint name `{name}`")]
     JointName {
         /// The name.
         name: String,
     },
     /// Two joints are the same bone of a human.
-    #[error("two joints are the bone `{bone}`")]
+    #[error("two joints for the bone `{bone}`")]
     Bone {
         /// VRM's name of the bone.
         bone: &'static str,
     },
     /// A value that is no finite number, or a rotation without length.
-    #[error("{what} is not finite")]
+    #[error("{what} must be finite")]
     NotFinite {
         /// What it belongs to.
         what: String,
     },
     /// Lists whose lengths must agree do not.
-    #[error("found {found} {what}, wanted {wanted}")]
+    #[error("must have {wanted} {what}, got {found}")]
     Count {
         /// Of what.
         what: &'static str,

@@ -52,10 +52,10 @@ impl Skin {
             for (joint, weight) in given {
                 let wrong = |problem| Err(RigError::Weights { vertex, problem });
                 if joint >= joints || joint > usize::from(u16::MAX) {
-                    return wrong("follows a joint that is not there");
+                    return wrong("has a weight for a joint that does not exist");
                 }
                 if !(weight.is_finite() && weight >= 0.0) {
-                    return wrong("has a weight that is negative or not finite");
+                    return wrong("has a negative, NaN or infinite weight");
                 }
                 if weight > 0.0 {
                     own.push((joint as u16, weight));
@@ -63,7 +63,7 @@ impl Skin {
             }
             let sum: f32 = own.iter().map(|&(_, weight)| weight).sum();
             if !(sum.is_finite() && sum > 0.0) {
-                return Err(RigError::Weights { vertex, problem: "follows no joint" });
+                return Err(RigError::Weights { vertex, problem: "has no weights" });
             }
             own.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             skin.influences.extend(own.iter().map(|&(joint, weight)| (joint, weight / sum)));
@@ -204,11 +204,11 @@ mod tests {
     #[test]
     fn weights_that_are_none_are_refused() {
         for (bad, part) in [
-            (vec![], "follows no joint"),
-            (vec![(0, 0.0)], "follows no joint"),
-            (vec![(0, f32::NAN)], "not finite"),
+            (vec![], "has no weights"),
+            (vec![(0, 0.0)], "has no weights"),
+            (vec![(0, f32::NAN)], "NaN or infinite"),
             (vec![(0, -1.0), (1, 2.0)], "negative"),
-            (vec![(2, 1.0)], "not there"),
+            (vec![(2, 1.0)], "does not exist"),
         ] {
             let error = Skin::new([vec![(0, 1.0)], bad], 2).unwrap_err().to_string();
             assert!(error.starts_with("vertex 1") && error.contains(part), "{error}");

@@ -71,7 +71,13 @@ impl Body {
             let ground = recording.add(&args.playing, &mut avatar, &Performers::None)?;
             grounds.push(ground);
         }
-        Ok(Self { avatar, name: "demo figure".to_owned(), apart: Vec::new(), grounds, told: None })
+        Ok(Self {
+            avatar,
+            name: "the demo's figure".to_owned(),
+            apart: Vec::new(),
+            grounds,
+            told: None,
+        })
     }
 
     fn model(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {

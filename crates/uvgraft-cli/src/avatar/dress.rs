@@ -9,9 +9,9 @@ use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values, left_out};
 
 use super::Args;
-use super::carried::Carrier;
 use super::face::Face;
 use super::layout::HeadLayout;
+use super::map_transfer::MapTransfer;
 use crate::blending::BlendArgs;
 use crate::failure::{Notes, OrBadInput, bad_input, note, warn};
 use crate::preview;
@@ -23,7 +23,7 @@ pub(super) struct Dressed {
     /// The head's own, where it keeps its layout.
     pub(super) head: Option<Texture>,
     /// How other maps are carried.
-    pub(super) carrier: Carrier,
+    pub(super) map_transfer: MapTransfer,
 }
 
 /// The texture that a face is laid over, at the size that is wanted.
@@ -114,7 +114,7 @@ pub(super) fn dress(
         overlay = overlay.toned(toning)?;
     }
     let body = srgb(overlay.lay(0, base)?);
-    let carrier = Carrier {
+    let map_transfer = MapTransfer {
         pair: Arc::clone(&file.pair),
         blend,
         toning,
@@ -124,8 +124,8 @@ pub(super) fn dress(
         prefer: args.prefer.into(),
         preset: preset.map(|preset| preset.texture_side),
     };
-    let head = carrier.head_color(face, &body)?.map(srgb);
-    Ok(Dressed { body, head, carrier })
+    let head = map_transfer.head_color(face, &body)?.map(srgb);
+    Ok(Dressed { body, head, map_transfer })
 }
 
 /// As files have colours.

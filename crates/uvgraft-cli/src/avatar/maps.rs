@@ -10,8 +10,8 @@ use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, St
 use uvgraft_io::image;
 use uvgraft_pipeline::Onto;
 
-use super::carried::{Carried, Carrier};
-use super::materials::{MapRole, Materials, ROUGHNESS, Wanted};
+use super::map_transfer::{MapTransfer, TransferredMap};
+use super::materials::{MapRequest, MapRole, Materials, ROUGHNESS};
 use crate::failure::{OrBadInput, bad_input};
 
 /// The maps of one material.
@@ -26,7 +26,7 @@ struct Set {
 }
 
 /// The maps in the body's layout, and in the head's own where it keeps that.
-pub(super) struct CarriedMaps {
+pub(super) struct TransferredMaps {
     body: Set,
     head: Set,
 }
@@ -35,10 +35,14 @@ impl Materials {
     /// Carries all maps.
     ///
     /// - `size`: of maps whose base is no image.
-    pub(super) fn carry(&self, carrier: &Carrier, size: Size) -> anyhow::Result<CarriedMaps> {
-        let mut maps = CarriedMaps { body: Set::default(), head: Set::default() };
+    pub(super) fn carry(
+        &self,
+        map_transfer: &MapTransfer,
+        size: Size,
+    ) -> anyhow::Result<TransferredMaps> {
+        let mut maps = TransferredMaps { body: Set::default(), head: Set::default() };
         for map in &self.maps {
-            let Carried { body, head } = self.carry_one(map, carrier, size)?;
+            let TransferredMap { body, head } = self.carry_one(map, map_transfer, size)?;
             maps.body.put(map.role, body);
             if let Some(head) = head {
                 maps.head.put(map.role, head);
@@ -47,7 +51,12 @@ impl Materials {
         Ok(maps)
     }
 
-    fn carry_one(&self, map: &Wanted, carrier: &Carrier, size: Size) -> anyhow::Result<Carried> {
+    fn carry_one(
+        &self,
+        map: &MapRequest,
+        map_transfer: &MapTransfer,
+        size: Size,
+    ) -> anyhow::Result<TransferredMap> {
         let is_color = map.role == MapRole::Emissive;
         let encoding = if is_color { Encoding::Srgb } else { Encoding::Data };
         let read = |path: &Path| -> anyhow::Result<Texture> {
@@ -64,12 +73,12 @@ impl Materials {
             Ok(if is_color { texture } else { texture.with_encoding(Encoding::Data) })
         };
         let filled = |color: &[f32]| {
-            Texture::filled(carrier.limited(size), Channels::Rgb, encoding, Depth::U8, color)
+            Texture::filled(map_transfer.limited(size), Channels::Rgb, encoding, Depth::U8, color)
         };
         let base = match &map.onto {
             Some(Onto::Image(path)) => {
                 let base = read(path)?;
-                let size = carrier.limited(base.size());
+                let size = map_transfer.limited(base.size());
                 let base =
                     base.resized(size, Filter::Bilinear, Averaging::Encoded).or_bad_input()?;
                 if map.role == MapRole::Normal { self.upward(base) } else { base }
@@ -83,7 +92,7 @@ impl Materials {
             _ => Content::Data,
         };
         let face = map.face.as_deref().map(read).transpose()?;
-        carrier.carry(face, base, content)
+        map_transfer.carry(face, base, content)
     }
 
     /// A normal map of the body's with green up.
@@ -147,7 +156,7 @@ impl Set {
     }
 }
 
-impl CarriedMaps {
+impl TransferredMaps {
     /// Makes the materials: the body's, then the head's own, if it has one.
     pub(super) fn looks(
         self,

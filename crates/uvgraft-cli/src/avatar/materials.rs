@@ -83,7 +83,7 @@ impl MapRole {
 }
 
 /// A map that is asked for.
-pub(super) struct Wanted {
+pub(super) struct MapRequest {
     pub(super) role: MapRole,
     /// In the head's layout.
     pub(super) face: Option<PathBuf>,
@@ -93,7 +93,7 @@ pub(super) struct Wanted {
 
 /// What materials are to be made of, checked.
 pub(super) struct Materials {
-    pub(super) maps: Vec<Wanted>,
+    pub(super) maps: Vec<MapRequest>,
     pub(super) normal_y: NormalY,
     pub(super) style: Style,
 }
@@ -144,7 +144,7 @@ fn role_names() -> String {
 impl MaterialArgs {
     /// Checks what is asked for.
     pub(super) fn check(&self, bases: Bases, is_vrm: bool) -> anyhow::Result<Materials> {
-        let mut maps: Vec<Wanted> = Vec::new();
+        let mut maps: Vec<MapRequest> = Vec::new();
         for RoleFile { role: name, file } in &self.maps {
             let role = MapRole::named(name).ok_or_else(|| {
                 bad_input(format!("--map {name}: role must be one of {}", role_names()))
@@ -152,12 +152,12 @@ impl MaterialArgs {
             if maps.iter().any(|map| map.role == role) {
                 return Err(bad_input(format!("--map {name}={file}: map given twice")));
             }
-            maps.push(Wanted { role, face: Some(PathBuf::from(file)), onto: None });
+            maps.push(MapRequest { role, face: Some(PathBuf::from(file)), onto: None });
         }
         for (role, onto) in bases.maps {
             match maps.iter_mut().find(|map| map.role == role) {
                 Some(map) => map.onto = Some(onto),
-                None => maps.push(Wanted { role, face: None, onto: Some(onto) }),
+                None => maps.push(MapRequest { role, face: None, onto: Some(onto) }),
             }
         }
         let has = |role| maps.iter().any(|map| map.role == role);

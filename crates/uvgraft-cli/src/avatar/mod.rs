@@ -1,13 +1,13 @@
 //! `uvgraft avatar`: a head's texture on a full body that moves.
 
 mod body;
-mod carried;
 mod dress;
 mod expressions;
 mod face;
 mod features;
 mod layout;
 mod lods;
+mod map_transfer;
 mod maps;
 mod materials;
 mod meta;
@@ -58,7 +58,6 @@ const JPEG_QUALITY: u8 = 92;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the head to the body
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Face texture in the head's layout, or the output of FATE
     ///
@@ -214,16 +213,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some((kind, told)) = &told {
         expressions::tell(&args.body, *kind, told);
     }
-    let Dressed { body: mut color, head, carrier } = dressed;
+    let Dressed { body: mut color, head, map_transfer } = dressed;
     args.features.draw_eyes(&avatar, &mut color, &name);
     let (mut avatar, mouth) = match mouth {
         Some(mouth) => features::with_mouth(avatar, mouth, &mut color, &name)?,
         None => (avatar, None),
     };
-    if let Some(layout) = &carrier.head {
+    if let Some(layout) = &map_transfer.head {
         layout.apply(&mut avatar)?;
     }
-    let maps = plan.materials.carry(&carrier, color.size())?;
+    let maps = plan.materials.carry(&map_transfer, color.size())?;
     let (mut fitted, mut normals) = (None, None);
     if let Some(triangles) = plan.triangles {
         let fit = preset::fit(avatar, triangles).or_bad_input()?;

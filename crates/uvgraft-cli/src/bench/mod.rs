@@ -1,11 +1,11 @@
 //! `uvgraft bench`: what each stage of a transfer costs on this machine.
 
-mod case;
 mod copy;
 mod measure;
 mod painting;
 mod report;
 mod stage;
+mod workload;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,10 +19,10 @@ use crate::failure::OrBadInput;
 use crate::filters::FilterName;
 use crate::progress;
 use crate::report::{parse_size, to_stdout};
-use case::Case;
 use copy::CopyRate;
 use report::{Report, Row};
-use stage::Kind;
+use stage::StageKind;
+use workload::Workload;
 
 /// Benchmark each stage of a transfer on this machine
 ///
@@ -35,7 +35,6 @@ use stage::Kind;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Texture size in the source layout
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
@@ -62,8 +61,8 @@ pub(crate) struct Args {
         value_name = "STAGE,...",
         hide_default_value = true
     )]
-    #[arg(default_values_t = Kind::ALL)]
-    stage: Vec<Kind>,
+    #[arg(default_values_t = StageKind::ALL)]
+    stage: Vec<StageKind>,
     /// Number of timed rounds
     #[arg(long, default_value_t = 5, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -88,7 +87,7 @@ impl Args {
         Filter::ALL.into_iter().filter(|filter| named.contains(filter)).collect()
     }
 
-    fn has(&self, kind: Kind) -> bool {
+    fn has(&self, kind: StageKind) -> bool {
         self.stage.contains(&kind)
     }
 }
@@ -129,12 +128,12 @@ fn rows_of(
         Direction::Forward => (args.source_size, size),
         Direction::Reverse => (size, args.source_size),
     };
-    let case = Case::new(&args.pair, pair, direction, from, to)?;
+    let workload = Workload::new(&args.pair, pair, direction, from, to)?;
     let mut stages = Vec::new();
-    for kind in Kind::ALL.into_iter().filter(|kind| args.has(*kind)) {
-        stages.extend(case.stages(kind, &args.filters())?);
+    for kind in StageKind::ALL.into_iter().filter(|kind| args.has(*kind)) {
+        stages.extend(workload.stages(kind, &args.filters())?);
     }
     let times = measure::rounds(&mut stages, args.runs)?;
     let rows = stages.iter().zip(times);
-    Ok(rows.map(|(stage, times)| Row::new(&case, stage, times, copy)).collect())
+    Ok(rows.map(|(stage, times)| Row::new(&workload, stage, times, copy)).collect())
 }

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use uvgraft::{Direction, Size};
 
-use super::case::Case;
 use super::copy::CopyRate;
 use super::measure::Times;
-use super::stage::{Kind, Stage, Variant};
+use super::stage::{Stage, StageKind, Variant};
+use super::workload::Workload;
 use crate::table::{Align, table};
 
 /// Everything that is reported.
@@ -32,7 +32,7 @@ pub(super) struct Report {
 /// One stage of one direction and size.
 #[derive(Serialize)]
 pub(super) struct Row {
-    stage: Kind,
+    stage: StageKind,
     /// The filter, or which file.
     #[serde(rename = "with")]
     variant: Option<Variant>,
@@ -55,19 +55,24 @@ pub(super) struct Row {
 }
 
 impl Row {
-    pub(super) fn new(case: &Case, stage: &Stage<'_>, times: Times, copy: CopyRate) -> Self {
+    pub(super) fn new(
+        workload: &Workload,
+        stage: &Stage<'_>,
+        times: Times,
+        copy: CopyRate,
+    ) -> Self {
         let copy_ms = stage.moved_bytes.map(|bytes| copy.ms(bytes));
         // A difference of two times may come out as nothing.
         let per_ms = |amount: f64| (times.median_ms > 0.0).then(|| amount / times.median_ms);
         Self {
             stage: stage.kind,
             variant: stage.variant,
-            direction: match case.direction {
+            direction: match workload.direction {
                 Direction::Forward => "forward",
                 Direction::Reverse => "reverse",
             },
-            from: case.from,
-            to: case.to,
+            from: workload.from,
+            to: workload.to,
             texels: stage.texels,
             megatexels_per_second: stage.texels.and_then(|count| per_ms(count as f64 / 1e3)),
             moved_bytes: stage.moved_bytes,
@@ -79,13 +84,13 @@ impl Row {
 
     fn title(&self) -> String {
         let title = match self.stage {
-            Kind::ReadPair => "read pair",
-            Kind::Map => "build map",
-            Kind::Padding => "prepare padding",
-            Kind::Resample => "resample",
-            Kind::Decode => "decode PNG",
-            Kind::Encode => "encode PNG",
-            Kind::File => "file to file",
+            StageKind::ReadPair => "read pair",
+            StageKind::Map => "build map",
+            StageKind::Padding => "prepare padding",
+            StageKind::Resample => "resample",
+            StageKind::Decode => "decode PNG",
+            StageKind::Encode => "encode PNG",
+            StageKind::File => "file to file",
         };
         match self.variant {
             Some(variant) => format!("{title}, {}", variant.title()),

@@ -7,7 +7,7 @@ use uvgraft::Filter;
 /// A stage of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub(crate) enum StageKind {
     /// Read and validate the pair file
     ReadPair,
     /// Build the sampling map
@@ -24,7 +24,7 @@ pub(crate) enum Kind {
     File,
 }
 
-impl Kind {
+impl StageKind {
     /// All, in the order in which a transfer meets them, the whole at the end.
     pub(crate) const ALL: [Self; 7] = [
         Self::ReadPair,
@@ -37,7 +37,7 @@ impl Kind {
     ];
 }
 
-impl std::fmt::Display for Kind {
+impl std::fmt::Display for StageKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.to_possible_value() {
             Some(value) => f.write_str(value.get_name()),
@@ -48,7 +48,7 @@ impl std::fmt::Display for Kind {
 
 /// One thing that is measured.
 pub(super) struct Stage<'a> {
-    pub(super) kind: Kind,
+    pub(super) kind: StageKind,
     /// What tells it from others of its kind: the filter, or which file.
     pub(super) variant: Option<Variant>,
     /// What its speed is counted in.
@@ -64,12 +64,12 @@ pub(super) struct Stage<'a> {
 #[serde(untagged)]
 pub(super) enum Variant {
     Filter(Filter),
-    Part(Part),
+    Image(InputImage),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Part {
+pub(super) enum InputImage {
     Source,
     Base,
 }
@@ -79,8 +79,8 @@ impl Variant {
     pub(super) fn title(self) -> String {
         match self {
             Self::Filter(filter) => filter.to_string(),
-            Self::Part(Part::Source) => "source".to_owned(),
-            Self::Part(Part::Base) => "base".to_owned(),
+            Self::Image(InputImage::Source) => "source".to_owned(),
+            Self::Image(InputImage::Base) => "base".to_owned(),
         }
     }
 }

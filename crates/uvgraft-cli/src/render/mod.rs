@@ -15,7 +15,7 @@ use uvgraft_render::{Background, RenderOptions, Renderer};
 pub(crate) use self::camera::Aim;
 use self::camera::{Cameras, Shot};
 pub(crate) use self::options::aim;
-use self::options::{Part, Weight};
+use self::options::{PoseOption, Weight};
 use self::output::Output;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
@@ -72,9 +72,9 @@ pub(crate) struct Args {
     ///
     /// Named poses: rest, t-pose, a-pose, stand, wave, walk. A bone is rotated by degrees about X, Y and
     /// Z, as in leftUpperArm=0,0,-40.
-    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::part)]
+    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::pose)]
     #[arg(help_heading = heading::POSE)]
-    pose: Vec<Part>,
+    pose: Vec<PoseOption>,
     /// Expression or morph target and its weight, such as blink=0.8; repeatable
     #[arg(long, value_name = "NAME[=WEIGHT]", value_parser = options::weight)]
     #[arg(help_heading = heading::POSE)]
@@ -176,8 +176,8 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     let mut posing = Posing::default();
     for part in &args.pose {
         match part {
-            Part::Stance(stance) => posing.stance = *stance,
-            Part::Bone(bone, degrees) => posing.rotations.push((bone.clone(), *degrees)),
+            PoseOption::Stance(stance) => posing.stance = *stance,
+            PoseOption::Bone(bone, degrees) => posing.rotations.push((bone.clone(), *degrees)),
         }
     }
     posing.weights = args.expression.iter().map(|Weight(name, w)| (name.clone(), *w)).collect();

@@ -7,7 +7,7 @@ use super::camera::Aim;
 
 /// A part of a pose.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Part {
+pub(super) enum PoseOption {
     Stance(Stance),
     /// A bone and its turn in degrees.
     Bone(String, [f32; 3]),
@@ -17,15 +17,15 @@ pub(super) enum Part {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weight(pub String, pub f32);
 
-pub(super) fn part(text: &str) -> Result<Part, String> {
+pub(super) fn pose(text: &str) -> Result<PoseOption, String> {
     if let Some((bone, angles)) = text.split_once('=') {
         let wanted = || format!("must be BONE=X,Y,Z in degrees, got {text:?}");
         let angles: Vec<f32> =
             angles.split(',').map(finite).collect::<Result<_, _>>().map_err(|_| wanted())?;
         let angles = <[f32; 3]>::try_from(angles).map_err(|_| wanted())?;
-        return Ok(Part::Bone(bone.trim().to_owned(), angles));
+        return Ok(PoseOption::Bone(bone.trim().to_owned(), angles));
     }
-    Stance::named(text).map(Part::Stance).ok_or_else(|| {
+    Stance::named(text).map(PoseOption::Stance).ok_or_else(|| {
         let names = Stance::ALL.map(Stance::name).join(", ");
         format!("must be one of {names}, or BONE=X,Y,Z in degrees")
     })
@@ -117,13 +117,13 @@ mod tests {
 
     #[test]
     fn options_are_taken_apart() {
-        assert_eq!(part("T-Pose"), Ok(Part::Stance(Stance::TPose)));
-        assert_eq!(part("head=1,-2,.5"), Ok(Part::Bone("head".into(), [1.0, -2.0, 0.5])));
+        assert_eq!(pose("T-Pose"), Ok(PoseOption::Stance(Stance::TPose)));
+        assert_eq!(pose("head=1,-2,.5"), Ok(PoseOption::Bone("head".into(), [1.0, -2.0, 0.5])));
         assert_eq!(weight("a=b=0.5"), Ok(Weight("a=b".into(), 0.5)));
         assert_eq!(weight("blink"), Ok(Weight("blink".into(), 1.0)));
         assert_eq!(background("#ff8000"), Ok(Background::Plain([255, 128, 0])));
         for bad in ["dance", "head=1,2", "head=1,2,nan", "head=1,2,3,4", "="] {
-            assert!(part(bad).is_err(), "{bad}");
+            assert!(pose(bad).is_err(), "{bad}");
         }
         for bad in ["#12345", "#1234567", "#+12345", "red", "#ééé"] {
             assert!(background(bad).is_err(), "{bad}");

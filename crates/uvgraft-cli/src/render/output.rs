@@ -21,11 +21,11 @@ const MAX_BYTES: usize = 1 << 30;
 /// Files that were found to be writable.
 pub(super) struct Output {
     paths: Vec<PathBuf>,
-    kind: Kind,
+    kind: OutputFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum OutputFormat {
     /// A file for each frame.
     Images,
     /// All frames in one, at so many a second.
@@ -55,7 +55,7 @@ impl Output {
                      write a .webp, or use a lower --fps"
                 )));
             }
-            (fps, None) if is_gif => Kind::Gif(fps.unwrap_or(1.0)),
+            (fps, None) if is_gif => OutputFormat::Gif(fps.unwrap_or(1.0)),
             (_, None) => {
                 let known = Format::extension_list();
                 return Err(bad_input(format!("{name}: extension must be .gif or one of {known}")));
@@ -66,19 +66,19 @@ impl Output {
                      --background"
                 )));
             }
-            (Some(fps), Some(Format::WebP)) => Kind::WebP(fps),
-            (_, Some(_)) => Kind::Images,
+            (Some(fps), Some(Format::WebP)) => OutputFormat::WebP(fps),
+            (_, Some(_)) => OutputFormat::Images,
         };
         let bytes =
             frames.saturating_mul(size.texels()).saturating_mul(if transparent { 4 } else { 3 });
-        if kind != Kind::Images && bytes > MAX_BYTES {
+        if kind != OutputFormat::Images && bytes > MAX_BYTES {
             return Err(bad_input(format!(
                 "{name}: {frames} frames of {size} do not fit into one file; use a smaller --size \
                  or a lower --fps, or write .png files"
             )));
         }
         let paths = match (moving, kind) {
-            (Some(_), Kind::Images) => {
+            (Some(_), OutputFormat::Images) => {
                 (0..frames).map(|frame| numbered(path, frame, frames)).collect()
             }
             _ => vec![path.to_path_buf()],
@@ -92,7 +92,7 @@ impl Output {
 
     /// Whether it is a GIF, which sees through a pixel or not.
     pub(super) fn is_gif(&self) -> bool {
-        matches!(self.kind, Kind::Gif(_))
+        matches!(self.kind, OutputFormat::Gif(_))
     }
 
     /// Draws all frames and writes them.
@@ -107,7 +107,7 @@ impl Output {
             bar.inc(1);
             Ok::<_, anyhow::Error>(texture)
         };
-        if self.kind == Kind::Images {
+        if self.kind == OutputFormat::Images {
             for (frame, path) in self.paths.iter().enumerate() {
                 let options = WriteOptions::default().compress(true);
                 let _ = image::write(&Image::from(draw(frame)?), path, &options)?;
@@ -116,9 +116,9 @@ impl Output {
             let frames = (0..frames).map(draw).collect::<anyhow::Result<Vec<Texture>>>()?;
             let path = &self.paths[0];
             write_atomically::<FilmError>(path, |out| match self.kind {
-                Kind::Gif(fps) => write_gif(&frames, fps, out),
-                Kind::WebP(fps) => write_webp(&frames, fps, out),
-                Kind::Images => Ok(()),
+                OutputFormat::Gif(fps) => write_gif(&frames, fps, out),
+                OutputFormat::WebP(fps) => write_webp(&frames, fps, out),
+                OutputFormat::Images => Ok(()),
             })
             .with_context(|| format!("cannot write {}", path.display()))?;
         }

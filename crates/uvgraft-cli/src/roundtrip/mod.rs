@@ -32,7 +32,6 @@ use report::{Outcome, Report};
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Texture to transfer
     texture: PathBuf,

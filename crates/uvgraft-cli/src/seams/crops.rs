@@ -17,7 +17,7 @@ const WHITE: Rgb = [255; 3];
 const BLACK: Rgb = [0; 3];
 
 /// A bad place, and how large it is drawn.
-pub(super) struct Place<'a> {
+pub(super) struct EdgeCrop<'a> {
     texture: &'a Texture,
     edge: &'a SeamEdge,
     step: Step,
@@ -25,7 +25,7 @@ pub(super) struct Place<'a> {
     texels: f64,
 }
 
-impl<'a> Place<'a> {
+impl<'a> EdgeCrop<'a> {
     pub fn new(texture: &'a Texture, edge: &'a SeamEdge, step: Step) -> Self {
         let reach = |k: usize| distance(texel(step.uv[k], texture.size()), taken(texture, step, k));
         let texels = TEXELS.max(3.0 * reach(0).max(reach(1)));

@@ -39,7 +39,6 @@ use face::Face;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Texture to measure, in the target layout
     texture: PathBuf,

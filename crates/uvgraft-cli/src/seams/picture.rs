@@ -4,7 +4,7 @@
 use uvgraft::{Mesh, Size, Texture};
 use uvgraft_metrics::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
 
-use super::crops::{CROP, Place};
+use super::crops::{CROP, EdgeCrop};
 use super::face::Face;
 use super::lines::{BEHIND, TOP, blend, edge_color, line, ring, shown, step_color};
 use super::report::{Subject, kind, worst};
@@ -53,7 +53,7 @@ pub(super) fn draw(
     for (index, (edge, step)) in (0u32..).zip(places) {
         let left = MARGIN + PANEL + MARGIN + index / rows * (CELL.width + MARGIN);
         let top = HEAD + index % rows * CELL.height;
-        let place = Place::new(texture, edge, step);
+        let place = EdgeCrop::new(texture, edge, step);
         cell(&mut picture, [left, top], index + 1, (edge, step), &place, &surface)?;
     }
     if let Some(face) = face {
@@ -197,7 +197,7 @@ fn cell(
     [left, top]: [u32; 2],
     number: u32,
     (edge, step): (&SeamEdge, Step),
-    place: &Place<'_>,
+    place: &EdgeCrop<'_>,
     surface: &Unfolded<'_>,
 ) -> anyhow::Result<()> {
     const SWATCH: u32 = 34;

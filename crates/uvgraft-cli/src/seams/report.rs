@@ -72,7 +72,7 @@ struct Document<'a> {
     offset: serde_json::Value,
     edges: Groups,
     /// The edges with the largest mean, each apart from those before it.
-    worst: Vec<Place>,
+    worst: Vec<WorstEdge>,
     /// What could not be measured as it should; counts of edges, triangles and points.
     notes: SeamNotes,
     /// Null if the mesh has no head.
@@ -92,7 +92,7 @@ struct Groups {
 
 /// A bad edge, and the place of its largest step. Pairs have both sides, the region's first.
 #[derive(Serialize)]
-struct Place {
+struct WorstEdge {
     /// The mean of the steps along the edge.
     edge_mean: f64,
     /// The largest of them.
@@ -116,7 +116,7 @@ struct Place {
 
 impl<'a> Document<'a> {
     fn new(subject: &'a Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> Self {
-        let place = |(edge, step): (&SeamEdge, Step)| Place {
+        let place = |(edge, step): (&SeamEdge, Step)| WorstEdge {
             edge_mean: edge.mean.unwrap_or(step.delta_e),
             delta_e: step.delta_e,
             edge_length: edge.length,

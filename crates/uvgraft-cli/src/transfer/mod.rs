@@ -31,7 +31,6 @@ use progress::Progress;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
-    #[arg(value_name = "PAIR.uvpair")]
     pair: PathBuf,
     /// Textures in the source layout, or one folder of them
     #[arg(required_unless_present = "maps", conflicts_with = "maps", value_name = "TEXTURE")]

@@ -16,10 +16,10 @@ pub enum GlbError {
     #[error(transparent)]
     Rig(#[from] RigError),
     /// Every triangle has a vertex twice.
-    #[error("the mesh has no triangle with three vertices")]
+    #[error("the mesh must have a triangle with three distinct vertices")]
     NoTriangles,
     /// Two morphs or two expressions have one name, by which they could not be told apart.
-    #[error("two {what} have the name `{name}`")]
+    #[error("duplicate name `{name}` of {what}")]
     Name {
         /// Of what.
         what: &'static str,
@@ -27,7 +27,7 @@ pub enum GlbError {
         name: String,
     },
     /// A factor of the material is out of its range.
-    #[error("the {what} is {found}, wanted 0 to 1")]
+    #[error("the {what} must be 0 to 1, got {found}")]
     Factor {
         /// Which.
         what: &'static str,
@@ -35,7 +35,7 @@ pub enum GlbError {
         found: f32,
     },
     /// A triangle has a material that there is not.
-    #[error("a triangle has material {found}, but there are {materials}, counted from 0")]
+    #[error("triangle materials must be less than {materials}, got {found}")]
     Material {
         /// Its number.
         found: u8,
@@ -43,10 +43,10 @@ pub enum GlbError {
         materials: usize,
     },
     /// VRM knows no levels of detail.
-    #[error("VRM files have no levels of detail; write each level as a file of its own")]
+    #[error("VRM does not support levels of detail; write each level as a separate file")]
     VrmLevels,
     /// A thumbnail must be a square PNG or JPEG.
-    #[error("a thumbnail must be a square PNG or JPEG picture, got {found:?} of {size}")]
+    #[error("a thumbnail must be a square PNG or JPEG image, got {found:?} of {size}")]
     Thumbnail {
         /// Its format.
         found: PictureFormat,

@@ -19,7 +19,7 @@ use super::uastc::{self, Level};
 pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
     let Size { width, height } = texture.size();
     if width.max(height) > uastc::MAX_SIDE {
-        return Err(PictureError::Ktx2 { problem: "has at most 16384 texels on a side" });
+        return Err(PictureError::Ktx2 { problem: "must have at most 16384 texels a side" });
     }
     let is_color = texture.encoding() != Encoding::Data;
     let size = Size::new(width.next_multiple_of(4), height.next_multiple_of(4));
@@ -30,7 +30,7 @@ pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size
     )?;
     let levels = pyramid(texture, is_color)?;
     let blocks = uastc::encode(&levels, is_color)
-        .ok_or(PictureError::Ktx2 { problem: "could not be made: the encoder failed" })?;
+        .ok_or(PictureError::Ktx2 { problem: "could not be encoded" })?;
     Ok((file(size, is_color, has_alpha, &blocks), size))
 }
 
@@ -288,6 +288,6 @@ mod tests {
         let size = Size::new(uastc::MAX_SIDE + 1, 1);
         let wide = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &wide).unwrap();
         let error = Picture::encode(wide, PictureFormat::Ktx2, 90).unwrap_err();
-        assert_eq!(error.to_string(), "a KTX2 image has at most 16384 texels on a side");
+        assert_eq!(error.to_string(), "a KTX2 image must have at most 16384 texels a side");
     }
 }

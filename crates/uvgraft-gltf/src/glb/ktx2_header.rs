@@ -20,13 +20,13 @@ pub(super) fn size(bytes: &[u8]) -> Result<Size, PictureError> {
     // vkFormat, typeSize, width, height, depth, layers, faces, levels.
     let words: Option<Vec<u32>> = (0..8).map(word).collect();
     let Some(&[format, _, width, height, depth, layers, faces, _]) = words.as_deref() else {
-        return wrong("is cut short");
+        return wrong("is truncated");
     };
     if format != 0 {
         return wrong("must be in a Basis Universal format (ETC1S or UASTC)");
     }
     if depth != 0 || layers != 0 || faces != 1 {
-        return wrong("must be one plain picture");
+        return wrong("must be a single 2D image");
     }
     if width == 0 || height == 0 || !width.is_multiple_of(4) || !height.is_multiple_of(4) {
         return wrong("must have sides that are multiples of 4");

@@ -36,7 +36,7 @@ pub enum PictureError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// A format that glTF does not have.
-    #[error("GLB files hold PNG, JPEG, WebP and KTX2 images, found {found}; convert it first")]
+    #[error("a GLB file must hold PNG, JPEG, WebP or KTX2 images, got {found}; convert it first")]
     Format {
         /// What it is.
         found: &'static str,
@@ -48,7 +48,7 @@ pub enum PictureError {
         problem: &'static str,
     },
     /// What stands in for an image where its format is unknown must be PNG or JPEG.
-    #[error("an image that stands in for another is PNG or JPEG, found {found:?}")]
+    #[error("a fallback image must be PNG or JPEG, got {found:?}")]
     Fallback {
         /// What it is.
         found: PictureFormat,
@@ -60,6 +60,6 @@ pub enum PictureError {
     #[error(transparent)]
     Texture(#[from] TextureError),
     /// This build has no encoder for it.
-    #[error("this build cannot encode KTX2: build it with the feature `ktx2`")]
+    #[error("KTX2 encoding needs a build with the feature `ktx2`")]
     NoKtx2,
 }

@@ -344,9 +344,13 @@ fn what_is_no_vrm_is_refused() {
         let export = Export { vrm: Some(meta), ..Export::default() };
         write(avatar, &looks(), &export).unwrap_err().to_string()
     };
-    assert!(refused(&tube(), meta()).contains("no `hips`, `spine`, `head`"));
-    assert!(refused(&human(), VrmMeta { authors: vec![], ..meta() }).contains("no author"));
-    assert!(refused(&human(), VrmMeta { name: " ".to_owned(), ..meta() }).contains("no name"));
+    assert!(refused(&tube(), meta()).contains("must have the bones `hips`, `spine`, `head`"));
+    assert!(
+        refused(&human(), VrmMeta { authors: vec![], ..meta() }).contains("must have an author")
+    );
+    assert!(
+        refused(&human(), VrmMeta { name: " ".to_owned(), ..meta() }).contains("must have a name")
+    );
     let mut wrong = human();
     wrong.expressions[0].morphs[0].1 = 1.5;
     assert!(refused(&wrong, meta()).contains("1.5"));
@@ -360,7 +364,7 @@ fn what_cannot_be_told_apart_is_refused() {
     let mut wrong = tube();
     wrong.morphs[1].name = "bump".to_owned();
     let error = write(&wrong, &looks(), &Export::default()).unwrap_err();
-    assert_eq!(error.to_string(), "two morphs have the name `bump`");
+    assert_eq!(error.to_string(), "duplicate name `bump` of morphs");
     let looks = AvatarMaterial { roughness_factor: f32::NAN, ..looks() };
     assert!(matches!(
         write(&tube(), &looks, &Export::default()),
@@ -385,7 +389,7 @@ fn normals_that_are_given_are_kept() {
     normals.pop();
     let export = Export { normals: Some(normals), ..Export::default() };
     let error = write(&tube(), &looks(), &export).unwrap_err();
-    assert_eq!(error.to_string(), "found 55 normals, wanted 56");
+    assert_eq!(error.to_string(), "must have 56 normals, got 55");
 }
 
 #[test]

@@ -97,8 +97,8 @@ const JPEG_QUALITY: u8 = 92;
 pub enum PresetError {
     /// This build cannot simplify.
     #[error(
-        "the avatar has {found} triangles, more than {wanted}, and this build cannot simplify: build it with the \
-         feature `simplify`"
+        "the avatar must have at most {wanted} triangles, got {found}; simplifying needs a build \
+         with the feature `simplify`"
     )]
     Budget {
         /// How many there are.

@@ -39,7 +39,7 @@ impl Component {
             5125 => Self::U32,
             5126 => Self::F32,
             _ => {
-                let reason = format!("found component type {code}, wanted 5120 to 5126");
+                let reason = format!("component type must be 5120 to 5126, got {code}");
                 return Err(SceneError::content(place, reason));
             }
         })
@@ -128,7 +128,7 @@ impl<'a> Accessors<'a> {
             }
         }
         if let Some(at) = values.iter().position(|value| !value.iter().all(|x| x.is_finite())) {
-            let reason = format!("element {at} is {:?}, wanted finite numbers", values[at]);
+            let reason = format!("element {at} must be finite, got {:?}", values[at]);
             return Err(SceneError::content(place, reason));
         }
         Ok(values)
@@ -146,7 +146,7 @@ impl<'a> Accessors<'a> {
         let decode = |bytes: &[u8], value: &mut [u32; N]| {
             for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
                 *value = component.whole(bytes).ok_or_else(|| {
-                    let reason = "found signed or floating numbers, wanted whole ones";
+                    let reason = "must hold unsigned integers";
                     SceneError::content(place.clone(), reason)
                 })?;
             }
@@ -181,7 +181,7 @@ impl<'a> Accessors<'a> {
         let Some(end) = range else {
             let (start, length, found) = (view.byte_offset, view.byte_length, buffer.len());
             let reason = format!(
-                "{length} bytes from {start} on do not fit into buffer {}, which has {found}",
+                "{length} bytes at offset {start} exceed buffer {}, which has {found} bytes",
                 view.buffer
             );
             return Err(SceneError::content(place, reason));
@@ -204,13 +204,14 @@ impl<'a> Accessors<'a> {
         let component = Component::new(accessor.component_type, place)?;
         let found = width(accessor, place)?;
         if found != N {
-            let reason = format!("found {} ({found} numbers each), wanted {N}", accessor.shape);
+            let reason =
+                format!("must have {N} components, got {} ({found} components)", accessor.shape);
             return Err(SceneError::content(place, reason));
         }
         if let Some(wanted) = wanted
             && accessor.count != wanted as u64
         {
-            let reason = format!("found {} elements, wanted {wanted}", accessor.count);
+            let reason = format!("must have {wanted} elements, got {}", accessor.count);
             return Err(SceneError::content(place, reason));
         }
         let numbers = accessor.count.saturating_mul(N as u64);
@@ -248,7 +249,7 @@ impl<'a> Accessors<'a> {
                 Some(index) => indices.push(index),
                 None => {
                     let reason = format!(
-                        "its sparse index {at} is {index:?}, wanted one below {}",
+                        "sparse index {at} must be less than {}, got {index:?}",
                         accessor.count
                     );
                     return Err(SceneError::content(place, reason));
@@ -271,7 +272,10 @@ impl<'a> Accessors<'a> {
         let (bytes, stride) = self.view(view, place)?;
         let stride = stride.unwrap_or(size as u64);
         if stride < size as u64 || stride > 4096 {
-            let reason = format!("found a stride of {stride} bytes for elements of {size}");
+            let reason = format!(
+                "stride must be at least the element size of {size} bytes and at most 4096, got \
+                 {stride}"
+            );
             return Err(SceneError::content(place, reason));
         }
         // The last element may end before the stride does.
@@ -285,8 +289,8 @@ impl<'a> Accessors<'a> {
         if end.is_none_or(|end| end > bytes.len() as u64) {
             let found = bytes.len();
             let reason = format!(
-                "{count} elements of {size} bytes from {offset} on do not fit into buffer view \
-                 {view}, which has {found} bytes"
+                "{count} elements of {size} bytes at offset {offset} exceed buffer view {view}, \
+                 which has {found} bytes"
             );
             return Err(SceneError::content(place, reason));
         }
@@ -302,7 +306,7 @@ fn width(accessor: &Accessor, place: &str) -> Result<usize, SceneError> {
         "VEC4" => 4,
         "MAT4" => 16,
         other => {
-            let reason = format!("found the type {other:?}, wanted SCALAR, VEC2 to VEC4 or MAT4");
+            let reason = format!("type must be SCALAR, VEC2 to VEC4 or MAT4, got {other:?}");
             return Err(SceneError::content(place, reason));
         }
     })

@@ -123,7 +123,7 @@ impl UvSource {
             let [a, b] = transform.offset;
             let [c, d] = transform.scale.unwrap_or([1.0; 2]);
             if ![a, b, c, d, transform.rotation].iter().all(|value| value.is_finite()) {
-                let reason = "its texture's transform is infinite, wanted finite numbers";
+                let reason = "texture transform must be finite";
                 return Err(SceneError::content(place, reason));
             }
         }
@@ -222,7 +222,7 @@ fn alpha(material: &document::Material, cutoff: f32, place: &str) -> Result<Alph
         Some("MASK") => Alpha::Mask(cutoff),
         Some("BLEND") => Alpha::Blend,
         Some(other) => {
-            let reason = format!("found the alpha mode {other:?}, wanted OPAQUE, MASK or BLEND");
+            let reason = format!("alpha mode must be OPAQUE, MASK or BLEND, got {other:?}");
             return Err(SceneError::content(place, reason));
         }
     })
@@ -265,7 +265,7 @@ impl MaterialTextures<'_, '_> {
         if values.iter().all(|value| value.is_finite()) {
             return Ok(());
         }
-        let reason = "a number is infinite, wanted finite ones";
+        let reason = "factors must be finite";
         Err(SceneError::content(self.place.as_str(), reason))
     }
 }

@@ -45,7 +45,7 @@ impl<'a> Asset<'a> {
         too_many("objects in the JSON", objects, MAX_OBJECTS)?;
         let document: Document = serde_json::from_slice(json)?;
         if !document.asset.version.starts_with("2.") {
-            let reason = format!("found version {:?}, wanted 2.0", document.asset.version);
+            let reason = format!("version must be 2.0, got {:?}", document.asset.version);
             return Err(SceneError::content("asset", reason));
         }
         if let Some(name) = document.extensions_required.iter().find(|name| !is_read(name)) {
@@ -70,12 +70,12 @@ impl<'a> Asset<'a> {
                 }
                 (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
                 (None, _) => {
-                    return Err(SceneError::content(place(), "it has neither a URI nor a chunk"));
+                    return Err(SceneError::content(place(), "must have a URI or a binary chunk"));
                 }
             };
             if (bytes.len() as u64) < buffer.byte_length {
                 let (found, wanted) = (bytes.len(), buffer.byte_length);
-                let reason = format!("it has {found} bytes, wanted {wanted}");
+                let reason = format!("must have {wanted} bytes, got {found}");
                 return Err(SceneError::content(place(), reason));
             }
             total += bytes.len() as u64;
@@ -88,15 +88,15 @@ impl<'a> Asset<'a> {
     /// What a URI names: data within it, or a file beside the one that is read.
     pub fn resource(&self, uri: &str) -> Result<Cow<'a, [u8]>, String> {
         if let Some(data) = uri.strip_prefix("data:") {
-            let (kind, text) = data.split_once(',').ok_or("its data URI has no comma")?;
+            let (kind, text) = data.split_once(',').ok_or("data URI without a comma")?;
             if !kind.ends_with(";base64") {
-                return Err("its data URI is not in base64".to_owned());
+                return Err("data URI must be base64".to_owned());
             }
             let decoded = STANDARD.decode(text);
-            return decoded.map(Cow::Owned).map_err(|error| format!("its data URI: {error}"));
+            return decoded.map(Cow::Owned).map_err(|error| format!("invalid data URI: {error}"));
         }
         let folder =
-            self.folder.ok_or_else(|| format!("it is in another file, {:?}", shortened(uri)))?;
+            self.folder.ok_or_else(|| format!("refers to another file, {:?}", shortened(uri)))?;
         let path = folder.join(beside(uri)?);
         read(&path).map(Cow::Owned).map_err(|error| format!("{}: {error}", path.display()))
     }
@@ -158,14 +158,14 @@ fn beside(uri: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(unescaped(uri)?);
     let inside = path.components().all(|part| matches!(part, Component::Normal(_)));
     if !inside || path.as_os_str().is_empty() || uri.contains([':', '\\']) {
-        return Err(format!("{:?} is not a file beside it", shortened(uri)));
+        return Err(format!("{:?} must be a file beside the model", shortened(uri)));
     }
     Ok(path)
 }
 
 /// Replaces `%20` and the like.
 fn unescaped(uri: &str) -> Result<String, String> {
-    let bad = || format!("{:?} is no URI", shortened(uri));
+    let bad = || format!("{:?} is not a URI", shortened(uri));
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.bytes();
     while let Some(byte) = rest.next() {
@@ -189,12 +189,12 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     use std::io::Read as _;
     let file = std::fs::File::open(path)?;
     if !file.metadata()?.is_file() {
-        return Err(std::io::Error::other("it is no regular file"));
+        return Err(std::io::Error::other("not a regular file"));
     }
     let mut bytes = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(std::io::Error::other(format!("it has more than {MAX_BYTES} bytes")));
+        return Err(std::io::Error::other(format!("must have at most {MAX_BYTES} bytes")));
     }
     Ok(bytes)
 }

@@ -17,7 +17,7 @@ pub(super) fn find<'a, T>(
     place: &str,
 ) -> Result<&'a T, SceneError> {
     list.get(index as usize).ok_or_else(|| {
-        let reason = format!("it names {what} {index}, the file has {}", list.len());
+        let reason = format!("refers to {what} {index}, but the file has {}", list.len());
         SceneError::content(place, reason)
     })
 }

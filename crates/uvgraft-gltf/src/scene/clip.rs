@@ -84,7 +84,8 @@ pub(super) fn clips(
                 Some("STEP") => Interpolation::Step,
                 Some("CUBICSPLINE") => Interpolation::Cubic,
                 Some(other) => {
-                    let reason = format!("found {other:?}, wanted LINEAR, STEP or CUBICSPLINE");
+                    let reason =
+                        format!("interpolation must be LINEAR, STEP or CUBICSPLINE, got {other:?}");
                     return Err(SceneError::content(place, reason));
                 }
             };
@@ -92,7 +93,7 @@ pub(super) fn clips(
             if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
                 let (before, after) = (times[at - 1], times[at]);
                 let reason =
-                    format!("time {at} is {after}, before it {before}; wanted rising ones");
+                    format!("times must increase, got {before} and then {after} at index {at}");
                 return Err(SceneError::content(place, reason));
             }
             let values = match path {
@@ -106,7 +107,7 @@ pub(super) fn clips(
             let wanted = times.len() * a_key;
             if values.len() != wanted || times.is_empty() {
                 let (keys, found) = (times.len(), values.len());
-                let reason = format!("{keys} keys need {wanted} numbers, found {found}");
+                let reason = format!("{keys} keys must have {wanted} values, got {found}");
                 return Err(SceneError::content(place, reason));
             }
             clip.seconds = clip.seconds.max(times[times.len() - 1]);

@@ -10,7 +10,7 @@ use crate::container::ContainerError;
 pub enum SceneError {
     /// Neither GLB nor JSON.
     #[error(
-        "not a glTF file: it starts with \"{}\"; wanted GLB (glTF 2.0) or glTF's JSON",
+        "not a glTF file: must be GLB (glTF 2.0) or glTF JSON, starts with \"{}\"",
         start.escape_ascii()
     )]
     NotGltf {
@@ -21,10 +21,10 @@ pub enum SceneError {
     #[error(transparent)]
     Container(#[from] ContainerError),
     /// The JSON is damaged, or not glTF's.
-    #[error("its JSON: {0}")]
+    #[error("invalid JSON: {0}")]
     Json(#[from] serde_json::Error),
     /// The file cannot be shown without an extension that is not read.
-    #[error("it needs the extension {name}, which uvgraft does not read; {advice}")]
+    #[error("unsupported extension {name}; {advice}")]
     Extension {
         /// What it is called.
         name: String,
@@ -40,7 +40,7 @@ pub enum SceneError {
         reason: String,
     },
     /// More than is ever read, found before it is allocated.
-    #[error("{what}: {found} are too many, at most {max} are read")]
+    #[error("must have at most {max} {what}, got {found}")]
     TooMany {
         /// What there is too much of.
         what: &'static str,
@@ -63,13 +63,13 @@ impl SceneError {
     pub(super) fn extension(name: &str) -> Self {
         let advice = match name {
             "KHR_texture_basisu" => {
-                "build uvgraft with --features ktx2, or write the file without it: \
-                 gltf-transform ktxdecompress in.glb out.glb"
+                "build uvgraft with --features ktx2, or convert the file: gltf-transform \
+                 ktxdecompress in.glb out.glb"
             }
             "EXT_texture_avif" => {
-                "write the file without it: gltf-transform png --formats avif in.glb out.glb"
+                "convert the file: gltf-transform png --formats avif in.glb out.glb"
             }
-            _ => "write the file without it, as gltf-transform copy in.glb out.glb may",
+            _ => "convert the file, for example with gltf-transform copy in.glb out.glb",
         };
         Self::Extension { name: name.to_owned(), advice }
     }
@@ -84,7 +84,7 @@ impl SceneError {
 #[non_exhaustive]
 pub enum PosingError {
     /// There is nothing of that name.
-    #[error("there is no {what} {name:?}; {}", known(choices))]
+    #[error("no {what} {name:?}; {}", known(choices))]
     Unknown {
         /// What was looked for: "clip", "bone", ...
         what: &'static str,
@@ -95,8 +95,8 @@ pub enum PosingError {
     },
     /// A pose that needs bones which the scene does not name.
     #[error(
-        "the pose {pose} needs the bone {bone}, and neither VRM's humanoid nor the names of nodes \
-         tell which it is"
+        "the pose {pose} needs the bone {bone}, which neither VRM's humanoid nor the node names \
+         identify"
     )]
     NoBone {
         /// Name of the pose.
@@ -105,7 +105,7 @@ pub enum PosingError {
         bone: &'static str,
     },
     /// A time, an angle or a weight that is infinite or no number.
-    #[error("{what} must be finite, found {found}")]
+    #[error("{what} must be finite, got {found}")]
     NotFinite {
         /// What it is.
         what: &'static str,
@@ -122,5 +122,5 @@ fn known(choices: &[String]) -> String {
     }
     let more = if choices.len() > MOST { ", ..." } else { "" };
     let shown: Vec<&str> = choices.iter().take(MOST).map(String::as_str).collect();
-    format!("choose one of {}{more}", shown.join(", "))
+    format!("must be one of {}{more}", shown.join(", "))
 }

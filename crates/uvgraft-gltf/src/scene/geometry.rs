@@ -99,7 +99,7 @@ fn read(
     }
     let targets = primitives.iter().map(|primitive| primitive.morphs.len()).max().unwrap_or(0);
     if mesh.weights.iter().any(|weight| !weight.is_finite()) {
-        let reason = "a weight is infinite, wanted finite numbers";
+        let reason = "weights must be finite";
         return Err(SceneError::content(format!("mesh {index}"), reason));
     }
     let mut weights = mesh.weights.clone();
@@ -136,7 +136,7 @@ fn read_primitive(
         None => (0..count as u32).collect::<Vec<_>>(),
     };
     if let Some(at) = corners.iter().position(|&corner| corner as usize >= count) {
-        let reason = format!("index {at} is {}, there are {count} vertices", corners[at]);
+        let reason = format!("index {at} must be less than {count}, got {}", corners[at]);
         return Err(SceneError::content(place, reason));
     }
     let triangles = triangles(&corners, mode, place)?;
@@ -144,7 +144,10 @@ fn read_primitive(
     let material = primitive.material.map_or(uv_sources.len() - 1, |index| index as usize);
     let sources = uv_sources.get(material).ok_or_else(|| {
         let found = uv_sources.len() - 1;
-        SceneError::content(place, format!("it names material {material}, the file has {found}"))
+        SceneError::content(
+            place,
+            format!("refers to material {material}, but the file has {found}"),
+        )
     })?;
     let mut all_uv = Vec::new();
     for source in sources {
@@ -194,7 +197,8 @@ fn triangles(corners: &[u32], mode: u32, place: &str) -> Result<Vec<[u32; 3]>, S
             Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
         }
         4 => {
-            let reason = format!("{} indices are not a number of triangles", corners.len());
+            let reason =
+                format!("the number of indices must be a multiple of 3, got {}", corners.len());
             Err(SceneError::content(place, reason))
         }
         5 => Ok(corners
@@ -208,7 +212,7 @@ fn triangles(corners: &[u32], mode: u32, place: &str) -> Result<Vec<[u32; 3]>, S
             .windows(2)
             .map(|c| [c[0], c[1], corners[0]])
             .collect()),
-        _ => Err(SceneError::content(place, format!("found mode {mode}, wanted 0 to 6"))),
+        _ => Err(SceneError::content(place, format!("mode must be 0 to 6, got {mode}"))),
     }
 }
 
@@ -271,7 +275,10 @@ fn read_influences(
                 if weight > 0.0 {
                     // Joints are stored in 16 bits at most, which `wholes` was not told.
                     let small = u16::try_from(joint).map_err(|_| {
-                        SceneError::content("joints", format!("found joint {joint}"))
+                        SceneError::content(
+                            "joints",
+                            format!("joint must be at most 65535, got {joint}"),
+                        )
                     })?;
                     influences.entries.push((small, weight));
                 }

@@ -108,7 +108,7 @@ pub(super) fn bytes<'a>(
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) => asset.resource(uri).map_err(|why| SceneError::content(place, why)),
         (None, Some(view)) => Ok(Cow::Borrowed(accessors.view(view, place)?.0)),
-        (None, None) => Err(SceneError::content(place, "it has neither a URI nor a buffer view")),
+        (None, None) => Err(SceneError::content(place, "must have a URI or a buffer view")),
     }
 }
 

@@ -51,7 +51,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Texture, String> {
         (ETC1S, BASIS_LZ) => file.etc1s()?,
         (model, scheme) => {
             return Err(format!(
-                "its texels must be UASTC or ETC1S, got colour model {model} with \
+                "texels must be UASTC or ETC1S, got colour model {model} with \
                  supercompression {scheme}"
             ));
         }
@@ -77,7 +77,7 @@ fn part(bytes: &[u8], offset: u64, length: u64) -> Result<&[u8], String> {
 }
 
 fn cut_short() -> String {
-    "its KTX2 file is cut short".to_owned()
+    "truncated KTX2 file".to_owned()
 }
 
 impl<'a> Ktx2<'a> {
@@ -88,12 +88,12 @@ impl<'a> Ktx2<'a> {
         let [width, height, depth] = [word(bytes, 20)?, word(bytes, 24)?, word(bytes, 28)?];
         let [layers, faces, levels] = [word(bytes, 32)?, word(bytes, 36)?, word(bytes, 40)?];
         if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || levels > 32 {
-            return Err("its KTX2 file must hold one flat picture".to_owned());
+            return Err("KTX2 file must hold one flat picture".to_owned());
         }
         // Sides of 16 bits are what the transcoder takes.
         if width.max(height) > u32::from(u16::MAX) {
             return Err(format!(
-                "its KTX2 picture must have sides up to 65535, got {width} x {height}"
+                "KTX2 picture must have sides up to 65535, got {width} x {height}"
             ));
         }
         let descriptor = part(bytes, word(bytes, 48)?.into(), word(bytes, 52)?.into())?;
@@ -119,7 +119,7 @@ impl<'a> Ktx2<'a> {
     }
 
     fn inflated(&self) -> Result<Vec<u8>, String> {
-        let bad = |error: &dyn std::fmt::Display| format!("its Zstandard stream: {error}");
+        let bad = |error: &dyn std::fmt::Display| format!("Zstandard stream: {error}");
         let decoder = ruzstd::decoding::StreamingDecoder::new(self.level).map_err(|e| bad(&e))?;
         let mut blocks = Vec::new();
         let most = self.block_bytes() as u64 + 1;
@@ -130,7 +130,7 @@ impl<'a> Ktx2<'a> {
     fn uastc(&self, blocks: &[u8]) -> Result<Vec<u8>, String> {
         if blocks.len() != self.block_bytes() {
             let (found, wanted) = (blocks.len(), self.block_bytes());
-            return Err(format!("its UASTC blocks must have {wanted} bytes, got {found}"));
+            return Err(format!("UASTC blocks must have {wanted} bytes, got {found}"));
         }
         let [num_blocks_x, num_blocks_y] = self.blocks();
         let parameters = SliceParametersUastc {
@@ -144,12 +144,12 @@ impl<'a> Ktx2<'a> {
         let flags = basis_universal::transcoding::DecodeFlags::empty();
         transcoder
             .transcode_slice(blocks, parameters, flags, format)
-            .map_err(|_| "its UASTC blocks cannot be decoded".to_owned())
+            .map_err(|_| "UASTC blocks cannot be decoded".to_owned())
     }
 
     fn etc1s(&self) -> Result<Vec<u8>, String> {
         let file = self.as_basis()?;
-        let bad = || "its ETC1S texels cannot be decoded".to_owned();
+        let bad = || "ETC1S texels cannot be decoded".to_owned();
         let mut transcoder = Transcoder::new();
         transcoder.prepare_transcoding(&file).map_err(|()| bad())?;
         let format = TranscoderTextureFormat::RGBA32;
@@ -182,7 +182,7 @@ impl<'a> Ktx2<'a> {
         }
         parts.extend(&slices);
         if parts.iter().any(|part| part.len() >= 1 << 24) {
-            return Err("its ETC1S parts must be smaller than 16 MiB each".to_owned());
+            return Err("ETC1S parts must be smaller than 16 MiB each".to_owned());
         }
         let mut offset = HEADER + SLICE * slices.len();
         let mut offsets = Vec::new();
@@ -257,7 +257,7 @@ mod tests {
             // The smaller levels, which come first, are not looked at.
             let _ = decode(&file[..length]);
         }
-        assert!(decode(&file[..60]).unwrap_err().contains("cut short"));
+        assert!(decode(&file[..60]).unwrap_err().contains("truncated"));
         for at in 0..200 {
             for flip in [1, 0x80, 0xff] {
                 let mut bytes = file.clone();

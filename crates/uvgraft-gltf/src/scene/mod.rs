@@ -219,7 +219,7 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
             find(&document.skins, skin, "skin", &place)?;
         }
         if node.weights.iter().any(|weight| !weight.is_finite()) {
-            return Err(SceneError::content(place, "a weight is infinite, wanted finite numbers"));
+            return Err(SceneError::content(place, "weights must be finite"));
         }
         let mut weights = mesh.map_or_else(Vec::new, |mesh| mesh.weights.clone());
         for (weight, own) in weights.iter_mut().zip(&node.weights) {
@@ -239,7 +239,7 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
             let place = format!("node {parent}");
             find(&document.nodes, child, "node", &place)?;
             if let Some(first) = nodes[child as usize].parent.replace(parent) {
-                let reason = format!("its child {child} is also one of node {first}");
+                let reason = format!("child {child} already has the parent {first}");
                 return Err(SceneError::content(place, reason));
             }
         }
@@ -248,8 +248,7 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
 }
 
 fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError> {
-    let not_finite =
-        || SceneError::content(place, "its place in the tree is infinite, wanted finite numbers");
+    let not_finite = || SceneError::content(place, "world transform must be finite");
     if let Some(matrix) = &node.matrix {
         if !matrix.iter().all(|value| value.is_finite()) {
             return Err(not_finite());
@@ -307,7 +306,7 @@ fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
         let mut reached = vec![false; nodes.len()];
         order.iter().for_each(|&node| reached[node] = true);
         let node = reached.iter().position(|reached| !reached).unwrap_or_default();
-        return Err(SceneError::content(format!("node {node}"), "it is among its own ancestors"));
+        return Err(SceneError::content(format!("node {node}"), "must not be its own ancestor"));
     }
     Ok(order)
 }
@@ -342,7 +341,8 @@ fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>
                 let matrices = accessors.floats::<16>(accessor, None)?;
                 if matrices.len() < joints.len() {
                     let (found, wanted) = (matrices.len(), joints.len());
-                    let reason = format!("{found} matrices for {wanted} joints");
+                    let reason =
+                        format!("must have {wanted} matrices, one for each joint, got {found}");
                     return Err(SceneError::content(place, reason));
                 }
                 matrices.iter().map(transform::affine_from_columns).collect()
@@ -378,7 +378,8 @@ fn check_joints(
         let influences =
             meshes[mesh].primitives.iter().filter_map(|primitive| primitive.influences.as_ref());
         if let Some(wanted) = influences.map(|i| i.joints).find(|&joints| joints > found) {
-            let reason = format!("mesh {mesh} uses joint {}, skin {skin} has {found}", wanted - 1);
+            let reason =
+                format!("mesh {mesh} uses joint {}, but skin {skin} has {found}", wanted - 1);
             return Err(SceneError::content(format!("node {index}"), reason));
         }
     }
@@ -396,12 +397,14 @@ fn expressions(
         for bind in &expression.morph_target_binds {
             let &found = find(targets, bind.node, "node", &place)?;
             if bind.index as usize >= found {
-                let reason =
-                    format!("it names morph target {}, node {} has {found}", bind.index, bind.node);
+                let reason = format!(
+                    "refers to morph target {}, but node {} has {found}",
+                    bind.index, bind.node
+                );
                 return Err(SceneError::content(place, reason));
             }
             if !bind.weight.is_finite() {
-                return Err(SceneError::content(place, "its weight is infinite"));
+                return Err(SceneError::content(place, "weight must be finite"));
             }
             binds.push((bind.node as usize, bind.index as usize, bind.weight));
         }

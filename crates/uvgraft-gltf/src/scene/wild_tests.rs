@@ -127,16 +127,16 @@ fn compressed_parts_that_lie_are_refused() {
     let compressed = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
     let cases = [
         (meshopt("count", json!(u64::MAX)), "decompressed bytes"),
-        (meshopt("count", json!(1 << 27)), "cut short"),
+        (meshopt("count", json!(1 << 27)), "truncated"),
         (meshopt("count", json!(1_u64 << 40)), "decompressed bytes"),
-        (meshopt("byteLength", json!(40)), "cut short"),
-        (meshopt("byteLength", json!(1 << 30)), "do not fit into buffer 0"),
-        (meshopt("byteOffset", json!(u64::MAX)), "do not fit"),
-        (meshopt("buffer", json!(7)), "names buffer 7"),
+        (meshopt("byteLength", json!(40)), "truncated"),
+        (meshopt("byteLength", json!(1 << 30)), "exceed buffer 0"),
+        (meshopt("byteOffset", json!(u64::MAX)), "exceed buffer"),
+        (meshopt("buffer", json!(7)), "refers to buffer 7"),
         (meshopt("byteStride", json!(6)), "multiple of 4"),
         (meshopt("mode", json!("SOUP")), "SOUP"),
         (meshopt("filter", json!("QUATERNION")), "stride of 8"),
-        (draco().with(&format!("{compressed}/bufferView"), json!(99)), "names buffer view 99"),
+        (draco().with(&format!("{compressed}/bufferView"), json!(99)), "refers to buffer view 99"),
         (draco().with(&format!("{compressed}/bufferView"), json!(4)), "Draco stream"),
         (draco().with(&format!("{compressed}/attributes/POSITION"), json!(9)), "no attribute 9"),
         (draco().with("/accessors/0/count", json!(7)), "must have 7 elements, got 6"),
@@ -300,7 +300,10 @@ fn a_file_with_parts_beside_it_becomes_one() {
     std::fs::write(&path, beside.json.to_string()).unwrap();
     let refused = whole(&path).unwrap_err().to_string();
     std::fs::remove_dir_all(&folder).unwrap();
-    assert!(refused.contains("me.gltf") && refused.contains("not a file beside it"), "{refused}");
+    assert!(
+        refused.contains("me.gltf") && refused.contains("must be a file beside the model"),
+        "{refused}"
+    );
     let scene = Scene::read(&glb).unwrap();
     assert_eq!(scene.textures()[0].size(), uvgraft::Size::square(2));
     let document = gltf::Gltf::from_slice_without_validation(&glb).unwrap();

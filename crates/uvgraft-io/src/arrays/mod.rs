@@ -21,7 +21,7 @@ pub(crate) use self::archive::ArchiveInMemory;
 pub(crate) use self::collect::{Collector, Outside, Unread};
 pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;
-pub use self::partial::{ArrayFile, Wanted};
+pub use self::partial::{ArrayFile, ArraySelection};
 pub use self::write::{save_npz, write_npz};
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;

@@ -135,9 +135,9 @@ mod tests {
         arrays.hold("joints".to_owned(), Held::LeftOut("a dict".to_owned()));
         let why = |name| arrays.require(name).unwrap_err().to_string();
         assert_eq!(arrays.require("f").unwrap().integers(), Some(vec![3]));
-        assert_eq!(why("weights"), "there is no array `weights`; there are `f`, `gender`");
-        assert_eq!(why("joints"), "array `joints` was not read: a dict");
-        assert_eq!(why("gender"), "array `gender` was not read: it is a text");
+        assert_eq!(why("weights"), "no array `weights`; the file has `f`, `gender`");
+        assert_eq!(why("joints"), "array `joints` cannot be used: a dict");
+        assert_eq!(why("gender"), "array `gender` cannot be used: it is a text");
         assert_eq!(arrays.left_out("joints"), Some("a dict"));
         assert_eq!((arrays.text("f"), arrays.get("gender")), (None, None));
         assert_eq!(arrays.names().collect::<Vec<_>>(), ["f", "gender"]);

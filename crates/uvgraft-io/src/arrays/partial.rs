@@ -19,7 +19,7 @@ use crate::numpy::MAGIC;
 
 /// How much of an array is asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Wanted {
+pub enum ArraySelection {
     /// None of it: its name is known and nothing else.
     Nothing,
     /// All of it.
@@ -83,7 +83,7 @@ impl ArrayFile {
     /// [`ReadError`] as [`read`](super::read); what is not asked for is not looked at.
     pub fn read(
         &mut self,
-        mut wanted: impl FnMut(&str, &[usize]) -> Wanted,
+        mut wanted: impl FnMut(&str, &[usize]) -> ArraySelection,
     ) -> Result<NamedArrays, ReadError<ArraysError>> {
         let found = match &mut self.content {
             Source::Zip(archive) => from_archive(archive, &mut wanted),
@@ -95,7 +95,7 @@ impl ArrayFile {
 
 fn from_memory(
     arrays: &mut NamedArrays,
-    wanted: &mut dyn FnMut(&str, &[usize]) -> Wanted,
+    wanted: &mut dyn FnMut(&str, &[usize]) -> ArraySelection,
 ) -> Result<NamedArrays, ArraysError> {
     let (mut found, mut left) = (NamedArrays::new(), NamedArrays::new());
     for (name, held) in std::mem::take(arrays).into_entries() {
@@ -104,11 +104,11 @@ fn from_memory(
             _ => wanted(&name, &[]),
         };
         match (how, held) {
-            (Wanted::Nothing, held) => {
+            (ArraySelection::Nothing, held) => {
                 found.hold(name.clone(), Held::Skipped);
                 left.hold(name, held);
             }
-            (Wanted::Columns(columns), Held::Array(array)) => {
+            (ArraySelection::Columns(columns), Held::Array(array)) => {
                 let array = array.narrowed().with_columns(&columns);
                 found.hold(name.clone(), array.map_or(Held::Skipped, Held::Array));
                 left.hold(name, Held::Skipped);
@@ -129,7 +129,7 @@ fn from_memory(
 
 fn from_archive(
     archive: &mut Archive<BufReader<File>>,
-    wanted: &mut dyn FnMut(&str, &[usize]) -> Wanted,
+    wanted: &mut dyn FnMut(&str, &[usize]) -> ArraySelection,
 ) -> Result<NamedArrays, ArraysError> {
     npz::each(archive, |archive, index, name, collector| {
         let found = archive.stream(index, |entry, size| {
@@ -137,35 +137,35 @@ fn from_archive(
             read_header(entry, &mut header)?;
             let Some(described) = npy::describe(&header)? else {
                 // Texts and objects are small, and read as they always are.
-                return Ok(if wanted(name, &[]) == Wanted::Nothing {
-                    Found::Held(Held::Skipped)
+                return Ok(if wanted(name, &[]) == ArraySelection::Nothing {
+                    EntryContent::Held(Held::Skipped)
                 } else {
                     entry.read_to_end(&mut header).map_err(|error| unreadable(&error))?;
-                    Found::Bytes(header)
+                    EntryContent::Bytes(header)
                 });
             };
             let columns = match wanted(name, &described.shape) {
-                Wanted::Nothing => return Ok(Found::Held(Held::Skipped)),
-                Wanted::All => None,
-                Wanted::Columns(columns) => Some(columns),
+                ArraySelection::Nothing => return Ok(EntryContent::Held(Held::Skipped)),
+                ArraySelection::All => None,
+                ArraySelection::Columns(columns) => Some(columns),
             };
             let values = size.saturating_sub(header.len() as u64);
             if described.bytes() != usize::try_from(values).ok() {
                 return Err(described.other_size(values));
             }
             decode(entry, &described, columns.as_deref(), |count| collector.spend(count))
-                .map(|array| Found::Held(Held::Array(array)))
+                .map(|array| EntryContent::Held(Held::Array(array)))
         })?;
         match found {
-            Ok(Found::Held(held)) => collector.hold(name, held),
-            Ok(Found::Bytes(bytes)) => npz::add(name, &bytes, collector)?,
+            Ok(EntryContent::Held(held)) => collector.hold(name, held),
+            Ok(EntryContent::Bytes(bytes)) => npz::add(name, &bytes, collector)?,
             Err(unread) => collector.unread(name, unread)?,
         }
         Ok(())
     })
 }
 
-enum Found {
+enum EntryContent {
     Held(Held),
     /// A whole NPY file.
     Bytes(Vec<u8>),
@@ -230,9 +230,9 @@ mod tests {
         let some = file.read(|name, shape| {
             shapes.push((name.to_owned(), shape.to_vec()));
             if name == "wide" {
-                Wanted::Columns(vec![0..2, 150..151, 199..400])
+                ArraySelection::Columns(vec![0..2, 150..151, 199..400])
             } else {
-                Wanted::Nothing
+                ArraySelection::Nothing
             }
         });
         let some = some.unwrap();
@@ -243,18 +243,23 @@ mod tests {
         assert_eq!(wide.f32s()[5999], 299_999.0);
         assert!(some.get("few").is_none() && some.text("gender").is_none());
         // Asked again, for the rest.
-        let rest = file.read(|name, _| if name == "wide" { Wanted::Nothing } else { Wanted::All });
+        let rest =
+            file.read(
+                |name, _| {
+                    if name == "wide" { ArraySelection::Nothing } else { ArraySelection::All }
+                },
+            );
         let rest = rest.unwrap();
         assert_eq!(rest.get("few").unwrap().integers().unwrap(), [1, 2, 3, 4]);
         assert_eq!(rest.text("gender"), Some("male"));
         let why = rest.require("wide").unwrap_err().to_string();
-        assert_eq!(why, "array `wide` was not read: it was not asked for");
+        assert_eq!(why, "array `wide` cannot be used: it was not asked for");
     }
 
     #[test]
     fn all_of_it_is_what_reading_the_whole_file_gives() {
         let (_folder, path) = file("a.npz");
-        let all = ArrayFile::open(&path).unwrap().read(|_, _| Wanted::All).unwrap();
+        let all = ArrayFile::open(&path).unwrap().read(|_, _| ArraySelection::All).unwrap();
         let whole = super::super::read(&path).unwrap();
         for name in ["wide", "few"] {
             let (a, b) = (all.get(name).unwrap(), whole.get(name).unwrap());
@@ -269,10 +274,11 @@ mod tests {
         bytes[100_000] ^= 1;
         std::fs::write(&path, &bytes).unwrap();
         let mut file = ArrayFile::open(&path).unwrap();
-        let error = file.read(|_, _| Wanted::All).unwrap_err().to_string();
+        let error = file.read(|_, _| ArraySelection::All).unwrap_err().to_string();
         assert!(error.contains("a.npz: array `wide.npy`"), "{error}");
-        let few =
-            |name: &str, _: &[usize]| if name == "few" { Wanted::All } else { Wanted::Nothing };
+        let few = |name: &str, _: &[usize]| {
+            if name == "few" { ArraySelection::All } else { ArraySelection::Nothing }
+        };
         assert!(file.read(few).unwrap().get("few").is_some());
         bytes.truncate(bytes.len() / 2);
         std::fs::write(&path, &bytes).unwrap();

@@ -9,7 +9,7 @@ use crate::input::ReadError;
 
 /// What kind of file a texture is read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum TextureSource {
     /// The tensors that were trained: exact, and with the confidence.
     Dump,
     /// A picture of them, of 8 bits.
@@ -18,11 +18,11 @@ pub enum Kind {
 
 /// The file of a workspace that is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct TextureFile {
     /// The file of the colours.
     pub file: PathBuf,
     /// What kind of file it is.
-    pub kind: Kind,
+    pub kind: TextureSource,
     /// How many other files of textures there are, which are older or less exact.
     pub others: usize,
 }
@@ -37,15 +37,15 @@ pub struct Found {
 ///
 /// # Errors
 /// [`ReadError`], with the path, if a folder cannot be read, or there is no texture.
-pub fn find(workspace: &Path) -> Result<Found, ReadError<FateError>> {
+pub fn find(workspace: &Path) -> Result<TextureFile, ReadError<FateError>> {
     let mut bakings = vec![workspace.to_owned()];
     bakings.extend(
         entries(workspace)?.into_iter().filter(|path| name(path).starts_with("baking")).rev(),
     );
     let mut files = Vec::new();
     for (kind, folder, end) in [
-        (Kind::Dump, "dump_texture", "tex_dump.pth"),
-        (Kind::Picture, "visualize_texture", "color.png"),
+        (TextureSource::Dump, "dump_texture", "tex_dump.pth"),
+        (TextureSource::Picture, "visualize_texture", "color.png"),
     ] {
         for baking in &bakings {
             let folder = baking.join(folder);
@@ -60,7 +60,7 @@ pub fn find(workspace: &Path) -> Result<Found, ReadError<FateError>> {
     }
     let others = files.len().saturating_sub(1);
     match files.into_iter().next() {
-        Some((file, kind)) => Ok(Found { file, kind, others }),
+        Some((file, kind)) => Ok(TextureFile { file, kind, others }),
         None => {
             let path = workspace.to_owned();
             Err(ReadError::Content { path, reason: FateError::Nothing })

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::texture::{Channels, Texture, TextureError};
 
-pub use self::find::{Found, Kind, find};
+pub use self::find::{TextureFile, TextureSource, find};
 use self::resample::{Planes, Upright};
 use crate::arrays::{ArraysError, MAX_FILE_BYTES, NamedArrays};
 use crate::image::{self, ImageError};
@@ -95,7 +95,7 @@ pub struct FateRead {
     /// The file of the colours.
     pub file: PathBuf,
     /// What kind of file it is.
-    pub kind: Kind,
+    pub kind: TextureSource,
 }
 
 /// Reads a dump, resampled to `size` × `size` texels; see the module. Tensors other than `color` and
@@ -129,14 +129,14 @@ pub fn parse_dump(bytes: &[u8], size: u32) -> Result<FateTexture, FateError> {
 /// [`ReadError`], with the path, if there is no texture, or it cannot be read or is refused.
 pub fn read(path: &Path, size: u32) -> Result<FateRead, ReadError<FateError>> {
     let (file, kind) = if path.is_dir() {
-        let Found { file, kind, .. } = find(path)?;
+        let TextureFile { file, kind, .. } = find(path)?;
         (file, kind)
     } else {
-        (path.to_owned(), Kind::Dump)
+        (path.to_owned(), TextureSource::Dump)
     };
     let texture = match kind {
-        Kind::Dump => read_file(&file, MAX_FILE_BYTES, |bytes| parse_dump(bytes, size))?,
-        Kind::Picture => read_pictures(&file, size)?,
+        TextureSource::Dump => read_file(&file, MAX_FILE_BYTES, |bytes| parse_dump(bytes, size))?,
+        TextureSource::Picture => read_pictures(&file, size)?,
     };
     Ok(FateRead { texture, file, kind })
 }

@@ -54,16 +54,16 @@ fn colours_and_confidence_have_their_own_curves() {
 #[test]
 fn other_tensors_are_refused_with_their_shapes() {
     let shape = |shape: &[usize]| error(&dump([("color", tensor(shape, |_| 0.0))]));
-    assert_eq!(shape(&[3, 8, 8]), "`color` has shape [3, 8, 8], wanted [1, 3, N, N]");
+    assert_eq!(shape(&[3, 8, 8]), "`color` must have shape [1, 3, N, N], got [3, 8, 8]");
     for other in [&[1, 3, 8, 4][..], &[1, 4, 8, 8], &[2, 3, 8, 8], &[1, 3, 0, 0], &[]] {
-        assert!(shape(other).starts_with("`color` has shape "), "{other:?}");
+        assert!(shape(other).starts_with("`color` must have shape "), "{other:?}");
     }
     let opacity = ("opacity", tensor(&[1, 1, 4, 4], |_| 0.0));
     let bytes = dump([("color", tensor(&[1, 3, 8, 8], |_| 0.0)), opacity.clone()]);
-    assert_eq!(error(&bytes), "`opacity` has shape [1, 1, 4, 4], wanted [1, 1, 8, 8]");
-    assert_eq!(error(&dump([opacity])), "there is no array `color`; there are `opacity`");
+    assert_eq!(error(&bytes), "`opacity` must have shape [1, 1, 8, 8], got [1, 1, 4, 4]");
+    assert_eq!(error(&dump([opacity])), "no array `color`; the file has `opacity`");
     let broken = dump([("color", tensor(&[1, 3, 2, 2], |index| [0.0, f32::NAN][index % 2]))]);
-    assert_eq!(error(&broken), "`color` has 6 values that are no numbers, wanted none");
+    assert_eq!(error(&broken), "`color` must be finite, got 6 values that are NaN or infinite");
     let sound = dump([("color", tensor(&[1, 3, 1, 1], |_| 0.0))]);
     assert!(matches!(parse_dump(&sound, 0), Err(FateError::Texture(_))));
 }
@@ -78,7 +78,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
     };
     let newest = || find(workspace.path()).unwrap();
     let nothing = read(workspace.path(), 4).unwrap_err().to_string();
-    assert!(nothing.contains("wanted a workspace of FATE's"), "{nothing}");
+    assert!(nothing.contains("must be a FATE workspace"), "{nothing}");
     assert!(nothing.starts_with(&workspace.path().display().to_string()), "{nothing}");
 
     let picture = |path: &str, channels: Channels, level: u8| {
@@ -93,7 +93,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
     picture("baking/visualize_texture/020000_opacity.png", Channels::Grey, 51);
     let found = newest();
     assert!(found.file.ends_with("020000_color.png"), "{found:?}");
-    assert_eq!((found.kind, found.others), (Kind::Picture, 1));
+    assert_eq!((found.kind, found.others), (TextureSource::Picture, 1));
     let texture = read(workspace.path(), 2).unwrap().texture;
     // 0.5 + 0.2820948 · 1.78 · (2 · 191/255 - 1)
     assert!((texture.color.get(0, 0, 0) - 0.750_079_8).abs() < 1e-6, "{texture:?}");
@@ -104,7 +104,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
     put("baking/dump_texture/010_tex_dump.pth", 0.0);
     assert!(newest().file.ends_with("baking/dump_texture/010_tex_dump.pth"));
     let texture = read(workspace.path(), 2).unwrap();
-    assert_eq!((texture.texture.color.get(0, 0, 0), texture.kind), (0.5, Kind::Dump));
+    assert_eq!((texture.texture.color.get(0, 0, 0), texture.kind), (0.5, TextureSource::Dump));
     put("baking_full_head/dump_texture/001_tex_dump.pth", -9.0);
     assert!(newest().file.ends_with("baking_full_head/dump_texture/001_tex_dump.pth"));
     assert_eq!(newest().others, 5);

@@ -13,9 +13,9 @@ use super::{Format, TextureSpec};
 pub enum ImageError {
     /// The bytes begin like none of the formats.
     #[error(
-        "unknown image format (must be {names}): {}",
+        "not an image (must be {names}): {}",
         if start.is_empty() { "the file is empty".to_owned() }
-        else { format!("file starts with \"{}\"", start.escape_ascii()) },
+        else { format!("starts with \"{}\"", start.escape_ascii()) },
         names = Format::names()
     )]
     NotAnImage {

@@ -35,7 +35,7 @@ fn names(channels: Channels) -> &'static [&'static str] {
 }
 
 /// Where the texels of the file lie within the texture.
-struct Layout {
+struct ChannelLayout {
     header: StoredHeader,
     /// For each channel of the texture, its place in the file's list.
     sources: Vec<usize>,
@@ -51,7 +51,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
 }
 
 /// Checks the first layer, which is the one that is read.
-fn layout(headers: &[Header]) -> Result<Layout, ImageError> {
+fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     let wanted = "supported are layers with the channels R, G, B or Y, with or without A";
     let unsupported = |found| ImageError::Unsupported { format: FORMAT, found, wanted };
     let header = headers.first().ok_or_else(|| ImageError::damaged(FORMAT, "no layers"))?;
@@ -91,7 +91,7 @@ fn layout(headers: &[Header]) -> Result<Layout, ImageError> {
     ];
     let orientation = Orientation::default();
     let header = StoredHeader { size, channels, depth: Depth::F32, orientation };
-    Ok(Layout { header, sources, stored, offset })
+    Ok(ChannelLayout { header, sources, stored, offset })
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
@@ -131,7 +131,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
 /// Puts a channel into every `count`th value, as far as the data window lies inside the texture.
 fn place<S: Copy>(
     samples: &[S],
-    layout: &Layout,
+    layout: &ChannelLayout,
     values: &mut [f32],
     count: usize,
     to_float: impl Fn(S) -> f32,

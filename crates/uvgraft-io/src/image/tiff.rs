@@ -19,7 +19,7 @@ use super::{Decoded, EncodeError, Format, ImageError};
 const FORMAT: Format = Format::Tiff;
 
 /// What only TIFF needs to know beside the header.
-struct Layout {
+struct SampleLayout {
     header: StoredHeader,
     /// Bits of a stored value; below 8 they are packed, rows beginning at a byte.
     bits: u8,
@@ -30,7 +30,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     Ok(open(reader)?.1.header)
 }
 
-fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, Layout), ImageError> {
+fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, SampleLayout), ImageError> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = usize::try_from(MAX_BYTES).unwrap_or(usize::MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
@@ -83,12 +83,12 @@ fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, Layout), ImageError
     let header = StoredHeader { size, channels, depth, orientation };
     let is_premultiplied =
         channels.has_alpha() && extra == Some(ExtraSamples::AssociatedAlpha.to_u16());
-    Ok((decoder, Layout { header, bits, is_premultiplied }))
+    Ok((decoder, SampleLayout { header, bits, is_premultiplied }))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     let (mut decoder, layout) = open(Cursor::new(bytes))?;
-    let Layout { header, bits, is_premultiplied } = layout;
+    let SampleLayout { header, bits, is_premultiplied } = layout;
     let icc = decoder.find_tag(Tag::IccProfile).map_err(from_tiff)?;
     let icc = icc.map(|icc| icc.into_u8_vec().map_err(from_tiff)).transpose()?;
     let mut result = DecodingResult::U8(Vec::new());

@@ -133,7 +133,8 @@ mod tests {
     #[test]
     fn refuses_what_is_no_list_of_integers() {
         for descr in ["'<f4'", "'>f8'", "'|b1'", "'|O'", "'<U5'", "'<i3'", "'|i4'", "'i4'", "12"] {
-            let wanted = format!("NPY array has dtype {descr}, wanted integers (i1 to i8 or u1 to");
+            let wanted =
+                format!("NPY array must have dtype integers (i1 to i8 or u1 to u8), got {descr}; ");
             let found = error(descr, "(1,)", &[0; 8]);
             assert!(found.starts_with(&wanted), "{found}");
         }
@@ -142,12 +143,12 @@ mod tests {
         for shape in
             ["()", "(2, 2)", "(0, 2)", "(-1,)", "(1.5,)", "7", "(,)", "(36893488147419103232,)"]
         {
-            let wanted = format!("NPY array has shape {shape}, wanted (N,), (N, 1) or (1, N)");
+            let wanted = format!("NPY array must have shape (N,), (N, 1) or (1, N), got {shape}");
             assert_eq!(error("'<i4'", shape, &[0; 16]), wanted);
         }
         assert_eq!(parse(&array("'<i4'", "False", "(0,)", &[])), Ok(Vec::new()));
         let beyond = error("'<u8'", "(2,)", b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80");
-        assert_eq!(beyond, "entry 2: found 9223372036854775808, wanted a signed 64-bit integer");
+        assert_eq!(beyond, "entry 2: must be a signed 64-bit integer, got 9223372036854775808");
     }
 
     #[test]
@@ -158,10 +159,10 @@ mod tests {
         let found = mask("'|b1'", "(1, 3)", &[1, 0, 1]);
         assert_eq!(found, Ok(List::Mask(vec![true, false, true])));
         assert_eq!(mask("'|u1'", "(3,)", &[1, 0, 1]), Ok(List::Integers(vec![1, 0, 1])));
-        let cut = "NPY array needs 3 bytes after the header, found 2";
+        let cut = "NPY array must have 3 bytes after the header, got 2";
         assert_eq!(mask("'|b1'", "(3,)", &[1, 0]), Err(cut.to_owned()));
         let floats = mask("'<f4'", "(1,)", &[0; 4]).unwrap_err();
-        let wanted = "wanted integers (i1 to i8 or u1 to u8) or bools (b1); convert it";
+        let wanted = "dtype integers (i1 to i8 or u1 to u8) or bools (b1), got '<f4'";
         assert!(floats.contains(wanted), "{floats}");
         assert_eq!(parse_or_mask(b"7, 9"), Ok(List::Integers(vec![7, 9])));
     }
@@ -169,7 +170,7 @@ mod tests {
     #[test]
     fn claims_are_checked_against_the_bytes() {
         let needs = |wanted: &str, found: usize| {
-            format!("NPY array needs {wanted} bytes after the header, found {found}")
+            format!("NPY array must have {wanted} bytes after the header, got {found}")
         };
         assert_eq!(error("'<i4'", "(2,)", &[0; 7]), needs("8", 7));
         assert_eq!(error("'<i4'", "(2,)", &[0; 9]), needs("8", 9));
@@ -182,7 +183,7 @@ mod tests {
         assert_eq!(cut_short, IntegersError::NpyCutShort { wanted: 4_294_967_307, found: 14 });
         assert_eq!(
             parse(b"\x93NUMPY\x01\0v").unwrap_err().to_string(),
-            "NPY file cut short: header needs 10 bytes, file has 9"
+            "truncated NPY file: header must have 10 bytes, got 9"
         );
         assert_eq!(
             parse(b"\x93NUMPY\x04\0\0\0"),

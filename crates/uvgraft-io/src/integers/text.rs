@@ -78,22 +78,21 @@ mod tests {
     #[test]
     fn errors_name_the_line_and_what_was_found() {
         for (text, wanted) in [
-            ("1\r\n2\r\nthree", "line 3: found `three`, wanted an integer"),
-            ("[1, 2]", "line 1: found `[1`, wanted an integer"),
-            ("1\r2;3", "line 2: found `2;3`, wanted an integer"),
-            ("-", "line 1: found `-`, wanted an integer"),
-            ("1\n\u{e4}", "line 2: found `\\xc3\\xa4`, wanted an integer"),
+            ("1\r\n2\r\nthree", "line 3: must be an integer, got `three`"),
+            ("[1, 2]", "line 1: must be an integer, got `[1`"),
+            ("1\r2;3", "line 2: must be an integer, got `2;3`"),
+            ("-", "line 1: must be an integer, got `-`"),
+            ("1\n\u{e4}", "line 2: must be an integer, got `\\xc3\\xa4`"),
             (
                 "# ids\n12.0",
-                "line 2: found floating-point `12.0`, wanted an integer; \
-                 numpy.savetxt writes those with fmt=\"%d\"",
+                "line 2: must be an integer, got floating-point `12.0`; with numpy.savetxt, use fmt=\"%d\"",
             ),
             (
                 "1 2\n9223372036854775808",
-                "entry 3: found 9223372036854775808, wanted a signed 64-bit integer",
+                "entry 3: must be a signed 64-bit integer, got 9223372036854775808",
             ),
-            ("1,,2", "line 1: found a comma with no integer before it"),
-            ("1,2\n,3", "line 2: found a comma with no integer before it"),
+            ("1,,2", "line 1: comma without an integer before it"),
+            ("1,2\n,3", "line 2: comma without an integer before it"),
         ] {
             assert_eq!(parse(text.as_bytes()).unwrap_err().to_string(), wanted);
         }

@@ -235,7 +235,7 @@ mod tests {
         assert!(unpack(&bytes[..bytes.len() / 2], 5 << 20).is_err());
         assert!(unpack(b"no archive", 5 << 20).is_err());
         let lacking = error(unpack(&archive(&[(alex, b"22")]), 5 << 20));
-        assert_eq!(lacking, format!("{NAME} holds no {vgg}"));
+        assert_eq!(lacking, format!("{NAME} must contain {vgg}"));
         // A header that states more than there is.
         let mut header = tar::Header::new_gnu();
         header.set_path(alex).unwrap();
@@ -250,19 +250,24 @@ mod tests {
     #[test]
     fn a_checkpoint_must_hold_the_network() {
         let refused = |bytes: &[u8]| error(weights(bytes, LpipsNetwork::Alex));
-        let kernel = "AlexNet_0/Conv_0/kernel: found";
+        let kernel = "AlexNet_0/Conv_0/kernel: must be";
         for (bytes, wanted) in [
-            (&b"cos\nsystem\n."[..], "alexnet.ckpt: refused: os.system".to_owned()),
-            (b"}.", format!("{kernel} a dict, wanted a dict with `AlexNet_0`")),
-            (b"N.", format!("{kernel} None, wanted a dict with `AlexNet_0`")),
+            (
+                &b"cos\nsystem\n."[..],
+                "alexnet.ckpt: refused: the pickle imports os.system".to_owned(),
+            ),
+            (b"}.", format!("{kernel} a dict with `AlexNet_0`, got a dict")),
+            (b"N.", format!("{kernel} a dict with `AlexNet_0`, got None")),
             (
                 b"(U\x09AlexNet_0(U\x06Conv_0(U\x06kernelK\x01ddd.",
-                format!("{kernel} an int, wanted 32-bit floats of shape [11, 11, 3, 64]"),
+                format!("{kernel} 32-bit floats of shape [11, 11, 3, 64], got an int"),
             ),
             (
                 b"(U\x09AlexNet_0(U\x06Conv_0(U\x06kernelcnumpy.core.multiarray\nscalar\n\
                   (cnumpy\ndtype\nU\x02f4\x85RC\x04\0\0\x80?tRddd.",
-                format!("{kernel} an array of shape []"),
+                format!(
+                    "{kernel} 32-bit floats of shape [11, 11, 3, 64], got an array of shape []"
+                ),
             ),
         ] {
             let found = refused(bytes);

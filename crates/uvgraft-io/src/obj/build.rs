@@ -54,7 +54,7 @@ impl Builder {
     fn face(&mut self, cursor: &mut Cursor<'_>, line: usize) -> Result<(), ObjError> {
         let start = self.corners.len();
         while let Some(word) = cursor.value() {
-            let at = Place { line, corner: self.corners.len() - start + 1 };
+            let at = CornerPosition { line, corner: self.corners.len() - start + 1 };
             let corner = self.corner(word, at)?;
             self.corners.push(corner);
         }
@@ -67,8 +67,8 @@ impl Builder {
         Ok(())
     }
 
-    fn corner(&mut self, word: &[u8], at: Place) -> Result<Corner, ObjError> {
-        let Place { line, corner } = at;
+    fn corner(&mut self, word: &[u8], at: CornerPosition) -> Result<Corner, ObjError> {
+        let CornerPosition { line, corner } = at;
         let wrong = || ObjError::Corner { line, corner, found: shown(word) };
         let mut fields = word.split(|&byte| byte == b'/');
         let vertex = fields.next().and_then(integer).ok_or_else(wrong)?;
@@ -154,7 +154,7 @@ fn saturated(count: usize) -> u32 {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+struct CornerPosition {
     line: usize,
     corner: usize,
 }
@@ -165,7 +165,7 @@ struct Place {
 /// always among them: all before it exist, so it exceeds them.
 #[derive(Default)]
 struct Forward {
-    records: Vec<(i64, Place)>,
+    records: Vec<(i64, CornerPosition)>,
 }
 
 impl Forward {
@@ -175,9 +175,9 @@ impl Forward {
         what: &'static str,
         found: i64,
         count: usize,
-        at: Place,
+        at: CornerPosition,
     ) -> Result<u32, ObjError> {
-        let Place { line, corner } = at;
+        let CornerPosition { line, corner } = at;
         let known = count as i64;
         let index = match found {
             0 => return Err(ObjError::ZeroIndex { line, corner, what }),
@@ -194,9 +194,9 @@ impl Forward {
     }
 
     /// The first index beyond the `count` elements that there are in the end.
-    fn missing(&self, what: &'static str, count: usize) -> Option<(Place, ObjError)> {
+    fn missing(&self, what: &'static str, count: usize) -> Option<(CornerPosition, ObjError)> {
         let &(found, at) = self.records.iter().find(|&&(found, _)| found > count as i64)?;
-        let Place { line, corner } = at;
+        let CornerPosition { line, corner } = at;
         Some((at, ObjError::Index { line, corner, what, found, count }))
     }
 }

@@ -96,7 +96,7 @@ fn faces_may_come_before_their_vertices() {
     let error = parse(text.as_bytes()).unwrap_err();
     let wanted = ObjError::Index { line: 3, corner: 3, what: "vertex", found: 3, count: 2 };
     assert_eq!(error, wanted);
-    assert_eq!(error.to_string(), "line 3: corner 3 uses vertex 3, but the file has 2");
+    assert_eq!(error.to_string(), "line 3: corner 3: vertex index must be at most 2, got 3");
 }
 
 #[test]
@@ -121,46 +121,43 @@ fn parts_merge_split_and_lose_their_names_again() {
 #[test]
 fn errors_name_the_line_what_was_found_and_what_was_wanted() {
     for (line, wanted) in [
-        ("f 1/1 2 3/3", "line 9: corner 2 has no texture coordinate; uvgraft needs `v/vt`"),
-        ("f 1/1 2/2 3//3", "line 9: corner 3 has no texture coordinate; uvgraft needs `v/vt`"),
-        ("f 1/1 2/ 3/3", "line 9: corner 2 has no texture coordinate; uvgraft needs `v/vt`"),
-        ("f 1/1 2/2", "line 9: face has 2 corners, needs at least 3"),
-        ("f", "line 9: face has 0 corners, needs at least 3"),
-        ("f 1/1 2/2 # 3/3", "line 9: face has 2 corners, needs at least 3"),
-        ("f 1/1 0/2 3/3", "line 9: corner 2 uses vertex 0, but indices start at 1"),
-        ("f 1/1 2/-0 3/3", "line 9: corner 2 uses texture coordinate 0, but indices start at 1"),
-        ("f 1/1 2/2 5/3", "line 9: corner 3 uses vertex 5, but the file has 4"),
-        ("f 1/1 2/5 5/3", "line 9: corner 2 uses texture coordinate 5, but the file has 4"),
-        ("f -5/1 2/2 3/3", "line 9: corner 1 uses vertex -5, but 4 come before it"),
+        ("f 1/1 2 3/3", "line 9: corner 2 must have a texture coordinate (`v/vt`)"),
+        ("f 1/1 2/2 3//3", "line 9: corner 3 must have a texture coordinate (`v/vt`)"),
+        ("f 1/1 2/ 3/3", "line 9: corner 2 must have a texture coordinate (`v/vt`)"),
+        ("f 1/1 2/2", "line 9: face must have at least 3 corners, got 2"),
+        ("f", "line 9: face must have at least 3 corners, got 0"),
+        ("f 1/1 2/2 # 3/3", "line 9: face must have at least 3 corners, got 2"),
+        ("f 1/1 0/2 3/3", "line 9: corner 2: vertex index must start at 1, got 0"),
+        ("f 1/1 2/-0 3/3", "line 9: corner 2: texture coordinate index must start at 1, got 0"),
+        ("f 1/1 2/2 5/3", "line 9: corner 3: vertex index must be at most 4, got 5"),
+        ("f 1/1 2/5 5/3", "line 9: corner 2: texture coordinate index must be at most 4, got 5"),
+        ("f -5/1 2/2 3/3", "line 9: corner 1: relative vertex index must be at least -4, got -5"),
         (
             "f 1/99999999999999999999 2/2 3/3",
-            "line 9: corner 1 uses texture coordinate 9223372036854775807, but the file has 4",
+            "line 9: corner 1: texture coordinate index must be at most 4, got 9223372036854775807",
         ),
-        ("f 1/1 2/x 3/3", "line 9: corner 2 is `2/x`, wanted `v/vt` or `v/vt/vn`"),
-        ("f 1/1 2/2/n 3/3", "line 9: corner 2 is `2/2/n`, wanted `v/vt` or `v/vt/vn`"),
-        ("f 1/1 2/2/2/2 3/3", "line 9: corner 2 is `2/2/2/2`, wanted `v/vt` or `v/vt/vn`"),
-        ("f 1/1 /2 3/3", "line 9: corner 2 is `/2`, wanted `v/vt` or `v/vt/vn`"),
-        ("f 1.0/1 2/2 3/3", "line 9: corner 1 is `1.0/1`, wanted `v/vt` or `v/vt/vn`"),
-        ("f 1/- 2/2 3/3", "line 9: corner 1 is `1/-`, wanted `v/vt` or `v/vt/vn`"),
-        ("v 0 0,5 0", "line 9: found `0,5` in a vertex, wanted a number"),
-        ("v 0 0 0x1p3", "line 9: found `0x1p3` in a vertex, wanted a number"),
-        ("vt 0 ä", "line 9: found `\\xc3\\xa4` in a texture coordinate, wanted a number"),
-        ("v 0 nan 0", "line 9: found `nan` in a vertex, wanted a finite 32-bit number"),
-        ("v 0 0 -inf", "line 9: found `-inf` in a vertex, wanted a finite 32-bit number"),
-        ("v 0 0 1e39", "line 9: found `1e39` in a vertex, wanted a finite 32-bit number"),
-        (
-            "vt 1e999 0",
-            "line 9: found `1e999` in a texture coordinate, wanted a finite 32-bit number",
-        ),
-        ("v 0 0", "line 9: found 2 of the 3 numbers that a vertex needs"),
-        ("vt 0 # 0", "line 9: found 1 of the 2 numbers that a texture coordinate needs"),
-        ("\x1a\0", "line 9: found byte 0x1a in a keyword; not an OBJ text file"),
-        ("", "no faces: found 4 vertices but no `f` line"),
+        ("f 1/1 2/x 3/3", "line 9: corner 2 must be `v/vt` or `v/vt/vn`, got `2/x`"),
+        ("f 1/1 2/2/n 3/3", "line 9: corner 2 must be `v/vt` or `v/vt/vn`, got `2/2/n`"),
+        ("f 1/1 2/2/2/2 3/3", "line 9: corner 2 must be `v/vt` or `v/vt/vn`, got `2/2/2/2`"),
+        ("f 1/1 /2 3/3", "line 9: corner 2 must be `v/vt` or `v/vt/vn`, got `/2`"),
+        ("f 1.0/1 2/2 3/3", "line 9: corner 1 must be `v/vt` or `v/vt/vn`, got `1.0/1`"),
+        ("f 1/- 2/2 3/3", "line 9: corner 1 must be `v/vt` or `v/vt/vn`, got `1/-`"),
+        ("v 0 0,5 0", "line 9: vertex: must be a number, got `0,5`"),
+        ("v 0 0 0x1p3", "line 9: vertex: must be a number, got `0x1p3`"),
+        ("vt 0 ä", "line 9: texture coordinate: must be a number, got `\\xc3\\xa4`"),
+        ("v 0 nan 0", "line 9: vertex: must be a finite 32-bit number, got `nan`"),
+        ("v 0 0 -inf", "line 9: vertex: must be a finite 32-bit number, got `-inf`"),
+        ("v 0 0 1e39", "line 9: vertex: must be a finite 32-bit number, got `1e39`"),
+        ("vt 1e999 0", "line 9: texture coordinate: must be a finite 32-bit number, got `1e999`"),
+        ("v 0 0", "line 9: vertex must have 3 numbers, got 2"),
+        ("vt 0 # 0", "line 9: texture coordinate must have 2 numbers, got 1"),
+        ("\x1a\0", "not an OBJ file: byte 0x1a in a keyword on line 9"),
+        ("", "mesh must have faces, got 4 vertices and no `f` line"),
     ] {
         assert_eq!(error_at_9(line), wanted, "{line}");
     }
     let long = error_at_9(&format!("v {}", "9x".repeat(1000)));
-    assert_eq!(long, format!("line 9: found `{}…` in a vertex, wanted a number", "9x".repeat(16)));
+    assert_eq!(long, format!("line 9: vertex: must be a number, got `{}…`", "9x".repeat(16)));
 }
 
 #[test]
@@ -286,7 +283,7 @@ fn files_are_named_in_errors_and_replaced_whole() {
     assert_eq!(read(&path).unwrap(), small());
     std::fs::write(&path, "v 0 0\n").unwrap();
     let error = read(&path).unwrap_err().to_string();
-    let wanted = "small.obj: line 1: found 2 of the 3 numbers that a vertex needs";
+    let wanted = "small.obj: line 1: vertex must have 3 numbers, got 2";
     assert!(error.ends_with(wanted), "{error}");
     let missing = folder.path().join("missing.obj");
     assert!(read(&missing).unwrap_err().to_string().contains("missing.obj: "));
@@ -295,7 +292,7 @@ fn files_are_named_in_errors_and_replaced_whole() {
     file.set_len(MAX_FILE_BYTES + 1).unwrap();
     let error = read(&path).unwrap_err().to_string();
     assert!(
-        error.contains("has 2147483649 bytes") && error.contains("at most 2147483648"),
+        error.contains("got 2147483649 or more") && error.contains("at most 2147483648 bytes"),
         "{error}"
     );
 }

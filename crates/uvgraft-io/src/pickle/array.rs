@@ -28,14 +28,14 @@ impl Items {
 
 /// What an array is, and which value of the pickle holds its bytes.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct ArrayLayout {
     pub(super) dtype: Dtype,
     pub(super) shape: Vec<usize>,
     pub(super) fortran_order: bool,
     pub(super) data: Id,
 }
 
-impl Layout {
+impl ArrayLayout {
     /// The bytes that the shape asks for, if they can be counted.
     pub(super) fn bytes(&self) -> Option<usize> {
         self.dtype.bytes(&self.shape)
@@ -45,7 +45,7 @@ impl Layout {
 /// An array whose bytes are as many as its shape says.
 #[derive(Debug, Clone, Copy)]
 pub struct Array<'p> {
-    pub(super) layout: &'p Layout,
+    pub(super) layout: &'p ArrayLayout,
     pub(super) data: &'p [u8],
 }
 

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use super::PickleError;
-use super::array::{Items, Layout};
+use super::array::{ArrayLayout, Items};
 use super::class::{Class, Making, StorageKind};
 use super::machine::Machine;
 use super::value::{Id, Node, Value};
@@ -237,7 +237,7 @@ impl<'a> Machine<'a> {
             let kind = self.value(data).kind();
             return Err(self.scan.malformed(format!("must be the bytes of an array, got {kind}")));
         };
-        let layout = Layout { dtype, shape, fortran_order, data };
+        let layout = ArrayLayout { dtype, shape, fortran_order, data };
         if layout.bytes() != Some(bytes.len()) {
             let (shape, width, found) = (&layout.shape, dtype.width, bytes.len());
             return Err(self.scan.malformed(format!(

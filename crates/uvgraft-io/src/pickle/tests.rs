@@ -66,8 +66,8 @@ fn every_cut_and_every_changed_byte_is_survived() {
             }
         }
     }
-    assert_eq!(error(b""), "pickle cut short: byte 0 needs 1 bytes more, 0 are left");
-    assert_eq!(error(b"N.N."), "2 bytes follow the end of the pickle");
+    assert_eq!(error(b""), "truncated pickle: byte 0 must be followed by 1 bytes, got 0");
+    assert_eq!(error(b"N.N."), "unexpected 2 bytes after the end of the pickle");
 }
 
 #[test]
@@ -115,7 +115,6 @@ fn plain_values() {
 
 #[test]
 fn whatever_could_run_is_refused_by_name() {
-    let wants_to = "the pickle wants to use it";
     let cases: [(&[u8], &str); 8] = [
         (b"cos\nsystem\n(S'echo'\ntR.", "os.system"),
         (b"cposix\nsystem\n.", "posix.system"),
@@ -128,7 +127,7 @@ fn whatever_could_run_is_refused_by_name() {
     ];
     for (bytes, name) in cases {
         let found = error(bytes);
-        assert!(found.starts_with(&format!("refused: {name}; {wants_to}")), "{found}");
+        assert!(found.starts_with(&format!("refused: the pickle imports {name}, ")), "{found}");
     }
     let long = [&b"c"[..], &b"x".repeat(10_000), b"\nsystem\n."].concat();
     assert!(error(&long).len() < 200);
@@ -152,16 +151,17 @@ fn lengths_are_checked_before_they_are_believed() {
         b"\x8b\xff\xff\xff\xff",
         b"\x8a\xff",
     ] {
-        assert!(error(bytes).contains("cut short"), "{bytes:?}");
+        assert!(error(bytes).contains("truncated"), "{bytes:?}");
     }
     assert!(
-        error(b"\x95\xff\xff\xff\xff\xff\xff\xff\xff.").contains("a frame of 18446744073709551615")
+        error(b"\x95\xff\xff\xff\xff\xff\xff\xff\xff.")
+            .contains("a frame must have 18446744073709551615 bytes, got")
     );
-    assert!(error(b"\x80\x06N.").contains("protocol 6 is newer than 5"));
+    assert!(error(b"\x80\x06N.").contains("protocol must be at most 5, got 6"));
     assert!(error(b"\x8a\x09\0\0\0\0\0\0\0\0\x01.").contains("does not fit 64 bits"));
     assert!(error(b"\x8a\x09\0\0\0\0\0\0\0\x80\0.").contains("does not fit 64 bits"));
-    assert!(error(b"I99999999999999999999\n.").contains("found `99999999999999999999`"));
-    assert!(error(b"p-1\n.").contains("wanted a number"));
+    assert!(error(b"I99999999999999999999\n.").contains("got `99999999999999999999`"));
+    assert!(error(b"p-1\n.").contains("must be a number"));
     assert!(error(b"X\x01\0\0\0\xff.").contains("UTF-8"));
     for broken in
         [&b"V\\u12\n."[..], b"V\\ud800\n.", b"S'a\n.", b"S'\\x4'\n.", b"S'\\q'\n.", b"S'\n."]
@@ -173,23 +173,23 @@ fn lengths_are_checked_before_they_are_believed() {
 #[test]
 fn instructions_that_do_not_fit_are_refused() {
     for (bytes, wanted) in [
-        (&b"."[..], "where there is none"),
-        (b"t.", "a mark that is not set"),
-        (b"N(0.N.", "follow the end"),
-        (b"(N.", "values are left over"),
-        (b"NN.", "values are left over"),
-        (b"N(a.", "where there is none"),
-        (b"h\x05.", "value 5 is used before"),
-        (b"K\x01K\x02a.", "found an int, wanted a list"),
-        (b"](NNu.", "found a list, wanted a dict"),
-        (b"}(Nu.", "a key without a value"),
-        (b"(NNNd.", "a key without a value"),
-        (b"K\x01)R.", "found an int, wanted something to call"),
-        (b"cnumpy\ndtype\nNR.", "found None, wanted a tuple"),
-        (b"cnumpy\nndarray\n)R.", "Ndarray is called in an unknown way"),
-        (b"K\x01K\x02\x93.", "a name is no text"),
-        (b"N)b.", "None is filled that takes nothing"),
-        (b"cnumpy\ndtype\nU\x02f4\x85R)b.", "a dtype is filled in an unknown way"),
+        (&b"."[..], "stack underflow"),
+        (b"t.", "missing mark"),
+        (b"N(0.N.", "after the end"),
+        (b"(N.", "values left on the stack"),
+        (b"NN.", "values left on the stack"),
+        (b"N(a.", "stack underflow"),
+        (b"h\x05.", "memo 5 is used before"),
+        (b"K\x01K\x02a.", "must append to a list, got an int"),
+        (b"](NNu.", "must append to a dict, got a list"),
+        (b"}(Nu.", "key without a value"),
+        (b"(NNNd.", "key without a value"),
+        (b"K\x01)R.", "must call a global, got an int"),
+        (b"cnumpy\ndtype\nNR.", "must be a tuple, got None"),
+        (b"cnumpy\nndarray\n)R.", "unsupported call of Ndarray"),
+        (b"K\x01K\x02\x93.", "a name must be a string"),
+        (b"N)b.", "None is built although it takes no state"),
+        (b"cnumpy\ndtype\nU\x02f4\x85R)b.", "unsupported state of a dtype"),
     ] {
         let found = error(bytes);
         assert!(found.contains(wanted), "{bytes:?}\nfound:  {found}\nwanted: {wanted}");
@@ -223,23 +223,23 @@ fn arrays_that_are_not_what_they_say() {
     assert_eq!(parse(&whole).unwrap().root().as_array().unwrap().f32s(), None);
     for dtype in [&b"O"[..], b"O8", b"V8", b"U2", b"S8", b"c8", b"datetime64"] {
         let found = error(&array_of(&floats, dtype, b"K\x01\x85", b'C'));
-        assert!(found.contains("wanted numbers"), "{found}");
+        assert!(found.contains("must be num"), "{found}");
     }
     for (shape, wanted) in [
-        (&b"K\x03\x85"[..], "shape [3] and 4 bytes a number has 8 bytes"),
-        (b"K\x01\x85", "has 8 bytes"),
-        (b")", "shape [] and"),
-        (b"J\xff\xff\xff\xff\x85", "no shape"),
-        (b"K\x02", "no shape"),
-        (b"U\x01a\x85", "no shape"),
-        (b"\x8a\x08\0\0\0\0\0\0\0\x40K\x08\x86", "has 8 bytes"),
+        (&b"K\x03\x85"[..], "shape [3] with 4 bytes per value cannot have 8 bytes"),
+        (b"K\x01\x85", "cannot have 8 bytes"),
+        (b")", "shape [] with"),
+        (b"J\xff\xff\xff\xff\x85", "without a shape"),
+        (b"K\x02", "without a shape"),
+        (b"U\x01a\x85", "without a shape"),
+        (b"\x8a\x08\0\0\0\0\0\0\0\x40K\x08\x86", "cannot have 8 bytes"),
     ] {
         let found = error(&array_of(&floats, b"f4", shape, b'C'));
         assert!(found.contains(wanted), "found:  {found}\nwanted: {wanted}");
     }
     let axes = [&b"("[..], &b"K\x01".repeat(65), b"t"].concat();
-    assert!(error(&array_of(&floats, b"f8", &axes, b'C')).contains("no shape"));
-    assert!(error(&array_of(&floats, b"f4", b"K\x02\x85", b'A')).contains("neither C nor F"));
+    assert!(error(&array_of(&floats, b"f8", &axes, b'C')).contains("without a shape"));
+    assert!(error(&array_of(&floats, b"f4", b"K\x02\x85", b'A')).contains("C or F"));
     let number = b"cnumpy.core.multiarray\nscalar\n(cnumpy\ndtype\nU\x02f4\x85RC\x04\0\0\x80?tR.";
     let pickle = parse(number).unwrap();
     let number = pickle.root().as_array().unwrap();
@@ -255,7 +255,7 @@ fn bombs() {
     let deep = [&b")"[..], &b"\x85".repeat(500_000), b"."].concat();
     assert_eq!(parse(&deep).unwrap().root().kind(), "a tuple");
     let marks = [&b"(".repeat(500_000)[..], b"N."].concat();
-    assert!(error(&marks).contains("left over"));
+    assert!(error(&marks).contains("left on the stack"));
     // Each tuple holds the one before twice: 2^100 leaves, were they ever spread out.
     let doubled = [&b"K\x01q\0"[..], &b"0h\0h\0\x86q\0".repeat(100), b"."].concat();
     assert_eq!(parse(&doubled).unwrap().root().items().unwrap().len(), 2);
@@ -264,7 +264,7 @@ fn bombs() {
     assert_eq!(own.root().items().unwrap().next().unwrap().kind(), "a list");
     // More instructions than any file has.
     let long = b"N0".repeat(MOST_INSTRUCTIONS / 2 + 1);
-    let wanted = "the pickle has too many instructions, at most 1048576 are read";
+    let wanted = "pickle must have at most 1048576 instructions";
     assert_eq!(error(&long), wanted);
     // One long text that is made into bytes again and again.
     let mut decoded = b"\x80\x02c_codecs\nencode\nq\0X\0\0\x10\0".to_vec();
@@ -272,10 +272,10 @@ fn bombs() {
     decoded.extend(b"U\x06latin1\x86q\x01(");
     decoded.extend(b"h\0h\x01R".repeat(50_000));
     decoded.extend(b"t.");
-    assert!(error(&decoded).contains("too many decoded bytes"));
+    assert!(error(&decoded).contains("decoded bytes"));
     // One long tuple of arguments that is called with again and again.
     let mut called = b"(".to_vec();
     called.extend(b"N".repeat(300_000));
     called.extend(b"tq\0cnumpy\ndtype\nh\0R.");
-    assert!(error(&called).contains("300000 arguments are too many"));
+    assert!(error(&called).contains("too many arguments: 300000"));
 }

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use super::array::{Array, Items, Layout};
+use super::array::{Array, ArrayLayout, Items};
 use super::class::Making;
 use super::globals::Global;
 
@@ -26,7 +26,7 @@ pub(super) enum Node<'a> {
     Global(Global),
     Dtype(Items),
     /// An array; `None` between its creation and its filling.
-    Array(Option<Box<Layout>>),
+    Array(Option<Box<ArrayLayout>>),
     /// An array of whatever the list of that number holds.
     Objects(Id),
     /// An array of several texts, which nobody asks for.

@@ -139,6 +139,9 @@ mod tests {
         assert_eq!(masked(&[(0, 1)]), 11.0);
         assert_eq!(masked(&[(1, 0), (2, 0), (3, 1)]), (11.5 + 12.5 + 13.0) / 3.0);
         let wrong = maps.masked_mean(&mask((2, 1), |_, _| true)).unwrap_err();
-        assert_eq!(wrong.to_string(), "the mask is 2×1, the first texture 4×2");
+        assert_eq!(
+            wrong.to_string(),
+            "the mask must have the size of the first texture, 4×2, got 2×1"
+        );
     }
 }

@@ -222,16 +222,19 @@ fn equal_pictures_are_no_distance_apart() {
 
     let other = noise((64, 41), 4);
     let refused = lpips.compare(&picture, &other).unwrap_err();
-    assert_eq!(refused.to_string(), "the second texture is 64×41, the first texture 64×40");
+    assert_eq!(
+        refused.to_string(),
+        "the second texture must have the size of the first texture, 64×40, got 64×41"
+    );
     let small = noise((64, 30), 4);
     let refused = lpips.compare(&small, &small).unwrap_err();
-    assert_eq!(refused.to_string(), "LPIPS needs at least 31 texels a side, found 64×30");
+    assert_eq!(refused.to_string(), "LPIPS needs at least 31 texels a side, got 64×30");
     let mut values = vec![0.5; size.texels() * 3];
     values[(64 * 5 + 7) * 3] = -2e6;
     let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::F32(values));
     let refused = lpips.compare(&Colors::new(texture.unwrap()).unwrap(), &picture).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "texel (7, 5) holds a value beyond 1000000, more than LPIPS can look at"
+        "texel (7, 5) exceeds the range of LPIPS, from -1000000 to 1000000"
     );
 }

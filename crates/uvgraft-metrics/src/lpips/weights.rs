@@ -128,14 +128,14 @@ mod tests {
         };
         let (convolutions, linear) = parts();
         assert!(LpipsWeights::new(network, convolutions, linear).is_ok());
-        assert_eq!(refused(|parts| parts.0.truncate(4)), "convolutions: found 4 values, wanted 5");
+        assert_eq!(refused(|parts| parts.0.truncate(4)), "convolutions: expected 5 values, got 4");
         assert_eq!(
             refused(|parts| parts.0[1].bias.truncate(191)),
-            "the biases of convolution 2: found 191 values, wanted 192"
+            "the biases of convolution 2: expected 192 values, got 191"
         );
         assert_eq!(
             refused(|parts| parts.1[4][3] = f32::NAN),
-            "the weights of linear layer 5 hold a value that is not finite"
+            "the weights of linear layer 5 must be finite"
         );
         assert!(refused(|parts| parts.0[0].kernel[0] = f32::INFINITY).contains("convolution 1"));
     }

@@ -239,8 +239,8 @@ mod tests {
         let mut error =
             |map: &[i64]| pieces(&mut source, &mut target, map).unwrap_err().to_string();
         assert!(error(&[0, 1]).contains("2 entries, the source mesh has 7 vertices"));
-        assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("entry 6 is 7"));
-        assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("entry 3 is -2"));
+        assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("-1 for none; got 7"));
+        assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("-1 for none; got -2"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("none of the 1 source faces"));
     }
 }

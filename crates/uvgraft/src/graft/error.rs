@@ -41,7 +41,7 @@ pub enum GraftError {
     Region(#[from] RegionError),
     /// The region or the blend is one of another pair or direction.
     #[error(
-        "the {what} must be made for this pair and the direction {wanted:?}, got {} and {found:?}",
+        "the {what} must belong to this pair and the direction {wanted:?}, got {} and {found:?}",
         which_pair(*is_other_pair)
     )]
     Ground {

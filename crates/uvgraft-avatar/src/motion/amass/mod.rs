@@ -134,7 +134,7 @@ fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
     let found = match rate.f64s().as_ref() {
         &[rate] => rate,
         _ => {
-            let (key, wanted) = ("mocap_framerate", "one number".to_owned());
+            let (key, wanted) = ("mocap_framerate", "[1]".to_owned());
             return Err(MotionError::Shape { key, found: rate.shape().to_vec(), wanted });
         }
     };

@@ -144,7 +144,7 @@ mod tests {
         let error = check(&skeleton(&required[..required.len() - 2])).unwrap_err();
         let bones = vec![HumanBone::RightLowerArm, HumanBone::RightHand];
         assert_eq!(error, VrmError::MissingBones { bones });
-        let text = "the skeleton has no `rightLowerArm`, `rightHand`, which a VRM file must have";
+        let text = "the skeleton of a VRM file must have the bones `rightLowerArm`, `rightHand`";
         assert_eq!(error.to_string(), text);
 
         let with = |bone| [&required[..], &[bone]].concat();

@@ -48,10 +48,10 @@ impl VrmMeta {
     pub(super) fn check(&self) -> Result<(), VrmError> {
         let blank = |text: &String| text.trim().is_empty();
         if blank(&self.name) {
-            return Err(VrmError::Meta { problem: "has no name" });
+            return Err(VrmError::Meta { problem: "must have a name" });
         }
         if self.authors.is_empty() || self.authors.iter().any(blank) {
-            return Err(VrmError::Meta { problem: "has no author" });
+            return Err(VrmError::Meta { problem: "must have an author" });
         }
         Ok(())
     }

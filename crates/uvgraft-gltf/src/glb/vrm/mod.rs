@@ -24,20 +24,20 @@ pub(super) const EXTENSION: &str = "VRMC_vrm";
 #[non_exhaustive]
 pub enum VrmError {
     /// Something that a file must say about itself is not there.
-    #[error("the avatar {problem}, which a VRM file must have")]
+    #[error("the avatar of a VRM file {problem}")]
     Meta {
         /// What.
         problem: &'static str,
     },
     /// Bones that a file must have.
-    #[error("the skeleton has no {}, which a VRM file must have", names(bones))]
+    #[error("the skeleton of a VRM file must have the bones {}", names(bones))]
     MissingBones {
         /// Which.
         bones: Vec<HumanBone>,
     },
     /// A bone does not hang on the one that it must hang on.
     #[error(
-        "the bone `{}` does not hang on the bone `{}`, as it must in a VRM file",
+        "the bone `{}` of a VRM file must be a descendant of the bone `{}`",
         bone.name(),
         parent.name()
     )]
@@ -48,7 +48,7 @@ pub enum VrmError {
         parent: HumanBone,
     },
     /// A bone needs another that may be missing otherwise.
-    #[error("the skeleton has `{}` without `{}`, which VRM rules out", bone.name(), parent.name())]
+    #[error("the bone `{}` of a VRM file needs the bone `{}`", bone.name(), parent.name())]
     Alone {
         /// Which.
         bone: HumanBone,
@@ -56,13 +56,13 @@ pub enum VrmError {
         parent: HumanBone,
     },
     /// Two expressions are the same one of VRM's.
-    #[error("two expressions are VRM's `{preset}`")]
+    #[error("duplicate VRM expression `{preset}`")]
     Preset {
         /// Which.
         preset: &'static str,
     },
     /// Weights of expressions are parts of 1.
-    #[error("expression `{expression}` mixes in a morph by {weight}, wanted 0 to 1")]
+    #[error("expression `{expression}`: morph weights must be 0 to 1, got {weight}")]
     Weight {
         /// Which.
         expression: String,

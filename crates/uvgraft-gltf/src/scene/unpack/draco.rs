@@ -68,7 +68,7 @@ fn decode(
     let mut mesh = Mesh::new();
     let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
     decoded
-        .map_err(|error| SceneError::content(place, format!("its Draco stream: {error}")))
+        .map_err(|error| SceneError::content(place, format!("Draco stream: {error}")))
         .map(|()| mesh)
 }
 
@@ -81,9 +81,9 @@ fn values(
     place: &str,
 ) -> Result<Vec<u8>, SceneError> {
     let accessor = find(&document.accessors, accessor, "accessor", place)?;
-    let attribute = mesh.attribute_by_unique_id(id).ok_or_else(|| {
-        SceneError::content(place, format!("its Draco stream has no attribute {id}"))
-    })?;
+    let attribute = mesh
+        .attribute_by_unique_id(id)
+        .ok_or_else(|| SceneError::content(place, format!("Draco stream has no attribute {id}")))?;
     let width = usize::from(attribute.num_components());
     let numbers = attribute.read_f32s(mesh.num_points(), width);
     let mut bytes = Vec::with_capacity(4 * numbers.len());
@@ -122,7 +122,7 @@ impl Stored {
         let accessor = &mut document.accessors[self.accessor as usize];
         if accessor.count != count as u64 {
             let wanted = accessor.count;
-            let reason = format!("its Draco stream must have {wanted} elements, got {count}");
+            let reason = format!("Draco stream must have {wanted} elements, got {count}");
             return Err(SceneError::content(place, reason));
         }
         let total = decoded(total, self.bytes.len() as u64)?;

@@ -57,7 +57,7 @@ fn slice<'a>(
     let end = end.ok_or_else(|| {
         let found = bytes.len();
         let reason = format!(
-            "{length} bytes from {offset} on do not fit into buffer {buffer}, which has {found}"
+            "{length} bytes at offset {offset} exceed buffer {buffer}, which has {found} bytes"
         );
         SceneError::content(place, reason)
     })?;

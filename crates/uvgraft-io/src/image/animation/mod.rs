@@ -14,10 +14,10 @@ pub use self::webp::write_webp;
 #[non_exhaustive]
 pub enum FilmError {
     /// There are no frames, or they differ in size, or they do not have 8 bits of RGB or RGBA.
-    #[error("frames must be 8-bit RGB or RGBA of one size, and there must be some")]
+    #[error("there must be at least one frame, and all must be 8-bit RGB or RGBA of the same size")]
     Frames,
     /// The format holds no frames of that size.
-    #[error("frames of {found} are too large: {format} holds at most {max} pixels a side")]
+    #[error("{format} supports at most {max} pixels a side, got {found}")]
     TooLarge {
         /// The format.
         format: &'static str,

@@ -21,13 +21,13 @@ pub(super) struct Pieces {
     /// Rows of a piece that is not complete.
     pending: Vec<u8>,
     /// Memory of those that were.
-    workshops: Vec<Workshop>,
+    encoders: Vec<PieceEncoder>,
     checksum: Adler32,
     has_begun: bool,
 }
 
 #[derive(Default)]
-struct Workshop {
+struct PieceEncoder {
     filtered: Vec<u8>,
     chunk: Vec<u8>,
     checksum: Adler32,
@@ -41,7 +41,7 @@ impl Pieces {
             texel_bytes,
             piece_bytes,
             pending: Vec::new(),
-            workshops: Vec::new(),
+            encoders: Vec::new(),
             checksum: Adler32::default(),
             has_begun: false,
         }
@@ -89,23 +89,23 @@ impl Pieces {
     }
 
     fn write(&mut self, pieces: &[&[u8]], out: &mut impl Write) -> io::Result<()> {
-        let count = self.workshops.len().max(pieces.len());
-        self.workshops.resize_with(count, Workshop::default);
+        let count = self.encoders.len().max(pieces.len());
+        self.encoders.resize_with(count, PieceEncoder::default);
         let (row_bytes, texel_bytes, has_begun) =
             (self.row_bytes, self.texel_bytes, self.has_begun);
-        threads::for_each(self.workshops.iter_mut().zip(pieces), |index, (workshop, piece)| {
-            workshop.compress(piece, row_bytes, texel_bytes, !has_begun && index == 0);
+        threads::for_each(self.encoders.iter_mut().zip(pieces), |index, (encoder, piece)| {
+            encoder.compress(piece, row_bytes, texel_bytes, !has_begun && index == 0);
         });
         self.has_begun = true;
-        for workshop in &self.workshops[..pieces.len()] {
-            out.write_all(&workshop.chunk)?;
-            self.checksum.append(workshop.checksum);
+        for encoder in &self.encoders[..pieces.len()] {
+            out.write_all(&encoder.chunk)?;
+            self.checksum.append(encoder.checksum);
         }
         Ok(())
     }
 }
 
-impl Workshop {
+impl PieceEncoder {
     fn compress(&mut self, rows: &[u8], row_bytes: usize, texel_bytes: usize, is_first: bool) {
         self.filtered.resize(rows.len() / row_bytes * (row_bytes + 1), 0);
         let filtered = self.filtered.chunks_exact_mut(row_bytes + 1);

@@ -121,12 +121,12 @@ impl Corners<'_> {
 /// If the stream is no such stream, is cut short or has too many bytes.
 pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     if !count.is_multiple_of(3) {
-        return Err(format!("its indices must be a multiple of 3, got {count}"));
+        return Err(format!("indices must be a multiple of 3, got {count}"));
     }
     check(bytes, TRIANGLES_HEADER, stride)?;
     let mut stream = Stream(&bytes[1..]);
     let codes = stream.take(count / 3)?;
-    let end = stream.0.len().checked_sub(TABLE).ok_or("its stream is cut short")?;
+    let end = stream.0.len().checked_sub(TABLE).ok_or("truncated stream")?;
     let (data, table) = stream.0.split_at(end);
     let mut corners = Corners {
         data: Stream(data),
@@ -151,7 +151,7 @@ pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, S
         triangle.into_iter().for_each(|index| store(&mut out, index, stride));
     }
     if !corners.data.0.is_empty() {
-        return Err(format!("its stream has {} bytes too many", corners.data.0.len()));
+        return Err(format!("stream has {} excess bytes", corners.data.0.len()));
     }
     Ok(out)
 }
@@ -163,10 +163,10 @@ pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, S
 pub fn sequence(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     check(bytes, SEQUENCE_HEADER, stride)?;
     let end = bytes.len().checked_sub(TAIL).filter(|&end| end >= 1);
-    let mut stream = Stream(&bytes[1..end.ok_or("its stream is cut short")?]);
+    let mut stream = Stream(&bytes[1..end.ok_or("truncated stream")?]);
     // Each takes a byte at least.
     if stream.0.len() < count {
-        return Err("its stream is cut short".to_owned());
+        return Err("truncated stream".to_owned());
     }
     let mut last = [0_u32; 2];
     let mut out = Vec::with_capacity(count * stride);
@@ -177,19 +177,19 @@ pub fn sequence(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, St
         store(&mut out, *last, stride);
     }
     if !stream.0.is_empty() {
-        return Err(format!("its stream has {} bytes too many", stream.0.len()));
+        return Err(format!("stream has {} excess bytes", stream.0.len()));
     }
     Ok(out)
 }
 
 fn check(bytes: &[u8], header: u8, stride: usize) -> Result<(), String> {
     if stride != 2 && stride != 4 {
-        return Err(format!("its indices must have 2 or 4 bytes, got {stride}"));
+        return Err(format!("indices must have 2 or 4 bytes, got {stride}"));
     }
     match bytes.first() {
         Some(&first) if first == header => Ok(()),
-        Some(first) => Err(format!("its indices must start with {header:#04x}, got {first:#04x}")),
-        None => Err("its stream is cut short".to_owned()),
+        Some(first) => Err(format!("indices must start with {header:#04x}, got {first:#04x}")),
+        None => Err("truncated stream".to_owned()),
     }
 }
 
@@ -219,7 +219,7 @@ mod tests {
         for length in 0..stream.len() {
             assert!(sequence(&stream[..length], 4, 2).is_err(), "{length}");
         }
-        assert!(sequence(&stream, 3, 2).unwrap_err().contains("too many"));
+        assert!(sequence(&stream, 3, 2).unwrap_err().contains("excess"));
     }
 
     #[test]

@@ -29,7 +29,7 @@ impl Compressed {
             "INDICES" => indices::sequence(bytes, count, stride)?,
             other => {
                 return Err(format!(
-                    "its mode must be ATTRIBUTES, TRIANGLES or INDICES, got {other:?}"
+                    "mode must be ATTRIBUTES, TRIANGLES or INDICES, got {other:?}"
                 ));
             }
         };
@@ -41,7 +41,7 @@ impl Compressed {
             "EXPONENTIAL" => filters::exponential(&mut decoded, stride)?,
             other => {
                 return Err(format!(
-                    "its filter must be OCTAHEDRAL, QUATERNION or EXPONENTIAL, got {other:?}"
+                    "filter must be OCTAHEDRAL, QUATERNION or EXPONENTIAL, got {other:?}"
                 ));
             }
         }
@@ -54,7 +54,7 @@ struct Stream<'a>(&'a [u8]);
 
 impl<'a> Stream<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or("its stream is cut short")?;
+        let (taken, rest) = self.0.split_at_checked(count).ok_or("truncated stream")?;
         self.0 = rest;
         Ok(taken)
     }

@@ -18,21 +18,21 @@ const TAIL: usize = 32;
 /// If the stream is no such stream, is cut short or has too many bytes.
 pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     if stride == 0 || stride > 256 || !stride.is_multiple_of(4) {
-        return Err(format!("its stride must be a multiple of 4 up to 256, got {stride}"));
+        return Err(format!("stride must be a multiple of 4 up to 256, got {stride}"));
     }
     let mut stream = Stream(bytes);
     let header = stream.byte()?;
     if header != HEADER {
-        return Err(format!("its attributes must start with {HEADER:#04x}, got {header:#04x}"));
+        return Err(format!("attributes must start with {HEADER:#04x}, got {header:#04x}"));
     }
     let tail = stride.max(TAIL);
-    let end = stream.0.len().checked_sub(tail).ok_or("its stream is cut short")?;
+    let end = stream.0.len().checked_sub(tail).ok_or("truncated stream")?;
     // The element before the first one is the stream's end.
     let mut last = bytes[bytes.len() - stride..].to_vec();
     stream.0 = &stream.0[..end];
     // Even elements that never change take two bits for each byte of 16.
     if count / 64 * stride > end {
-        return Err("its stream is cut short".to_owned());
+        return Err("truncated stream".to_owned());
     }
     let block = (8192 / stride).min(256) / GROUP * GROUP;
     let mut elements = vec![0; count * stride];
@@ -51,7 +51,7 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, Stri
         last.copy_from_slice(&elements[elements.len() - stride..]);
     }
     if !stream.0.is_empty() {
-        return Err(format!("its stream has {} bytes too many", stream.0.len()));
+        return Err(format!("stream has {} excess bytes", stream.0.len()));
     }
     Ok(elements)
 }
@@ -118,7 +118,7 @@ mod tests {
         assert!(decode(&stream, 300, 4).is_err());
         let mut long = stream.clone();
         long.insert(30, 0);
-        assert!(decode(&long, 2, 4).unwrap_err().contains("too many"));
+        assert!(decode(&long, 2, 4).unwrap_err().contains("excess"));
         for stride in [0, 3, 260] {
             assert!(decode(&stream, 2, stride).is_err());
         }

@@ -17,14 +17,14 @@ use uvgraft_io::pair_file;
 
 use super::measure::time;
 use super::painting::detailed;
-use super::stage::{Kind, Part, Stage, Variant};
+use super::stage::{InputImage, Stage, StageKind, Variant};
 use crate::transfer;
 
 /// Bytes of an 8-bit RGB texel.
 const TEXEL: usize = 3;
 
 /// What stages work on.
-pub(super) struct Case<'a> {
+pub(super) struct Workload<'a> {
     pub(super) direction: Direction,
     /// Size of the texture that is carried.
     pub(super) from: Size,
@@ -43,7 +43,7 @@ pub(super) struct Case<'a> {
     folder: TemporaryFolder,
 }
 
-impl<'a> Case<'a> {
+impl<'a> Workload<'a> {
     pub(super) fn new(
         pair_path: &'a Path,
         pair: &'a Arc<Pair>,
@@ -57,7 +57,7 @@ impl<'a> Case<'a> {
         let filled = map(pair, direction, to, MapOptions::default()).stats();
         // The other layout's linked texels are what is read: its map says how many they are.
         let read = map(pair, direction.opposite(), from, MapOptions::with_gutter(0)).stats();
-        let case = Self {
+        let workload = Self {
             filled: filled.linked + filled.gutter,
             read: read.linked,
             direction,
@@ -71,39 +71,45 @@ impl<'a> Case<'a> {
             base_png,
             folder,
         };
-        for (part, bytes) in [(Part::Source, &case.source_png), (Part::Base, &case.base_png)] {
-            let path = case.file(part);
+        for (part, bytes) in
+            [(InputImage::Source, &workload.source_png), (InputImage::Base, &workload.base_png)]
+        {
+            let path = workload.file(part);
             std::fs::write(&path, bytes)
                 .with_context(|| format!("cannot write {}", path.display()))?;
         }
-        Ok(case)
+        Ok(workload)
     }
 
-    fn file(&self, part: Part) -> PathBuf {
+    fn file(&self, part: InputImage) -> PathBuf {
         self.folder.path().join(match part {
-            Part::Source => "source.png",
-            Part::Base => "base.png",
+            InputImage::Source => "source.png",
+            InputImage::Base => "base.png",
         })
     }
 
     /// The stages of a kind: one, or one for each filter or file.
-    pub(super) fn stages(&self, kind: Kind, filters: &[Filter]) -> anyhow::Result<Vec<Stage<'_>>> {
+    pub(super) fn stages(
+        &self,
+        kind: StageKind,
+        filters: &[Filter],
+    ) -> anyhow::Result<Vec<Stage<'_>>> {
         Ok(match kind {
-            Kind::ReadPair => vec![self.read_pair()],
-            Kind::Map => vec![self.build_map()],
+            StageKind::ReadPair => vec![self.read_pair()],
+            StageKind::Map => vec![self.build_map()],
             // The widest filter reads farthest beside the islands.
-            Kind::Padding => {
+            StageKind::Padding => {
                 filters.last().map(|filter| self.prepare_padding(*filter)).into_iter().collect()
             }
-            Kind::Decode => vec![
-                self.decode(Part::Source, &self.source_png, self.from),
-                self.decode(Part::Base, &self.base_png, self.to),
+            StageKind::Decode => vec![
+                self.decode(InputImage::Source, &self.source_png, self.from),
+                self.decode(InputImage::Base, &self.base_png, self.to),
             ],
-            Kind::Resample => {
+            StageKind::Resample => {
                 filters.iter().map(|filter| self.resample(*filter)).collect::<Result<_, _>>()?
             }
-            Kind::Encode => vec![self.encode()?],
-            Kind::File => {
+            StageKind::Encode => vec![self.encode()?],
+            StageKind::File => {
                 filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
             }
         })
@@ -114,12 +120,12 @@ impl<'a> Case<'a> {
             let (pair, seconds) = time(|| pair_file::read(self.pair_path));
             pair.map(|_| seconds).map_err(Into::into)
         };
-        stage(Kind::ReadPair, None, None, None, work)
+        stage(StageKind::ReadPair, None, None, None, work)
     }
 
     fn build_map(&self) -> Stage<'_> {
         let work = || Ok(time(|| map(self.pair, self.direction, self.to, MapOptions::default())).1);
-        stage(Kind::Map, None, Some(self.filled), None, work)
+        stage(StageKind::Map, None, Some(self.filled), None, work)
     }
 
     /// Preparing a transfer makes its map too, so that a map's time is taken off.
@@ -129,16 +135,16 @@ impl<'a> Case<'a> {
             let (graft, both) = time(|| self.graft(filter));
             graft.map(|_| (both - map).max(0.0)).map_err(Into::into)
         };
-        stage(Kind::Padding, None, Some(self.from.texels()), None, work)
+        stage(StageKind::Padding, None, Some(self.from.texels()), None, work)
     }
 
-    fn decode(&self, part: Part, png: &'a [u8], size: Size) -> Stage<'a> {
+    fn decode(&self, part: InputImage, png: &'a [u8], size: Size) -> Stage<'a> {
         let work = move || {
             let (image, seconds) = time(|| image::decode(png));
             image.map(|_| seconds).map_err(Into::into)
         };
         let moved = png.len() + size.texels() * TEXEL;
-        stage(Kind::Decode, Some(Variant::Part(part)), Some(size.texels()), Some(moved), work)
+        stage(StageKind::Decode, Some(Variant::Image(part)), Some(size.texels()), Some(moved), work)
     }
 
     fn resample(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
@@ -158,7 +164,7 @@ impl<'a> Case<'a> {
         };
         let moved = (self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(Kind::Resample, variant, Some(self.filled), Some(moved), work))
+        Ok(stage(StageKind::Resample, variant, Some(self.filled), Some(moved), work))
     }
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
@@ -172,7 +178,7 @@ impl<'a> Case<'a> {
             bytes = out?;
             Ok(seconds)
         };
-        Ok(stage(Kind::Encode, None, Some(self.to.texels()), Some(moved), work))
+        Ok(stage(StageKind::Encode, None, Some(self.to.texels()), Some(moved), work))
     }
 
     /// The command itself, so that this is what users get whatever becomes of it.
@@ -184,8 +190,9 @@ impl<'a> Case<'a> {
             args: transfer::Args,
         }
         let output = self.folder.path().join("result.png");
-        let mut words: Vec<OsString> = vec![self.pair_path.into(), self.file(Part::Source).into()];
-        words.extend(["--onto".into(), self.file(Part::Base).into()]);
+        let mut words: Vec<OsString> =
+            vec![self.pair_path.into(), self.file(InputImage::Source).into()];
+        words.extend(["--onto".into(), self.file(InputImage::Base).into()]);
         words.extend(["--filter".into(), filter.to_string().into()]);
         words.extend(["--output".into(), output.clone().into()]);
         if self.direction == Direction::Reverse {
@@ -201,7 +208,7 @@ impl<'a> Case<'a> {
         let result = std::fs::metadata(&output)?.len() as usize;
         let moved = self.source_png.len() + self.base_png.len() + result;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(Kind::File, variant, Some(self.to.texels()), Some(moved), run))
+        Ok(stage(StageKind::File, variant, Some(self.to.texels()), Some(moved), run))
     }
 
     fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
@@ -230,7 +237,7 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
 }
 
 fn stage<'a>(
-    kind: Kind,
+    kind: StageKind,
     variant: Option<Variant>,
     texels: Option<usize>,
     moved_bytes: Option<usize>,

@@ -11,7 +11,7 @@ use super::layout::HeadLayout;
 use crate::failure::{OrBadInput, note};
 
 /// What was prepared for the colours of a face, for its other maps to be carried alike.
-pub(super) struct Carrier {
+pub(super) struct MapTransfer {
     pub(super) pair: Arc<Pair>,
     pub(super) blend: Arc<Blend>,
     pub(super) toning: Option<Toning>,
@@ -25,12 +25,12 @@ pub(super) struct Carrier {
 }
 
 /// A map in the layouts that an avatar has.
-pub(super) struct Carried {
+pub(super) struct TransferredMap {
     pub(super) body: Texture,
     pub(super) head: Option<Texture>,
 }
 
-impl Carrier {
+impl MapTransfer {
     /// Carries a map that is no albedo onto a base of its kind. What colours leave out is left out of it as well.
     ///
     /// - `face`: the head's, if it has one; else the base stays as it is.
@@ -39,11 +39,11 @@ impl Carrier {
         face: Option<Texture>,
         base: Texture,
         content: Content,
-    ) -> anyhow::Result<Carried> {
+    ) -> anyhow::Result<TransferredMap> {
         let Some(face) = face else {
             let size = self.limited(base.size());
             let head = self.head.as_ref().map(|_| self.beneath(&base, None, size, content));
-            return Ok(Carried { head: head.transpose()?, body: base });
+            return Ok(TransferredMap { head: head.transpose()?, body: base });
         };
         let sizes = Sizes { from: face.size(), to: base.size() };
         let graft = self.graft(&self.pair, sizes, content, Direction::Forward);
@@ -56,7 +56,7 @@ impl Carrier {
         let body = overlay.lay(0, base)?;
         let head = self.head.as_ref();
         let head = head.map(|head| self.in_own_layout(head, face, &body, (content, false)));
-        Ok(Carried { head: head.transpose()?, body })
+        Ok(TransferredMap { head: head.transpose()?, body })
     }
 
     /// The colours of a face in the head's own layout, if it keeps that.

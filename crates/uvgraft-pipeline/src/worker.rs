@@ -22,7 +22,7 @@ use crate::stream::{self, Ahead};
 use crate::transfer::Transfer;
 
 /// Carries textures, keeping what they share.
-pub(crate) struct Carrier<'a> {
+pub(crate) struct TransferWorker<'a> {
     pub(crate) transfer: &'a Transfer,
     pub(crate) values: Values,
     pub(crate) pair: &'a Arc<Pair>,
@@ -32,11 +32,11 @@ pub(crate) struct Carrier<'a> {
     pub(crate) observer: &'a dyn Observer,
     pub(crate) grafts: Grafts,
     /// The first of the textures that are carried, and what is found out about it.
-    pub(crate) first: (&'a Path, OnceLock<Found>),
+    pub(crate) first: (&'a Path, OnceLock<FirstTexture>),
 }
 
 /// What is found out about a texture.
-pub(crate) struct Found {
+pub(crate) struct FirstTexture {
     /// The blend of what is left of the region.
     pub(crate) narrowed: Option<Arc<Blend>>,
     /// Which texels it is carried to, if a mask is wanted and anything is left out.
@@ -46,12 +46,12 @@ pub(crate) struct Found {
 /// One place for each size of textures, and the first graft that was made, which others share parts with.
 #[derive(Default)]
 pub(crate) struct Grafts {
-    by_size: Mutex<HashMap<Size, Arc<Place>>>,
+    by_size: Mutex<HashMap<Size, Arc<GraftCell>>>,
     first: OnceLock<Arc<Graft>>,
 }
 
 /// Where a graft is once it is made, or why it was not.
-type Place = OnceLock<Result<Arc<Graft>>>;
+type GraftCell = OnceLock<Result<Arc<Graft>>>;
 
 /// How carrying a texture went.
 pub(crate) struct Outcome {
@@ -68,7 +68,7 @@ pub(crate) struct Said {
     pub(crate) warnings: Vec<String>,
 }
 
-impl Carrier<'_> {
+impl TransferWorker<'_> {
     /// Carries a texture.
     ///
     /// - `alone`: whether no other is carried meanwhile, so that decoding, sampling and encoding are
@@ -228,7 +228,7 @@ impl Carrier<'_> {
             let narrowed = toning.narrowed().cloned();
             let wants_mask = narrowed.is_some() && self.transfer.mask.is_some();
             let mask = wants_mask.then(|| overlay.mask());
-            let _ = found.set(Found { narrowed, mask });
+            let _ = found.set(FirstTexture { narrowed, mask });
         }
     }
 

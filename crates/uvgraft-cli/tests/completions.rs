@@ -1,0 +1,32 @@
+//! Completion scripts, through the program.
+
+mod bench;
+
+use std::process::Stdio;
+
+use bench::Bench;
+
+#[test]
+fn a_script_for_each_shell() {
+    let bench = Bench::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = bench.succeed(&format!("completions {shell}"));
+        for wanted in ["uvgraft", "transfer", "skip-existing", "catmull-rom"] {
+            assert!(script.contains(wanted), "{wanted} for {shell}");
+        }
+    }
+    bench.refuse("completions tcsh", &["'tcsh'", "bash", "zsh"]);
+    bench.refuse("completions", &["<SHELL>"]);
+}
+
+/// A reader that goes away, as `head` does, is no reason to panic.
+#[test]
+fn a_closed_standard_output_is_no_failure() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Bench::new().command();
+    let output = command.args(["completions", "bash"]).stdout(writer).stderr(Stdio::piped());
+    let output = output.spawn().unwrap().wait_with_output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert_eq!(output.status.code(), Some(0));
+}
