@@ -13,7 +13,7 @@ NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
-.PHONY: demo test bench bench-scaling bench-peers lint fixtures viewer test-ktx2 test-clients
+.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients
 
 # The main job on an embedded example; writes to uvgraft-demo/.
 demo: viewer
@@ -38,7 +38,7 @@ test-clients:
 
 # The encoder of KTX2 textures, a minute of C++ that few need.
 test-ktx2:
-	$(CARGO) test --locked -p uvgraft-avatar --features ktx2 -- glb:: scene::
+	$(CARGO) test --locked -p uvgraft-gltf --features ktx2 -- glb:: scene::
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
 # Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
@@ -61,22 +61,31 @@ bench-peers:
 		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
-# The libraries with all features but that for threads.
-THREADLESS := -p uvgraft -p uvgraft-io -p uvgraft-avatar --no-default-features \
-	--features uvgraft/flip,uvgraft/lpips,uvgraft/serde,uvgraft/ssimulacra2 \
-	--features uvgraft-io/lpips,uvgraft-avatar/ktx2,uvgraft-avatar/simplify
+# The libraries that also work without threads, and all their features but that.
+LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure
+THREADLESS := $(LIBRARIES:%=-p %) --no-default-features \
+	--features uvgraft/serde,uvgraft-metrics/flip,uvgraft-metrics/lpips,uvgraft-metrics/serde \
+	--features uvgraft-metrics/ssimulacra2,uvgraft-io/lpips,uvgraft-gltf/ktx2,uvgraft-gltf/simplify
 lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets $(NATIVE) $(VIEWER_TESTS) -- -D warnings
-	$(CARGO) clippy --locked -p uvgraft --no-default-features -- -D warnings
-	$(CARGO) clippy --locked -p uvgraft-io --no-default-features -- -D warnings
-	$(CARGO) clippy --locked -p uvgraft-avatar --no-default-features -- -D warnings
+	for library in $(LIBRARIES); do \
+		$(CARGO) clippy --locked -p $$library --no-default-features -- -D warnings || exit 1; \
+	done
 	@tree=$$($(CARGO) tree --locked $(THREADLESS) --edges normal --prefix none) && \
 		! echo "$$tree" | grep '^rayon' || \
-		{ echo "lint: wanted no rayon without the feature threads" >&2; exit 1; }
+		{ echo "lint: rayon must not be a dependency without the feature threads" >&2; exit 1; }
 	@CARGO="$(CARGO)" scripts/check-wasm.sh
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+
+# The book, in target/book.
+book:
+	@scripts/build-book.sh
+
+# The crates as they are published, each built from its package.
+package:
+	$(CARGO) package --locked --workspace --exclude uvgraft-tests
 
 # Reference values that metrics and body models are tested against, by Python packages of 6 GB
 # under target/.

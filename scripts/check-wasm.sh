@@ -31,7 +31,12 @@ check() {
 }
 
 check -p uvgraft
-check -p uvgraft --features lpips,serde,ssimulacra2
+check -p uvgraft --features serde
+check -p uvgraft-metrics
+check -p uvgraft-metrics --features lpips,serde,ssimulacra2
 check -p uvgraft-io
 check -p uvgraft-io --features lpips
 check -p uvgraft-avatar
+check -p uvgraft-gltf
+check -p uvgraft-render
+check -p uvgraft-figure

@@ -12,9 +12,10 @@ use std::path::Path;
 
 use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
-use crate::arrays::{
-    ArchiveInMemory, ArraysError, Collector, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays,
-};
+use crate::arrays::archive::ArchiveInMemory;
+use crate::arrays::collect::Collector;
+use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES};
+use crate::arrays::named::NamedArrays;
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
 use crate::pickle;

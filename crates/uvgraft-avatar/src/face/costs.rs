@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use uvgraft::threads;
 
 use super::Face;
-use super::solve::{Movement, local};
+use super::movement::{Movement, local};
 use super::targets::Zone;
 
 /// What a mean square millimetre of movement costs where an expression is, and elsewhere.

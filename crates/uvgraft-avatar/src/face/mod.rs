@@ -8,17 +8,19 @@ mod costs;
 mod features;
 mod gaze;
 mod measures;
+mod movement;
 mod quadratic;
 mod solve;
 mod surface;
 mod targets;
 
+use uvgraft::anatomy::AnatomyError;
+
 pub use self::features::Face;
 pub use self::gaze::add_gaze;
 pub use self::measures::Measures;
-pub use self::solve::{Movement, Shortfall, Solved, solve};
-
-use uvgraft::anatomy::AnatomyError;
+pub use self::movement::Movement;
+pub use self::solve::{Shortfall, Solved, solve};
 
 /// Why a face could not be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -6,21 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use super::costs::{Costs, Head};
 use super::features::Eye;
 use super::measures::{Quantity, Row, row, value};
+use super::movement::{Movement, local};
 use super::quadratic::least;
 use super::targets::{Of, TARGETS, Target};
 use super::{Face, Measures};
 use crate::rig::{ExpressionPreset as Preset, Morph};
-
-/// Something that moves a face: a component of expression, a jaw, an eyelid.
-#[derive(Debug, Clone)]
-pub struct Movement {
-    /// Where it takes each vertex with a coefficient of 1, in the mesh's unit.
-    pub offsets: Vec<[f32; 3]>,
-    /// The least and the largest coefficient.
-    pub limits: [f32; 2],
-    /// Whether it opens the mouth by the jaw's joint: only expressions that speak or gape use it.
-    pub is_jaw: bool,
-}
 
 /// An expression that movements cannot make, or not in full.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -347,9 +337,4 @@ struct Reach {
     strays: bool,
     /// What reaches its goals in full, as far as limits allow.
     scale: f32,
-}
-
-/// A place in the head's coordinates.
-pub(super) fn local(face: &Face, place: Vec3) -> [f32; 3] {
-    face.frame.local(place.to_array().map(f64::from)).map(|value| value as f32)
 }

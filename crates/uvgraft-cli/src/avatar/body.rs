@@ -9,11 +9,9 @@ use uvgraft_figure::Figure;
 use uvgraft_io::arrays;
 
 use super::Args;
+use super::betas::far_from_people;
 use super::motions::{Performers, Recording};
 use crate::failure::{OrBadInput, bad_input, note, warn};
-
-/// Shapes are learnt from people who are within so many standard deviations.
-const MOST_BETA: f32 = 5.0;
 
 /// A rigged body with its animations.
 pub(super) struct Body {
@@ -119,17 +117,6 @@ impl Body {
         let told = Some((model.kind(), told));
         Ok(Self { avatar, name, apart, grounds, told })
     }
-}
-
-/// What to say about coefficients that no person of those has whom the model was learnt from.
-pub(super) fn far_from_people(betas: &[f32]) -> Option<String> {
-    let (at, beta) = betas.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    (beta.abs() > MOST_BETA).then(|| {
-        format!(
-            "coefficient {at} is {beta}: bodies are distorted beyond ±{MOST_BETA} standard \
-             deviations"
-        )
-    })
 }
 
 /// Refuses a shape that no person has, as betas beyond all measure make it.

@@ -1,5 +1,6 @@
 //! `uvgraft avatar`: a head's texture on a full body that moves.
 
+mod betas;
 mod body;
 mod dress;
 mod expressions;

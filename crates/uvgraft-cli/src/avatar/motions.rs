@@ -9,7 +9,7 @@ use uvgraft_avatar::motion::{ClipOptions, Ground, Motion, Person, Retarget, Sole
 use uvgraft_avatar::rig::Skeleton;
 use uvgraft_io::arrays;
 
-use super::body::far_from_people;
+use super::betas::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
 use crate::heading;
 

@@ -5,7 +5,7 @@ use uvgraft::{Anatomy, Area, Mesh, Size, Texture};
 use uvgraft_metrics::seams::{SkinColors, ToneMatch};
 
 use super::lines::{UNKNOWN, shown};
-use super::picture::{TEXT, TITLE};
+use super::style::{TEXT, TITLE};
 use super::tone;
 use crate::picture::{Picture, Rgb};
 

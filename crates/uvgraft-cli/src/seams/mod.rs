@@ -6,6 +6,7 @@ mod lines;
 mod picture;
 mod region;
 mod report;
+mod style;
 mod tone;
 
 use std::path::PathBuf;

@@ -8,6 +8,7 @@ use super::crops::{CROP, EdgeCrop};
 use super::face::Face;
 use super::lines::{BEHIND, TOP, blend, edge_color, line, ring, shown, step_color};
 use super::report::{Subject, kind, worst};
+use super::style::{TEXT, TITLE};
 use crate::picture::{Picture, Rgb};
 use crate::report::grouped;
 
@@ -25,8 +26,6 @@ const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 14);
 const MOST_PLACES: usize = 60;
 
 const BACKGROUND: Rgb = [24, 26, 30];
-pub(super) const TITLE: Rgb = [236, 238, 242];
-pub(super) const TEXT: Rgb = [176, 182, 192];
 
 /// Draws seams.
 pub(super) fn draw(

@@ -6,11 +6,11 @@ use uvgraft::{Size, Texture};
 use uvgraft_io::image;
 
 use super::accessor::Accessors;
-use super::appearance::{TextureUse, Wrap};
 use super::asset::Asset;
 use super::check::{find, too_many};
 use super::document;
 use super::error::SceneError;
+use super::material::{TextureUse, Wrap};
 use crate::glb::KTX2_IDENTIFIER;
 
 /// Texels of all images together.

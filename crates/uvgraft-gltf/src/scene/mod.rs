@@ -21,6 +21,7 @@ mod humanoid;
 mod images;
 #[cfg(feature = "ktx2")]
 mod ktx2;
+mod material;
 mod posing;
 mod skinning;
 mod stance;
@@ -42,7 +43,6 @@ use uvgraft::Texture;
 use uvgraft_io::input::{ReadError, read_file};
 
 use self::accessor::Accessors;
-pub use self::appearance::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
 pub use self::around::Around;
 use self::asset::{Asset, MAX_BYTES};
 use self::check::{find, too_many};
@@ -50,6 +50,7 @@ pub use self::clip::Clip;
 use self::document::Document;
 pub use self::error::{PosingError, SceneError};
 use self::geometry::Mesh;
+pub use self::material::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
 pub use self::posing::{Drawn, Posing};
 pub use self::stance::Stance;
 pub use self::transform::Placement;

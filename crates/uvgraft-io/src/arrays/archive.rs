@@ -6,7 +6,7 @@ use std::io::{Cursor, Read, Seek};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::{ArraysError, Unread};
+use super::error::{ArraysError, Unread};
 use crate::obj::shown;
 
 /// An entry of a deflated archive grows by this factor at most: a block of 258 equal bytes takes two

@@ -1,8 +1,9 @@
 //! What a pickle holds, as arrays by name.
 
+use super::error::{ArraysError, MOST_NAMES, MOST_NUMBERS, Unread};
 use super::named::{Held, NamedArrays};
 use super::numeric::{Numbers, NumericArray, count};
-use super::{ArraysError, MOST_NAMES, MOST_NUMBERS, sparse};
+use super::sparse;
 use crate::numpy::NumberKind;
 use crate::numpy::text::lenient;
 use crate::pickle::{Array, Class, Made, Value};
@@ -15,17 +16,6 @@ const MOST_ITEMS: usize = 1 << 20;
 
 /// Bytes of the longest name.
 const LONGEST_NAME: usize = 1024;
-
-/// Why something is no array.
-#[derive(Debug)]
-pub(crate) enum Unread {
-    /// It is sound, and something else: it is left out, for that reason.
-    LeftOut(String),
-    /// It is damaged, and so is the file.
-    Broken(String),
-    /// It is too much.
-    Refused(ArraysError),
-}
 
 /// Reads tensors, whose numbers lie outside of the pickle.
 pub(crate) trait Outside {

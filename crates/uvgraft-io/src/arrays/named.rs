@@ -1,6 +1,7 @@
 //! Arrays and texts by name.
 
-use super::{ArraysError, NumericArray};
+use super::error::ArraysError;
+use super::numeric::NumericArray;
 
 /// Arrays of numbers and texts by name, in the order of their file.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -2,9 +2,10 @@
 //!
 //! Source: `numpy.lib.format`, versions 1.0 to 3.0.
 
-use super::collect::Unread;
+use super::error::Unread;
+use super::named::Held;
+use super::numeric::NumericArray;
 use super::numeric::{Numbers, count};
-use super::{NumericArray, named::Held};
 use crate::numpy::text::TextDtype;
 use crate::numpy::{Dtype, MAX_AXES, NpyArray};
 use crate::obj::shown;

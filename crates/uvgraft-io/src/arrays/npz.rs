@@ -3,9 +3,11 @@
 use std::io::{Read, Seek};
 
 use super::archive::Archive;
+use super::archive::ArchiveInMemory;
 use super::collect::Collector;
+use super::error::ArraysError;
+use super::named::NamedArrays;
 use super::npy::{self, Content};
-use super::{ArchiveInMemory, ArraysError, NamedArrays};
 use crate::obj::shown;
 use crate::pickle;
 

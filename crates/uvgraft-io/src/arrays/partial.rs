@@ -9,11 +9,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
+use super::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, Unread};
 use super::named::Held;
+use super::named::NamedArrays;
 use super::npy;
 use super::npz;
+use super::parse::parse;
 use super::pieces::{decode, unreadable};
-use super::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, NamedArrays, Unread, parse};
 use crate::input::{ReadError, read_file};
 use crate::numpy::MAGIC;
 

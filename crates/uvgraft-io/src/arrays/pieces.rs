@@ -3,9 +3,10 @@
 use std::io::Read;
 use std::ops::Range;
 
+use super::error::Unread;
 use super::npy::Described;
 use super::numeric::Numbers;
-use super::{NumericArray, Unread};
+use super::numeric::NumericArray;
 
 /// Bytes that are decoded at once.
 const PIECE: usize = 1 << 18;

@@ -2,8 +2,8 @@
 
 use std::ops::AddAssign;
 
-use super::MOST_DENSE_NUMBERS;
-use super::collect::Unread;
+use super::error::MOST_DENSE_NUMBERS;
+use super::error::Unread;
 use super::numeric::{Numbers, NumericArray};
 use crate::pickle::{Class, Made, Value};
 

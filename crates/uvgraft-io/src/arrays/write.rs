@@ -9,8 +9,9 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::named::Held;
+use super::named::NamedArrays;
 use super::numeric::Numbers;
-use super::{NamedArrays, NumericArray};
+use super::numeric::NumericArray;
 use crate::numpy::write_header;
 use crate::output::write_atomically;
 

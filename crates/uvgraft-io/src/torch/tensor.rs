@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::arrays::{ArchiveInMemory, NumericArray, Outside, Unread};
+use crate::arrays::archive::ArchiveInMemory;
+use crate::arrays::collect::Outside;
+use crate::arrays::error::Unread;
+use crate::arrays::numeric::NumericArray;
 use crate::numpy::{Dtype, NumberKind};
 use crate::obj::shown;
 use crate::pickle::{Class, Made, StorageKind, Value};

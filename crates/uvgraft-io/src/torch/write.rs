@@ -6,7 +6,7 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::arrays::NamedArrays;
+use crate::arrays::named::NamedArrays;
 use crate::output::write_atomically;
 
 /// Writes the arrays as a dict of 32-bit float tensors, which `torch.load` reads, also with

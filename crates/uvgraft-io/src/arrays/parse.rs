@@ -1,0 +1,63 @@
+//! Files of arrays by name, whatever format they are in.
+
+use std::path::Path;
+
+use super::archive::ArchiveInMemory;
+use super::collect::Collector;
+use super::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES};
+use super::named::NamedArrays;
+use super::npz;
+use crate::input::{ReadError, read_file};
+use crate::obj::shown;
+use crate::pickle;
+
+/// Reads arrays by name. The bytes tell the format:
+/// - NPZ: a ZIP archive of NPY files, stored or deflated.
+/// - A torch file: a ZIP archive with a `data.pkl`; see [`crate::torch::parse`].
+/// - A pickle of any protocol, otherwise: a dict of arrays. Sparse matrices of SciPy become dense,
+///   and arrays of chumpy become plain ones.
+///
+/// Numbers may be integers, bools, or floats of 16 to 64 bits, of either byte order and in C or
+/// Fortran order; single numbers become arrays without axes, lists of numbers or of arrays of one
+/// shape become arrays, and the keys of a dict in a dict follow its name and a dot. What is none of
+/// these is left out, with a reason that [`NamedArrays::require`] tells.
+///
+/// # Errors
+/// [`ArraysError`] for damaged files, for pickles that ask for anything but plain data, and beyond
+/// the limits of this module.
+pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
+    parse_within(bytes, MOST_UNPACKED_BYTES)
+}
+
+fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysError> {
+    const WANTED: &str = "an NPZ archive or a pickle of arrays by name";
+    let foreign =
+        |found: &str| Err(ArraysError::Foreign { found: found.to_owned(), wanted: WANTED });
+    match bytes {
+        [b'P', b'K', ..] => {
+            let mut archive = ArchiveInMemory::open(bytes, most_unpacked)?;
+            if crate::torch::pickle_of(&archive).is_some() {
+                return crate::torch::from_archive(&mut archive);
+            }
+            npz::read(&mut archive)
+        }
+        [] => foreign("an empty file"),
+        _ if bytes.starts_with(crate::numpy::MAGIC) => foreign("a single NPY array"),
+        _ if bytes.starts_with(crate::torch::OLD_MAGIC) => Err(crate::torch::old()),
+        // What a pickle begins with: its protocol, a mark, an empty dict or list, or a name.
+        [0x80 | b'(' | b'}' | b']' | b'c', ..] => {
+            let pickle = pickle::parse(bytes)?;
+            Collector::new(None).collect(pickle.root())
+        }
+        _ => foreign(&format!("a file that starts with `{}`", shown(bytes))),
+    }
+}
+
+/// Reads arrays by name from a file, whatever its extension; see [`parse`].
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`parse`]. Each names the file.
+pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
+    read_file(path, MAX_FILE_BYTES, parse)
+}
