@@ -1,46 +1,8 @@
 //! NumPy arrays of numbers.
 
-use super::value::Id;
+use super::node::ArrayLayout;
 use crate::numpy::order::last_axis_fastest;
-use crate::numpy::text::TextDtype;
 use crate::numpy::{Dtype, NumberKind};
-
-/// What an array holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Items {
-    Numbers(Dtype),
-    Texts(TextDtype),
-    /// Whatever the pickle holds, one by one.
-    Objects,
-}
-
-impl Items {
-    /// From NumPy's notation; nothing for structures, dates and other rare things.
-    pub(super) fn from_text(text: &str) -> Option<Self> {
-        match text {
-            "O" | "O8" | "O4" | "|O" | "|O8" => Some(Self::Objects),
-            _ => Dtype::from_text(text)
-                .map(Self::Numbers)
-                .or_else(|| TextDtype::from_text(text.as_bytes()).map(Self::Texts)),
-        }
-    }
-}
-
-/// What an array is, and which value of the pickle holds its bytes.
-#[derive(Debug)]
-pub(super) struct ArrayLayout {
-    pub(super) dtype: Dtype,
-    pub(super) shape: Vec<usize>,
-    pub(super) fortran_order: bool,
-    pub(super) data: Id,
-}
-
-impl ArrayLayout {
-    /// The bytes that the shape asks for, if they can be counted.
-    pub(super) fn bytes(&self) -> Option<usize> {
-        self.dtype.bytes(&self.shape)
-    }
-}
 
 /// An array whose bytes are as many as its shape says.
 #[derive(Debug, Clone, Copy)]

@@ -1,64 +1,7 @@
 //! What a pickle makes of classes that this crate knows the data of.
 
-use super::value::{Id, Node, Value};
-
-/// A class or function that a pickle may name, of which only the arguments and the state are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Class {
-    /// SciPy's matrices by columns: state `data`, `indices`, `indptr`, `_shape`.
-    SparseColumns,
-    /// SciPy's matrices by rows, with the same state.
-    SparseRows,
-    /// SciPy's matrices by places: state `data`, `_shape`, and `row` and `col` or `coords`.
-    SparsePlaces,
-    /// `chumpy.ch.Ch`: an array, in the state's `x`.
-    Chumpy,
-    /// `chumpy.reordering.Select`: the numbers `idxs` of `a`, in shape `preferred_shape`.
-    ChumpySelect,
-    /// `torch._utils._rebuild_tensor` and `_rebuild_tensor_v2`: storage, offset, shape, strides.
-    Tensor,
-    /// `torch._utils._rebuild_parameter`: a tensor, and what training needs of it.
-    Parameter,
-    /// A class of torch's storages, which is only ever named.
-    Storage(StorageKind),
-}
-
-impl Class {
-    /// What an object of it is, for messages.
-    pub(super) const fn kind(self) -> &'static str {
-        match self {
-            Self::SparseColumns | Self::SparseRows | Self::SparsePlaces => "a sparse matrix",
-            Self::Chumpy | Self::ChumpySelect => "a chumpy array",
-            Self::Tensor | Self::Parameter => "a tensor",
-            Self::Storage(_) => "a torch storage",
-        }
-    }
-}
-
-/// What kind of number a torch storage holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "named as in torch")]
-pub enum StorageKind {
-    Double,
-    Float,
-    Half,
-    BFloat16,
-    Long,
-    Int,
-    Short,
-    Char,
-    Byte,
-    Bool,
-}
-
-/// What a call of a class was given, and what it was filled with.
-#[derive(Debug)]
-pub(super) struct Making {
-    pub(super) class: Class,
-    pub(super) args: Vec<Id>,
-    pub(super) state: Option<Id>,
-}
+use super::node::{Class, Global, Making, Node};
+use super::value::Value;
 
 /// An object of one of the classes.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +39,7 @@ impl<'p> Value<'p> {
     /// The class that a name stands for.
     pub const fn as_class(self) -> Option<Class> {
         match self.node() {
-            Node::Global(super::globals::Global::Class(class)) => Some(*class),
+            Node::Global(Global::Class(class)) => Some(*class),
             _ => None,
         }
     }

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::globals::Global;
+use super::error::{MOST_INSTRUCTIONS, PickleError};
+use super::globals;
+use super::node::{Id, Node};
 use super::scan::Scan;
-use super::value::{Id, Node, Pickle, Value};
-use super::{MOST_INSTRUCTIONS, PickleError};
+use super::value::{Pickle, Value};
 
 const NEWEST_PROTOCOL: u8 = 5;
 
@@ -200,7 +201,7 @@ impl<'a> Machine<'a> {
                 let (Some(module), Some(name)) = (module, name) else {
                     return Err(self.scan.malformed("a name must be a string"));
                 };
-                Node::Global(Global::find(module, name)?)
+                Node::Global(globals::find(module, name)?)
             }
             found => {
                 return Err(PickleError::Instruction { at: self.scan.instruction, found });
@@ -225,7 +226,7 @@ impl<'a> Machine<'a> {
 
     fn global_lines(&mut self) -> Result<Node<'a>, PickleError> {
         let (module, name) = (self.scan.text_line()?, self.scan.text_line()?);
-        Global::find(module, name).map(Node::Global)
+        globals::find(module, name).map(Node::Global)
     }
 
     fn push_called(&mut self, callee: Id, args: &[Id]) -> Result<(), PickleError> {

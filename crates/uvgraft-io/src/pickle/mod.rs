@@ -12,9 +12,12 @@
 //! Source: the instructions' descriptions in Python's `pickletools`.
 
 mod array;
+mod calls;
 mod class;
+mod error;
 mod globals;
 mod machine;
+mod node;
 mod scan;
 #[cfg(test)]
 mod tests;
@@ -22,63 +25,10 @@ mod value;
 
 pub use crate::numpy::{Dtype, NumberKind};
 pub use array::Array;
-pub use class::{Class, Made, StorageKind};
+pub use class::Made;
+pub use error::{MOST_INSTRUCTIONS, PickleError};
+pub use node::{Class, StorageKind};
 pub use value::{Pickle, Value};
-
-/// As many instructions as a pickle may have. Files of arrays have some thousands.
-pub const MOST_INSTRUCTIONS: usize = 1 << 20;
-
-/// Why a pickle was refused. Places count bytes from the start.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PickleError {
-    /// It asks for something of Python that is not plain data.
-    #[error("refused: the pickle imports {name}, but only plain data may be loaded")]
-    Refused {
-        /// Module and name, shortened.
-        name: String,
-    },
-    /// The bytes end too early.
-    #[error("truncated pickle: byte {at} must be followed by {needed} bytes, got {left}")]
-    Truncated {
-        /// Where.
-        at: usize,
-        /// How many bytes must follow.
-        needed: u64,
-        /// How many follow.
-        left: usize,
-    },
-    /// An instruction that does not exist, or that plain data does not need.
-    #[error("byte {at} of the pickle: unsupported instruction 0x{found:02x}")]
-    Instruction {
-        /// Where.
-        at: usize,
-        /// Which.
-        found: u8,
-    },
-    /// An instruction that does not fit what came before it.
-    #[error("byte {at} of the pickle: {problem}")]
-    Malformed {
-        /// Where the instruction starts.
-        at: usize,
-        /// What was found, and what was wanted.
-        problem: String,
-    },
-    /// More work than any file of arrays takes.
-    #[error("pickle must have at most {most} {what}")]
-    TooMany {
-        /// Of what.
-        what: &'static str,
-        /// The limit.
-        most: usize,
-    },
-    /// Something follows the end.
-    #[error("unexpected {count} bytes after the end of the pickle")]
-    Trailing {
-        /// How many bytes.
-        count: usize,
-    },
-}
 
 /// Reads a pickle; texts and arrays borrow from its bytes.
 ///

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::PickleError;
+use super::error::PickleError;
 use crate::obj::shown;
 
 /// Where the reading is.

@@ -1,43 +1,7 @@
-//! What a pickle holds. Values lie in one list and refer to each other by number, so that those
-//! which are shared, or hold themselves, are held once and dropped without recursion.
+//! What a pickle holds, value by value.
 
-use std::borrow::Cow;
-
-use super::array::{Array, ArrayLayout, Items};
-use super::class::Making;
-use super::globals::Global;
-
-/// The number of a value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Id(pub(super) u32);
-
-/// One value, with the numbers of those that it holds.
-#[derive(Debug)]
-pub(super) enum Node<'a> {
-    None,
-    Bool(bool),
-    Int(i64),
-    Float(f64),
-    Text(Cow<'a, str>),
-    Bytes(Cow<'a, [u8]>),
-    List(Vec<Id>),
-    Tuple(Vec<Id>),
-    Dict(Vec<(Id, Id)>),
-    Global(Global),
-    Dtype(Items),
-    /// An array; `None` between its creation and its filling.
-    Array(Option<Box<ArrayLayout>>),
-    /// An array of whatever the list of that number holds.
-    Objects(Id),
-    /// An array of several texts, which nobody asks for.
-    Texts,
-    /// A set, of which nobody asks what it holds.
-    Set,
-    /// An object of a known class.
-    Made(Box<Making>),
-    /// What lies outside of the pickle, under a name.
-    Persistent(Id),
-}
+use super::array::Array;
+use super::node::{Id, Node};
 
 /// A pickle that was read.
 #[derive(Debug)]

@@ -4,16 +4,15 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::controls::{self, VALUES};
+use super::field::{Line, Slope};
+use super::stretch::{self, Span, mixed};
+use super::tone::{Matrix, toned};
 use crate::color::{linear_from_srgb, srgb_from_linear};
 use crate::map::{Run, SamplingMap};
 use crate::resample::{load, store};
 use crate::texture::{Channels, Value};
 use crate::threads::for_each_with;
-
-use super::controls::{self, VALUES};
-use super::field::{Line, Slope};
-use super::stretch::{self, Span};
-use super::tone::{Matrix, toned};
 
 /// How the texels of a map are laid over a base.
 #[derive(Debug, Clone)]
@@ -269,12 +268,6 @@ struct Change {
     gains: [f32; 3],
     /// How far they do, from 0 to 1.
     tone: f32,
-}
-
-/// A value on the way to another; the other to the bit where all of the way is gone.
-#[inline(always)]
-pub(super) fn mixed(from: f32, to: f32, share: f32) -> f32 {
-    if share < 1.0 { from + (to - from) * share } else { to }
 }
 
 /// Gives an encoded normal the length 1; one that has no direction stays as it is.

@@ -8,13 +8,11 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
-use crate::simd::dispatch;
-use crate::texture::Value;
-
-use super::compose::mixed;
 use super::controls::{self, VALUES};
 use super::field::Line;
 use super::tone::toned;
+use crate::simd::dispatch;
+use crate::texture::Value;
 
 /// Texels that are worked on together, at most.
 pub(super) const STRETCH: usize = 64;
@@ -225,4 +223,10 @@ pub(super) fn weight(inside: f32, feather: f32) -> f32 {
     )]
     let t = (inside / feather).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// A value on the way to another; the other to the bit where all of the way is gone.
+#[inline(always)]
+pub(super) fn mixed(from: f32, to: f32, share: f32) -> f32 {
+    if share < 1.0 { from + (to - from) * share } else { to }
 }

@@ -2,7 +2,9 @@
 
 use super::super::geodesic::{parts, widened};
 use super::layout::BodyLayout;
-use super::steps::FAINT;
+
+/// An edge goes on where it is as steep as this share of noise.
+pub(super) const FAINT: f32 = 0.55;
 
 /// The least height that an edge has somewhere, in ΔE from a texel to the next beyond noise.
 const LEAST_HEIGHT: f32 = 0.35;

@@ -1,13 +1,12 @@
 //! From growth to what is skin.
 
-use crate::layout_grid::{GridColors, NONE};
-use crate::skin::{Deviation, SkinError, SkinModel};
-use crate::threads::{for_each_chunk, map_indices};
-
 use super::super::evidence::ramp;
 use super::grow::{Growth, divided, parts};
 use super::layout::{BodyLayout, Detail};
 use super::steps::Steps;
+use crate::layout_grid::{GridColors, NONE};
+use crate::skin::{Deviation, SkinError, SkinModel};
+use crate::threads::{for_each_chunk, map_indices};
 
 /// Skin reaches over steps of so many ΔE in all.
 const REACH: f32 = 1.5;

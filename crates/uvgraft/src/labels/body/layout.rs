@@ -1,14 +1,13 @@
 //! Where on a body each texel is.
 
+use super::shells::Contacts;
+use super::taps::Taps;
 use crate::anatomy::{Anatomy, AnatomyError, Area};
 use crate::edges::Edges;
 use crate::layout_grid::{LayoutGrid, NONE};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
-
-use super::shells::Contacts;
-use super::taps::Taps;
 
 /// The side of the grid.
 const SIDE: u32 = 1024;

@@ -13,14 +13,12 @@ mod shells;
 mod steps;
 mod taps;
 
-pub(crate) use layout::BodyLayout;
-
 use crate::color::Encoding;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 use crate::texture::{Channels, Size, Texels, Texture};
-
 use decide::Decision;
+pub(crate) use layout::BodyLayout;
 use steps::Steps;
 
 /// How far each texel of the grid is skin of the body: grey data at the grid's size.

@@ -5,13 +5,12 @@
 
 use fearless_simd::{Level, Simd};
 
+use super::barrier::{Barrier, FAINT, barrier};
+use super::layout::BodyLayout;
+use super::taps::next_texel;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::simd::dispatch;
 use crate::threads::{for_each, map_indices};
-
-use super::barrier::{Barrier, barrier};
-use super::layout::BodyLayout;
-use super::taps::next_texel;
 
 /// The unit of costs: this share of a ΔE.
 pub(super) const UNITS: f32 = 16.0;
@@ -22,9 +21,6 @@ const SLOPE: f32 = 1.6;
 /// A steepness that nine in ten texels of skin stay below is noise; so many times that, and within this range.
 const NOISE: f32 = 1.2;
 const NOISE_RANGE: [f32; 2] = [0.35, 1.6];
-/// An edge goes on where it is as steep as this share of noise.
-pub(super) const FAINT: f32 = 0.55;
-
 /// What it costs to go from texels to those beside them.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
