@@ -3,6 +3,8 @@
 //! Vertices count as one where [`Surface`] takes them for one point, so meshes whose vertices are split
 //! at UV seams are whole again.
 
+use glam::{DVec3, Vec3};
+
 use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::texture::Size;
@@ -72,9 +74,8 @@ impl SharedEdge {
 
     /// Its length, in the unit of the mesh.
     pub fn length(&self, mesh: &Mesh) -> f64 {
-        let [a, b] = self.positions(mesh);
-        let [x, y, z] = [0, 1, 2].map(|k| f64::from(b[k]) - f64::from(a[k]));
-        (x * x + y * y + z * z).sqrt()
+        let [a, b] = self.positions(mesh).map(|position| Vec3::from(position).as_dvec3());
+        a.distance(b)
     }
 
     /// Its length in texels, on the side that has more of them.
@@ -152,7 +153,7 @@ fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Ve
     for (index, &a) in halves.iter().enumerate() {
         for &b in &halves[index + 1..] {
             let [x, y] = [a, b].map(|half| away(mesh, half));
-            let fold = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+            let fold = x.dot(y);
             candidates.push((vertices(a) != vertices(b), from(a) == from(b), fold, [a, b]));
         }
     }
@@ -170,19 +171,16 @@ fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Ve
 }
 
 /// The direction from an edge into its triangle, of length 1; 0 for a triangle without area.
-fn away(mesh: &Mesh, half: HalfEdge) -> [f64; 3] {
+fn away(mesh: &Mesh, half: HalfEdge) -> DVec3 {
     let (face, corner) = (half as usize / 3, half as usize % 3);
-    let at =
-        |k: usize| mesh.positions()[mesh.faces()[face][(corner + k) % 3] as usize].map(f64::from);
-    let [a, b, c] = [at(0), at(1), at(2)];
-    let minus = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-    let (edge, side) = (minus(b, a), minus(c, a));
-    let along = dot(side, edge) / dot(edge, edge);
-    let across = minus(side, edge.map(|value| value * along));
-    let length = dot(across, across).sqrt();
-    let unit = across.map(|value| value / length);
-    if unit.iter().all(|value| value.is_finite()) { unit } else { [0.0; 3] }
+    let [a, b, c] = [0, 1, 2].map(|k| {
+        let vertex = mesh.faces()[face][(corner + k) % 3];
+        Vec3::from(mesh.positions()[vertex as usize]).as_dvec3()
+    });
+    let (edge, side) = (b - a, c - a);
+    let across = side - edge * (side.dot(edge) / edge.length_squared());
+    let unit = across / across.length();
+    if unit.is_finite() { unit } else { DVec3::ZERO }
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ pub mod blend;
 pub mod color;
 mod convert;
 pub mod correspond;
+mod directions;
 pub mod disjoint;
 pub mod edges;
 pub mod fill;
@@ -59,7 +60,6 @@ mod surface;
 pub mod tangents;
 pub mod texture;
 pub mod threads;
-mod vector;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, ToneReport, Toning, ToningError};

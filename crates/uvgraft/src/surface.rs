@@ -2,15 +2,16 @@
 
 use std::collections::HashMap;
 
+use glam::{DVec3, Vec3};
+
 use crate::mesh::Mesh;
-use crate::vector::{cross, norm, sub};
 
 /// The triangles of a mesh over points. Vertices at the same position that lie on open edges are one
 /// point: exporters that split vertices along UV seams do not cut the surface, and sheets that lie on each
 /// other stay two.
 #[derive(Debug, Clone)]
 pub(crate) struct Surface {
-    positions: Vec<[f64; 3]>,
+    positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// `points + 1` offsets into `around`.
     starts: Vec<u32>,
@@ -24,7 +25,7 @@ impl Surface {
         let mut known = HashMap::new();
         let mut positions = Vec::with_capacity(mesh.positions().len());
         let mut push = |position: &[f32; 3]| {
-            positions.push(position.map(f64::from));
+            positions.push(Vec3::from(*position).as_dvec3());
             positions.len() as u32 - 1
         };
         let point_of_vertex: Vec<u32> = mesh
@@ -64,7 +65,7 @@ impl Surface {
     }
 
     /// Where the points are.
-    pub fn positions(&self) -> &[[f64; 3]] {
+    pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
@@ -80,19 +81,19 @@ impl Surface {
     }
 
     /// Where the corners of a triangle are.
-    pub fn corners(&self, triangle: u32) -> [[f64; 3]; 3] {
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|point| self.positions[point as usize])
     }
 
     /// The distance between two points through space.
     pub fn length(&self, a: u32, b: u32) -> f64 {
-        norm(sub(self.positions[b as usize], self.positions[a as usize]))
+        self.positions[b as usize].distance(self.positions[a as usize])
     }
 
     /// The area of a triangle.
     pub fn area(&self, triangle: u32) -> f64 {
         let [a, b, c] = self.corners(triangle);
-        0.5 * norm(cross(sub(b, a), sub(c, a)))
+        0.5 * (b - a).cross(c - a).length()
     }
 
     /// The mean length of the triangles' sides.

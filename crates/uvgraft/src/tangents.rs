@@ -22,9 +22,10 @@ use std::collections::HashMap;
 use std::hash::Hash;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+use glam::{DVec3, Vec3};
 
+use crate::directions::{direction, perpendicular};
 use crate::mesh::Mesh;
-use crate::vector::{Vector, cross, direction, dot, perpendicular, plus, sub};
 
 /// MikkTSpace compares the triangles at a vertex each with each, by recursion. Triangles at vertices
 /// with more corners than this get a frame of their own.
@@ -75,7 +76,7 @@ impl TangentFrames {
     pub fn with_normals(mesh: &Mesh, normals: &[[f32; 3]]) -> Self {
         let welded = Welded::new(mesh);
         let smooth = corner_normals(mesh, &welded);
-        let shown = |vertex: u32| direction(normals.get(vertex as usize)?.map(f64::from));
+        let shown = |vertex: u32| direction(wide(*normals.get(vertex as usize)?));
         let mut faces: Vec<[TangentFrame; 3]> = (0..mesh.faces().len())
             .map(|face| {
                 let own = own_tangent(mesh, face);
@@ -137,66 +138,68 @@ fn bits<const N: usize>(values: [f32; N]) -> [u32; N] {
     values.map(|value| (value + 0.0).to_bits())
 }
 
-/// The three positions of a triangle.
-pub(crate) fn corner_positions(mesh: &Mesh, face: usize) -> [Vector; 3] {
-    mesh.faces()[face].map(|vertex| mesh.positions()[vertex as usize].map(f64::from))
+fn wide(vector: [f32; 3]) -> DVec3 {
+    Vec3::from(vector).as_dvec3()
 }
 
-fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[Vector; 3]> {
-    let mut sums = vec![[0.0; 3]; welded.count];
+/// The three positions of a triangle.
+pub(crate) fn corner_positions(mesh: &Mesh, face: usize) -> [DVec3; 3] {
+    mesh.faces()[face].map(|vertex| wide(mesh.positions()[vertex as usize]))
+}
+
+fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[DVec3; 3]> {
+    let mut sums = vec![DVec3::ZERO; welded.count];
     let mut own = Vec::with_capacity(mesh.faces().len());
     for (face, vertices) in welded.corners.iter().enumerate() {
         let corners = corner_positions(mesh, face);
-        let [p, q] = [1, 2].map(|k| sub(corners[k], corners[0]));
-        let normal = direction(cross(p, q));
+        let [p, q] = [1, 2].map(|k| corners[k] - corners[0]);
+        let normal = direction(p.cross(q));
         own.push(normal);
         let Some(normal) = normal else { continue };
         for k in 0..3 {
-            let [p, q] = [1, 2].map(|step| sub(corners[(k + step) % 3], corners[k]));
-            let across = cross(p, q);
-            let angle = dot(across, across).sqrt().atan2(dot(p, q));
-            let sum = &mut sums[vertices[k] as usize];
-            *sum = plus(*sum, angle, normal);
+            let [p, q] = [1, 2].map(|step| corners[(k + step) % 3] - corners[k]);
+            let angle = p.cross(q).length().atan2(p.dot(q));
+            sums[vertices[k] as usize] += normal * angle;
         }
     }
-    let smooth: Vec<Option<Vector>> = sums
+    let smooth: Vec<Option<DVec3>> = sums
         .into_iter()
         // What cancels out leaves rounding.
-        .map(|sum| direction(sum).filter(|_| dot(sum, sum) > 1e-12))
+        .map(|sum| direction(sum).filter(|_| sum.length_squared() > 1e-12))
         .collect();
     welded
         .corners
         .iter()
         .zip(own)
         .map(|(vertices, own)| {
-            vertices.map(|vertex| smooth[vertex as usize].or(own).unwrap_or([0.0, 0.0, 1.0]))
+            vertices.map(|vertex| smooth[vertex as usize].or(own).unwrap_or(DVec3::Z))
         })
         .collect()
 }
 
 /// In which direction `u` grows on a triangle, and whether its chart is mirrored; `None` if `u` does
 /// not grow in any.
-fn own_tangent(mesh: &Mesh, face: usize) -> Option<(Vector, f32)> {
+fn own_tangent(mesh: &Mesh, face: usize) -> Option<(DVec3, f32)> {
     let corners = corner_positions(mesh, face);
-    let [p, q] = [1, 2].map(|k| sub(corners[k], corners[0]));
+    let [p, q] = [1, 2].map(|k| corners[k] - corners[0]);
     let uv = mesh.uv_triangle(face).map(|[u, v]| [f64::from(u), -f64::from(v)]);
     let [s, t] = [1, 2].map(|k| [uv[k][0] - uv[0][0], uv[k][1] - uv[0][1]]);
     let area = s[0] * t[1] - s[1] * t[0];
     let sign = if area < 0.0 { -1.0 } else { 1.0 };
     // The gradient of `u` turned into the position's derivative, but for a positive factor.
-    let along = plus([0.0; 3], t[1] * sign, p);
-    Some((direction(plus(along, -s[1] * sign, q))?, sign as f32))
+    let along: DVec3 = [p * (t[1] * sign), q * (-s[1] * sign)].iter().sum();
+    Some((direction(along)?, sign as f32))
 }
 
-fn framed(normal: Vector, own: Option<(Vector, f32)>) -> TangentFrame {
+fn framed(normal: DVec3, own: Option<(DVec3, f32)>) -> TangentFrame {
     let projected = own.and_then(|(along, sign)| {
-        let across = plus(along, -dot(along, normal), normal);
+        let across = along - normal * along.dot(normal);
         // Of what runs along the normal rounding is left.
-        let across = direction(across).filter(|_| dot(across, across) > 1e-12)?;
+        let across = direction(across).filter(|_| across.length_squared() > 1e-12)?;
         Some((across, sign))
     });
     let (tangent, sign) = projected.unwrap_or_else(|| (perpendicular(normal), 1.0));
-    let single = |vector: Vector| vector.map(|value| value as f32);
+    let single = |vector: DVec3| vector.as_vec3().to_array();
     TangentFrame { normal: single(normal), tangent: single(tangent), sign }
 }
 
@@ -298,9 +301,9 @@ impl Geometry for Surface<'_> {
         let Some(space) = space else { return };
         let tangent = space.tangent();
         let frame = &mut self.frames[self.sound[face] as usize][corner];
-        let [t, n] = [tangent, frame.normal].map(|vector| vector.map(f64::from));
+        let [t, n] = [tangent, frame.normal].map(wide);
         // It leaves zeros where directions cancel out, or what is left of them by rounding.
-        if (dot(t, t) - 1.0).abs() < 1e-3 && dot(t, n).abs() < 1e-3 {
+        if (t.length_squared() - 1.0).abs() < 1e-3 && t.dot(n).abs() < 1e-3 {
             frame.tangent = tangent;
             frame.sign = if space.is_orientation_preserving() { 1.0 } else { -1.0 };
         }
@@ -391,10 +394,10 @@ mod tests {
 
     fn assert_sound(mesh: &Mesh) {
         for frame in TangentFrames::new(mesh).faces().as_flattened() {
-            let [n, t] = [frame.normal, frame.tangent].map(|vector| vector.map(f64::from));
-            assert!((dot(n, n) - 1.0).abs() < 1e-5, "{frame:?}");
-            assert!((dot(t, t) - 1.0).abs() < 1e-3, "{frame:?}");
-            assert!(dot(n, t).abs() < 1e-3, "{frame:?}");
+            let [n, t] = [frame.normal, frame.tangent].map(wide);
+            assert!((n.length_squared() - 1.0).abs() < 1e-5, "{frame:?}");
+            assert!((t.length_squared() - 1.0).abs() < 1e-3, "{frame:?}");
+            assert!(n.dot(t).abs() < 1e-3, "{frame:?}");
             assert!(frame.sign.abs() == 1.0, "{frame:?}");
         }
     }

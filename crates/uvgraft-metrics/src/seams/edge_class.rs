@@ -1,5 +1,6 @@
 //! What kind of edge an edge is, and how long.
 
+use glam::Vec3;
 use uvgraft::edges::{Edges, SharedEdge};
 use uvgraft::mesh::Mesh;
 use uvgraft::texture::Texture;
@@ -32,8 +33,7 @@ pub(super) fn point_count(edge: &SharedEdge, mesh: &Mesh, texture: &Texture) -> 
 }
 
 pub(super) fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
-    let [x, y, z] = [0, 1, 2].map(|k| f64::from(b[k]) - f64::from(a[k]));
-    (x * x + y * y + z * z).sqrt()
+    Vec3::from(a).as_dvec3().distance(Vec3::from(b).as_dvec3())
 }
 
 /// What each triangle's edge is.

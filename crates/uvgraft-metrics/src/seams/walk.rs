@@ -4,6 +4,7 @@
 //! walk is a straight line on the unfolded surface. What a triangle's sides measure is either their
 //! length on the surface or their length in texels.
 
+use glam::{DVec3, Vec3};
 use uvgraft::edges::{Edges, HalfEdge, NONE};
 use uvgraft::mesh::Mesh;
 use uvgraft::texture::Size;
@@ -130,26 +131,23 @@ impl<'a> Walker<'a> {
             match ground {
                 Ground::Surface => {
                     let vertex = self.mesh.faces()[face][corner];
-                    self.mesh.positions()[vertex as usize].map(f64::from)
+                    Vec3::from(self.mesh.positions()[vertex as usize]).as_dvec3()
                 }
                 Ground::Texels(size) => {
                     let [u, v] = self.mesh.uv()[self.mesh.uv_faces()[face][corner] as usize];
-                    [
+                    DVec3::new(
                         f64::from(u) * f64::from(size.width),
                         f64::from(v) * f64::from(size.height),
                         0.0,
-                    ]
+                    )
                 }
             }
         };
         let [a, b, c] = [at(0), at(1), at(2)];
-        let minus = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-        let (edge, side) = (minus(b, a), minus(c, a));
-        let base = dot(edge, edge).sqrt();
-        let along = dot(side, edge) / base;
-        let across = minus(side, edge.map(|value| value * (along / base)));
-        let height = dot(across, across).sqrt();
+        let (edge, side) = (b - a, c - a);
+        let base = edge.length();
+        let along = side.dot(edge) / base;
+        let height = (side - edge * (along / base)).length();
         // Rounding leaves corners of a line beside it by a share of its length.
         let is_wide = height > (base + along.abs()) * 1e-12 && height > 0.0;
         (base > 0.0 && is_wide && (base + along + height).is_finite())

@@ -1,5 +1,7 @@
 //! The worst places at seams.
 
+use glam::Vec3;
+
 use super::SeamEdge;
 use super::edge_class::distance;
 
@@ -10,18 +12,15 @@ const APART: f64 = 0.02;
 /// each away from those of its kind before it. The mean, because a single large step is often a detail
 /// of the texture, or the rim met near the end of a UV seam.
 pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for position in edges.iter().flat_map(|edge| edge.ends) {
-        for k in 0..3 {
-            low[k] = low[k].min(f64::from(position[k]));
-            high[k] = high[k].max(f64::from(position[k]));
-        }
-    }
-    let across = [0, 1, 2].map(|k| (high[k] - low[k]).powi(2)).iter().sum::<f64>().sqrt();
+    let ends = edges.iter().flat_map(|edge| edge.ends).map(Vec3::from);
+    let (low, high) = ends.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), end| {
+        (low.min(end), high.max(end))
+    });
+    let across = high.as_dvec3().distance(low.as_dvec3());
     let middle = |edge: &SeamEdge| {
-        let [a, b] = edge.ends;
-        [0, 1, 2].map(|k| a[k] * 0.5 + b[k] * 0.5)
+        let [a, b] = edge.ends.map(Vec3::from);
+        // Halved first: the sum of two great coordinates may be infinite.
+        (a * 0.5 + b * 0.5).to_array()
     };
     let mut ranked: Vec<(f64, usize)> = edges
         .iter()

@@ -1,11 +1,12 @@
 //! Areas as functions of position, normal and component in the head's coordinates.
 
+use glam::DVec3;
+
 use super::Area;
 use super::body;
 use super::landmarks::Face;
 use super::points::Points;
 use super::relief::Relief;
-use crate::vector::{Vector, norm, sub};
 
 /// 0 at `from`, 1 at `to`, smooth between; `from` may be the larger.
 pub(super) fn ramp(from: f64, to: f64, value: f64) -> f64 {
@@ -31,12 +32,12 @@ pub(super) struct Areas<'a> {
 
 /// One point, as areas see it.
 struct Place {
-    at: Vector,
+    at: DVec3,
     /// Distance from the plane of symmetry.
     x: f64,
     y: f64,
     z: f64,
-    normal: Vector,
+    normal: DVec3,
     /// How far it is behind the foremost skin.
     behind: f64,
     is_skin: bool,
@@ -51,7 +52,7 @@ impl Areas<'_> {
         let mut areas = vec![vec![0.0_f32; count]; Area::ALL.len()];
         for index in 0..count {
             let place = self.place(index);
-            if place.at.iter().all(|x| x.abs() < 6.0) {
+            if place.at.abs().cmplt(DVec3::splat(6.0)).all() {
                 for (area, value) in self.head(&place) {
                     areas[area as usize][index] = value.clamp(0.0, 1.0) as f32;
                 }
@@ -66,14 +67,14 @@ impl Areas<'_> {
     fn place(&self, index: usize) -> Place {
         let at = self.face.local.positions[index];
         let component = self.points.component[index];
-        let foremost = self.relief.around(at[0], at[1]).unwrap_or(f64::NEG_INFINITY);
+        let foremost = self.relief.around(at.x, at.y).unwrap_or(f64::NEG_INFINITY);
         Place {
             at,
-            x: at[0].abs(),
-            y: at[1],
-            z: at[2],
+            x: at.x.abs(),
+            y: at.y,
+            z: at.z,
             normal: self.face.local.normals[index],
-            behind: foremost - at[2],
+            behind: foremost - at.z,
             is_skin: component == self.face.eyes.skin,
             is_eye: self.face.eyes.components[component as usize],
             may_be_ear: self.face.may_be_ear[component as usize],
@@ -113,7 +114,7 @@ impl Areas<'_> {
         if place.is_eye {
             return 1.0;
         }
-        let nearest = |&center: &Vector| norm(sub(place.at, center));
+        let nearest = |&center: &DVec3| place.at.distance(center);
         let distance = self.face.eyes.centers.iter().map(nearest).fold(f64::INFINITY, f64::min);
         let Some(radius) = self.face.eyes.radius else { return self.hollow_eyes(place) };
         if self.face.eyes.components.contains(&true) {
@@ -151,64 +152,64 @@ impl Areas<'_> {
     }
 
     fn forehead(&self, place: &Place) -> f64 {
-        let low = self.face.brow[1].max(0.3) + 0.2;
-        let high = self.face.brow[1].max(0.3) + 0.42 * (self.face.crown[1] - self.face.brow[1]);
+        let low = self.face.brow.y.max(0.3) + 0.2;
+        let high = self.face.brow.y.max(0.3) + 0.42 * (self.face.crown.y - self.face.brow.y);
         let side = self.face.half_width * 0.72;
         band(low, high.max(low + 0.1), 0.1, place.y)
             * ramp(side + 0.1, side - 0.1, place.x)
-            * ramp(0.2, 0.45, place.normal[2])
+            * ramp(0.2, 0.45, place.normal.z)
     }
 
     fn nose(&self, place: &Place) -> f64 {
         let tip = self.face.nose_tip;
-        let down = (place.y / tip[1].min(-0.2)).clamp(0.0, 1.2);
+        let down = (place.y / tip.y.min(-0.2)).clamp(0.0, 1.2);
         let width = 0.08 + 0.1 * down;
-        band(tip[1] - 0.05, -0.05, 0.06, place.y)
+        band(tip.y - 0.05, -0.05, 0.06, place.y)
             * ramp(width + 0.08, width, place.x)
-            * ramp(-0.5, -0.25, place.normal[1])
-            * ramp(0.1, 0.3, place.normal[2])
+            * ramp(-0.5, -0.25, place.normal.y)
+            * ramp(0.1, 0.3, place.normal.z)
     }
 
     fn cheeks(&self, place: &Place) -> f64 {
         let top = -0.36_f64.max(1.5 * self.face.eyes.radius.unwrap_or(0.2));
-        let low = self.face.nose_base[1] - 0.02;
+        let low = self.face.nose_base.y - 0.02;
         let side = self.face.half_width * 0.86;
         // The fold between cheek and mouth runs outwards as it goes down.
         let inner = 0.44 + 0.25 * (top - place.y).max(0.0);
         band(low.min(top - 0.15), top, 0.09, place.y)
             * ramp(inner - 0.06, inner + 0.06, place.x)
             * ramp(side + 0.08, side - 0.08, place.x)
-            * ramp(0.1, 0.35, place.normal[2])
+            * ramp(0.1, 0.35, place.normal.z)
             * ramp(-1.0, -0.7, place.z)
     }
 
     fn lips(&self, place: &Place) -> f64 {
         let corner = self.face.mouth_corner;
-        let t = (place.x / corner[0]).min(1.0);
-        let line = self.face.mouth[1] + (corner[1] - self.face.mouth[1]) * t * t;
-        let above = 0.35 * (self.face.nose_base[1] - self.face.mouth[1]).clamp(0.2, 0.5);
-        let below = 0.32 * (self.face.mouth[1] - self.face.chin[1]).clamp(0.35, 0.7);
+        let t = (place.x / corner.x).min(1.0);
+        let line = self.face.mouth.y + (corner.y - self.face.mouth.y) * t * t;
+        let above = 0.35 * (self.face.nose_base.y - self.face.mouth.y).clamp(0.2, 0.5);
+        let below = 0.32 * (self.face.mouth.y - self.face.chin.y).clamp(0.35, 0.7);
         let dy = place.y - line;
         let height = if dy > 0.0 { above } else { below };
-        ellipse([place.x, dy], [corner[0] + 0.01, height * 0.95], 1.22)
-            * ramp(-0.55, -0.4, place.z - self.face.mouth[2])
+        ellipse([place.x, dy], [corner.x + 0.01, height * 0.95], 1.22)
+            * ramp(-0.55, -0.4, place.z - self.face.mouth.z)
     }
 
     /// What is well behind the lips at their height: sheets inside the head that the skin of the face hides.
     fn mouth_interior(&self, place: &Place) -> f64 {
         let mouth = self.face.mouth;
-        let depth = mouth[2] - place.z;
-        ellipse([place.x, place.y - mouth[1]], [0.6, 0.5], 1.15)
+        let depth = mouth.z - place.z;
+        ellipse([place.x, place.y - mouth.y], [0.6, 0.5], 1.15)
             * ramp(0.05, 0.11, place.behind)
             * ramp(0.02, 0.08, depth)
             * ramp(1.45, 1.3, depth)
             // Nostrils are not far behind the lips.
-            * ramp(0.03, -0.07, place.y - self.face.nose_base[1] - ramp(0.3, 0.6, depth))
-            * ramp(self.face.jaw_bottom[1] - 0.05, self.face.jaw_bottom[1] + 0.1, place.y)
+            * ramp(0.03, -0.07, place.y - self.face.nose_base.y - ramp(0.3, 0.6, depth))
+            * ramp(self.face.jaw_bottom.y - 0.05, self.face.jaw_bottom.y + 0.1, place.y)
     }
 
     fn jaw(&self, place: &Place) -> f64 {
-        let mouth = self.face.mouth[1];
+        let mouth = self.face.mouth.y;
         // Upper bound: below the mouth, and back up to the lobes of the ears.
         let upper = mouth - 0.14 + 0.35 * ramp(0.4, 1.0, place.x);
         ramp(upper + 0.1, upper - 0.02, place.y)
@@ -218,28 +219,28 @@ impl Areas<'_> {
 
     /// How far a place is above the line from the underside of the chin to the angle of the jaw.
     fn above_jaw_line(&self, place: &Place) -> f64 {
-        let [_, y, z] = self.face.jaw_bottom;
-        let angle = [self.face.mouth[1] - 0.1, -0.95];
+        let DVec3 { y, z, .. } = self.face.jaw_bottom;
+        let angle = [self.face.mouth.y - 0.1, -0.95];
         let along = ((z - place.z) / (z - angle[1]).max(0.3)).clamp(-0.3, 1.3);
         place.y - (y + along * (angle[0] - y))
     }
 
     fn ears(&self, place: &Place) -> f64 {
-        let side = usize::from(place.at[0] < 0.0);
+        let side = usize::from(place.at.x < 0.0);
         let Some(ear) = self.face.ears[side].filter(|_| place.may_be_ear) else { return 0.0 };
         // Heads are wider above the ears and narrower below them.
         let width = self.face.half_width
             + (self.face.upper_half_width - self.face.half_width) * ramp(-0.2, 0.3, place.y)
             - 0.25 * (-0.4 - place.y).max(0.0);
-        let [dy, dz] = [place.y - (ear[1] - 0.25), place.z - (ear[2] + 0.2)];
+        let [dy, dz] = [place.y - (ear.y - 0.25), place.z - (ear.z + 0.2)];
         ramp(width - 0.03, width + 0.06, place.x)
             * ellipse([dz, dy], [0.42, 0.6], 1.25)
-            * ramp(ear[0].abs() + 0.4, ear[0].abs() + 0.2, place.x)
+            * ramp(ear.x.abs() + 0.4, ear.x.abs() + 0.2, place.x)
     }
 
     fn scalp(&self, place: &Place) -> f64 {
         let hairline =
-            self.face.brow[1].max(0.3) + 0.58 * (self.face.crown[1] - self.face.brow[1]).max(0.5);
+            self.face.brow.y.max(0.3) + 0.58 * (self.face.crown.y - self.face.brow.y).max(0.5);
         // Depth and height of the line from the forehead over the temples, before and behind the ears to the
         // nape.
         let line = [
@@ -261,7 +262,7 @@ impl Areas<'_> {
         let Some(base) = self.face.neck_base else { return 0.0 };
         // The base rises to the back, as collars do.
         let low =
-            base[1] + 0.3 * (base[2] - place.z).clamp(0.0, 2.0) + 0.8 * (place.x - 0.8).max(0.0);
+            base.y + 0.3 * (base.z - place.z).clamp(0.0, 2.0) + 0.8 * (place.x - 0.8).max(0.0);
         let nape = -1.2;
         let top = ramp(0.06, -0.06, self.above_jaw_line(place)).min(ramp(
             nape + 0.1,
@@ -273,14 +274,14 @@ impl Areas<'_> {
 
     fn chest(&self, place: &Place) -> f64 {
         let Some(base) = self.face.neck_base else { return 0.0 };
-        let has_more = self.face.bottom < base[1] - 0.25;
+        let has_more = self.face.bottom < base.y - 0.25;
         if !has_more {
             return 0.0;
         }
-        band(base[1] - 2.4, base[1] + 0.35, 0.2, place.y)
+        band(base.y - 2.4, base.y + 0.35, 0.2, place.y)
             * ramp(3.2, 2.8, place.x)
-            * ramp(-0.05, 0.2, place.normal[2])
-            * ramp(base[2] - 2.2, base[2] - 1.6, place.z)
+            * ramp(-0.05, 0.2, place.normal.z)
+            * ramp(base.z - 2.2, base.z - 1.6, place.z)
     }
 }
 

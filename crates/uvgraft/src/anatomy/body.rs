@@ -1,9 +1,11 @@
 //! Hands and feet of whole bodies.
 
+use glam::DVec3;
+
 use super::areas::ramp;
 use super::landmarks::Face;
 use super::points::Points;
-use crate::vector::{Vector, direction, dot, norm, plus, sub};
+use crate::directions::direction;
 
 /// A mesh that ends higher below the eyes, in distances between them, is no whole body.
 const LEAST_HEIGHT: f64 = 8.0;
@@ -18,7 +20,7 @@ pub(super) fn extremities(points: &Points, face: &Face) -> [Vec<f32>; 2] {
     if face.bottom > -LEAST_HEIGHT {
         return [nothing.clone(), nothing];
     }
-    let height = face.crown[1] - face.bottom;
+    let height = face.crown.y - face.bottom;
     let hands = hands(points, face, height).unwrap_or_else(|| nothing.clone());
     [hands, feet(at, face, height).unwrap_or(nothing)]
 }
@@ -31,9 +33,9 @@ fn hands(_points: &Points, face: &Face, height: f64) -> Option<Vec<f32>> {
         let Some(arm) = Arm::new(at, side, face, height) else { continue };
         is_any = true;
         for (value, &p) in values.iter_mut().zip(at) {
-            let along = dot(sub(arm.tip, p), arm.towards);
-            let aside = norm(plus(sub(arm.tip, p), -along, arm.towards));
-            if p[0] * side > 0.0 && aside < 0.09 * height {
+            let along = (arm.tip - p).dot(arm.towards);
+            let aside = (arm.tip - p - arm.towards * along).length();
+            if p.x * side > 0.0 && aside < 0.09 * height {
                 let soft = 0.006 * height;
                 *value = ramp(arm.length + soft, arm.length - soft, along) as f32;
             }
@@ -44,38 +46,37 @@ fn hands(_points: &Points, face: &Face, height: f64) -> Option<Vec<f32>> {
 
 /// The last part of an arm.
 struct Arm {
-    tip: Vector,
+    tip: DVec3,
     /// From the forearm to the tip.
-    towards: Vector,
+    towards: DVec3,
     /// From the tip to the wrist.
     length: f64,
 }
 
 impl Arm {
     /// `None` where no hand is wider than the wrist before it.
-    fn new(at: &[Vector], side: f64, face: &Face, height: f64) -> Option<Self> {
+    fn new(at: &[DVec3], side: f64, face: &Face, height: f64) -> Option<Self> {
         // Outwards and a little downwards: finger tips in a T-pose as in an A-pose.
-        let out = direction([side, -0.25, 0.0])?;
-        let is_arm = |p: &&Vector| p[1] < face.jaw_bottom[1] && p[1] > face.bottom + 0.25 * height;
-        let tip =
-            *at.iter().filter(is_arm).max_by(|a, b| dot(**a, out).total_cmp(&dot(**b, out)))?;
-        if tip[0] * side < 0.14 * height {
+        let out = direction(DVec3::new(side, -0.25, 0.0))?;
+        let is_arm = |p: &&DVec3| p.y < face.jaw_bottom.y && p.y > face.bottom + 0.25 * height;
+        let tip = *at.iter().filter(is_arm).max_by(|a, b| a.dot(out).total_cmp(&b.dot(out)))?;
+        if tip.x * side < 0.14 * height {
             return None;
         }
         let mean = |from: f64, to: f64| {
-            let near = |p: &&Vector| {
-                let distance = norm(sub(**p, tip));
-                p[0] * side > 0.0 && (from * height..to * height).contains(&distance)
+            let near = |p: &&DVec3| {
+                let distance = p.distance(tip);
+                p.x * side > 0.0 && (from * height..to * height).contains(&distance)
             };
-            let found: Vec<Vector> = at.iter().filter(near).copied().collect();
-            let sum = found.iter().fold([0.0; 3], |sum, &p| plus(sum, 1.0, p));
-            (found.len() > 6).then(|| sum.map(|x| x / found.len() as f64))
+            let found: Vec<DVec3> = at.iter().filter(near).copied().collect();
+            let sum: DVec3 = found.iter().sum();
+            (found.len() > 6).then(|| sum / found.len() as f64)
         };
-        let towards = direction(sub(mean(0.0, 0.08)?, mean(0.11, 0.2)?))?;
+        let towards = direction(mean(0.0, 0.08)? - mean(0.11, 0.2)?)?;
         let tip = at
             .iter()
-            .filter(|p| norm(sub(**p, tip)) < 0.08 * height)
-            .max_by(|a, b| dot(**a, towards).total_cmp(&dot(**b, towards)))
+            .filter(|p| p.distance(tip) < 0.08 * height)
+            .max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)))
             .copied()?;
         let widths = Self::widths(at, tip, towards, height);
         let wrist = (6..16).min_by(|&a, &b| widths[a].total_cmp(&widths[b]))?;
@@ -89,21 +90,20 @@ impl Arm {
     }
 
     /// The largest distance from the axis within each hundredth of the body's height from the tip.
-    fn widths(at: &[Vector], tip: Vector, towards: Vector, height: f64) -> [f64; 20] {
-        let mut slices: [Vec<Vector>; 20] = Default::default();
+    fn widths(at: &[DVec3], tip: DVec3, towards: DVec3, height: f64) -> [f64; 20] {
+        let mut slices: [Vec<DVec3>; 20] = Default::default();
         for &p in at {
-            let along = dot(sub(tip, p), towards) / (0.01 * height);
-            let is_near = norm(sub(p, tip)) < 0.22 * height;
+            let along = (tip - p).dot(towards) / (0.01 * height);
+            let is_near = p.distance(tip) < 0.22 * height;
             if is_near && (0.0..20.0).contains(&along) {
                 slices[along as usize].push(p);
             }
         }
         let own = slices.map(|slice| {
-            let sum = slice.iter().fold([0.0; 3], |sum, &p| plus(sum, 1.0, p));
-            let middle = sum.map(|x| x / slice.len().max(1) as f64);
+            let middle = slice.iter().sum::<DVec3>() / slice.len().max(1) as f64;
             let widths = slice.iter().map(|&p| {
-                let offset = sub(p, middle);
-                norm(plus(offset, -dot(offset, towards), towards))
+                let offset = p - middle;
+                (offset - towards * offset.dot(towards)).length()
             });
             widths.fold(0.0, f64::max)
         });
@@ -115,11 +115,11 @@ impl Arm {
 }
 
 /// What is below the ankles, where two legs end.
-fn feet(at: &[Vector], face: &Face, height: f64) -> Option<Vec<f32>> {
-    let low = |p: &&Vector| p[1] < face.bottom + 0.1 * height;
+fn feet(at: &[DVec3], face: &Face, height: f64) -> Option<Vec<f32>> {
+    let low = |p: &&DVec3| p.y < face.bottom + 0.1 * height;
     let (mut left, mut right, mut middle) = (0, 0, 0);
     for p in at.iter().filter(low) {
-        match p[0] / height {
+        match p.x / height {
             x if x > 0.02 => left += 1,
             x if x < -0.02 => right += 1,
             _ => middle += 1,
@@ -130,5 +130,5 @@ fn feet(at: &[Vector], face: &Face, height: f64) -> Option<Vec<f32>> {
     }
     let ankle = face.bottom + ANKLE * height;
     let soft = 0.008 * height;
-    Some(at.iter().map(|p| ramp(ankle + soft, ankle - soft, p[1]) as f32).collect())
+    Some(at.iter().map(|p| ramp(ankle + soft, ankle - soft, p.y) as f32).collect())
 }

@@ -1,14 +1,14 @@
 //! Eyeballs: pairs of components that are spheres, or caps of spheres, of the same size.
 
+use glam::DVec3;
 use nalgebra::{Matrix4, Vector4};
 
 use super::points::Points;
-use crate::vector::{Vector, norm, sub};
 
 /// A sphere through points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sphere {
-    pub center: Vector,
+    pub center: DVec3,
     pub radius: f64,
 }
 
@@ -23,7 +23,7 @@ pub(super) struct EyePair {
 /// `|p|² = 2 c·p + k` is linear in the centre `c` and in `k = r² - |c|²` (Coope 1993).
 #[derive(Clone)]
 pub(super) struct SphereFit {
-    origin: Vector,
+    origin: DVec3,
     matrix: Matrix4<f64>,
     right: Vector4<f64>,
     pub count: u32,
@@ -31,25 +31,25 @@ pub(super) struct SphereFit {
 
 impl SphereFit {
     /// `origin` is near the points, for the sake of rounding.
-    pub fn new(origin: Vector) -> Self {
+    pub fn new(origin: DVec3) -> Self {
         Self { origin, matrix: Matrix4::zeros(), right: Vector4::zeros(), count: 0 }
     }
 
-    pub fn add(&mut self, point: Vector) {
-        let [x, y, z] = sub(point, self.origin);
-        let row = Vector4::new(2.0 * x, 2.0 * y, 2.0 * z, 1.0);
+    pub fn add(&mut self, point: DVec3) {
+        let offset = point - self.origin;
+        let row = Vector4::from((2.0 * offset).extend(1.0).to_array());
         self.matrix += row * row.transpose();
-        self.right += row * (x * x + y * y + z * z);
+        self.right += row * offset.length_squared();
         self.count += 1;
     }
 
     /// `None` where the points lie in a plane.
     pub fn sphere(&self) -> Option<Sphere> {
         let found = self.matrix.lu().solve(&self.right)?;
-        let center = [found[0], found[1], found[2]];
-        let radius = (found[3] + center.iter().map(|x| x * x).sum::<f64>()).sqrt();
-        let center = std::array::from_fn(|k| center[k] + self.origin[k]);
-        (radius.is_finite() && radius > 0.0).then_some(Sphere { center, radius })
+        let center = DVec3::new(found[0], found[1], found[2]);
+        let radius = (found[3] + center.length_squared()).sqrt();
+        (radius.is_finite() && radius > 0.0)
+            .then_some(Sphere { center: center + self.origin, radius })
     }
 }
 
@@ -60,7 +60,7 @@ pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
     for (index, a) in spheres.iter().enumerate() {
         for b in &spheres[index + 1..] {
             let radius = 0.5 * (a.0.radius + b.0.radius);
-            let ratio = norm(sub(a.0.center, b.0.center)) / radius;
+            let ratio = a.0.center.distance(b.0.center) / radius;
             let unlike = (a.0.radius - b.0.radius).abs() / radius;
             let counts = f64::from(a.1.min(b.1)) / f64::from(a.1.max(b.1));
             if unlike < 0.12 && counts > 0.6 && (2.0..9.0).contains(&ratio) {
@@ -89,21 +89,21 @@ fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
         .map(|sphere| sphere.filter(|sphere| (0.002..0.2).contains(&(sphere.radius / diagonal))))
         .collect();
     // The sums of squared deviations, of outward directions and how far that goes around.
-    let mut deviation = vec![(0.0, [0.0; 3]); points.component_count];
+    let mut deviation = vec![(0.0, DVec3::ZERO); points.component_count];
     for (&position, &component) in points.positions.iter().zip(&points.component) {
         if let Some(sphere) = spheres[component as usize] {
-            let offset = sub(position, sphere.center);
-            let relative = norm(offset) / sphere.radius;
+            let offset = position - sphere.center;
+            let relative = offset.length() / sphere.radius;
             let (squares, sum) = &mut deviation[component as usize];
             *squares += (relative - 1.0).powi(2);
-            *sum = std::array::from_fn(|k| sum[k] + offset[k] / sphere.radius);
+            *sum += offset / sphere.radius;
         }
     }
     let mut found: Vec<(f64, Sphere, u32)> = Vec::new();
     for ((sphere, (squares, sum)), fit) in spheres.into_iter().zip(deviation).zip(&fits) {
         let (Some(sphere), Some(fit)) = (sphere, fit) else { continue };
         let count = f64::from(fit.count);
-        let (error, lopsided) = ((squares / count).sqrt(), norm(sum) / count);
+        let (error, lopsided) = ((squares / count).sqrt(), sum.length() / count);
         // A cap of less than 50 degrees is too flat to have a reliable centre.
         if error < 0.08 && lopsided < 0.85 {
             found.push((error, sphere, fit.count));

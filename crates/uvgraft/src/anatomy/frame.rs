@@ -1,4 +1,6 @@
-use crate::vector::{Vector, cross, direction, dot, plus, sub};
+use glam::{DMat3, DVec3};
+
+use crate::directions::direction;
 
 /// The coordinates of a head: origin halfway between the centres of the eyes, x to the person's left, y up,
 /// z where the face looks; the unit is the distance between the centres of the eyes.
@@ -14,25 +16,31 @@ pub struct HeadFrame {
 
 impl HeadFrame {
     /// The right-handed frame of `up` and `forward`; `None` if they are parallel.
-    pub(super) fn new(origin: Vector, up: Vector, forward: Vector, unit: f64) -> Option<Self> {
-        let x = direction(cross(up, forward))?;
+    pub(super) fn new(origin: DVec3, up: DVec3, forward: DVec3, unit: f64) -> Option<Self> {
+        let x = direction(up.cross(forward))?;
         let z = direction(forward)?;
-        Some(Self { origin, axes: [x, cross(z, x), z], unit })
+        let axes = [x, z.cross(x), z].map(<[f64; 3]>::from);
+        Some(Self { origin: origin.to_array(), axes, unit })
     }
 
     /// A position of the mesh's space in the head's coordinates.
     pub fn local(&self, position: [f64; 3]) -> [f64; 3] {
-        let offset = sub(position, self.origin);
-        self.axes.map(|axis| dot(offset, axis) / self.unit)
+        self.to_local(position.into()).to_array()
+    }
+
+    pub(super) fn to_local(&self, position: DVec3) -> DVec3 {
+        self.local_direction(position - DVec3::from(self.origin)) / self.unit
     }
 
     /// A position of the head's coordinates in the mesh's space.
     pub fn world(&self, local: [f64; 3]) -> [f64; 3] {
-        (0..3).fold(self.origin, |sum, k| plus(sum, local[k] * self.unit, self.axes[k]))
+        let [x, y, z] = self.axes.map(DVec3::from);
+        let [left, up, forward] = local.map(|value| value * self.unit);
+        (DVec3::from(self.origin) + x * left + y * up + z * forward).to_array()
     }
 
     /// A direction of the mesh's space along the head's axes.
-    pub(super) fn local_direction(&self, direction: Vector) -> Vector {
-        self.axes.map(|axis| dot(direction, axis))
+    pub(super) fn local_direction(&self, direction: DVec3) -> DVec3 {
+        DMat3::from_cols_array_2d(&self.axes).transpose_mul_vec3(direction)
     }
 }

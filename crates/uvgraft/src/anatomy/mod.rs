@@ -167,7 +167,8 @@ impl Anatomy {
         let face = Face::new(&points, &frame, &eyes, &relief);
         let areas = Areas { points: &points, face: &face, relief: &relief };
         let areas = areas.all().into_iter().map(|area| points.to_vertices(&area)).collect();
-        let landmarks = face.landmarks().map(|point| point.map(|local| frame.world(local)));
+        let landmarks =
+            face.landmarks().map(|point| point.map(|local| frame.world(local.to_array())));
         Ok(Self { frame, landmarks, areas })
     }
 

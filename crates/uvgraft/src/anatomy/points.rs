@@ -1,25 +1,27 @@
 //! The mesh as distinct points: welded by position, with components and normals.
 
+use glam::{DVec3, Vec3};
+
 use super::AnatomyError;
+use crate::directions::direction;
 use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
-use crate::vector::{Vector, cross, direction, norm, plus, sub};
 
 /// Fewer points show no face.
 const LEAST_POINTS: usize = 120;
 
 /// Distinct positions of a mesh and the triangles between them.
 pub(super) struct Points {
-    pub positions: Vec<Vector>,
+    pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
     /// Unit normals, weighted by area; zero where triangles cancel.
-    pub normals: Vec<Vector>,
+    pub normals: Vec<DVec3>,
     /// The component of each point.
     pub component: Vec<u32>,
     pub component_count: usize,
     of_vertex: Vec<u32>,
     /// The bounding box's lowest and highest corner.
-    pub bounds: [Vector; 2],
+    pub bounds: [DVec3; 2],
 }
 
 impl Points {
@@ -34,14 +36,14 @@ impl Points {
         }
         let (component, component_count) = components(positions.len(), &triangles);
         let bounds = bounds(&positions, &triangles);
-        let diagonal = norm(sub(bounds[1], bounds[0]));
+        let diagonal = bounds[1].distance(bounds[0]);
         if !(diagonal.is_normal() && diagonal < 1e30) {
             return too_coarse(1);
         }
         // Lengths near 1 keep squares and cubes within the range of floats.
-        let center: Vector = std::array::from_fn(|k| 0.5 * (bounds[0][k] + bounds[1][k]));
+        let center = bounds[0].midpoint(bounds[1]);
         let is_extreme = !(1e-6..1e9).contains(&diagonal);
-        if is_extreme && norm(center) > 1e6 * diagonal {
+        if is_extreme && center.length() > 1e6 * diagonal {
             return too_coarse(1);
         }
         positions.shrink_to_fit();
@@ -50,7 +52,7 @@ impl Points {
     }
 
     pub fn diagonal(&self) -> f64 {
-        norm(sub(self.bounds[1], self.bounds[0]))
+        self.bounds[1].distance(self.bounds[0])
     }
 
     /// Values of points as values of the mesh's vertices.
@@ -58,14 +60,14 @@ impl Points {
         self.of_vertex.iter().map(|&point| values[point as usize]).collect()
     }
 
-    pub fn corners(&self, triangle: [u32; 3]) -> [Vector; 3] {
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|point| self.positions[point as usize])
     }
 }
 
 /// The point of each vertex, and the points' positions. A hash table with linear probing over the bits of
 /// the coordinates.
-fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<Vector>) {
+fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     const EMPTY: u32 = u32::MAX;
     let vertices = mesh.positions();
     let mask = (2 * vertices.len()).next_power_of_two().max(2) - 1;
@@ -89,7 +91,7 @@ fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<Vector>) {
         }
         of_vertex.push(table[slot]);
     }
-    let position = |&vertex: &u32| vertices[vertex as usize].map(f64::from);
+    let position = |&vertex: &u32| Vec3::from(vertices[vertex as usize]).as_dvec3();
     (of_vertex, first_vertex.iter().map(position).collect())
 }
 
@@ -113,24 +115,20 @@ fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     (component.collect(), next as usize)
 }
 
-fn bounds(positions: &[Vector], triangles: &[[u32; 3]]) -> [Vector; 2] {
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for &point in triangles.as_flattened() {
-        for k in 0..3 {
-            bounds[0][k] = bounds[0][k].min(positions[point as usize][k]);
-            bounds[1][k] = bounds[1][k].max(positions[point as usize][k]);
-        }
-    }
-    bounds
+fn bounds(positions: &[DVec3], triangles: &[[u32; 3]]) -> [DVec3; 2] {
+    let corners = triangles.as_flattened().iter().map(|&point| positions[point as usize]);
+    corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
+        [low.min(corner), high.max(corner)]
+    })
 }
 
-fn normals(positions: &[Vector], triangles: &[[u32; 3]]) -> Vec<Vector> {
-    let mut normals = vec![[0.0; 3]; positions.len()];
+fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|point| positions[point as usize]);
-        let normal = cross(sub(b, a), sub(c, a));
+        let normal = (b - a).cross(c - a);
         for &point in triangle {
-            normals[point as usize] = plus(normals[point as usize], 1.0, normal);
+            normals[point as usize] += normal;
         }
     }
     normals.into_iter().map(|normal| direction(normal).unwrap_or_default()).collect()

@@ -1,7 +1,9 @@
 //! The outline of a mesh in a plane, and where on it the profile of a face is.
 
+use glam::DVec3;
+
 use super::points::Points;
-use crate::vector::{Vector, cross, dot, perpendicular, plus, sub};
+use crate::directions::perpendicular;
 
 /// Profile of an adult face on the midline: height and depth from the centre between the eyeballs, in
 /// distances between the eyes. Rounded facial proportions (sellion, pronasale, subnasale, stomion, pogonion
@@ -39,8 +41,8 @@ const LARGEST_DEVIATION: f64 = 0.5;
 
 /// Where a mesh cuts a plane: segments in the plane's own coordinates.
 pub(super) struct Section {
-    origin: Vector,
-    axes: [Vector; 2],
+    origin: DVec3,
+    axes: [DVec3; 2],
     segments: Vec<[[f64; 2]; 2]>,
 }
 
@@ -50,9 +52,9 @@ pub(super) struct Found {
     /// Mean deviation from the profile of a face, in distances between the eyes.
     pub deviation: f64,
     /// Halfway between the eyes.
-    pub origin: Vector,
-    pub up: Vector,
-    pub forward: Vector,
+    pub origin: DVec3,
+    pub up: DVec3,
+    pub forward: DVec3,
     /// The distance between the eyes.
     pub unit: f64,
 }
@@ -98,11 +100,11 @@ struct Place {
 
 impl Section {
     /// Cuts the triangles within `reach` of `origin` by the plane through it at right angles to `normal`.
-    pub fn new(points: &Points, origin: Vector, normal: Vector, reach: f64) -> Self {
+    pub fn new(points: &Points, origin: DVec3, normal: DVec3, reach: f64) -> Self {
         let first = perpendicular(normal);
-        let axes = [first, cross(normal, first)];
+        let axes = [first, normal.cross(first)];
         let heights: Vec<f64> =
-            points.positions.iter().map(|&point| dot(sub(point, origin), normal)).collect();
+            points.positions.iter().map(|&point| (point - origin).dot(normal)).collect();
         let mut segments = Vec::new();
         for &triangle in &points.triangles {
             let height = triangle.map(|point| heights[point as usize]);
@@ -116,9 +118,8 @@ impl Section {
             for (a, b) in [(0, 1), (1, 2), (2, 0)] {
                 if above[a] != above[b] && count < 2 {
                     let along = height[a] / (height[a] - height[b]);
-                    let at = plus(corners[a], along, sub(corners[b], corners[a]));
-                    let offset = sub(at, origin);
-                    ends[count] = axes.map(|axis| dot(offset, axis));
+                    let offset = corners[a].lerp_monotonic(corners[b], along) - origin;
+                    ends[count] = axes.map(|axis| offset.dot(axis));
                     count += 1;
                 }
             }
@@ -193,9 +194,9 @@ impl Section {
 
     fn found(&self, deviation: f64, turn: Turn, eyes: [f64; 2], unit: f64) -> Found {
         let [up, forward] = turn.up_and_forward();
-        let space = |[a, b]: [f64; 2]| plus(plus([0.0; 3], a, self.axes[0]), b, self.axes[1]);
-        let (up, forward) = (space(up), space(forward));
-        let origin = plus(plus(self.origin, eyes[0], up), eyes[1], forward);
+        let space = |[a, b]: [f64; 2]| [self.axes[0] * a, self.axes[1] * b].iter().sum();
+        let (up, forward): (DVec3, DVec3) = (space(up), space(forward));
+        let origin = self.origin + up * eyes[0] + forward * eyes[1];
         Found { deviation, origin, up, forward, unit }
     }
 }

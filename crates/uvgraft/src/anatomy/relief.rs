@@ -1,7 +1,8 @@
 //! A depth map of the face, seen from the front.
 
+use glam::DVec3;
+
 use super::points::Points;
-use crate::vector::Vector;
 
 const STEP: f64 = 0.02;
 const LOW: [f64; 2] = [-1.5, -2.8];
@@ -10,8 +11,8 @@ const ROWS: usize = 240;
 
 /// The positions and normals of points in the head's coordinates.
 pub(super) struct Local {
-    pub positions: Vec<Vector>,
-    pub normals: Vec<Vector>,
+    pub positions: Vec<DVec3>,
+    pub normals: Vec<DVec3>,
 }
 
 /// The foremost depth over the plane of x and y, and which component it is of.
@@ -22,7 +23,7 @@ pub(super) struct Relief {
 
 impl Relief {
     /// Draws the triangles of components that are `wanted`.
-    pub fn new(points: &Points, at: &[Vector], wanted: impl Fn(u32) -> bool) -> Self {
+    pub fn new(points: &Points, at: &[DVec3], wanted: impl Fn(u32) -> bool) -> Self {
         let mut relief = Self {
             depths: vec![f32::NEG_INFINITY; COLUMNS * ROWS],
             components: vec![u32::MAX; COLUMNS * ROWS],
@@ -30,7 +31,7 @@ impl Relief {
         for triangle in &points.triangles {
             let corners = triangle.map(|point| at[point as usize]);
             let component = points.component[triangle[0] as usize];
-            let is_far = corners.iter().all(|p| p[2] < -1.4 || p[1] < LOW[1] || p[1] > 2.0);
+            let is_far = corners.iter().all(|p| p.z < -1.4 || p.y < LOW[1] || p.y > 2.0);
             if !is_far && wanted(component) {
                 relief.draw(corners, component);
             }
@@ -38,10 +39,10 @@ impl Relief {
         relief
     }
 
-    fn draw(&mut self, corners: [Vector; 3], component: u32) {
+    fn draw(&mut self, corners: [DVec3; 3], component: u32) {
         // Cells have their centres at whole numbers.
         let [a, b, c] =
-            corners.map(|[x, y, z]| [(x - LOW[0]) / STEP - 0.5, (y - LOW[1]) / STEP - 0.5, z]);
+            corners.map(|p| [(p.x - LOW[0]) / STEP - 0.5, (p.y - LOW[1]) / STEP - 0.5, p.z]);
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
         if area.abs() < 1e-9 {
             return;
@@ -108,7 +109,7 @@ impl Relief {
     }
 
     /// Places of a grid within half-axes around a centre, with their depths.
-    pub fn within(&self, center: [f64; 2], radius: f64) -> Vec<Vector> {
+    pub fn within(&self, center: [f64; 2], radius: f64) -> Vec<DVec3> {
         let steps = (radius / STEP) as i32;
         let mut found = Vec::new();
         for j in -steps..=steps {
@@ -121,7 +122,7 @@ impl Relief {
                     let [column, row] = [cell % COLUMNS, cell / COLUMNS];
                     let x = LOW[0] + (column as f64 + 0.5) * STEP;
                     let y = LOW[1] + (row as f64 + 0.5) * STEP;
-                    found.push([x, y, f64::from(self.depths[cell])]);
+                    found.push(DVec3::new(x, y, f64::from(self.depths[cell])));
                 }
             }
         }
@@ -161,7 +162,7 @@ impl Relief {
         let places = self.within([0.0, -0.4], 0.8);
         let differences: Vec<f64> = places
             .iter()
-            .filter_map(|&[x, y, depth]| Some((self.depth(-x, y)? - depth).abs().min(0.5)))
+            .filter_map(|place| Some((self.depth(-place.x, place.y)? - place.z).abs().min(0.5)))
             .collect();
         if differences.is_empty() {
             return f64::INFINITY;

@@ -1,5 +1,7 @@
 //! Where the head is: from its eyeballs, or without them from its symmetry and the profile of its face.
 
+use glam::DVec3;
+
 use super::AnatomyError;
 use super::eyes::{EyePair, SphereFit, pairs};
 use super::frame::HeadFrame;
@@ -7,7 +9,7 @@ use super::points::Points;
 use super::profile::{Found, Section};
 use super::relief::Relief;
 use super::symmetry::{LEAST_MIRRORED, planes};
-use crate::vector::{Vector, direction, norm, plus, sub};
+use crate::directions::direction;
 
 /// A head that was found.
 pub(super) struct Head {
@@ -20,7 +22,7 @@ pub(super) struct Head {
 /// Eyes in the head's coordinates.
 pub(super) struct Eyes {
     /// The left one's centre and the right one's.
-    pub centers: [Vector; 2],
+    pub centers: [DVec3; 2],
     /// `None` where there are no eyeballs.
     pub radius: Option<f64>,
     /// Whether each component is part of an eyeball.
@@ -50,17 +52,17 @@ pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
 
 fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
     let [a, b] = pair.spheres;
-    let unit = norm(sub(b.center, a.center));
-    let normal = direction(sub(b.center, a.center))?;
-    let origin = plus(a.center, 0.5, sub(b.center, a.center));
+    let unit = b.center.distance(a.center);
+    let normal = direction(b.center - a.center)?;
+    let origin = a.center.lerp_monotonic(b.center, 0.5);
     let found = Section::new(points, origin, normal, 4.0 * unit).around_eyes(unit);
     if found.deviation > LARGEST_DEVIATION {
         return None;
     }
     let frame = HeadFrame::new(origin, found.up, found.forward, unit)?;
     let radius = 0.5 * (a.radius + b.radius) / unit;
-    let mut centers = [frame.local(a.center), frame.local(b.center)];
-    centers.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let mut centers = [frame.to_local(a.center), frame.to_local(b.center)];
+    centers.sort_by(|a, b| b.x.total_cmp(&a.x));
     let is_eye = eye_components(points, &frame, centers, radius);
     let (relief, skin) = skin_relief(points, &frame, &is_eye)?;
     check(&relief, 0.06).ok()?;
@@ -97,42 +99,42 @@ fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
         .ok_or("the outline is a single point")?;
     let mut radius = None;
     let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
-    let bulge = bulge(&relief).filter(|(center, _)| (center[0] - 0.5).abs() < 0.06);
+    let bulge = bulge(&relief).filter(|(center, _)| (center.x - 0.5).abs() < 0.06);
     if let Some((center, size)) = bulge {
         // The plane of symmetry is more reliable than the centres of two small spheres.
-        let origin = frame.world([0.0, center[1], center[2]]);
-        radius = Some(size / (2.0 * center[0]));
-        frame = HeadFrame { origin, unit: frame.unit * 2.0 * center[0], ..frame };
+        let origin = frame.world([0.0, center.y, center.z]);
+        radius = Some(size / (2.0 * center.x));
+        frame = HeadFrame { origin, unit: frame.unit * 2.0 * center.x, ..frame };
     }
     let (relief, skin) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
     check(&relief, 0.25)?;
-    let centers = [[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]];
+    let centers = [0.5, -0.5].map(|x| DVec3::new(x, 0.0, 0.0));
     let eyes = Eyes { centers, radius, components: nothing, skin };
     Ok(Head { frame, eyes, relief })
 }
 
 /// Centre and radius of what bulges where eyes are: eyeballs joined to the skin, or closed lids. The left one,
 /// as the mean of both sides.
-fn bulge(relief: &Relief) -> Option<(Vector, f64)> {
+fn bulge(relief: &Relief) -> Option<(DVec3, f64)> {
     let sphere = |x: f64, y: f64| {
         let places = relief.within([x, y], 0.065);
-        let mut fit = SphereFit::new([x, y, 0.0]);
+        let mut fit = SphereFit::new(DVec3::new(x, y, 0.0));
         places.iter().for_each(|&place| fit.add(place));
         let sphere = fit.sphere().filter(|_| places.len() > 20)?;
-        let errors = places.iter().map(|&p| (norm(sub(p, sphere.center)) - sphere.radius).abs());
+        let errors = places.iter().map(|&p| (p.distance(sphere.center) - sphere.radius).abs());
         let error = errors.sum::<f64>() / places.len() as f64;
-        let is_behind = places.iter().all(|place| place[2] > sphere.center[2]);
+        let is_behind = places.iter().all(|place| place.z > sphere.center.z);
         // An eye looks forward; the slopes of brow and lid do not.
-        let is_near = (sphere.center[0] - x).hypot(sphere.center[1] - y) < 0.06;
+        let is_near = (sphere.center.x - x).hypot(sphere.center.y - y) < 0.06;
         let is_eye = error < 0.006 && is_behind && is_near && (0.12..0.26).contains(&sphere.radius);
         is_eye.then_some((error, sphere))
     };
     let places = (0..56).map(|k| [0.41 + 0.03 * f64::from(k % 7), 0.03 * f64::from(k / 7 - 5)]);
     let found = places.filter_map(|[x, y]| {
         let ((error, left), (other, right)) = (sphere(x, y)?, sphere(-x, y)?);
-        let mirrored = [-right.center[0], right.center[1], right.center[2]];
-        let unlike = norm(sub(left.center, mirrored)) + (left.radius - right.radius).abs();
-        let center = plus(left.center, 0.5, sub(mirrored, left.center));
+        let mirrored = right.center.with_x(-right.center.x);
+        let unlike = left.center.distance(mirrored) + (left.radius - right.radius).abs();
+        let center = left.center.lerp_monotonic(mirrored, 0.5);
         (unlike < 0.08).then_some((error + other, (center, 0.5 * (left.radius + right.radius))))
     });
     found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bulge)| bulge)
@@ -142,14 +144,14 @@ fn bulge(relief: &Relief) -> Option<(Vector, f64)> {
 fn eye_components(
     points: &Points,
     frame: &HeadFrame,
-    centers: [Vector; 2],
+    centers: [DVec3; 2],
     radius: f64,
 ) -> Vec<bool> {
     let mut is_eye = vec![true; points.component_count];
     for (&position, &component) in points.positions.iter().zip(&points.component) {
         if is_eye[component as usize] {
-            let local = frame.local(position);
-            let distance = centers.iter().map(|&c| norm(sub(local, c))).fold(9.0, f64::min);
+            let local = frame.to_local(position);
+            let distance = centers.iter().map(|&c| local.distance(c)).fold(9.0, f64::min);
             is_eye[component as usize] = distance < 1.25 * radius;
         }
     }
@@ -158,7 +160,7 @@ fn eye_components(
 
 /// The depth map of the component that the face is of, and which one that is.
 fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(Relief, u32)> {
-    let at: Vec<Vector> = points.positions.iter().map(|&p| frame.local(p)).collect();
+    let at: Vec<DVec3> = points.positions.iter().map(|&p| frame.to_local(p)).collect();
     let all = Relief::new(points, &at, |component| !is_eye[component as usize]);
     let skin = all.skin(points.component_count)?;
     if all.is_all(skin) {

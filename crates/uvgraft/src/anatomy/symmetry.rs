@@ -2,16 +2,17 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Matrix3;
+use glam::DVec3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::points::Points;
-use crate::vector::{Vector, direction, dot, norm, plus, sub};
+use crate::directions::direction;
 
 /// A plane through `point` at right angles to `normal`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
-    pub point: Vector,
-    pub normal: Vector,
+    pub point: DVec3,
+    pub normal: DVec3,
     /// The share of points that have a mirror image, `0.0..=1.0`.
     pub mirrored: f64,
 }
@@ -23,13 +24,13 @@ pub(super) const LEAST_MIRRORED: f64 = 0.7;
 /// moved to where points and the mirror images of others meet. The best comes first.
 pub(super) fn planes(points: &Points) -> Vec<Plane> {
     let cloud = Cloud::new(points);
-    let mut normals: Vec<Vector> = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut normals = DVec3::AXES.to_vec();
     normals.extend(cloud.principal_axes());
     let mut planes: Vec<Plane> = Vec::new();
     for normal in normals {
         let start = Plane { point: cloud.center, normal, mirrored: 0.0 };
         let Some(plane) = cloud.refined(start) else { continue };
-        let is_known = |known: &&Plane| dot(known.normal, plane.normal).abs() > 0.995;
+        let is_known = |known: &&Plane| known.normal.dot(plane.normal).abs() > 0.995;
         if !planes.iter().any(|known| is_known(&known)) {
             planes.push(plane);
         }
@@ -40,10 +41,10 @@ pub(super) fn planes(points: &Points) -> Vec<Plane> {
 
 /// Some of the points, findable by place.
 struct Cloud {
-    points: Vec<Vector>,
+    points: Vec<DVec3>,
     cells: HashMap<[i32; 3], Vec<u32>>,
     cell: f64,
-    center: Vector,
+    center: DVec3,
     matrix: Matrix3<f64>,
 }
 
@@ -51,45 +52,43 @@ impl Cloud {
     fn new(all: &Points) -> Self {
         const MOST: usize = 6_000;
         let stride = all.positions.len().div_ceil(MOST);
-        let points: Vec<Vector> = all.positions.iter().step_by(stride).copied().collect();
+        let points: Vec<DVec3> = all.positions.iter().step_by(stride).copied().collect();
         let cell = all.diagonal() * 0.015;
         let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         for (index, point) in (0..).zip(&points) {
-            cells.entry(point.map(|x| (x / cell).floor() as i32)).or_default().push(index);
+            cells.entry(cell_of(*point, cell)).or_default().push(index);
         }
         // Weighed by area, or a head of many small triangles would outweigh the rest.
-        let (mut area, mut center, mut matrix) = (0.0, [0.0; 3], Matrix3::zeros());
+        let (mut area, mut center, mut matrix) = (0.0, DVec3::ZERO, Matrix3::zeros());
         for &triangle in all.triangles.iter().step_by(all.triangles.len().div_ceil(40_000)) {
             let [a, b, c] = all.corners(triangle);
-            let weight = norm(crate::vector::cross(sub(b, a), sub(c, a)));
-            let middle = plus(plus(a, 1.0, b), 1.0, c).map(|x| x / 3.0);
+            let weight = (b - a).cross(c - a).length();
+            let middle = (a + b + c) / 3.0;
             area += weight;
-            center = plus(center, weight, middle);
-            let offset = nalgebra::Vector3::from(sub(middle, all.bounds[0]));
-            matrix += offset * offset.transpose() * weight;
+            center += middle * weight;
+            matrix += squared(middle - all.bounds[0]) * weight;
         }
-        let center = center.map(|x| x / area.max(f64::MIN_POSITIVE));
-        let offset = nalgebra::Vector3::from(sub(center, all.bounds[0]));
-        let matrix = matrix / area.max(f64::MIN_POSITIVE) - offset * offset.transpose();
+        let center = center / area.max(f64::MIN_POSITIVE);
+        let matrix = matrix / area.max(f64::MIN_POSITIVE) - squared(center - all.bounds[0]);
         Self { points, cells, cell, center, matrix }
     }
 
-    fn principal_axes(&self) -> Vec<Vector> {
+    fn principal_axes(&self) -> Vec<DVec3> {
         if !self.matrix.iter().all(|x| x.is_finite()) {
             return Vec::new();
         }
         let eigen = self.matrix.symmetric_eigen();
-        eigen.eigenvectors.column_iter().map(|axis| [axis[0], axis[1], axis[2]]).collect()
+        eigen.eigenvectors.column_iter().map(|axis| DVec3::new(axis[0], axis[1], axis[2])).collect()
     }
 
-    fn nearest(&self, to: Vector) -> Option<Vector> {
-        let [i, j, k] = to.map(|x| (x / self.cell).floor() as i32);
-        let mut best: Option<(f64, Vector)> = None;
+    fn nearest(&self, to: DVec3) -> Option<DVec3> {
+        let [i, j, k] = cell_of(to, self.cell);
+        let mut best: Option<(f64, DVec3)> = None;
         for offset in 0..27 {
             let key = [i + offset % 3 - 1, j + offset / 3 % 3 - 1, k + offset / 9 - 1];
             for &point in self.cells.get(&key).into_iter().flatten() {
                 let at = self.points[point as usize];
-                let distance = norm(sub(at, to));
+                let distance = at.distance(to);
                 if distance < self.cell && best.is_none_or(|best| distance < best.0) {
                     best = Some((distance, at));
                 }
@@ -106,8 +105,8 @@ impl Cloud {
         for round in 0..rounds {
             let (mut count, mut found) = (0, Vec::new());
             for &point in self.points.iter().step_by(stride) {
-                let height = dot(sub(point, plane.point), plane.normal);
-                let mirrored = plus(point, -2.0 * height, plane.normal);
+                let height = (point - plane.point).dot(plane.normal);
+                let mirrored = point + plane.normal * (-2.0 * height);
                 count += 1;
                 found.extend(self.nearest(mirrored).map(|partner| (point, partner)));
             }
@@ -116,21 +115,30 @@ impl Cloud {
                 break;
             }
             let mut matrix = Matrix3::zeros();
-            let mut middle = [0.0; 3];
-            for (a, b) in &found {
-                let offset = nalgebra::Vector3::from(sub(*a, *b));
-                matrix += offset * offset.transpose();
-                middle = plus(plus(middle, 0.5, *a), 0.5, *b);
+            let mut middle = DVec3::ZERO;
+            for &(a, b) in &found {
+                matrix += squared(a - b);
+                middle = middle + a * 0.5 + b * 0.5;
             }
-            plane.point = middle.map(|x| x / found.len() as f64);
+            plane.point = middle / found.len() as f64;
             if !matrix.iter().all(|x| x.is_finite()) {
                 return None;
             }
             // Differences of mirror images all lie along the normal.
             let eigen = matrix.symmetric_eigen();
             let column = eigen.eigenvectors.column(eigen.eigenvalues.imax());
-            plane.normal = direction([column[0], column[1], column[2]])?;
+            plane.normal = direction(DVec3::new(column[0], column[1], column[2]))?;
         }
         (plane.mirrored >= 0.25).then_some(plane)
     }
+}
+
+fn cell_of(point: DVec3, cell: f64) -> [i32; 3] {
+    (point / cell).floor().as_ivec3().to_array()
+}
+
+/// A column vector times itself as a row.
+fn squared(offset: DVec3) -> Matrix3<f64> {
+    let column = Vector3::from(offset.to_array());
+    column * column.transpose()
 }

@@ -1,7 +1,8 @@
 //! Heads made of rings, in many poses and pieces, and what is none.
 
+use glam::{DMat3, DVec3};
+
 use super::*;
-use crate::vector::{norm, sub};
 
 /// The value of a line through `[place, value]`, whose places rise.
 fn line(line: &[[f64; 2]], at: f64) -> f64 {
@@ -76,10 +77,9 @@ fn mesh(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Mesh {
 
 /// Turns around an axis by degrees, then scales and shifts.
 fn posed(positions: &[[f64; 3]], axis: [f64; 3], degrees: f64, scale: f64) -> Vec<[f64; 3]> {
-    let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::from(axis));
-    let turn = nalgebra::Rotation3::from_axis_angle(&axis, degrees.to_radians());
-    let shift = nalgebra::Vector3::new(0.7, 1.9, -0.4);
-    let pose = |&p: &[f64; 3]| ((turn * nalgebra::Vector3::from(p) + shift) * scale).into();
+    let turn = DMat3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians());
+    let shift = DVec3::new(0.7, 1.9, -0.4);
+    let pose = |&p: &[f64; 3]| ((turn * DVec3::from(p) + shift) * scale).to_array();
     positions.iter().map(pose).collect()
 }
 
@@ -104,8 +104,9 @@ fn landmarks_are_where_the_head_has_them() {
             (Landmark::Chin, [0.0, -1.65, 0.37]),
             (Landmark::BrowCenter, [0.0, 0.35, 0.43]),
         ] {
-            let at = found.point(landmark).unwrap();
-            assert!(norm(sub(at, wanted)) < tolerance, "{eye}: {landmark:?} is at {at:?}");
+            let at = DVec3::from(found.point(landmark).unwrap());
+            let distance = at.distance(DVec3::from(wanted));
+            assert!(distance < tolerance, "{eye}: {landmark:?} is at {at}");
         }
     }
 }
@@ -114,15 +115,15 @@ fn landmarks_are_where_the_head_has_them() {
 fn areas_are_where_they_belong() {
     let (positions, faces) = head(0.2);
     let found = Anatomy::find(&mesh(&positions, &faces)).unwrap();
-    let middle = |area: Area| -> [f64; 3] {
-        let (mut sum, mut all) = ([0.0; 3], 0.0);
+    let middle = |area: Area| {
+        let (mut sum, mut all) = (DVec3::ZERO, 0.0);
         for (p, &value) in positions.iter().zip(found.area(area)) {
             assert!((0.0..=1.0).contains(&value));
             let value = f64::from(value);
-            sum = [sum[0] + value * p[0].abs(), sum[1] + value * p[1], sum[2] + value * p[2]];
+            sum += DVec3::new(p[0].abs(), p[1], p[2]) * value;
             all += value;
         }
-        sum.map(|x| x / all)
+        sum / all
     };
     for (area, wanted) in [
         (Area::Cheeks, [0.7, -0.55, 0.0]),
@@ -132,7 +133,8 @@ fn areas_are_where_they_belong() {
         (Area::Nose, [0.1, -0.35, 0.55]),
         (Area::Brows, [0.5, 0.4, 0.2]),
     ] {
-        assert!(norm(sub(middle(area), wanted)) < 0.25, "{area:?} is at {:?}", middle(area));
+        let at = middle(area);
+        assert!(at.distance(DVec3::from(wanted)) < 0.25, "{area:?} is at {at}");
     }
     for area in [Area::Hands, Area::Feet, Area::MouthInterior] {
         assert!(found.area(area).iter().all(|&value| value == 0.0), "{area:?}");

@@ -9,7 +9,6 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::surface::Surface;
-use crate::vector::{dot, norm, sub};
 
 /// The distance of each point from the nearest seed; infinite where no way leads, or where it is
 /// longer than `limit`.
@@ -62,9 +61,9 @@ pub(super) fn distances(
 /// shorter way over one of these if it does not come through the triangle.
 fn front(surface: &Surface, to: u32, others: [u32; 2], distances: [f64; 2]) -> f64 {
     let positions = surface.positions();
-    let [a, b] = others.map(|other| sub(positions[other as usize], positions[to as usize]));
-    let along_edges = (distances[0] + norm(a)).min(distances[1] + norm(b));
-    let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+    let [a, b] = others.map(|other| positions[other as usize] - positions[to as usize]);
+    let along_edges = (distances[0] + a.length()).min(distances[1] + b.length());
+    let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
     let determinant = aa * bb - ab * ab;
     // A triangle without area has no front.
     if determinant <= 1e-12 * aa * bb {
@@ -131,8 +130,8 @@ mod tests {
         for (jitter, straight, round) in [(0.0, 0.001, 0.03), (0.8, 0.015, 0.04)] {
             let surface = sheet(60, jitter, rolled);
             let at = |point: usize| {
-                let [x, y, z] = surface.positions()[point];
-                [x.atan2(z), y]
+                let at = surface.positions()[point];
+                [at.x.atan2(at.z), at.y]
             };
             let edge = (0..surface.positions().len() as u32)
                 .filter(|&point| at(point as usize)[0] < 1e-9)

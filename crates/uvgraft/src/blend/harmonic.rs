@@ -5,12 +5,12 @@
 //! minimal surfaces and their conjugates", 1993). Weights are kept positive, so that no value comes
 //! out beyond the given ones.
 
+use glam::DVec3;
 use nalgebra::DMatrix;
 use nalgebra_sparse::factorization::CscCholesky;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::surface::Surface;
-use crate::vector::{cross, dot, norm, sub};
 
 /// The least and the greatest weight of an edge. It is negative where the two angles opposite to the
 /// edge add up to more than half a turn, and grows without bound where they are sharp.
@@ -136,11 +136,11 @@ fn edges(surface: &Surface, faces: &[bool]) -> Vec<(u32, u32, f64)> {
 
 /// The cotangent of the angle at a corner of a triangle; as great as is allowed where there is none,
 /// so that points that are close or on a line hold together.
-fn cotangent(corners: [[f64; 3]; 3], corner: usize) -> f64 {
-    let [a, b] = [1, 2].map(|k| sub(corners[(corner + k) % 3], corners[corner]));
-    let doubled_area = norm(cross(a, b));
+fn cotangent(corners: [DVec3; 3], corner: usize) -> f64 {
+    let [a, b] = [1, 2].map(|k| corners[(corner + k) % 3] - corners[corner]);
+    let doubled_area = a.cross(b).length();
     let most = WEIGHTS[1];
-    if doubled_area > 0.0 { (dot(a, b) / doubled_area).clamp(-most, most) } else { most }
+    if doubled_area > 0.0 { (a.dot(b) / doubled_area).clamp(-most, most) } else { most }
 }
 
 /// Where each row goes, and the factors of the matrix in that order; none for no rows.
@@ -214,7 +214,7 @@ mod tests {
         let values: Vec<[f64; 2]> = fixed
             .iter()
             .map(|&point| {
-                let [x, y, _] = surface.positions()[point as usize];
+                let DVec3 { x, y, .. } = surface.positions()[point as usize];
                 [2.0 * x - 3.0 * y + 1.0, rng.f64()]
             })
             .collect();
@@ -222,7 +222,7 @@ mod tests {
         for (point, found) in (0u32..).zip(found) {
             assert_eq!(found.is_none(), is_rim(point));
             let Some(found) = found else { continue };
-            let [x, y, _] = surface.positions()[point as usize];
+            let DVec3 { x, y, .. } = surface.positions()[point as usize];
             // Exact but for the edges whose weight had to be made positive; values go from -35 to 25.
             assert!((found[0] - (2.0 * x - 3.0 * y + 1.0)).abs() < 0.3, "{found:?} at {x}, {y}");
             assert!((0.0..=1.0).contains(&found[1]));

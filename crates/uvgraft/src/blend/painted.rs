@@ -1,10 +1,11 @@
 //! The outline of a painted mask on a surface: where it crosses the edges of triangles.
 
+use glam::DVec3;
+
 use crate::piece::Weights;
 use crate::sampler::Sampler;
 use crate::surface::Surface;
 use crate::texture::Texture;
-use crate::vector::{dot, norm, sub};
 
 /// How many places of an edge are looked at.
 const STEPS: usize = 16;
@@ -96,10 +97,10 @@ fn mix<const N: usize>(a: [f64; N], b: [f64; N], t: f64) -> [f64; N] {
 
 /// How far the corners of a triangle are from where a value, given at the corners and linear
 /// between them, is 0; nothing for triangles that it is 0 in nowhere.
-pub(super) fn distances_to_contour(corners: [[f64; 3]; 3], levels: [f64; 3]) -> [Option<f64>; 3] {
-    let mut ends = [[0.0; 3]; 3];
+pub(super) fn distances_to_contour(corners: [DVec3; 3], levels: [f64; 3]) -> [Option<f64>; 3] {
+    let mut ends = [DVec3::ZERO; 3];
     let mut count = 0;
-    let mut push = |end: [f64; 3]| {
+    let mut push = |end: DVec3| {
         if count < ends.len() {
             ends[count] = end;
             count += 1;
@@ -111,9 +112,7 @@ pub(super) fn distances_to_contour(corners: [[f64; 3]; 3], levels: [f64; 3]) -> 
             push(corners[k]);
         } else if a * b < 0.0 {
             let t = if a.is_finite() && b.is_finite() { a / (a - b) } else { 0.5 };
-            push([0, 1, 2].map(|axis| {
-                corners[k][axis] + (corners[(k + 1) % 3][axis] - corners[k][axis]) * t
-            }));
+            push(corners[k].lerp_monotonic(corners[(k + 1) % 3], t));
         }
     }
     match count {
@@ -125,11 +124,11 @@ pub(super) fn distances_to_contour(corners: [[f64; 3]; 3], levels: [f64; 3]) -> 
     }
 }
 
-fn to_segment(point: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (along, from) = (sub(b, a), sub(point, a));
-    let squared = dot(along, along);
-    let t = if squared > 0.0 { (dot(from, along) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    norm([0, 1, 2].map(|axis| from[axis] - along[axis] * t))
+fn to_segment(point: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let (along, from) = (b - a, point - a);
+    let squared = along.length_squared();
+    let t = if squared > 0.0 { (from.dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    (from - along * t).length()
 }
 
 #[cfg(test)]
@@ -138,7 +137,7 @@ mod tests {
 
     #[test]
     fn distances_by_hand() {
-        let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+        let corners = [DVec3::ZERO, 4.0 * DVec3::X, 4.0 * DVec3::Y];
         // Half way between the first corner and the others.
         let found = distances_to_contour(corners, [1.0, -1.0, -1.0]).map(Option::unwrap);
         assert!((found[0] - 2.0_f64.sqrt()).abs() < 1e-12);

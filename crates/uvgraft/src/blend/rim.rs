@@ -4,6 +4,8 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::ops::Range;
 
+use glam::DVec3;
+
 use super::selection::Ground;
 use super::tone::gain_between;
 use crate::color::Encoding;
@@ -11,7 +13,6 @@ use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;
 use crate::texture::Texture;
 use crate::threads::map_indices;
-use crate::vector::{norm, sub};
 
 /// The points that a region ends at, and where colours are measured beside them.
 #[derive(Debug, Clone)]
@@ -238,7 +239,7 @@ impl Rim {
         let kind = if is_of_kind { kind } else { vec![1.0; kind.len()] };
         let of_kind = measured.iter().zip(&kind).filter(|(_, kind)| **kind > 0.5);
         let overall = median(of_kind.filter_map(|(measured, _)| measured.as_ref()))?;
-        let far: Vec<f64> = measured.iter().flatten().map(|&d| norm(sub(d, overall))).collect();
+        let far: Vec<f64> = measured.iter().flatten().map(|&d| apart(d, overall)).collect();
         let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
         // How much each is like the others: a brow, hair or a collar is not.
         let likeness: Vec<f64> = measured
@@ -246,9 +247,7 @@ impl Rim {
             .zip(&kind)
             .map(|(measured, kind)| {
                 measured.map_or(0.0, |d| match counts {
-                    Some(_) => {
-                        kind * (-0.5 * (norm(sub(d, overall)) / (1.5 * spread)).powi(2)).exp()
-                    }
+                    Some(_) => kind * (-0.5 * (apart(d, overall) / (1.5 * spread)).powi(2)).exp(),
                     None => 1.0,
                 })
             })
@@ -292,11 +291,15 @@ fn typical(
     };
     let mut center = mean(&|_| 1.0);
     for _ in 0..6 {
-        let far = near.iter().map(|&(value, _)| norm(sub(value, center))).collect();
+        let far = near.iter().map(|&(value, _)| apart(value, center)).collect();
         let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
-        center = mean(&|value| 1.0 / (1.0 + (norm(sub(value, center)) / spread).powi(2)));
+        center = mean(&|value| 1.0 / (1.0 + (apart(value, center) / spread).powi(2)));
     }
     center
+}
+
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    DVec3::from(a).distance(b.into())
 }
 
 /// The median of each component; none of nothing.
@@ -354,8 +357,8 @@ fn triangles_near(ground: &Ground, point: u32, reach: f64) -> Vec<(u32, f64)> {
     let surface = ground.surface();
     let center = surface.positions()[point as usize];
     let distance = |triangle: u32| {
-        let corners = surface.corners(triangle);
-        norm(sub([0, 1, 2].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0), center))
+        let [a, b, c] = surface.corners(triangle);
+        ((a + b + c) / 3.0).distance(center)
     };
     let mut found: Vec<(u32, f64)> =
         surface.around(point).iter().map(|&triangle| (triangle, distance(triangle))).collect();
@@ -462,7 +465,7 @@ mod tests {
             |other: u32| if other.is_multiple_of(3) { [1.5, 1.0, 2.0] } else { [0.2, 0.1, -0.1] };
         let measured: Vec<Option<[f64; 3]>> = (0..20).map(|other| Some(of(other))).collect();
         let found = typical(&along, &measured, &[1.0; 20], [0.2, 0.1, -0.1]);
-        assert!(norm(sub(found, [0.2, 0.1, -0.1])) < 0.02, "{found:?}");
+        assert!(apart(found, [0.2, 0.1, -0.1]) < 0.02, "{found:?}");
         // Where nobody near is like the rest, the rest decides.
         let found = typical(&along, &measured, &[0.0; 20], [0.3; 3]);
         assert_eq!(found, [0.3; 3]);

@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use glam::DVec3;
+
 use crate::anatomy::Anatomy;
 use crate::labels::{BodyLayout, HeadLayout, LabelError, Labels};
 use crate::mesh::Mesh;
@@ -340,14 +342,12 @@ impl Ground {
 
     /// The longest side of the box around the target's mesh, in its unit.
     pub fn extent(&self) -> f64 {
-        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for position in self.surface().positions() {
-            for axis in 0..3 {
-                bounds[0][axis] = bounds[0][axis].min(position[axis]);
-                bounds[1][axis] = bounds[1][axis].max(position[axis]);
-            }
-        }
-        (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max)
+        let positions = self.surface().positions().iter();
+        let (low, high) = positions
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &position| {
+                (low.min(position), high.max(position))
+            });
+        (high - low).max_element().max(0.0)
     }
 
     pub(super) fn longest_edge(&self) -> f64 {

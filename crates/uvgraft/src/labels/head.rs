@@ -1,10 +1,11 @@
 //! A head's layout: where on the head each texel is.
 
+use glam::Vec3;
+
 use crate::anatomy::{Anatomy, AnatomyError, Area};
 use crate::layout_grid::LayoutGrid;
 use crate::mesh::Mesh;
 use crate::texture::Size;
-use crate::vector::{cross, norm, sub};
 
 /// The areas that labels ask for.
 #[derive(Debug, Clone)]
@@ -100,9 +101,9 @@ fn texels_per_unit(mesh: &Mesh, grid: &LayoutGrid, is_carried: &[bool]) -> f64 {
     let is_in = |&&face: &&u32| is_carried.get(face as usize).is_some_and(|&is| is);
     let texels = grid.faces().iter().filter(is_in).count();
     let area = |face: usize| {
-        let [a, b, c] =
-            mesh.faces()[face].map(|vertex| mesh.positions()[vertex as usize].map(f64::from));
-        0.5 * norm(cross(sub(b, a), sub(c, a)))
+        let [a, b, c] = mesh.faces()[face]
+            .map(|vertex| Vec3::from(mesh.positions()[vertex as usize]).as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
     };
     let faces = (0..is_carried.len()).filter(|&face| is_carried[face] && !mesh.is_outside(face));
     (texels as f64 / faces.map(area).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()

@@ -1,7 +1,8 @@
 //! The frames of source and target over one piece.
 
+use glam::Vec3;
+
 use crate::tangents::TangentFrame;
-use crate::vector::dot;
 
 /// The frames at one place: tangent and normal of the source, in the target's space, then tangent and
 /// normal of the target. Bitangents follow from these.
@@ -28,9 +29,9 @@ impl PieceFrames {
         target: &[TangentFrame; 3],
     ) -> Self {
         // Where the meshes wind opposite ways, the source's normals point to the target's back.
-        let wide = |vector: [f32; 3]| vector.map(f64::from);
+        let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
         let agreement: f64 =
-            (0..3).map(|k| dot(wide(source[k].normal), wide(target[k].normal))).sum();
+            (0..3).map(|k| wide(source[k].normal).dot(wide(target[k].normal))).sum();
         let side = if agreement < 0.0 { -1.0 } else { 1.0 };
         let corner = |k: usize| {
             let [tangent, normal] = [source[k].tangent, source[k].normal];

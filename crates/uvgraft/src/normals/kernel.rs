@@ -121,8 +121,10 @@ fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
 #[cfg(test)]
 mod tests {
     use fearless_simd::{Level, dispatch};
+    use glam::{DVec3, Vec3};
 
     use super::*;
+    use crate::directions::direction;
     use crate::normals::frames::Frames;
 
     fn turn_with<const C: usize>(walk: &Walk, texels: &mut [f32]) {
@@ -131,20 +133,18 @@ mod tests {
 
     /// The way there, and the way back by Cramer's rule, in 64 bits.
     fn expected(frames: &Frames, signs: [f32; 2], texel: [f32; 3]) -> [f64; 3] {
-        use crate::vector::{cross, direction, dot, plus};
-        let wide = |vector: [f32; 3]| vector.map(f64::from);
+        let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
         let frame = |tangent: usize, sign: f32| {
             let (tangent, normal) = (wide(frames[tangent]), wide(frames[tangent + 1]));
-            [tangent, cross(normal, tangent).map(|value| value * f64::from(sign)), normal]
+            [tangent, normal.cross(tangent) * f64::from(sign), normal]
         };
-        let decoded = wide(texel).map(|value| value * 2.0 - 1.0);
+        let decoded = wide(texel) * 2.0 - 1.0;
         let source = frame(0, signs[0]);
-        let object = (0..3).fold([0.0; 3], |sum, k| plus(sum, decoded[k], source[k]));
+        let object: DVec3 = (0..3).map(|k| source[k] * decoded[k]).sum();
         let [t, b, n] = frame(2, signs[1]);
-        let determinant = dot(t, cross(b, n));
-        let parts =
-            [cross(b, n), cross(n, t), cross(t, b)].map(|row| dot(object, row) / determinant);
-        direction(parts).unwrap().map(|value| value * 0.5 + 0.5)
+        let determinant = t.dot(b.cross(n));
+        let parts = [b.cross(n), n.cross(t), t.cross(b)].map(|row| object.dot(row) / determinant);
+        (direction(parts.into()).unwrap() * 0.5 + 0.5).to_array()
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! How the source mesh is posed relative to the target's.
 
+use glam::{DMat3, DVec3, Vec3};
+
 use crate::pair::Oriented;
-use crate::rotation::{Correlation, IDENTITY, Matrix, rotated};
+use crate::rotation::Correlation;
 use crate::tangents::corner_positions;
 use crate::threads::map_indices;
-use crate::vector::sub;
 
 /// A reflection has to explain the edges by so much better than a rotation to be believed: in sheets
 /// that are nearly flat it does by a little, as they bend.
@@ -18,24 +19,25 @@ const MIRRORED: f64 = 1.1;
 /// the one closest to that of the whole mesh.
 pub(super) struct Pose {
     is_mirrored: bool,
-    rotations: Vec<Matrix>,
+    rotations: Vec<DMat3>,
 }
 
 impl Pose {
     pub fn new(oriented: &Oriented<'_>) -> Self {
         let (from, to) = (oriented.from, oriented.to);
-        let mut around = vec![Correlation::default(); to.positions().len()];
-        let mut all = Correlation::default();
+        let mut around = vec![Correlation::NONE; to.positions().len()];
+        let mut all = Correlation::NONE;
         for &piece in oriented.pieces.all() {
             // The edges of all of the face, as the piece has them, and no more than its share of them: so it does
             // not matter where faces are cut.
             let source = corner_positions(from, piece.from as usize);
-            let source = oriented.pieces.at_corners(piece, source);
+            let source = oriented.pieces.at_corners(piece, source.map(<[f64; 3]>::from));
+            let source = source.map(DVec3::from);
             let target = corner_positions(to, piece.to as usize);
-            let mut sum = Correlation::default();
+            let mut sum = Correlation::NONE;
             for k in 0..3 {
                 let next = (k + 1) % 3;
-                sum.add(sub(source[next], source[k]), sub(target[next], target[k]));
+                sum.add(source[next] - source[k], target[next] - target[k]);
             }
             let sum = sum.scaled(oriented.pieces.share(piece));
             for vertex in to.faces()[piece.to as usize] {
@@ -45,22 +47,24 @@ impl Pose {
         }
         let is_mirrored = all.mirrored().rotation().1 > MIRRORED * all.rotation().1;
         let flat = |sum: &Correlation| if is_mirrored { sum.mirrored() } else { *sum };
-        let (whole, _) = flat(&all).leaning(&IDENTITY).rotation();
+        let (whole, _) = flat(&all).leaning(DMat3::IDENTITY).rotation();
         let rotations = map_indices(around.len(), |vertex| {
             let sum = &around[vertex];
-            if *sum == Correlation::default() {
+            if *sum == Correlation::NONE {
                 return whole;
             }
-            flat(sum).leaning(&whole).rotation().0
+            flat(sum).leaning(whole).rotation().0
         });
         Self { is_mirrored, rotations }
     }
 
     /// A direction at a vertex of the target, from the source's space to the target's.
-    pub fn turned(&self, vertex: u32, [x, y, z]: [f32; 3]) -> [f32; 3] {
-        let x = if self.is_mirrored { -x } else { x };
-        let rotation = &self.rotations[vertex as usize];
-        rotated(rotation, [x, y, z].map(f64::from)).map(|value| value as f32)
+    pub fn turned(&self, vertex: u32, direction: [f32; 3]) -> [f32; 3] {
+        let mut direction = Vec3::from(direction).as_dvec3();
+        if self.is_mirrored {
+            direction.x = -direction.x;
+        }
+        (self.rotations[vertex as usize] * direction).as_vec3().to_array()
     }
 
     /// −1 if there is a reflection, which turns products of vectors around; else 1.

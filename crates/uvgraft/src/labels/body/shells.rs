@@ -5,6 +5,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use glam::Vec3;
+
 use crate::disjoint::DisjointSets;
 use crate::edges::{Edges, NONE};
 use crate::layout_grid::{self, LayoutGrid, ends_uv};
@@ -19,7 +21,7 @@ const MOST_PLACES: usize = 20_000;
 /// A place on a shell.
 struct Place {
     texel: u32,
-    at: [f32; 3],
+    at: Vec3,
     shell: u32,
 }
 
@@ -42,7 +44,7 @@ impl Contacts {
         let step = all.len().div_ceil(MOST_PLACES).max(1);
         let places: Vec<Place> = all.into_iter().step_by(step).collect();
         let reach = reach as f32;
-        let cell = |at: [f32; 3]| at.map(|value| (value / reach).floor() as i32);
+        let cell = |at: Vec3| (at / reach).floor().as_ivec3().to_array();
         let wanted: HashSet<Cell> =
             places.iter().flat_map(|place| around(cell(place.at))).collect();
         let near = texels_in(mesh, grid, &shells, &wanted, cell);
@@ -51,7 +53,7 @@ impl Contacts {
             let mut least = (reach * reach).next_up();
             let mut nearest = None;
             for other in around(cell(place.at)).filter_map(|cell| near.get(&cell)).flatten() {
-                let squared: f32 = (0..3).map(|k| (other.at[k] - place.at[k]).powi(2)).sum();
+                let squared = other.at.distance_squared(place.at);
                 if squared < least && other.shell != place.shell {
                     (least, nearest) = (squared, Some((place.texel, other.texel)));
                 }
@@ -97,10 +99,10 @@ fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> 
         let ends = ends_uv(mesh, half);
         let corners = mesh.faces()[face];
         let [from, to] = [corners[corner], corners[(corner + 1) % 3]]
-            .map(|vertex| mesh.positions()[vertex as usize]);
+            .map(|vertex| Vec3::from(mesh.positions()[vertex as usize]));
         for along in grid.places_along(&[ends]) {
             if let Some(texel) = grid.near(mesh, ends, face as u32, along) {
-                let at = [0, 1, 2].map(|k| from[k] + (to[k] - from[k]) * along as f32);
+                let at = from.lerp_monotonic(to, along as f32);
                 places.push(Place { texel, at, shell: shells[face] });
             }
         }
@@ -114,10 +116,11 @@ fn texels_in(
     grid: &LayoutGrid,
     shells: &[u32],
     wanted: &HashSet<Cell>,
-    cell: impl Fn([f32; 3]) -> Cell + Sync,
+    cell: impl Fn(Vec3) -> Cell + Sync,
 ) -> HashMap<Cell, Vec<Place>> {
     let reaches_in = map_indices(mesh.faces().len(), |face| {
-        let corners = mesh.faces()[face].map(|vertex| cell(mesh.positions()[vertex as usize]));
+        let corners =
+            mesh.faces()[face].map(|vertex| cell(mesh.positions()[vertex as usize].into()));
         let [low, high] = [i32::min, i32::max]
             .map(|best| [0, 1, 2].map(|k| best(best(corners[0][k], corners[1][k]), corners[2][k])));
         is_near_any(low, high, wanted)
@@ -130,7 +133,7 @@ fn texels_in(
             face != layout_grid::NONE && reaches_in[face as usize]
         };
         let places = (y * width..(y + 1) * width).filter(is_near).map(|texel| {
-            let at = [0, 1, 2].map(|k| grid.at_texel(mesh, &axes[k], texel));
+            let at = Vec3::from([0, 1, 2].map(|k| grid.at_texel(mesh, &axes[k], texel)));
             let shell = shells[grid.faces()[texel] as usize];
             (cell(at), Place { texel: texel as u32, at, shell })
         });
