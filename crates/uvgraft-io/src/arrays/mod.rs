@@ -27,64 +27,63 @@ use crate::input::{ReadError, read_file};
 use crate::obj::shown;
 use crate::pickle::{self, PickleError};
 
-/// A larger file is refused by [`read`] before it is loaded. The largest body models take some
+/// Larger files are rejected by [`read`] before they are loaded. The largest body models have about
 /// 300 MB.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// As many bytes as the entries of an archive may have together when they are unpacked.
+/// Maximum total size of the uncompressed entries of an archive.
 pub const MOST_UNPACKED_BYTES: u64 = 1 << 30;
 
-/// As many numbers as all arrays of a file may have together. A pickle holds one array for any number
-/// of names, and a torch file repeats its numbers by a stride of 0, so the bytes of the file are no
-/// bound.
+/// Maximum total number of values in a file. A pickle may contain one array under many names, and a
+/// torch file may repeat values with a stride of 0, so the size of the file is no bound.
 pub const MOST_NUMBERS: usize = 1 << 27;
 
-/// As many numbers as a sparse matrix may have when it is made dense: its size is a claim. Joint
-/// regressors have some 600 thousand.
+/// Maximum number of values of a sparse matrix made dense, whose shape is only a claim. Joint
+/// regressors have about 600 thousand.
 pub const MOST_DENSE_NUMBERS: usize = 1 << 24;
 
-/// As many names as a file may have.
+/// Maximum number of names in a file.
 pub const MOST_NAMES: usize = 1 << 14;
 
-/// Names in an error that lists them.
+/// Maximum number of names listed in an error.
 const MOST_LISTED: usize = 64;
 
-/// Why a file of arrays was refused.
+/// Why a file of arrays was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArraysError {
-    /// Another kind of file.
+    /// The file has another format.
     #[error("must be {wanted}, got {found}")]
     Foreign {
-        /// What it looks like.
+        /// What it appears to be.
         found: String,
-        /// What was wanted.
+        /// What it must be.
         wanted: &'static str,
     },
-    /// A pickle that is not plain data, or damaged.
+    /// The pickle is damaged, or not plain data.
     #[error(transparent)]
     Pickle(#[from] PickleError),
-    /// A pickle of something else than arrays.
+    /// The pickle does not hold arrays.
     #[error("the pickle must hold a dict of arrays by name, got {found}")]
     NoDict {
-        /// What was pickled.
+        /// What it holds.
         found: String,
     },
-    /// An archive that is damaged, or packed in another way.
+    /// The archive is damaged, or uses another compression method.
     #[error("archive: {problem}")]
     Archive {
         /// What is wrong.
         problem: String,
     },
-    /// An array that is damaged.
+    /// An array is damaged.
     #[error("array `{name}`: {problem}")]
     Array {
         /// Its name, shortened.
         name: String,
-        /// What was found, and what was wanted.
+        /// What it must be, and what it is.
         problem: String,
     },
-    /// More than any model or motion has.
+    /// More than any model or motion needs.
     #[error("must have at most {most} {what}")]
     TooMany {
         /// Of what.
@@ -92,24 +91,24 @@ pub enum ArraysError {
         /// The limit.
         most: u64,
     },
-    /// Two arrays of one name.
+    /// Two arrays have the same name.
     #[error("duplicate array name `{name}`")]
     Twice {
         /// The name, shortened.
         name: String,
     },
-    /// There is no array of that name.
+    /// No array has the name.
     #[error("no array `{name}`; the file has {}", listed(names))]
     Missing {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// The names in the file.
         names: Vec<String>,
     },
-    /// What the file has under that name is no array that is read.
+    /// The name refers to something other than a supported array.
     #[error("array `{name}` cannot be used: {reason}")]
     LeftOut {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
         /// Why.
         reason: String,
@@ -122,20 +121,20 @@ impl ArraysError {
     }
 }
 
-/// Reads arrays by name. The bytes tell the format:
+/// Reads arrays by name. The format is detected from the content:
 /// - NPZ: a ZIP archive of NPY files, stored or deflated.
 /// - A torch file: a ZIP archive with a `data.pkl`; see [`crate::torch::parse`].
-/// - A pickle of any protocol, otherwise: a dict of arrays. Sparse matrices of SciPy become dense,
-///   and arrays of chumpy become plain ones.
+/// - Otherwise a pickle of any protocol: a dict of arrays. Sparse matrices of SciPy become dense,
+///   and chumpy arrays become plain ones.
 ///
-/// Numbers may be integers, bools, or floats of 16 to 64 bits, of either byte order and in C or
-/// Fortran order; single numbers become arrays without axes, lists of numbers or of arrays of one
-/// shape become arrays, and the keys of a dict in a dict follow its name and a dot. What is none of
-/// these is left out, with a reason that [`NamedArrays::require`] tells.
+/// Values may be integers, bools, or floats of 16 to 64 bits, of either byte order and in C or
+/// Fortran order. Scalars become arrays without axes, lists of numbers or of arrays of one shape
+/// become arrays, and the keys of nested dicts are joined by dots. Anything else is skipped, with a
+/// reason that [`NamedArrays::require`] reports.
 ///
 /// # Errors
-/// [`ArraysError`] for damaged files, for pickles that ask for anything but plain data, and beyond
-/// the limits of this module.
+/// [`ArraysError`] for damaged files, for pickles that are not plain data, and beyond the limits of
+/// this module.
 pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
     parse_within(bytes, MOST_UNPACKED_BYTES)
 }
@@ -155,7 +154,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
         [] => foreign("an empty file"),
         _ if bytes.starts_with(crate::npy::MAGIC) => foreign("a single NPY array"),
         _ if bytes.starts_with(crate::torch::OLD_MAGIC) => Err(crate::torch::old()),
-        // What a pickle begins with: its protocol, a mark, an empty dict or list, or a name.
+        // The first byte of a pickle: its protocol, a mark, an empty dict or list, or a name.
         [0x80 | b'(' | b'}' | b']' | b'c', ..] => {
             let pickle = pickle::parse(bytes)?;
             Collector::new(None).collect(pickle.root())
@@ -164,16 +163,16 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
     }
 }
 
-/// Reads arrays by name from a file, whatever its extension; see [`parse`].
+/// Reads arrays by name from a file, regardless of its extension; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
     read_file(path, MAX_FILE_BYTES, parse)
 }
 
-/// Names for a message: printable, and not more than one can read.
+/// Names for a message: printable, and not too many.
 fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();

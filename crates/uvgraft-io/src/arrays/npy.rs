@@ -11,17 +11,17 @@ use crate::obj::shown;
 use crate::pickle::Dtype;
 use crate::pickle::texts::TextDtype;
 
-/// As many axes as an array has, in any version of NumPy.
+/// NumPy's maximum number of axes, in any version.
 const MOST_AXES: usize = 64;
 
-/// What an NPY file holds.
+/// The content of an NPY file.
 pub(super) enum Content<'a> {
     Held(Held),
     /// A pickle of an array of objects.
     Pickle(&'a [u8]),
 }
 
-/// An array of numbers, as its header says.
+/// A numeric array as its header describes it.
 pub(super) struct Described {
     pub(super) dtype: Dtype,
     pub(super) shape: Vec<usize>,
@@ -29,12 +29,12 @@ pub(super) struct Described {
 }
 
 impl Described {
-    /// The bytes of its numbers, if they can be counted.
+    /// The size of its values in bytes, unless it overflows.
     pub(super) fn bytes(&self) -> Option<usize> {
         count(&self.shape)?.checked_mul(self.dtype.width)
     }
 
-    /// What is wrong with an array that has so many bytes instead.
+    /// The error for an array of the wrong size.
     pub(super) fn other_size(&self, found: u64) -> Unread {
         let wanted = self.bytes().map_or("more".to_owned(), |wanted| wanted.to_string());
         Unread::Broken(format!(
@@ -44,10 +44,10 @@ impl Described {
     }
 }
 
-/// What the header of an NPY file says of an array of numbers; nothing for texts, objects and whatever
-/// is not read.
+/// The numeric array described by the header of an NPY file; `None` for strings, objects and
+/// unsupported types.
 ///
-/// - `header`: everything before the numbers.
+/// - `header`: everything before the values.
 pub(super) fn describe(header: &[u8]) -> Result<Option<Described>, Unread> {
     let Some(rest) = header.strip_prefix(MAGIC) else {
         let found = shown(header);
@@ -70,7 +70,7 @@ fn lengths(header: &Header<'_>) -> Result<Vec<usize>, Unread> {
     })
 }
 
-/// Reads an NPY file. `spend` is told how many numbers there will be before they are read.
+/// Reads an NPY file. `spend` receives the number of values before they are read.
 pub(super) fn read<'a>(
     bytes: &'a [u8],
     spend: impl FnOnce(usize) -> Result<(), Unread>,

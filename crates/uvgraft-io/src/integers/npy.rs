@@ -1,18 +1,18 @@
-//! NumPy's NPY arrays, as far as a list of integers needs them. The shape is compared with the bytes
-//! that follow before any value is read.
+//! NPY arrays, as far as lists of integers need them. The shape is checked against the size of the
+//! data before any value is read.
 
 use super::{IntegersError, List};
 use crate::npy::header::{Header, HeaderError, axes, unquoted};
 use crate::obj::shown;
 
-/// As many axes as an array has, in any version of NumPy.
+/// NumPy's maximum number of axes, in any version.
 const MOST_AXES: usize = 64;
 
-/// What arrays are read as.
+/// The type of an array.
 const INTEGERS: &str = "integers (i1 to i8 or u1 to u8)";
 const INTEGERS_OR_BOOLS: &str = "integers (i1 to i8 or u1 to u8) or bools (b1)";
 
-/// An array of one axis, whose values are as many bytes as its header says.
+/// An array of one axis; its data has the size stated by the header.
 pub(super) struct Array<'a> {
     descr: &'a [u8],
     length: u64,
@@ -20,10 +20,10 @@ pub(super) struct Array<'a> {
 }
 
 impl<'a> Array<'a> {
-    /// Reads what follows the magic, but for the values.
+    /// Parses the header after the magic.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, IntegersError> {
         let Header { descr, shape, values, .. } = Header::parse(bytes)?;
-        // With one axis longer than 1 at most, C and Fortran order are the same.
+        // With at most one axis longer than 1, C and Fortran order are the same.
         Ok(Self { descr, length: list_length(shape)?, values })
     }
 
@@ -76,7 +76,7 @@ impl From<HeaderError> for IntegersError {
     }
 }
 
-/// How integers are written.
+/// The stored type of integers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Number {
     pub(crate) big_endian: bool,
@@ -89,7 +89,7 @@ impl Number {
     fn from_descr(descr: &[u8]) -> Option<Self> {
         let &[order, kind, width] = unquoted(descr)? else { return None };
         let width = usize::from(width.wrapping_sub(b'0'));
-        // `|` stands for "does not matter".
+        // `|` means "not applicable".
         let has_order = matches!(order, b'<' | b'>') || order == b'|' && width == 1;
         let is_integer = matches!(kind, b'i' | b'u') && matches!(width, 1 | 2 | 4 | 8);
         (has_order && is_integer).then_some(Self {
@@ -99,7 +99,7 @@ impl Number {
         })
     }
 
-    /// One integer from its bytes, as many as it is wide; or the one that does not fit.
+    /// Decodes one integer of any width; or returns the one out of range.
     pub(crate) fn read(self, bytes: &[u8]) -> Result<i64, u64> {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(bytes);
@@ -109,7 +109,7 @@ impl Number {
         let value = u64::from_le_bytes(word);
         let unused_bits = 64 - 8 * self.width as u32;
         if self.signed {
-            // Moves the sign to the top and back again.
+            // Sign extension.
             Ok((value << unused_bits).cast_signed() >> unused_bits)
         } else {
             i64::try_from(value).map_err(|_| value)
@@ -117,7 +117,7 @@ impl Number {
     }
 }
 
-/// The number of values in a shape with one axis that is not 1 long at most.
+/// The number of values of a shape with at most one axis that is not of length 1.
 fn list_length(shape: &[u8]) -> Result<u64, IntegersError> {
     let refused = || IntegersError::NpyShape { found: shown(shape) };
     let axes = axes(shape, MOST_AXES).filter(|axes| !axes.is_empty()).ok_or_else(refused)?;

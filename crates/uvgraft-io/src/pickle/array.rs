@@ -1,4 +1,4 @@
-//! NumPy arrays of numbers.
+//! Numeric NumPy arrays.
 
 use super::texts::TextDtype;
 use super::value::Id;
@@ -7,7 +7,7 @@ use crate::integers::Number;
 /// NumPy's own limit in version 2; version 1 had 32.
 pub(super) const MOST_AXES: usize = 64;
 
-/// What kind of number an array holds.
+/// The kind of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NumberKind {
     /// `b`
@@ -20,19 +20,19 @@ pub enum NumberKind {
     Float,
 }
 
-/// How the numbers of an array are written.
+/// The stored type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dtype {
     /// Their kind.
     pub kind: NumberKind,
     /// Bytes of each: 1 to 8, a power of two.
     pub width: usize,
-    /// Whether the highest byte comes first.
+    /// Whether the byte order is big-endian.
     pub big_endian: bool,
 }
 
 impl Dtype {
-    /// From NumPy's notation, such as `f4` or `>i8`; nothing for what is no number.
+    /// Parses NumPy's notation, such as `f4` or `>i8`; `None` unless numeric.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let (order, text) = match text.as_bytes() {
             [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order, rest),
@@ -49,17 +49,17 @@ impl Dtype {
     }
 }
 
-/// What an array holds.
+/// The contents of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Items {
     Numbers(Dtype),
     Texts(TextDtype),
-    /// Whatever the pickle holds, one by one.
+    /// Arbitrary objects of the pickle.
     Objects,
 }
 
 impl Items {
-    /// From NumPy's notation; nothing for structures, dates and other rare things.
+    /// Parses NumPy's notation; `None` for structures, dates and other rare types.
     pub(super) fn from_text(text: &str) -> Option<Self> {
         match text {
             "O" | "O8" | "O4" | "|O" | "|O8" => Some(Self::Objects),
@@ -70,7 +70,7 @@ impl Items {
     }
 }
 
-/// What an array is, and which value of the pickle holds its bytes.
+/// The shape and type of an array, and the value that holds its bytes.
 #[derive(Debug)]
 pub(super) struct ArrayLayout {
     pub(super) dtype: Dtype,
@@ -80,14 +80,14 @@ pub(super) struct ArrayLayout {
 }
 
 impl ArrayLayout {
-    /// The bytes that the shape asks for, if they can be counted.
+    /// The size required by the shape, unless it overflows.
     pub(super) fn bytes(&self) -> Option<usize> {
         let sides = self.shape.iter();
         sides.copied().try_fold(self.dtype.width, usize::checked_mul)
     }
 }
 
-/// An array whose bytes are as many as its shape says.
+/// An array whose size matches its shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Array<'p> {
     pub(super) layout: &'p ArrayLayout,
@@ -100,22 +100,22 @@ impl<'p> Array<'p> {
         &self.layout.shape
     }
 
-    /// How its numbers are written.
+    /// Their stored type.
     pub const fn dtype(&self) -> Dtype {
         self.layout.dtype
     }
 
-    /// Its numbers as they are written.
+    /// Its raw values.
     pub const fn bytes(&self) -> &'p [u8] {
         self.data
     }
 
-    /// Whether the first axis runs fastest.
+    /// Whether it is in Fortran order.
     pub const fn is_fortran_order(&self) -> bool {
         self.layout.fortran_order
     }
 
-    /// Its numbers, the last axis running fastest, if they are 32-bit floats.
+    /// Its values in C order, if they are 32-bit floats.
     pub fn f32s(&self) -> Option<Vec<f32>> {
         let Dtype { kind: NumberKind::Float, width: 4, big_endian } = self.layout.dtype else {
             return None;
@@ -126,12 +126,12 @@ impl<'p> Array<'p> {
         Some(self.ordered(written))
     }
 
-    /// How many numbers there are.
+    /// Number of values.
     pub const fn count(&self) -> usize {
         self.data.len() / self.layout.dtype.width
     }
 
-    /// Its numbers, the last axis running fastest, if they are integers that fit 64 bits with a sign.
+    /// Its values in C order, if they are integers that fit a signed 64-bit one.
     pub fn integers(&self) -> Option<Vec<i64>> {
         let Dtype { kind, width, big_endian } = self.layout.dtype;
         let signed = match kind {
@@ -149,7 +149,7 @@ impl<'p> Array<'p> {
     }
 }
 
-/// Brings numbers whose first axis runs fastest into the usual order.
+/// Converts values from Fortran to C order.
 pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
     let mut step = 1;
     let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());

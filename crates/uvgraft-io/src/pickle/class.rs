@@ -1,31 +1,31 @@
-//! What a pickle makes of classes that this crate knows the data of.
+//! Known classes of pickled objects.
 
 use super::value::{Id, Node, Value};
 
-/// A class or function that a pickle may name, of which only the arguments and the state are kept.
+/// A class or function known to this crate, of which only the arguments and the state are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Class {
-    /// SciPy's matrices by columns: state `data`, `indices`, `indptr`, `_shape`.
+    /// SciPy's column-compressed matrices: state `data`, `indices`, `indptr`, `_shape`.
     SparseColumns,
-    /// SciPy's matrices by rows, with the same state.
+    /// SciPy's row-compressed matrices, with the same state.
     SparseRows,
-    /// SciPy's matrices by places: state `data`, `_shape`, and `row` and `col` or `coords`.
+    /// SciPy's coordinate matrices: state `data`, `_shape`, and `row` and `col` or `coords`.
     SparsePlaces,
     /// `chumpy.ch.Ch`: an array, in the state's `x`.
     Chumpy,
-    /// `chumpy.reordering.Select`: the numbers `idxs` of `a`, in shape `preferred_shape`.
+    /// `chumpy.reordering.Select`: the values `idxs` of `a`, in shape `preferred_shape`.
     ChumpySelect,
     /// `torch._utils._rebuild_tensor` and `_rebuild_tensor_v2`: storage, offset, shape, strides.
     Tensor,
-    /// `torch._utils._rebuild_parameter`: a tensor, and what training needs of it.
+    /// `torch._utils._rebuild_parameter`: a tensor, and its training state.
     Parameter,
-    /// A class of torch's storages, which is only ever named.
+    /// A torch storage class, which is only named, never called.
     Storage(StorageKind),
 }
 
 impl Class {
-    /// What an object of it is, for messages.
+    /// A description of its objects, for messages.
     pub(super) const fn kind(self) -> &'static str {
         match self {
             Self::SparseColumns | Self::SparseRows | Self::SparsePlaces => "a sparse matrix",
@@ -36,7 +36,7 @@ impl Class {
     }
 }
 
-/// What kind of number a torch storage holds.
+/// The type of the values of a torch storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "named as in torch")]
 pub enum StorageKind {
@@ -52,7 +52,7 @@ pub enum StorageKind {
     Bool,
 }
 
-/// What a call of a class was given, and what it was filled with.
+/// The arguments and the state of an object.
 #[derive(Debug)]
 pub(super) struct Making {
     pub(super) class: Class,
@@ -60,7 +60,7 @@ pub(super) struct Making {
     pub(super) state: Option<Id>,
 }
 
-/// An object of one of the classes.
+/// An object of a known class.
 #[derive(Debug, Clone, Copy)]
 pub struct Made<'p> {
     making: &'p Making,
@@ -73,12 +73,12 @@ impl<'p> Made<'p> {
         self.making.class
     }
 
-    /// One of the arguments that it was made with.
+    /// An argument of its constructor.
     pub fn arg(self, index: usize) -> Option<Value<'p>> {
         self.making.args.get(index).map(|&id| self.value.other(id))
     }
 
-    /// One of the attributes that it was filled with.
+    /// An attribute of its state.
     pub fn attribute(self, name: &str) -> Option<Value<'p>> {
         self.value.other(self.making.state?).get(name)
     }

@@ -1,5 +1,5 @@
-//! The names that a pickle may use, and what stands for calling them. Nothing of Python's is run:
-//! each call makes one value of this crate.
+//! The names that a pickle may import, and how calls of them are interpreted. No Python code is
+//! run: each call creates one value of this crate.
 
 use std::borrow::Cow;
 
@@ -11,30 +11,30 @@ use super::texts::TextDtype;
 use super::value::{Id, Node, Value};
 use crate::obj::shown;
 
-/// What a name stands for.
+/// A known name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Global {
-    /// The class of arrays, which is only ever handed to the next.
+    /// The array class, which only serves as an argument of the next.
     Ndarray,
-    /// Makes an array that is filled afterwards.
+    /// Creates an array whose state is set afterwards.
     Reconstruct,
-    /// Makes an array of its bytes, in protocol 5.
+    /// Creates an array from its bytes, in protocol 5.
     FromBuffer,
-    /// Makes a single number.
+    /// Creates a scalar.
     Scalar,
     Dtype,
-    /// Bytes in protocols that have none: a text, to be encoded.
+    /// Bytes in protocols without them: a string to encode.
     Encode,
-    /// Bytes in such protocols where there are none.
+    /// Empty bytes in such protocols.
     NoBytes,
-    /// Makes an object of a class, in protocols that have no instruction for it.
+    /// Creates an object of a class, in protocols without an instruction for it.
     Reconstructor,
-    /// The class that all others come from, which is only ever handed to the one before.
+    /// The base of all classes, which only serves as an argument of the previous one.
     Object,
     OrderedDict,
-    /// Sets in protocols that have no instruction for them.
+    /// Sets in protocols without an instruction for them.
     Set,
-    /// A tuple of torch's, made of a plain one.
+    /// A torch tuple, made from a plain one.
     Size,
     Class(Class),
 }
@@ -100,7 +100,7 @@ impl Global {
 }
 
 impl<'a> Machine<'a> {
-    /// What calling a name makes.
+    /// Evaluates a call.
     pub(super) fn call(&mut self, callee: Id, args: &[Id]) -> Result<Node<'a>, PickleError> {
         let &Node::Global(global) = self.value(callee).node() else {
             let kind = self.value(callee).kind();
@@ -142,7 +142,7 @@ impl<'a> Machine<'a> {
             }
             (Global::OrderedDict, []) => Ok(Node::Dict(Vec::new())),
             (Global::OrderedDict, &[items]) => self.dict_of_pairs(items),
-            // What a set holds is never asked for.
+            // The items of a set are never needed.
             (Global::Set, [] | [_]) => Ok(Node::Set),
             (Global::Size, &[shape]) => {
                 let shape = self.arguments(shape)?;
@@ -156,7 +156,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Fills what a call made: NumPy's dtypes and arrays take a tuple, objects a dict.
+    /// Sets the state of an object: NumPy's dtypes and arrays take a tuple, objects a dict.
     pub(super) fn build(&mut self, object: Id, state: Id) -> Result<(), PickleError> {
         let filled = match self.value(object).node() {
             Node::Dtype(items) => {
@@ -168,7 +168,7 @@ impl<'a> Machine<'a> {
                 let (class, args) = (making.class, making.args.clone());
                 Node::Made(Box::new(Making { class, args, state: Some(state) }))
             }
-            // Torch's dicts of tensors have attributes that tell of versions.
+            // Torch's dicts of tensors have attributes with version numbers.
             Node::Dict(_) if matches!(self.value(state).node(), Node::Dict(_)) => return Ok(()),
             found => {
                 let what = if matches!(found, Node::Made(_) | Node::Dict(_)) {
@@ -246,7 +246,7 @@ impl<'a> Machine<'a> {
         Ok(Node::Array(Some(Box::new(layout))))
     }
 
-    /// An array of texts. Only a single text is kept.
+    /// An array of strings. Only a single string is kept.
     fn texts(
         &mut self,
         dtype: TextDtype,
@@ -295,7 +295,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// A dict from pairs of keys and values, as Python 2 wrote those that keep their order.
+    /// A dict from key-value pairs, as Python 2 wrote ordered ones.
     fn dict_of_pairs(&mut self, items: Id) -> Result<Node<'a>, PickleError> {
         let pair = |item: Value<'_>| match item.node() {
             Node::List(pair) | Node::Tuple(pair) => match pair[..] {
@@ -307,7 +307,7 @@ impl<'a> Machine<'a> {
         let pairs = self.value(items).items();
         let pairs: Option<Vec<(Id, Id)>> = pairs.and_then(|pairs| pairs.map(pair).collect());
         let pairs = pairs.ok_or_else(|| self.scan.malformed("dict without key-value pairs"))?;
-        // One list may be made into any number of dicts.
+        // One list may be converted to any number of dicts.
         self.count_copy(size_of_val(&pairs[..]))?;
         Ok(Node::Dict(pairs))
     }
@@ -322,7 +322,7 @@ impl<'a> Machine<'a> {
         Ok(shape)
     }
 
-    /// A bool, or 0 or 1 as protocols without bools write them.
+    /// A bool, or 0 or 1 in protocols without bools.
     fn flag(&self, id: Id) -> Result<bool, PickleError> {
         let value = self.value(id);
         let flag = value.as_bool().or(match value.as_int() {
@@ -333,7 +333,7 @@ impl<'a> Machine<'a> {
         flag.ok_or_else(|| self.scan.malformed("must be a bool"))
     }
 
-    /// The bytes that a text of characters below 256 stands for.
+    /// The bytes of a string of characters below 256.
     fn latin1(&mut self, text: Id) -> Result<Node<'a>, PickleError> {
         let Node::Text(text) = self.value(text).node() else {
             return Err(self.scan.malformed("must be a string of bytes"));

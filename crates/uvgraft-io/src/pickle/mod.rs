@@ -1,15 +1,15 @@
-//! Python pickles, as far as they are data: numbers, texts, containers, NumPy arrays, and what SciPy's
-//! sparse matrices, chumpy's arrays and torch's tensors consist of.
+//! Python pickles, as far as they are plain data: numbers, strings, containers, NumPy arrays, and
+//! the constituents of SciPy's sparse matrices, chumpy arrays and torch tensors.
 //!
-//! A pickle is a program for a small machine that may call whatever Python can import. Here the
-//! program builds plain values and calls nothing: each name that it asks for is looked up in a short
-//! list (`globals.rs`), and one that is not there ends the reading. Protocols 0 to 5 are read.
+//! A pickle is a program for a small machine that may call anything Python can import. Here the
+//! program creates plain values and calls nothing: each imported name is looked up in a short list
+//! (`globals.rs`), and an unknown one is an error. Protocols 0 to 5 are supported.
 //!
-//! Memory stays in proportion to the pickle: lengths are checked against the bytes at hand, texts
-//! and arrays borrow from them, the number of instructions has a limit, and a value that is referred
-//! to many times is held once. Nothing here recurses, so depth costs nothing.
+//! Memory stays proportional to the pickle: lengths are checked against the available bytes,
+//! strings and arrays borrow from them, the number of instructions is limited, and a value that is
+//! referenced many times is stored once. Nothing here is recursive, so depth costs nothing.
 //!
-//! Source: the instructions' descriptions in Python's `pickletools`.
+//! Source: the descriptions of instructions in Python's `pickletools`.
 
 mod array;
 mod class;
@@ -26,30 +26,30 @@ pub use array::{Array, Dtype, NumberKind};
 pub use class::{Class, Made, StorageKind};
 pub use value::{Pickle, Value};
 
-/// As many instructions as a pickle may have. Files of arrays have some thousands.
+/// Maximum number of instructions. Files of arrays have some thousands.
 pub const MOST_INSTRUCTIONS: usize = 1 << 20;
 
-/// Why a pickle was refused. Places count bytes from the start.
+/// Why a pickle was rejected. Positions count bytes from the start.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PickleError {
-    /// It asks for something of Python that is not plain data.
+    /// It imports something that is not plain data.
     #[error("refused: the pickle imports {name}, but only plain data may be loaded")]
     Refused {
         /// Module and name, shortened.
         name: String,
     },
-    /// The bytes end too early.
+    /// The pickle is truncated.
     #[error("truncated pickle: byte {at} must be followed by {needed} bytes, got {left}")]
     Truncated {
         /// Where.
         at: usize,
-        /// How many bytes must follow.
+        /// Bytes needed.
         needed: u64,
-        /// How many follow.
+        /// Bytes left.
         left: usize,
     },
-    /// An instruction that does not exist, or that plain data does not need.
+    /// An unknown instruction, or one that plain data does not need.
     #[error("byte {at} of the pickle: unsupported instruction 0x{found:02x}")]
     Instruction {
         /// Where.
@@ -57,15 +57,15 @@ pub enum PickleError {
         /// Which.
         found: u8,
     },
-    /// An instruction that does not fit what came before it.
+    /// An instruction that does not fit the state of the machine.
     #[error("byte {at} of the pickle: {problem}")]
     Malformed {
-        /// Where the instruction starts.
+        /// Start of the instruction.
         at: usize,
-        /// What was found, and what was wanted.
+        /// What is wrong.
         problem: String,
     },
-    /// More work than any file of arrays takes.
+    /// More work than any file of arrays needs.
     #[error("pickle must have at most {most} {what}")]
     TooMany {
         /// Of what.
@@ -73,7 +73,7 @@ pub enum PickleError {
         /// The limit.
         most: usize,
     },
-    /// Something follows the end.
+    /// Data follows the end.
     #[error("unexpected {count} bytes after the end of the pickle")]
     Trailing {
         /// How many bytes.
@@ -81,15 +81,15 @@ pub enum PickleError {
     },
 }
 
-/// Reads a pickle; texts and arrays borrow from its bytes.
+/// Reads a pickle; strings and arrays borrow from its bytes.
 ///
 /// # Errors
-/// [`PickleError`]; nothing that a pickle holds is ever run.
+/// [`PickleError`]; nothing in a pickle is ever run.
 pub fn parse(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
     machine::run(bytes, false)
 }
 
-/// As [`parse`], for pickles that refer to what lies outside of them; see [`Value::persistent`].
+/// As [`parse`], for pickles with persistent identifiers; see [`Value::persistent`].
 ///
 /// # Errors
 /// As [`parse`].
