@@ -1,4 +1,4 @@
-//! How a texture becomes one with what it is laid over, as options say it.
+//! Options for blending a texture into its base.
 
 use std::path::{Path, PathBuf};
 
@@ -115,8 +115,8 @@ impl BlendArgs {
         }
     }
 
-    /// The same for an avatar, as far as nothing else is said: with a membrane, and in the tone of the face. A person's
-    /// colour is its own, and the body is nobody's.
+    /// The same with the defaults for avatars: a membrane, in the tone of the face. A person's
+    /// colour is their own, and the body belongs to nobody.
     pub(crate) fn of_avatar(mut self) -> Self {
         self.blend = self.blend.or(Some(BlendName::Membrane));
         if self.mode() == BlendName::Membrane || self.matched.is_some() {
@@ -125,19 +125,19 @@ impl BlendArgs {
         self
     }
 
-    /// Whether colours of the base are looked at before anything is laid over it.
+    /// Whether colours of the base are analysed before compositing.
     fn needs_colors(&self) -> bool {
         self.tone().is_some() && (self.mode() == BlendName::Membrane || self.matched.is_some())
     }
 
-    /// The images that are named.
+    /// The input images.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         let labels = self.labels.as_deref().filter(|path| path.exists());
         let images = [&self.skin, &self.source_mask, &self.fill].into_iter().flatten();
         images.map(PathBuf::as_path).chain(labels)
     }
 
-    /// How it is blended, whatever is asked for.
+    /// The blending options, including defaults.
     ///
     /// - `gutter_px`: of the result.
     pub(crate) fn blending(&self, gutter_px: u32) -> Blending {
@@ -153,7 +153,8 @@ impl BlendArgs {
         blending
     }
 
-    /// How it is blended, if anything is asked for, here or by the region, that is done on the surface.
+    /// The blending options, if any option, here or of the region, requires blending on the
+    /// surface.
     pub(crate) fn blending_if_any(&self, region: &RegionArgs, gutter_px: u32) -> Option<Blending> {
         let asks = !region.is_everything()
             || self.blend.is_some()
@@ -163,12 +164,12 @@ impl BlendArgs {
         asks.then(|| self.blending(gutter_px))
     }
 
-    /// Where labels are drawn, if they are.
+    /// Where to draw labels, if requested.
     pub(crate) fn drawn_labels(&self) -> Option<&Path> {
         self.labels.as_deref().filter(|path| !path.exists())
     }
 
-    /// Refuses options that contradict each other.
+    /// Checks for conflicting options.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         if self.mode() == BlendName::None && self.feather.is_some() {
             return Err(bad_input("--feather cannot be used with --blend none"));

@@ -1,4 +1,4 @@
-//! `uvgraft compare`: how alike two textures are.
+//! `uvgraft compare`: metrics of two textures.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     print(args, a.size(), &scores)
 }
 
-/// Refuses pictures that cannot be compared, from their headers alone.
+/// Rejects images of different sizes, from their headers alone.
 fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
     let mut first: Option<(&Path, Size)> = None;
     for path in paths {
@@ -91,7 +91,7 @@ fn read_colors(path: &Path) -> anyhow::Result<Colors> {
     Colors::new(texture).with_context(|| path.display().to_string()).or_bad_input()
 }
 
-/// A region for each mask, called by its file's name, or by its path where two have one name.
+/// A region for each mask, named after its file, or its path where file names coincide.
 fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
     let mut regions = Vec::new();
     for path in paths {
@@ -106,7 +106,7 @@ fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
 }
 
 fn read_mask(path: &Path) -> anyhow::Result<Region> {
-    // A mask is no colour, so one half is one half whatever the format says of its encoding.
+    // A mask is data, so one half is one half regardless of the encoding that the format states.
     let texture = image::read(path).or_bad_input()?.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;

@@ -51,7 +51,7 @@ impl From<ShellName> for Shell {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    // Into memory first: clap_complete panics where standard output is closed.
+    // Into memory first: clap_complete panics if standard output is closed.
     let mut script = Vec::new();
     let mut command = Cli::command();
     clap_complete::generate(Shell::from(args.shell), &mut command, "uvgraft", &mut script);

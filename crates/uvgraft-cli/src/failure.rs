@@ -1,4 +1,4 @@
-//! Whose fault a failure is, and the one place that prints it.
+//! Errors and their exit codes, and the only place that prints them.
 
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -7,7 +7,7 @@ use uvgraft_pipeline::{Event, Failure, Fault, Observer};
 
 use crate::interruption::wait_if_interrupted;
 
-/// An error that the user can mend: a file, an option, a place to write to.
+/// An error that the user can fix: a file, an option, an output path.
 #[derive(Debug)]
 struct BadInput(anyhow::Error);
 
@@ -19,9 +19,9 @@ impl Display for BadInput {
 
 impl std::error::Error for BadInput {}
 
-/// Marks errors as the input's fault.
+/// Marks errors as bad input.
 pub(crate) trait OrBadInput<T> {
-    /// The same result, its error marked.
+    /// The same result, with its error marked as bad input.
     fn or_bad_input(self) -> anyhow::Result<T>;
 }
 
@@ -31,12 +31,12 @@ impl<T, E: Into<anyhow::Error>> OrBadInput<T> for Result<T, E> {
     }
 }
 
-/// An error that is the input's fault, from a message.
+/// A bad-input error with a message.
 pub(crate) fn bad_input(message: impl Display) -> anyhow::Error {
     anyhow::Error::new(BadInput(anyhow::anyhow!("{message}")))
 }
 
-/// The program's exit code for a fault: 2 for bad input, 1 for anything else.
+/// The exit code for a fault: 2 for bad input, 1 for anything else.
 pub(crate) fn exit_code_of(fault: Fault) -> ExitCode {
     ExitCode::from(if fault == Fault::Input { 2 } else { 1 })
 }
@@ -50,7 +50,7 @@ fn fault(error: &anyhow::Error) -> Fault {
     }
 }
 
-/// Prints an error and gives the program's exit code.
+/// Prints an error and returns the exit code.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     print(format_args!("{error:#}"));
     exit_code_of(fault(error))
@@ -63,21 +63,21 @@ pub(crate) fn print(error: impl Display) {
     eprintln!("error: {error}");
 }
 
-/// Prints something that the user should know although the work goes on.
+/// Prints a warning.
 #[expect(clippy::print_stderr, reason = "the one place that prints warnings")]
 pub(crate) fn warn(message: impl Display) {
     wait_if_interrupted();
     eprintln!("warning: {message}");
 }
 
-/// Prints what was taken for granted.
+/// Prints a note.
 #[expect(clippy::print_stderr, reason = "the one place that prints notes")]
 pub(crate) fn note(message: impl Display) {
     wait_if_interrupted();
     eprintln!("note: {message}");
 }
 
-/// Prints the notes and warnings of work that takes no time.
+/// Prints the notes and warnings of short operations.
 pub(crate) struct Notes;
 
 impl Observer for Notes {

@@ -1,4 +1,4 @@
-//! Filters as options name them.
+//! Interpolation filters as option values.
 
 use clap::ValueEnum;
 use uvgraft::Filter;

@@ -1,4 +1,4 @@
-//! Fits: how far they are, and how they went.
+//! Progress and summaries of fits.
 
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -6,16 +6,16 @@ use uvgraft::FitProgress;
 
 use crate::progress;
 
-/// How a fit went.
+/// Summary of a fit.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct FitSummary {
     pub(crate) steps: u32,
-    /// Root mean square difference to the source after the way back, in levels of 255, before
-    /// rounding: of the sampled texture, and of the fitted one.
+    /// Root mean square round-trip error in levels of 255, before rounding: of the sampled texture,
+    /// and of the fitted one.
     pub(crate) sampled_rms_levels: f64,
     pub(crate) fitted_rms_levels: f64,
-    /// Which share of the source's linked texels these are over; the others read what another
-    /// island owns.
+    /// The share of the source's linked texels that the errors are computed over; the others read
+    /// texels owned by another island.
     pub(crate) share_met: f64,
 }
 
@@ -47,7 +47,7 @@ impl std::fmt::Display for FitSummary {
     }
 }
 
-/// A bar on standard error, if that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 pub(crate) struct FitBar(ProgressBar);
 
 impl Default for FitBar {
@@ -57,14 +57,14 @@ impl Default for FitBar {
 }
 
 impl FitBar {
-    /// Shows how far the fit is.
+    /// Updates the progress.
     pub(crate) fn show(&self, progress: FitProgress) {
         self.0.set_length(progress.max_steps.into());
         self.0.set_position(progress.step.into());
         self.0.set_message(format!("error {:.2} of 255", levels(progress.rms)));
     }
 
-    /// Takes it away.
+    /// Removes the bar.
     pub(crate) fn finish(self) {
         self.0.finish_and_clear();
     }

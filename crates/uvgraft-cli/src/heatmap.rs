@@ -1,8 +1,8 @@
-//! A picture of where two textures differ, and by how much.
+//! Heatmaps of the differences between two textures.
 //!
-//! A texel's error is the largest difference among its three channels, so that none hides behind
-//! two that agree. Large textures are reduced by the largest error of each block, so that a single
-//! wrong texel stays visible.
+//! The error of a texel is the largest difference among its three channels, so that no channel is
+//! hidden by two that agree. Large textures are reduced by the maximum of each block, so that a
+//! single wrong texel stays visible.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ use uvgraft_metrics::{Colors, Mask};
 use crate::picture::{Picture, Rgb};
 use crate::scores::Region;
 
-/// The longest side of the panel, in pixels; larger textures are reduced.
+/// Longest side of the panel in pixels; larger textures are reduced.
 const LONGEST: u32 = 2048;
-/// Smaller panels are enlarged by a whole factor, up to this.
+/// Smaller panels are enlarged by an integer factor, up to this size.
 const ENLARGED: u32 = 1024;
 const MARGIN: u32 = 24;
-/// The least width, so that captions fit.
+/// Minimum width, to fit the captions.
 const LEAST_WIDTH: u32 = 760;
 
 const BACKGROUND: Rgb = [38, 40, 45];
@@ -25,8 +25,8 @@ const OUTSIDE: Rgb = [70, 73, 80];
 const TITLE: Rgb = [236, 238, 242];
 const CAPTION: Rgb = [176, 182, 192];
 
-/// Errors' colours from none to the scale's top: hue and lightness both tell the order, so that it
-/// survives grey print and colour blindness.
+/// The colour map from zero to the top of the scale: both hue and lightness are ordered, so that it
+/// survives greyscale print and colour blindness.
 const ANCHORS: [(f32, Rgb); 7] = [
     (0.0, [8, 8, 16]),
     (0.14, [42, 24, 92]),
@@ -37,7 +37,8 @@ const ANCHORS: [(f32, Rgb); 7] = [
     (1.0, [255, 250, 222]),
 ];
 
-/// Draws where two textures of one size differ within the regions, and writes the picture.
+/// Draws the differences of two textures of the same size within the regions, and writes the
+/// picture.
 pub(crate) fn write(
     a: &Colors,
     b: &Colors,
@@ -49,11 +50,11 @@ pub(crate) fn write(
     errors.draw(title, errors.top()).write(path)
 }
 
-/// Errors in levels of 255, reduced to what is shown.
+/// Errors in levels of 255, reduced to the size shown.
 pub(crate) struct Errors {
     of: Size,
     size: Size,
-    /// Texels a side that one value stands for.
+    /// Texels a side covered by one value.
     block: u32,
     /// Row by row; `None` outside the regions.
     shown: Vec<Option<f32>>,
@@ -85,9 +86,9 @@ impl Errors {
         Self { of, size, block, shown, mean: sum / count.max(1) as f64, largest }
     }
 
-    /// The scale's top: the 99.5th percentile of what is shown, rounded up to a round number, so
-    /// that few extremes do not leave the rest in the dark. Where fewer texels than that differ, the
-    /// largest counts.
+    /// The top of the scale: the 99.5th percentile of the values shown, rounded up to a round
+    /// number, so that few extremes do not leave the rest dark. If fewer texels differ, the maximum
+    /// is used.
     pub(crate) fn top(&self) -> f32 {
         let mut values: Vec<f32> = self.shown.iter().copied().flatten().collect();
         let at = (values.len().saturating_sub(1) as f64 * 0.995) as usize;
@@ -100,13 +101,13 @@ impl Errors {
         nice(wanted)
     }
 
-    /// Title, what it shows, the scale up to `top`, and the panel.
+    /// Draws the title, what is shown, the scale up to `top`, and the panel.
     pub(crate) fn draw(&self, title: &str, top: f32) -> Picture {
         let Size { width, height } = self.size;
         let zoom = (ENLARGED / width.max(height)).max(1);
         let (panel_width, panel_height) = (width * zoom, height * zoom);
         let content = panel_width.max(LEAST_WIDTH);
-        // Readable where a large picture is shrunk to fit a window.
+        // Readable even when a large picture is shrunk to fit a window.
         let scale = if content > 1200 { 2 } else { 1 };
         let line = 14 * scale;
         let bar_height = 14 * scale;
@@ -142,15 +143,15 @@ impl Errors {
     }
 }
 
-/// The next number that is not below `levels` and has one digit that is not 0, from 0.001 to 200,
-/// then 255; beyond, 255 times powers of ten. Identical pictures get one level.
+/// The least number not below `levels` with a single non-zero digit, from 0.001 to 200, then 255,
+/// then 255 times powers of ten. Identical pictures get 1.
 fn nice(levels: f32) -> f32 {
     if levels <= 0.0 {
         return 1.0;
     }
     if levels > 200.0 {
         let mut top = 255.0;
-        // Rounding may have put white against black a hair above.
+        // Rounding may have put white against black slightly above 255.
         while levels > top * 1.0001 {
             top *= 10.0;
         }
@@ -219,7 +220,7 @@ fn draw_scale(
     }
 }
 
-/// A number of levels with as many digits as it is worth.
+/// A number of levels with its significant digits.
 fn levels(value: f32) -> String {
     let decimals = match value {
         0.0 => 0,

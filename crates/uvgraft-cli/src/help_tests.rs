@@ -1,15 +1,15 @@
-//! What every command's help must have, whatever options come.
+//! Requirements on the help of every command.
 
 use clap::{Command, CommandFactory};
 
 use crate::Cli;
 
-/// So long that one line of a terminal takes it beside an option's name in most cases.
+/// Fits one line of a terminal beside the option in most cases.
 const LONGEST: usize = 90;
-/// More options than this are hard to survey without headings.
+/// More options than this need headings.
 const MOST_UNGROUPED: usize = 12;
 
-/// The path of a command, and the command, for all of them.
+/// All commands with their paths.
 fn commands() -> Vec<(String, Command)> {
     fn collect(path: &str, command: &Command, all: &mut Vec<(String, Command)>) {
         let path = format!("{path} {}", command.get_name()).trim().to_owned();
@@ -23,7 +23,7 @@ fn commands() -> Vec<(String, Command)> {
     all
 }
 
-/// What is wrong with a short help, if anything is.
+/// What is wrong with a short help, if anything.
 fn flaw(help: Option<String>) -> Option<String> {
     match help {
         None => Some("has no help".to_owned()),

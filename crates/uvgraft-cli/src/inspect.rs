@@ -1,4 +1,4 @@
-//! `uvgraft inspect`: what is in a pair file.
+//! `uvgraft inspect`: the contents of a pair file.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

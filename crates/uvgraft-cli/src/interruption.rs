@@ -1,25 +1,25 @@
-//! Being told to stop: by Ctrl-C, or by SIGTERM or SIGHUP.
+//! Interruption by Ctrl-C, SIGTERM or SIGHUP.
 //!
-//! Outputs that are not finished are removed, so that every file is the old one or the new one and
-//! nothing lies beside them.
+//! Unfinished outputs are removed, so that every file is either the old or the new one, without
+//! temporary files beside it.
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// 128 and the number of SIGINT, as shells have it. The other signals end alike, because `ctrlc`
-/// does not tell them apart.
+/// 128 plus the number of SIGINT, as in shells. The other signals use the same code, because
+/// `ctrlc` does not distinguish them.
 const EXIT_CODE: i32 = 130;
 
 static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Tidies up from now on. Signals that whoever started the program lets it ignore, as `nohup` does,
-/// stay ignored; then, and where the system refuses a handler, nothing is tidied up.
+/// Installs the handler. Signals ignored on behalf of the parent, as by `nohup`, stay ignored;
+/// then, and if the system rejects a handler, nothing is cleaned up.
 pub(crate) fn handle() {
     let _ = ctrlc::try_set_handler(|| {
         IS_INTERRUPTED.store(true, Ordering::SeqCst);
         uvgraft_io::output::abandon_unfinished();
         let mut stderr = std::io::stderr();
-        // Behind a progress bar and the terminal's ^C.
+        // After a progress bar and the terminal's ^C.
         let start = if stderr.is_terminal() { "\n" } else { "" };
         // After SIGHUP the terminal may be gone.
         let _ = writeln!(stderr, "{start}interrupted; unfinished outputs left unchanged");
@@ -27,8 +27,8 @@ pub(crate) fn handle() {
     });
 }
 
-/// Waits for the end of a program that was told to stop, because errors that come of that, such as
-/// an output that was given up, are nobody's business.
+/// Waits for the end of an interrupted program: errors caused by the interruption, such as an
+/// abandoned output, should not be shown.
 pub(crate) fn wait_if_interrupted() {
     while IS_INTERRUPTED.load(Ordering::SeqCst) {
         std::thread::park();

@@ -1,8 +1,8 @@
 //! The command `uvgraft`.
 //!
-//! Exit codes: 0 for success, 2 for bad input or usage, 1 for a failure at work, 130 where it was
-//! told to stop (Ctrl-C, SIGTERM, SIGHUP). Results and
-//! reports go to standard output, errors, warnings and progress to standard error.
+//! Exit codes: 0 for success, 1 for a failure during the work, 2 for bad input or usage, 130 if
+//! interrupted (Ctrl-C, SIGTERM, SIGHUP). Results and reports go to standard output; errors,
+//! warnings and progress to standard error.
 
 mod avatar;
 mod bench;
@@ -69,7 +69,7 @@ struct Cli {
 const EXIT_STATUS: &str = "\
 Exit status: 0 on success, 1 on failure, 2 on invalid input or usage, 130 if interrupted.";
 
-/// In the order in which one uses them.
+/// In typical order of use.
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Args),

@@ -1,4 +1,4 @@
-//! `uvgraft map`: where each texel comes from, as an array for other tools.
+//! `uvgraft map`: the sampling map as an array for other tools.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! Pictures that are not opaque, where only colours are looked at.
+//! Transparent textures in comparisons, which look at colours only.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ fn is_opaque(texture: &Texture) -> bool {
         || (0..height).all(|y| (0..width).all(|x| texture.get(x, y, alpha) >= 1.0))
 }
 
-/// Says that a picture is laid over black, if it is not opaque.
+/// Warns that a texture is composited over black, if it is not opaque.
 pub(crate) fn warn_unless_opaque(texture: &Texture, path: &Path) {
     if !is_opaque(texture) {
         let name = path.display();
@@ -23,7 +23,7 @@ pub(crate) fn warn_unless_opaque(texture: &Texture, path: &Path) {
     }
 }
 
-/// The colours over black, without opacity, at the same depth.
+/// The colours over black, without alpha, at the same depth.
 pub(crate) fn over_black(texture: Texture) -> Texture {
     let (channels, depth) = (texture.channels(), texture.depth());
     if !channels.has_alpha() {

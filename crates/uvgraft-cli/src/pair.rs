@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says which meshes have triangles that are not linked for lying outside the unit square.
+/// Warns of triangles that are not linked because they lie outside the unit square.
 fn warn_of_outside(file: &pair_file::PairFile) {
     let sides = [(file.pair.source(), &file.source_name), (file.pair.target(), &file.target_name)];
     for (mesh, name) in sides {

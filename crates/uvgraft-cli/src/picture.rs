@@ -1,4 +1,4 @@
-//! A picture put together from panels and captions.
+//! Pictures composed of panels and captions.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use uvgraft_io::image::{self, Format, Image};
 
 use crate::failure::bad_input;
 
-/// An 8-bit RGB picture that is drawn on.
+/// An 8-bit RGB canvas.
 pub(crate) struct Picture {
     size: Size,
     values: Vec<u8>,
@@ -18,10 +18,10 @@ pub(crate) struct Picture {
 
 pub(crate) type Rgb = [u8; 3];
 
-/// Side of a glyph before it is enlarged, in pixels.
+/// Side of an unscaled glyph in pixels.
 const GLYPH: u32 = 8;
 
-/// Refuses a picture's name that does not say an image format.
+/// Checks that a path has an image extension.
 ///
 /// - `what`: what the picture is called, with its article.
 pub(crate) fn check_name(path: &Path, what: &str) -> anyhow::Result<()> {
@@ -40,7 +40,7 @@ impl Picture {
         Self { size, values: background.repeat(size.texels()) }
     }
 
-    /// Colours a pixel; what lies outside is ignored.
+    /// Sets a pixel; positions outside are ignored.
     pub(crate) fn set(&mut self, x: u32, y: u32, color: Rgb) {
         if x < self.size.width && y < self.size.height {
             let at = (y as usize * self.size.width as usize + x as usize) * 3;
@@ -48,7 +48,7 @@ impl Picture {
         }
     }
 
-    /// Lays an 8-bit RGB texture down with its top left corner at `(left, top)`.
+    /// Draws an 8-bit RGB texture with its top left corner at `(left, top)`.
     pub(crate) fn paste(&mut self, panel: &Texture, left: u32, top: u32) {
         let Texels::U8(values) = panel.texels() else { return };
         let (width, channels) = (panel.size().width, panel.channels().count());
@@ -58,8 +58,8 @@ impl Picture {
         }
     }
 
-    /// Writes text with its top left corner at `(left, top)`, `scale` times the font's 8 pixels
-    /// high. Characters that the font lacks become a question mark.
+    /// Draws text with its top left corner at `(left, top)`, at `scale` times the font's 8 pixels.
+    /// Characters missing in the font become question marks.
     pub(crate) fn text(&mut self, text: &str, left: u32, top: u32, scale: u32, color: Rgb) {
         for (index, character) in (0u32..).zip(text.chars()) {
             let glyph = font8x8::BASIC_FONTS
@@ -80,12 +80,12 @@ impl Picture {
         }
     }
 
-    /// How wide [`Picture::text`] writes a text, in pixels.
+    /// The width of a text drawn by [`Picture::text`], in pixels.
     pub(crate) fn text_width(text: &str, scale: u32) -> u32 {
         text.chars().count() as u32 * GLYPH * scale
     }
 
-    /// As much of a text as [`Picture::text`] writes within a width.
+    /// The longest prefix of a text that fits a width.
     pub(crate) fn fitted(text: &str, width: u32, scale: u32) -> String {
         if Self::text_width(text, scale) <= width {
             return text.to_owned();

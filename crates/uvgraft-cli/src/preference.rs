@@ -1,4 +1,4 @@
-//! Whose texels are shown where islands share them, as options name it.
+//! Owners of shared texels as option values.
 
 use clap::ValueEnum;
 use uvgraft::Prefer;

@@ -1,6 +1,6 @@
-//! A picture of a pair: both layouts, so that one look tells whether the pairing is right.
+//! Previews of a pair: both layouts side by side, to check the pairing at a glance.
 //!
-//! The linked region has the same colours on both sides: hue and squares follow the position in the
+//! The linked region has the same colours on both sides: hue and checks follow the position in the
 //! source layout, so an eye that is orange on the left must be orange on the right.
 
 use std::path::Path;
@@ -22,10 +22,10 @@ const CAPTION: u32 = 56;
 const BACKGROUND: [u8; 3] = [24, 26, 30];
 const UNLINKED: [u8; 3] = [74, 78, 86];
 
-/// Draws how much of a texture a blend lays over each texel, on both layouts, and writes the picture.
+/// Draws the weight of a blend at each texel, on both layouts, and writes the picture.
 pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> anyhow::Result<()> {
     let direction = blend.ground().direction();
-    // Weights are the same for textures of any size.
+    // Weights do not depend on the size of textures.
     let sizes = Sizes { from: Size::square(1), to: Size::square(PANEL) };
     let graft = Graft::builder(Arc::clone(&file.pair), sizes)
         .direction(direction)
@@ -42,7 +42,7 @@ pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> 
     })
 }
 
-/// From the grey of what is left alone, by dark blue for a little, to yellow for all.
+/// From grey (excluded) through dark blue (little) to yellow (full weight).
 fn weight_color(weight: f32) -> [u8; 3] {
     if weight == 0.0 {
         return UNLINKED.map(|value| value + 34);
@@ -60,8 +60,8 @@ pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
 
 /// Draws both layouts.
 ///
-/// - `color`: of a linked texel, by the direction that leads to the layout, its UV coordinate there and in
-///   the other layout.
+/// - `color`: the colour of a linked texel, by the direction that leads to the layout, and its UV
+///   coordinates there and in the other layout.
 fn draw(
     file: &PairFile,
     path: &Path,
@@ -99,8 +99,8 @@ fn distinct(mut faces: Vec<u32>) -> usize {
     faces.len()
 }
 
-/// The layout that `direction` leads to: what is linked in colours by the UV coordinates there and in the
-/// other layout, the rest grey, under its lines.
+/// The layout that `direction` leads to: linked texels in colours by the UV coordinates there and
+/// in the other layout, the rest grey, with the wireframe on top.
 fn panel(
     file: &PairFile,
     direction: Direction,
@@ -129,7 +129,7 @@ fn panel(
     panel.into_texture()
 }
 
-/// A colour that tells a place in the unit square: four corner colours blended, in squares.
+/// A colour that encodes a position in the unit square: four corner colours blended, with checks.
 fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
     const CORNERS: [[f64; 3]; 4] =
         [[240.0, 110.0, 90.0], [245.0, 200.0, 80.0], [90.0, 120.0, 230.0], [70.0, 200.0, 160.0]];
@@ -144,7 +144,7 @@ fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
     })
 }
 
-/// Draws a layout's wireframe faintly and the borders of its islands clearly.
+/// Draws the wireframe of a layout faintly and the borders of its islands clearly.
 fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
     let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);
     let mut wires = PathBuilder::new();

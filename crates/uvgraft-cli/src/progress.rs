@@ -1,8 +1,8 @@
-//! Bars that show how far work has come: on standard error, and only if that is a terminal.
+//! Progress bars on standard error, shown only if that is a terminal.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar of `count` steps that looks as the template says.
+/// A bar of `count` steps with the given template.
 pub(crate) fn bar(count: u64, template: &str) -> ProgressBar {
     let bar = ProgressBar::new(count);
     match ProgressStyle::with_template(template) {

@@ -1,4 +1,4 @@
-//! Which part of the surface is meant, as options say it.
+//! Options for regions of the surface.
 
 use std::path::Path;
 
@@ -76,17 +76,17 @@ fn parse_part(text: &str) -> Result<RegionPart, String> {
 }
 
 impl RegionArgs {
-    /// Whether everything that is linked is meant.
+    /// Whether it is the whole linked surface.
     pub(crate) fn is_everything(&self) -> bool {
         self.region.is_empty() && self.exclude.is_empty() && self.grow.is_none()
     }
 
-    /// The files that are named.
+    /// The input files.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.region.iter().chain(&self.exclude).map(|part| &*part.path)
     }
 
-    /// What is meant.
+    /// The region that the options describe.
     pub(crate) fn region(&self) -> Region {
         let mut region = Region::default();
         region.include.clone_from(&self.region);

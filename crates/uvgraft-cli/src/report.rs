@@ -1,4 +1,4 @@
-//! Printing what a pair is like.
+//! Reports on pairs.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -26,7 +26,7 @@ impl Sizes {
     }
 }
 
-/// `N` or `WxH`, within what a texture may be.
+/// Parses `N` or `WxH` within the limits of textures.
 pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
     let side = |text: &str| match text.parse::<u32>() {
         Ok(side) if (1..=uvgraft::Texture::MAX_SIDE).contains(&side) => Ok(side),
@@ -49,7 +49,7 @@ struct Document<'a> {
     report: &'a PairReport,
 }
 
-/// Prints a pair's report to standard output: for people, or as JSON for programs.
+/// Prints the report of a pair to standard output: as text, or as JSON.
 pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
     let report = PairReport::new(&file.pair, sizes.texels());
     let text = if json {
@@ -68,7 +68,8 @@ pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Resul
     to_stdout(&text)
 }
 
-/// Prints a command's result. Whoever reads may have seen enough, as in `uvgraft inspect x | head`.
+/// Prints the result of a command. A reader may close the pipe early, as in `uvgraft inspect x |
+/// head`.
 pub(crate) fn to_stdout(text: &str) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -133,7 +134,8 @@ fn text(file: &PairFile, report: &PairReport) -> String {
     for (side, layout, transfers) in
         [(source, "source", "transfers"), (target, "target", "reverse transfers")]
     {
-        // What has no area in the layout that is read has one colour or a streak of them.
+        // Triangles without area in the layout that is read have a single colour or a streak of
+        // colours.
         if side.degenerate > 0 {
             let count = grouped(side.degenerate);
             let _ = writeln!(
@@ -157,7 +159,7 @@ fn percent(part: usize, whole: usize) -> String {
     format!("{:.1} %", 100.0 * part as f64 / whole.max(1) as f64)
 }
 
-/// A name that fits a column.
+/// A name shortened to fit a column.
 fn short(name: &str) -> String {
     const LENGTH: usize = 17;
     if name.chars().count() <= LENGTH {
@@ -166,7 +168,7 @@ fn short(name: &str) -> String {
     name.chars().take(LENGTH - 1).chain(['…']).collect()
 }
 
-/// A count with its digits in groups of three.
+/// A number with its digits in groups of three.
 pub(crate) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();

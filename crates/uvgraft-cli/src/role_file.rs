@@ -1,9 +1,9 @@
-//! Maps of materials, as options name them.
+//! Material maps as option values.
 
 use clap::ValueEnum;
 use uvgraft::NormalY;
 
-/// A map of a material, or a base for one, by its role.
+/// A material map, or the base of one, with its role.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct RoleFile {
     pub(crate) role: String,
@@ -11,7 +11,7 @@ pub(crate) struct RoleFile {
 }
 
 impl RoleFile {
-    /// What `ROLE=FILE` says.
+    /// Parses `ROLE=FILE`.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         match text.split_once('=') {
             Some((role, file)) if !role.is_empty() && !file.is_empty() => {

@@ -1,4 +1,4 @@
-//! Scores of two textures, by metric and region, as a table and as JSON.
+//! Metrics of two textures, by region, as a table and as JSON.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::failure::bad_input;
 use crate::table::{Align, table};
 use crate::weights;
 
-/// What textures are compared by.
+/// A metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Metric {
     L1,
@@ -24,7 +24,7 @@ pub(crate) enum Metric {
 }
 
 impl Metric {
-    /// All metrics, in the order of a table's rows.
+    /// All metrics, in the order of the table.
     const ALL: [Self; 8] = [
         Self::L1,
         Self::Psnr,
@@ -36,7 +36,7 @@ impl Metric {
         Self::LpipsVgg,
     ];
 
-    /// What it is called on the command line and in JSON.
+    /// Its name on the command line and in JSON.
     fn name(self) -> &'static str {
         match self {
             Self::L1 => "l1",
@@ -50,7 +50,7 @@ impl Metric {
         }
     }
 
-    /// What it is called in a table.
+    /// Its title in tables.
     fn title(self) -> &'static str {
         match self {
             Self::L1 => "L1",
@@ -68,7 +68,7 @@ impl Metric {
         matches!(self, Self::Psnr | Self::Ssim | Self::SsimUniform | Self::Ssimulacra2)
     }
 
-    /// Digits after the point that a table shows.
+    /// Decimal places shown in tables.
     fn decimals(self) -> usize {
         match self {
             Self::Psnr | Self::Ssimulacra2 => 2,
@@ -76,7 +76,7 @@ impl Metric {
         }
     }
 
-    /// Whether it is computed without being asked for: VGG takes minutes on large textures.
+    /// Whether it runs by default: VGG takes minutes on large textures.
     fn is_default(self) -> bool {
         self != Self::LpipsVgg && (self != Self::Flip || cfg!(feature = "flip"))
     }
@@ -95,13 +95,13 @@ impl Metric {
             Self::Ssimulacra2 => metrics::ssimulacra2,
             #[cfg(feature = "flip")]
             Self::Flip => metrics::flip,
-            // Networks that are missing, and FLIP where it was not built, were told apart above.
+            // Missing networks, and FLIP in builds without it, were handled above.
             _ => return networks.of(self).map_or_else(Vec::new, |it| lpips(it, a, b, regions)),
         };
         regions.iter().map(|region| measure(a, b, region.mask.as_ref()).into()).collect()
     }
 
-    /// What this metric lacks to be computed at all.
+    /// Why the metric cannot be computed at all, if so.
     fn missing(self, networks: &Networks) -> Option<&'static str> {
         match self {
             Self::Flip if cfg!(not(feature = "flip")) => {
@@ -114,12 +114,12 @@ impl Metric {
         }
     }
 
-    /// What it is called at the head of a row or column.
+    /// Its heading in a row or column.
     pub(crate) fn title_with_arrow(self) -> String {
         format!("{} {}", self.title(), self.arrow())
     }
 
-    /// Which way is better.
+    /// The direction of improvement.
     fn arrow(self) -> &'static str {
         if self.higher_is_better() { "↑" } else { "↓" }
     }
@@ -129,7 +129,7 @@ impl Metric {
         if self.higher_is_better() { a.max(b) } else { a.min(b) }
     }
 
-    /// A value with the digits that it is worth.
+    /// A value with its significant digits.
     pub(crate) fn format(self, value: f64) -> String {
         format!("{value:.*}", self.decimals())
     }
@@ -139,7 +139,7 @@ fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
     regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect()
 }
 
-/// A network looks at the whole textures once; its maps then answer for every region.
+/// A network processes the whole textures once; its maps then serve all regions.
 fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
     match network.compare(a, b) {
         Ok(maps) => regions
@@ -153,7 +153,7 @@ fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Sco
     }
 }
 
-/// The networks of LPIPS that a selection needs, as far as they were imported.
+/// The LPIPS networks that a selection needs, if imported.
 struct Networks {
     alex: Option<Lpips>,
     vgg: Option<Lpips>,
@@ -171,7 +171,7 @@ impl Networks {
         })
     }
 
-    /// The network that a metric looks through, if it needs one and has it.
+    /// The network of a metric, if it needs one that is imported.
     fn of(&self, metric: Metric) -> Option<&Lpips> {
         match metric {
             Metric::LpipsAlex => self.alex.as_ref(),
@@ -187,16 +187,16 @@ impl Serialize for Metric {
     }
 }
 
-/// The metrics that were chosen, each once, in the order of [`Metric::ALL`].
+/// The selected metrics without duplicates, in the order of [`Metric::ALL`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Selection {
     metrics: Vec<Metric>,
-    /// Whether each was named, so that one that cannot be computed is an error.
+    /// Whether they were named explicitly, so that one that cannot be computed is an error.
     named: bool,
 }
 
 impl Default for Selection {
-    /// All that are there and quick.
+    /// All metrics that are available and fast.
     fn default() -> Self {
         Self::of(Metric::is_default, false)
     }
@@ -207,7 +207,7 @@ impl Selection {
         Self { metrics: Metric::ALL.into_iter().filter(|metric| chosen(*metric)).collect(), named }
     }
 
-    /// From a list of names with commas, or `all`.
+    /// Parses a comma-separated list of names, or `all`.
     fn parse(list: &str) -> Result<Self, String> {
         let list = list.to_lowercase();
         let names: Vec<&str> = list.split(',').map(str::trim).collect();
@@ -222,7 +222,7 @@ impl Selection {
     }
 }
 
-/// The option that chooses metrics.
+/// The option that selects metrics.
 #[derive(clap::Args)]
 pub(crate) struct MetricsOption {
     /// Comma-separated metrics, or `all` [default: all but the slow ones]
@@ -235,21 +235,21 @@ pub(crate) struct MetricsOption {
 }
 
 impl MetricsOption {
-    /// What scores are made with; see [`Judge::new`].
+    /// Loads what the metrics need; see [`Judge::new`].
     pub(crate) fn judge(&self) -> anyhow::Result<Judge> {
         Judge::new(self.metrics.clone().unwrap_or_default())
     }
 }
 
-/// What scores are made with: the chosen metrics, and what they need.
+/// The selected metrics and their networks.
 pub(crate) struct Judge {
     selection: Selection,
     networks: Networks,
 }
 
 impl Judge {
-    /// Loads what the metrics need. A file of networks that is broken is an error, and so is a metric
-    /// that was named and lacks what it needs.
+    /// Loads what the metrics need. Damaged weights are an error, and so is a metric named
+    /// explicitly that cannot be computed.
     fn new(selection: Selection) -> anyhow::Result<Self> {
         let networks = Networks::load(&selection)?;
         for metric in selection.metrics.iter().filter(|_| selection.named) {
@@ -261,15 +261,15 @@ impl Judge {
     }
 }
 
-/// A part of the textures.
+/// A region of the textures.
 pub(crate) struct Region {
-    /// What to call it.
+    /// Its name.
     pub(crate) name: String,
     /// Its texels; `None` for all.
     pub(crate) mask: Option<Mask>,
 }
 
-/// How a metric answered.
+/// The result of a metric.
 #[derive(Debug, Clone, PartialEq)]
 enum Score {
     Value(f64),
@@ -287,7 +287,7 @@ impl From<Result<f64, MetricError>> for Score {
 }
 
 impl Serialize for Score {
-    /// A number, `"inf"` where JSON has no number for it, or an object with the reason.
+    /// A number, `"inf"`, which JSON has no number for, or an object with the reason.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Value(value) if value.is_infinite() => serializer.serialize_str("inf"),
@@ -297,7 +297,7 @@ impl Serialize for Score {
     }
 }
 
-/// Scores of two textures, region by region.
+/// The scores of two textures, by region.
 #[derive(Debug, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Scores {
@@ -317,7 +317,7 @@ fn as_map<S: Serializer>(scores: &[(Metric, Score)], serializer: S) -> Result<S:
 }
 
 impl Scores {
-    /// Compares two textures; all masks must have their size.
+    /// Compares two textures; all masks must have the same size.
     pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region], judge: &Judge) -> Self {
         let mut all: Vec<RegionScores> = regions
             .iter()
@@ -336,13 +336,13 @@ impl Scores {
         Self { regions: all }
     }
 
-    /// The metrics of a region, in order.
+    /// The metrics of the table, in order.
     pub(crate) fn metrics(&self) -> Vec<Metric> {
         let first = self.regions.first();
         first.map_or_else(Vec::new, |region| region.scores.iter().map(|(m, _)| *m).collect())
     }
 
-    /// The value of a metric, by the numbers of region and metric; nothing if it has none.
+    /// The value of a metric by the indices of region and metric, if it has one.
     pub(crate) fn value(&self, region: usize, metric: usize) -> Option<f64> {
         match self.regions[region].scores[metric].1 {
             Score::Value(value) => Some(value),
@@ -350,12 +350,12 @@ impl Scores {
         }
     }
 
-    /// Why values are missing, each reason once.
+    /// The reasons for missing values, without duplicates.
     pub(crate) fn reasons(&self) -> Vec<String> {
         let mut reasons = Vec::new();
         for (metric, score) in self.regions.iter().flat_map(|region| &region.scores) {
             if let Score::Unavailable(reason) = score {
-                // Some reasons begin with the metric anyway.
+                // Some reasons already start with the metric.
                 let reason = match reason.starts_with(metric.title()) {
                     true => reason.clone(),
                     false => format!("{}: {reason}", metric.title()),
@@ -368,8 +368,8 @@ impl Scores {
         reasons
     }
 
-    /// A table in Markdown, aligned for reading as it is: a row a metric, a column a region, and
-    /// below it why values are missing.
+    /// A Markdown table, aligned to be readable as text: a row for each metric, a column for each
+    /// region, and the reasons for missing values below.
     pub(crate) fn table(&self) -> String {
         let mut rows = vec![vec!["metric".to_owned(), "better".to_owned()]];
         rows[0].extend(self.regions.iter().map(|region| region.region.replace('|', "\\|")));

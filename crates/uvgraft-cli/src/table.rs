@@ -1,8 +1,8 @@
-//! Tables in Markdown, aligned so that they read well as they are.
+//! Markdown tables, aligned to be readable as text.
 
 use std::fmt::Write as _;
 
-/// Where a column's cells stand.
+/// Alignment of a column.
 #[derive(Clone, Copy)]
 pub(crate) enum Align {
     Left,
@@ -10,8 +10,8 @@ pub(crate) enum Align {
     Right,
 }
 
-/// A table whose first row is its head. Columns stand as said, further ones to the right, as numbers
-/// do.
+/// A table whose first row is the header. Columns are aligned as given, further ones to the right,
+/// as for numbers.
 pub(crate) fn table(rows: &[Vec<String>], aligns: &[Align]) -> String {
     let columns = rows.first().map_or(0, Vec::len);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();

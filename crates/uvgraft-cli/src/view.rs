@@ -1,4 +1,4 @@
-//! `uvgraft view`: one HTML file that shows an avatar, opened in the browser.
+//! `uvgraft view`: an avatar as one HTML file, opened in the browser.
 
 use std::convert::Infallible;
 use std::io;
@@ -45,7 +45,7 @@ pub(crate) struct Args {
     no_open: bool,
 }
 
-/// Browsers keep a text of at most half a gigabyte, and base64 is a third longer than what it encodes.
+/// Browsers limit strings to about half a gigabyte, and base64 is a third longer than its input.
 const MOST_MODEL_BYTES: u64 = 256 << 20;
 const MOST_TEXTURE_BYTES: u64 = 64 << 20;
 
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let in_model = || format!("cannot show {}", args.model.display());
     let model = Glb::new(&bytes).with_context(in_model).or_bad_input()?;
-    // What cannot be drawn here cannot be drawn there.
+    // What the renderer rejects, the viewer cannot show either.
     let scene = Scene::read(&bytes).with_context(in_model).or_bad_input()?;
     let look_at = match &args.look_at {
         Some(Aim::Named(name)) => {
@@ -113,14 +113,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         if !can_open() {
             note("no display to open the page on; open it in a browser");
         } else if let Err(error) = open::that_detached(&output) {
-            // The page is there, which is what was asked for.
+            // The page exists, which is what was requested.
             note(format!("cannot open the page ({error}); open it in a browser"));
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The page of an avatar that this program made; nothing where it was built without its viewer.
+/// The page of an avatar built by this program; `None` in builds without the viewer.
 pub(crate) fn page(name: &str, glb: &[u8]) -> anyhow::Result<Option<Vec<u8>>> {
     let Some(page) = PAGE else { return Ok(None) };
     let page_of = Page { name, model: Glb::new(glb)?, textures: Vec::new(), look_at: None };
@@ -136,7 +136,7 @@ fn read(path: &Path, max: u64) -> anyhow::Result<Vec<u8>> {
         .or_bad_input()
 }
 
-/// Whether somebody sits in front of this machine.
+/// Whether there is a display, and someone to look at it.
 fn can_open() -> bool {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let needs_display = cfg!(all(unix, not(target_os = "macos")));

@@ -1,4 +1,4 @@
-//! `uvgraft weights`: the networks of LPIPS, which are no part of this program.
+//! `uvgraft weights`: the network weights for LPIPS, which are not part of this program.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +13,7 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::report;
 
-/// Names the weights file instead of the user's data folder.
+/// Overrides the path of the weights file in the user's data folder.
 const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
 /// Manage the network weights for LPIPS
@@ -69,8 +69,8 @@ fn import(file: &Path) -> anyhow::Result<()> {
     report::to_stdout(&format!("wrote {}\n", output.display()))
 }
 
-/// LPIPS with one of the networks; nothing if no networks were imported. A file that is there and
-/// cannot be read is an error.
+/// LPIPS with one of the networks; `None` if no weights were imported. An unreadable file is an
+/// error.
 pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
     let path = path()?;
     match lpips_weights::read(&path, network) {
@@ -84,7 +84,7 @@ pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
     }
 }
 
-/// Where the networks are, once they are imported.
+/// Path of the imported weights.
 fn path() -> anyhow::Result<PathBuf> {
     if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
         return Ok(PathBuf::from(path));

@@ -1,10 +1,10 @@
-//! Reading a whole file within a bound, with errors that name it.
+//! Reads whole files within a limit, with the path in errors.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Why a file was not read. `E` is what its content can be refused for.
+/// Why a file could not be read. `E` is the error of its content.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError<E: std::error::Error + 'static> {
@@ -13,10 +13,10 @@ pub enum ReadError<E: std::error::Error + 'static> {
     Io {
         /// Which file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: io::Error,
     },
-    /// The file's content was refused.
+    /// The content was rejected.
     #[error("{}: {reason}", path.display())]
     Content {
         /// Which file.
@@ -26,10 +26,10 @@ pub enum ReadError<E: std::error::Error + 'static> {
     },
 }
 
-/// Reads a file of at most `max` bytes and makes something of it.
+/// Reads a file of at most `max` bytes and parses it.
 ///
 /// # Errors
-/// [`ReadError`], also for a file that is larger: it is not read then.
+/// [`ReadError`], also for a larger file, which is not read.
 pub fn read_file<T, E: std::error::Error>(
     path: &Path,
     max: u64,
@@ -40,8 +40,8 @@ pub fn read_file<T, E: std::error::Error>(
     parse(&bytes).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
 }
 
-/// The bytes of a file, or an error if there are more than `max`. A size that the system tells is
-/// only a hint: a pipe has none, and a file may grow.
+/// The bytes of a file, or an error if there are more than `max`. The size reported by the system
+/// is only a hint: a pipe has none, and a file may grow.
 pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let told = file.metadata()?;

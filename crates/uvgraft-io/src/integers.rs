@@ -1,18 +1,18 @@
-//! Lists of integers as tools for meshes write them: NumPy's NPY arrays and plain text.
+//! Lists of integers as written by mesh tools: NPY arrays and plain text.
 
 mod npy;
 mod text;
 
 use crate::numpy::NpyArray;
 
-/// Why bytes were refused as a list of integers. Lines and entries count from 1.
+/// Why bytes were rejected as a list of integers. Lines and entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IntegersError {
-    /// Several arrays in one file, of which one is the map.
+    /// An archive of several arrays.
     #[error("must be a single array, got an .npz archive: save the array you need as .npy")]
     Archive,
-    /// A word that is no integer, in a text file.
+    /// A word in a text file is not an integer.
     #[error("line {line}: must be an integer, got `{found}`")]
     NotInteger {
         /// Which line.
@@ -20,7 +20,7 @@ pub enum IntegersError {
         /// What was found, shortened.
         found: String,
     },
-    /// A number with a point or an exponent, in a text file.
+    /// A number in a text file has a point or an exponent.
     #[error(
         "line {line}: must be an integer, got floating-point `{found}`; with numpy.savetxt, use \
          fmt=\"%d\""
@@ -31,7 +31,7 @@ pub enum IntegersError {
         /// What was found, shortened.
         found: String,
     },
-    /// An integer beyond 64 bits.
+    /// An integer exceeds 64 bits.
     #[error("entry {entry}: must be a signed 64-bit integer, got {found}")]
     OutOfRange {
         /// Which entry of the list.
@@ -39,24 +39,24 @@ pub enum IntegersError {
         /// What was found, shortened.
         found: String,
     },
-    /// A comma without a value before it, in a text file: skipping it would shift all others.
+    /// A comma without a value before it in a text file; skipping it would shift all other values.
     #[error("line {line}: comma without an integer before it")]
     MissingValue {
         /// Which line.
         line: usize,
     },
-    /// An NPY file of a version that does not exist yet.
+    /// An unknown version of the NPY format.
     #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
     NpyVersion {
-        /// First number of the version.
+        /// Major version.
         major: u8,
-        /// Second number of the version.
+        /// Minor version.
         minor: u8,
     },
-    /// The file ends in the middle of its NPY header.
+    /// The file ends within its NPY header.
     #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
     NpyCutShort {
-        /// Bytes that the header claims, with what comes before it.
+        /// Size of the header, including what precedes it.
         wanted: u64,
         /// Bytes in the file.
         found: usize,
@@ -64,39 +64,39 @@ pub enum IntegersError {
     /// The header is not a Python dictionary of the three entries that describe an array.
     #[error("NPY header: must have {wanted}, got `{found}`")]
     NpyHeader {
-        /// Where it goes wrong, shortened.
+        /// The malformed part, shortened.
         found: String,
-        /// What should stand there.
+        /// What it must be.
         wanted: &'static str,
     },
-    /// An array of something else than integers.
+    /// The array does not hold integers.
     #[error(
         "NPY array must have dtype {wanted}, got {found}; if it holds vertex indices, convert it \
          with .astype(\"int64\")"
     )]
     NpyDtype {
-        /// The dtype as the header has it, shortened.
+        /// The dtype in the header, shortened.
         found: String,
-        /// The dtypes that are read.
+        /// The supported dtypes.
         wanted: &'static str,
     },
-    /// An array that is not a list, or only a single number.
+    /// The array is neither a list nor a single number.
     #[error("NPY array must have shape (N,), (N, 1) or (1, N), got {found}")]
     NpyShape {
-        /// The shape as the header has it, shortened.
+        /// The shape in the header, shortened.
         found: String,
     },
-    /// Fewer or more values than the shape claims. Checked before anything is allocated.
+    /// The number of values does not match the shape. Checked before anything is allocated.
     #[error("NPY array must have {wanted} bytes after the header, got {found}")]
     NpyLength {
-        /// Bytes that the shape and the dtype ask for.
+        /// Bytes required by the shape and the dtype.
         wanted: u128,
         /// Bytes after the header.
         found: usize,
     },
 }
 
-/// What a list holds.
+/// The content of a list.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum List {
     Integers(Vec<i64>),
@@ -106,14 +106,14 @@ pub(crate) enum List {
 
 /// Reads a list of integers, which may be empty.
 ///
-/// The bytes tell the format:
+/// The format is detected from the content:
 /// - NPY, by its magic: signed or unsigned integers of 8 to 64 bits and either byte order, in an
 ///   array of which at most one axis is longer than 1.
-/// - Text, otherwise: integers separated by blanks, line ends or commas; `#` starts a comment.
+/// - Otherwise text: integers separated by whitespace or commas; `#` starts a comment.
 ///
 /// # Errors
-/// [`IntegersError`]; among others for floating-point values, even whole ones, for bytes missing or
-/// left over, and for NPZ archives.
+/// [`IntegersError`]; among others for floating-point values, even integral ones, for missing or
+/// excess bytes, and for NPZ archives.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Vec<i64>, IntegersError> {
     if let Some(array) = NpyArray::parse(bytes) {
         npy::integers(&array?)

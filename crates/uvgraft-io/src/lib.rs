@@ -1,12 +1,12 @@
-//! Files in, files out: OBJ meshes, vertex maps, lists and groups, images, pair files, sampling maps as
-//! arrays, arrays by name (NPZ, pickles, torch's files), FATE's textures, and weights of LPIPS
-//! (feature `lpips`).
+//! Readers and writers of files: OBJ meshes, vertex maps, lists and groups, images, pair files,
+//! sampling maps as arrays, arrays by name (NPZ, pickles, torch files), FATE's textures, and LPIPS
+//! weights (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
-//! leaves the old file or the new one and never half of it.
+//! leaves either the old or the new file, never a partial one.
 //!
 //! With the feature `threads` (default) PNGs are compressed on the caller's rayon pool, as
-//! [`uvgraft::threads`] says; the bytes are the same without it.
+//! described in [`uvgraft::threads`]; the bytes are the same without it.
 
 pub mod arrays;
 pub mod fate;

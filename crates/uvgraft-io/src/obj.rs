@@ -22,18 +22,18 @@ use crate::input::{ReadError, read_file};
 
 pub use self::write::{save, write};
 
-/// A larger file is refused by [`read`] before it is loaded.
+/// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Why the bytes of an OBJ file were refused. Lines and corners count from 1; a line that a
-/// backslash continues has the number of its first.
+/// Why the bytes of an OBJ file were rejected. Lines and corners count from 1; a line continued by
+/// a backslash has the number of its first line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjError {
-    /// There is nothing to read.
+    /// The file is empty.
     #[error("the file is empty")]
     Empty,
-    /// A line begins with bytes that no text has.
+    /// A line starts with bytes that are not text.
     #[error("not an OBJ file: byte 0x{byte:02x} in a keyword on line {line}")]
     Binary {
         /// Which line.
@@ -41,16 +41,16 @@ pub enum ObjError {
         /// The first control byte in it.
         byte: u8,
     },
-    /// Text, but of something else.
+    /// Text, but not OBJ.
     #[error("not an OBJ file: no line starts with `v`, `vt` or `f`")]
     NotObj,
-    /// A point cloud, or curves and surfaces only.
+    /// A point cloud, or only curves and surfaces.
     #[error("mesh must have faces, got {vertices} vertices and no `f` line")]
     NoFaces {
-        /// How many `v` lines there are.
+        /// Number of `v` lines.
         vertices: usize,
     },
-    /// Something stands where a number is wanted.
+    /// A word in place of a number is not one.
     #[error("line {line}: {what}: must be a number, got `{found}`")]
     Number {
         /// Which line.
@@ -70,14 +70,14 @@ pub enum ObjError {
         /// What was found, shortened.
         found: String,
     },
-    /// A vertex of fewer than three numbers, or a texture coordinate of fewer than two.
+    /// A vertex with fewer than three numbers, or a texture coordinate with fewer than two.
     #[error("line {line}: {what} must have {wanted} numbers, got {found}")]
     TooFewNumbers {
         /// Which line.
         line: usize,
         /// `"vertex"` or `"texture coordinate"`.
         what: &'static str,
-        /// How many numbers there are.
+        /// How many there are.
         found: usize,
         /// How many there must be.
         wanted: usize,
@@ -92,7 +92,7 @@ pub enum ObjError {
         /// What was found, shortened.
         found: String,
     },
-    /// A corner without a place in the texture.
+    /// A corner without a texture coordinate.
     #[error("line {line}: corner {corner} must have a texture coordinate (`v/vt`)")]
     NoTextureCoordinate {
         /// Which line.
@@ -124,7 +124,7 @@ pub enum ObjError {
         /// How many there are.
         count: usize,
     },
-    /// A relative index that reaches back beyond the first element.
+    /// A relative index before the first element.
     #[error(
         "line {line}: corner {corner}: relative {what} index must be at least -{count}, got \
          {found}"
@@ -149,7 +149,7 @@ pub enum ObjError {
         /// How many corners it has.
         found: usize,
     },
-    /// Each part keeps its names, so long ones that alternate would fill any memory.
+    /// Each part stores its names, so long alternating names would exhaust memory.
     #[error(
         "line {line}: names of objects, groups and materials must take at most {max} bytes in \
          total"
@@ -157,10 +157,10 @@ pub enum ObjError {
     Names {
         /// Which line.
         line: usize,
-        /// The most that is accepted, over all parts.
+        /// The limit in bytes, over all parts.
         max: usize,
     },
-    /// The mesh as a whole was refused.
+    /// The mesh as a whole was rejected.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
@@ -169,15 +169,15 @@ pub enum ObjError {
 ///
 /// - Vertices and texture coordinates keep their order and count, used or not. `v` is flipped, to
 ///   `1 - v` in 64 bits before it is rounded to 32.
-/// - Polygons keep their order and corners; [`Mesh`] fans them out into triangles.
+/// - Polygons keep their order and corners; [`Mesh`] triangulates them as fans.
 /// - [`Mesh::parts`] names consecutive polygons of one object, group and material, and covers all
 ///   polygons; it is empty if the file names none.
 /// - Weights, colours, a third texture coordinate, normals and unknown keywords are skipped. Normal
-///   indices must be written as integers; they are not looked up.
+///   indices must be integers; they are not resolved.
 ///
 /// # Errors
-/// [`ObjError`] at the first line that is wrong, whatever follows. Indices beyond what has been
-/// defined so far are judged at the end of the file, as a face may come before its vertices.
+/// [`ObjError`] at the first malformed line. Indices beyond what has been defined so far are
+/// checked at the end of the file, as a face may precede its vertices.
 pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
     if bytes.is_empty() {
         return Err(ObjError::Empty);
@@ -196,13 +196,13 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
 /// Reads a mesh from an OBJ file; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<Mesh, ReadError<ObjError>> {
     read_file(path, MAX_FILE_BYTES, parse)
 }
 
-/// What was found, fit for a message: printable, and no longer than a line.
+/// A piece of input for a message: printable, and no longer than a line.
 pub(crate) fn shown(found: &[u8]) -> String {
     const LONGEST: usize = 32;
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Outputs that are never half written: a temporary file beside the target, then a rename.
+//! Atomic outputs: a temporary file beside the target, then a rename.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -7,21 +7,22 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{NamedTempFile, TempDir};
 
-/// A file that appears at its path when it is committed. Dropped before, it leaves whatever was
-/// there.
+/// A file that appears at its path when it is committed. If dropped before, an existing file is
+/// unchanged.
 ///
-/// A symbolic link is followed, so that the file it names is replaced and the link stays; a file
-/// that is replaced hands its permissions on.
+/// Symbolic links are followed: the file they point to is replaced and the link is kept. A replaced
+/// file passes on its permissions.
 #[derive(Debug)]
 pub struct AtomicFile {
-    /// `None` once it is put in its place.
+    /// `None` once committed.
     file: Option<NamedTempFile>,
     target: PathBuf,
 }
 
-/// Temporary files of this process, so that they can be removed when it is told to stop.
+/// Temporary files of this process, to be removed on interruption.
 ///
-/// Files are made, renamed and removed under this lock: whoever holds it sees none half way.
+/// Files are created, renamed and removed under this lock, so whoever holds it sees no intermediate
+/// state.
 static UNFINISHED: Mutex<Unfinished> =
     Mutex::new(Unfinished { paths: Vec::new(), folders: Vec::new(), is_abandoned: false });
 
@@ -31,7 +32,7 @@ struct Unfinished {
     is_abandoned: bool,
 }
 
-/// A list of paths is as good after a panic as before.
+/// The list of paths stays valid after a panic.
 fn unfinished() -> MutexGuard<'static, Unfinished> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -45,35 +46,34 @@ impl Unfinished {
     }
 }
 
-/// Removes the temporary files of all outputs in the making and all temporary folders, and lets no
-/// output begin or take its place from now on: for a process that is about to end.
+/// Removes the temporary files of unfinished outputs and all temporary folders, and blocks new
+/// outputs and commits from now on: for a process that is about to end.
 pub fn abandon_unfinished() {
     let mut unfinished = unfinished();
     unfinished.is_abandoned = true;
     for path in unfinished.paths.drain(..) {
-        // There is nobody left to tell.
+        // There is nobody left to report to.
         let _ = std::fs::remove_file(path);
     }
     for folder in unfinished.folders.drain(..) {
-        /// A file that is made meanwhile keeps its folder from being removed, but not again: there
-        /// are few of them.
+        /// A file created meanwhile keeps its folder from being removed, but only a few times.
         const TRIES: usize = 16;
         let _ = (0..TRIES).find(|_| std::fs::remove_dir_all(&folder).is_ok());
     }
 }
 
-/// A folder for files that nobody needs after this process, in the system's place for them. It goes
-/// when this is dropped, or by [`abandon_unfinished`].
+/// A temporary folder in the system's place for them. It is removed on drop, or by
+/// [`abandon_unfinished`].
 #[derive(Debug)]
 pub struct TemporaryFolder {
     folder: TempDir,
 }
 
 impl TemporaryFolder {
-    /// Makes an empty folder.
+    /// Creates an empty folder.
     ///
     /// # Errors
-    /// What the system gives, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
+    /// Those of the system, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
     pub fn create() -> io::Result<Self> {
         let mut unfinished = unfinished();
         unfinished.check()?;
@@ -82,7 +82,7 @@ impl TemporaryFolder {
         Ok(Self { folder })
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
@@ -95,15 +95,15 @@ impl Drop for TemporaryFolder {
 }
 
 impl AtomicFile {
-    /// Makes an empty temporary file beside `path`.
+    /// Creates an empty temporary file beside `path`.
     ///
     /// # Errors
-    /// What the system gives, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
+    /// Those of the system, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
     pub fn create(path: &Path) -> io::Result<Self> {
         let target = followed(path);
         let mut builder = tempfile::Builder::new();
         let builder = builder.prefix(".uvgraft-").suffix(".tmp");
-        // Temporary files are private by default; an output is as public as the umask allows.
+        // Temporary files are private by default; the permissions of an output follow the umask.
         #[cfg(unix)]
         let builder = builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -112,7 +112,7 @@ impl AtomicFile {
         let file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
         unfinished.paths.push(file.path().to_owned());
         drop(unfinished);
-        // From here on, dropping it tidies up.
+        // From here on, dropping it cleans up.
         let atomic = Self { file: Some(file), target };
         if let Ok(replaced) = atomic.target.metadata() {
             atomic.file()?.set_permissions(replaced.permissions())?;
@@ -120,27 +120,26 @@ impl AtomicFile {
         Ok(atomic)
     }
 
-    /// With a buffer for small writes.
+    /// Adds a buffer for small writes.
     pub fn buffered(self) -> BufWriter<Self> {
         BufWriter::with_capacity(1 << 20, self)
     }
 
-    /// Puts the file in its place.
+    /// Moves the file into place.
     ///
     /// # Errors
-    /// What the system gives, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`]; the
-    /// place is unchanged then.
+    /// Those of the system, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`]; the
+    /// target is then unchanged.
     pub fn commit(mut self) -> io::Result<()> {
         let mut unfinished = unfinished();
         unfinished.check()?;
         let Some(file) = self.file.take() else { return Ok(()) };
         unfinished.paths.retain(|path| path != file.path());
-        // Where this fails, the error holds the file, and the file is removed with it, still
-        // under the lock.
+        // On failure the error owns the file, which is removed with it, still under the lock.
         file.persist(&self.target).map(drop).map_err(|error| error.error)
     }
 
-    /// The file itself, which keeps the temporary name out of error messages.
+    /// The file itself; using it directly keeps the temporary name out of error messages.
     fn file(&self) -> io::Result<&File> {
         self.file.as_ref().map(NamedTempFile::as_file).ok_or(io::ErrorKind::NotFound.into())
     }
@@ -172,11 +171,11 @@ impl Seek for AtomicFile {
     }
 }
 
-/// Writes a file through `fill`. A crash, an error or a kill leaves whatever was at `path` before;
-/// see [`AtomicFile`].
+/// Writes a file through `fill`. After a crash, an error or a kill, an existing file at `path` is
+/// unchanged; see [`AtomicFile`].
 ///
 /// # Errors
-/// What creating, filling or renaming the temporary file gives; `path` is unchanged then.
+/// Those of creating, filling or renaming the temporary file; `path` is then unchanged.
 pub fn write_atomically<E: From<io::Error>>(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<AtomicFile>) -> Result<(), E>,
@@ -187,9 +186,9 @@ pub fn write_atomically<E: From<io::Error>>(
     Ok(())
 }
 
-/// Where links lead, whether or not there is a file at the end.
+/// The final target of links, whether or not it exists.
 fn followed(path: &Path) -> PathBuf {
-    /// As many as Linux follows.
+    /// The same limit as in Linux.
     const MOST_LINKS: usize = 40;
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -224,7 +223,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         symlink("file", &link).unwrap();
-        // At first the link leads to nothing.
+        // At first the link is dangling.
         for content in [b"old", b"new"] {
             write_atomically::<io::Error>(&link, |out| out.write_all(content)).unwrap();
             assert!(link.symlink_metadata().unwrap().is_symlink());

@@ -31,30 +31,30 @@ use crate::output::write_atomically;
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 2;
 
-/// Files larger than this are refused: the largest meshes that are accepted fit several times.
+/// Larger files are rejected: the largest accepted meshes fit several times.
 pub const MAX_BYTES: u64 = 4 << 30;
 
 const METADATA_KEY: &str = "uvgraft";
 const CHECKSUM_DIGITS: usize = 64;
 
-/// A pair and what is known about where it came from.
+/// A pair and its provenance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairFile {
     /// The meshes and their pieces.
     pub pair: Arc<Pair>,
-    /// What to call the source mesh: usually its file's name.
+    /// Name of the source mesh: usually its file name.
     pub source_name: String,
-    /// What to call the target mesh.
+    /// Name of the target mesh.
     pub target_name: String,
-    /// What the owners of the meshes want known to whoever gets the file.
+    /// A note from the owners of the meshes to users of the file.
     pub note: String,
 }
 
-/// Why a pair file was refused. Each message carries what was found and what was wanted.
+/// Why a pair file was rejected. Each message states what must be and what is.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairFileError {
-    /// The content is something else.
+    /// Not a pair file.
     #[error("not a pair file: starts with {found:02x?}")]
     Magic {
         /// The first bytes.
@@ -63,7 +63,7 @@ pub enum PairFileError {
     /// A safetensors file of another program.
     #[error("not a pair file: must be a safetensors file with `{METADATA_KEY}` in its metadata")]
     Foreign,
-    /// Made by a later version of this program.
+    /// Written by a later version of this program.
     #[error("pair file must be of version {VERSION} or older, got {found}; update uvgraft")]
     Version {
         /// The version that the file states.
@@ -72,23 +72,23 @@ pub enum PairFileError {
     /// Checked before anything is allocated, so a bad header cannot ask for gigabytes.
     #[error("truncated pair file: header must have {needed} bytes, got {actual}")]
     Truncated {
-        /// What the header asks for.
+        /// Size stated by the header.
         needed: u64,
-        /// What there is.
+        /// Size of the file.
         actual: u64,
     },
-    /// Bytes changed after the file was written.
+    /// The file changed after it was written.
     #[error("damaged pair file: SHA-256 must be {stated} as the file states, got {found}")]
     Checksum {
-        /// Of the bytes as they are.
+        /// Computed from the bytes.
         found: String,
-        /// As written.
+        /// Stated in the file.
         stated: String,
     },
-    /// The header cannot be understood.
+    /// The header is malformed.
     #[error("damaged pair file: {0}")]
     Header(String),
-    /// A tensor is missing or has another type or shape.
+    /// A tensor is missing or has the wrong type or shape.
     #[error("damaged pair file: tensor `{name}` {problem}")]
     Tensor {
         /// Which one.
@@ -96,7 +96,7 @@ pub enum PairFileError {
         /// What is wrong with it.
         problem: String,
     },
-    /// The tensors are no mesh.
+    /// The tensors do not form a mesh.
     #[error("damaged pair file: {side}: {reason}")]
     Mesh {
         /// `"source"` or `"target"`.
@@ -135,14 +135,14 @@ struct SavedPart {
     end: u32,
 }
 
-/// Only what tells the version, so that a later format can change everything else.
+/// Only the version, so that a later format can change everything else.
 #[derive(Deserialize)]
 struct VersionOnly {
     version: u32,
 }
 
-/// A number that tells UV layouts apart: the first 16 bytes of the SHA-256 of their coordinates and
-/// corners, in hexadecimal. Positions do not count.
+/// A fingerprint of a UV layout: the first 16 bytes of the SHA-256 of its coordinates and corners,
+/// in hexadecimal. Positions are not included.
 pub fn layout_fingerprint(mesh: &Mesh) -> String {
     let mut hasher = Sha256::new();
     hasher.update((mesh.uv().len() as u64).to_le_bytes());
@@ -159,7 +159,7 @@ pub fn layout_fingerprint(mesh: &Mesh) -> String {
     hex(&hasher.finalize()[..16])
 }
 
-/// The bytes of a pair file; the same for the same pair.
+/// The bytes of a pair file; equal pairs give equal bytes.
 ///
 /// # Errors
 /// [`PairFileError::Header`] if names or the note are too long for a header.
@@ -239,10 +239,10 @@ pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
     Ok(bytes)
 }
 
-/// Makes a pair of the bytes of a pair file.
+/// Parses the bytes of a pair file.
 ///
 /// # Errors
-/// [`PairFileError`], for any byte that is not as it was written.
+/// [`PairFileError`], for any change to the bytes since writing.
 pub fn decode(bytes: &[u8]) -> Result<PairFile, PairFileError> {
     check_length(bytes)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(|error| bad_header(&error))?;
@@ -268,7 +268,7 @@ pub fn decode(bytes: &[u8]) -> Result<PairFile, PairFileError> {
     })
 }
 
-/// In place of the corners of a piece that is a part of its faces.
+/// Stands for the corners of a piece that covers only a part of its faces.
 const PART: [u8; 3] = [3; 3];
 
 /// Weights of a part: of three corners in each of two faces.
@@ -278,7 +278,7 @@ const PIECES: &str = "pieces";
 const PIECE_CORNERS: &str = "pieces.corners";
 const PARTS: &str = "parts";
 
-/// Of a file of any version.
+/// For a file of any version.
 fn read_pieces(
     tensors: &SafeTensors<'_>,
     version: u32,
@@ -327,10 +327,10 @@ pub fn read(path: &Path) -> Result<PairFile, ReadError<PairFileError>> {
     read_file(path, MAX_BYTES, decode)
 }
 
-/// Writes a pair file; a crash leaves whatever was at `path` before.
+/// Writes a pair file; after a crash, an existing file is unchanged.
 ///
 /// # Errors
-/// What encoding or writing gives.
+/// Those of encoding or writing.
 pub fn write(file: &PairFile, path: &Path) -> io::Result<()> {
     let bytes = encode(file).map_err(io::Error::other)?;
     write_atomically(path, |out| out.write_all(&bytes))
@@ -373,7 +373,7 @@ impl From<&Part> for SavedPart {
     }
 }
 
-/// Tells a foreign file and a cut one apart, which the container's reader does not.
+/// Distinguishes a foreign file from a truncated one, which the container's reader does not.
 fn check_length(bytes: &[u8]) -> Result<(), PairFileError> {
     let actual = bytes.len() as u64;
     if bytes.len() < 9 || bytes[8] != b'{' {
@@ -412,8 +412,8 @@ fn verify_checksum(bytes: &[u8], stated: &str) -> Result<(), PairFileError> {
     }
 }
 
-/// Where the digits of the checksum stand: after the first mention of the key. The header's fields
-/// are in a fixed order, so nothing that a user names can come before it.
+/// The position of the checksum's digits: after the first mention of the key. The header's fields
+/// are in a fixed order, so no user-defined name can precede it.
 fn checksum_place(bytes: &[u8], digits: &str) -> Option<usize> {
     if digits.len() != CHECKSUM_DIGITS {
         return None;
@@ -461,7 +461,7 @@ fn read_mesh(
         .map_err(|reason| PairFileError::Mesh { side, reason })
 }
 
-/// The bytes of a tensor after its type and shape were checked: `[n, columns]`, or `[n]`.
+/// The bytes of a tensor, after checking its type and shape: `[n, columns]`, or `[n]`.
 fn tensor<'a>(
     tensors: &SafeTensors<'a>,
     name: &str,
@@ -571,7 +571,7 @@ mod tests {
         assert_eq!([&*file.source_name, &*file.target_name], ["head.obj", "body.obj"]);
         let wanted = [Piece::whole(0, 1, [0, 1, 2]), Piece::whole(1, 0, [2, 0, 1])];
         assert_eq!(file.pair.pieces().collect::<Vec<_>>(), wanted);
-        // Written anew it is a file of the newest version, with the same pair.
+        // Written again, it is a file of the newest version, with the same pair.
         assert_eq!(decode(&encode(&file).unwrap()).unwrap(), file);
     }
 

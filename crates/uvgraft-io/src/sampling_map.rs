@@ -1,4 +1,4 @@
-//! Sampling maps as arrays, for tools that want a position for each texel.
+//! Sampling maps as arrays, for tools that need a position for each texel.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -8,13 +8,14 @@ use uvgraft::SamplingMap;
 use crate::numpy::write_header;
 use crate::output::write_atomically;
 
-/// Writes a map as an NPY array, version 1.0: `[height, width, 2]` of `<f4`, the source's (u, v) at the
-/// centre of each texel.
+/// Writes a map as an NPY array, version 1.0: `[height, width, 2]` of `<f4`, the source's (u, v) at
+/// the centre of each texel.
 ///
-/// Rows go from the top down, and (0, 0) is the source's top left corner. Both are NaN where nothing is
-/// carried; the map's gutter is carried. Single precision is exact to 2⁻¹² texels of a 4096² source.
+/// Rows go from the top down, and (0, 0) is the top left corner of the source. Both are NaN at
+/// texels that are not covered; the gutter of the map is covered. Single precision is accurate to
+/// 2⁻¹² texels of a 4096² source.
 ///
-/// Nothing but a row is held in memory.
+/// Only one row is held in memory.
 ///
 /// # Errors
 /// Those of `out`.
@@ -42,10 +43,10 @@ pub fn write_npy(map: &SamplingMap, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a map to an NPY file, whole or not at all; see [`write_npy`].
+/// Writes a map to an NPY file atomically; see [`write_npy`].
 ///
 /// # Errors
-/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+/// Those of creating, writing and renaming the file; an existing file is then unchanged.
 pub fn save_npy(map: &SamplingMap, path: &Path) -> io::Result<()> {
     write_atomically(path, |out| write_npy(map, out))
 }

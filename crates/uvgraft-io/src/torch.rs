@@ -1,6 +1,6 @@
-//! Torch's files: a ZIP archive with a pickle of tensors, and a file for each storage of numbers.
+//! Torch files: a ZIP archive with a pickle of tensors, and a file for each storage of values.
 //!
-//! The pickle is read, never run; see [`crate::pickle`].
+//! The pickle is parsed, never run; see [`crate::pickle`].
 //!
 //! Source: `torch.save` since version 1.6: `NAME/data.pkl` refers to `NAME/data/KEY` by persistent
 //! identifiers `("storage", class, KEY, device, count)`; `NAME/byteorder` is `little` or `big`.
@@ -22,7 +22,7 @@ use crate::pickle;
 
 const WANTED: &str = "a torch.save file of tensors";
 
-/// What files of versions before 1.6 begin with: the pickle of one large number.
+/// The start of files from before version 1.6: a pickle of one large number.
 pub(crate) const OLD_MAGIC: &[u8] = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19.";
 
 fn foreign(found: &str) -> ArraysError {
@@ -35,13 +35,13 @@ pub(crate) fn old() -> ArraysError {
     )
 }
 
-/// Reads the tensors of a file that `torch.save` wrote: of a dict by their names, those of a dict in
-/// a dict after its name and a dot, a single tensor under an empty name. Floats of 16 bits become
-/// such of 32. Numbers and texts of the dict are read too; see [`crate::arrays::parse`].
+/// Reads the tensors of a file written by `torch.save`: those of a dict by name, those of nested
+/// dicts with names joined by dots, a single tensor under an empty name. Floats of 16 bits become
+/// 32-bit ones. Numbers and strings of the dict are read too; see [`crate::arrays::parse`].
 ///
 /// # Errors
-/// [`ArraysError`] for damaged files, for pickles that ask for anything but tensors and plain data,
-/// for TorchScript and for files of torch before version 1.6.
+/// [`ArraysError`] for damaged files, for pickles that are not tensors and plain data, for
+/// TorchScript and for files from before version 1.6.
 pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
     if bytes.starts_with(OLD_MAGIC) {
         return Err(old());
@@ -56,13 +56,13 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
 /// Reads the tensors of a file; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
     read_file(path, MAX_FILE_BYTES, parse)
 }
 
-/// Which entry of an archive is the pickle, if there is one.
+/// The entry of an archive that is the pickle, if any.
 pub(crate) fn pickle_of(archive: &ArchiveInMemory<'_>) -> Option<usize> {
     let is_pickle = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
     archive.names().iter().position(is_pickle)
@@ -79,7 +79,7 @@ pub(crate) fn from_archive(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArr
     }
     let order = format!("{folder}byteorder");
     let big_endian = match archive.names().iter().position(|name| *name == order) {
-        // Before version 2.1 there was none, and the numbers were the machine's.
+        // Before version 2.1 there was none, and values had the byte order of the machine.
         None => false,
         Some(index) => match &archive.read(index)?[..] {
             b"little" => false,

@@ -1,9 +1,9 @@
 //! Vertex groups: named parts of a mesh, such as `face` or `left_ear`, as lists of vertices.
 //!
-//! They come as they are published with body models: FLAME's masks are a pickle of a dict that holds
-//! an array for each name, SMPL-X's segmentation is a JSON object that holds a list for each.
+//! Supported are the formats published with body models: FLAME's masks are a pickle of a dict with
+//! an array for each name, SMPL-X's segmentation is a JSON object with a list for each name.
 //!
-//! Pickles are read, never run; see [`crate::pickle`].
+//! Pickles are parsed, never run; see [`crate::pickle`].
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,61 +17,62 @@ use crate::numpy::NumberKind;
 use crate::pickle::{self, PickleError, Value};
 use crate::vertex_list::{VertexListError, vertices_of};
 
-/// A larger file is refused by [`read`] before it is loaded; published ones take a megabyte at most.
+/// Larger files are rejected by [`read`] before they are loaded; published ones have a megabyte at
+/// most.
 pub const MAX_FILE_BYTES: u64 = 64 << 20;
 
-/// As many groups as a file may have; body models have some dozens.
+/// Maximum number of groups in a file; body models have some dozens.
 pub const MOST_GROUPS: usize = 4096;
 
-/// As many ids as all groups may have together. A pickle holds one list for any number of names, so
-/// the bytes of the file are no bound.
+/// Maximum total number of indices. A pickle may contain one list under many names, so the size of
+/// the file is no bound.
 pub const MOST_IDS: usize = 1 << 24;
 
-/// Bytes of the longest name.
+/// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 256;
 
-/// Names in an error that lists them.
+/// Maximum number of names listed in an error.
 const MOST_LISTED: usize = 64;
 
-/// Why vertex groups were refused. Entries count from 1.
+/// Why vertex groups were rejected. Entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VertexGroupsError {
-    /// Another kind of file.
+    /// The file has another format.
     #[error("must be a pickle or a JSON object of vertex indices by name, got {found}")]
     Foreign {
-        /// What it looks like.
+        /// What it appears to be.
         found: &'static str,
     },
-    /// A pickle that is not plain data, or damaged.
+    /// The pickle is damaged, or not plain data.
     #[error(transparent)]
     Pickle(#[from] PickleError),
-    /// JSON of something else, or damaged.
+    /// The JSON is damaged, or has another structure.
     #[error("JSON: {problem}")]
     Json {
-        /// What was found and what was wanted, and where.
+        /// What is wrong, and where.
         problem: String,
     },
-    /// A pickle of something else.
+    /// The pickle does not hold a dict.
     #[error("the pickle must hold a dict of vertex indices by name, got {found}")]
     NoDict {
-        /// What was pickled.
+        /// What it holds.
         found: &'static str,
     },
-    /// A key that is no name.
+    /// A key is not a valid name.
     #[error("group {group}: name must be a string of at most {LONGEST_NAME} bytes, got {found}")]
     Name {
         /// Which group, from 1.
         group: usize,
-        /// What was found.
+        /// What it is.
         found: &'static str,
     },
-    /// What a name stands for is no list of integers.
+    /// A value is not a list of integers.
     #[error("group `{name}`: must be a list of integers, got {found}")]
     Ids {
         /// Which group.
         name: String,
-        /// What was found.
+        /// What it is.
         found: String,
     },
     /// More than any mesh has.
@@ -82,18 +83,18 @@ pub enum VertexGroupsError {
         /// The limit.
         most: usize,
     },
-    /// A file without groups.
+    /// The file has no groups.
     #[error("must have at least one vertex group")]
     Empty,
-    /// There is no group of that name.
+    /// No group has the name.
     #[error("no group `{name}`; the file has {}", listed(names))]
     Unknown {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are, sorted.
+        /// The names in the file, sorted.
         names: Vec<String>,
     },
-    /// The vertices of a group are not those of the mesh.
+    /// A group does not fit the mesh.
     #[error("group `{name}`: {reason}")]
     Vertices {
         /// Which group.
@@ -111,16 +112,17 @@ pub struct VertexGroups {
 }
 
 impl VertexGroups {
-    /// The names that there are, sorted.
+    /// The names, sorted.
     pub fn names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.groups.keys().map(String::as_str)
     }
 
-    /// The vertices of a group of a mesh that has so many: sorted ids, each once, at least one.
+    /// The vertices of a group, for a mesh with the given number: sorted indices without
+    /// duplicates, at least one.
     ///
     /// # Errors
-    /// [`VertexGroupsError::Unknown`], which lists the names there are, and
-    /// [`VertexGroupsError::Vertices`] if the group is empty or an id is no vertex of the mesh.
+    /// [`VertexGroupsError::Unknown`] with the known names, and [`VertexGroupsError::Vertices`] if
+    /// the group is empty or an index is not a vertex of the mesh.
     pub fn vertices(&self, name: &str, vertices: usize) -> Result<Vec<u32>, VertexGroupsError> {
         let name = || name.to_owned();
         let ids = self.groups.get(&name()).ok_or_else(|| VertexGroupsError::Unknown {
@@ -131,7 +133,8 @@ impl VertexGroups {
             .map_err(|reason| VertexGroupsError::Vertices { name: name(), reason })
     }
 
-    /// Adds a group that has so many ids; of several with one name the last counts, as in Python.
+    /// Adds a group with a number of indices; of several with one name the last is kept, as in
+    /// Python.
     fn add(
         &mut self,
         name: &str,
@@ -149,20 +152,20 @@ impl VertexGroups {
     }
 }
 
-/// Reads vertex groups. The bytes tell the format:
-/// - JSON, where they begin with a brace: an object of lists of integers, `{"face": [0, 7]}`.
-/// - A pickle of any protocol, otherwise: a dict that holds NumPy arrays of integers, of which at
-///   most one axis is longer than 1, or lists of integers.
+/// Reads vertex groups. The format is detected from the content:
+/// - JSON, if it starts with a brace: an object of lists of integers, `{"face": [0, 7]}`.
+/// - Otherwise a pickle of any protocol: a dict of NumPy arrays of integers, of which at most one
+///   axis is longer than 1, or of lists of integers.
 ///
-/// Whether the ids exist is asked by [`VertexGroups::vertices`].
+/// Whether the vertices exist is checked by [`VertexGroups::vertices`].
 ///
 /// # Errors
-/// [`VertexGroupsError`]; a pickle that asks for anything but plain data is refused, with the name
-/// of what it asked for.
+/// [`VertexGroupsError`]; a pickle that is not plain data is rejected, with the name that it
+/// imports.
 pub fn parse(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     let groups = match text {
-        // Neither begins a pickle.
+        // No pickle starts with these.
         [b'{' | b'[', ..] => from_json(text)?,
         _ if bytes.starts_with(crate::numpy::MAGIC) => {
             return Err(VertexGroupsError::Foreign { found: "an NPY array" });
@@ -176,19 +179,20 @@ pub fn parse(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     if groups.groups.is_empty() { Err(VertexGroupsError::Empty) } else { Ok(groups) }
 }
 
-/// Reads vertex groups from a file, whatever its extension; see [`parse`].
+/// Reads vertex groups from a file, regardless of its extension; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<VertexGroups, ReadError<VertexGroupsError>> {
     read_file(path, MAX_FILE_BYTES, parse)
 }
 
-/// Reads one group of a file, of a mesh that has so many `vertices`; see [`VertexGroups::vertices`].
+/// Reads one group of a file for a mesh with the given number of `vertices`; see
+/// [`VertexGroups::vertices`].
 ///
 /// # Errors
-/// As [`read`], and for a group that is not there or is not of the mesh. Each names the file.
+/// As [`read`], and for a group that does not exist or does not fit the mesh. Each names the file.
 pub fn read_group(
     path: &Path,
     name: &str,
@@ -223,7 +227,7 @@ fn from_pickle(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     Ok(groups)
 }
 
-/// The integers of an array or a list; or what was found instead.
+/// The integers of an array or a list; or what it is instead.
 fn ids_of(value: Value<'_>) -> Result<Vec<i64>, String> {
     if let Some(array) = value.as_array() {
         let long_axes = array.shape().iter().filter(|&&length| length != 1).count();
@@ -240,7 +244,7 @@ fn ids_of(value: Value<'_>) -> Result<Vec<i64>, String> {
         });
     }
     let Some(items) = value.items() else { return Err(value.kind().to_owned()) };
-    // A list of NumPy's numbers has arrays without axes in it.
+    // A list of NumPy scalars contains arrays without axes.
     let integer = |item: Value<'_>| {
         let single = || item.as_array()?.integers().filter(|ids| ids.len() == 1)?.pop();
         item.as_int().or_else(single).ok_or_else(|| format!("{} in a list", item.kind()))
@@ -255,7 +259,7 @@ fn from_json(text: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     groups.map_err(|error| VertexGroupsError::Json { problem: error.to_string() })
 }
 
-/// Groups are counted as they come, so that a file cannot make more of itself.
+/// Groups are counted while parsing, so that a file cannot expand beyond the limits.
 struct JsonGroups;
 
 impl<'de> Visitor<'de> for JsonGroups {
@@ -282,7 +286,7 @@ impl<'de> Visitor<'de> for JsonGroups {
     }
 }
 
-/// Names for a message: printable, and not more than one can read.
+/// Names for a message: printable, and not too many.
 fn listed(names: &[String]) -> String {
     let mut text: Vec<String> =
         names.iter().take(MOST_LISTED).map(|name| format!("`{}`", name.escape_debug())).collect();

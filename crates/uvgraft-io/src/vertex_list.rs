@@ -1,36 +1,36 @@
-//! Vertex lists: which vertices of a mesh something is about.
+//! Vertex lists: selections of vertices of a mesh.
 //!
-//! Read from NumPy's NPY arrays, of ids or of one bool for each vertex, and from plain text.
+//! Read from NPY arrays, of indices or of one bool for each vertex, and from plain text.
 
 use std::path::Path;
 
 use crate::input::{ReadError, read_file};
 use crate::integers::{self, IntegersError, List};
 
-/// A larger file is refused by [`read`] before it is loaded.
+/// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Why the bytes of a vertex list were refused. Entries count from 1.
+/// Why the bytes of a vertex list were rejected. Entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VertexListError {
-    /// Nothing is chosen.
+    /// No vertex is selected.
     #[error("must have at least one vertex")]
     Empty,
-    /// It is no list of integers.
+    /// It is not a list of integers.
     #[error(transparent)]
     Integers(#[from] IntegersError),
-    /// An integer that is no vertex of the mesh.
+    /// An integer is not a vertex of the mesh.
     #[error("entry {entry}: must be a vertex of the mesh, from 0 to {last}, got {found}")]
     NoSuchVertex {
         /// Which entry of the list.
         entry: usize,
-        /// What was found.
+        /// Its value.
         found: i64,
         /// The mesh's last vertex.
         last: usize,
     },
-    /// A bool for each vertex, of a mesh that has more or fewer.
+    /// A bool array whose length differs from the number of vertices.
     #[error("a mask must have {wanted} entries, one for each vertex, got {found}")]
     MaskLength {
         /// Bools in the mask.
@@ -38,7 +38,8 @@ pub enum VertexListError {
         /// Vertices of the mesh.
         wanted: usize,
     },
-    /// As many integers as there are vertices, each 0 or 1: read as ids they would choose two.
+    /// As many integers as there are vertices, each 0 or 1: read as indices they would select only
+    /// two vertices.
     #[error(
         "a mask must be an array of bools, got {found} integers that are 0 or 1; convert it with \
          .astype(\"bool\")"
@@ -49,16 +50,17 @@ pub enum VertexListError {
     },
 }
 
-/// Reads a vertex list: sorted ids, each once, of a mesh that has so many `vertices`.
+/// Reads a vertex list, sorted and without duplicates, for a mesh with the given number of
+/// `vertices`.
 ///
-/// The bytes tell the format:
-/// - NPY, by its magic: integers of 8 to 64 bits, which are ids from 0, or bools, of which there is
-///   one for each vertex; in either case at most one axis is longer than 1.
-/// - Text, otherwise: ids separated by blanks, line ends or commas; `#` starts a comment.
+/// The format is detected from the content:
+/// - NPY, by its magic: integers of 8 to 64 bits, which are 0-based indices, or bools, one for each
+///   vertex; in either case at most one axis is longer than 1.
+/// - Otherwise text: indices separated by whitespace or commas; `#` starts a comment.
 ///
 /// # Errors
-/// [`VertexListError`]; among others for an id that is negative or not below `vertices`, for
-/// floating-point values, even whole ones, and for a list that chooses nothing.
+/// [`VertexListError`]; among others for an index that is negative or not below `vertices`, for
+/// floating-point values, even integral ones, and for an empty selection.
 pub fn parse(bytes: &[u8], vertices: usize) -> Result<Vec<u32>, VertexListError> {
     match integers::parse_or_mask(bytes)? {
         List::Integers(ids) => vertices_of(&ids, vertices),
@@ -73,18 +75,18 @@ pub fn parse(bytes: &[u8], vertices: usize) -> Result<Vec<u32>, VertexListError>
     }
 }
 
-/// Reads a vertex list from a file, whatever its extension; see [`parse`].
+/// Reads a vertex list from a file, regardless of its extension; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path, vertices: usize) -> Result<Vec<u32>, ReadError<VertexListError>> {
     read_file(path, MAX_FILE_BYTES, |bytes| parse(bytes, vertices))
 }
 
-/// Ids, sorted, each once, if all are vertices of the mesh.
+/// Indices, sorted and without duplicates, if all are vertices of the mesh.
 pub(crate) fn vertices_of(ids: &[i64], vertices: usize) -> Result<Vec<u32>, VertexListError> {
-    /// Meshes with fewer vertices may well have each of them in a list.
+    /// Meshes with fewer vertices may well list each of them.
     const FEW: usize = 2;
     let last = vertices.saturating_sub(1);
     let vertex = |(index, &found): (usize, &i64)| {

@@ -1,6 +1,6 @@
-//! Vertex maps: for each vertex of a source mesh, the vertex of a target mesh that it is.
+//! Vertex maps: for each vertex of a source mesh, the corresponding vertex of a target mesh.
 //!
-//! Read from NumPy's NPY arrays and from plain text, written as NPY.
+//! Read from NPY arrays and from plain text, written as NPY.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,42 +10,42 @@ use crate::integers::{self, IntegersError};
 use crate::numpy::write_header;
 use crate::output::write_atomically;
 
-/// A larger file is refused by [`read`] before it is loaded.
+/// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Why the bytes of a vertex map were refused.
+/// Why the bytes of a vertex map were rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VertexMapError {
-    /// There is no vertex in the map.
+    /// The map is empty.
     #[error("vertex map must have an integer for each source vertex, got an empty file")]
     Empty,
-    /// It is no list of integers.
+    /// It is not a list of integers.
     #[error(transparent)]
     Integers(#[from] IntegersError),
 }
 
-/// Reads a vertex map: `[source vertices]` of target vertex ids from 0, -1 for "has none".
+/// Reads a vertex map: `[source vertices]` of 0-based target vertex indices, -1 for none.
 ///
-/// The bytes tell the format:
+/// The format is detected from the content:
 /// - NPY, by its magic: signed or unsigned integers of 8 to 64 bits and either byte order, in an
 ///   array of which at most one axis is longer than 1.
-/// - Text, otherwise: integers separated by blanks, line ends or commas; `#` starts a comment.
+/// - Otherwise text: integers separated by whitespace or commas; `#` starts a comment.
 ///
-/// Only the form is checked: whether the ids exist is for the meshes to say.
+/// Only the format is checked: whether the vertices exist depends on the meshes.
 ///
 /// # Errors
-/// [`VertexMapError`]; among others for floating-point values, even whole ones, for bytes missing or
-/// left over, and for NPZ archives.
+/// [`VertexMapError`]; among others for floating-point values, even integral ones, for missing or
+/// excess bytes, and for NPZ archives.
 pub fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
     let ids = integers::parse(bytes)?;
     if ids.is_empty() { Err(VertexMapError::Empty) } else { Ok(ids) }
 }
 
-/// Reads a vertex map from a file, whatever its extension; see [`parse`].
+/// Reads a vertex map from a file, regardless of its extension; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<Vec<i64>, ReadError<VertexMapError>> {
     read_file(path, MAX_FILE_BYTES, parse)
@@ -63,10 +63,10 @@ pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a vertex map to an NPY file, whole or not at all; see [`write_npy`].
+/// Writes a vertex map to an NPY file atomically; see [`write_npy`].
 ///
 /// # Errors
-/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+/// Those of creating, writing and renaming the file; an existing file is then unchanged.
 pub fn save_npy(ids: &[u32], path: &Path) -> io::Result<()> {
     write_atomically(path, |out| write_npy(ids, out))
 }

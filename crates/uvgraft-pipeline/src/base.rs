@@ -1,4 +1,4 @@
-//! What textures are laid over: an image, a colour, or nothing.
+//! Base textures: an image, a colour, or nothing.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
 use crate::onto::Onto;
 
-/// What is asked of a base.
+/// How a base is to be loaded.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BaseOrder<'a> {
     /// An image, a colour, or nothing.
@@ -21,12 +21,12 @@ pub(crate) struct BaseOrder<'a> {
     pub(crate) values: Values,
     pub(crate) filter: Filter,
     pub(crate) averaging: Averaging,
-    /// Whether it is that of a map of a material.
+    /// Whether it is the base of a material map.
     pub(crate) is_material: bool,
 }
 
 impl BaseOrder<'_> {
-    /// Refuses what [`Base::new`] would, as far as that shows without decoding.
+    /// Checks what [`Base::new`] requires, as far as possible without decoding.
     pub(crate) fn check(&self) -> Result<()> {
         match self.onto.and_then(Onto::path) {
             // A pipe can be read only once.
@@ -50,19 +50,19 @@ impl BaseOrder<'_> {
     }
 }
 
-/// What textures are laid over.
+/// A base texture that sources are composited onto.
 pub(crate) struct Base {
     content: Content,
     size: Size,
 }
 
 enum Content {
-    /// An image that is decoded as it is laid over, once.
+    /// An image decoded while it is composited, once.
     File {
         reader: Mutex<Option<BandReader>>,
         known: Known,
     },
-    /// An image that is used again and again.
+    /// A decoded image that is reused.
     Image {
         texture: Texture,
         known: Known,
@@ -70,7 +70,7 @@ enum Content {
     Color([f32; 4]),
 }
 
-/// What is known of a base image.
+/// Metadata of a base image.
 struct Known {
     name: String,
     format: TexelFormat,
@@ -78,7 +78,8 @@ struct Known {
 }
 
 impl Base {
-    /// - `again`: whether more than one texture is laid over it, or it is looked at before.
+    /// - `again`: whether several textures are composited onto it, or its colours are analysed
+    ///   first.
     pub(crate) fn new(order: &BaseOrder<'_>, again: bool) -> Result<Self> {
         let BaseOrder { onto, size: wanted, values, filter, averaging, .. } = *order;
         let Some(Onto::Image(path)) = onto else {
@@ -114,7 +115,7 @@ impl Base {
         self.size
     }
 
-    /// Bytes that it keeps in memory.
+    /// Bytes that it occupies in memory.
     pub(crate) fn bytes(&self) -> u64 {
         match &self.content {
             Content::Image { texture, .. } => bytes_of(texture.size(), texture.format()),
@@ -122,7 +123,7 @@ impl Base {
         }
     }
 
-    /// Its colours: an image's if it is in memory, or one texel of a colour.
+    /// Its colours: the decoded image, or a single texel of a colour.
     pub(crate) fn colors(&self) -> Result<Cow<'_, Texture>> {
         match &self.content {
             Content::Image { texture, .. } => Ok(Cow::Borrowed(texture)),
@@ -147,17 +148,17 @@ impl Base {
         self.known().is_some()
     }
 
-    /// How an image's values are stored; a colour takes after the source.
+    /// How an image's values are stored; a colour adopts the format of the source.
     pub(crate) fn depth(&self) -> Option<Depth> {
         self.known().map(|known| known.format.depth)
     }
 
-    /// Whether part of a colour shows what is behind it.
+    /// Whether a colour is partly transparent.
     pub(crate) fn is_clear_color(&self) -> bool {
         matches!(&self.content, Content::Color([.., alpha]) if *alpha < 1.0)
     }
 
-    /// What is worth knowing about the ICC profiles of the base and of a source.
+    /// A warning about differing ICC profiles of the base and a source.
     pub(crate) fn mismatch(&self, icc: Option<&[u8]>, name: &Path) -> Option<String> {
         let base = self.known()?;
         let (name, base_name) = (name.display(), &base.name);
@@ -182,7 +183,7 @@ impl Base {
         Some(format!("{found}; values are not converted"))
     }
 
-    /// The format of the base under a source of some format, and the ICC profile of the result.
+    /// The format of the base for a source of the given format, and the ICC profile of the result.
     pub(crate) fn under(
         &self,
         source: TexelFormat,
@@ -203,7 +204,7 @@ impl Base {
         }
     }
 
-    /// Its rows, in a format that [`Base::under`] gave.
+    /// Its rows, in a format returned by [`Base::under`].
     pub(crate) fn bands(&self, format: TexelFormat) -> Result<Bands<'_>> {
         Ok(match &self.content {
             Content::File { reader, .. } => {
@@ -261,7 +262,7 @@ impl Bands<'_> {
         }
     }
 
-    /// Takes back a band that is no longer needed.
+    /// Returns a band for reuse.
     pub(crate) fn recycle(&mut self, band: Texture) {
         match self {
             Self::File { reader, .. } => reader.recycle(band),

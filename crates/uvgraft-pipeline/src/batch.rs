@@ -1,4 +1,4 @@
-//! Several textures at once, within bounds: as many as there are threads, and as fit the memory.
+//! Runs several textures in parallel, bounded by the number of threads and by memory.
 
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -15,7 +15,7 @@ use crate::plan::Job;
 use crate::transfer::Transferred;
 use crate::worker::{Outcome, TransferWorker};
 
-/// Carries all textures. What there is to say about them is said in their order.
+/// Processes all textures. Messages are reported in the order of the textures.
 pub(crate) fn run(
     worker: &TransferWorker<'_>,
     jobs: &[Job],
@@ -36,13 +36,13 @@ pub(crate) fn run(
         return report.finish();
     }
 
-    // Something is left in any case: one texture at a time is always carried.
+    // At least one byte remains: a single texture is always processed.
     let memory = Memory::new(worker.transfer.memory.saturating_sub(worker.base.bytes()).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
     let work = || -> Result<()> {
-        // What a texture is cut into is worked on by the thread that carries it, unless there are
-        // threads to spare: textures are enough to do for all.
+        // Each texture is processed by one thread, unless there are more threads than textures: the
+        // textures alone keep all threads busy.
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads((threads / at_once).max(1))
             .use_current_thread()
@@ -57,7 +57,7 @@ pub(crate) fn run(
                 return Ok(());
             }
             *place += 1;
-            // Whoever waits for memory keeps the others from taking it: large textures get their turn.
+            // Waiting for memory blocks the other threads, so that large textures get their turn.
             let taken = memory.take(bytes_needed(job, worker));
             drop(place);
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
@@ -77,9 +77,9 @@ pub(crate) fn run(
     report.into_inner().unwrap_or_else(PoisonError::into_inner).finish()
 }
 
-/// Bytes that carrying a texture takes at most, about. What cannot be read fails soon enough.
+/// Approximate upper bound of the bytes needed for a texture. Unreadable files fail soon enough.
 fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
-    /// Bands of rows, and what waits for being written.
+    /// Bands of rows, and the queue to the encoder.
     const BANDS: u64 = 24 << 20;
     let (transfer, base) = (worker.transfer, worker.base);
     // A pipe can be read only once.
@@ -92,9 +92,11 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     let value = if depth > Depth::U8 || transfer.averaging == Averaging::Light { 4 } else { 1 };
     let format =
         TexelFormat { channels: header.channels, depth: header.depth, encoding: Encoding::Srgb };
-    // As it is decoded, and as it is worked on: all channels of both, and floats where they differ.
+    // Once as decoded and once as processed: with the channels of both, as floats if the formats
+    // differ.
     let source = bytes_of(header.size, format) + header.size.texels() as u64 * 4 * value;
-    // Solving keeps at most five textures of floats on either side; formats other than PNG are gathered.
+    // The solver keeps at most five float textures on either side; formats other than PNG are
+    // collected before encoding.
     let values = header.size.texels() as u64 + target;
     let fit = if transfer.fit.is_some() { values * 4 * 4 * 5 } else { 0 };
     let is_png = image::Format::from_path(&job.output) == Some(image::Format::Png);
@@ -102,14 +104,14 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     BANDS + source + fit + gathered
 }
 
-/// Memory that textures share.
+/// A memory budget shared by all textures.
 struct Memory {
     most: u64,
     used: Mutex<u64>,
     freed: Condvar,
 }
 
-/// A part of it, given back when dropped.
+/// A share of the budget, returned on drop.
 struct Taken<'a> {
     memory: &'a Memory,
     bytes: u64,
@@ -120,7 +122,7 @@ impl Memory {
         Self { most, used: Mutex::new(0), freed: Condvar::new() }
     }
 
-    /// Waits for so much of it. More than all of it is given to one alone.
+    /// Waits for a share of the budget. A request beyond the whole budget is granted alone.
     fn take(&self, bytes: u64) -> Taken<'_> {
         let bytes = bytes.min(self.most);
         let fits = |used: &mut u64| *used > 0 && *used + bytes > self.most;
@@ -137,7 +139,7 @@ impl Drop for Taken<'_> {
     }
 }
 
-/// What happened to the textures, told in their order.
+/// Collects the outcomes of the textures and reports them in order.
 struct Report<'a> {
     jobs: &'a [Job],
     manifest: Option<&'a Manifest<'a>>,
@@ -162,7 +164,7 @@ impl<'a> Report<'a> {
         self.observer.event(Event::TextureStarted { source: &job.source });
     }
 
-    /// - `made_from`: what is noted where it was written.
+    /// - `made_from`: fingerprint to record for a written output.
     fn add(&mut self, index: usize, mut outcome: Outcome, made_from: Option<String>) {
         if let (Some(manifest), Some(made_from), Ok(_)) =
             (self.manifest, made_from, &outcome.result)
@@ -175,7 +177,7 @@ impl<'a> Report<'a> {
         while let Some(Outcome { result, said }) = self.waiting.remove(&self.told) {
             let Job { source, output } = &self.jobs[self.told];
             self.told += 1;
-            // What was cancelled is told once, at the end.
+            // A cancellation is reported once, at the end.
             let is_told = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
             if is_told {
                 let result = result.as_ref().map(Option::as_ref);
@@ -199,7 +201,7 @@ impl<'a> Report<'a> {
         let (textures, written) = (self.jobs.len(), self.done.written);
         self.observer.event(Event::BatchEnded { textures, written });
         let mut failures = self.done.failures.iter();
-        // Only then are textures left.
+        // Only textures remain at this point.
         let some_left = self.told < self.jobs.len();
         if some_left || failures.any(|failure| failure.fault() == Fault::Cancelled) {
             return Err(Failure::cancelled());

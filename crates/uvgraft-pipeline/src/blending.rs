@@ -1,4 +1,4 @@
-//! How a texture becomes one with what it is laid over, from files.
+//! Blending options, and the files that they refer to.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,30 +15,30 @@ use crate::material::Values;
 use crate::observer::Observer;
 use crate::region::Region;
 
-/// How a texture becomes one with what it is laid over.
+/// How a texture is blended into its base.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Blending {
-    /// Over which length along the surface the base gives way to the texture, inwards from the rim.
+    /// Distance over which the base fades into the texture, inwards from the border of the region.
     pub feather: Length,
-    /// Whether a membrane takes the tone of one side along the rim to the other.
+    /// Whether a membrane carries the tone of one side across the border to the other.
     pub membrane: bool,
-    /// Whether one side's skin gets the mean and the covariance of the other's.
+    /// Whether the skin of one side is matched to the other's mean and covariance.
     pub match_skin: bool,
-    /// Which side the tone is taken from.
+    /// The side that sets the tone.
     pub tone: Tone,
-    /// Which texels of the base are skin, white on black; estimated where there is none.
+    /// Skin mask of the base, white on black; estimated if absent.
     pub skin: Option<PathBuf>,
-    /// A picture of labels that says what textures show; found out of each where there is none.
+    /// Label image of the textures; detected for each texture if absent.
     pub labels: Option<PathBuf>,
-    /// Whether cloth and background at a neck stay in the region.
+    /// Whether cloth and background at the neck stay in the region.
     pub keep_all: bool,
-    /// Texels beyond the islands in which a base's skin changes too.
+    /// Width of the gutter in which the skin of the base changes too, in texels.
     pub gutter_px: u32,
 }
 
 impl Default for Blending {
-    /// A hard border, and no colour changed.
+    /// A hard border without colour changes.
     fn default() -> Self {
         let BlendOptions { membrane, match_skin, tone, gutter_px, .. } = BlendOptions::default();
         let feather = Length::millimeters(0.0);
@@ -56,25 +56,25 @@ impl Default for Blending {
 }
 
 impl Blending {
-    /// Whether colours of the base are looked at before anything is laid over it.
+    /// Whether colours of the base are analysed before compositing.
     pub fn needs_colors(&self) -> bool {
         self.membrane || self.match_skin
     }
 
-    /// Whether it matters what textures show.
+    /// Whether the labels of textures matter.
     pub fn asks_for_labels(&self) -> bool {
         self.needs_colors() || self.feather != Length::millimeters(0.0)
     }
 
-    /// Reads what it needs and prepares it.
+    /// Reads the files it needs and prepares the blend.
     ///
-    /// - `region`: which part of what is linked is meant.
-    /// - `known`: what is known of textures. Where the base shows through a feather, or `ends_at_mask`, the region
-    ///   ends where the mask of that does: maps without opacity have no other way to.
-    /// - `observer`: told which unit was taken for granted, if that matters.
+    /// - `region`: the part of the linked surface to use.
+    /// - `known`: the known texels of textures. With a feather, or if `ends_at_mask`, the region
+    ///   ends at the border of their mask: maps without opacity have no other way to end there.
+    /// - `observer`: receives a note if a mesh unit was assumed.
     ///
     /// # Errors
-    /// For files that cannot be read, and if nothing that is linked is left of the region.
+    /// For unreadable files, and if nothing of the linked surface remains in the region.
     pub fn prepare(
         &self,
         region: &Region,
@@ -116,7 +116,7 @@ impl Blending {
     }
 }
 
-/// What of a texture is left out of the region, in words; nothing if it is next to nothing.
+/// The share of a texture excluded from the region, as a message; `None` if negligible.
 pub fn left_out(toning: &Toning) -> Option<String> {
     let share = toning.report().left_out;
     (toning.narrowed().is_some() && share > 5e-4).then(|| {
@@ -128,7 +128,7 @@ pub fn left_out(toning: &Toning) -> Option<String> {
     })
 }
 
-/// The side of a pair whose layout textures come from.
+/// The side of the pair whose layout textures are read in.
 fn side_from(direction: Direction) -> Side {
     match direction {
         Direction::Forward => Side::Source,
@@ -136,14 +136,14 @@ fn side_from(direction: Direction) -> Side {
     }
 }
 
-/// Which texels of a texture are known, and what stands for the others.
+/// The known texels of a texture, and the replacement for the others.
 #[derive(Debug, Clone, Default)]
 pub struct KnownTexels {
     mask: Option<Named>,
     mean: Option<Named>,
 }
 
-/// An image and the file that it was read from.
+/// An image and the path it was read from.
 #[derive(Debug, Clone)]
 struct Named {
     path: PathBuf,
@@ -151,13 +151,13 @@ struct Named {
 }
 
 impl KnownTexels {
-    /// Reads what says it.
+    /// Reads the mask and the mean texture.
     ///
-    /// - `mask`: where textures can be trusted, white on black, in their layout.
-    /// - `mean`: a mean texture, in the same layout, for what they lack.
+    /// - `mask`: the trusted texels, white on black, in the layout of the textures.
+    /// - `mean`: a mean texture in the same layout that fills unseen areas.
     ///
     /// # Errors
-    /// For files that cannot be read.
+    /// For unreadable files.
     pub fn read(mask: Option<&Path>, mean: Option<&Path>) -> Result<Self> {
         let read = |path: &Path| {
             let texture = image::read(path).or_input()?.texture;
@@ -166,7 +166,8 @@ impl KnownTexels {
         Ok(Self { mask: mask.map(read).transpose()?, mean: mean.map(read).transpose()? })
     }
 
-    /// The same, with a mask for a texture that brings one along; the options' own comes first.
+    /// The same, with the mask that comes with a texture; a mask set by the options takes
+    /// precedence.
     #[must_use]
     pub fn or_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
         let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
@@ -179,12 +180,12 @@ impl KnownTexels {
         self.mask.is_some() && self.mean.is_none()
     }
 
-    /// A texture with what it lacks, or with opacity that says what it lacks.
+    /// A texture with unknown texels filled, or with an alpha channel that marks them.
     ///
     /// - `path`: the texture's file, for messages.
     ///
     /// # Errors
-    /// If the mask or the mean texture has another shape.
+    /// If the aspect ratio of the mask or the mean texture differs from the texture's.
     pub fn complete(&self, texture: Texture, values: Values, path: &Path) -> Result<Texture> {
         let mask = self.mask.as_ref().map(|mask| &mask.texture);
         let completed = match (mask, &self.mean) {
@@ -197,7 +198,7 @@ impl KnownTexels {
         completed.map_err(|error| self.refusal(&error, path))
     }
 
-    /// Names the file that is meant.
+    /// Attributes the error to the file that causes it.
     fn refusal(&self, error: &FillError, path: &Path) -> Failure {
         let FillError::Shape { found, .. } = error else {
             return Failure::input(format!("{}: {error}", path.display()));

@@ -1,36 +1,36 @@
-//! Whose fault a failure is.
+//! Failures, and whose fault they are.
 
 use std::error::Error;
 use std::fmt::{self, Display};
 
-/// Whose fault a failure is.
+/// Who has to fix a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// The user can mend it: a file, an option, a place to write to.
+    /// The user: a file, an option, an output path.
     Input,
-    /// It failed at work: a full disk, no memory, a bug.
+    /// The system or the program: a full disk, no memory, a bug.
     Work,
-    /// The caller cancelled it: [`Observer::is_cancelled`](crate::Observer::is_cancelled).
+    /// The caller cancelled the work: [`Observer::is_cancelled`](crate::Observer::is_cancelled).
     Cancelled,
 }
 
-/// Why something was not done. Its text names the file, what it must be, and what it is.
+/// Why something failed. The message names the file, what it must be, and what it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failure {
     fault: Fault,
     message: String,
 }
 
-/// What may fail, with [`Failure`].
+/// The result of work that may fail with [`Failure`].
 pub type Result<T> = std::result::Result<T, Failure>;
 
 impl Failure {
-    /// One that the user can mend.
+    /// A failure that the user can fix.
     pub fn input(message: impl Display) -> Self {
         Self { fault: Fault::Input, message: message.to_string() }
     }
 
-    /// One at work.
+    /// A failure during the work.
     pub fn work(message: impl Display) -> Self {
         Self { fault: Fault::Work, message: message.to_string() }
     }
@@ -44,7 +44,7 @@ impl Failure {
         self.fault
     }
 
-    /// The same, with what was tried before its text.
+    /// Prepends what was attempted to the message.
     #[must_use]
     pub fn context(self, what: impl Display) -> Self {
         Self { message: format!("{what}: {}", self.message), ..self }
@@ -59,11 +59,11 @@ impl Display for Failure {
 
 impl Error for Failure {}
 
-/// Says whose fault an error is.
+/// Assigns the fault of an error.
 pub(crate) trait Blame<T> {
-    /// The user's.
+    /// The user's fault.
     fn or_input(self) -> Result<T>;
-    /// Nobody's but the work's.
+    /// A failure during the work.
     fn or_work(self) -> Result<T>;
 }
 
@@ -77,7 +77,7 @@ impl<T, E: Error> Blame<T> for std::result::Result<T, E> {
     }
 }
 
-/// An error and what caused it.
+/// The message of an error with those of its sources.
 fn chain(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! Fingerprints of what outputs are made from: the content of all inputs, and everything that was asked for.
+//! Fingerprints of what outputs are made from: the content of all inputs and all options.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -7,15 +7,15 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-/// Raised when results change though the version does not.
+/// Increment when results change within a version of the program.
 const REVISION: u32 = 1;
 
-/// What an output is made from, as a hash that grows.
+/// An incremental hash of what an output is made from.
 #[derive(Clone)]
 pub(crate) struct Fingerprint(Sha256);
 
 impl Fingerprint {
-    /// Of this version of the program, and nothing else.
+    /// The hash of this version of the program alone.
     pub(crate) fn new() -> Self {
         let mut fingerprint = Self(Sha256::new());
         fingerprint.add(concat!("uvgraft ", env!("CARGO_PKG_VERSION")));
@@ -23,7 +23,7 @@ impl Fingerprint {
         fingerprint
     }
 
-    /// Adds a text, told apart from what comes before and after.
+    /// Adds a string, delimited from what precedes and follows.
     pub(crate) fn add(&mut self, text: &str) {
         self.0.update((text.len() as u64).to_le_bytes());
         self.0.update(text.as_bytes());

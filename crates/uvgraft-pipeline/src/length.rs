@@ -1,6 +1,6 @@
 //! Lengths with units, and the unit of a mesh.
 
-/// Longer than any mesh in any unit, and short enough for single precision.
+/// Longer than any mesh in any unit, and within the range of single precision.
 const LONGEST: f64 = 1e9;
 
 /// A unit of length.
@@ -37,7 +37,7 @@ impl Unit {
     }
 }
 
-/// A number with a unit, or in the mesh's own.
+/// A length with a unit, or in the unit of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Length {
     value: f64,
@@ -45,15 +45,15 @@ pub struct Length {
 }
 
 impl Length {
-    /// So many millimetres.
+    /// A length in millimetres.
     pub const fn millimeters(value: f64) -> Self {
         Self { value, unit: Some(Unit::Mm) }
     }
 
-    /// A number with a unit such as `15mm`, or in the mesh's own.
+    /// Parses a number with a unit such as `15mm`, or without one for the unit of the mesh.
     ///
     /// # Errors
-    /// What is wanted instead.
+    /// What the text must be.
     pub fn parse(text: &str) -> Result<Self, String> {
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let unit = match &text[digits.len()..] {
@@ -71,22 +71,22 @@ impl Length {
         }
     }
 
-    /// As [`Length::parse`], from 0.
+    /// As [`Length::parse`], but at least 0.
     ///
     /// # Errors
-    /// What is wanted instead.
+    /// What the text must be.
     pub fn parse_distance(text: &str) -> Result<Self, String> {
         Self::parse(text).and_then(|length| {
             if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, at least 0", wanted())) }
         })
     }
 
-    /// Whether it needs a mesh's unit to be known.
+    /// Whether the unit of the mesh must be known to convert it.
     pub fn has_unit(self) -> bool {
         self.unit.is_some() && self.value != 0.0
     }
 
-    /// In a mesh's unit.
+    /// The length in the unit of the mesh.
     pub fn in_unit(self, mesh: Unit) -> f64 {
         match self.unit {
             Some(unit) => self.value * unit.meters() / mesh.meters(),
@@ -100,7 +100,7 @@ fn wanted() -> String {
         .into()
 }
 
-/// What is to be said where a mesh names no unit and one is taken for it.
+/// The note for a mesh without a unit, when one is assumed.
 ///
 /// - `extent`: of the mesh, in that unit.
 pub(crate) fn assumption(extent: f64, unit: Unit) -> String {

@@ -1,12 +1,14 @@
 //! Transfers from file to file.
 //!
-//! A [`Transfer`] says which files are read, how, and which are written; [`Transfer::run`] does it. Bases are decoded,
-//! filled and encoded in bands of rows, so that a large one never is in memory whole where that can be helped; several
-//! textures are carried at once within a bound on memory; and outputs that are up to date are left out if asked, by
-//! fingerprints of all that they are made from.
+//! A [`Transfer`] states which files are read, how, and which are written; [`Transfer::run`]
+//! executes it. Bases are decoded, filled and encoded in bands of rows, so that a large base need
+//! not be in memory as a whole; several textures are processed in parallel within a memory limit;
+//! and outputs that are up to date can be skipped, based on fingerprints of everything they are
+//! made from.
 //!
-//! Outputs are checked before any work is done, written beside their place and renamed into it. An [`Observer`] follows
-//! what happens and may cancel it. A [`Failure`] tells whose fault it is.
+//! Outputs are checked before any work starts, written to temporary files beside their targets and
+//! renamed into place. An [`Observer`] follows the progress and may cancel it. A [`Failure`] states
+//! whose fault it is.
 //!
 //! ```no_run
 //! use uvgraft_pipeline::{Inputs, Onto, Transfer};
@@ -17,7 +19,7 @@
 //!     values: Default::default(),
 //! };
 //! let done = Transfer::new("head_to_body.uvpair", inputs, "bodies/").run(&())?;
-//! println!("{} textures were carried", done.written);
+//! println!("{} textures transferred", done.written);
 //! # Ok::<(), uvgraft_pipeline::Failure>(())
 //! ```
 

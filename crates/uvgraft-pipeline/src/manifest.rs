@@ -1,10 +1,11 @@
-//! Which outputs are up to date: what each was made from, kept in a file beside them.
+//! The manifest: a record of what each output was made from, to find out which outputs are up to
+//! date.
 //!
-//! `.uvgraft-manifest.jsonl` in the folder of the outputs has a line of JSON for each output that was written: its
-//! name, the fingerprint of all that it was made from, and the SHA-256 of the file. A later line for a name replaces
-//! earlier ones, and lines that cannot be read are passed over, so that several processes may append to one manifest,
-//! and one that is killed spoils at most its last line. Times of files are not asked: they tell when a file was
-//! written, not what is in it.
+//! `.uvgraft-manifest.jsonl` in the output folder has one line of JSON for each output written: its
+//! name, the fingerprint of everything it was made from, and the SHA-256 of the file. A later line
+//! for a name replaces earlier ones, and malformed lines are skipped, so that several processes may
+//! append to one manifest, and a killed process damages at most its last line. File times are
+//! ignored: they tell when a file was written, not what it contains.
 
 use std::collections::HashMap;
 use std::fs::OpenOptions;
@@ -18,17 +19,17 @@ use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::{Fingerprint, file_digest};
 use crate::plan::Job;
 
-/// The name of the file.
+/// File name of the manifest.
 pub(crate) const NAME: &str = ".uvgraft-manifest.jsonl";
 
-/// A manifest that grows beyond this is not read: some ten million lines.
+/// A larger manifest is ignored: this is about ten million lines.
 const MAX_BYTES: u64 = 2 << 30;
 
-/// The manifest of a folder, and the fingerprint that outputs have in common.
+/// The manifest of a folder, and the part of the fingerprint that all its outputs share.
 pub(crate) struct Manifest<'a> {
     path: PathBuf,
     entries: HashMap<String, Entry>,
-    /// Whether its last line was cut off when it was read.
+    /// Whether the last line was incomplete when the file was read.
     is_cut: AtomicBool,
     shared: &'a Fingerprint,
 }
@@ -41,9 +42,9 @@ struct Entry {
 }
 
 impl<'a> Manifest<'a> {
-    /// The manifest beside an output; empty if there is none.
+    /// The manifest beside an output; empty if the file does not exist.
     ///
-    /// - `shared`: what all outputs are made from beside their own source.
+    /// - `shared`: what all outputs are made from, apart from their own source.
     pub(crate) fn beside(output: &Path, shared: &'a Fingerprint) -> Result<Self> {
         let path = output.with_file_name(NAME);
         let (mut entries, mut is_cut) = (HashMap::new(), false);
@@ -63,22 +64,22 @@ impl<'a> Manifest<'a> {
         Ok(Self { path, entries, is_cut: AtomicBool::new(is_cut), shared })
     }
 
-    /// Whether a job's output is there, is what was written, and was made from what its source and everything else
-    /// are now.
+    /// Whether the output of a job exists, is unchanged since it was written, and was made from the
+    /// current inputs and options.
     pub(crate) fn is_up_to_date(&self, job: &Job) -> bool {
         let Some(entry) = self.entries.get(&name(job)) else { return false };
-        // The source first: it is the smaller one, mostly.
+        // The source first: it is usually smaller.
         self.made_from(job).is_some_and(|made_from| made_from == entry.made_from)
             && file_digest(&job.output).is_ok_and(|digest| digest == entry.sha256)
     }
 
-    /// What a job's output is going to be made from; to be asked before it is. Nothing for pipes, which cannot be read
-    /// again, so that there is nothing to compare with next time.
+    /// The fingerprint of a job's inputs, to be computed before the job runs. `None` for pipes,
+    /// which cannot be read twice.
     pub(crate) fn made_from(&self, job: &Job) -> Option<String> {
         self.shared.with_file(&job.source).ok()
     }
 
-    /// Notes that a job's output was written.
+    /// Records that the output of a job was written.
     pub(crate) fn record(&self, job: &Job, made_from: String) -> Result<()> {
         let cannot = |failure: Failure| {
             failure.context(format_args!("cannot record {} in the manifest", job.output.display()))
@@ -87,7 +88,7 @@ impl<'a> Manifest<'a> {
         let entry = Entry { output: name(job), made_from, sha256 };
         let start = if self.is_cut.swap(false, Ordering::Relaxed) { "\n" } else { "" };
         let line = format!("{start}{}\n", serde_json::to_string(&entry).or_work()?);
-        // One write, so that lines of several processes stay lines.
+        // A single write, so that lines of concurrent processes stay intact.
         let mut options = OpenOptions::new();
         let file = options.append(true).create(true).open(&self.path);
         file.and_then(|mut file| file.write_all(line.as_bytes())).or_work().map_err(cannot)

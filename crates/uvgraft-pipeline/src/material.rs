@@ -1,4 +1,4 @@
-//! What the maps of a material are, and what is done to each for that.
+//! Material maps: their roles, and how each role is processed.
 
 use std::path::Path;
 
@@ -7,11 +7,11 @@ use uvgraft_io::image::Format;
 
 use crate::failure::{Failure, Result};
 
-/// What the values of a texture are.
+/// What the values of a texture mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[non_exhaustive]
 pub enum Values {
-    /// The surface's own colour, which takes part in finding a common tone.
+    /// The surface's base colour, which takes part in tone matching.
     #[default]
     Albedo,
     /// Another colour.
@@ -20,11 +20,11 @@ pub enum Values {
     Data,
     /// Tangent-space normals.
     Normals,
-    /// Data that is worked on as floats where the output can hold them.
+    /// Data processed as floats if the output format supports them.
     Displacement,
 }
 
-/// What a map of a material is called, and what its values are.
+/// The role of a material map, and what its values mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Role {
     name: &'static str,
@@ -62,10 +62,10 @@ const ROLES: [(&str, Values); 27] = [
 ];
 
 impl Role {
-    /// A role by its name.
+    /// Finds a role by its name.
     ///
     /// # Errors
-    /// For a name that is none, with those that are.
+    /// For an unknown name, with the known ones.
     pub fn named(name: &str) -> Result<Self> {
         let found = ROLES.iter().find(|(known, _)| *known == name);
         found.map(|&(name, values)| Self { name, values }).ok_or_else(|| {
@@ -74,7 +74,7 @@ impl Role {
         })
     }
 
-    /// Its name, such as `roughness`: outputs are named for it.
+    /// Its name, such as `roughness`; outputs are named after it.
     pub const fn name(self) -> &'static str {
         self.name
     }
@@ -94,7 +94,7 @@ impl Values {
         self == Self::Albedo
     }
 
-    /// What they are to a graft.
+    /// The content type for a graft.
     pub(crate) fn content(self, normals: NormalOptions) -> Content {
         match self {
             Self::Albedo | Self::Color => Content::Color,
@@ -103,28 +103,28 @@ impl Values {
         }
     }
 
-    /// What a base is where none is named: as values, with 1.0 for full.
+    /// The default base, as values with 1.0 for full.
     pub(crate) fn nothing(self) -> [f32; 4] {
         match self {
             Self::Normals => [0.5, 0.5, 1.0, 1.0],
-            // No channel of data says that there is nothing.
+            // Data has no channel for transparency.
             Self::Data | Self::Displacement => [0.0, 0.0, 0.0, 1.0],
             Self::Albedo | Self::Color => [0.0; 4],
         }
     }
 
-    /// The interpolation filter, unless one is named.
+    /// The default interpolation filter.
     pub(crate) fn filter(self) -> Filter {
-        // Overshoot would put values into data that none of its texels has.
+        // Overshoot would produce values that no texel has.
         if self.is_data() { Filter::Bilinear } else { Filter::default() }
     }
 
-    /// What a texture of some format is taken for.
+    /// The format that a texture is interpreted as.
     pub(crate) fn meant(self, format: TexelFormat) -> TexelFormat {
         if self.is_data() { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
     }
 
-    /// The depth that a texture is worked on in, where it is to be written to `output`.
+    /// The bit depth used for processing a texture that is written to `output`.
     pub(crate) fn depth(self, found: Depth, output: &Path) -> Depth {
         let holds_floats = matches!(Format::from_path(output), Some(Format::Exr | Format::Tiff));
         if self == Self::Displacement && holds_floats { Depth::F32 } else { found }

@@ -1,11 +1,11 @@
-//! Float images with NaNs or infinities in them.
+//! Float images with NaN or infinite texels.
 
 use std::path::Path;
 
 use uvgraft::{Encoding, Texture};
 
-/// A texture that was read from a file, with the texels that hold a NaN or an infinity taken for unknown as
-/// [`Texture::without_non_finite`] does, and a warning if there are any.
+/// A texture with its NaN and infinite texels marked as unknown, as by
+/// [`Texture::without_non_finite`], and a warning if there are any.
 ///
 /// - `path`: the file, for the warning.
 pub fn without_non_finite(texture: Texture, path: &Path) -> (Texture, Option<String>) {

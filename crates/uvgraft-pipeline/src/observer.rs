@@ -1,4 +1,4 @@
-//! What a caller is told while work goes on, and how it stops that.
+//! Progress events for callers, and cancellation.
 
 use std::path::Path;
 
@@ -6,76 +6,76 @@ use uvgraft::{FitProgress, FitSummary};
 
 use crate::failure::Failure;
 
-/// Follows work. Its methods may be called from several threads at once; by default nothing is followed and nothing
-/// cancelled.
+/// Observes the work. Methods may be called from several threads at once; the defaults ignore all
+/// events and never cancel.
 pub trait Observer: Sync {
-    /// Something happened.
+    /// Receives an event.
     fn event(&self, event: Event<'_>) {
         let _ = event;
     }
 
-    /// Whether work is to stop. Asked before each texture and between bands of rows; what is not written then is
-    /// left as it was, and nothing lies beside it.
+    /// Whether to cancel the work. Queried before each texture and between bands of rows; outputs
+    /// not yet written then stay unchanged, and no temporary files remain.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
-/// Follows nothing.
+/// An observer that ignores everything.
 impl Observer for () {}
 
-/// What happens.
+/// An event.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// Something that was taken for granted, such as a unit.
+    /// A note on an assumption, such as a mesh unit.
     Note(&'a str),
-    /// Something that the user should know although the work goes on.
+    /// A warning; the work continues.
     Warning(&'a str),
-    /// What there is to do is known.
+    /// The work is planned.
     Planned {
-        /// Textures that were asked for.
+        /// Number of textures requested.
         textures: usize,
-        /// Those of them that are left out for being up to date; [`Existing::KeepUpToDate`](crate::Existing).
+        /// Number of textures skipped as up to date; [`Existing::KeepUpToDate`](crate::Existing).
         up_to_date: Option<usize>,
     },
-    /// Work on some textures begins: those that are laid over one base.
+    /// A batch starts: textures with a common base.
     BatchStarted {
-        /// How many they are.
+        /// Number of textures in the batch.
         textures: usize,
     },
-    /// Work on a texture begins.
+    /// A texture starts.
     TextureStarted {
         /// Its file.
         source: &'a Path,
     },
-    /// A step of a texture's fit is done.
+    /// A step of a texture's fit is complete.
     FitProgress {
         /// Its file.
         source: &'a Path,
-        /// How far it is.
+        /// Progress of the fit.
         progress: FitProgress,
     },
-    /// The work on a texture ended, whichever it is.
+    /// A texture ended, in the order of completion.
     TextureEnded,
-    /// How the work on a texture ended: in the order of the textures.
+    /// The outcome of a texture, in the order of the textures.
     TextureReport {
         /// Its file.
         source: &'a Path,
-        /// The file that was written, or was to be.
+        /// The output file, written or not.
         output: &'a Path,
-        /// What was done that nobody asked for, such as leaving out a collar.
+        /// Notes on automatic decisions, such as excluding a collar.
         notes: &'a [String],
-        /// What the user should know.
+        /// Warnings.
         warnings: &'a [String],
-        /// How its fit went, if it was fitted.
+        /// Summary of the fit, if the texture was fitted.
         result: Result<Option<&'a FitSummary>, &'a Failure>,
     },
-    /// All that there is to do with the textures of a batch is done.
+    /// A batch ended.
     BatchEnded {
-        /// How many they were.
+        /// Number of textures in the batch.
         textures: usize,
-        /// How many of them were written.
+        /// Number of textures written.
         written: usize,
     },
 }

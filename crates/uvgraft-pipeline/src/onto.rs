@@ -1,10 +1,10 @@
-//! What textures are laid over.
+//! Base textures, as options name them.
 
 use std::path::{Path, PathBuf};
 
 use crate::failure::{Failure, Result};
 
-/// `#RGB`, `#RRGGBB` or `#RRGGBBAA`, as values with 1.0 for full.
+/// Parses `#RGB`, `#RRGGBB` or `#RRGGBBAA` into values with 1.0 for full.
 fn parse_color(text: &str) -> Result<[f32; 4]> {
     let digits = text.strip_prefix('#').unwrap_or_default();
     let wanted =
@@ -24,20 +24,20 @@ fn parse_color(text: &str) -> Result<[f32; 4]> {
     Ok([unit(0), unit(1), unit(2), unit(3)])
 }
 
-/// What textures are laid over: an image in the target's layout, or a colour.
+/// The base that textures are composited onto: an image in the target layout, or a colour.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Onto {
-    /// An image's file.
+    /// Path of an image.
     Image(PathBuf),
     /// Red, green, blue and alpha as sRGB encodes them, 1.0 for full.
     Color([f32; 4]),
 }
 
 impl Onto {
-    /// A colour, `#RGB`, `#RRGGBB` or `#RRGGBBAA`, or else a path.
+    /// Parses a colour (`#RGB`, `#RRGGBB` or `#RRGGBBAA`), or else a path.
     ///
     /// # Errors
-    /// For what begins with `#` and is no colour.
+    /// If the text starts with `#` but is not a colour.
     pub fn parse(text: &str) -> Result<Self> {
         if text.starts_with('#') {
             parse_color(text).map(Self::Color)
@@ -46,7 +46,7 @@ impl Onto {
         }
     }
 
-    /// The image's file, if it is one.
+    /// The path of the image, if it is one.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Image(path) => Some(path),

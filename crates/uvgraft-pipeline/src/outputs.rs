@@ -1,11 +1,11 @@
-//! Outputs that are checked before any work is done.
+//! Checks of output paths before any work starts.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::failure::{Failure, Result};
 
-/// Outputs that were found to be writable, each a file of its own that is none of the inputs.
+/// Output paths checked to be writable, distinct, and different from all inputs.
 pub struct Outputs {
     inputs: HashSet<PathBuf>,
     accepted: HashSet<PathBuf>,
@@ -17,10 +17,10 @@ impl Outputs {
         Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: HashSet::new() }
     }
 
-    /// Refuses an output that cannot be written, or that is an input or another output.
+    /// Checks that an output can be written, and is neither an input nor another output.
     ///
     /// # Errors
-    /// Why, as the fault of the input.
+    /// The reason, as the fault of the input.
     pub fn check(&mut self, output: &Path) -> Result<()> {
         let name = output.display();
         if output.is_dir() {
@@ -28,7 +28,7 @@ impl Outputs {
                 "cannot write {name}: is a folder, must be a file"
             )));
         }
-        // A device or a pipe would be replaced by a file, because outputs are renamed into place.
+        // Renaming the output into place would replace a device or a pipe by a file.
         if output.metadata().is_ok_and(|found| !found.is_file()) {
             return Err(Failure::input(format!("cannot write {name}: not a regular file")));
         }
@@ -53,7 +53,7 @@ impl Outputs {
     }
 }
 
-/// Refuses a folder that cannot be made.
+/// Checks that a folder can be created.
 pub(crate) fn check_new_folder(folder: &Path) -> Result<()> {
     can_write_into(folder_of(folder)).map_err(|failure| {
         failure.context(format_args!("cannot create the folder {}", folder.display()))
@@ -67,8 +67,8 @@ fn can_write_into(folder: &Path) -> Result<()> {
     if !folder.is_dir() {
         return Err(Failure::input(format!("{} is not a folder", folder.display())));
     }
-    // Creating a file is the only sure way to learn whether one can be created. The error's kind
-    // tells why not; its text would name a file that the user never heard of.
+    // Creating a file is the only reliable test. The kind of the error is the reason; its text
+    // would name a temporary file unknown to the user.
     tempfile::Builder::new()
         .prefix(".uvgraft-")
         .suffix(".tmp")
@@ -81,7 +81,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Where a path leads to, whether or not there is a file yet.
+/// Where a path leads to, whether or not the file exists.
 fn resolve(path: &Path) -> PathBuf {
     if let Ok(resolved) = path.canonicalize() {
         return resolved;

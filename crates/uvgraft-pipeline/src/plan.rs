@@ -1,4 +1,4 @@
-//! What a transfer reads and writes: one file, several, or a folder of them.
+//! The plan of a transfer: which files it reads and writes.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -10,14 +10,14 @@ use crate::material::Values;
 use crate::onto::Onto;
 use crate::transfer::{Inputs, MaterialMap, Transfer};
 
-/// A texture to carry and where its result goes.
+/// A texture to transfer and its output.
 #[derive(Debug, Clone)]
 pub(crate) struct Job {
     pub(crate) source: PathBuf,
     pub(crate) output: PathBuf,
 }
 
-/// Textures that are treated alike and laid over one base.
+/// Textures processed alike, with a common base.
 #[derive(Debug)]
 pub(crate) struct Batch {
     pub(crate) values: Values,
@@ -25,7 +25,7 @@ pub(crate) struct Batch {
     pub(crate) jobs: Vec<Job>,
 }
 
-/// What is to be done, and the folder that has to be made for it.
+/// All jobs, and the output folder to create.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) batches: Vec<Batch>,
@@ -49,7 +49,7 @@ impl Plan {
         self.batches.iter().flat_map(|batch| &batch.jobs)
     }
 
-    /// One job for each map of a material, each named for its role, in the format of its file.
+    /// One job for each material map, its output named after the role, in the format of the source.
     fn of_maps(transfer: &Transfer, maps: &[MaterialMap]) -> Result<Self> {
         let folder = &*transfer.output;
         let is_new = !folder.is_dir();
@@ -86,15 +86,14 @@ impl Plan {
     }
 }
 
-/// One job, or one for each of several sources or each image of a folder; and the folder that has to be made for
-/// them.
+/// One job for each texture, and the folder to create for them.
 fn jobs_of_textures(
     transfer: &Transfer,
     sources: &[PathBuf],
 ) -> Result<(Vec<Job>, Option<PathBuf>)> {
     let output = &*transfer.output;
     for source in sources {
-        // A name that is no image's is mostly a folder's that is not there.
+        // A path without an image extension usually means a missing folder.
         if Format::from_path(source).is_none() {
             source.metadata().or_input().map_err(|failure| failure.context(source.display()))?;
         }
@@ -159,8 +158,8 @@ fn jobs_of_textures(
     Ok((jobs, is_new.then(|| output.to_path_buf())))
 }
 
-/// The files of a folder whose names say that they are images, sorted. Hidden ones are left out:
-/// some systems put a `._face.png`, which is no image, beside each `face.png`.
+/// The image files of a folder by their extension, sorted. Hidden files are skipped: some systems
+/// put a `._face.png`, which is not an image, beside each `face.png`.
 fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = folder.read_dir().and_then(Iterator::collect::<std::result::Result<Vec<_>, _>>);
     let entries = entries.or_input().map_err(|failure| {

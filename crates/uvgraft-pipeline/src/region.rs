@@ -1,4 +1,4 @@
-//! Which part of the surface is meant, from files.
+//! Regions of the surface, read from files.
 
 use std::path::{Path, PathBuf};
 
@@ -10,38 +10,38 @@ use crate::failure::{Blame, Failure, Result};
 use crate::length::{Length, Unit, assumption};
 use crate::observer::{Event, Observer};
 
-/// Which part of what is linked is meant: by default all of it.
+/// A region of the linked surface; all of it by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Region {
-    /// Only these parts.
+    /// Parts to include; all if empty.
     pub include: Vec<RegionPart>,
-    /// Not these.
+    /// Parts to exclude.
     pub exclude: Vec<RegionPart>,
-    /// How far what is included is widened, or narrowed.
+    /// How far the included part is grown.
     pub grow: Option<Grow>,
-    /// The unit that the meshes are in, for lengths that have one; metres where none is named.
+    /// Unit of the mesh coordinates, for lengths with a unit; metres if absent.
     pub unit: Option<Unit>,
 }
 
-/// How far a region is widened, or narrowed where it is negative.
+/// How far a region is grown, or shrunk if negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grow {
-    /// By a length along the surface.
+    /// A distance along the surface.
     By(Length),
-    /// By rings of triangles.
+    /// A number of rings of triangles.
     Rings(i32),
 }
 
-/// A part of a mesh that a file names: vertices (NPY, text), groups of vertices (pickle, JSON), or a painted mask
-/// (an image).
+/// A part of a mesh read from a file: a vertex list (NPY, text), vertex groups (pickle, JSON), or a
+/// painted mask (an image).
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct RegionPart {
-    /// Whose vertices, or whose layout, it is about.
+    /// The mesh whose vertices or layout it refers to.
     pub side: Side,
     /// The file.
     pub path: PathBuf,
-    /// Which of its groups; for files of vertex groups.
+    /// Names of the groups; for files of vertex groups only.
     pub names: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ impl RegionPart {
             Some(("target", rest)) => (Side::Target, rest),
             _ => (Side::Source, text),
         };
-        // A file may have that sign in its name.
+        // File names may contain this character.
         match rest.rsplit_once('#') {
             Some((path, names)) if !Path::new(rest).exists() => {
                 let names = names.split(',').filter(|name| !name.is_empty());
@@ -65,17 +65,18 @@ impl RegionPart {
 }
 
 impl Region {
-    /// Whether everything that is linked is meant.
+    /// Whether it is the whole linked surface.
     pub fn is_everything(&self) -> bool {
         self.include.is_empty() && self.exclude.is_empty() && self.grow.is_none()
     }
 
-    /// The files that are named.
+    /// The files that it refers to.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.include.iter().chain(&self.exclude).map(|part| &*part.path)
     }
 
-    /// The unit of the meshes. Says which one is taken, if a length depends on it and none was named.
+    /// The unit of the meshes. Reports the assumed unit if a length depends on it and none was
+    /// given.
     pub fn unit(
         &self,
         ground: &Ground,
@@ -96,10 +97,10 @@ impl Region {
         })
     }
 
-    /// What is selected, within what is linked.
+    /// The selection, restricted to the linked surface.
     ///
     /// # Errors
-    /// For files that cannot be read or do not fit the meshes.
+    /// For files that cannot be read or do not match the meshes.
     pub fn select(&self, ground: &Ground, unit: Unit) -> Result<Selection> {
         let linked = ground.linked();
         let mut selection = match united(ground, &self.include)? {
@@ -113,7 +114,7 @@ impl Region {
             };
             selection = selection.within(&linked).or_input()?.grown(by);
         }
-        // Last, so that what is widened does not come back to it.
+        // Exclusions come last, so that growing does not bring them back.
         if let Some(excluded) = united(ground, &self.exclude)? {
             selection = selection.without(&excluded).or_input()?;
         }

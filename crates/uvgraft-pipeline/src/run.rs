@@ -1,4 +1,4 @@
-//! Doing what a transfer is asked to do.
+//! Executes a transfer.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
@@ -26,13 +26,13 @@ use crate::transfer::{Existing, Inputs, Transfer, Transferred};
 use crate::worker::{FirstTexture, Grafts, TransferWorker, losses};
 
 impl Transfer {
-    /// Carries the textures.
+    /// Runs the transfer.
     ///
-    /// One that cannot be carried stops no other: [`Transferred::failures`].
+    /// A texture that fails does not stop the others: see [`Transferred::failures`].
     ///
     /// # Errors
-    /// [`Failure`] for what concerns all textures: contradicting options, a pair or a base that cannot be read, an
-    /// output that cannot be written; and if the observer cancels.
+    /// [`Failure`] for what concerns all textures: conflicting options, an unreadable pair or base,
+    /// an output that cannot be written, or cancellation by the observer.
     pub fn run(&self, observer: &dyn Observer) -> Result<Transferred> {
         self.check()?;
         let mut plan = Plan::new(self)?;
@@ -61,7 +61,7 @@ impl Transfer {
 
         let file = pair_file::read(&self.pair).or_input()?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
-        // Decoding a base and preparing a blend take about as long.
+        // Decoding a base and preparing a blend take about the same time.
         let (blend, mut first_base) = rayon::join(
             || self.blend(&file, &known, &plan, observer),
             || plan.batches.first().map(|batch| self.base(batch)),
@@ -99,7 +99,7 @@ impl Transfer {
             };
             let carried = batch::run(&worker, &batch.jobs, manifest.as_ref())?;
             if carried.written > 0 || left == 0 {
-                // The same for all: of the first that was carried.
+                // The same for all textures: that of the first one transferred.
                 if let Some(path) = mask.take() {
                     let mask = Image::from(worker.mask()?);
                     for loss in losses(image::write(&mask, path, &self.write), path)? {
@@ -118,7 +118,7 @@ impl Transfer {
         Ok(done)
     }
 
-    /// Refuses options that contradict each other.
+    /// Checks for conflicting options.
     fn check(&self) -> Result<()> {
         let (values, textures) = match &self.inputs {
             Inputs::Textures { values, sources, .. } => (Some(*values), sources.len()),
@@ -167,7 +167,7 @@ impl Transfer {
         Ok(())
     }
 
-    /// Refuses outputs that cannot be written, or that are inputs or each other.
+    /// Checks that all outputs can be written, and are neither inputs nor each other.
     fn check_outputs(&self, plan: &Plan) -> Result<()> {
         let sources = plan.jobs().map(|job| &*job.source);
         let mut outputs = Outputs::new(self.shared_inputs(plan).into_iter().chain(sources));
@@ -187,25 +187,25 @@ impl Transfer {
         self.also_written.iter().chain(&self.draw_labels).try_for_each(|path| outputs.check(path))
     }
 
-    /// The files that all textures are made from, beside their own.
+    /// The files that all textures depend on, apart from their own source.
     fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
         let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
         self.common_inputs().into_iter().chain(bases).collect()
     }
 
-    /// The files that everything is made from.
+    /// The files that everything depends on.
     fn common_inputs(&self) -> Vec<&Path> {
         let blending = self.blending.as_ref();
         let skin = blending.and_then(|blending| blending.skin.as_ref());
         let labels = blending.and_then(|blending| blending.labels.as_ref());
-        // What the albedo shows is left out of all maps.
+        // What the labels of the albedo exclude is excluded from all maps.
         let albedo = self.labelled_map();
         let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
         let images = images.into_iter().flatten().map(PathBuf::as_path);
         std::iter::once(&*self.pair).chain(self.region.inputs()).chain(images).collect()
     }
 
-    /// What the textures of each batch are made from, beside their own files; nothing where that is not asked for.
+    /// The shared fingerprint for the textures of each batch; `None` if not requested.
     fn fingerprints(&self, plan: &Plan) -> Result<Vec<Option<Fingerprint>>> {
         if self.existing == Existing::Replace {
             return Ok(plan.batches.iter().map(|_| None).collect());
@@ -218,7 +218,8 @@ impl Transfer {
         };
         let shared = shared();
         let of_batch = |batch: &Batch| {
-            // What is missing, or no file, is told of where it is read; until then nothing is like it.
+            // A missing file is reported where it is read; until then its fingerprint matches no
+            // other.
             let mut fingerprint = shared.as_ref().ok()?.clone();
             fingerprint.add(&format!("{:?}", batch.values));
             match &batch.onto {
@@ -231,14 +232,15 @@ impl Transfer {
         Ok(plan.batches.iter().map(of_batch).collect())
     }
 
-    /// All options that a result depends on, as a text; the content of files is added to the fingerprint by itself.
+    /// All options that affect a result, as text; the content of files is added to the fingerprint
+    /// separately.
     fn asked_for(&self) -> String {
         let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
         let Self { region, blending, source_mask, fill, write, .. } = self;
         let parts = |parts: &[RegionPart]| {
             parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
         };
-        // A hard border without another tone is what there is without blending.
+        // A hard border without a tone change equals no blending.
         let blending = blending.as_ref().filter(|blending| blending.asks_for_labels());
         let blending =
             blending.map(|blending| {
@@ -281,7 +283,7 @@ impl Transfer {
         let blend = blending.prepare(&self.region, &ground, known, ends_at_mask, observer)?;
         let texture = match (self.labelled_map(), self.labelled_texture(plan)) {
             (Some(albedo), _) => image::read(albedo).or_input()?.texture,
-            // What is wrong with it is told of where it is carried.
+            // Errors are reported when the texture is transferred.
             (None, Some(texture)) => match image::read(texture) {
                 Ok(image) => image.texture,
                 Err(_) => return Ok(Some(blend)),
@@ -294,7 +296,8 @@ impl Transfer {
         }))
     }
 
-    /// The map of a material that says what all of its maps show, where that matters and no picture says it.
+    /// The material map whose labels apply to all maps, if labels matter and no label image is
+    /// given.
     fn labelled_map(&self) -> Option<&PathBuf> {
         let asks = |blending: &Blending| blending.asks_for_labels() && blending.labels.is_none();
         match &self.inputs {
@@ -305,8 +308,9 @@ impl Transfer {
         }
     }
 
-    /// The only texture, where what it shows can be found while its base is decoded: that takes longer than to decode the
-    /// texture twice. Where the base's skin is looked for, too, both are found at once later.
+    /// The only texture, if its labels can be detected while its base is decoded: that takes longer
+    /// than decoding the texture twice. If the skin of the base is needed too, both are detected
+    /// together later.
     fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Path> {
         let asks = |blending: &Blending| {
             blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
@@ -323,7 +327,7 @@ impl Transfer {
         (is_asked && is_plain && 2 * texture < base).then_some(&*job.source)
     }
 
-    /// Draws what the one texture shows.
+    /// Draws the labels of the only texture.
     fn write_labels(
         &self,
         blend: Option<&Blend>,
@@ -368,7 +372,7 @@ impl Transfer {
     }
 }
 
-/// The manifest beside the outputs of each batch, where fingerprints are asked for.
+/// The manifest beside the outputs of each batch, if fingerprints are requested.
 fn manifests<'a>(
     plan: &Plan,
     fingerprints: &'a [Option<Fingerprint>],

@@ -1,4 +1,4 @@
-//! From the rows of a base to the rows of a result: decode, lay over, encode.
+//! The streaming pipeline: decode the rows of a base, composite, encode.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
@@ -10,22 +10,22 @@ use crate::base::Bands;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
 
-/// Bytes of decoded rows that may wait for being laid over: most of a 4096² base, whose decoding goes
-/// on while the source is prepared.
+/// Bytes of decoded rows that may be queued: most of a 4096² base, whose decoding continues while
+/// the source is prepared.
 const AHEAD: usize = 48 << 20;
 
-/// Bytes of a band, about: enough rows for every thread of a pool, few enough for the caches.
+/// Approximate bytes of a band: enough rows for every thread of a pool, few enough for the caches.
 const BAND: usize = 2 << 20;
 
-/// How many rows of a base go together.
+/// Number of rows in a band of a base.
 pub(crate) fn rows_in_band(row_bytes: usize) -> u32 {
     (BAND / row_bytes).max(1).next_multiple_of(16) as u32
 }
 
-/// Decodes, lays over and encodes band after band.
+/// Decodes, composites and encodes band after band.
 ///
 /// # Errors
-/// What reading, laying over or writing gives.
+/// Those of reading, compositing or writing.
 pub(crate) fn run(
     mut bands: Bands<'_>,
     rows: u32,
@@ -47,19 +47,19 @@ pub(crate) fn run(
     Ok(writer.finish())
 }
 
-/// Stops if the caller wants that.
+/// Returns an error if the caller cancelled.
 pub(crate) fn check(observer: &dyn Observer) -> Result<()> {
     if observer.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
 }
 
-/// The bands of a base, decoded on a thread of their own from the start.
+/// The bands of a base, decoded ahead on a separate thread.
 pub(crate) struct Ahead {
     bands: Receiver<Result<Texture>>,
     used: std::sync::mpsc::Sender<Texture>,
 }
 
 impl Ahead {
-    /// Begins to decode.
+    /// Starts decoding.
     pub(crate) fn start<'scope>(
         scope: &'scope thread::Scope<'scope, '_>,
         mut bands: Bands<'scope>,
@@ -73,10 +73,10 @@ impl Ahead {
         Self { bands: receiver, used }
     }
 
-    /// Lays over on this thread and encodes on another.
+    /// Composites on this thread and encodes on another.
     ///
     /// # Errors
-    /// What reading, laying over or writing gives.
+    /// Those of reading, compositing or writing.
     pub(crate) fn run<'scope>(
         self,
         scope: &'scope thread::Scope<'scope, '_>,
@@ -95,7 +95,7 @@ impl Ahead {
             let band = overlay.lay(first, band).or_work()?;
             first += height;
             if sender.send(band).is_err() {
-                // It failed, and tells below why.
+                // The encoder failed, and returns its error below.
                 break;
             }
         }
@@ -129,7 +129,7 @@ fn encode(
 ) -> std::result::Result<Written, WriteError> {
     for band in bands {
         writer.push(&band)?;
-        // Nobody takes it back once all is decoded.
+        // Nobody returns buffers once everything is decoded.
         let _ = used.send(band);
     }
     writer.finish()

@@ -1,4 +1,4 @@
-//! What a transfer from files to files is asked to do, and what it did.
+//! The request and the result of a transfer between files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,16 +15,16 @@ use crate::material::{Role, Values};
 use crate::onto::Onto;
 use crate::region::Region;
 
-/// Which textures are carried.
+/// Which textures are transferred.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Inputs {
-    /// Textures that are laid over one base, one each.
+    /// Textures that share one base.
     Textures {
         /// Image files, and folders of them.
         sources: Vec<PathBuf>,
-        /// What they are laid over; nothing, which needs [`Transfer::size`], if there is none.
+        /// Their base; without one, [`Transfer::size`] is required.
         onto: Option<Onto>,
-        /// What their values are.
+        /// What their values mean.
         values: Values,
     },
     /// The maps of one material.
@@ -34,96 +34,97 @@ pub enum Inputs {
 /// A map of a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialMap {
-    /// What it is; the output is named for it.
+    /// Its role; the output is named after it.
     pub role: Role,
     /// The image file.
     pub source: PathBuf,
-    /// What it is laid over; nothing, which needs [`Transfer::size`], if there is none.
+    /// Its base; without one, [`Transfer::size`] is required.
     pub onto: Option<Onto>,
 }
 
-/// What becomes of outputs that are there already.
+/// What happens to existing outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Existing {
-    /// All are made anew.
+    /// All are overwritten.
     #[default]
     Replace,
-    /// Those that are up to date are left: that are as they were written, from inputs with the same content and with
-    /// the same options, by this version. What each was made from is noted in `.uvgraft-manifest.jsonl` beside them;
-    /// what was made without that is made anew.
+    /// Outputs that are up to date are skipped: those unchanged since they were written, from
+    /// inputs with the same content, with the same options, by this version. A record is kept in
+    /// `.uvgraft-manifest.jsonl` beside them; outputs without one are overwritten.
     KeepUpToDate,
 }
 
-/// Which textures are carried, how, and where the results go.
+/// A transfer: which textures, how, and where the results go.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Transfer {
     /// The pair file.
     pub pair: PathBuf,
-    /// The textures, and what they are laid over.
+    /// The textures and their bases.
     pub inputs: Inputs,
-    /// A file; or a folder, made if it is missing, for several textures and for materials.
+    /// A file; or a folder, created if missing, for several textures and for materials.
     pub output: PathBuf,
-    /// Which way textures are carried.
+    /// The direction of the transfer.
     pub direction: Direction,
-    /// Size of the results; base images are resized to it. Theirs, if there is none.
+    /// Size of the results; base images are resized to it. By default the size of the base image.
     pub size: Option<Size>,
-    /// The interpolation filter; if there is none, Lanczos-3 for colours and bilinear for data.
+    /// The interpolation filter; by default Lanczos-3 for colours and bilinear for data.
     pub filter: Option<Filter>,
-    /// How the map is built.
+    /// Options of the sampling map.
     pub map: MapOptions,
-    /// What shows where islands overlap.
+    /// How overlapping islands are combined.
     pub overlap: Overlap,
-    /// What colours are while they are averaged.
+    /// The encoding in which colours are averaged.
     pub averaging: Averaging,
-    /// Which way the green channels of normal maps point.
+    /// Green channel conventions of normal maps.
     pub normals: NormalOptions,
-    /// Whether textures are solved for rather than sampled, and how.
+    /// Solves for textures by least squares instead of sampling, with these options.
     pub fit: Option<FitOptions>,
-    /// Which part of what is linked is meant.
+    /// The region of the linked surface to use.
     pub region: Region,
-    /// How textures are blended in; all of what is linked is pasted if there is none and no region.
+    /// How textures are blended in; without it and without a region, they are pasted as they are.
     pub blending: Option<Blending>,
-    /// Where textures can be trusted: an image, white on black, in their layout.
+    /// The trusted texels of textures: an image, white on black, in their layout.
     pub source_mask: Option<PathBuf>,
-    /// A mean texture, in the textures' layout, for what they lack.
+    /// A mean texture, in the layout of the textures, for unseen areas.
     pub fill: Option<PathBuf>,
-    /// Extension of the results' format, where there are several; each source's own, if there is none.
+    /// Extension of the outputs if there are several; by default that of each source.
     pub format: Option<String>,
-    /// How results are written.
+    /// How results are encoded.
     pub write: WriteOptions,
-    /// Where a mask of the texels that are carried is written.
+    /// Where to write a mask of the texels that are covered.
     pub mask: Option<PathBuf>,
-    /// Where a picture of what a texture shows is drawn, as labels; for one texture.
+    /// Where to draw the labels of the texture; for a single texture only.
     pub draw_labels: Option<PathBuf>,
-    /// What becomes of outputs that are there already.
+    /// What happens to existing outputs.
     pub existing: Existing,
-    /// How many textures are carried at once; one a thread, if it is not said.
+    /// Number of textures processed in parallel; by default one per thread.
     pub jobs: Option<u16>,
-    /// Bytes for textures that are carried at once: fewer are, where they would not fit.
+    /// Memory limit in bytes for textures in flight: fewer are processed in parallel where they
+    /// would exceed it.
     pub memory: u64,
-    /// Files that the caller writes itself: checked with the outputs.
+    /// Files that the caller writes itself, to be checked along with the outputs.
     pub also_written: Vec<PathBuf>,
 }
 
-/// What was done.
+/// The result of a transfer.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Transferred {
-    /// Textures that were written.
+    /// Number of textures written.
     pub written: usize,
-    /// Textures that were up to date.
+    /// Number of textures that were up to date.
     pub up_to_date: usize,
-    /// Why others were not written, in their order.
+    /// Why the other textures were not written, in order.
     pub failures: Vec<Failure>,
-    /// The pair; none if everything was up to date.
+    /// The pair; `None` if everything was up to date.
     pub pair: Option<PairFile>,
     /// The blend, if there was one.
     pub blend: Option<Arc<Blend>>,
 }
 
 impl Transferred {
-    /// Whose fault the worst failure is: one at work weighs more than a bad file.
+    /// The worst fault among the failures: a failure during the work outranks a bad input.
     pub fn worst(&self) -> Option<Fault> {
         let faults = || self.failures.iter().map(Failure::fault);
         faults().find(|&fault| fault == Fault::Work).or_else(|| faults().next())
@@ -131,7 +132,7 @@ impl Transferred {
 }
 
 impl Transfer {
-    /// A transfer with everything as it is by default.
+    /// A transfer with default options.
     pub fn new(pair: impl Into<PathBuf>, inputs: Inputs, output: impl Into<PathBuf>) -> Self {
         Self {
             pair: pair.into(),
@@ -160,7 +161,7 @@ impl Transfer {
         }
     }
 
-    /// The filter for textures of some kind.
+    /// The filter for textures of the given kind.
     pub(crate) fn filter(&self, values: Values) -> Filter {
         self.filter.unwrap_or_else(|| values.filter())
     }

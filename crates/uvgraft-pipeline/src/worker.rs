@@ -1,4 +1,4 @@
-//! Carrying one texture after the other, or several at once, with what they share.
+//! Transfers textures one by one, or several in parallel, with shared state.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -21,7 +21,7 @@ use crate::plan::Job;
 use crate::stream::{self, Ahead};
 use crate::transfer::Transfer;
 
-/// Carries textures, keeping what they share.
+/// Transfers textures, with the state that they share.
 pub(crate) struct TransferWorker<'a> {
     pub(crate) transfer: &'a Transfer,
     pub(crate) values: Values,
@@ -31,37 +31,37 @@ pub(crate) struct TransferWorker<'a> {
     pub(crate) known: &'a KnownTexels,
     pub(crate) observer: &'a dyn Observer,
     pub(crate) grafts: Grafts,
-    /// The first of the textures that are carried, and what is found out about it.
+    /// The first texture to be transferred, and its analysis.
     pub(crate) first: (&'a Path, OnceLock<FirstTexture>),
 }
 
-/// What is found out about a texture.
+/// The analysis of a texture.
 pub(crate) struct FirstTexture {
-    /// The blend of what is left of the region.
+    /// The blend restricted to what remains of the region.
     pub(crate) narrowed: Option<Arc<Blend>>,
-    /// Which texels it is carried to, if a mask is wanted and anything is left out.
+    /// The mask of covered texels, if requested and anything is excluded.
     mask: Option<Texture>,
 }
 
-/// One place for each size of textures, and the first graft that was made, which others share parts with.
+/// One cell for each texture size, and the first graft, whose parts the others share.
 #[derive(Default)]
 pub(crate) struct Grafts {
     by_size: Mutex<HashMap<Size, Arc<GraftCell>>>,
     first: OnceLock<Arc<Graft>>,
 }
 
-/// Where a graft is once it is made, or why it was not.
+/// A graft once it is built, or the reason for failure.
 type GraftCell = OnceLock<Result<Arc<Graft>>>;
 
-/// How carrying a texture went.
+/// The outcome of a texture.
 pub(crate) struct Outcome {
-    /// How its fit went, if it was fitted.
+    /// Summary of the fit, if the texture was fitted.
     pub(crate) result: Result<Option<FitSummary>>,
-    /// What the user should know.
+    /// Notes and warnings.
     pub(crate) said: Said,
 }
 
-/// What there is to say about a texture.
+/// Messages about a texture.
 #[derive(Debug, Default)]
 pub(crate) struct Said {
     pub(crate) notes: Vec<String>,
@@ -69,10 +69,10 @@ pub(crate) struct Said {
 }
 
 impl TransferWorker<'_> {
-    /// Carries a texture.
+    /// Transfers a texture.
     ///
-    /// - `alone`: whether no other is carried meanwhile, so that decoding, sampling and encoding are
-    ///   to overlap.
+    /// - `alone`: whether no other texture is processed meanwhile, so that decoding, sampling and
+    ///   encoding overlap.
     pub(crate) fn carry(&self, job: &Job, alone: bool) -> Outcome {
         let mut said = Said::default();
         let result = self.try_carry(job, alone, &mut said);
@@ -88,7 +88,7 @@ impl TransferWorker<'_> {
         said.warnings.extend(self.base.mismatch(source.icc(), &job.source));
         let (base, mut icc) = self.base.under(format, source.icc());
         let channels = format.channels.union(base.channels);
-        // A profile is for grey or for RGB; readers refuse images that have the other one.
+        // A profile is for greyscale or for RGB; readers reject images with the wrong kind.
         let owner = if self.base.is_image() { base } else { format };
         if channels.has_color() != owner.channels.has_color() && icc.take().is_some() {
             let warning = "ICC profile dropped: it is for greyscale, but the result is in colour";
@@ -129,8 +129,8 @@ impl TransferWorker<'_> {
                 (prepare(), read())
             };
             let ((texture, failure), graft) = (texture?, graft?);
-            // Decoding may have gone further than is read, before that was known: damage there is
-            // none of this texture's, whichever was faster.
+            // The decoder may have run ahead of what is needed: damage there does not concern this
+            // texture, whichever was faster.
             if let Some((row, error)) = failure
                 && row < self.source_rows_end(&graft)
             {
@@ -185,8 +185,8 @@ impl TransferWorker<'_> {
         ))
     }
 
-    /// The tone that a texture and the base are to have, and what is left out of the texture; why there is none is a
-    /// warning.
+    /// The toning of a texture and its base, and what is excluded from the texture. Failure to find
+    /// a tone is a warning.
     fn toning(
         &self,
         graft: &Graft,
@@ -199,7 +199,7 @@ impl TransferWorker<'_> {
             return Ok(None);
         };
         if !self.values.is_toned() {
-            // What it shows is known of the albedo, if at all.
+            // Labels come from the albedo, if at all.
             return Ok(if blend.has_labels() { graft.narrowing(texture) } else { None });
         }
         let toning = if blend.options().needs_colors() {
@@ -221,7 +221,7 @@ impl TransferWorker<'_> {
         Ok(toning)
     }
 
-    /// Keeps what was found out about the first texture.
+    /// Stores the analysis of the first texture.
     fn note_found(&self, job: &Job, toning: &Toning, overlay: &uvgraft::Overlay) {
         let (first, found) = &self.first;
         if *first == job.source {
@@ -252,7 +252,7 @@ impl TransferWorker<'_> {
         overlay.or_input().map_err(|failure| failure.context(path.display()))
     }
 
-    /// The row of a texture after the last that counts.
+    /// The end of the rows of a texture that are needed.
     fn source_rows_end(&self, graft: &Graft) -> u32 {
         if self.transfer.fit.is_some() {
             graft.sizes().from.height
@@ -261,7 +261,7 @@ impl TransferWorker<'_> {
         }
     }
 
-    /// The graft for textures of `size`, made at the first of them while the others wait.
+    /// The graft for textures of `size`, built for the first of them while the others wait.
     fn graft(&self, size: Size) -> Result<Arc<Graft>> {
         let place = {
             let mut grafts = self.grafts.by_size.lock().unwrap_or_else(PoisonError::into_inner);
@@ -295,27 +295,27 @@ impl TransferWorker<'_> {
         builder.build().or_work()
     }
 
-    /// Which texels are covered, and how much, the same for textures of every size; without what is left out of the
-    /// first.
+    /// The coverage mask, the same for textures of every size, without what is excluded from the
+    /// first one.
     pub(crate) fn mask(&self) -> Result<Texture> {
         if let Some(mask) = self.first.1.get().and_then(|found| found.mask.clone()) {
             return Ok(mask);
         }
         match self.grafts.first.get() {
             Some(graft) => Ok(graft.mask()),
-            // None was needed, so any size does.
+            // No texture needed a graft, so any size does.
             None => Ok(self.build_graft(Size::square(1))?.mask()),
         }
     }
 }
 
-/// What became of a file, as warnings; its errors sorted by whose fault they are.
+/// Losses of a written file, as warnings; its errors sorted by whose fault they are.
 pub(crate) fn losses(
     written: std::result::Result<Written, WriteError>,
     path: &Path,
 ) -> Result<Vec<String>> {
     let written = written.map_err(|error| match error {
-        // The place was found to be writable before: now the disk is full, or gone.
+        // The path was checked to be writable before: by now the disk is full, or gone.
         WriteError::Encode { reason: EncodeError::Io(_), .. } => Failure::work(error),
         error => Failure::input(error),
     })?;

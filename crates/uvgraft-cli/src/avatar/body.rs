@@ -1,4 +1,4 @@
-//! The body: the figure of the demo, or a model of the SMPL family.
+//! The body: the demo figure, or a model of the SMPL family.
 
 use std::path::Path;
 
@@ -16,19 +16,19 @@ use crate::failure::{OrBadInput, bad_input, note, warn};
 /// A rigged body with its animations.
 pub(super) struct Body {
     pub(super) avatar: Avatar,
-    /// What it is, for people.
+    /// A description for the summary.
     pub(super) name: String,
-    /// How far each clip is from the model, for want of pose correctives; nothing for models that have
-    /// none themselves.
+    /// The deviation of each clip from the model, which glTF's lack of pose correctives causes;
+    /// empty for models without any.
     pub(super) apart: Vec<(String, Apart)>,
-    /// What was done about the ground of each clip.
+    /// The grounding of each clip, for the summary.
     pub(super) grounds: Vec<String>,
-    /// What became of a model's expressions.
+    /// How well the model's expressions could be solved.
     pub(super) told: Option<(BodyKind, Expressiveness)>,
 }
 
 impl Body {
-    /// - `mesh`: the mesh of the pair's target, which the body must be.
+    /// - `mesh`: the mesh of the pair's target, which must be that of the body.
     pub(super) fn new(args: &Args, mesh: &Mesh) -> anyhow::Result<Self> {
         let recordings: Vec<Recording> = args
             .playing
@@ -58,7 +58,7 @@ impl Body {
             )));
         }
         let mut avatar = figure.avatar();
-        // A pair may have turned quads the other way, where that is how the head has them.
+        // A pair may split quads along the other diagonal, to match the head.
         avatar.mesh = mesh.clone().with_positions(avatar.mesh.positions().to_vec())?;
         avatar = avatar.standing()?;
         if !recordings.is_empty() {
@@ -89,7 +89,7 @@ impl Body {
         let of_clips = recordings.iter().filter_map(|recording| recording.motion.betas());
         let needs = Needs {
             betas: of_clips.map(<[f32]>::len).fold(betas.len(), usize::max),
-            // Clips are compared with the model, which takes all of them.
+            // Clips are compared with the model, which uses all correctives.
             correctives: !recordings.is_empty(),
         };
         let ModelFile { model, gender, unused } = ModelFile::read(path, &needs).or_bad_input()?;
@@ -133,7 +133,7 @@ fn check_shape(args: &Args, positions: &[[f32; 3]]) -> anyhow::Result<()> {
     )))
 }
 
-/// Whether two meshes have the same vertices and the same layout, as far as files keep them.
+/// Whether two meshes have the same vertices and layout, up to the precision of files.
 fn is_same(a: &Mesh, b: &Mesh) -> bool {
     fn is_near<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> bool {
         const NEAR: f32 = 1e-5;
@@ -143,7 +143,7 @@ fn is_same(a: &Mesh, b: &Mesh) -> bool {
     is_near(a.positions(), b.positions()) && is_near(a.uv(), b.uv())
 }
 
-/// Numbers, or the array `betas` of a file.
+/// Parses numbers, or reads the array `betas` of a file.
 pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
     let wanted = |found: &str| {
         let wanted = "must be numbers such as 0.5,-1.2, or a file that holds them";
@@ -156,7 +156,7 @@ pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
         Err(_) if Path::new(text).exists() => {
             let found = arrays::read(Path::new(text)).or_bad_input()?;
             let array = found.require("betas").map_err(|error| wanted(&error.to_string()))?;
-            // One person's, maybe in a row of its own.
+            // Betas of one person, possibly as a matrix of one row.
             if !matches!(array.shape(), [_] | [1, _]) {
                 return Err(wanted(&format!("`betas` of shape {:?}", array.shape())));
             }

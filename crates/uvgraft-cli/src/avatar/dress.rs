@@ -1,4 +1,4 @@
-//! A face on a body's texture.
+//! The face on the body's texture.
 
 use std::sync::Arc;
 
@@ -18,17 +18,17 @@ use crate::preview;
 
 /// The textures of an avatar.
 pub(super) struct Dressed {
-    /// The body's colours with the face on them.
+    /// The body's colours with the face.
     pub(super) body: Texture,
-    /// The head's own, where it keeps its layout.
+    /// The head's own texture, if it keeps its layout.
     pub(super) head: Option<Texture>,
-    /// How other maps are carried.
+    /// How to transfer the other maps.
     pub(super) map_transfer: MapTransfer,
 }
 
-/// The texture that a face is laid over, at the size that is wanted.
+/// The base texture, at the requested size.
 ///
-/// - `preset`: what says how large the result may be.
+/// - `preset`: limits the size of the result.
 pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow::Result<Texture> {
     let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match onto {
@@ -41,7 +41,7 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
         Onto::Color(unit) => {
-            // Without a size the options are refused.
+            // Plans without a size are rejected earlier.
             let size = args.size.unwrap_or(Size::square(1024));
             let [colors @ .., _] = *unit;
             let (channels, encoding) = (uvgraft::Channels::Rgb, uvgraft::Encoding::Srgb);
@@ -51,9 +51,9 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
     }
 }
 
-/// Carries a face onto a base, and hides the border as the options say.
+/// Transfers a face onto a base and blends the border as the options ask.
 ///
-/// - `preset`: what says how large the head's own texture may be.
+/// - `preset`: limits the size of the head's own texture.
 pub(super) fn dress(
     args: &Args,
     file: &PairFile,
@@ -69,7 +69,7 @@ pub(super) fn dress(
     let how = args.blending.clone().of_avatar();
     let ground = Ground::new(Arc::clone(&file.pair), Direction::Forward);
     let mut region = args.region.region();
-    // Bodies are in metres, and as long as people are; others are asked about.
+    // Bodies are in metres and of human size; otherwise the unit must be given.
     if (0.2..3.0).contains(&ground.extent()) {
         region.unit = region.unit.or(Some(Unit::M));
     }
@@ -128,7 +128,7 @@ pub(super) fn dress(
     Ok(Dressed { body, head, map_transfer })
 }
 
-/// As files have colours.
+/// With the encoding that files have.
 fn srgb(texture: Texture) -> Texture {
     let channels = uvgraft::Channels::Rgb;
     texture.encoded_as(uvgraft::Encoding::Srgb).converted(channels, uvgraft::Depth::U8)

@@ -1,4 +1,4 @@
-//! Expressions of body models, and what is said about them.
+//! Messages about the expressions of body models.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use uvgraft_avatar::face::Shortfall;
 
 use crate::failure::{note, warn};
 
-/// Tells what a body's face cannot do.
+/// Reports what the body's face cannot express.
 pub(super) fn tell(path: &Path, kind: BodyKind, told: &Expressiveness) {
     let model = path.display();
     if told.has_none {

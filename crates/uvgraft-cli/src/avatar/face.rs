@@ -1,4 +1,4 @@
-//! The face: a picture, or what FATE baked.
+//! The face: an image, or the output of FATE.
 
 use std::path::{Path, PathBuf};
 
@@ -11,18 +11,18 @@ use crate::failure::{OrBadInput, warn};
 /// A texture in the head's layout.
 pub(super) struct Face {
     pub(super) texture: Texture,
-    /// Where it can be trusted, if it says so.
+    /// The mask of trusted texels, if the source has one.
     pub(super) confidence: Option<Texture>,
-    /// The file that it came from.
+    /// The file that it was read from.
     pub(super) file: PathBuf,
 }
 
 impl Face {
-    /// Twice what FATE bakes at: its texels lie on the corners of the texture, ours between, and at
-    /// this size the lookup between them loses next to nothing.
+    /// Twice the size that FATE bakes at: FATE's texels lie on the corners of the texture, ours
+    /// between them, and at this size interpolation loses next to nothing.
     const SIDE_OF_DUMPS: u32 = 2 * fate::BAKED_SIZE;
 
-    /// From an image, a texture dump, or a workspace of FATE's.
+    /// Reads an image, a texture dump, or a FATE workspace.
     pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
         let is_dump = path.extension().is_some_and(|extension| {
             ["pth", "pt"].iter().any(|name| extension.eq_ignore_ascii_case(name))

@@ -1,4 +1,4 @@
-//! What heads of body models lack: a mouth behind the lips, and an island for each eye.
+//! What heads of body models lack: the interior of the mouth, and a UV island for each eye.
 
 use std::sync::Arc;
 
@@ -40,8 +40,8 @@ enum MouthName {
     None,
 }
 
-/// A pair whose target has an island for each eye, and how its layout came to be; nothing where both have their
-/// own, or there is no room.
+/// A pair whose target has an island for each eye, and how its layout was changed; `None` if both
+/// eyes already have their own, or if there is no free space.
 pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>> {
     match Parted::find(pair.target()) {
         Ok(None) => Ok(None),
@@ -57,14 +57,14 @@ pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>>
     }
 }
 
-/// An avatar in a layout of the same triangles.
+/// An avatar with another layout of the same triangles.
 pub(super) fn with_layout(avatar: Avatar, layout: &Mesh) -> anyhow::Result<Avatar> {
     let mesh = layout.clone().with_positions(avatar.mesh.positions().to_vec())?;
     Ok(Avatar { mesh, ..avatar })
 }
 
 impl FeatureArgs {
-    /// Draws an avatar's eyes, if that is wanted.
+    /// Draws the eyes of an avatar, if requested.
     pub(super) fn draw_eyes(self, avatar: &Avatar, texture: &mut Texture, name: &str) {
         if self.eyes == EyesName::Keep {
             return;
@@ -79,14 +79,14 @@ impl FeatureArgs {
         }
     }
 
-    /// The mouth for an avatar, if it is to have one.
+    /// The mouth for an avatar, if requested.
     pub(super) fn fit_mouth(self, avatar: &Avatar) -> Option<Result<Mouth, MouthError>> {
         (self.mouth == MouthName::Fitted).then(|| Mouth::fit(avatar))
     }
 }
 
-/// Gives an avatar the mouth that was fitted to it, in mesh and texture; says where there is none. With the mouth's
-/// triangles.
+/// Attaches a fitted mouth to the mesh and the texture of an avatar, or reports why there is none.
+/// Also returns the number of its triangles.
 pub(super) fn with_mouth(
     avatar: Avatar,
     mouth: Result<Mouth, MouthError>,

@@ -1,4 +1,4 @@
-//! Which layouts an avatar's textures have: the body's alone, or the head's own beside it.
+//! The UV layouts of an avatar: the body's alone, or the head's own beside it.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::Args;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 
-/// Which layouts textures have.
+/// Options for the layouts of textures.
 #[derive(clap::Args)]
 #[command(next_help_heading = heading::TEXTURE)]
 pub(super) struct LayoutArgs {
@@ -35,13 +35,13 @@ impl LayoutArgs {
     }
 }
 
-/// The number of the head's material.
+/// Index of the head's material.
 const HEAD: u8 = 1;
 
-/// At least this share of the region must be whole triangles of the head's mesh.
+/// Least share of the region that must consist of whole triangles of the head's mesh.
 const LEAST_SHARE: f64 = 0.5;
 
-/// The head's own layout on the body, and how its texture is blended there.
+/// The head's own layout on the body, and the blend of its texture there.
 pub(super) struct HeadLayout {
     own: OwnLayout,
     blend: Arc<Blend>,
@@ -50,7 +50,7 @@ pub(super) struct HeadLayout {
 
 impl HeadLayout {
     /// - `blend`: that of the body's layout.
-    /// - `shown`: what of it is left without cloth.
+    /// - `shown`: its region without cloth.
     pub(super) fn new(
         args: &Args,
         file: &PairFile,
@@ -84,10 +84,11 @@ impl HeadLayout {
         self.toning.as_ref()
     }
 
-    /// Gives an avatar's triangles the coordinates and the material of the head, where they are of it.
+    /// Assigns the head's UV coordinates and material to the triangles of an avatar that belong to
+    /// the head.
     ///
-    /// - `avatar`: whose triangles are those of the pair's target in their order, but for some that are gone, and
-    ///   then further ones.
+    /// - `avatar`: its triangles are those of the pair's target in order, minus removed ones,
+    ///   followed by additional ones.
     pub(super) fn apply(&self, avatar: &mut Avatar) -> anyhow::Result<()> {
         let (mesh, own) = (&avatar.mesh, self.own.pair.target());
         let mut uv = mesh.uv().to_vec();

@@ -1,4 +1,4 @@
-//! Levels of detail: coarser avatars beside the one that is asked for.
+//! Levels of detail: coarser versions of the avatar.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 use crate::report::grouped;
 
-/// Coarser levels.
+/// Options for coarser levels.
 #[derive(clap::Args)]
 #[command(next_help_heading = heading::LODS)]
 pub(super) struct LodArgs {
@@ -40,7 +40,7 @@ impl LodArgs {
         self.lods_as == Some(LodsAs::Msft)
     }
 
-    /// Refuses what does not fit.
+    /// Checks that the options fit the output and the build.
     pub(super) fn check(&self, is_vrm: bool) -> anyhow::Result<()> {
         if self.count() > 0 && cfg!(not(feature = "simplify")) {
             return Err(bad_input("--lods needs a build with the feature `simplify`"));
@@ -54,7 +54,7 @@ impl LodArgs {
         Ok(())
     }
 
-    /// The files of the levels.
+    /// The output files of the levels.
     pub(super) fn files(&self, output: &Path) -> Vec<PathBuf> {
         let count = if self.is_one_file() { 0 } else { self.count() };
         let stem = output.file_stem().unwrap_or_default().to_string_lossy();
@@ -64,9 +64,9 @@ impl LodArgs {
             .collect()
     }
 
-    /// Makes the levels.
+    /// Builds the levels.
     ///
-    /// - `normals`: those that the avatar is shown with.
+    /// - `normals`: those of the finest level.
     pub(super) fn levels(
         &self,
         avatar: &Avatar,
@@ -77,14 +77,14 @@ impl LodArgs {
     }
 }
 
-/// The levels of an avatar.
+/// The coarser levels of an avatar.
 pub(super) struct Levels {
     levels: Vec<Level>,
     is_one_file: bool,
 }
 
 impl Levels {
-    /// Those that are part of the avatar's own file.
+    /// The levels stored in the avatar's own file.
     pub(super) fn inside(&self) -> Vec<CoarserLevel> {
         let coarser = |level: &Level| CoarserLevel {
             avatar: level.avatar.clone(),
@@ -108,9 +108,9 @@ impl Levels {
         Ok(files)
     }
 
-    /// What they are, a row each: its name and what there is to say.
+    /// Rows for the summary: the name of each level and its description.
     ///
-    /// - `files`: of those that have one.
+    /// - `files`: of the levels that have one.
     pub(super) fn rows(&self, files: &[(PathBuf, usize)]) -> Vec<(String, String)> {
         let row = |(index, level): (usize, &Level)| {
             let mut text = format!(

@@ -1,4 +1,4 @@
-//! How maps of a face get onto a body, and into the head's own layout where it keeps that.
+//! Transfers further maps of a face onto a body, and into the head's own layout if it keeps that.
 
 use std::sync::Arc;
 
@@ -10,30 +10,31 @@ use uvgraft::{
 use super::layout::HeadLayout;
 use crate::failure::{OrBadInput, note};
 
-/// What was prepared for the colours of a face, for its other maps to be carried alike.
+/// What was prepared for the colours of a face, reused for its other maps.
 pub(super) struct MapTransfer {
     pub(super) pair: Arc<Pair>,
     pub(super) blend: Arc<Blend>,
     pub(super) toning: Option<Toning>,
     pub(super) head: Option<HeadLayout>,
-    /// The interpolation filter, if one is named.
+    /// The interpolation filter, if set.
     pub(super) filter: Option<Filter>,
     pub(super) gutter_px: u32,
     pub(super) prefer: Prefer,
-    /// The longest side of textures.
+    /// The longest side allowed for textures.
     pub(super) preset: Option<u32>,
 }
 
-/// A map in the layouts that an avatar has.
+/// A map in the layouts of an avatar.
 pub(super) struct TransferredMap {
     pub(super) body: Texture,
     pub(super) head: Option<Texture>,
 }
 
 impl MapTransfer {
-    /// Carries a map that is no albedo onto a base of its kind. What colours leave out is left out of it as well.
+    /// Transfers a map other than the albedo onto a base of the same role. What is excluded from
+    /// the colours is excluded from it too.
     ///
-    /// - `face`: the head's, if it has one; else the base stays as it is.
+    /// - `face`: the map of the head, if there is one; otherwise the base is unchanged.
     pub(super) fn carry(
         &self,
         face: Option<Texture>,
@@ -61,7 +62,7 @@ impl MapTransfer {
 
     /// The colours of a face in the head's own layout, if it keeps that.
     ///
-    /// - `body`: with the face on it.
+    /// - `body`: with the face.
     pub(super) fn head_color(
         &self,
         face: Texture,
@@ -71,10 +72,11 @@ impl MapTransfer {
         head.map(|head| self.in_own_layout(head, face, body, (Content::Color, true))).transpose()
     }
 
-    /// Lays a face over what the body shows, in the head's layout. Where it is all there is, its texels stay what they
-    /// are, but for the tone. At the rim it is nothing, so both textures show the same on either side.
+    /// Composites a face over the body's colours, in the head's layout. Where the face is opaque,
+    /// its texels are kept but for the tone. At the border it is transparent, so that both textures
+    /// agree there.
     ///
-    /// - `content`: what the values are, and whether they take on the tone.
+    /// - `content`: the meaning of the values, and whether the tone is applied.
     fn in_own_layout(
         &self,
         head: &HeadLayout,
@@ -102,9 +104,9 @@ impl MapTransfer {
         Ok(overlay.lay(0, beneath)?)
     }
 
-    /// What the body shows, in the head's layout.
+    /// The body's texture in the head's layout.
     ///
-    /// - `around`: what is where it shows nothing.
+    /// - `around`: fills what the body does not cover.
     fn beneath(
         &self,
         body: &Texture,
@@ -120,7 +122,7 @@ impl MapTransfer {
         let depth = around.depth();
         let around = around.converted(channels, depth);
         let sizes = Sizes { from: body.size(), to: size };
-        // What the body's layout holds is for glTF already.
+        // Maps in the body's layout already follow glTF.
         let content = match content {
             Content::Normals(_) => {
                 Content::Normals(NormalOptions::new(NormalY::OpenGl, NormalY::OpenGl))
@@ -149,7 +151,7 @@ impl MapTransfer {
         }
     }
 
-    /// A size within the preset's.
+    /// A size within the preset's limit.
     pub(super) fn limited(&self, size: Size) -> Size {
         let Some(side) = self.preset else { return size };
         let longest = size.width.max(size.height);

@@ -1,4 +1,4 @@
-//! Maps beside the colour, carried onto a body and made part of its materials.
+//! Maps other than the colours, transferred onto a body and added to its materials.
 
 use std::path::Path;
 
@@ -25,16 +25,16 @@ struct Set {
     orm: Option<Texture>,
 }
 
-/// The maps in the body's layout, and in the head's own where it keeps that.
+/// The maps in the body's layout, and in the head's own if it keeps that.
 pub(super) struct TransferredMaps {
     body: Set,
     head: Set,
 }
 
 impl Materials {
-    /// Carries all maps.
+    /// Transfers all maps.
     ///
-    /// - `size`: of maps whose base is no image.
+    /// - `size`: of maps whose base is a constant.
     pub(super) fn carry(
         &self,
         map_transfer: &MapTransfer,
@@ -95,7 +95,7 @@ impl Materials {
         map_transfer.carry(face, base, content)
     }
 
-    /// A normal map of the body's with green up.
+    /// A normal map of the body, converted to green up.
     fn upward(&self, mut texture: Texture) -> Texture {
         if self.normal_y == NormalY::OpenGl {
             return texture;
@@ -145,7 +145,7 @@ impl Set {
                 ])?,
             };
             let picture = how.data(packed)?;
-            // Factors are multiplied in.
+            // Factors are multiplied with the texture.
             (looks.roughness_factor, looks.metallic_factor) = (1.0, 1.0);
             looks.occlusion = has_occlusion.then(|| picture.clone());
             looks.roughness = Some(picture);
@@ -157,7 +157,7 @@ impl Set {
 }
 
 impl TransferredMaps {
-    /// Makes the materials: the body's, then the head's own, if it has one.
+    /// Builds the materials: the body's, then the head's own, if it has one.
     pub(super) fn looks(
         self,
         colors: (Texture, Option<Texture>),
@@ -182,7 +182,7 @@ impl TransferredMaps {
     }
 }
 
-/// How textures become files.
+/// How textures are encoded.
 pub(super) struct Encoder {
     pub(super) format: PictureFormat,
     pub(super) quality: u8,
@@ -194,7 +194,7 @@ impl Encoder {
         Picture::encode(texture, self.format, self.quality)
     }
 
-    /// A JPEG's blocks would show in highlights, so what is to be JPEG is PNG.
+    /// The blocks of a JPEG would show in highlights, so data maps are stored as PNG instead.
     fn data(&self, texture: Texture) -> Result<Picture, PictureError> {
         let format = match self.format {
             PictureFormat::Jpeg => PictureFormat::Png,
@@ -212,9 +212,9 @@ fn grey(texture: Texture) -> Texture {
     texture.converted(Channels::Grey, Depth::U8)
 }
 
-/// Three maps as the channels of one, of the size of the largest.
+/// Packs three maps into the channels of one, at the size of the largest.
 ///
-/// - `maps`: each with what it is where it is missing.
+/// - `maps`: each with its default value.
 fn packed(maps: [(Option<Texture>, f32); 3]) -> Result<Texture, PictureError> {
     let sizes = maps.iter().filter_map(|(map, _)| Some(map.as_ref()?.size()));
     let size = sizes.max_by_key(|size| size.texels()).unwrap_or(Size::square(1));

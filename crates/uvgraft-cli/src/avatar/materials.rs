@@ -1,4 +1,4 @@
-//! Which maps there are beside the colour, and how surfaces are lit, as options say it.
+//! Options for additional maps and for shading.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::failure::bad_input;
 use crate::heading;
 use crate::role_file::{NormalYName, RoleFile};
 
-/// Maps of the face, and how surfaces are lit.
+/// Options for maps of the face, and for shading.
 #[derive(clap::Args)]
 #[command(next_help_heading = heading::MATERIALS)]
 pub(super) struct MaterialArgs {
@@ -41,7 +41,7 @@ enum LookName {
     Unlit,
 }
 
-/// What a map is.
+/// The role of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MapRole {
     Normal,
@@ -70,7 +70,7 @@ impl MapRole {
         ROLES.into_iter().find(|(known, _)| *known == name).map(|(_, role)| role)
     }
 
-    /// What a map is of where nothing is known.
+    /// The neutral value of a map.
     pub(super) const fn nothing(self) -> [f32; 3] {
         match self {
             Self::Normal => [0.5, 0.5, 1.0],
@@ -82,30 +82,30 @@ impl MapRole {
     }
 }
 
-/// A map that is asked for.
+/// A map to transfer.
 pub(super) struct MapRequest {
     pub(super) role: MapRole,
     /// In the head's layout.
     pub(super) face: Option<PathBuf>,
-    /// In the body's.
+    /// In the body's layout.
     pub(super) onto: Option<Onto>,
 }
 
-/// What materials are to be made of, checked.
+/// Validated material options.
 pub(super) struct Materials {
     pub(super) maps: Vec<MapRequest>,
     pub(super) normal_y: NormalY,
     pub(super) style: Style,
 }
 
-/// What `--onto` says: the body's colour, and bases of maps.
+/// Parsed `--onto` options: the body's colour, and bases of maps.
 pub(super) struct Bases {
     pub(super) color: Onto,
     maps: Vec<(MapRole, Onto)>,
 }
 
 impl Bases {
-    /// - `texts`: an image or a colour, and any number of them after `ROLE=`.
+    /// - `texts`: an image or a colour, and any number of `ROLE=IMAGE` or `ROLE=COLOUR`.
     pub(super) fn parse(texts: &[String]) -> anyhow::Result<Self> {
         let (mut color, mut maps) = (None, Vec::<(MapRole, Onto)>::new());
         for text in texts {
@@ -142,7 +142,7 @@ fn role_names() -> String {
 }
 
 impl MaterialArgs {
-    /// Checks what is asked for.
+    /// Validates the options.
     pub(super) fn check(&self, bases: Bases, is_vrm: bool) -> anyhow::Result<Materials> {
         let mut maps: Vec<MapRequest> = Vec::new();
         for RoleFile { role: name, file } in &self.maps {
@@ -204,7 +204,7 @@ impl LookName {
 }
 
 impl Materials {
-    /// The files that are read.
+    /// The input files.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.maps.iter().flat_map(|map| {
             map.face.as_deref().into_iter().chain(map.onto.as_ref().and_then(Onto::path))

@@ -1,4 +1,4 @@
-//! What a VRM file says of itself, as options give it.
+//! Options for the metadata of avatars.
 
 use std::path::Path;
 
@@ -52,7 +52,7 @@ impl MetaArgs {
         self.title.clone().unwrap_or_else(stem)
     }
 
-    /// What a GLB file says of itself, in a place that people and scripts find: `asset.extras`.
+    /// Metadata of a GLB file, in `asset.extras`, where people and scripts find it.
     pub(super) fn extras(&self) -> Map<String, Value> {
         let mut extras = Map::new();
         if let Some(title) = &self.title {
@@ -64,12 +64,12 @@ impl MetaArgs {
         extras
     }
 
-    /// Whom to credit, as GLB files say it.
+    /// The copyright notice of a GLB file.
     pub(super) fn copyright(&self) -> Option<String> {
         (!self.authors.is_empty()).then(|| self.authors.join(", "))
     }
 
-    /// Refuses for a GLB what only a VRM file can say.
+    /// Rejects options that only a VRM file can store.
     pub(super) fn check_glb(&self) -> anyhow::Result<()> {
         let given = [
             ("--license", self.license.is_some()),
@@ -82,7 +82,7 @@ impl MetaArgs {
         }
     }
 
-    /// What a VRM file needs.
+    /// The metadata of a VRM file.
     pub(super) fn vrm(&self, output: &Path) -> anyhow::Result<VrmMeta> {
         let license = self.license.as_deref().and_then(Permissions::named);
         let Some(permissions) = license.filter(|_| {

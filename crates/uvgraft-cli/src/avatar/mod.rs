@@ -1,4 +1,4 @@
-//! `uvgraft avatar`: a head's texture on a full body that moves.
+//! `uvgraft avatar`: an animated full-body avatar from a head texture.
 
 mod betas;
 mod body;
@@ -48,7 +48,7 @@ use meta::MetaArgs;
 use motions::PlayArgs;
 use plan::Plan;
 
-/// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
+/// JPEG quality: textures are looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
 
 /// Build an animated full-body avatar from a head texture
@@ -142,7 +142,7 @@ pub(crate) struct Args {
     meta: MetaArgs,
 }
 
-/// The names of presets, each with its limits.
+/// The names of presets, with their limits as help.
 fn presets() -> PossibleValuesParser {
     PossibleValuesParser::new(Preset::ALL.map(|preset| {
         let (platform, side) = (preset.limits.platform, preset.texture_side);
@@ -207,7 +207,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Body { avatar, name, apart, grounds, told } = body;
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
-        // Before anything is said of a face that no file will have.
+        // Before any message about a face that no file will have.
         let (output, why) = (args.output.display(), VrmError::MissingBones { bones: missing });
         return Err(bad_input(format!("{name} as {output}: {why}")));
     }
@@ -229,14 +229,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let fit = preset::fit(avatar, triangles).or_bad_input()?;
         let Fitted { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
-        // Fewer triangles may have lost the lowest vertex.
+        // Simplifying may have removed the lowest vertex.
         (avatar, normals) = (fit.avatar.standing()?, fit.normals);
     }
     let levels = args.lods.levels(&avatar, normals.as_deref())?;
     let is_vrm = plan.vrm.is_some();
     let shown =
         is_vrm.then(|| thumbnail::Colors::new([Some(&color), head.as_ref()].into_iter().flatten()));
-    // Textures have the preset's size already.
+    // Textures already have the preset's size.
     let quality = args.quality.unwrap_or(JPEG_QUALITY);
     let encoder = Encoder { format: plan.format, quality, style: plan.materials.style };
     let looks = maps.looks((color, head), &encoder).or_bad_input()?;

@@ -1,4 +1,4 @@
-//! Recorded motions, and the ground that their clips are on.
+//! Recorded motions, and their ground contact.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ use super::betas::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
 use crate::heading;
 
-/// Frames a second of animations, unless others are asked for.
+/// Default frame rate of animations.
 const FPS: f64 = 30.0;
 
-/// How recordings are played.
+/// Options for playing recordings.
 #[derive(clap::Args)]
 #[command(next_help_heading = heading::ANIMATION)]
 pub(super) struct PlayArgs {
@@ -76,27 +76,27 @@ impl From<UpName> for Up {
     }
 }
 
-/// Who may have moved in a recording.
+/// Who may have performed a recording.
 pub(super) enum Performers<'a> {
-    /// Nobody is known.
+    /// Unknown.
     None,
-    /// People of a body model.
+    /// People as a body model describes them.
     Of {
         model: &'a BodyModel,
-        /// Whose shapes the model has, where its file says.
+        /// The gender of the model, if its file states one.
         gender: Option<Gender>,
         /// The body that plays the clip.
         body: &'a Shaped<'a>,
     },
 }
 
-/// Joints and feet of somebody, in the space of the model.
+/// Skeleton and soles of a performer, in model space.
 struct Performer {
     skeleton: Skeleton,
     soles: Option<Soles>,
 }
 
-/// A motion of a file.
+/// A motion read from a file.
 pub(super) struct Recording {
     path: PathBuf,
     pub(super) motion: Motion,
@@ -110,7 +110,7 @@ impl Recording {
         Ok(Self { path: path.to_path_buf(), motion })
     }
 
-    /// Adds it to an avatar's clips; returns what to say about its ground.
+    /// Adds the motion to the clips of an avatar, and returns the summary of its grounding.
     pub(super) fn add(
         &self,
         playing: &PlayArgs,
@@ -126,7 +126,7 @@ impl Recording {
         if why.is_some() {
             ground = Ground::Feet;
         }
-        // As recorded means as the model has it, which does not stand on y = 0.
+        // "As recorded" is relative to the model's own rest pose, which does not stand on y = 0.
         let own = match (performers, ground) {
             (Performers::Of { body, .. }, Ground::Keep) => {
                 Some(Person { skeleton: body.skeleton(), soles: None })
@@ -169,7 +169,7 @@ impl Recording {
         Ok(format!("{name}: {}", said(&report, ground, frames)))
     }
 
-    /// The person who moved, as a shape of the body's model; or why nobody knows.
+    /// The recorded person, as a shape of the body's model; or why it is unknown.
     fn person(&self, performers: &Performers<'_>) -> Result<Performer, String> {
         let Performers::Of { model, gender, .. } = performers else {
             return Err("the demo figure cannot take the shape of the recorded person".to_owned());
@@ -215,7 +215,7 @@ impl Recording {
         Ok(Performer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
     }
 
-    /// The file's name, and a number where another clip has it.
+    /// The stem of the file name, with a number if another clip has the same name.
     fn free_name(&self, avatar: &Avatar) -> String {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let taken = |name: &str| avatar.clips.iter().any(|clip| clip.name == name);
@@ -233,7 +233,7 @@ const fn axis(up: Up) -> &'static str {
     }
 }
 
-/// What was done about a clip's ground, for people.
+/// Summary of a clip's grounding.
 fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
     let mut text = match (ground, &report.grounding) {
         (Ground::Keep, _) | (_, None) => "translations as recorded".to_owned(),

@@ -1,4 +1,4 @@
-//! What options ask for, checked before anything large is read.
+//! The plan of an avatar: options are validated before any large file is read.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -14,25 +14,24 @@ use super::{Args, TextureName, body};
 use crate::failure::bad_input;
 use crate::picture::check_name;
 
-/// What is to be made.
+/// A validated request.
 pub(super) struct Plan {
-    /// What the body's colours are before the face is on them.
+    /// The base of the body's colours.
     pub(super) onto: Onto,
     pub(super) materials: Materials,
-    /// With what options say otherwise.
+    /// The preset, with overrides by options.
     pub(super) preset: Option<Preset>,
-    /// The most triangles.
+    /// Maximum number of triangles.
     pub(super) triangles: Option<usize>,
     pub(super) format: PictureFormat,
-    /// What a VRM file says of itself, if it is one.
+    /// Metadata, if the output is a VRM file.
     pub(super) vrm: Option<VrmMeta>,
-    /// Files of coarser levels.
+    /// Output files of coarser levels.
     pub(super) level_files: Vec<PathBuf>,
 }
 
 impl Plan {
-    /// Refuses options that do not fit each other or the output, inputs that are not there, and outputs that cannot be
-    /// written.
+    /// Rejects conflicting options, missing inputs, and outputs that cannot be written.
     pub(super) fn new(args: &Args) -> anyhow::Result<Self> {
         let is_vrm = is_vrm(&args.output)?;
         let vrm = is_vrm.then(|| args.meta.vrm(&args.output)).transpose()?;
@@ -59,7 +58,7 @@ impl Plan {
     }
 }
 
-/// Whether the output is to be a VRM file, by its name.
+/// Whether the output is a VRM file, by its extension.
 fn is_vrm(output: &Path) -> anyhow::Result<bool> {
     match output.extension().map(OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "glb" => Ok(false),
@@ -79,7 +78,7 @@ fn check_body(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// How textures are stored.
+/// The format of embedded textures.
 fn check_textures(
     args: &Args,
     onto: &Onto,
@@ -135,7 +134,7 @@ fn check_files(
             return Err(bad_input(format!("{}: {error}", path.display())));
         }
     }
-    // Betas may be numbers.
+    // Betas may also be numbers.
     let shape = args.betas.as_deref().map(Path::new);
     let mut outputs = Outputs::new(read.into_iter().chain(shape));
     outputs.check(&args.output)?;

@@ -1,4 +1,4 @@
-//! What became of an avatar, for people.
+//! The printed summary of an avatar.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,15 +19,15 @@ pub(super) struct Made<'a> {
     /// Its materials: the body's, then the head's own.
     pub(super) looks: &'a [AvatarMaterial],
     pub(super) report: &'a Report,
-    /// How far clips are from the body model.
+    /// Deviation of the clips from the body model.
     pub(super) apart: &'a [(String, Apart)],
-    /// What was done about the ground of clips.
+    /// Grounding of the clips.
     pub(super) grounds: &'a [String],
-    /// Triangles of the mouth that was fitted.
+    /// Number of triangles of the fitted mouth.
     pub(super) mouth: Option<usize>,
-    /// Triangles before, hidden ones, those that are left, and those that are wanted.
+    /// Number of triangles before, hidden, after, and requested.
     pub(super) fitted: Option<(usize, usize, usize, usize)>,
-    /// Coarser levels: their names and what there is to say.
+    /// Coarser levels: names and descriptions.
     pub(super) levels: Vec<(String, String)>,
     pub(super) limits: Option<&'a Limits>,
 }

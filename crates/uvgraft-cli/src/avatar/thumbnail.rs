@@ -1,4 +1,4 @@
-//! The picture of an avatar that lists of avatars show.
+//! The thumbnail of an avatar.
 
 use uvgraft::{Averaging, Filter, Size, Texture};
 use uvgraft_avatar::Avatar;
@@ -7,11 +7,11 @@ use uvgraft_render::thumbnail;
 
 use crate::failure::warn;
 
-/// Sides of the picture: what lists show of it, in some tenths of a second.
+/// Side of the thumbnail: enough for lists, and drawn in some tenths of a second.
 const SIDE: u32 = 512;
 const JPEG_QUALITY: u8 = 88;
 
-/// The textures that it is drawn with, which need be no larger than what is seen of them.
+/// Textures for drawing the thumbnail, reduced to the detail that it shows.
 pub(super) struct Colors(Vec<Picture>);
 
 impl Colors {
@@ -33,7 +33,7 @@ impl Colors {
         Self(textures.into_iter().filter_map(picture).collect())
     }
 
-    /// Draws an avatar's head. Without a picture an avatar is as good; what is in the way of one is told.
+    /// Draws the head of an avatar. A missing thumbnail is only a warning.
     ///
     /// - `looks`: the avatar's materials.
     pub(super) fn thumbnail(self, avatar: &Avatar, looks: &[AvatarMaterial]) -> Option<Picture> {
@@ -41,7 +41,7 @@ impl Colors {
             .iter()
             .zip(self.0)
             .map(|(looks, color)| {
-                // Light shows a shape even where clients have none.
+                // Lighting shows the shape even where readers have none.
                 let style = if looks.style == Style::Unlit { Style::Unlit } else { Style::Pbr };
                 AvatarMaterial { style, ..AvatarMaterial::new(color) }
             })

@@ -1,4 +1,4 @@
-//! How fast this machine copies memory: what no stage can beat that reads and writes as much.
+//! Memory copy bandwidth: the upper bound for stages that read and write as many bytes.
 
 use std::hint::black_box;
 
@@ -10,13 +10,13 @@ use super::measure::time;
 /// Bytes of each of the two buffers: several times what caches hold.
 const BUFFER: usize = 128 << 20;
 
-/// What one thread copies at a time: small enough to share work, large enough to stream.
+/// Chunk per thread: small enough to balance the load, large enough to stream.
 const PIECE: usize = 1 << 20;
 
-/// How fast memory is copied.
+/// Memory copy bandwidth.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct CopyRate {
-    /// 10⁹ bytes a second, read ones and written ones both counted, in the best run.
+    /// 10⁹ bytes per second, reads plus writes, in the best run.
     gigabytes_per_second: f64,
     buffer_bytes: usize,
 }
@@ -28,7 +28,7 @@ impl CopyRate {
     /// As McCalpin's STREAM copy: buffers touched before, the best of several runs, bytes counted both
     /// ways.
     pub(super) fn measured(runs: u32) -> Self {
-        // Neither is zero: pages of zeros may share one page of memory until they are written.
+        // Neither is zero: zero pages may share one physical page until they are written.
         let (from, mut to) = (vec![1u8; BUFFER], vec![2u8; BUFFER]);
         let seconds = (0..runs.max(5)).map(|_| {
             let copy = || {
@@ -47,7 +47,7 @@ impl CopyRate {
         self.gigabytes_per_second
     }
 
-    /// Milliseconds to read and write as many bytes, all together.
+    /// Milliseconds to copy a number of bytes, reads plus writes.
     pub(super) fn ms(self, bytes: usize) -> f64 {
         bytes as f64 / self.gigabytes_per_second / 1e6
     }

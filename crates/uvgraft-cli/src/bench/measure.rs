@@ -1,4 +1,4 @@
-//! Times of stages that run in turn.
+//! Timing of stages that run in turn.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,7 +13,7 @@ pub(super) struct Times {
     pub(super) median_ms: f64,
     pub(super) min_ms: f64,
     pub(super) max_ms: f64,
-    /// In the order in which they were measured.
+    /// In order of measurement.
     pub(super) times_ms: Vec<f64>,
 }
 
@@ -31,8 +31,8 @@ impl Times {
     }
 }
 
-/// Runs every stage once a round, `runs` rounds and one before that is not counted: it finds caches
-/// cold and memory not yet given.
+/// Runs every stage once per round, in `runs` rounds after one warm-up round, which finds cold
+/// caches and unmapped memory.
 pub(super) fn rounds(stages: &mut [Stage<'_>], runs: u32) -> anyhow::Result<Vec<Times>> {
     let mut seconds = vec![Vec::new(); stages.len()];
     for round in 0..=runs {
@@ -46,7 +46,8 @@ pub(super) fn rounds(stages: &mut [Stage<'_>], runs: u32) -> anyhow::Result<Vec<
     Ok(seconds.iter().map(|seconds| Times::new(seconds)).collect())
 }
 
-/// What `work` gives, and the seconds it takes. What it gives is dropped by the caller, after the time.
+/// The result of `work`, and its duration in seconds. The caller drops the result, outside the
+/// timing.
 pub(super) fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = black_box(work());

@@ -1,4 +1,4 @@
-//! `uvgraft bench`: what each stage of a transfer costs on this machine.
+//! `uvgraft bench`: the cost of each stage of a transfer on this machine.
 
 mod copy;
 mod measure;
@@ -81,7 +81,7 @@ impl Args {
         }
     }
 
-    /// Filters from the fastest to the slowest, each once.
+    /// Filters from fastest to slowest, without duplicates.
     fn filters(&self) -> Vec<Filter> {
         let named: Vec<Filter> = self.filter.iter().copied().map(Filter::from).collect();
         Filter::ALL.into_iter().filter(|filter| named.contains(filter)).collect()

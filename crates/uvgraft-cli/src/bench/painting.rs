@@ -1,13 +1,14 @@
-//! Generated textures with detail of all sizes, as photographs have it.
+//! Synthetic textures with detail at all scales, like photographs.
 
 use rayon::prelude::*;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, TextureError};
 
-/// Smooth noise with knots this many texels apart, and how strong each is. Equal contrast at every size
-/// is what photographs have; the last is grain, which makes PNG files as large as theirs.
+/// Value noise with knots this many texels apart, and its amplitude. Photographs have equal
+/// contrast at every scale; the last one is grain, which makes PNG files as large as those of
+/// photographs.
 const OCTAVES: [(u32, f32); 5] = [(256, 90.0), (64, 60.0), (16, 40.0), (4, 24.0), (1, 12.0)];
 
-/// An 8-bit RGB texture, the same for the same size and seed.
+/// An 8-bit RGB texture, deterministic for a size and a seed.
 pub(super) fn detailed(size: Size, seed: u32) -> Result<Texture, TextureError> {
     let width = size.width as usize;
     let mut values = vec![0u8; size.texels() * 3];
@@ -25,7 +26,7 @@ pub(super) fn detailed(size: Size, seed: u32) -> Result<Texture, TextureError> {
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values))
 }
 
-/// Noise in `-0.5..0.5`, straight between knots `cell` texels apart.
+/// Noise in `-0.5..0.5`, interpolated linearly between knots `cell` texels apart.
 fn smooth(x: u32, y: u32, cell: u32, seed: u32) -> f32 {
     let knot = |dx, dy| hashed(x / cell + dx, y / cell + dy, seed ^ cell << 16);
     if cell == 1 {
@@ -37,7 +38,7 @@ fn smooth(x: u32, y: u32, cell: u32, seed: u32) -> f32 {
     top + (bottom - top) * t
 }
 
-/// A number in `-0.5..0.5` for each place, without a visible pattern.
+/// A pseudo-random number in `-0.5..0.5` for each position.
 fn hashed(x: u32, y: u32, seed: u32) -> f32 {
     let mut value = x.wrapping_mul(0x9e37_79b1)
         ^ y.wrapping_mul(0x85eb_ca77).rotate_left(13)

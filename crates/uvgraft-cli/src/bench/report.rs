@@ -1,4 +1,4 @@
-//! What was measured, as Markdown and as JSON.
+//! The report of a benchmark, as Markdown and JSON.
 
 use std::fmt::Write as _;
 
@@ -11,16 +11,16 @@ use super::stage::{Stage, StageKind, Variant};
 use super::workload::Workload;
 use crate::table::{Align, table};
 
-/// Everything that is reported.
+/// The whole report.
 #[derive(Serialize)]
 pub(super) struct Report {
     /// This program's version.
     uvgraft: &'static str,
-    /// Whether it was compiled to be fast.
+    /// Whether this is an optimised build.
     optimised: bool,
     os: &'static str,
     arch: &'static str,
-    /// The processor's name, where the system tells.
+    /// The name of the processor, if the system provides it.
     cpu: Option<String>,
     threads: usize,
     runs: u32,
@@ -29,26 +29,26 @@ pub(super) struct Report {
     stages: Vec<Row>,
 }
 
-/// One stage of one direction and size.
+/// One stage for one direction and size.
 #[derive(Serialize)]
 pub(super) struct Row {
     stage: StageKind,
-    /// The filter, or which file.
+    /// The filter, or the input image.
     #[serde(rename = "with")]
     variant: Option<Variant>,
     direction: &'static str,
-    /// Size of the texture that is carried.
+    /// Size of the source texture.
     from: Size,
     /// Size of the result.
     to: Size,
     #[serde(flatten)]
     times: Times,
-    /// What the next is counted in: texels that the map fills for `map` and `resample`, else all.
+    /// Unit of the throughput below: covered texels for `map` and `resample`, otherwise all texels.
     texels: Option<usize>,
     megatexels_per_second: Option<f64>,
-    /// Bytes of texels and files to read and to write, once each.
+    /// Bytes of texels and files to be read or written, each once.
     moved_bytes: Option<usize>,
-    /// What copying as much memory takes.
+    /// Time to copy as many bytes of memory.
     copy_ms: Option<f64>,
     /// `copy_ms` over the median.
     share_of_copy: Option<f64>,
@@ -62,7 +62,7 @@ impl Row {
         copy: CopyRate,
     ) -> Self {
         let copy_ms = stage.moved_bytes.map(|bytes| copy.ms(bytes));
-        // A difference of two times may come out as nothing.
+        // The difference of two times may come out as zero.
         let per_ms = |amount: f64| (times.median_ms > 0.0).then(|| amount / times.median_ms);
         Self {
             stage: stage.kind,
@@ -156,7 +156,7 @@ impl Report {
     }
 }
 
-/// Milliseconds with about three digits.
+/// Milliseconds with about three significant digits.
 fn ms(ms: f64) -> String {
     let digits = match ms {
         ms if ms < 1.0 => 3,
@@ -167,7 +167,7 @@ fn ms(ms: f64) -> String {
     format!("{ms:.digits$}")
 }
 
-/// What Linux calls the processor.
+/// The processor's name on Linux.
 fn cpu_name() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("model name"))?;

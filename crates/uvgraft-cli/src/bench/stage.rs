@@ -25,7 +25,7 @@ pub(crate) enum StageKind {
 }
 
 impl StageKind {
-    /// All, in the order in which a transfer meets them, the whole at the end.
+    /// All stages in the order of a transfer, the complete transfer last.
     pub(crate) const ALL: [Self; 7] = [
         Self::ReadPair,
         Self::Map,
@@ -46,20 +46,20 @@ impl std::fmt::Display for StageKind {
     }
 }
 
-/// One thing that is measured.
+/// One measured stage.
 pub(super) struct Stage<'a> {
     pub(super) kind: StageKind,
-    /// What tells it from others of its kind: the filter, or which file.
+    /// Distinguishes stages of one kind: the filter, or the input image.
     pub(super) variant: Option<Variant>,
-    /// What its speed is counted in.
+    /// Number of texels for the throughput.
     pub(super) texels: Option<usize>,
-    /// Bytes of texels and files that have to be read or written.
+    /// Bytes of texels and files to be read or written.
     pub(super) moved_bytes: Option<usize>,
-    /// Does it once; gives the seconds it took, whatever it prepared before not counted.
+    /// Runs the stage once and returns the seconds it took, without preparation.
     pub(super) work: Box<dyn FnMut() -> anyhow::Result<f64> + 'a>,
 }
 
-/// What a stage is done with.
+/// The variant of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub(super) enum Variant {
@@ -75,7 +75,7 @@ pub(super) enum InputImage {
 }
 
 impl Variant {
-    /// For tables.
+    /// Label for tables.
     pub(super) fn title(self) -> String {
         match self {
             Self::Filter(filter) => filter.to_string(),

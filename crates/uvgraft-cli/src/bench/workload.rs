@@ -1,4 +1,4 @@
-//! One direction at one size: its textures, its files, and the stages that work on them.
+//! The workload for one direction and size: textures, files, and the stages that use them.
 
 use std::ffi::OsString;
 use std::io::Cursor;
@@ -23,10 +23,10 @@ use crate::transfer;
 /// Bytes of an 8-bit RGB texel.
 const TEXEL: usize = 3;
 
-/// What stages work on.
+/// Textures and files for one direction and size.
 pub(super) struct Workload<'a> {
     pub(super) direction: Direction,
-    /// Size of the texture that is carried.
+    /// Size of the source texture.
     pub(super) from: Size,
     /// Size of the result.
     pub(super) to: Size,
@@ -36,9 +36,9 @@ pub(super) struct Workload<'a> {
     base: Texture,
     source_png: Vec<u8>,
     base_png: Vec<u8>,
-    /// Texels of the result that the map fills.
+    /// Texels of the result covered by the map.
     filled: usize,
-    /// Texels of the source that they are made from.
+    /// Texels of the source that are read.
     read: usize,
     folder: TemporaryFolder,
 }
@@ -55,7 +55,7 @@ impl<'a> Workload<'a> {
         let (source_png, base_png) = (png(&source)?, png(&base)?);
         let folder = TemporaryFolder::create().context("cannot create a temporary folder")?;
         let filled = map(pair, direction, to, MapOptions::default()).stats();
-        // The other layout's linked texels are what is read: its map says how many they are.
+        // The texels read are the linked texels of the other layout: its map counts them.
         let read = map(pair, direction.opposite(), from, MapOptions::with_gutter(0)).stats();
         let workload = Self {
             filled: filled.linked + filled.gutter,
@@ -88,7 +88,7 @@ impl<'a> Workload<'a> {
         })
     }
 
-    /// The stages of a kind: one, or one for each filter or file.
+    /// The stages of a kind: one, or one for each filter or input image.
     pub(super) fn stages(
         &self,
         kind: StageKind,
@@ -97,7 +97,7 @@ impl<'a> Workload<'a> {
         Ok(match kind {
             StageKind::ReadPair => vec![self.read_pair()],
             StageKind::Map => vec![self.build_map()],
-            // The widest filter reads farthest beside the islands.
+            // The widest filter needs the widest padding.
             StageKind::Padding => {
                 filters.last().map(|filter| self.prepare_padding(*filter)).into_iter().collect()
             }
@@ -128,7 +128,7 @@ impl<'a> Workload<'a> {
         stage(StageKind::Map, None, Some(self.filled), None, work)
     }
 
-    /// Preparing a transfer makes its map too, so that a map's time is taken off.
+    /// Preparing a graft also builds its map, so the time of a map is subtracted.
     fn prepare_padding(&self, filter: Filter) -> Stage<'_> {
         let work = move || {
             let (_, map) = time(|| map(self.pair, self.direction, self.to, MapOptions::default()));
@@ -151,8 +151,8 @@ impl<'a> Workload<'a> {
         let graft = self.graft(filter)?;
         let mut base = Some(self.base.clone());
         let work = move || {
-            // The source's copy is made and touched before the time starts, and freed after; the
-            // result is the next run's base.
+            // The copy of the source is made and touched before the timing, and freed afterwards;
+            // the result becomes the base of the next run.
             let (source, below) = (self.source.clone(), base.take().context("a base")?);
             let (laid, seconds) = time(|| {
                 let overlay = graft.overlay(source, below.format())?;
@@ -181,7 +181,7 @@ impl<'a> Workload<'a> {
         Ok(stage(StageKind::Encode, None, Some(self.to.texels()), Some(moved), work))
     }
 
-    /// The command itself, so that this is what users get whatever becomes of it.
+    /// Runs the command itself, to measure exactly what users get.
     fn file_to_file(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
         #[derive(Parser)]
         #[command(no_binary_name = true)]
@@ -227,11 +227,11 @@ fn png(texture: &Texture) -> anyhow::Result<Vec<u8>> {
     encoded(&Image::from(texture.clone()), Vec::new())
 }
 
-/// Encodes into a buffer that may have its memory already.
+/// Encodes into a buffer that is reused.
 fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
     buffer.clear();
     let mut out = Cursor::new(buffer);
-    // PNG holds all of an 8-bit RGB texture.
+    // PNG can store an 8-bit RGB texture without loss.
     let _ = image::encode(image, Format::Png, &WriteOptions::default(), &mut out)?;
     Ok(out.into_inner())
 }

@@ -1,4 +1,4 @@
-//! The figure with its face as an avatar: files of it, and pictures of it moving.
+//! The demo figure as an avatar: its files, and pictures of it in motion.
 
 use std::io;
 use std::path::Path;
@@ -32,7 +32,7 @@ pub(super) struct Files {
     pub(super) vrm: Vec<u8>,
     /// The wave as an AMASS file has it.
     pub(super) motion: NamedArrays,
-    /// What it is, for people.
+    /// A description for the step report.
     pub(super) summary: String,
 }
 
@@ -79,7 +79,7 @@ fn wave(avatar: &Avatar) -> anyhow::Result<NamedArrays> {
     Ok(arrays)
 }
 
-/// Pictures of the avatar, by the renderer that `render` uses, from the file that was written.
+/// Pictures of the avatar, rendered from the written file by the renderer of `uvgraft render`.
 pub(super) struct Pictures {
     panels: Vec<(&'static str, Texture)>,
     turntable: Vec<Texture>,
@@ -145,7 +145,7 @@ impl Pictures {
     }
 }
 
-/// All of the figure; degrees around it.
+/// The whole figure, seen from an angle in degrees.
 fn body(azimuth: f32) -> Perspective {
     around(azimuth, [0.0, 0.93, 0.0], 5.6, 0.5)
 }

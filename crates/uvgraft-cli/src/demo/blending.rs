@@ -1,4 +1,4 @@
-//! A face on a body whose skin is darker, in every way of hiding the border.
+//! The face on a body of darker skin, with each blending mode.
 
 use std::sync::Arc;
 
@@ -9,14 +9,15 @@ use uvgraft_render::View;
 use super::views::{BUST, render};
 use crate::picture::Picture;
 
-/// What the skin of the body is multiplied by.
+/// Factor on the skin colour of the body.
 const DARKER: [f32; 3] = [0.62, 0.52, 0.46];
 
 const SHOT: Size = Size::new(440, 440);
 
-/// The face on a darker body: with a hard border, a feather, and either side taking on the other's tone.
+/// The face on a darker body: with a hard border, with a feather, and with either side adapting to
+/// the other's tone.
 pub(super) struct Blends {
-    /// The body with darker skin and nothing on it.
+    /// The body with darker skin, without the face.
     pub(super) body: Texture,
     shots: Vec<(&'static str, [Texture; 2])>,
 }
@@ -60,7 +61,7 @@ impl Blends {
             for (row, shot) in (0..).zip(shots) {
                 picture.paste(shot, left, CAPTION + row * SHOT.height);
             }
-            // The longest does not fit at twice the font's size.
+            // The longest caption does not fit at twice the font's size.
             let scale = if Picture::text_width(caption, 2) > SHOT.width { 1 } else { 2 };
             let space = SHOT.width.saturating_sub(Picture::text_width(caption, scale));
             picture.text(caption, left + space / 2, 22 - 4 * scale, scale, [236, 238, 242]);

@@ -1,4 +1,4 @@
-//! `uvgraft demo`: the whole road on an embedded example.
+//! `uvgraft demo`: the whole workflow on an embedded example.
 
 mod avatar;
 mod blending;
@@ -195,13 +195,13 @@ impl Steps {
         self.skip();
     }
 
-    /// Leaves out what happened since the last step.
+    /// Restarts the clock without recording a step.
     fn skip(&mut self) {
         self.since = Instant::now();
     }
 }
 
-/// The files that were written, with what each is.
+/// The written files and their descriptions.
 struct Outputs<'a> {
     folder: &'a Path,
     written: Vec<(&'static str, &'static str)>,
@@ -227,7 +227,7 @@ impl Outputs<'_> {
         texture: Texture,
     ) -> anyhow::Result<Self> {
         self.file(name, what, |path| {
-            // Nothing is lost: an 8-bit RGB texture without a profile fits a PNG.
+            // Nothing is lost: PNG stores an 8-bit RGB texture without a profile exactly.
             let _ = image::write(&Image::from(texture), path, &WriteOptions::default())?;
             Ok(())
         })
@@ -239,7 +239,7 @@ struct Shots {
     panels: [Panel; 3],
 }
 
-/// Two close-ups, one below the other, beside a picture of the whole figure if there is one.
+/// Two close-ups, one above the other, beside a picture of the whole figure if there is one.
 struct Panel {
     caption: &'static str,
     whole: Option<Texture>,

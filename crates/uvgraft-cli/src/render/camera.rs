@@ -1,4 +1,4 @@
-//! Where the camera stands: so that the body or the head fills the picture in every frame.
+//! Camera placement: keeps the body or the head in the picture in every frame.
 
 use anyhow::Context;
 use uvgraft::Size;
@@ -7,7 +7,7 @@ use uvgraft_render::{Bounds, Perspective};
 
 use crate::failure::OrBadInput;
 
-/// What fills the picture.
+/// The framing of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Shot {
     /// The whole model
@@ -16,24 +16,24 @@ pub(crate) enum Shot {
     Head,
 }
 
-/// What the camera aims at.
+/// The target of the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Aim {
     Shot(Shot),
     /// A bone, or a node.
     Named(String),
-    /// A box in the world, whatever moves.
+    /// A fixed box in world space.
     Box(Bounds),
 }
 
 impl Aim {
-    /// Whether it is all in the picture that stands on the floor.
+    /// Whether the picture shows the whole model, which stands on the floor.
     pub(super) fn shows_floor(&self) -> bool {
         *self != Self::Shot(Shot::Head)
     }
 }
 
-/// What all frames show.
+/// The camera for all frames.
 pub(super) struct Cameras {
     aim: Aim,
     bounds: Option<Bounds>,
@@ -45,7 +45,7 @@ impl Cameras {
         Self { aim, bounds: None, lowest: f32::MAX }
     }
 
-    /// Takes a frame into the picture.
+    /// Extends the view to include a frame.
     pub(super) fn look_at(
         &mut self,
         scene: &Scene,
@@ -65,7 +65,7 @@ impl Cameras {
             }
             Aim::Shot(Shot::Head) => {
                 let bone = |name| scene.bone(name, posing).context("the head").or_bad_input();
-                // FLAME's head turns about its neck.
+                // FLAME's head rotates about its neck.
                 let joint = bone("head")?.map_or_else(|| bone("neck"), |joint| Ok(Some(joint)))?;
                 Bounds::of(points().filter(|p| is_head(*p, joint, &body))).unwrap_or(body)
             }
@@ -74,12 +74,12 @@ impl Cameras {
         Ok(())
     }
 
-    /// The smallest height of all frames.
+    /// The lowest height in all frames.
     pub(super) const fn lowest(&self) -> f32 {
         self.lowest
     }
 
-    /// A camera for each angle, all of them equally far away. `None` where there is nothing to see.
+    /// A camera for each angle, all at the same distance. `None` if there is nothing to see.
     pub(super) fn views(
         &self,
         azimuths: &[f32],
@@ -100,7 +100,7 @@ impl Cameras {
     }
 }
 
-/// The places of everything that a triangle uses.
+/// The positions of all vertices used by triangles.
 fn corners(drawn: &Drawn) -> impl Iterator<Item = [f32; 3]> {
     drawn.triangles.iter().flatten().map(|&vertex| drawn.positions[vertex as usize])
 }
@@ -111,11 +111,11 @@ fn beside(joint: [f32; 3], body: &Bounds) -> Bounds {
     Bounds { low: joint.map(|value| value - half), high: joint.map(|value| value + half) }
 }
 
-/// Whether a point belongs to the head: what is over its joint, but not raised hands.
+/// Whether a point belongs to the head: above its joint, but not a raised hand.
 ///
 /// - `joint`: of the head or the neck.
 fn is_head(p: [f32; 3], joint: Option<[f32; 3]>, body: &Bounds) -> bool {
-    /// No body is as small as that, and no head as tall.
+    /// No body is that small, and no head that tall.
     const BUST_M: f32 = 0.6;
     let height = body.high[1] - body.low[1];
     let Some(joint) = joint else {

@@ -1,4 +1,4 @@
-//! `uvgraft render`: pictures of GLB, VRM and glTF files.
+//! `uvgraft render`: images and animations of GLB, VRM and glTF files.
 
 mod camera;
 mod options;
@@ -108,7 +108,7 @@ pub(crate) struct Args {
     no_floor: bool,
 }
 
-/// Longest side of a picture.
+/// Longest side in pixels.
 const MAX_SIDE: u32 = 4096;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -150,7 +150,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
         return Err(bad_input(format!("{name}: every triangle has collapsed in this pose")));
     };
-    // A GIF has no soft edges of shadows where one sees through it.
+    // A GIF has no partial transparency for the soft edges of shadows.
     let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
     let floor = has_floor.then_some(cameras.lowest());
     let options = RenderOptions { lit: !args.unlit, background, floor, ..RenderOptions::default() };
@@ -165,13 +165,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A frame of what is drawn.
+/// A frame to draw.
 struct Frame {
     posing: Posing,
     azimuth: f32,
 }
 
-/// All frames; one for a still picture.
+/// All frames; one for a still image.
 fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     let mut posing = Posing::default();
     for part in &args.pose {
@@ -197,7 +197,7 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     let fps = args.fps.unwrap_or(25.0);
     if args.motion {
         let seconds = clip.map_or(0.0, |clip| scene.clips()[clip].seconds);
-        // At the end it is where it starts again.
+        // The last frame would repeat the first.
         let wanted = (seconds * fps).round().max(1.0);
         if wanted > output::MAX_FRAMES as f32 {
             let max = output::MAX_FRAMES;
@@ -219,7 +219,7 @@ fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
     Ok((0..count).map(frame).collect())
 }
 
-/// The animation that is asked for; none where none is.
+/// The requested animation clip, if any.
 fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
     let clips = scene.clips();
     let Some(name) = &args.clip else {

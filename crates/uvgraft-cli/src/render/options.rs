@@ -1,15 +1,15 @@
-//! Values of the command's options.
+//! Parsers of option values.
 
 use uvgraft_gltf::scene::Stance;
 use uvgraft_render::{Background, Bounds};
 
 use super::camera::Aim;
 
-/// A part of a pose.
+/// A pose option.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum PoseOption {
     Stance(Stance),
-    /// A bone and its turn in degrees.
+    /// A bone and its rotation in degrees.
     Bone(String, [f32; 3]),
 }
 
@@ -31,7 +31,7 @@ pub(super) fn pose(text: &str) -> Result<PoseOption, String> {
     })
 }
 
-/// A bone's name, or a box by two corners.
+/// The name of a bone, or a box given by two corners.
 pub(crate) fn aim(text: &str) -> Result<Aim, String> {
     let numbers: Result<Vec<f32>, String> = text.split(',').map(finite).collect();
     let Ok(numbers) = numbers else {

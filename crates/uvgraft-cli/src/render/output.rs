@@ -1,4 +1,4 @@
-//! Where pictures go: one file, or one for each frame.
+//! Output files: one, or one for each frame.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::bad_input;
 use crate::progress;
 
-/// Frames of a moving picture.
+/// Maximum number of frames.
 pub(super) const MAX_FRAMES: usize = 3600;
 
-/// Bytes of the frames that are in memory together.
+/// Memory limit for frames that are held together.
 const MAX_BYTES: usize = 1 << 30;
 
-/// Files that were found to be writable.
+/// Output files, checked to be writable.
 pub(super) struct Output {
     paths: Vec<PathBuf>,
     kind: OutputFormat,
@@ -28,13 +28,13 @@ pub(super) struct Output {
 enum OutputFormat {
     /// A file for each frame.
     Images,
-    /// All frames in one, at so many a second.
+    /// All frames in one file, at a frame rate.
     Gif(f32),
     WebP(f32),
 }
 
 impl Output {
-    /// - `moving`: frames a second of a moving picture.
+    /// - `moving`: frame rate of an animation.
     pub(super) fn new(
         path: &Path,
         input: &Path,
@@ -90,7 +90,7 @@ impl Output {
         Ok(Self { paths, kind })
     }
 
-    /// Whether it is a GIF, which sees through a pixel or not.
+    /// Whether it is a GIF, which has no partial transparency.
     pub(super) fn is_gif(&self) -> bool {
         matches!(self.kind, OutputFormat::Gif(_))
     }

@@ -1,4 +1,4 @@
-//! The ways to go there and back, and what each of them takes.
+//! The round-trip methods, and their times.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,12 +12,12 @@ use uvgraft_metrics::baseline::{affine::Affine, grid};
 
 use crate::fitting::{FitBar, FitSummary};
 
-/// A way to carry a texture there and back.
+/// A method of transferring a texture there and back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Method {
-    /// Ours, sampled with a filter.
+    /// uvgraft, sampled with a filter.
     Sampled(Filter),
-    /// Ours, there by a fit and back with the same filter.
+    /// uvgraft, fitted there and sampled back with the same filter.
     Fitted(Filter),
     /// The published reference's convention.
     Grid,
@@ -25,39 +25,39 @@ pub(super) enum Method {
     Affine,
 }
 
-/// What a method is tried on.
+/// The input of a method.
 pub(super) struct Course<'a> {
     pub(super) pair: &'a Arc<Pair>,
-    /// From the texture's layout to the other.
+    /// The direction from the texture's layout to the other.
     pub(super) there: Direction,
     pub(super) texture: &'a Texture,
     pub(super) via: Size,
     pub(super) gutter_px: u32,
-    /// How often what takes milliseconds is measured.
+    /// Number of timed runs of fast stages.
     pub(super) repeats: u32,
 }
 
-/// A texture that went there and back.
+/// The result of a round trip.
 pub(super) struct Trip {
-    /// In the other layout.
+    /// The texture in the other layout.
     pub(super) via: Texture,
-    /// Back over the original.
+    /// The texture transferred back onto the original.
     pub(super) back: Texture,
     pub(super) times: Times,
     pub(super) fit: Option<FitSummary>,
     pub(super) whole_picture: Option<WholePicture>,
 }
 
-/// Seconds; medians where something was run several times.
+/// Times in seconds; medians of repeated runs.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Times {
     /// Both sampling maps, or both lists of triangles.
     pub(super) maps_s: f64,
-    /// What else is prepared once for a pair and its sizes: padding for both directions.
+    /// Other preparation for a pair and its sizes: padding for both directions.
     pub(super) padding_s: Option<f64>,
-    /// The texture to the other layout, a fit included.
+    /// The transfer to the other layout, including a fit.
     pub(super) there_s: f64,
-    /// And back.
+    /// The transfer back.
     pub(super) back_s: f64,
 }
 
@@ -67,19 +67,19 @@ impl Times {
     }
 }
 
-/// What warps of whole pictures would take, extrapolated from a few triangles.
+/// Extrapolated time of warping the whole image for each triangle.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct WholePicture {
-    /// Triangles that were measured, both directions together.
+    /// Number of measured triangles, in both directions.
     pub(super) measured: usize,
-    /// Triangles that there are, both directions together.
+    /// Total number of triangles, in both directions.
     pub(super) triangles: usize,
-    /// Both directions, without the median.
+    /// For both directions, without the median filter.
     pub(super) extrapolated_s: f64,
 }
 
 impl Method {
-    /// For tables.
+    /// Label for tables.
     pub(super) fn title(self) -> String {
         match self {
             Self::Fitted(filter) => format!("{filter}, fitted"),
@@ -87,7 +87,7 @@ impl Method {
         }
     }
 
-    /// For file names.
+    /// Label for file names.
     pub(super) fn slug(self) -> String {
         match self {
             Self::Sampled(filter) => filter.to_string(),
@@ -107,7 +107,7 @@ impl Method {
     }
 }
 
-/// Our transfers there and back, with the seconds that go into their maps and their padding.
+/// Both transfers, and the seconds spent on their maps and padding.
 struct Prepared {
     there: Graft,
     back: Graft,
@@ -116,7 +116,7 @@ struct Prepared {
 }
 
 impl Course<'_> {
-    /// Without a gutter, which would replace what the original has beside its islands.
+    /// Without a gutter, which would overwrite the original around its islands.
     pub(super) fn map_back(&self) -> SamplingMap {
         self.map(self.there.opposite(), self.texture.size(), 0)
     }
@@ -125,7 +125,7 @@ impl Course<'_> {
         SamplingMap::new(self.pair, direction, size, &MapOptions::with_gutter(gutter_px))
     }
 
-    /// What the other layout's texture is laid over.
+    /// The base in the other layout.
     fn grey(&self) -> Result<Texture, TextureError> {
         let (encoding, depth) = (self.texture.encoding(), self.texture.depth());
         let channels = self.texture.channels().without_alpha();
@@ -181,7 +181,7 @@ impl Course<'_> {
         self.back_again(&prepared, via, there_s, Some(FitSummary::from(&summary)))
     }
 
-    /// Both of our transfers, and how long making them takes.
+    /// Prepares both transfers, and measures the time.
     fn prepare(&self, filter: Filter) -> anyhow::Result<Prepared> {
         let (_, maps_s) = self.median_time(
             || (),
@@ -192,12 +192,12 @@ impl Course<'_> {
         };
         let (there, there_s) = graft(self.there, self.gutter_px);
         let (back, back_s) = graft(self.there.opposite(), 0);
-        // Preparing a graft makes its map too.
+        // Preparing a graft also builds its map.
         let padding_s = (there_s + back_s - maps_s).max(0.0);
         Ok(Prepared { there: there?, back: back?, maps_s, padding_s })
     }
 
-    /// Ours are carried back in the same way.
+    /// Transfers a texture back.
     fn back_again(
         &self,
         prepared: &Prepared,
@@ -248,7 +248,8 @@ impl Course<'_> {
         Ok(Trip { via, back: result, times, fit: None, whole_picture: Some(whole_picture) })
     }
 
-    /// Runs `work` several times on what `prepare` makes; the last result, and the median time.
+    /// Runs `work` several times on inputs made by `prepare`; returns the last result and the
+    /// median time.
     fn median_time<I, T>(&self, prepare: impl Fn() -> I, work: impl Fn(I) -> T) -> (T, f64) {
         let mut input = prepare();
         let mut seconds = Vec::new();
@@ -270,12 +271,12 @@ fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, start.elapsed().as_secs_f64())
 }
 
-/// What a warp of the whole picture for each triangle would take, from some spread over all.
+/// The time of warping the whole image for each triangle, extrapolated from a sample of triangles.
 fn whole_picture(triangles: &Affine, source: &Texture, base: Texture) -> WholePicture {
     const SAMPLES: usize = 4;
     let count = triangles.triangles();
     let measured = count.min(SAMPLES);
-    // Conversions are no part of it.
+    // Conversions are not counted.
     let mut base = base.converted(Channels::Rgb, Depth::U8);
     let mut seconds = Vec::new();
     for sample in 0..measured {

@@ -1,4 +1,4 @@
-//! `uvgraft roundtrip`: how much of a texture survives the way there and back.
+//! `uvgraft roundtrip`: the loss of transferring a texture there and back.
 
 mod method;
 mod report;
@@ -97,11 +97,11 @@ enum Baseline {
     Affine,
 }
 
-/// The longest side of a texture in either layout.
+/// Longest side of a texture in either layout.
 const MAX_SIDE: u32 = 16_384;
 
 impl Args {
-    /// All methods that were asked for, each once, ours first.
+    /// The requested methods without duplicates, our own first.
     fn methods(&self) -> Vec<Method> {
         let sampled = self.filter.iter().map(|&name| Method::Sampled(name.into()));
         let fitted =
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let texture = image::read(&args.texture).or_bad_input()?.texture;
-    // What was used before knows no opacity, and scores look at colours alone.
+    // The baselines ignore opacity, and metrics compare colours only.
     warn_unless_opaque(&texture, &args.texture);
     let texture = over_black(texture);
     for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
@@ -179,7 +179,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let back = Colors::new(trip.back.clone())?;
         let scores = Scores::new(&original, &back, &regions, &judge);
         if let Some(folder) = &folder {
-            // One scale for all, that of the first, so that heatmaps can be laid side by side.
+            // All heatmaps share the scale of the first one, so that they can be compared.
             let errors = heatmap::Errors::new(&original, &back, &regions[1..]);
             let top = *top.get_or_insert_with(|| errors.top());
             folder.write(method, &trip, &errors, top)?;
@@ -210,7 +210,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where the results go; checked before any work is done.
+/// The output folder; checked before any work starts.
 struct Folder<'a> {
     path: &'a Path,
 }
@@ -219,7 +219,7 @@ impl<'a> Folder<'a> {
     fn new(path: &'a Path, args: &Args, methods: &[Method]) -> anyhow::Result<Self> {
         let folder = Self { path };
         if !path.exists() {
-            // Its parent has to be one that can be written into.
+            // Its parent must be writable.
             Outputs::new([]).check(path)?;
             return Ok(folder);
         }
@@ -256,7 +256,7 @@ impl<'a> Folder<'a> {
         top: f32,
     ) -> anyhow::Result<()> {
         for (texture, picture) in [(&trip.via, "via"), (&trip.back, "back")] {
-            // PNG has no floats.
+            // PNG does not support floats.
             let extension = if texture.depth() == Depth::F32 { "exr" } else { "png" };
             self.write_texture(texture, &self.picture(method, picture, extension))?;
         }
@@ -280,6 +280,6 @@ impl<'a> Folder<'a> {
     }
 }
 
-/// What may be written for each method: names and extensions.
+/// The files that may be written for each method: names and extensions.
 const PICTURES: [(&str, &str); 5] =
     [("via", "png"), ("via", "exr"), ("back", "png"), ("back", "exr"), ("heatmap", "png")];

@@ -1,4 +1,4 @@
-//! What a round trip found, as Markdown and as JSON.
+//! The report of a round trip, as Markdown and JSON.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ use crate::report::grouped;
 use crate::scores::Scores;
 use crate::table::{Align, table};
 
-/// Everything that is reported.
+/// The whole report.
 #[derive(Serialize)]
 pub(super) struct Report {
     pub(super) texture: String,
@@ -21,13 +21,13 @@ pub(super) struct Report {
     pub(super) layouts: [String; 2],
     pub(super) size: Size,
     pub(super) via: Size,
-    /// Texels that are carried there and back.
+    /// Texels transferred there and back.
     pub(super) linked: usize,
     pub(super) threads: usize,
     pub(super) outcomes: Vec<Outcome>,
 }
 
-/// What one method gave.
+/// The results of one method.
 #[derive(Serialize)]
 pub(super) struct Outcome {
     method: String,
@@ -156,7 +156,7 @@ impl Report {
     }
 }
 
-/// A duration in the unit that suits it.
+/// A duration in a suitable unit.
 fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 0.1 => format!("{:.1} ms", s * 1e3),

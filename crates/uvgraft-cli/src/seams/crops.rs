@@ -1,5 +1,5 @@
-//! Bad places from close by: the texture on both sides of an edge, and both together as they lie on
-//! the surface.
+//! Close-ups of bad seams: the texture on both sides of an edge, and both sides joined as on the
+//! surface.
 
 use uvgraft::{Size, Texture};
 use uvgraft_metrics::seams::{SeamEdge, Step, Unfolded};
@@ -10,13 +10,13 @@ use crate::picture::{Picture, Rgb};
 
 /// Side of a crop, in pixels.
 pub(super) const CROP: u32 = 156;
-/// Texels across a crop, unless colours were taken farther away than fits.
+/// Texels across a crop, unless the sampling distance requires more.
 const TEXELS: f64 = 20.0;
 
 const WHITE: Rgb = [255; 3];
 const BLACK: Rgb = [0; 3];
 
-/// A bad place, and how large it is drawn.
+/// A close-up of an edge.
 pub(super) struct EdgeCrop<'a> {
     texture: &'a Texture,
     edge: &'a SeamEdge,
@@ -32,7 +32,7 @@ impl<'a> EdgeCrop<'a> {
         Self { texture, edge, step, texels }
     }
 
-    /// The texture around the place on one side, with the edge and where the colour was taken.
+    /// The texture around the step on one side, with the edge and the sampling position.
     pub fn side(&self, side: usize) -> anyhow::Result<Picture> {
         let center = texel(self.step.uv[side], self.texture.size());
         let mut picture = Picture::new(Size::square(CROP), BEHIND);
@@ -59,10 +59,10 @@ impl<'a> EdgeCrop<'a> {
         Ok(picture)
     }
 
-    /// Both sides as they lie on the surface: the first left of the edge, which stands upright
-    /// between two marks, the second right of it.
+    /// Both sides as they lie on the surface: the first one left of the edge, which stands upright
+    /// between two marks, the second one right of it.
     pub fn unfolded(&self, surface: &Unfolded<'_>) -> anyhow::Result<Picture> {
-        // As many texels across as on that side of the edge that has more of them.
+        // Scaled to the side of the edge with more texels.
         let texels_along = |k: usize| {
             let [a, b] =
                 self.edge.sides[k].uv.map(|uv| texel(uv.map(f64::from), self.texture.size()));
@@ -90,12 +90,12 @@ impl<'a> EdgeCrop<'a> {
         Ok(picture)
     }
 
-    /// How far a column or row of pixels is from a crop's middle.
+    /// Distance of a pixel column or row from the centre of a crop.
     fn texels_from_middle(&self, pixel: u32) -> f64 {
         (f64::from(pixel) + 0.5 - f64::from(CROP) / 2.0) * self.texels / f64::from(CROP)
     }
 
-    /// The texel that has a position in it, so that texels are seen as they are.
+    /// The texel at a position, so that texels appear as squares.
     fn texel_at(&self, [x, y]: [f64; 2]) -> Option<Rgb> {
         let size = self.texture.size();
         let is_inside = x >= 0.0 && y >= 0.0 && x < size.width.into() && y < size.height.into();
@@ -103,7 +103,7 @@ impl<'a> EdgeCrop<'a> {
     }
 }
 
-/// Where the colour of a side was taken, in texels.
+/// The sampling position on a side, in texels.
 fn taken(texture: &Texture, step: Step, side: usize) -> [f64; 2] {
     texel(step.sampled[side], texture.size())
 }

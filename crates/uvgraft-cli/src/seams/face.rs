@@ -1,4 +1,4 @@
-//! The face from close by, and the colours of its skin and the body's beside each other.
+//! A close-up of the face, and the skin colours of face and body side by side.
 
 use uvgraft::islands::Islands;
 use uvgraft::{Anatomy, Area, Mesh, Size, Texture};
@@ -9,24 +9,24 @@ use super::style::{TEXT, TITLE};
 use super::tone;
 use crate::picture::{Picture, Rgb};
 
-/// The greatest height of a panel, in pixels.
+/// Maximum height of a panel in pixels.
 const TALLEST: u32 = 680;
-/// Between panels.
+/// Gap between panels.
 const GAP: u32 = 24;
-/// Of the line over each panel.
+/// Height of the caption over each panel.
 const CAPTION: u32 = 16;
 const SWATCH: u32 = 64;
-/// Under the swatches.
+/// Height of the caption below the swatches.
 const LABEL: u32 = 20;
-/// Of the title and of each line of text.
+/// Height of the title and of each line of text.
 const HEADING: u32 = 28;
 const LINE: u32 = 14;
-/// What is shown around the face, as a share of its longer side.
+/// Margin around the face, as a share of its longer side.
 const AROUND: f64 = 0.18;
-/// Islands with less than this share of the largest one's face are passed over: insides of lips.
+/// Islands smaller than this share of the largest one are ignored: the inside of the lips.
 const LEAST_ISLAND: f64 = 0.1;
 
-/// The part of a layout that has the face, of one texture or of two.
+/// The part of a layout with the face, for one texture or two.
 pub(super) struct Face<'a> {
     panels: Vec<Panel<'a>>,
     /// Left, top and right, bottom in the unit square.
@@ -42,7 +42,7 @@ struct Panel<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// Finds the face in the layout; nothing if that does not have it.
+    /// Finds the face in the layout; `None` if there is none.
     pub fn new(
         mesh: &Mesh,
         anatomy: &Anatomy,
@@ -56,14 +56,14 @@ impl<'a> Face<'a> {
         Some(Self { panels, uv, lines: tone::lines(tone), verdict: tone::verdict(tone) })
     }
 
-    /// How much of a picture's height it takes.
+    /// The height it takes in a picture.
     ///
-    /// - `width`: how wide it may be.
+    /// - `width`: the width available.
     pub fn height(&self, width: u32) -> u32 {
         self.text_height() + CAPTION + self.panel(width).height + SWATCH + LABEL
     }
 
-    /// Draws it below and right of a place.
+    /// Draws it with its top left corner at a position.
     pub fn draw(&self, picture: &mut Picture, [left, top]: [u32; 2], width: u32) {
         picture.text("face", left, top, 2, TITLE);
         let text = self.lines.iter().map(|line| (line, TEXT));
@@ -85,7 +85,7 @@ impl<'a> Face<'a> {
         HEADING + LINE * (self.lines.len() as u32 + u32::from(self.verdict.is_some())) + GAP / 2
     }
 
-    /// How large each panel is.
+    /// Size of each panel.
     fn panel(&self, width: u32) -> Size {
         let count = self.panels.len() as u32;
         let widest = f64::from((width - (count - 1) * GAP) / count);
@@ -94,7 +94,7 @@ impl<'a> Face<'a> {
         Size::new(width.max(1.0) as u32, (width * down / right).clamp(1.0, TALLEST.into()) as u32)
     }
 
-    /// Its width and height in texels of a texture of some size.
+    /// Its width and height in texels for a texture of the given size.
     fn extent(&self, size: Size) -> [f64; 2] {
         let [low, high] = self.uv;
         let texels = [size.width, size.height].map(f64::from);
@@ -115,7 +115,7 @@ impl<'a> Face<'a> {
     }
 }
 
-/// Cheeks and chest side by side, so that their step is seen, and what they are called below.
+/// Cheeks and chest side by side, to show their difference, with labels below.
 fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 2], width: u32) {
     let (colors, delta_e, below) = match skin {
         Some(skin) => {
@@ -136,7 +136,8 @@ fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 
     picture.text(below, left + width - room(below).min(width), top, 1, TEXT);
 }
 
-/// A texture's mean over the texels that a pixel spans, or between texels where those are larger.
+/// The mean of a texture over the texels that a pixel spans, or interpolated where texels are
+/// larger.
 fn averaged(texture: &Texture, first: [f64; 2], step: [f64; 2]) -> Rgb {
     const MOST: f64 = 4.0;
     let counts = step.map(|step| step.ceil().clamp(1.0, MOST) as u32);
@@ -154,7 +155,7 @@ fn averaged(texture: &Texture, first: [f64; 2], step: [f64; 2]) -> Rgb {
     sum.map(|sum| (sum / f64::from(counts[0] * counts[1]) + 0.5) as u8)
 }
 
-/// A texture's colour between the centres of its texels.
+/// The colour of a texture, interpolated between texel centres.
 fn between(texture: &Texture, at: [f64; 2]) -> [f64; 3] {
     let size = texture.size();
     let axis = |at: f64, count: u32| {
@@ -171,7 +172,7 @@ fn between(texture: &Texture, at: [f64; 2]) -> [f64; 3] {
     mix(row(top), row(bottom), down)
 }
 
-/// Where cheeks, nose, lips and eyes are in the layout, and a little around them.
+/// The bounds of cheeks, nose, lips and eyes in the layout, with a margin.
 fn bounds(mesh: &Mesh, anatomy: &Anatomy) -> Option<[[f64; 2]; 2]> {
     let areas = [Area::Cheeks, Area::Nose, Area::Lips, Area::EyeSockets].map(|it| anatomy.area(it));
     let is_face = |&face: &usize| {

@@ -1,4 +1,4 @@
-//! Lines over textures, and the colours that tell how large a step is.
+//! Lines over textures, and the colour maps of steps.
 
 use tiny_skia::{Color, LineCap, Paint, Path, PathBuilder, PixmapMut, Stroke, Transform};
 use uvgraft::{Encoding, Texture, color};
@@ -6,16 +6,16 @@ use uvgraft_metrics::seams::SeamEdge;
 
 use crate::picture::Rgb;
 
-/// Steps from this on have the last colour of their scale. The scale is the same for all pictures, so
-/// that they can be compared.
+/// Steps above this have the last colour of their scale, which is the same in all pictures to make
+/// them comparable.
 pub(super) const TOP: f64 = 10.0;
 
-/// Colours of steps from 0 to [`TOP`], for UV seams and for the rim.
+/// Colour maps for steps from 0 to [`TOP`], for UV seams and for the border of the region.
 const SEAM: [Rgb; 4] = [[46, 180, 92], [190, 214, 56], [250, 156, 40], [226, 36, 40]];
 const RIM: [Rgb; 4] = [[90, 226, 244], [74, 134, 255], [150, 80, 250], [252, 70, 226]];
 /// The colour of edges that could not be measured.
 pub(super) const UNKNOWN: Rgb = [128, 131, 138];
-/// What shows through where a texture is not opaque.
+/// The background behind transparent texels.
 pub(super) const BEHIND: Rgb = [12, 13, 15];
 
 /// The colour of a step.
@@ -26,12 +26,12 @@ pub(super) fn step_color(delta_e: f64, is_rim: bool) -> Rgb {
     blend(anchors[low], anchors[low + 1], at - low as f64)
 }
 
-/// The colour of an edge: that of the mean of its steps.
+/// The colour of an edge, by the mean of its steps.
 pub(super) fn edge_color(edge: &SeamEdge) -> Rgb {
     edge.mean.map_or(UNKNOWN, |mean| step_color(mean, edge.is_rim))
 }
 
-/// `share` of the second colour, the rest of the first.
+/// Mixes two colours, with `share` of the second.
 pub(super) fn blend(a: Rgb, b: Rgb, share: f64) -> Rgb {
     std::array::from_fn(|k| {
         let [a, b] = [a, b].map(|color| f64::from(color[k]));
@@ -39,7 +39,7 @@ pub(super) fn blend(a: Rgb, b: Rgb, share: f64) -> Rgb {
     })
 }
 
-/// A texel as a display shows it over the dark.
+/// A texel as displayed over the dark background.
 pub(super) fn shown(texture: &Texture, x: u32, y: u32) -> Rgb {
     let channels = texture.channels();
     let encode = |value: f32| match texture.encoding() {
@@ -82,7 +82,7 @@ pub(super) fn ring(
     stroke(pixmap, PathBuilder::from_circle(x, y, radius), color, opacity, width);
 }
 
-/// Positions far outside, as UV coordinates may be, are not for a rasteriser.
+/// Clamps positions far outside the image, which UV coordinates may have, for the rasteriser.
 fn near(position: [f64; 2]) -> [f32; 2] {
     position.map(|value| value.clamp(-20_000.0, 20_000.0) as f32)
 }

@@ -1,4 +1,4 @@
-//! `uvgraft seams`: how visible the seams of a texture are.
+//! `uvgraft seams`: the visibility of the seams of a texture.
 
 mod crops;
 mod face;

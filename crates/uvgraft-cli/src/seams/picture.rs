@@ -1,5 +1,5 @@
-//! A picture of seams: the layout with its edges coloured by their steps, and the worst places from
-//! close by.
+//! Pictures of seams: the layout with its edges coloured by their steps, and close-ups of the worst
+//! ones.
 
 use uvgraft::{Mesh, Size, Texture};
 use uvgraft_metrics::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
@@ -12,22 +12,22 @@ use super::style::{TEXT, TITLE};
 use crate::picture::{Picture, Rgb};
 use crate::report::grouped;
 
-/// The longer side of the layout, in pixels.
+/// Longer side of the layout in pixels.
 const PANEL: u32 = 1140;
 const MARGIN: u32 = 24;
 const HEAD: u32 = 124;
-/// Between crops.
+/// Gap between crops.
 const GAP: u32 = 8;
-/// Text over and under crops.
+/// Height of the captions of crops.
 const CAPTION: u32 = 44;
 const LABEL: u32 = 14;
 const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 14);
-/// More places than this make a picture that nobody looks at.
+/// More close-ups than this make the picture useless.
 const MOST_PLACES: usize = 60;
 
 const BACKGROUND: Rgb = [24, 26, 30];
 
-/// Draws seams.
+/// Draws the seams of a texture.
 pub(super) fn draw(
     subject: &Subject,
     mesh: &Mesh,
@@ -37,7 +37,7 @@ pub(super) fn draw(
 ) -> anyhow::Result<Picture> {
     let places: Vec<(&SeamEdge, Step)> = worst(seams).take(MOST_PLACES).collect();
     let layout = layout(texture, seams, &places)?;
-    // As many below each other as beside the layout, unless that takes too many columns.
+    // As many in a column as fit beside the layout, unless that takes too many columns.
     let columns = (places.len() as u32).div_ceil(PANEL / CELL.height).min(3);
     let rows = (places.len() as u32).div_ceil(columns.max(1));
     let width = MARGIN + PANEL + columns * (MARGIN + CELL.width) + MARGIN;
@@ -79,7 +79,7 @@ fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32
     }
 }
 
-/// What a kind of edges is like, and its colours with numbers below.
+/// The statistics of a kind of edges, and its colour scale.
 fn scale(
     picture: &mut Picture,
     [left, top]: [u32; 2],
@@ -107,7 +107,7 @@ fn scale(
     }
 }
 
-/// The texture, darker than it is, under its seams.
+/// The texture, darkened, as a background for its seams.
 fn layout(
     texture: &Texture,
     seams: &SeamReport,
@@ -129,7 +129,7 @@ fn layout(
         }
     }
     let pixel = |uv: [f64; 2]| [uv[0] * f64::from(size.width), uv[1] * f64::from(size.height)];
-    // The rim over UV seams, and each with its largest steps on top.
+    // The border of the region over UV seams, and in each the largest steps on top.
     let mut edges: Vec<&SeamEdge> = seams.edges.iter().collect();
     edges.sort_by(|a, b| {
         let mean = |edge: &SeamEdge| edge.mean.unwrap_or(-1.0);
@@ -154,7 +154,7 @@ fn layout(
         for uv in step.uv {
             let [x, y] = pixel(uv).map(|value| value.clamp(0.0, f64::from(PANEL)) as u32);
             let text = number.to_string();
-            // Beside the ring, on the side where there is room.
+            // Beside the ring, on the side with space.
             let room = Picture::text_width(&text, 1);
             let left =
                 if x + 14 + room < size.width { x + 12 } else { x.saturating_sub(12 + room) };
@@ -168,7 +168,7 @@ fn layout(
     panel.into_texture()
 }
 
-/// What a texture looks like at a pixel of a panel, from a few texels of those that are there.
+/// The colour of a pixel of a panel, from a few of its texels.
 fn reduced(texture: &Texture, panel: Size, x: u32, y: u32) -> Rgb {
     const SAMPLES: u32 = 3;
     let Size { width, height } = texture.size();
@@ -190,7 +190,7 @@ fn reduced(texture: &Texture, panel: Size, x: u32, y: u32) -> Rgb {
     sum.map(|value| (value / (SAMPLES * SAMPLES)) as u8)
 }
 
-/// One bad place: what it is, its two colours side by side, and three crops.
+/// One close-up: its caption, its two colours side by side, and three crops.
 fn cell(
     picture: &mut Picture,
     [left, top]: [u32; 2],

@@ -1,4 +1,4 @@
-//! The region whose rim is measured.
+//! The region whose border is measured.
 
 use uvgraft::blend::CutMesh;
 use uvgraft::{Blend, BlendOptions, Ground};
@@ -6,15 +6,16 @@ use uvgraft_pipeline::Unit;
 
 use crate::failure::bad_input;
 
-/// A part of a layout.
+/// A region of a layout.
 pub(super) struct Region {
-    /// What it is, for people.
+    /// Its name for reports.
     pub name: &'static str,
-    /// The mesh of the layout, cut along the region's rim, and which triangles are in the region.
+    /// The mesh of the layout, cut along the border of the region, and which triangles belong to
+    /// it.
     pub cut: CutMesh,
 }
 
-/// What options select of what transfers reach.
+/// The selection by options within the transferred area.
 pub(super) fn of(
     wanted: &uvgraft_pipeline::Region,
     ground: &Ground,

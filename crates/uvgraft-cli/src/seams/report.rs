@@ -1,4 +1,4 @@
-//! Printing what seams are like.
+//! Reports on seams.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use super::tone;
 use crate::report::{grouped, to_stdout};
 use crate::table::{Align, table};
 
-/// What was measured.
+/// The measurement.
 pub(super) struct Subject {
     pub texture: String,
     pub mesh: String,
@@ -20,7 +20,7 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    /// How far from the edge colours were taken.
+    /// The sampling distance from the edge, as text.
     pub fn offset(&self) -> String {
         match self.offset {
             Offset::Texels(1.0) => "1 texel".to_owned(),
@@ -30,7 +30,7 @@ impl Subject {
     }
 }
 
-/// What an edge is called.
+/// The name of an edge's kind.
 pub(super) fn kind(edge: &SeamEdge) -> &'static str {
     match (edge.is_uv_seam, edge.is_rim) {
         (true, true) => "rim and UV seam",
@@ -39,7 +39,7 @@ pub(super) fn kind(edge: &SeamEdge) -> &'static str {
     }
 }
 
-/// The edges with the largest mean steps, the worst first, and the largest step of each.
+/// The edges with the largest mean steps in descending order, and the largest step of each.
 pub(super) fn worst(seams: &SeamReport) -> impl Iterator<Item = (&SeamEdge, Step)> {
     seams.worst.iter().filter_map(|&index| {
         let edge = seams.edges.get(index)?;
@@ -66,14 +66,14 @@ struct Document<'a> {
     texture: &'a str,
     mesh: &'a str,
     size: Size,
-    /// Whose rim was measured.
+    /// The region whose border was measured.
     region: &'a str,
     /// `{"texels": number}` or `{"distance": number}`.
     offset: serde_json::Value,
     edges: Groups,
-    /// The edges with the largest mean, each apart from those before it.
+    /// The edges with the largest means, apart from each other.
     worst: Vec<WorstEdge>,
-    /// What could not be measured as it should; counts of edges, triangles and points.
+    /// Counts of edges, triangles and points that could not be measured as intended.
     notes: SeamNotes,
     /// Null if the mesh has no head.
     tone: Option<tone::Document>,
@@ -90,25 +90,25 @@ struct Groups {
     ordinary: EdgeGroup,
 }
 
-/// A bad edge, and the place of its largest step. Pairs have both sides, the region's first.
+/// A bad edge, and its largest step. Pairs hold both sides, the region's first.
 #[derive(Serialize)]
 struct WorstEdge {
-    /// The mean of the steps along the edge.
+    /// Mean of the steps along the edge.
     edge_mean: f64,
-    /// The largest of them.
+    /// The largest step.
     delta_e: f64,
     /// The edge's length on the surface.
     edge_length: f64,
     is_uv_seam: bool,
     is_rim: bool,
     faces: [u32; 2],
-    /// The ends of the edge on the surface.
+    /// The end points of the edge on the surface.
     ends: [[f32; 3]; 2],
-    /// Where on the edge the step is: from 0 at its first end to 1 at its second.
+    /// Position of the largest step along the edge: 0 at its first end, 1 at its second.
     along: f64,
-    /// That place in the texture.
+    /// The same position in the texture.
     uv: [[f64; 2]; 2],
-    /// Where colours were taken.
+    /// The sampling positions.
     sampled_uv: [[f64; 2]; 2],
     /// sRGB, 1.0 for full.
     colors: [[f32; 3]; 2],
@@ -222,7 +222,7 @@ fn groups(seams: &SeamReport) -> String {
     table(&rows, &[Align::Left])
 }
 
-/// A length in an unknown unit, to about four digits.
+/// A length in an unknown unit, with about four significant digits.
 fn length(length: f64) -> String {
     let decimals = match length {
         l if l >= 1000.0 || l == 0.0 => 0,
@@ -259,7 +259,7 @@ fn places(subject: &Subject, seams: &SeamReport) -> String {
     table(&rows, &[Align::Right, Align::Right, Align::Right, Align::Left])
 }
 
-/// A place in the unit square in texels.
+/// Converts a position in the unit square to texels.
 pub(super) fn texel([u, v]: [f64; 2], size: Size) -> [f64; 2] {
     [u * f64::from(size.width), v * f64::from(size.height)]
 }

@@ -1,4 +1,4 @@
-//! How the face's tone fits the body's.
+//! How well the tone of the face matches that of the body.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -29,21 +29,21 @@ pub(super) struct ToneArgs {
     face: Option<PathBuf>,
 }
 
-/// What the texture's tone is compared with.
+/// What the tone of the texture is compared with.
 pub(super) struct References {
     pub base: Option<Texture>,
     face: Option<Texture>,
 }
 
 impl ToneArgs {
-    /// The files that are named.
+    /// The input files.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         [&self.onto, &self.face].into_iter().filter_map(|path| path.as_deref())
     }
 
-    /// Reads them.
+    /// Reads the textures to compare with.
     ///
-    /// - `size`: the texture's.
+    /// - `size`: of the measured texture.
     pub fn read(&self, size: Size) -> anyhow::Result<References> {
         let read = |path: &Option<PathBuf>| {
             let image = path.as_deref().map(image::read).transpose().or_bad_input()?;
@@ -63,7 +63,7 @@ impl ToneArgs {
     }
 }
 
-/// Measures the tone on the mesh of a head; nothing if it has none.
+/// Measures the tone on the mesh of a head; `None` if it has none.
 pub(super) fn measured(
     anatomy: Option<&Anatomy>,
     ground: &Ground,
@@ -81,20 +81,20 @@ pub(super) fn measured(
     Ok(Some(tone))
 }
 
-/// For programs.
+/// The JSON report.
 #[derive(Serialize)]
 pub(super) struct Document {
     /// CIEDE2000 between the mean colours of cheeks and chest.
     cheek_to_chest: Option<f64>,
-    /// The same of the base.
+    /// The same for the base.
     own: Option<f64>,
-    /// `"chest"`, or `"neck"` of meshes that have no chest.
+    /// `"chest"`, or `"neck"` for meshes without a chest.
     chest: Option<&'static str>,
     /// Median CIEDE2000 between hair and brows and those of the face.
     hair_shift: Option<f64>,
-    /// Share of the carried skin, 0 to 1.
+    /// Share of clipped skin, 0 to 1.
     clipped: Option<f64>,
-    /// Whether nothing of it is worth a warning.
+    /// Whether nothing warrants a warning.
     fits: bool,
 }
 
@@ -111,12 +111,12 @@ impl Document {
     }
 }
 
-/// What the colours that cheeks are compared with are of.
+/// The area that the cheeks are compared with.
 pub(super) fn chest(skin: SkinColors) -> &'static str {
     if skin.chest_area == Area::Neck { "neck" } else { "chest" }
 }
 
-/// For people, a line for each thing that is known.
+/// The text report, one line for each known measure.
 pub(super) fn lines(tone: &ToneMatch) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(skin) = tone.skin {
@@ -135,7 +135,7 @@ pub(super) fn lines(tone: &ToneMatch) -> Vec<String> {
     lines
 }
 
-/// What is wrong with it, if anything is.
+/// What is wrong with the tone, if anything.
 pub(super) fn verdict(tone: &ToneMatch) -> Option<String> {
     let mut reasons = Vec::new();
     if let (Some(skin), Some(excess), false) = (tone.skin, tone.excess(), tone.is_toned()) {

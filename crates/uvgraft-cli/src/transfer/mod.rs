@@ -1,4 +1,4 @@
-//! `uvgraft transfer`: carries textures across.
+//! `uvgraft transfer`: transfers textures from one layout to the other.
 
 mod progress;
 
@@ -160,7 +160,7 @@ impl From<OverlapName> for Overlap {
     }
 }
 
-/// Bytes, with K, M, G or T for powers of 1024.
+/// Parses a number of bytes, with K, M, G or T for powers of 1024.
 fn parse_bytes(text: &str) -> Result<u64, String> {
     let wanted = || "must be a size such as 500M or 4G".to_owned();
     let (digits, unit) = match text.char_indices().last() {
@@ -198,7 +198,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
-    /// What the options ask for.
+    /// The transfer that the options describe.
     fn transfer(&self) -> anyhow::Result<Transfer> {
         let mut transfer = Transfer::new(&self.pair, self.inputs()?, &self.output);
         transfer.direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
@@ -236,7 +236,7 @@ impl Args {
         Ok(transfer)
     }
 
-    /// The textures, and what they are laid over.
+    /// The textures and their bases.
     fn inputs(&self) -> anyhow::Result<Inputs> {
         if self.maps.is_empty() {
             if let [_, second, ..] = &self.onto[..] {

@@ -1,5 +1,5 @@
-//! What is said while textures are carried: bars on standard error if that is a terminal, warnings and errors there,
-//! and the course of fits on standard output.
+//! Progress of a transfer: bars on standard error if that is a terminal, warnings and errors there,
+//! and summaries of fits on standard output.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::fitting::{FitBar, FitSummary};
 use crate::progress;
 use crate::report::to_stdout;
 
-/// Follows a transfer.
+/// Prints the progress of a transfer.
 pub(super) struct Progress {
     state: Mutex<State>,
 }
@@ -83,7 +83,7 @@ fn report(
     }
 }
 
-/// Prints to standard output. That it cannot be is no reason to stop carrying textures.
+/// Prints to standard output. A failure to print must not stop the transfer.
 fn print(text: &str) {
     if let Err(error) = to_stdout(text) {
         warn(format!("{error:#}"));

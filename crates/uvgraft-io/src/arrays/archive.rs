@@ -1,4 +1,4 @@
-//! ZIP archives in memory or in files, unpacked within bounds.
+//! ZIP archives in memory or in files, unpacked within limits.
 
 use std::collections::HashSet;
 use std::io::{Cursor, Read, Seek};
@@ -9,17 +9,17 @@ use zip::result::ZipError;
 use super::error::{ArraysError, Unread};
 use crate::obj::shown;
 
-/// An entry of a deflated archive grows by this factor at most: a block of 258 equal bytes takes two
-/// bits. Larger claims are wrong, and are told apart before anything is reserved.
+/// Maximum expansion factor of a deflated entry: a block of 258 equal bytes takes two bits. Larger
+/// claims are rejected before anything is allocated.
 const MOST_GROWTH: u64 = 1032;
 
-/// A ZIP archive whose entries are no more than a limit together, as far as they say.
+/// A ZIP archive whose stated entry sizes stay within a limit in total.
 pub(crate) struct Archive<R> {
     archive: ZipArchive<R>,
     names: Vec<String>,
 }
 
-/// An archive whose bytes are all at hand.
+/// An archive held in memory.
 pub(crate) type ArchiveInMemory<'a> = Archive<Cursor<&'a [u8]>>;
 
 fn damaged(error: &ZipError) -> ArraysError {
@@ -27,16 +27,16 @@ fn damaged(error: &ZipError) -> ArraysError {
 }
 
 impl<'a> ArchiveInMemory<'a> {
-    /// Reads the directory of an archive, whose entries may be `most` bytes together.
+    /// Reads the directory of an archive whose entries may have `most` bytes in total.
     pub(crate) fn open(bytes: &'a [u8], most: u64) -> Result<Self, ArraysError> {
         Self::new(Cursor::new(bytes), most)
     }
 }
 
 impl<R: Read + Seek> Archive<R> {
-    /// Reads the directory of an archive, whose entries may be `most` bytes together.
+    /// Reads the directory of an archive whose entries may have `most` bytes in total.
     pub(crate) fn new(bytes: R, most: u64) -> Result<Self, ArraysError> {
-        // The directory is at the end, so this is what a download that broke off meets.
+        // The directory is at the end of the file, so an incomplete download fails here.
         let mut archive = ZipArchive::new(bytes).map_err(|error| {
             let problem = format!("truncated or damaged: no central directory ({error})");
             ArraysError::Archive { problem }
@@ -71,7 +71,7 @@ impl<R: Read + Seek> Archive<R> {
         &self.names
     }
 
-    /// The bytes of an entry, which are as many as it says, with the checksum that it says.
+    /// The bytes of an entry, checked against its stated size and checksum.
     pub(crate) fn read(&mut self, index: usize) -> Result<Vec<u8>, ArraysError> {
         self.stream(index, |entry, size| {
             let too_large = || broken(format!("not enough memory for {size} bytes"));
@@ -89,12 +89,11 @@ impl<R: Read + Seek> Archive<R> {
         })
     }
 
-    /// Gives the bytes of an entry, and how many it says there are, to a function that reads all of
-    /// them or as many as it wants. Of an entry that was read to its end, the number of bytes and the
-    /// checksum are compared with what it says.
+    /// Passes the stream of an entry and its stated size to a function, which may read all of it or
+    /// a part. If it was read to the end, its size and checksum are verified.
     ///
     /// # Errors
-    /// [`ArraysError`] for an entry that is damaged; what `read` says otherwise.
+    /// [`ArraysError`] for a damaged entry; otherwise the result of `read`.
     pub(crate) fn stream<T>(
         &mut self,
         index: usize,
@@ -114,7 +113,7 @@ impl<R: Read + Seek> Archive<R> {
             if made.is_err() {
                 return Ok(made);
             }
-            // Some of it was not wanted, unless there is no more of it.
+            // A part was left unread on purpose, unless the entry is too short.
             let mut further = [0];
             let more = limited.read(&mut further).map_err(|error| broken(error.to_string()))?;
             if more == 0 {
@@ -125,7 +124,7 @@ impl<R: Read + Seek> Archive<R> {
             }
             return Ok(made);
         }
-        // Only at the end of the entry is its checksum compared.
+        // The checksum is verified only at the end of the entry.
         let mut further = [0];
         let more = entry.read(&mut further).map_err(|error| broken(error.to_string()))?;
         if more > 0 {

@@ -1,4 +1,4 @@
-//! What a pickle holds, as arrays by name.
+//! Extracts arrays by name from a pickle.
 
 use super::error::{ArraysError, MOST_NAMES, MOST_NUMBERS, Unread};
 use super::named::{Held, NamedArrays};
@@ -8,18 +8,18 @@ use crate::numpy::NumberKind;
 use crate::numpy::text::lenient;
 use crate::pickle::{Array, Class, Made, Value};
 
-/// As deep as dicts, lists and objects are followed. A pickle may hold itself.
+/// Maximum nesting depth of dicts, lists and objects. A pickle may contain itself.
 const MOST_DEPTH: usize = 16;
 
-/// As many items as all lists of a file may have together, each time one is met.
+/// Maximum total number of list items in a file, counted each time a list is visited.
 const MOST_ITEMS: usize = 1 << 20;
 
-/// Bytes of the longest name.
+/// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 1024;
 
 /// Reads tensors, whose numbers lie outside of the pickle.
 pub(crate) trait Outside {
-    /// The numbers of a tensor, of which `spend` is told how many there will be.
+    /// The values of a tensor; `spend` receives their number before they are read.
     fn tensor(
         &mut self,
         tensor: Made<'_>,
@@ -35,7 +35,7 @@ pub(crate) struct Collector<'o> {
     names: usize,
 }
 
-/// What may still be read.
+/// The remaining budget.
 struct Budget {
     numbers: usize,
     items: usize,
@@ -69,7 +69,7 @@ impl<'o> Collector<'o> {
         self.found
     }
 
-    /// All of a dict, or a single array under an empty name.
+    /// All entries of a dict, or a single array under an empty name.
     pub(crate) fn collect(mut self, root: Value<'_>) -> Result<NamedArrays, ArraysError> {
         if root.entries().is_some() {
             self.add_dict("", root, MOST_DEPTH)?;
@@ -88,7 +88,7 @@ impl<'o> Collector<'o> {
         self.found.entries().any(|(found, _)| found == name)
     }
 
-    /// Adds what a name stands for; a dict adds what it holds.
+    /// Adds the value of a name; a dict adds its entries.
     pub(super) fn add(&mut self, name: &str, value: Value<'_>) -> Result<(), ArraysError> {
         self.add_within(name, value, MOST_DEPTH)
     }
@@ -118,7 +118,7 @@ impl<'o> Collector<'o> {
 
     fn add_dict(&mut self, before: &str, dict: Value<'_>, depth: usize) -> Result<(), ArraysError> {
         for (key, value) in dict.entries().into_iter().flatten() {
-            // Numbers are names in dicts of torch's optimisers.
+            // In the dicts of torch's optimisers, names are numbers.
             let name = match (key.as_str(), key.as_int()) {
                 (Some(text), _) => text.to_owned(),
                 (None, Some(number)) => number.to_string(),
@@ -136,7 +136,7 @@ impl<'o> Collector<'o> {
         Ok(())
     }
 
-    /// Counts a name that is met, as often as it is: one dict may be held by many.
+    /// Counts a visited name: one dict may be contained in many.
     fn count_name(&mut self) -> Result<(), ArraysError> {
         self.names += 1;
         if self.names > MOST_NAMES {
@@ -162,7 +162,7 @@ impl<'o> Collector<'o> {
         Ok(())
     }
 
-    /// Counts numbers that are about to be read.
+    /// Counts values that are about to be read.
     pub(super) fn spend(&mut self, count: usize) -> Result<(), Unread> {
         self.budget.spend(count)
     }
@@ -172,7 +172,7 @@ impl<'o> Collector<'o> {
         let text = value.as_str().map(str::to_owned);
         let text = text.or_else(|| value.as_bytes().map(|bytes| lenient(bytes).into_owned()));
         if let Some(text) = text {
-            // A text may be held by any number of names.
+            // Any number of names may refer to one string.
             self.spend(text.len())?;
             return Ok(Held::Text(text));
         }
@@ -212,11 +212,11 @@ impl<'o> Collector<'o> {
 
     fn made(&mut self, made: Made<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let broken = |problem: &str| Unread::Broken(problem.to_owned());
-        // One object may be met again and again through others.
+        // One object may be reached many times through others.
         self.budget.spend_items(1)?;
         match made.class() {
             Class::SparseColumns | Class::SparseRows | Class::SparsePlaces => {
-                // Both closures count, one after the other.
+                // Both closures draw on the budget, one after the other.
                 let budget = std::cell::RefCell::new(&mut self.budget);
                 let numbers = |value: Value<'_>| {
                     let array = value.as_array();
@@ -256,7 +256,7 @@ impl<'o> Collector<'o> {
         }
     }
 
-    /// An array of arrays of one shape.
+    /// Stacks arrays of one shape.
     fn stacked<'p>(
         &mut self,
         items: impl ExactSizeIterator<Item = Value<'p>>,
@@ -285,13 +285,13 @@ impl<'o> Collector<'o> {
     }
 }
 
-/// What an array of a single object holds.
+/// The content of an array with a single object.
 fn single(value: Value<'_>) -> Value<'_> {
     let objects = value.objects().filter(|objects| objects.len() == 1);
     objects.and_then(|mut objects| objects.next()).unwrap_or(value)
 }
 
-/// NumPy's array.
+/// A NumPy array.
 fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
     let numbers = Numbers::decode(array.dtype(), array.bytes()).ok_or_else(|| {
         debug_assert_eq!(array.dtype().kind, NumberKind::Unsigned, "all others are read");
@@ -306,7 +306,7 @@ fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
     array.ok_or_else(|| Unread::Broken("shape and number of values do not match".to_owned()))
 }
 
-/// Some numbers of an array; places below 0 count from its end.
+/// Selects values of an array; negative indices count from its end.
 ///
 /// Source: chumpy's `Select`, which stands for `a.ravel()[idxs].reshape(preferred_shape)`.
 fn chosen(
@@ -341,7 +341,7 @@ fn chosen(
 }
 
 impl Numbers {
-    /// Adds more numbers; of different kinds all become doubles.
+    /// Appends values; mixed types become doubles.
     fn append(&mut self, more: Self) {
         match (&mut *self, more) {
             (Self::F32(values), Self::F32(more)) => values.extend(more),

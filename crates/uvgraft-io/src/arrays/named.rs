@@ -1,9 +1,9 @@
-//! Arrays and texts by name.
+//! Arrays and strings by name.
 
 use super::error::ArraysError;
 use super::numeric::NumericArray;
 
-/// Arrays of numbers and texts by name, in the order of their file.
+/// Numeric arrays and strings by name, in file order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NamedArrays {
     entries: Vec<(String, Held)>,
@@ -15,23 +15,23 @@ pub(super) enum Held {
     Text(String),
     /// Neither of them, and why.
     LeftOut(String),
-    /// Nobody asked for it.
+    /// Not requested.
     Skipped,
 }
 
 impl NamedArrays {
-    /// None at all.
+    /// An empty collection.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The names of arrays and texts, in order.
+    /// The names of arrays and strings, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let is_read = |held: &Held| !matches!(held, Held::LeftOut(_));
         self.entries.iter().filter(move |(_, held)| is_read(held)).map(|(name, _)| name.as_str())
     }
 
-    /// The array of that name. Single numbers are arrays without axes.
+    /// The array of a name. Scalars are arrays without axes.
     pub fn get(&self, name: &str) -> Option<&NumericArray> {
         match self.held(name)? {
             Held::Array(array) => Some(array),
@@ -39,7 +39,7 @@ impl NamedArrays {
         }
     }
 
-    /// The text of that name.
+    /// The string of a name.
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.held(name)? {
             Held::Text(text) => Some(text),
@@ -47,7 +47,7 @@ impl NamedArrays {
         }
     }
 
-    /// Why what the file has under that name was not read.
+    /// Why the value of a name was not read.
     pub fn left_out(&self, name: &str) -> Option<&str> {
         match self.held(name)? {
             Held::LeftOut(reason) => Some(reason),
@@ -55,11 +55,11 @@ impl NamedArrays {
         }
     }
 
-    /// The array of that name.
+    /// The array of a name.
     ///
     /// # Errors
-    /// [`ArraysError::LeftOut`] with the reason, if the file has something else under that name,
-    /// and [`ArraysError::Missing`] with the names there are, if it has nothing.
+    /// [`ArraysError::LeftOut`] with the reason if the name refers to something else, and
+    /// [`ArraysError::Missing`] with the known names if it does not exist.
     pub fn require(&self, name: &str) -> Result<&NumericArray, ArraysError> {
         let reason = match self.held(name) {
             Some(Held::Array(array)) => return Ok(array),
@@ -74,7 +74,7 @@ impl NamedArrays {
         Err(ArraysError::LeftOut { name: name.to_owned(), reason })
     }
 
-    /// Takes an array out; other things stay.
+    /// Removes and returns an array; other values are not removed.
     pub fn take(&mut self, name: &str) -> Option<NumericArray> {
         let is_it =
             |(found, held): &(String, Held)| found == name && matches!(held, Held::Array(_));
@@ -85,12 +85,12 @@ impl NamedArrays {
         }
     }
 
-    /// Adds an array, in place of what had its name.
+    /// Inserts an array, replacing any value of the same name.
     pub fn insert(&mut self, name: impl Into<String>, array: NumericArray) {
         self.hold(name.into(), Held::Array(array));
     }
 
-    /// Adds a text, in place of what had its name.
+    /// Inserts a string, replacing any value of the same name.
     pub fn insert_text(&mut self, name: impl Into<String>, text: impl Into<String>) {
         self.hold(name.into(), Held::Text(text.into()));
     }
@@ -102,7 +102,8 @@ impl NamedArrays {
         }
     }
 
-    /// Everything of another file, in place of what had its names; what was skipped there stays.
+    /// Adds all values of another file, replacing those of the same names; values skipped there are
+    /// kept here.
     pub fn extend(&mut self, others: Self) {
         for (name, held) in others.entries {
             if !(matches!(held, Held::Skipped) && self.held(&name).is_some()) {

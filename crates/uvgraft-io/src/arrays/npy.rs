@@ -10,14 +10,14 @@ use crate::numpy::text::TextDtype;
 use crate::numpy::{Dtype, MAX_AXES, NpyArray};
 use crate::obj::shown;
 
-/// What an NPY file holds.
+/// The content of an NPY file.
 pub(super) enum Content<'a> {
     Held(Held),
     /// A pickle of an array of objects.
     Pickle(&'a [u8]),
 }
 
-/// An array of numbers, as its header says.
+/// A numeric array as its header describes it.
 pub(super) struct Described {
     pub(super) dtype: Dtype,
     pub(super) shape: Vec<usize>,
@@ -25,12 +25,12 @@ pub(super) struct Described {
 }
 
 impl Described {
-    /// The bytes of its numbers, if they can be counted.
+    /// The size of its values in bytes, unless it overflows.
     pub(super) fn bytes(&self) -> Option<usize> {
         self.dtype.bytes(&self.shape)
     }
 
-    /// What is wrong with an array that has so many bytes instead.
+    /// The error for an array of the wrong size.
     pub(super) fn other_size(&self, found: u64) -> Unread {
         let wanted = self.bytes().map_or("more".to_owned(), |wanted| wanted.to_string());
         Unread::Broken(format!(
@@ -40,10 +40,10 @@ impl Described {
     }
 }
 
-/// What the header of an NPY file says of an array of numbers; nothing for texts, objects and whatever
-/// is not read.
+/// The numeric array described by the header of an NPY file; `None` for strings, objects and
+/// unsupported types.
 ///
-/// - `header`: everything before the numbers.
+/// - `header`: everything before the values.
 pub(super) fn describe(header: &[u8]) -> Result<Option<Described>, Unread> {
     let array = parse(header)?;
     let Some(dtype) = array.dtype() else { return Ok(None) };
@@ -67,7 +67,7 @@ fn lengths(array: &NpyArray<'_>) -> Result<Vec<usize>, Unread> {
     })
 }
 
-/// Reads an NPY file. `spend` is told how many numbers there will be before they are read.
+/// Reads an NPY file. `spend` receives the number of values before they are read.
 pub(super) fn read<'a>(
     bytes: &'a [u8],
     spend: impl FnOnce(usize) -> Result<(), Unread>,

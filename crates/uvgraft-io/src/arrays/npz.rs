@@ -11,7 +11,7 @@ use super::npy::{self, Content};
 use crate::obj::shown;
 use crate::pickle;
 
-/// Reads all arrays. An entry that holds objects rather than numbers is a pickle.
+/// Reads all arrays. An entry that contains objects is a pickle.
 pub(super) fn read(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, ArraysError> {
     each(archive, |archive, index, name, collector| {
         let bytes = archive.read(index)?;
@@ -19,9 +19,9 @@ pub(super) fn read(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArrays, Arr
     })
 }
 
-/// Collects what is read of each array of an archive.
+/// Collects the arrays of an archive.
 ///
-/// - `read`: reads the entry of a number, an NPY file, as an array of a name.
+/// - `read`: reads an entry, an NPY file, as the array of a name.
 pub(super) fn each<R: Read + Seek>(
     archive: &mut Archive<R>,
     mut read: impl FnMut(&mut Archive<R>, usize, &str, &mut Collector<'_>) -> Result<(), ArraysError>,
@@ -30,7 +30,7 @@ pub(super) fn each<R: Read + Seek>(
     for index in 0..archive.names().len() {
         let file = archive.names()[index].clone();
         let Some(name) = file.strip_suffix(".npy") else {
-            // Folders and whatever else was packed beside the arrays.
+            // Folders and other files beside the arrays.
             collector.leave_out(&file, "not a .npy file".to_owned());
             continue;
         };
@@ -42,7 +42,7 @@ pub(super) fn each<R: Read + Seek>(
     Ok(collector.finish())
 }
 
-/// Adds what a whole NPY file holds.
+/// Adds the content of a whole NPY file.
 pub(super) fn add(
     name: &str,
     bytes: &[u8],

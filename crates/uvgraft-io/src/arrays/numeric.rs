@@ -1,18 +1,18 @@
-//! Arrays of numbers, whatever they were written as.
+//! Numeric arrays, independent of their stored type.
 
 use std::borrow::Cow;
 
 use crate::numpy::order::last_axis_fastest;
 use crate::numpy::{Dtype, NumberKind};
 
-/// A shape and as many numbers, the last axis running fastest. An array without axes is one number.
+/// A shape and its values, with the last axis contiguous. An array without axes is a scalar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NumericArray {
     shape: Vec<usize>,
     numbers: Numbers,
 }
 
-/// The kinds of number that are told apart: each other one fits into one of them without loss.
+/// The value types that are distinguished: every other one fits into one of them without loss.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Numbers {
     F32(Vec<f32>),
@@ -21,17 +21,17 @@ pub(super) enum Numbers {
 }
 
 impl NumericArray {
-    /// An array of 32-bit floats; `None` where the shape asks for another number of them.
+    /// An array of 32-bit floats; `None` if their number does not match the shape.
     pub fn new_f32(shape: Vec<usize>, values: Vec<f32>) -> Option<Self> {
         Self::new(shape, Numbers::F32(values))
     }
 
-    /// An array of 64-bit floats; `None` where the shape asks for another number of them.
+    /// An array of 64-bit floats; `None` if their number does not match the shape.
     pub fn new_f64(shape: Vec<usize>, values: Vec<f64>) -> Option<Self> {
         Self::new(shape, Numbers::F64(values))
     }
 
-    /// An array of integers; `None` where the shape asks for another number of them.
+    /// An array of integers; `None` if their number does not match the shape.
     pub fn new_i64(shape: Vec<usize>, values: Vec<i64>) -> Option<Self> {
         Self::new(shape, Numbers::I64(values))
     }
@@ -40,7 +40,7 @@ impl NumericArray {
         (count(&shape) == Some(numbers.len())).then_some(Self { shape, numbers })
     }
 
-    /// As [`NumericArray::new`], of numbers whose first axis runs fastest.
+    /// As [`NumericArray::new`], for values with the first axis contiguous.
     pub(super) fn new_in_fortran_order(shape: Vec<usize>, numbers: Numbers) -> Option<Self> {
         if count(&shape) != Some(numbers.len()) {
             return None;
@@ -53,13 +53,14 @@ impl NumericArray {
         Some(Self { shape, numbers })
     }
 
-    /// As [`NumericArray::new`], from the bytes of the numbers; `None` also for integers beyond 63
+    /// As [`NumericArray::new`], from the bytes of the values; `None` also for integers beyond 63
     /// bits.
     pub(crate) fn decode(shape: Vec<usize>, dtype: Dtype, bytes: &[u8]) -> Option<Self> {
         Self::new(shape, Numbers::decode(dtype, bytes)?)
     }
 
-    /// As [`NumericArray::new`], from the upper halves of 32-bit floats, as torch's `bfloat16` are.
+    /// As [`NumericArray::new`], from the upper halves of 32-bit floats, such as torch's
+    /// `bfloat16`.
     pub(crate) fn decode_brain(shape: Vec<usize>, bytes: &[u8], big_endian: bool) -> Option<Self> {
         Self::new(shape, Numbers::decode_brain(bytes, big_endian))
     }
@@ -73,7 +74,7 @@ impl NumericArray {
         &self.numbers
     }
 
-    /// Parts that fit each other.
+    /// Shape and values, which must match.
     pub(super) const fn from_parts(shape: Vec<usize>, numbers: Numbers) -> Self {
         Self { shape, numbers }
     }
@@ -82,7 +83,7 @@ impl NumericArray {
         (self.shape, self.numbers)
     }
 
-    /// Its numbers as 32-bit floats, rounded to the nearest; doubles beyond them become infinite.
+    /// Its values as 32-bit floats, rounded to nearest; larger doubles become infinite.
     pub fn f32s(&self) -> Cow<'_, [f32]> {
         match &self.numbers {
             Numbers::F32(values) => Cow::Borrowed(values),
@@ -91,7 +92,7 @@ impl NumericArray {
         }
     }
 
-    /// Its numbers as 64-bit floats; integers beyond 2⁵³ are rounded.
+    /// Its values as 64-bit floats; integers beyond 2⁵³ are rounded.
     pub fn f64s(&self) -> Cow<'_, [f64]> {
         match &self.numbers {
             Numbers::F32(values) => values.iter().map(|&value| f64::from(value)).collect(),
@@ -100,8 +101,8 @@ impl NumericArray {
         }
     }
 
-    /// Its numbers, if all are whole: integers, bools as 0 and 1, and floats without a fraction up to
-    /// 2⁵³. They stand as they are written: the parent of a root that was stored as an unsigned -1 is
+    /// Its values if all are integers: integers, bools as 0 and 1, and floats without a fraction up
+    /// to 2⁵³. Values are returned as stored: a root's parent stored as an unsigned -1 is
     /// 4294967295.
     pub fn integers(&self) -> Option<Vec<i64>> {
         match &self.numbers {
@@ -117,7 +118,7 @@ fn whole(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() <= EXACT).then_some(value as i64)
 }
 
-/// How many numbers a shape asks for, if they can be counted.
+/// The number of values of a shape, unless it overflows.
 pub(super) fn count(shape: &[usize]) -> Option<usize> {
     shape.iter().copied().try_fold(1, usize::checked_mul)
 }
@@ -131,7 +132,7 @@ impl Numbers {
         }
     }
 
-    /// None yet, with room for so many; floats of 64 bits will be rounded to 32.
+    /// An empty list with capacity; floats of 64 bits will be rounded to 32.
     pub(super) fn with_capacity(dtype: Dtype, count: usize) -> Self {
         match dtype.kind {
             NumberKind::Float => Self::F32(Vec::with_capacity(count)),
@@ -139,8 +140,8 @@ impl Numbers {
         }
     }
 
-    /// Adds numbers from their bytes to those of [`Numbers::with_capacity`]; false for integers beyond
-    /// 63 bits.
+    /// Decodes values from bytes and appends them to a list made by [`Numbers::with_capacity`];
+    /// false for integers beyond 63 bits.
     pub(super) fn extend_decoded(&mut self, dtype: Dtype, bytes: &[u8]) -> bool {
         if let (Self::F32(values), NumberKind::Float, 4, false) =
             (&mut *self, dtype.kind, dtype.width, dtype.big_endian)
@@ -159,7 +160,7 @@ impl Numbers {
         true
     }
 
-    /// Numbers from their bytes; nothing for integers beyond 63 bits.
+    /// Decodes values from bytes; `None` for integers beyond 63 bits.
     pub(super) fn decode(dtype: Dtype, bytes: &[u8]) -> Option<Self> {
         let Dtype { kind, width, big_endian } = dtype;
         Some(match (kind, width) {
@@ -198,7 +199,7 @@ impl Numbers {
         })
     }
 
-    /// Numbers from the upper halves of 32-bit floats, as torch's `bfloat16` are.
+    /// Decodes values from the upper halves of 32-bit floats, such as torch's `bfloat16`.
     fn decode_brain(bytes: &[u8], big_endian: bool) -> Self {
         Self::F32(words(bytes, big_endian, |[low, high]| f32::from_le_bytes([0, 0, low, high])))
     }
@@ -222,17 +223,17 @@ fn words<const WIDTH: usize, T>(
     }
 }
 
-/// A 16-bit float of IEEE 754 as a 32-bit one, which holds each of them.
+/// Converts a 16-bit IEEE 754 float to a 32-bit one, which is exact.
 fn from_half(bits: u16) -> f32 {
     let sign = u32::from(bits & 0x8000) << 16;
     let exponent = u32::from(bits >> 10 & 0x1f);
     let fraction = u32::from(bits & 0x3ff);
     let magnitude = match exponent {
-        // Without a leading one, in units of 2⁻²⁴.
+        // Subnormal, in units of 2⁻²⁴.
         0 => (fraction as f32 / 16_777_216.0).to_bits(),
-        // Infinity, and what is no number.
+        // Infinity and NaN.
         31 => 0xff << 23 | fraction << 13,
-        // The exponents count from -15 here, from -127 there.
+        // The exponent bias is 15 here, 127 there.
         _ => (exponent + 112) << 23 | fraction << 13,
     };
     f32::from_bits(sign | magnitude)
@@ -274,7 +275,7 @@ mod tests {
             (0x3c00, 1.0),
             (0xc100, -2.5),
             (0x7bff, 65_504.0),
-            // The smallest one, and the largest without a leading one.
+            // The smallest one, and the largest subnormal one.
             (0x0001, 2.0_f32.powi(-24)),
             (0x03ff, 1023.0 * 2.0_f32.powi(-24)),
             (0x0400, 2.0_f32.powi(-14)),

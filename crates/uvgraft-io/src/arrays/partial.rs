@@ -1,7 +1,7 @@
-//! Parts of large files: only the arrays that are asked for, and only the columns of them that are.
+//! Partial reading of large files: only the requested arrays, and only their requested columns.
 //!
-//! The members of an NPZ are decoded as they are read, in pieces of 256 KiB, so no more of a file is in
-//! memory than what was asked for. A pickle has to be read whole.
+//! The members of an NPZ are decoded as they are read, in chunks of 256 KiB, so that memory holds
+//! no more than what was requested. A pickle must be read as a whole.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -19,19 +19,19 @@ use super::pieces::{decode, unreadable};
 use crate::input::{ReadError, read_file};
 use crate::numpy::MAGIC;
 
-/// How much of an array is asked for.
+/// Which part of an array is requested.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ArraySelection {
-    /// None of it: its name is known and nothing else.
+    /// Nothing: only its name is known.
     Nothing,
     /// All of it.
     All,
-    /// Of its last axis only these, rising and apart from each other. What lies beyond its length is
-    /// left out.
+    /// These ranges of its last axis, ascending and disjoint. Indices beyond its length are
+    /// ignored.
     Columns(Vec<Range<usize>>),
 }
 
-/// A file of arrays by name, of which parts can be read.
+/// A file of arrays by name that can be read in part.
 pub struct ArrayFile {
     path: PathBuf,
     content: Source,
@@ -39,11 +39,11 @@ pub struct ArrayFile {
 
 enum Source {
     Zip(Archive<BufReader<File>>),
-    /// What is left of a file that had to be read whole.
+    /// The remaining arrays of a file that had to be read as a whole.
     Whole(NamedArrays),
 }
 
-/// The longest NPY header that is read without its array.
+/// Maximum length of an NPY header that is read without its array.
 const MOST_HEADER: u64 = 1 << 20;
 
 impl ArrayFile {
@@ -60,7 +60,7 @@ impl ArrayFile {
         let mut start = [0; 2];
         let mut file = File::open(path).map_err(io)?;
         let told = file.metadata().map_err(io)?;
-        // A pipe cannot be read twice, and a file that is too large is refused in one place.
+        // A pipe cannot be read twice, and the size limit is checked in one place.
         if !told.is_file() || told.len() > MAX_FILE_BYTES {
             return whole();
         }
@@ -76,13 +76,14 @@ impl ArrayFile {
         Ok(Self { path: path.to_path_buf(), content: Source::Zip(archive) })
     }
 
-    /// Reads some of the arrays. Floats of 64 bits are rounded to 32. What was asked for once is gone
-    /// from files that had to be read whole.
+    /// Reads some of the arrays. Floats of 64 bits are rounded to 32. For files that had to be read
+    /// as a whole, requested arrays are moved out.
     ///
-    /// - `wanted`: how much of an array by its name and the lengths of its axes. Texts have no axes.
+    /// - `wanted`: the requested part of an array by its name and the lengths of its axes. Strings
+    ///   have no axes.
     ///
     /// # Errors
-    /// [`ReadError`] as [`read`](super::read); what is not asked for is not looked at.
+    /// [`ReadError`] as [`read`](super::read); arrays that are not requested are not checked.
     pub fn read(
         &mut self,
         mut wanted: impl FnMut(&str, &[usize]) -> ArraySelection,
@@ -138,7 +139,7 @@ fn from_archive(
             let mut header = Vec::new();
             read_header(entry, &mut header)?;
             let Some(described) = npy::describe(&header)? else {
-                // Texts and objects are small, and read as they always are.
+                // Strings and objects are small, and always read as a whole.
                 return Ok(if wanted(name, &[]) == ArraySelection::Nothing {
                     EntryContent::Held(Held::Skipped)
                 } else {
@@ -173,7 +174,7 @@ enum EntryContent {
     Bytes(Vec<u8>),
 }
 
-/// Reads what comes before the numbers, magic and all.
+/// Reads everything before the values, including the magic.
 fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread> {
     let mut more = |header: &mut Vec<u8>, count: u64| -> Result<(), Unread> {
         let before = header.len() as u64;
@@ -211,7 +212,7 @@ mod tests {
     use super::*;
     use crate::arrays::{NumericArray, save_npz};
 
-    /// A file with a table of 64-bit floats, one of integers and a text.
+    /// A file with a table of 64-bit floats, one of integers and a string.
     fn file(name: &str) -> (tempfile::TempDir, PathBuf) {
         let mut arrays = NamedArrays::new();
         let values = (0..300_000).map(f64::from).collect();

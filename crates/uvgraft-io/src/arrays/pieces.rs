@@ -1,4 +1,4 @@
-//! Numbers of an NPY file decoded piece by piece, and choosing columns among them.
+//! Decodes the values of an NPY file in chunks, and selects columns.
 
 use std::io::Read;
 use std::ops::Range;
@@ -8,13 +8,13 @@ use super::npy::Described;
 use super::numeric::Numbers;
 use super::numeric::NumericArray;
 
-/// Bytes that are decoded at once.
+/// Chunk size in bytes.
 const PIECE: usize = 1 << 18;
 pub(super) fn unreadable(error: &std::io::Error) -> Unread {
     Unread::Broken(error.to_string())
 }
 
-/// Decodes numbers piece by piece, and keeps those of the columns.
+/// Decodes values in chunks, and keeps the selected columns.
 pub(super) fn decode(
     entry: &mut dyn Read,
     described: &Described,
@@ -24,14 +24,14 @@ pub(super) fn decode(
     let (dtype, shape) = (described.dtype, &described.shape);
     let count: usize = shape.iter().product();
     let last = shape.last().copied().unwrap_or(1);
-    // Numbers of one column lie together where the first axis runs fastest: all are read then.
+    // In Fortran order the values of a column are contiguous: everything is read.
     let columns = columns.map(|columns| clipped(columns, last));
     let straight = columns.as_ref().filter(|_| !described.fortran_order && last > 0);
     let kept: usize = straight.map_or(last, |columns| columns.iter().map(Range::len).sum());
     let total = count.checked_div(last).map_or(0, |rows| rows * kept);
     spend(total)?;
     let mut numbers = Numbers::with_capacity(dtype, total);
-    // Whole rows where columns are chosen, so that each piece begins with one.
+    // Whole rows if columns are selected, so that each chunk starts with one.
     let row = if straight.is_some() { last * dtype.width } else { dtype.width };
     let mut piece = vec![0; (PIECE / row).max(1) * row];
     let mut left = count * dtype.width;
@@ -70,14 +70,14 @@ pub(super) fn decode(
     NumericArray::new(shape, numbers).ok_or_else(disagree)
 }
 
-/// Columns that there are.
+/// The columns that exist.
 fn clipped(columns: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
     let clip = |range: &Range<usize>| range.start.min(length)..range.end.min(length);
     columns.iter().map(clip).filter(|range| !range.is_empty()).collect()
 }
 
 impl NumericArray {
-    /// With only some of the last axis.
+    /// Restricted to a part of the last axis.
     pub(super) fn with_columns(self, columns: &[Range<usize>]) -> Option<Self> {
         fn choose<T: Copy>(values: &[T], last: usize, columns: &[Range<usize>]) -> Vec<T> {
             let rows = values.chunks_exact(last.max(1));
@@ -97,7 +97,7 @@ impl NumericArray {
         Self::new(shape, numbers)
     }
 
-    /// With floats of 32 bits in place of those of 64.
+    /// With 64-bit floats rounded to 32 bits.
     pub(super) fn narrowed(self) -> Self {
         let (shape, numbers) = self.into_parts();
         let numbers = match numbers {

@@ -1,4 +1,4 @@
-//! SciPy's sparse matrices, made dense.
+//! SciPy's sparse matrices, converted to dense ones.
 
 use std::ops::AddAssign;
 
@@ -11,14 +11,14 @@ fn broken(problem: impl Into<String>) -> Unread {
     Unread::Broken(problem.into())
 }
 
-/// Where the numbers of a matrix belong, in their order: the row and the column of each.
+/// The coordinates of the values of a matrix, in order: row and column of each.
 struct Places {
     rows: Vec<i64>,
     columns: Vec<i64>,
 }
 
-/// The dense matrix, in which numbers of one place are added up, as SciPy does. `spend` is told how
-/// many numbers there will be before they are reserved; `numbers` reads the arrays of the state.
+/// The dense matrix; values at the same coordinates are summed, as in SciPy. `spend` receives the
+/// number of values before they are allocated; `numbers` reads the arrays of the state.
 pub(super) fn dense<'p>(
     matrix: Made<'p>,
     mut numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
@@ -86,12 +86,11 @@ pub(super) fn dense<'p>(
         .ok_or_else(|| broken("the shape of a sparse matrix does not match its values"))
 }
 
-/// For each number the line that it belongs to: line `i` has those from `starts[i]` to
-/// `starts[i + 1]`.
+/// The row or column of each value: line `i` holds those from `starts[i]` to `starts[i + 1]`.
 fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unread> {
     let steps = starts.windows(2).all(|pair| pair[0] <= pair[1]);
     let ends = (starts.first(), starts.last());
-    // Beyond the last start there may be numbers that were reserved and not used.
+    // After the last start there may be reserved but unused values.
     let fits = matches!(ends, (Some(0), Some(&last)) if last as u64 <= numbers as u64);
     if starts.len().checked_sub(1) != Some(lines) || !steps || !fits {
         return Err(broken("`indptr` of a sparse matrix does not match its shape and `data`"));
@@ -103,7 +102,7 @@ fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unre
     Ok(found)
 }
 
-/// The first of some indices, of which there may be more than are used.
+/// The used part of an index array, which may have unused entries.
 fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
     if indices.len() < used {
         return Err(broken("a sparse matrix has fewer `indices` than values"));

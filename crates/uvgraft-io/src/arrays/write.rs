@@ -15,9 +15,9 @@ use super::numeric::NumericArray;
 use crate::numpy::write_header;
 use crate::output::write_atomically;
 
-/// Writes arrays as an NPZ archive, which `numpy.load` reads: 32-bit floats as `<f4`, 64-bit ones as
-/// `<f8`, integers as `<i8`, texts as arrays without axes. What was left out when they were read is
-/// not written. The same arrays give the same bytes.
+/// Writes arrays as an NPZ archive for `numpy.load`: 32-bit floats as `<f4`, 64-bit ones as `<f8`,
+/// integers as `<i8`, strings as arrays without axes. Values that were skipped when reading are not
+/// written. Equal arrays give equal bytes.
 ///
 /// # Errors
 /// Those of `out`.
@@ -30,7 +30,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
             continue;
         }
         archive.start_file(format!("{name}.npy"), options)?;
-        // Numbers are written one by one.
+        // Values are written one by one.
         let mut entry = BufWriter::new(&mut archive);
         match held {
             Held::Array(array) => write_array(array, &mut entry)?,
@@ -45,7 +45,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
 /// Writes arrays as an NPZ archive to a file; see [`write_npz`].
 ///
 /// # Errors
-/// If the file cannot be written; what was there is then still there.
+/// If the file cannot be written; an existing file is then unchanged.
 pub fn save_npz(arrays: &NamedArrays, path: &Path) -> io::Result<()> {
     write_atomically(path, |out| write_npz(arrays, out))
 }

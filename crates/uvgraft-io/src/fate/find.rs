@@ -1,4 +1,4 @@
-//! Which of a workspace's files has the newest texture.
+//! Finds the newest texture of a FATE workspace.
 
 use std::cmp::Reverse;
 use std::io;
@@ -7,33 +7,34 @@ use std::path::{Path, PathBuf};
 use super::FateError;
 use crate::input::ReadError;
 
-/// What kind of file a texture is read from.
+/// The source of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TextureSource {
-    /// The tensors that were trained: exact, and with the confidence.
+    /// The trained tensors: exact, and with confidence.
     Dump,
-    /// A picture of them, of 8 bits.
+    /// An 8-bit picture of them.
     Picture,
 }
 
-/// The file of a workspace that is read.
+/// The texture file of a workspace.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TextureFile {
-    /// The file of the colours.
+    /// Path of the colours.
     pub file: PathBuf,
-    /// What kind of file it is.
+    /// Its kind.
     pub kind: TextureSource,
-    /// How many other files of textures there are, which are older or less exact.
+    /// Number of other texture files, which are older or less exact.
     pub others: usize,
 }
 
 /// Finds the newest texture of a workspace.
 ///
-/// - Dumps go before pictures.
-/// - Of several folders that begin with `baking`, the last by name counts: `baking_full_head`, which
-///   FATE makes of the whole head, after `baking`. A baking folder itself is taken too.
-/// - Of several files in it the one with the highest number before its name counts, which is the
-///   epoch of dumps and the step of pictures.
+/// - Dumps take precedence over pictures.
+/// - Of several folders whose names start with `baking`, the last by name is used:
+///   `baking_full_head`, which FATE makes of the whole head, comes after `baking`. The path of a
+///   baking folder itself is accepted too.
+/// - Of several files in it, the one with the highest number at the start of its name is used: the
+///   epoch of dumps, the step of pictures.
 ///
 /// # Errors
 /// [`ReadError`], with the path, if a folder cannot be read, or there is no texture.
@@ -72,13 +73,13 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The number that a name begins with.
+/// The number at the start of a name.
 fn number(name: &str) -> Option<u64> {
     let digits = name.find(|character: char| !character.is_ascii_digit()).unwrap_or(name.len());
     name[..digits].parse().ok()
 }
 
-/// What a folder holds, by name.
+/// The entries of a folder, sorted by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, ReadError<FateError>> {
     let read = || -> io::Result<Vec<PathBuf>> {
         let entries = std::fs::read_dir(folder)?;

@@ -38,24 +38,24 @@ const PICTURE_RANGE: f32 = 1.78;
 /// The first basis function of spherical harmonics, 1 / (2 sqrt(pi)).
 const HARMONIC: f32 = 0.282_094_8;
 
-/// Why a texture of FATE's was refused.
+/// Why a texture of FATE was rejected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FateError {
-    /// No dump.
+    /// Not a dump.
     #[error(transparent)]
     Arrays(#[from] ArraysError),
-    /// A tensor of another shape.
+    /// A tensor has the wrong shape.
     #[error("`{name}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Which tensor.
         name: &'static str,
         /// Its shape.
         found: Vec<usize>,
-        /// What was wanted.
+        /// What it must be.
         wanted: String,
     },
-    /// A training that failed.
+    /// The training diverged.
     #[error("`{name}` must be finite, got {count} values that are NaN or infinite")]
     NoNumbers {
         /// Which tensor.
@@ -63,56 +63,56 @@ pub enum FateError {
         /// How many.
         count: usize,
     },
-    /// A folder without textures.
+    /// The folder has no textures.
     #[error(
         "must be a FATE workspace after baking, with baking*/dump_texture/*tex_dump.pth or \
          baking*/visualize_texture/*color.png"
     )]
     Nothing,
-    /// A picture that cannot be read.
+    /// A picture cannot be read.
     #[error(transparent)]
     Picture(#[from] ImageError),
-    /// A size that no texture has.
+    /// The requested size is invalid.
     #[error(transparent)]
     Texture(#[from] TextureError),
 }
 
-/// A head's texture and how sure it is.
+/// A head texture and its confidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FateTexture {
     /// The colours, as 32-bit floats of sRGB.
     pub color: Texture,
-    /// The opacity of the head where it has that colour, as data of 32-bit floats of one channel.
-    /// Where it is near 0 the video showed nothing of the head.
+    /// The opacity of the head at each texel, as data of 32-bit floats with one channel. Near 0,
+    /// the video showed nothing of the head.
     pub confidence: Option<Texture>,
 }
 
-/// A texture that was read, and where from.
+/// A texture and its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FateRead {
     /// The texture.
     pub texture: FateTexture,
-    /// The file of the colours.
+    /// Path of the colours.
     pub file: PathBuf,
-    /// What kind of file it is.
+    /// Kind of the source.
     pub kind: TextureSource,
 }
 
-/// Reads a dump, resampled to `size` × `size` texels; see the module. Tensors other than `color` and
-/// `opacity` are ignored, and without `opacity` there is no confidence.
+/// Reads a dump, resampled to `size` × `size` texels; see the module. Tensors other than `color`
+/// and `opacity` are ignored; without `opacity` there is no confidence.
 ///
-/// Each texel has what FATE itself looks up at its centre, so a size that is much smaller than the
-/// dump's, of which [`BAKED_SIZE`] is usual, leaves texels out.
+/// Each texel has the value that FATE itself interpolates at its centre, so a size much smaller
+/// than the dump's, usually [`BAKED_SIZE`], skips texels.
 ///
 /// # Errors
-/// [`FateError`] for what is no dump of square tensors, and for a size of 0 or beyond
+/// [`FateError`] unless it is a dump of square tensors, and for a size of 0 or beyond
 /// [`Texture::MAX_SIDE`].
 pub fn parse_dump(bytes: &[u8], size: u32) -> Result<FateTexture, FateError> {
     let arrays = torch::parse(bytes)?;
     let color = planes(&arrays, "color", 3, None, |value| 0.5 + 0.5 * value.tanh())?;
     let confidence = match arrays.get("opacity") {
         Some(_) => {
-            // Infinite values cannot be mixed; the curve is flat far before.
+            // Infinite values cannot be interpolated; the curve is flat long before.
             let finite = |value: f32| value.clamp(-1e30, 1e30);
             let raw = planes(&arrays, "opacity", 1, Some(color.side), finite)?;
             Some(raw.texture(size, |value| 1.0 / (1.0 + (-value).exp()))?)
@@ -123,10 +123,10 @@ pub fn parse_dump(bytes: &[u8], size: u32) -> Result<FateTexture, FateError> {
 }
 
 /// Reads a dump, or the newest texture of a workspace, resampled to `size` × `size` texels; see
-/// [`find`] for which, and [`parse_dump`].
+/// [`find`] and [`parse_dump`].
 ///
 /// # Errors
-/// [`ReadError`], with the path, if there is no texture, or it cannot be read or is refused.
+/// [`ReadError`], with the path, if there is no texture, or it cannot be read or is rejected.
 pub fn read(path: &Path, size: u32) -> Result<FateRead, ReadError<FateError>> {
     let (file, kind) = if path.is_dir() {
         let TextureFile { file, kind, .. } = find(path)?;
@@ -141,7 +141,7 @@ pub fn read(path: &Path, size: u32) -> Result<FateRead, ReadError<FateError>> {
     Ok(FateRead { texture, file, kind })
 }
 
-/// The `C` planes of a tensor of shape `[1, C, N, N]`, where `N` may have to be `side`.
+/// The `C` planes of a tensor of shape `[1, C, N, N]`, where `N` must be `side` if given.
 fn planes(
     arrays: &NamedArrays,
     name: &'static str,
@@ -172,11 +172,11 @@ fn planes(
 }
 
 fn read_pictures(color: &Path, size: u32) -> Result<FateTexture, ReadError<FateError>> {
-    // The picture of the opacity has the same number before its name.
+    // The picture of the opacity has the same number at the start of its name.
     let name = color.file_name().unwrap_or_default().to_string_lossy();
     let opacity = name.strip_suffix("color.png").map(|start| format!("{start}opacity.png"));
     let opacity = opacity.map(|name| color.with_file_name(name)).filter(|path| path.is_file());
-    // Undoes the range of the picture, and makes colours of the harmonics again.
+    // Undoes the range of the picture, and converts spherical harmonics to colours.
     let color = read_picture(color, Channels::Rgb, size, |value| {
         (0.5 + HARMONIC * PICTURE_RANGE * (2.0 * value - 1.0)).clamp(0.0, 1.0)
     })?;

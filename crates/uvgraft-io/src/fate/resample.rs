@@ -1,9 +1,9 @@
-//! From texels at the corners of a square to texels that cover it.
+//! Resamples from texels at the corners of a square to texels that tile it.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels, Texture, TextureError};
 
-/// Which way is up.
+/// Vertical orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Upright {
     /// Row 0 is at the top.
@@ -12,8 +12,8 @@ pub(super) enum Upright {
     No,
 }
 
-/// Planes of `side` × `side` values one after the other, one plane for each channel. Value `i` of a
-/// row lies at `i / (side - 1)` of the square's width.
+/// Planes of `side` × `side` values, one for each channel. Value `i` of a row lies at `i / (side -
+/// 1)` of the square's width.
 pub(super) struct Planes {
     pub(super) values: Vec<f32>,
     pub(super) channels: usize,
@@ -21,7 +21,7 @@ pub(super) struct Planes {
     pub(super) upright: Upright,
 }
 
-/// Between which two values of an axis a place lies, and how near to the second.
+/// The two values around a position on an axis, and the weight of the second.
 #[derive(Clone, Copy)]
 struct Between {
     first: usize,
@@ -29,7 +29,7 @@ struct Between {
     fraction: f32,
 }
 
-/// Where the centres of `size` texels lie among `side` values.
+/// The positions of the centres of `size` texels among `side` values.
 fn places(size: u32, side: usize) -> impl Iterator<Item = Between> {
     let last = side - 1;
     (0..size).map(move |texel| {
@@ -41,7 +41,7 @@ fn places(size: u32, side: usize) -> impl Iterator<Item = Between> {
 }
 
 impl Planes {
-    /// The colours of a square texture, or its one value, through `meaning`.
+    /// The colours of a square texture, or its single channel, mapped by `meaning`.
     pub(super) fn of_texture(
         texture: &Texture,
         channels: Channels,
@@ -52,7 +52,7 @@ impl Planes {
         let has_color = texture.channels().has_color();
         let mut values = Vec::with_capacity(texture.size().texels() * channels);
         for channel in 0..channels {
-            // Grey pictures have all colours in one channel.
+            // Greyscale pictures have all colours in one channel.
             let channel = if has_color { channel } else { 0 };
             for y in 0..side {
                 values.extend((0..side).map(|x| meaning(texture.get(x, y, channel))));
@@ -61,8 +61,8 @@ impl Planes {
         Self { values, channels, side: side as usize, upright: Upright::Yes }
     }
 
-    /// A texture of `size` × `size` texels of 32-bit floats: the values at their centres, linear
-    /// between the planes' own values, each through `finish`.
+    /// A texture of `size` × `size` texels of 32-bit floats: the planes interpolated linearly at
+    /// texel centres and mapped by `finish`.
     pub(super) fn texture(
         &self,
         size: u32,
@@ -110,7 +110,7 @@ fn mixed(first: f32, second: f32, fraction: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// A value of u and of v, counted from the top, as it lies in planes.
+    /// A linear ramp over u and v, counted from the top.
     fn ramp(side: usize, upright: Upright) -> Planes {
         let at = |index: usize| index as f32 / (side - 1) as f32;
         let across = (0..side * side).map(|index| at(index % side));
@@ -130,7 +130,7 @@ mod tests {
                 for at in 0..size {
                     let centre = (at as f32 + 0.5) / size as f32;
                     let found = [texture.get(at, 0, 0), texture.get(0, at, 1)];
-                    // A few roundings of values of 1.
+                    // A few rounding errors of values around 1.
                     let far = found.map(|value| (value - centre).abs());
                     assert!(far.iter().all(|&far| far < 1e-6), "{side} {size} {at}: {found:?}");
                     assert_eq!(texture.get(at, size - 1, 2), 0.25);

@@ -1,4 +1,4 @@
-//! Images in as bands of rows, top to bottom.
+//! Reads images in bands of rows, top to bottom.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Seek};
@@ -15,14 +15,14 @@ use super::{
 };
 use crate::input::read_at_most;
 
-/// An image that is handed out in bands of rows, the same in all as [`decode`] gives.
+/// An image decoded in bands of rows, with the same result as [`decode`].
 ///
-/// PNGs that stand upright and are not interlaced are decoded as their rows are asked for, in
-/// memory for a few rows. Everything else is decoded whole at once.
+/// Upright, non-interlaced PNGs are decoded on demand, with memory for a few rows. All other images
+/// are decoded at once.
 ///
-/// The last row is handed out after the rest of the file was found to be whole, so an image that
-/// was read to its end is never a part of one. Whoever stops earlier knows that the file is not cut
-/// short, because that is found out at the start, but not that what was left is undamaged.
+/// The last row is returned only after the rest of the file was verified, so an image read to its
+/// end is complete. A caller that stops earlier knows that the file is not truncated, which is
+/// checked at the start, but not that the remainder is undamaged.
 ///
 /// [`decode`]: super::decode
 pub struct BandDecoder<'a> {
@@ -38,17 +38,17 @@ enum Rows<'a> {
     Whole(Texels),
 }
 
-/// Where an image comes from.
+/// The source of an image.
 trait Input: BufRead + Seek + Send {}
 
 impl<T: BufRead + Seek + Send> Input for T {}
 
 impl<'a> BandDecoder<'a> {
-    /// Looks at everything before the texels.
+    /// Reads everything before the texels.
     ///
     /// # Errors
-    /// [`ImageError`] for a header that [`decode`](super::decode) refuses, or a file that is cut
-    /// short; for an image that is decoded whole, whatever [`decode`](super::decode) gives.
+    /// [`ImageError`] for a header that [`decode`](super::decode) rejects, or a truncated file; for
+    /// an image decoded at once, any error of [`decode`](super::decode).
     pub fn new(bytes: &'a [u8]) -> Result<Self, ImageError> {
         if detect(bytes)? == Format::Png {
             Self::png(Box::new(Cursor::new(bytes)))
@@ -89,23 +89,23 @@ impl<'a> BandDecoder<'a> {
         self.header
     }
 
-    /// The whole image as [`BandEncoder`](super::BandEncoder) wants to know it.
+    /// The whole image as [`BandEncoder`](super::BandEncoder) expects it.
     pub const fn spec(&self) -> TextureSpec {
         let Header { format, size, channels, depth } = self.header;
         TextureSpec { size, channels, depth, encoding: convert::encoding_of(format, depth) }
     }
 
-    /// The ICC profile, carried along unread.
+    /// The ICC profile, passed through uninterpreted.
     pub fn icc(&self) -> Option<&[u8]> {
         self.icc.as_deref()
     }
 
-    /// The row that the next band begins with.
+    /// The first row of the next band.
     pub const fn next_row(&self) -> u32 {
         self.next_row
     }
 
-    /// Passes over `rows` rows, or as many as are left.
+    /// Skips `rows` rows, or as many as are left.
     ///
     /// # Errors
     /// [`ImageError`] if they are damaged.
@@ -120,11 +120,10 @@ impl<'a> BandDecoder<'a> {
         Ok(())
     }
 
-    /// The next `rows` rows, or as many as are left; `None` after the last. A band of 0 rows is
-    /// not given: that asks for 1.
+    /// The next `rows` rows, at least 1, or as many as are left; `None` after the last.
     ///
     /// # Errors
-    /// [`ImageError`] if they are damaged, and with the last of them if anything behind them is.
+    /// [`ImageError`] if they are damaged, and with the last of them if anything after them is.
     /// After an error the rest of the image is undefined.
     pub fn next_band(&mut self, rows: u32) -> Result<Option<Texture>, ImageError> {
         let Size { width, height } = self.header.size;
@@ -152,11 +151,11 @@ impl<'a> BandDecoder<'a> {
         Ok(Some(Texture::new(size, spec.channels, spec.encoding, texels)?))
     }
 
-    /// The image from the next row on, in its whole size: rows are decoded as long as `is_wanted`
-    /// says so of the next, which is asked for every 32nd; those above and below may hold anything.
+    /// The image at its full size, decoded from the next row for as long as `is_wanted` confirms
+    /// the next row, which is queried every 32nd; rows above and below have undefined values.
     ///
-    /// If decoding fails, the row up to which all is well comes along with the reason: the caller may
-    /// have learnt meanwhile that the rest does not matter.
+    /// If decoding fails, the end of the intact rows is returned with the reason: the caller may
+    /// know meanwhile that the rest is not needed.
     ///
     /// # Errors
     /// [`ImageError`] if there is no memory for it.
@@ -164,7 +163,7 @@ impl<'a> BandDecoder<'a> {
         mut self,
         mut is_wanted: impl FnMut(u32) -> bool,
     ) -> Result<(Texture, Option<(u32, ImageError)>), ImageError> {
-        /// Between one question and the next.
+        /// Rows between queries.
         const ROWS: u32 = 32;
         let mut failure = None;
         let TextureSpec { size, channels, encoding, .. } = self.spec();
@@ -186,7 +185,7 @@ impl<'a> BandDecoder<'a> {
         Ok((Texture::new(size, channels, encoding, texels)?, failure))
     }
 
-    /// All rows that are left, of which there are some.
+    /// All remaining rows, at least one.
     pub(super) fn rest(&mut self) -> Result<Texture, ImageError> {
         self.next_band(u32::MAX)?
             .ok_or_else(|| ImageError::damaged(self.header.format, "the image has no rows"))
@@ -196,15 +195,14 @@ impl<'a> BandDecoder<'a> {
         self.icc.take()
     }
 
-    /// Takes back a band that is no longer needed, so that its memory serves for another. Fresh
-    /// memory costs as much as decoding does.
+    /// Returns a band for reuse of its memory. Fresh memory costs as much as decoding.
     pub fn recycle(&mut self, band: Texture) {
         if band.depth() == self.header.depth {
             self.spare.push(band.into_texels());
         }
     }
 
-    /// Memory for `len` values, with any values in it.
+    /// A buffer of `len` undefined values.
     fn memory(&mut self, len: usize) -> Texels {
         let mut texels = self.spare.pop().unwrap_or_else(|| match self.header.depth {
             Depth::U8 => Texels::U8(Vec::new()),
@@ -220,7 +218,7 @@ impl<'a> BandDecoder<'a> {
     }
 }
 
-/// A vector without capacity comes from the system zeroed, where filling would touch it once more.
+/// A vector allocated as zeroed by the system, which filling would touch once more.
 fn resize<T: Copy + Default>(values: &mut Vec<T>, len: usize) {
     if values.capacity() < len {
         *values = vec![T::default(); len];
@@ -241,17 +239,17 @@ fn copy(whole: &Texels, from: usize, to: &mut Texels) {
     }
 }
 
-/// A [`BandDecoder`] of a file, whose errors name it.
+/// A [`BandDecoder`] of a file, with the path in its errors.
 ///
-/// PNGs are read as they are decoded, which is faster than reading them before: memory that was
-/// not used before costs more than the copy.
+/// PNGs are decoded while they are read, which is faster than reading them first: touching fresh
+/// memory costs more than the copy.
 pub struct BandReader {
     path: PathBuf,
     decoder: BandDecoder<'static>,
 }
 
 impl BandReader {
-    /// Opens a file and looks at everything before its texels.
+    /// Opens a file and reads everything before its texels.
     ///
     /// # Errors
     /// [`ReadError`], with the path, if the file cannot be read, or as [`BandDecoder::new`].
@@ -334,10 +332,10 @@ impl BandReader {
     }
 }
 
-/// A PNG that can be read as it is decoded; nothing for a pipe, which is read once and has no end
-/// that one could look at first.
+/// A PNG that can be decoded while it is read; `None` for a pipe, whose end cannot be checked
+/// first.
 fn streamed(path: &Path) -> io::Result<Option<BufReader<File>>> {
-    /// Chunks of this size and smaller are passed over without another read.
+    /// Chunks up to this size are skipped without another read.
     const BUFFER: usize = 1 << 16;
     if !path.metadata()?.is_file() {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! Images out as bands of rows, top to bottom.
+//! Writes images in bands of rows, top to bottom.
 
 use std::collections::TryReserveError;
 use std::io::{BufWriter, Seek, Write};
@@ -12,10 +12,10 @@ use super::{
 };
 use crate::output::AtomicFile;
 
-/// An image that is encoded as bands of its rows arrive; the bytes do not depend on how many rows
-/// come at once.
+/// An image encoded while bands of its rows arrive; the bytes do not depend on the heights of the
+/// bands.
 ///
-/// PNGs need memory for a few rows. The other formats are gathered, and encoded at the end.
+/// PNGs need memory for a few rows. Other formats are collected and encoded at the end.
 pub struct BandEncoder<W: Write + Seek> {
     spec: TextureSpec,
     rows_left: u32,
@@ -29,10 +29,10 @@ enum Rows {
 }
 
 impl<W: Write + Seek> BandEncoder<W> {
-    /// Begins an image of which `spec` says what all bands together will be.
+    /// Starts an image; `spec` describes all bands together.
     ///
     /// # Errors
-    /// [`EncodeError`] if the format cannot hold it.
+    /// [`EncodeError`] if the format cannot store it.
     pub fn new(
         out: W,
         format: Format,
@@ -60,7 +60,7 @@ impl<W: Write + Seek> BandEncoder<W> {
     /// encoding.
     ///
     /// # Errors
-    /// [`EncodeError`] if it is another kind of texture, has more rows than are left, or cannot be
+    /// [`EncodeError`] if the texture has another format, has more rows than are left, or cannot be
     /// written.
     pub fn push(&mut self, band: &Texture) -> Result<(), EncodeError> {
         let (found, wanted) = (TextureSpec::from(band), self.spec);
@@ -88,7 +88,7 @@ impl<W: Write + Seek> BandEncoder<W> {
         Ok(())
     }
 
-    /// Writes what is left, and gives back what the image was written to.
+    /// Writes the remaining data, and returns the output.
     ///
     /// # Errors
     /// [`EncodeError`] if rows are missing, or it cannot be written.
@@ -116,8 +116,8 @@ fn reserve<T>(len: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(values)
 }
 
-/// Whether the format can hold such a texture with this profile, which is given back if it says
-/// anything.
+/// Checks that the format can store such a texture with this profile, and returns the profile
+/// unless it is empty.
 pub(super) fn check<'a>(
     format: Format,
     spec: &TextureSpec,
@@ -145,19 +145,19 @@ pub(super) fn check<'a>(
     }
 }
 
-/// A [`BandEncoder`] into a file that appears when it is finished. Dropped before, it leaves
-/// whatever was there.
+/// A [`BandEncoder`] into a file that appears when it is finished. If dropped before, an existing
+/// file is unchanged.
 pub struct BandWriter {
     path: PathBuf,
     encoder: BandEncoder<BufWriter<AtomicFile>>,
 }
 
 impl BandWriter {
-    /// Begins a file in the format of the path's extension.
+    /// Starts a file in the format of the path's extension.
     ///
     /// # Errors
     /// [`WriteError`], with the path, if the extension is missing or unknown, the format cannot
-    /// hold the image or the folder cannot be written.
+    /// store the image or the folder cannot be written.
     pub fn create(
         path: &Path,
         spec: TextureSpec,
@@ -182,10 +182,10 @@ impl BandWriter {
         encoder.push(band).map_err(|reason| WriteError::Encode { path: path.clone(), reason })
     }
 
-    /// Writes what is left and puts the file in its place.
+    /// Writes the remaining data and moves the file into place.
     ///
     /// # Errors
-    /// [`WriteError`], with the path; whatever was there before still is.
+    /// [`WriteError`], with the path; an existing file is then unchanged.
     pub fn finish(self) -> Result<Written, WriteError> {
         let Self { path, encoder } = self;
         let finish = || {

@@ -1,4 +1,4 @@
-//! From the values of a texture to the values that a format stores: depth, transfer function, alpha.
+//! Converts the values of a texture to those that a format stores: depth, transfer function, alpha.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -8,9 +8,9 @@ use uvgraft::texture::{Channels, Depth, Texels, Texture, Value};
 
 use super::{Format, Loss, TextureSpec};
 
-/// What a format stores at a depth: files say little about it, so the formats' customs decide.
+/// What a format stores at each depth: files hardly specify it, so convention decides.
 ///
-/// Float TIFF is linear like EXR, because that is what painting programs take it for.
+/// Float TIFF is linear like EXR, because painting programs interpret it so.
 pub(super) const fn encoding_of(format: Format, depth: Depth) -> Encoding {
     match (format, depth) {
         (Format::Exr, _) | (Format::Tiff, Depth::F32) => Encoding::Linear,
@@ -18,7 +18,7 @@ pub(super) const fn encoding_of(format: Format, depth: Depth) -> Encoding {
     }
 }
 
-/// An image on its way into a file, and what it lost so far.
+/// An image being converted, and its losses so far.
 pub(super) struct Source<'a> {
     pub(super) texture: &'a Texture,
     pub(super) icc: Option<&'a [u8]>,
@@ -27,8 +27,8 @@ pub(super) struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// The values as the format stores them at depth `T`, borrowed where the texture already holds
-    /// them. An ICC profile that no longer describes them is dropped.
+    /// The values as stored at depth `T`, borrowed if the texture already holds them. An ICC
+    /// profile that no longer applies is dropped.
     pub(super) fn values<T: AtDepth>(&mut self) -> Cow<'a, [T]> {
         let spec = TextureSpec::from(self.texture);
         let mut conversion = Conversion::new(&spec, self.format, &mut self.icc);
@@ -41,7 +41,7 @@ impl<'a> Source<'a> {
 
 type Transfer = fn(f32) -> f32;
 
-/// How the values of textures of one kind become those of depth `T` that a format stores.
+/// The conversion of textures of one format to stored values of depth `T`.
 pub(super) struct Conversion<T> {
     channels: Channels,
     way: Way<T>,
@@ -49,7 +49,7 @@ pub(super) struct Conversion<T> {
     clamped: bool,
 }
 
-/// Tables, because transfer functions take a power: 256 or 65,536 of them rather than millions.
+/// Tables, because transfer functions take a power: 256 or 65,536 evaluations instead of millions.
 enum Way<T> {
     Same,
     Table { color: Vec<T>, alpha: Vec<T> },
@@ -58,7 +58,7 @@ enum Way<T> {
 }
 
 impl<T: AtDepth> Conversion<T> {
-    /// Drops a profile that will not describe the values any more.
+    /// Drops a profile that will no longer apply.
     pub(super) fn new(spec: &TextureSpec, format: Format, icc: &mut Option<&[u8]>) -> Self {
         let (from, to) = (spec.depth, T::DEPTH);
         let mut losses = Vec::new();
@@ -78,14 +78,14 @@ impl<T: AtDepth> Conversion<T> {
             _ if transfer.is_none() && from == to => Way::Same,
             Depth::U8 => Way::table((0..=u8::MAX).map(Value::to_unit), color),
             Depth::U16 => Way::table((0..=u16::MAX).map(Value::to_unit), color),
-            // Only sRGB is stored as integers, so that is what a transfer leads to.
+            // Integers are always stored as sRGB, so the conversion is to sRGB.
             Depth::F32 if transfer.is_some() && to != Depth::F32 => Way::Curve(SrgbCurve::new()),
             Depth::F32 => Way::Function(color),
         };
         Self { channels: spec.channels, way, losses, clamped: false }
     }
 
-    /// Converts a range of values, which are whole texels; borrowed where nothing changes.
+    /// Converts a range of whole texels; borrowed if nothing changes.
     pub(super) fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
         if let (Way::Same, Some(values)) = (&self.way, T::borrowed(texels)) {
             return Cow::Borrowed(&values[range]);
@@ -118,7 +118,7 @@ impl<T: AtDepth> Conversion<T> {
         })
     }
 
-    /// What the values converted so far lost.
+    /// The losses of the values converted so far.
     pub(super) fn losses(self) -> Vec<Loss> {
         let mut losses = self.losses;
         losses.extend(self.clamped.then_some(Loss::Range));
@@ -135,7 +135,7 @@ impl<T: Value> Way<T> {
     }
 }
 
-/// A type of value that says which depth it is, and finds itself among texels of any depth.
+/// A value type with its depth, and access to texels of that type.
 pub(super) trait AtDepth: Value {
     const DEPTH: Depth;
     fn borrowed(texels: &Texels) -> Option<&[Self]>;
@@ -162,17 +162,18 @@ impl AtDepth for f32 {
     }
 }
 
-/// [`srgb_from_linear`] in `0.0..=1.0` by 256 straight pieces an octave, clamped outside. Off by
-/// less than 1e-6, a fifteenth of a 16-bit level, and several times as fast.
+/// [`srgb_from_linear`] in `0.0..=1.0`, approximated by 256 linear segments per octave, clamped
+/// outside. The error is below 1e-6, a fifteenth of a 16-bit level, and it is several times as
+/// fast.
 struct SrgbCurve {
-    /// Value at 0 and slope of each piece, from [`SrgbCurve::START`] on.
+    /// Intercept and slope of each segment, from [`SrgbCurve::START`] on.
     pieces: Vec<(f32, f32)>,
 }
 
 impl SrgbCurve {
-    /// 2⁻⁹. Below, the curve is a straight line through 0.
+    /// 2⁻⁹. Below, the curve is linear through 0.
     const START: f32 = 1.0 / 512.0;
-    /// Bits of a float that differ within a piece.
+    /// Bits of a float that vary within a segment.
     const FREE_BITS: u32 = 15;
 
     fn new() -> Self {
@@ -195,7 +196,7 @@ impl SrgbCurve {
                 self.pieces[(linear.to_bits() >> Self::FREE_BITS) as usize - first];
             offset + linear * slope
         } else {
-            // Not a number comes here too, and stays that.
+            // NaN also ends here, and stays NaN.
             linear * 12.92
         }
     }
@@ -220,7 +221,7 @@ fn map<S: Copy, T>(
     mapped
 }
 
-/// Multiplies colours by their opacity. Returns whether a colour was lost to an opacity of 0.
+/// Premultiplies colours by alpha. Returns whether a colour was lost to an alpha of 0.
 pub(super) fn premultiply(values: &mut [f32], channels: Channels) -> bool {
     let mut lost = false;
     for texel in values.chunks_exact_mut(channels.count()) {
@@ -232,8 +233,8 @@ pub(super) fn premultiply(values: &mut [f32], channels: Channels) -> bool {
     lost
 }
 
-/// Divides colours by their opacity. Where that is 0 they stay: such texels add light and cover
-/// nothing, and no division tells what they were.
+/// Divides colours by alpha. Where alpha is 0 they are kept: such texels add light without
+/// coverage, and the original colour is unknown.
 pub(super) fn unpremultiply<T: Value>(values: &mut [T], channels: Channels) {
     for texel in values.chunks_exact_mut(channels.count()) {
         if let Some((&mut alpha, colors)) = texel.split_last_mut()

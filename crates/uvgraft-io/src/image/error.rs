@@ -1,4 +1,4 @@
-//! What can go wrong with an image, whose fault it is, and what does not survive being written.
+//! Errors of images, and the losses of writing them.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use uvgraft::texture::{Depth, Size, Texture, TextureError};
 
 use super::{Format, TextureSpec};
 
-/// Why bytes were refused as an image.
+/// Why bytes were rejected as an image.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// The bytes begin like none of the formats.
+    /// The bytes match the signature of no format.
     #[error(
         "not an image (must be {names}): {}",
         if start.is_empty() { "the file is empty".to_owned() }
@@ -35,7 +35,7 @@ pub enum ImageError {
         /// The height that the header states.
         height: u64,
     },
-    /// Decoding would need more memory than allowed. Checked before anything is allocated.
+    /// Decoding would exceed the memory limit. Checked before anything is allocated.
     #[error("{format} of {size} texels must take at most {max} bytes in memory, got {found}")]
     TooManyBytes {
         /// The format of the file.
@@ -44,42 +44,42 @@ pub enum ImageError {
         size: Size,
         /// Bytes of the decoded image.
         found: u64,
-        /// Bytes that are allowed.
+        /// The limit.
         max: u64,
     },
-    /// The file ends before the image does.
+    /// The file is truncated.
     #[error("truncated {format}")]
     CutShort {
         /// The format of the file.
         format: Format,
     },
-    /// A valid file of a kind that makes no texture.
+    /// A valid file of a kind that cannot become a texture.
     #[error("unsupported {format}: {found}; {wanted}")]
     Unsupported {
         /// The format of the file.
         format: Format,
-        /// What the file holds.
+        /// What the file contains.
         found: String,
-        /// What can be read instead.
+        /// What is supported instead.
         wanted: &'static str,
     },
-    /// The file contradicts its format.
+    /// The file violates its format.
     #[error("damaged {format}: {reason}")]
     Damaged {
         /// The format of the file.
         format: Format,
-        /// What the decoder said.
+        /// The decoder's message.
         reason: String,
     },
-    /// The ICC profile is absurdly long.
+    /// The ICC profile is too long.
     #[error("ICC profile must have at most {max} bytes, got {found}")]
     IccTooLarge {
         /// Bytes of the profile.
         found: usize,
-        /// Bytes that are allowed.
+        /// The limit.
         max: usize,
     },
-    /// The decoded texels do not make a texture.
+    /// The decoded texels do not form a texture.
     #[error(transparent)]
     Texture(#[from] TextureError),
 }
@@ -89,7 +89,7 @@ impl ImageError {
         Self::Damaged { format, reason: reason.to_string() }
     }
 
-    /// A read of bytes in memory fails only where they end, so every such failure is a cut.
+    /// Reading from memory fails only at its end, so every such failure means truncation.
     pub(super) fn from_io(format: Format, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::UnexpectedEof => Self::CutShort { format },
@@ -98,62 +98,62 @@ impl ImageError {
     }
 }
 
-/// Why a file gave no image.
+/// Why a file could not be read as an image.
 pub type ReadError = crate::input::ReadError<ImageError>;
 
 /// Why a texture was not encoded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// The texture has an alpha channel and the format has none.
+    /// The texture has an alpha channel, which the format does not support.
     #[error(
         "{format} does not support transparency; use PNG, WebP, TIFF or EXR, or remove the alpha \
          channel"
     )]
     Alpha {
-        /// The format that was asked for.
+        /// The requested format.
         format: Format,
     },
     /// The texture is larger than the format allows.
     #[error("{format} supports at most {max} texels a side, got {found}")]
     TooLarge {
-        /// The format that was asked for.
+        /// The requested format.
         format: Format,
         /// The size of the texture.
         found: Size,
-        /// The longest side that the format allows.
+        /// The longest side of the format.
         max: u32,
     },
-    /// The ICC profile is absurdly long.
+    /// The ICC profile is too long.
     #[error("ICC profile must have at most {max} bytes, got {found}")]
     IccTooLarge {
         /// Bytes of the profile.
         found: usize,
-        /// Bytes that are allowed.
+        /// The limit.
         max: usize,
     },
-    /// A band of rows that does not belong to the image.
+    /// A band does not belong to the image.
     #[error("rows must match an image of {wanted}, got {found}")]
     Band {
-        /// What was handed over.
+        /// The band.
         found: TextureSpec,
-        /// The image that was announced.
+        /// The image as announced.
         wanted: TextureSpec,
     },
-    /// There were more or fewer rows than the image has.
+    /// The number of rows written differs from that of the image.
     #[error("an image of {wanted} rows must be written in full, got {found}")]
     Rows {
-        /// Rows that were handed over.
+        /// Rows written.
         found: u64,
-        /// Rows that were announced.
+        /// Rows of the image as announced.
         wanted: u32,
     },
-    /// The encoder refused.
+    /// The encoder failed.
     #[error("{format} encoder: {reason}")]
     Encoder {
-        /// The format that was asked for.
+        /// The requested format.
         format: Format,
-        /// What the encoder said.
+        /// The encoder's message.
         reason: String,
     },
     /// The output could not be written.
@@ -167,11 +167,11 @@ impl EncodeError {
     }
 }
 
-/// Why an image file was not written. Whatever was at the path before is still there.
+/// Why an image file was not written. An existing file is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The path does not say which format to write.
+    /// The format cannot be inferred from the path.
     #[error(
         "{}: cannot infer an image format from {}; use one of {}",
         path.display(),
@@ -194,16 +194,16 @@ pub enum WriteError {
     },
 }
 
-/// Something of an image that the written file does not hold.
+/// A part of an image that the written file does not preserve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Loss {
-    /// The format has no place for the ICC profile.
+    /// The format cannot store the ICC profile.
     IccProfile {
         /// The format that was written.
         format: Format,
     },
-    /// The values were converted between sRGB and linear light, so the profile is no longer theirs.
+    /// The values were converted between sRGB and linear light, so the profile no longer applies.
     IccOutdated,
     /// Values were rounded to a smaller depth.
     Precision {
@@ -212,9 +212,9 @@ pub enum Loss {
         /// The depth of the file.
         to: Depth,
     },
-    /// Values below 0.0, above 1.0 or not a number were clamped.
+    /// Values below 0.0, above 1.0 or NaN were clamped.
     Range,
-    /// Texels with alpha 0 lost their colour, because the file holds premultiplied colours.
+    /// Texels with alpha 0 lost their colour, because the file stores premultiplied colours.
     HiddenColor,
 }
 

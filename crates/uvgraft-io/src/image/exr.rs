@@ -24,7 +24,7 @@ use super::{Decoded, EncodeError, Format, ImageError, Loss};
 
 const FORMAT: Format = Format::Exr;
 
-/// The channels of a texture, by their names in the file and in the order of a texture.
+/// The channel names of a texture in the file, in the order of the texture.
 fn names(channels: Channels) -> &'static [&'static str] {
     match channels {
         Channels::Grey => &["Y"],
@@ -34,14 +34,14 @@ fn names(channels: Channels) -> &'static [&'static str] {
     }
 }
 
-/// Where the texels of the file lie within the texture.
+/// The mapping from the channels and the data window of a file to a texture.
 struct ChannelLayout {
     header: StoredHeader,
-    /// For each channel of the texture, its place in the file's list.
+    /// For each channel of the texture, its index in the file.
     sources: Vec<usize>,
-    /// The data window, which programs crop to what is not black.
+    /// The data window, which programs crop to the non-black part.
     stored: Size,
-    /// Its corner, seen from that of the display window.
+    /// Its corner, relative to that of the display window.
     offset: [i64; 2],
 }
 
@@ -50,7 +50,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     Ok(layout(&meta.headers)?.header)
 }
 
-/// Checks the first layer, which is the one that is read.
+/// Checks the first layer, which is the one read.
 fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     let wanted = "supported are layers with the channels R, G, B or Y, with or without A";
     let unsupported = |found| ImageError::Unsupported { format: FORMAT, found, wanted };
@@ -66,7 +66,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
             let sources: Option<Vec<_>> = names(channels).iter().map(place).collect();
             Some((channels, sources?))
         })
-        // A lone channel is grey, whatever its name: a height, a mask.
+        // A single channel is greyscale, whatever its name: a height, a mask.
         .or_else(|| (list.len() == 1).then(|| (Channels::Grey, vec![0])))
         .ok_or_else(|| {
             let found = list.iter().take(8).map(|channel| channel.name.to_string());
@@ -128,7 +128,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     Ok(Decoded { header, texels: Texels::F32(values), icc: None })
 }
 
-/// Puts a channel into every `count`th value, as far as the data window lies inside the texture.
+/// Writes a channel into every `count`th value, where the data window overlaps the texture.
 fn place<S: Copy>(
     samples: &[S],
     layout: &ChannelLayout,
@@ -155,7 +155,7 @@ fn place<S: Copy>(
 
 fn from_exr(error: Error) -> ImageError {
     match error {
-        // What the crate makes of the end of a file.
+        // The crate's error for the end of a file.
         Error::Invalid(reason) if reason == "reference to missing bytes" => {
             ImageError::CutShort { format: FORMAT }
         }
@@ -186,10 +186,10 @@ pub(super) fn encode<W: Write + Seek>(
         source.losses.push(Loss::HiddenColor);
     }
     let header = write_header(size, channels, compress);
-    // The file has channels in alphabetical order, which is not that of a texture.
+    // Channels in the file are in alphabetical order, unlike those of a texture.
     let mut places: Vec<usize> = (0..channels.count()).collect();
     places.sort_unstable_by_key(|&place| names(channels)[place]);
-    // Blocks are put together here, because the crate would fetch every sample by itself: 0.3
+    // Blocks are assembled here, because the crate would fetch every sample individually: 0.3
     // instead of 1.3 seconds for 4096² texels.
     let row_values = size.width as usize * channels.count();
     let block_data = |block: BlockIndex| {

@@ -1,8 +1,8 @@
-//! Which image formats there are, by name, by extension and by how their files begin.
+//! Image formats, with their names, extensions and signatures.
 
 use std::path::Path;
 
-/// An image format that is both read and written.
+/// An image format that can be read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
@@ -19,10 +19,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them, in the order in which messages list them.
+    /// All formats, in the order of messages.
     pub const ALL: [Self; 5] = [Self::Png, Self::Jpeg, Self::WebP, Self::Tiff, Self::Exr];
 
-    /// The name that people know it by.
+    /// Its common name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Png => "PNG",
@@ -33,7 +33,7 @@ impl Format {
         }
     }
 
-    /// The file extensions, in lower case and without the dot, the usual one first.
+    /// Its file extensions, in lower case without the dot, the usual one first.
     pub const fn extensions(self) -> &'static [&'static str] {
         match self {
             Self::Png => &["png"],
@@ -44,18 +44,18 @@ impl Format {
         }
     }
 
-    /// The format of an extension without its dot, in any case.
+    /// The format of an extension without its dot, case-insensitive.
     pub fn from_extension(extension: &str) -> Option<Self> {
         let is_it = |known: &&str| known.eq_ignore_ascii_case(extension);
         Self::ALL.into_iter().find(|format| format.extensions().iter().any(is_it))
     }
 
-    /// The format that a path asks for through its extension.
+    /// The format of a path, by its extension.
     pub fn from_path(path: &Path) -> Option<Self> {
         Self::from_extension(path.extension()?.to_str()?)
     }
 
-    /// The format of a file that begins with `bytes`; 12 are enough.
+    /// The format of a file, by its first bytes; 12 are enough.
     pub fn detect(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),

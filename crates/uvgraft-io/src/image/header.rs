@@ -1,4 +1,4 @@
-//! What a file says about its image before any texel is decoded, and whether that may be decoded.
+//! Headers of images, and the limits checked before decoding.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texture};
@@ -6,20 +6,20 @@ use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texture};
 use super::orientation::Orientation;
 use super::{Format, ImageError};
 
-/// Bytes that a decoded image may take: 32,768 × 32,768 RGBA texels of 8 bits, or 16,384 × 16,384
-/// of float; where addresses have 32 bits half of that, because no buffer may be larger there.
+/// Memory limit of a decoded image: 32,768 × 32,768 RGBA texels of 8 bits, or 16,384 × 16,384 of
+/// float; half of that with 32-bit addresses, where no buffer may be larger.
 pub const MAX_BYTES: u64 = if usize::BITS < 64 { isize::MAX as u64 } else { 4 << 30 };
 
-/// Bytes that an ICC profile may have. Just below what fits a JPEG's 255 segments; profiles of
+/// Maximum size of an ICC profile. Just below the capacity of a JPEG's 255 segments; profiles of
 /// displays have a few kilobytes, those of printers a few megabytes.
 pub const MAX_ICC_BYTES: usize = 16_000_000;
 
-/// What an image will be once decoded.
+/// Properties of an image, known before decoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
-    /// What the file is, whatever its name says.
+    /// The format of the content, regardless of the file name.
     pub format: Format,
-    /// The size after turning the image the right way up.
+    /// The size after applying the orientation.
     pub size: Size,
     /// The channels of the texture.
     pub channels: Channels,
@@ -27,7 +27,7 @@ pub struct Header {
     pub depth: Depth,
 }
 
-/// What there is to know about a texture but its values.
+/// Everything about a texture except its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextureSpec {
     /// Width and height.
@@ -41,7 +41,7 @@ pub struct TextureSpec {
 }
 
 impl TextureSpec {
-    /// Of a texture of some size and format.
+    /// The specification of a texture with a size and format.
     pub const fn new(size: Size, format: TexelFormat) -> Self {
         let TexelFormat { channels, depth, encoding } = format;
         Self { size, channels, depth, encoding }
@@ -76,7 +76,8 @@ impl std::fmt::Display for TextureSpec {
     }
 }
 
-/// A header with what only decoding needs. The size is the stored one, from before any turning.
+/// A header with details needed for decoding. The size is as stored, before applying the
+/// orientation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StoredHeader {
     pub(super) size: Size,
@@ -86,7 +87,7 @@ pub(super) struct StoredHeader {
 }
 
 impl StoredHeader {
-    /// What callers may know.
+    /// The public part.
     pub(super) fn public(&self, format: Format) -> Header {
         let Self { size, channels, depth, orientation } = *self;
         Header { format, size: orientation.size(size), channels, depth }
@@ -103,13 +104,13 @@ impl StoredHeader {
     }
 }
 
-/// The format of the content, or an error that shows how it starts.
+/// The format of the content, or an error that shows its first bytes.
 pub(super) fn detect(bytes: &[u8]) -> Result<Format, ImageError> {
     Format::detect(bytes)
         .ok_or_else(|| ImageError::NotAnImage { start: bytes[..bytes.len().min(8)].to_vec() })
 }
 
-/// A size that a texture may have, of texels whose `depth` and `channels` fit into [`MAX_BYTES`].
+/// Checks the size of a texture whose `depth` and `channels` must fit into [`MAX_BYTES`].
 pub(super) fn check_size(
     format: Format,
     (width, height): (u64, u64),
@@ -149,7 +150,7 @@ pub(super) fn check_bytes(
     Ok(size)
 }
 
-/// Refuses a profile that nothing needs.
+/// Rejects oversized profiles.
 pub(super) fn check_icc(icc: Option<Vec<u8>>) -> Result<Option<Vec<u8>>, ImageError> {
     match icc {
         Some(icc) if icc.len() > MAX_ICC_BYTES => {

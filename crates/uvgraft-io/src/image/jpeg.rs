@@ -18,7 +18,7 @@ use super::{Decoded, EncodeError, Format, ImageError};
 
 const FORMAT: Format = Format::Jpeg;
 
-/// The markers that are not followed by a length: restarts, and what means nothing in a file.
+/// Markers without a length: restarts, and those without meaning in a file.
 const ALONE: [u8; 11] = [0x01, 0xd0, 0xd1, 0xd2, 0xd3, 0xd4, 0xd5, 0xd6, 0xd7, 0xd8, 0x00];
 const END_OF_IMAGE: u8 = 0xd9;
 const START_OF_SCAN: u8 = 0xda;
@@ -43,7 +43,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
             (APP1, [b'E', b'x', b'i', b'f', 0, 0, ..]) => {
                 orientation = Orientation::from_exif(&segment);
             }
-            // Every start of a frame, except for what has a number among them: DHT, JPG and DAC.
+            // Every start of a frame, except for the other markers in the range: DHT, JPG and DAC.
             (0xc0..=0xcf, &[bits, h0, h1, w0, w1, components, ..])
                 if ![0xc4, 0xc8, 0xcc].contains(&marker) =>
             {
@@ -77,7 +77,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
         return Err(ImageError::CutShort { format: FORMAT });
     }
     let color = if header.channels == Channels::Grey { ColorSpace::Luma } else { ColorSpace::RGB };
-    // Strict, because otherwise a scan that stops early is filled up with grey.
+    // Strict, because otherwise a truncated scan is filled with grey.
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(Texture::MAX_SIDE as usize)
@@ -91,9 +91,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     Ok(Decoded { header, texels: Texels::U8(values), icc: decoder.icc_profile() })
 }
 
-/// Whether the image ends before the file does. Decoders guess at what is missing, some of them
-/// even when asked to be strict, so the file has to show its end-of-image marker. (A file that was
-/// cut and then got such a marker passes: only decoding its codes twice would tell.)
+/// Whether the image ends before the file does. Decoders fill in missing data, some of them even in
+/// strict mode, so the file must have its end-of-image marker. (A truncated file with such a marker
+/// appended passes: only decoding its codes twice would reveal it.)
 fn is_whole(bytes: &[u8]) -> bool {
     let mut reader = Cursor::new(bytes);
     loop {
@@ -109,13 +109,13 @@ fn is_whole(bytes: &[u8]) -> bool {
     }
 }
 
-/// Skips to the next marker, over texels too: those write a byte of 0xff as 0xff 0x00.
+/// Skips to the next marker, also over texel data, where a byte of 0xff is written as 0xff 0x00.
 fn next_marker(reader: &mut impl BufRead) -> io::Result<u8> {
     reader.skip_until(0xff)?;
     loop {
         let mut marker = [0];
         reader.read_exact(&mut marker)?;
-        // Any number of 0xff may stand before a marker.
+        // Any number of 0xff may precede a marker.
         if marker != [0xff] {
             return Ok(marker[0]);
         }

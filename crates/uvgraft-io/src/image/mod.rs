@@ -49,12 +49,12 @@ use self::header::StoredHeader;
 pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};
 use crate::output::write_atomically;
 
-/// A texture and the colour profile that came with it.
+/// A texture with its colour profile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
-    /// The texels, the right way up.
+    /// The texels, upright.
     pub texture: Texture,
-    /// The ICC profile, carried along unread.
+    /// The ICC profile, passed through uninterpreted.
     pub icc: Option<Vec<u8>>,
 }
 
@@ -64,24 +64,25 @@ impl From<Texture> for Image {
     }
 }
 
-/// How to write an image.
+/// Encoding options.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteOptions {
-    /// Spend seconds on smaller files instead of fractions of one: PNG, TIFF and EXR.
+    /// Whether to spend seconds on smaller files instead of fractions of a second: PNG, TIFF and
+    /// EXR.
     pub compress: bool,
     /// Quality of a JPEG in `1..=100`; values outside are clamped.
     pub jpeg_quality: u8,
 }
 
 impl WriteOptions {
-    /// The same with small files rather than fast ones, or the other way round.
+    /// Sets whether files should be small rather than fast to write.
     #[must_use]
     pub const fn compress(self, compress: bool) -> Self {
         Self { compress, ..self }
     }
 
-    /// The same with another quality of JPEGs.
+    /// Sets the quality of JPEGs.
     #[must_use]
     pub const fn jpeg_quality(self, jpeg_quality: u8) -> Self {
         Self { jpeg_quality, ..self }
@@ -94,15 +95,15 @@ impl Default for WriteOptions {
     }
 }
 
-/// What became of an image in a file.
+/// The result of writing an image.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[must_use = "losses are worth a warning"]
 pub struct Written {
-    /// What the file does not hold. Lossy compression by JPEG itself is not listed.
+    /// What the file does not preserve. The lossy compression of JPEG itself is not listed.
     pub losses: Vec<Loss>,
 }
 
-/// What the decoders give: texels as they are stored, and how to turn them.
+/// The result of a decoder: texels as stored, and their orientation.
 struct Decoded {
     header: StoredHeader,
     texels: Texels,
@@ -111,18 +112,18 @@ struct Decoded {
 
 /// Decodes an image in any of the formats.
 ///
-/// The first frame of an animation and the first page of a TIFF count. CMYK is refused: without
-/// its profile it has no colour.
+/// Uses the first frame of an animation and the first page of a TIFF. CMYK is rejected: without its
+/// profile it has no defined colour.
 ///
 /// # Errors
-/// [`ImageError`] for anything but a whole image of an acceptable size; a file that is cut short is
-/// never taken for a whole one.
+/// [`ImageError`] for anything but a complete image of an acceptable size; a truncated file is
+/// never accepted as complete.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
     let mut bands = BandDecoder::new(bytes)?;
     Ok(Image { texture: bands.rest()?, icc: bands.take_icc() })
 }
 
-/// Decodes a whole image of any of the formats but PNG, which is decoded in rows.
+/// Decodes an image of any format except PNG, which is decoded in rows.
 fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
     match format {
         Format::Png => unreachable!("decoded in rows"),
@@ -134,7 +135,7 @@ fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
 }
 
 impl Decoded {
-    /// Texels the right way up and the profile, both checked.
+    /// Upright texels and the profile, both checked.
     fn upright(self, format: Format) -> Result<(Texels, Option<Vec<u8>>), ImageError> {
         let Self { header, texels, icc } = self;
         let icc = header::check_icc(icc)?;
@@ -150,19 +151,19 @@ impl Decoded {
 /// Reads and decodes a file.
 ///
 /// # Errors
-/// [`ReadError`], with the path, if the file cannot be read or [`decode`] refuses it.
+/// [`ReadError`], with the path, if the file cannot be read or [`decode`] rejects it.
 pub fn read(path: &Path) -> Result<Image, ReadError> {
     BandReader::open(path)?.read_whole()
 }
 
-/// Room for an uncompressed image of the largest size, its profile and its tags.
+/// Enough for an uncompressed image of the largest size, its profile and its tags.
 const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 
-/// Finds out what a file will decode to, from its header alone.
+/// The properties of a file's image, from its header alone.
 ///
 /// # Errors
 /// [`ReadError`], with the path, if the file cannot be read or its header is one that [`decode`]
-/// refuses.
+/// rejects.
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
     let bad = |reason| ReadError::Io { path: path.into(), reason };
     if path.is_dir() {
@@ -173,15 +174,15 @@ pub fn read_header(path: &Path) -> Result<Header, ReadError> {
         .map_err(|reason| ReadError::Content { path: path.into(), reason })
 }
 
-/// Finds out what bytes will decode to, from their header alone.
+/// The properties of an image in memory, from its header alone.
 ///
 /// # Errors
-/// [`ImageError`] if the header is one that [`decode`] refuses.
+/// [`ImageError`] if the header is one that [`decode`] rejects.
 pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
     header_of(&mut Cursor::new(bytes))
 }
 
-/// Reads the header of whatever `reader` holds, and refuses images that are too large.
+/// Reads the header from `reader`, and rejects images that are too large.
 fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
     let mut start = Vec::with_capacity(12);
     let io = |error: &_| ImageError::damaged(Format::Png, error);
@@ -209,7 +210,7 @@ fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
 /// Encodes an image.
 ///
 /// # Errors
-/// [`EncodeError`] if the format cannot hold the texture, or `out` cannot be written.
+/// [`EncodeError`] if the format cannot store the texture, or `out` cannot be written.
 pub fn encode(
     image: &Image,
     format: Format,
@@ -227,7 +228,7 @@ pub fn encode(
     Ok(Written { losses: encode_whole(texture, icc, format, options, out)? })
 }
 
-/// Encodes a texture that was checked, and says what is lost.
+/// Encodes a validated texture, and returns the losses.
 fn encode_whole(
     texture: &Texture,
     icc: Option<&[u8]>,
@@ -246,11 +247,11 @@ fn encode_whole(
     Ok(source.losses)
 }
 
-/// Encodes an image in the format of the path's extension and writes it there.
+/// Encodes an image in the format of the path's extension and writes it.
 ///
 /// # Errors
 /// [`WriteError`], with the path, if the extension is missing or unknown, or encoding or writing
-/// fails; whatever was at `path` is then still there.
+/// fails; an existing file is then unchanged.
 pub fn write(image: &Image, path: &Path, options: &WriteOptions) -> Result<Written, WriteError> {
     let format =
         Format::from_path(path).ok_or_else(|| WriteError::Extension { path: path.into() })?;

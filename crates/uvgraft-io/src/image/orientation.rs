@@ -1,8 +1,8 @@
-//! Which way up an image was stored, and turning it the right way.
+//! The stored orientation of images, and how to undo it.
 
 use uvgraft::texture::{Channels, Size, Texels};
 
-/// A turn or a mirroring: a transposition first, then flips of its result.
+/// A rotation or reflection: a transposition, followed by flips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Orientation {
     transposed: bool,
@@ -11,7 +11,7 @@ pub(super) struct Orientation {
 }
 
 impl Orientation {
-    /// The meaning of the TIFF and EXIF tag 274. Values outside `1..=8` mean nothing.
+    /// The meaning of the TIFF and EXIF tag 274. Values outside `1..=8` are ignored.
     ///
     /// # Source
     /// TIFF 6.0, section 8, "Orientation".
@@ -29,18 +29,18 @@ impl Orientation {
         Self { transposed, flipped_x, flipped_y }
     }
 
-    /// Finds the tag in an EXIF block, with or without the `Exif\0\0` in front. A block that makes
-    /// no sense turns nothing: the image beside it may still be fine.
+    /// Finds the tag in an EXIF block, with or without the prefix `Exif\0\0`. A malformed block is
+    /// ignored: the image itself may still be fine.
     pub(super) fn from_exif(exif: &[u8]) -> Self {
         Self::from_tag(tag_from_exif(exif.strip_prefix(b"Exif\0\0").unwrap_or(exif)).unwrap_or(1))
     }
 
-    /// The size of the turned image.
+    /// The size of the upright image.
     pub(super) fn size(self, stored: Size) -> Size {
         if self.transposed { Size::new(stored.height, stored.width) } else { stored }
     }
 
-    /// The values of the turned image; `stored` is the size before.
+    /// The values of the upright image; `stored` is the size before.
     pub(super) fn apply(self, texels: Texels, stored: Size, channels: Channels) -> Texels {
         if self == Self::default() {
             return texels;
@@ -86,9 +86,8 @@ impl Orientation {
         values
     }
 
-    /// Moves blocks by way of a buffer: where rows are a power of two apart, as those of most
-    /// textures, walking down a column of the source would find all of it in the same few cache
-    /// lines.
+    /// Moves blocks through a buffer: where row strides are a power of two, as in most textures,
+    /// walking down a column of the source would map to the same few cache lines.
     fn transpose<T: Copy + Default, const N: usize>(self, values: &[T], stored: Size) -> Vec<T> {
         const BLOCK: usize = 32;
         let (width, height) = (stored.height as usize, stored.width as usize);
@@ -154,7 +153,7 @@ mod tests {
 
     /// The eight ways to store the 3×2 image `123/456`, row by row.
     ///
-    /// Worked out by hand from TIFF 6.0: what the stored row 0 and column 0 are in the real image.
+    /// Derived by hand from TIFF 6.0: which side of the image the stored row 0 and column 0 are.
     const STORED: [(u64, u32, [u8; 6]); 8] = [
         (1, 3, [1, 2, 3, 4, 5, 6]),
         (2, 3, [3, 2, 1, 6, 5, 4]),

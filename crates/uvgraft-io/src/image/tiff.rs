@@ -18,10 +18,10 @@ use super::{Decoded, EncodeError, Format, ImageError};
 
 const FORMAT: Format = Format::Tiff;
 
-/// What only TIFF needs to know beside the header.
+/// The format of stored samples, beside the header.
 struct SampleLayout {
     header: StoredHeader,
-    /// Bits of a stored value; below 8 they are packed, rows beginning at a byte.
+    /// Bits of a stored value; below 8 they are packed, with rows starting at a byte.
     bits: u8,
     is_premultiplied: bool,
 }
@@ -117,7 +117,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     Ok(Decoded { header, texels, icc })
 }
 
-/// Texels from one plane for each channel. Planes beyond the channels are left out.
+/// Interleaves planes, one for each channel. Extra planes are ignored.
 fn interleave<T: Copy>(values: Vec<T>, planes: usize, channels: Channels) -> Vec<T> {
     if planes <= 1 {
         return values;
@@ -128,7 +128,7 @@ fn interleave<T: Copy>(values: Vec<T>, planes: usize, channels: Channels) -> Vec
     (0..texels).flat_map(|texel| used.iter().map(move |plane| plane[texel])).collect()
 }
 
-/// Bytes from values of 1, 2 or 4 bits, the first in the highest bits of a byte.
+/// Unpacks values of 1, 2 or 4 bits, the first in the highest bits of a byte.
 fn unpack(packed: &[u8], bits: u8, width: usize) -> Vec<u8> {
     let largest = (1u8 << bits) - 1;
     let unpack_row = |row: &[u8]| {
@@ -175,7 +175,7 @@ where
     [T]: TiffValue,
 {
     let values = source.values::<T>();
-    // Offsets of the classic kind have 32 bits; half a gigabyte is left for everything else.
+    // Classic TIFF has 32-bit offsets; half a gigabyte is reserved for everything else.
     let result = if size_of_val(&*values) < 7 << 29 {
         let encoder = TiffEncoder::new(out);
         encoder.and_then(|encoder| encode_channels(source, &values, compress, encoder))
@@ -232,7 +232,7 @@ where
     image.write_data(values)
 }
 
-/// Bytes of the type that the ICC specification asks for.
+/// Bytes of the type that the ICC specification requires.
 struct Undefined<'a>(&'a [u8]);
 
 impl TiffValue for Undefined<'_> {
@@ -246,11 +246,11 @@ impl TiffValue for Undefined<'_> {
     }
 }
 
-/// A depth as TIFF describes it.
+/// A depth as described in TIFF.
 trait Sample: AtDepth + TiffValue {
     const BITS: u16;
     const FORMAT: SampleFormat;
-    /// This value less the one before it in the row, modulo the range.
+    /// The difference to the previous value in the row, modulo the range.
     fn difference(self, before: Self) -> Self;
 }
 
@@ -279,7 +279,7 @@ impl Sample for f32 {
     }
 }
 
-/// `N` channels of `T`: the crate's own types lack grey with alpha.
+/// `N` channels of `T`: the crate's own types lack greyscale with alpha.
 struct Interleaved<T, const N: usize>(PhantomData<T>);
 
 impl<T: Sample, const N: usize> EncodedColor for Interleaved<T, N> {

@@ -12,8 +12,8 @@ use super::{Decoded, EncodeError, Format, ImageError};
 
 const FORMAT: Format = Format::WebP;
 
-/// Sides have 14 bits. The lossless bitstream stores them less 1 and could hold one texel more, but
-/// readers, the crate's own among them, take that for 0.
+/// Sides have 14 bits. The lossless bitstream stores them minus 1 and could represent one texel
+/// more, but readers, including the crate's own, interpret that as 0.
 pub(super) const MAX_SIDE: u32 = (1 << 14) - 1;
 
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
@@ -26,14 +26,14 @@ fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeade
     let (width, height) = decoder.dimensions();
     let channels = if decoder.has_alpha() { Channels::Rgba } else { Channels::Rgb };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, Depth::U8)?;
-    // Of the chunks that are read whole, the profile is the only large one.
+    // Of the chunks read as a whole, only the profile is large.
     decoder.set_memory_limit(4 * MAX_ICC_BYTES);
     let exif = decoder.exif_metadata().map_err(from_webp)?;
     let orientation = exif.map_or_else(Orientation::default, |exif| Orientation::from_exif(&exif));
     Ok((decoder, StoredHeader { size, channels, depth: Depth::U8, orientation }))
 }
 
-/// Looks at the size in the extended header, because the crate refuses the largest without naming it.
+/// Checks the size in the extended header, because the crate rejects the largest without naming it.
 fn check_canvas(reader: &mut (impl BufRead + Seek)) -> Result<(), ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut start = Vec::new();
@@ -43,7 +43,7 @@ fn check_canvas(reader: &mut (impl BufRead + Seek)) -> Result<(), ImageError> {
         && start.len() == 30
         && start[12..].starts_with(b"VP8X")
     {
-        // 24 bits, stored less 1.
+        // 24 bits, stored minus 1.
         let side = |bytes: [u8; 3]| {
             let [b0, b1, b2] = bytes;
             u64::from(u32::from_le_bytes([b0, b1, b2, 0])) + 1

@@ -1,4 +1,4 @@
-//! Integers as text: between blanks, line ends and commas.
+//! Integers as text, separated by whitespace or commas.
 
 use super::IntegersError;
 use crate::obj::shown;

@@ -41,34 +41,34 @@ pub struct BothNetworks {
     pub vgg: LpipsWeights,
 }
 
-/// Why a weights file was refused.
+/// Why a weights file was rejected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WeightsFileError {
-    /// Something else.
+    /// Another kind of file.
     #[error(
         "not a file of LPIPS weights: must be a safetensors file with `{METADATA_KEY}` in its \
          metadata"
     )]
     Foreign,
-    /// Made by a later version of this program.
+    /// Written by a later version of this program.
     #[error("LPIPS weights must be of version {VERSION} or older, got {found}; update uvgraft")]
     Version {
         /// The version that the file states.
         found: u32,
     },
-    /// The container cannot be understood.
+    /// The container is malformed.
     #[error("truncated or damaged LPIPS weights: {0}")]
     Container(String),
-    /// Not what was written.
+    /// The content changed after it was written.
     #[error("damaged LPIPS weights: SHA-256 must be {stated} as the file states, got {found}")]
     Checksum {
-        /// What the values have.
+        /// Computed from the values.
         found: String,
-        /// What they should have.
+        /// Stated in the file.
         stated: String,
     },
-    /// A tensor is missing or has another type or shape.
+    /// A tensor is missing or has the wrong type or shape.
     #[error("damaged LPIPS weights: tensor `{name}` {problem}")]
     Tensor {
         /// Which one.
@@ -76,7 +76,7 @@ pub enum WeightsFileError {
         /// What is wrong with it.
         problem: String,
     },
-    /// Values that no network has.
+    /// The values do not fit the network.
     #[error("damaged LPIPS weights: {0}")]
     Values(#[from] LpipsWeightsError),
 }
@@ -88,7 +88,7 @@ struct Header {
     checksum: String,
 }
 
-/// Only what tells the version, so that a later format can change everything else.
+/// Only the version, so that a later format can change everything else.
 #[derive(Deserialize)]
 struct VersionOnly {
     version: u32,
@@ -122,7 +122,7 @@ pub fn encode(both: &BothNetworks) -> Result<Vec<u8>, WeightsFileError> {
         })
         .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|error| container(&error))?;
-    // What the header says has no part in what follows it, so that can be summed up first.
+    // The checksum does not cover the header, so it can be computed first.
     let plain = safetensors::serialize(views.clone(), None).map_err(|error| container(&error))?;
     let (source, checksum) = (sdist::SHA256.to_owned(), checksum(&plain));
     let header = Header { version: VERSION, source, checksum };
@@ -131,7 +131,7 @@ pub fn encode(both: &BothNetworks) -> Result<Vec<u8>, WeightsFileError> {
     safetensors::serialize(views, Some(metadata)).map_err(|error| container(&error))
 }
 
-/// The SHA-256 of what follows a container's header, whose length comes first.
+/// The SHA-256 of everything after a container's header, whose length comes first.
 fn checksum(container: &[u8]) -> String {
     let length = container.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
     let start = usize::try_from(length).ok().and_then(|length| length.checked_add(8));
@@ -143,7 +143,7 @@ fn checksum(container: &[u8]) -> String {
 /// # Errors
 /// [`WeightsFileError`]
 pub fn decode(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, WeightsFileError> {
-    // A safetensors file starts with its header's length, and the header with a brace.
+    // A safetensors file starts with the length of its header, and the header with a brace.
     if bytes.get(8) != Some(&b'{') {
         return Err(WeightsFileError::Foreign);
     }
@@ -192,10 +192,10 @@ pub fn read(
     read_file(path, MAX_BYTES, |bytes| decode(bytes, network))
 }
 
-/// Writes a weights file; a crash leaves whatever was at `path` before.
+/// Writes a weights file; after a crash, an existing file is unchanged.
 ///
 /// # Errors
-/// What encoding or writing gives.
+/// Those of encoding or writing.
 pub fn write(both: &BothNetworks, path: &Path) -> io::Result<()> {
     let bytes = encode(both).map_err(io::Error::other)?;
     write_atomically(path, |out| out.write_all(&bytes))

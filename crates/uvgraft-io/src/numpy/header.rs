@@ -1,16 +1,16 @@
-//! What NPY files say of their array before its values.
+//! The header of NPY files.
 //!
-//! The header is a Python dictionary with a shape that may claim anything. It is read here without
-//! recursion, and nothing is reserved for what it claims. A general NPY reader was tried and left
-//! out: it multiplied the dimensions unchecked, so that a hostile shape overflowed, and reserved what
-//! a header claims for its own length.
+//! The header is a Python dictionary with a shape that may claim anything. It is parsed here
+//! without recursion, and nothing is allocated for what it claims. A general NPY reader was tried
+//! and rejected: it multiplied the dimensions unchecked, so that a hostile shape overflowed, and
+//! allocated the header length that a file claims.
 //!
 //! Source: `numpy.lib.format`, versions 1.0 to 3.0.
 
 use super::MAGIC;
 use crate::obj::shown;
 
-/// Why a header was refused.
+/// Why a header was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum HeaderError {
     #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
@@ -25,7 +25,7 @@ fn wrong(found: &[u8], wanted: &'static str) -> HeaderError {
     HeaderError::Header { found: shown(found), wanted }
 }
 
-/// The entries of the dictionary, as they are written, and what follows it.
+/// The raw entries of the dictionary, and the data after it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Header<'a> {
     pub(crate) descr: &'a [u8],
@@ -35,7 +35,7 @@ pub(crate) struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    /// Reads what follows the magic.
+    /// Parses what follows the magic.
     pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, HeaderError> {
         let cut_short = |wanted: u64| {
             let before = MAGIC.len();
@@ -86,7 +86,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// What stands before the first comma outside quotes and brackets, and what after it.
+/// Splits at the first comma outside quotes and brackets.
 fn split_at_comma(text: &[u8]) -> (&[u8], &[u8]) {
     let mut depth = 0_usize;
     let mut quote = None;
@@ -106,7 +106,7 @@ fn split_at_comma(text: &[u8]) -> (&[u8], &[u8]) {
     (text, b"")
 }
 
-/// What stands between quotes.
+/// The content of a quoted string.
 pub(crate) fn unquoted(text: &[u8]) -> Option<&[u8]> {
     match text {
         [b'\'', inner @ .., b'\''] | [b'"', inner @ .., b'"'] => Some(inner),
@@ -114,7 +114,7 @@ pub(crate) fn unquoted(text: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// The lengths of a shape's axes; nothing where it is no tuple of such, or has more than `most`.
+/// The lengths of a shape's axes; `None` unless it is a tuple of integers with at most `most` axes.
 pub(crate) fn axes(shape: &[u8], most: usize) -> Option<Vec<u64>> {
     let mut rest = shape.strip_prefix(b"(")?.strip_suffix(b")")?.trim_ascii();
     let mut axes = Vec::new();

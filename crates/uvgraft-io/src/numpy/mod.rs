@@ -22,13 +22,13 @@ pub(crate) const MAX_AXES: usize = 64;
 /// Header and values together start at a multiple of this.
 const ALIGNMENT: usize = 64;
 
-/// Writes everything before the values of an array in C order; `descr` is the dtype as NumPy
-/// abbreviates it, such as `<f4`.
+/// Writes everything before the values of an array in C order; `descr` is the dtype in NumPy's
+/// notation, such as `<f4`.
 ///
 /// # Errors
 /// Those of `out`.
 pub(crate) fn write_header(descr: &str, shape: &[usize], out: &mut impl Write) -> io::Result<()> {
-    // One axis alone has a comma after it, as Python's tuples do.
+    // A tuple with one element has a trailing comma.
     let shape = match shape {
         [length] => format!("{length},"),
         shape => shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
@@ -40,7 +40,7 @@ pub(crate) fn write_header(descr: &str, shape: &[usize], out: &mut impl Write) -
     let header = format!("{header:padded$}\n");
     out.write_all(MAGIC)?;
     out.write_all(&[1, 0])?;
-    // A few axes take a few hundred bytes at most, far from the 65,535 that fit.
+    // A few axes take a few hundred bytes at most, far from the limit of 65,535.
     out.write_all(&(header.len() as u16).to_le_bytes())?;
     out.write_all(header.as_bytes())
 }

@@ -1,20 +1,20 @@
-//! NumPy's arrays of texts, of which only single texts are read.
+//! NumPy arrays of strings, of which only single strings are read.
 
 use std::borrow::Cow;
 
-/// How NumPy writes the texts of an array: each in as many bytes, filled up with zeros.
+/// The stored type of strings in an array: fixed width, padded with zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TextDtype {
-    /// Characters of four bytes rather than bytes.
+    /// Whether characters have four bytes rather than one.
     pub(crate) unicode: bool,
-    /// Characters in a text.
+    /// Number of characters.
     pub(crate) length: usize,
-    /// Whether the highest byte of a character comes first.
+    /// Whether characters are big-endian.
     pub(crate) big_endian: bool,
 }
 
 impl TextDtype {
-    /// From NumPy's notation, such as `<U6` or `S4`; nothing for what is no text.
+    /// Parses NumPy's notation, such as `<U6` or `S4`; `None` unless it is a string type.
     pub(crate) fn from_text(text: &[u8]) -> Option<Self> {
         let (big_endian, text) = match text {
             [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order == b'>', rest),
@@ -30,12 +30,12 @@ impl TextDtype {
         Some(Self { unicode, length, big_endian })
     }
 
-    /// Bytes of one text, if they can be counted.
+    /// Bytes of one string, unless it overflows.
     pub(crate) fn width(self) -> Option<usize> {
         self.length.checked_mul(if self.unicode { 4 } else { 1 })
     }
 
-    /// One text from its bytes; nothing for what is no character.
+    /// Decodes one string; `None` for invalid characters.
     pub(crate) fn read(self, bytes: &[u8]) -> Option<String> {
         if !self.unicode {
             let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
@@ -48,7 +48,7 @@ impl TextDtype {
     }
 }
 
-/// A text of bytes: UTF-8, or else Latin-1, in which every byte is a character.
+/// Decodes a byte string: UTF-8, or else Latin-1, in which every byte is a character.
 pub(crate) fn lenient(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),

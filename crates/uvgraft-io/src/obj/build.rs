@@ -1,4 +1,4 @@
-//! Statements of an OBJ file, gathered into a mesh.
+//! Builds a mesh from the statements of an OBJ file.
 
 use uvgraft::mesh::{Corner, Mesh, Part};
 
@@ -8,7 +8,7 @@ use super::{ObjError, shown};
 const VERTEX: &str = "vertex";
 const TEXTURE_COORDINATE: &str = "texture coordinate";
 
-/// Bytes of names over all parts. Large scenes need a few megabytes.
+/// Maximum bytes of names over all parts. Large scenes need a few megabytes.
 const MAX_NAME_BYTES: usize = 1 << 26;
 
 #[derive(Default)]
@@ -23,7 +23,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// Reads one statement, up to the end of its line or whatever there is skipped.
+    /// Reads one statement, up to the end of its line or the part that is skipped.
     pub(super) fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ObjError> {
         let Some(keyword) = cursor.word() else { return Ok(()) };
         let line = cursor.line();
@@ -36,7 +36,7 @@ impl Builder {
                 let [u, v] = numbers(cursor, line, TEXTURE_COORDINATE)?;
                 self.uv.push([u as f32, (1.0 - v) as f32]);
             }
-            // `fo`, face outline, is what early versions of the format called a face.
+            // `fo`, face outline, is the keyword for faces in early versions of the format.
             b"f" | b"fo" => self.face(cursor, line)?,
             b"o" => self.parts.rename(|parts| &mut parts.object, cursor.rest_of_line()),
             b"g" => self.parts.rename(|parts| &mut parts.group, cursor.rest_of_line()),
@@ -76,7 +76,7 @@ impl Builder {
             None | Some(b"") => None,
             Some(field) => Some(integer(field).ok_or_else(wrong)?),
         };
-        // An empty normal, as in `1/1/`, is what some exporters write for none.
+        // Some exporters write an empty normal, as in `1/1/`, for none.
         if let Some(field) = fields.next().filter(|field| !field.is_empty()) {
             integer(field).ok_or_else(wrong)?;
         }
@@ -130,8 +130,8 @@ fn numbers<const N: usize>(
     Ok(values)
 }
 
-/// An integer with an optional sign. What does not fit is far out of range in any case, and is
-/// reported as the largest that fits.
+/// An integer with an optional sign. Overflow is far out of range in any case, and is reported as
+/// the largest representable integer.
 fn integer(field: &[u8]) -> Option<i64> {
     let (digits, sign) = match field {
         [b'-', digits @ ..] => (digits, -1),
@@ -148,7 +148,7 @@ fn integer(field: &[u8]) -> Option<i64> {
     Some(sign * value)
 }
 
-/// For 32-bit counts and indices: [`Mesh`] refuses what is cut off here as too large.
+/// For 32-bit counts and indices: [`Mesh`] rejects saturated values as too large.
 fn saturated(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
@@ -159,17 +159,17 @@ struct CornerPosition {
     corner: usize,
 }
 
-/// Indices that name what the file had not defined yet, to be judged when it ends.
+/// Indices to elements that are not yet defined, to be checked at the end of the file.
 ///
-/// Only those that exceed every one before are kept. The first that turns out to be missing is
-/// always among them: all before it exist, so it exceeds them.
+/// Only those that exceed all previous ones are kept. The first missing one is always among them:
+/// all before it exist, so it exceeds them.
 #[derive(Default)]
 struct Forward {
     records: Vec<(i64, CornerPosition)>,
 }
 
 impl Forward {
-    /// The index from 0 for an index from 1, or from -1 backwards, with `count` elements so far.
+    /// The 0-based index for an index from 1, or from -1 backwards, with `count` elements so far.
     fn resolve(
         &mut self,
         what: &'static str,
@@ -193,7 +193,7 @@ impl Forward {
         Ok(u32::try_from(index).unwrap_or(u32::MAX))
     }
 
-    /// The first index beyond the `count` elements that there are in the end.
+    /// The first index beyond the `count` elements at the end of the file.
     fn missing(&self, what: &'static str, count: usize) -> Option<(CornerPosition, ObjError)> {
         let &(found, at) = self.records.iter().find(|&&(found, _)| found > count as i64)?;
         let CornerPosition { line, corner } = at;
@@ -201,7 +201,7 @@ impl Forward {
     }
 }
 
-/// The names in force, and the parts they have made so far.
+/// The current names, and the parts so far.
 #[derive(Default)]
 struct Parts {
     object: String,

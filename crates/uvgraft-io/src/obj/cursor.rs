@@ -1,6 +1,7 @@
-//! Words and lines of an OBJ file, straight from its bytes.
+//! A tokenizer for words and lines of an OBJ file, on raw bytes.
 
-/// A place in the text. Lines end at LF, CR LF or CR; a backslash before a line's end continues it.
+/// A position in the text. Lines end at LF, CR LF or CR; a backslash before the end of a line
+/// continues it.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -17,14 +18,14 @@ impl<'a> Cursor<'a> {
         self.line
     }
 
-    /// The next word on this line, never empty. Stays at the line's end once it is there.
+    /// The next word on this line, never empty. Stays at the end of the line once reached.
     pub(super) fn word(&mut self) -> Option<&'a [u8]> {
         while let Some(length) = self.blank() {
             self.at += length;
         }
         let start = self.at;
         while let Some(&byte) = self.bytes.get(self.at) {
-            // One test for almost every byte; the rest tells the few candidates apart.
+            // One test for almost every byte; the rest distinguishes the few candidates.
             let may_end = byte <= b' ' || byte == b'\\';
             if may_end && (is_blank(byte) || is_end(byte) || self.continuation().is_some()) {
                 break;
@@ -34,13 +35,13 @@ impl<'a> Cursor<'a> {
         (start < self.at).then(|| &self.bytes[start..self.at])
     }
 
-    /// The next word, unless a comment begins there.
+    /// The next word, unless a comment starts there.
     pub(super) fn value(&mut self) -> Option<&'a [u8]> {
         self.word().filter(|word| word[0] != b'#')
     }
 
-    /// What is left of this line, without the blanks around it, as UTF-8 if it is and Latin-1 if
-    /// not. A continuation becomes a space.
+    /// The rest of this line, trimmed, as UTF-8 if valid and Latin-1 otherwise. A continuation
+    /// becomes a space.
     pub(super) fn rest_of_line(&mut self) -> String {
         let mut rest = Vec::new();
         while let Some(&byte) = self.bytes.get(self.at) {
@@ -64,17 +65,17 @@ impl<'a> Cursor<'a> {
         text.trim_matches(|character| u8::try_from(character).is_ok_and(is_blank)).to_owned()
     }
 
-    /// Goes to the end of the line even if a backslash stands there: a comment that ends in the
-    /// path of a folder must not swallow the line after it.
+    /// Moves to the end of the line even after a backslash: a comment that ends in the path of a
+    /// folder must not swallow the next line.
     pub(super) fn skip_comment(&mut self) {
         let rest = &self.bytes[self.at..];
         self.at += rest.iter().position(|&byte| is_end(byte)).unwrap_or(rest.len());
     }
 
-    /// Skips what is left of this line and its continuations. False at the end of the text.
+    /// Skips the rest of this line and its continuations. False at the end of the text.
     pub(super) fn next_line(&mut self) -> bool {
         loop {
-            // Only what is skipped here counts: a backslash before it belongs to a comment.
+            // Only the skipped part counts: a backslash before it belongs to a comment.
             let start = self.at;
             self.skip_comment();
             let Some(length) = end_length(&self.bytes[self.at..]) else { return false };
@@ -87,7 +88,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Length of the blank or continuation that comes next; a continuation's line is counted.
+    /// Length of the next blank or continuation; counts the line of a continuation.
     fn blank(&mut self) -> Option<usize> {
         if is_blank(*self.bytes.get(self.at)?) {
             return Some(1);
@@ -97,7 +98,7 @@ impl<'a> Cursor<'a> {
         Some(length)
     }
 
-    /// Length of a backslash and the line's end after it, if that is what comes next.
+    /// Length of a backslash and the following end of line, if present.
     fn continuation(&self) -> Option<usize> {
         let after = self.bytes[self.at..].strip_prefix(b"\\")?;
         Some(1 + end_length(after)?)
@@ -112,7 +113,7 @@ fn is_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
-/// Length of the line's end that `bytes` begin with.
+/// Length of the end of line at the start of `bytes`.
 fn end_length(bytes: &[u8]) -> Option<usize> {
     match bytes {
         [b'\r', b'\n', ..] => Some(2),

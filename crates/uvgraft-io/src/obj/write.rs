@@ -1,4 +1,4 @@
-//! A mesh as OBJ text.
+//! Writes meshes as OBJ text.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -7,12 +7,12 @@ use uvgraft::mesh::Mesh;
 
 use crate::output::write_atomically;
 
-/// Writes a mesh as OBJ: vertices, texture coordinates with `v` upwards, and polygons with the
-/// corners they were made of, under the names of their parts.
+/// Writes a mesh as OBJ: vertices, texture coordinates with `v` upwards, and the original polygons,
+/// under the names of their parts.
 ///
-/// Numbers have as many digits as reading back the same 32-bit value takes. That holds for `v` too
-/// unless it is closer to 0 than 2⁻³⁰, where a difference of 2⁻⁵⁴ may remain. Line breaks in
-/// names become `_`.
+/// Numbers have as many digits as needed to read back the same 32-bit value. That holds for `v` too
+/// unless it is closer to 0 than 2⁻³⁰, where a difference of 2⁻⁵⁴ may remain. Line breaks in names
+/// become `_`.
 ///
 /// # Errors
 /// Those of `out`.
@@ -46,19 +46,19 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a mesh to an OBJ file, whole or not at all; see [`write()`].
+/// Writes a mesh to an OBJ file atomically; see [`write()`].
 ///
 /// # Errors
-/// Those of creating, writing and renaming the file; what was at `path` is unchanged then.
+/// Those of creating, writing and renaming the file; an existing file is then unchanged.
 pub fn save(mesh: &Mesh, path: &Path) -> io::Result<()> {
     write_atomically(path, |out| write(mesh, out))
 }
 
-/// `1 - v`, rounded to the fewest decimals from which the reader's own flip gives `v` again.
+/// `1 - v`, rounded to the fewest decimals from which the reader's flip restores `v`.
 fn flipped(v: f32) -> f64 {
     let up = 1.0 - f64::from(v);
     // With at most 15 decimals both sides of the division are exact, so the quotient is the number
-    // that reading those decimals gives, and prints as them.
+    // obtained by parsing those decimals, and prints as them.
     (0..=15)
         .map(|decimals| 10_f64.powi(decimals))
         .map(|scale| (up * scale).round() / scale)
@@ -66,7 +66,8 @@ fn flipped(v: f32) -> f64 {
         .unwrap_or(up)
 }
 
-/// A name that stays on its line: no line ends in it, and no backslash at its end continues it.
+/// A name on a single line: without line breaks, and without a backslash at its end that would
+/// continue the line.
 fn one_line(name: &str) -> String {
     let mut name = name.replace(['\n', '\r'], "_");
     if name.ends_with('\\') {

@@ -1,10 +1,10 @@
-//! NumPy arrays of numbers.
+//! Numeric NumPy arrays.
 
 use super::node::ArrayLayout;
 use crate::numpy::order::last_axis_fastest;
 use crate::numpy::{Dtype, NumberKind};
 
-/// An array whose bytes are as many as its shape says.
+/// An array whose size matches its shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Array<'p> {
     pub(super) layout: &'p ArrayLayout,
@@ -17,22 +17,22 @@ impl<'p> Array<'p> {
         &self.layout.shape
     }
 
-    /// How its numbers are written.
+    /// Their stored type.
     pub const fn dtype(&self) -> Dtype {
         self.layout.dtype
     }
 
-    /// Its numbers as they are written.
+    /// Its raw values.
     pub const fn bytes(&self) -> &'p [u8] {
         self.data
     }
 
-    /// Whether the first axis runs fastest.
+    /// Whether it is in Fortran order.
     pub const fn is_fortran_order(&self) -> bool {
         self.layout.fortran_order
     }
 
-    /// Its numbers, the last axis running fastest, if they are 32-bit floats.
+    /// Its values in C order, if they are 32-bit floats.
     pub fn f32s(&self) -> Option<Vec<f32>> {
         let Dtype { kind: NumberKind::Float, width: 4, big_endian } = self.layout.dtype else {
             return None;
@@ -43,12 +43,12 @@ impl<'p> Array<'p> {
         Some(self.ordered(written))
     }
 
-    /// How many numbers there are.
+    /// Number of values.
     pub const fn count(&self) -> usize {
         self.data.len() / self.layout.dtype.width
     }
 
-    /// Its numbers, the last axis running fastest, if they are integers that fit 64 bits with a sign.
+    /// Its values in C order, if they are integers that fit a signed 64-bit one.
     pub fn integers(&self) -> Option<Vec<i64>> {
         let dtype = self.layout.dtype;
         if !dtype.is_integer() {

@@ -1,9 +1,9 @@
-//! What a pickle makes of classes that this crate knows the data of.
+//! Known classes of pickled objects.
 
 use super::node::{Class, Global, Making, Node};
 use super::value::Value;
 
-/// An object of one of the classes.
+/// An object of a known class.
 #[derive(Debug, Clone, Copy)]
 pub struct Made<'p> {
     making: &'p Making,
@@ -16,12 +16,12 @@ impl<'p> Made<'p> {
         self.making.class
     }
 
-    /// One of the arguments that it was made with.
+    /// An argument of its constructor.
     pub fn arg(self, index: usize) -> Option<Value<'p>> {
         self.making.args.get(index).map(|&id| self.value.other(id))
     }
 
-    /// One of the attributes that it was filled with.
+    /// An attribute of its state.
     pub fn attribute(self, name: &str) -> Option<Value<'p>> {
         self.value.other(self.making.state?).get(name)
     }

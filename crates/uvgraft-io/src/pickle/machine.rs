@@ -1,4 +1,4 @@
-//! The stack machine that a pickle is a program for.
+//! The stack machine that executes pickles.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -11,27 +11,27 @@ use super::value::{Pickle, Value};
 
 const NEWEST_PROTOCOL: u8 = 5;
 
-/// Dtypes are filled with eight, which is the most.
+/// The state of a dtype has eight entries, the most of all calls.
 const MOST_ARGUMENTS: usize = 8;
 
 pub(super) struct Machine<'a> {
     pub(super) scan: Scan<'a>,
     nodes: Vec<Node<'a>>,
     stack: Vec<Id>,
-    /// Heights of the stack at the marks that were set and not yet used up.
+    /// Stack heights at the open marks.
     marks: Vec<usize>,
     memo: HashMap<u64, Id>,
-    /// Bytes of texts that were copied rather than borrowed.
+    /// Bytes of strings copied so far.
     copied: usize,
-    /// As many bytes as the pickle has: each is copied once at most, unless one text is decoded
-    /// again and again to fill the memory.
+    /// The limit is the size of the pickle: each string is copied at most once, unless one is
+    /// decoded repeatedly to exhaust memory.
     most_copied: usize,
-    /// Whether values outside of the pickle may be referred to.
+    /// Whether persistent identifiers are allowed.
     persistent: bool,
 }
 
-/// Runs the program. Each instruction adds one value, one reference and one entry of the memo at
-/// most, so the limit of instructions bounds them all.
+/// Executes the program. Each instruction adds at most one value, one reference and one memo entry,
+/// so the limit of instructions bounds them all.
 pub(super) fn run(bytes: &[u8], persistent: bool) -> Result<Pickle<'_>, PickleError> {
     let mut machine = Machine {
         scan: Scan::new(bytes),
@@ -115,7 +115,7 @@ impl<'a> Machine<'a> {
                     return Err(self.scan.malformed(problem));
                 }
             }
-            // A frame says how many bytes belong together, which does not matter in memory.
+            // A frame states how many bytes belong together, which is irrelevant in memory.
             0x95 => {
                 let length = self.scan.unsigned(8)?;
                 let left = self.scan.left();
@@ -159,7 +159,7 @@ impl<'a> Machine<'a> {
             }
             b'F' => Node::Float(scan.number_line()?),
             b'G' => {
-                // The one number that is written highest byte first.
+                // The only big-endian number.
                 let bits = scan.unsigned(8)?.swap_bytes();
                 Node::Float(f64::from_bits(bits))
             }
@@ -209,8 +209,8 @@ impl<'a> Machine<'a> {
         })
     }
 
-    /// What a tuple of arguments holds. Copying only short ones keeps a long one, called with again
-    /// and again, from costing time.
+    /// The items of an argument tuple. Copying only short ones prevents repeated calls with a long
+    /// one from taking time.
     pub(super) fn arguments(&self, tuple: Id) -> Result<Vec<Id>, PickleError> {
         match self.value(tuple).node() {
             Node::Tuple(args) if args.len() <= MOST_ARGUMENTS => Ok(args.clone()),
@@ -235,7 +235,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// Stores the top of the stack under a number, or brings back what a number stands for.
+    /// Stores the top of the stack in the memo, or pushes a memo entry.
     fn memo(&mut self, instruction: u8) -> Result<(), PickleError> {
         let key = match instruction {
             b'p' | b'g' => self.scan.number_line()?,
@@ -254,7 +254,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// Puts what lies on the stack into the list or dict below it.
+    /// Appends the values above the mark to the list or dict below it.
     fn fill(&mut self, instruction: u8) -> Result<(), PickleError> {
         let items = match instruction {
             b'a' => vec![self.pop()?],
@@ -309,13 +309,13 @@ impl<'a> Machine<'a> {
     }
 
     fn push(&mut self, node: Node<'a>) {
-        // The limit of instructions keeps the number far below 32 bits.
+        // The limit of instructions keeps the index far below 32 bits.
         let id = Id(self.nodes.len() as u32);
         self.nodes.push(node);
         self.stack.push(id);
     }
 
-    /// Takes the top of the stack; what lies below the last mark is out of reach.
+    /// Pops the top of the stack; values below the last mark are out of reach.
     fn pop(&mut self) -> Result<Id, PickleError> {
         let top = self.top()?;
         self.stack.pop();

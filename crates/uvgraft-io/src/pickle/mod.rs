@@ -1,15 +1,15 @@
-//! Python pickles, as far as they are data: numbers, texts, containers, NumPy arrays, and what SciPy's
-//! sparse matrices, chumpy's arrays and torch's tensors consist of.
+//! Python pickles, as far as they are plain data: numbers, strings, containers, NumPy arrays, and
+//! the constituents of SciPy's sparse matrices, chumpy arrays and torch tensors.
 //!
-//! A pickle is a program for a small machine that may call whatever Python can import. Here the
-//! program builds plain values and calls nothing: each name that it asks for is looked up in a short
-//! list (`globals.rs`), and one that is not there ends the reading. Protocols 0 to 5 are read.
+//! A pickle is a program for a small machine that may call anything Python can import. Here the
+//! program creates plain values and calls nothing: each imported name is looked up in a short list
+//! (`globals.rs`), and an unknown one is an error. Protocols 0 to 5 are supported.
 //!
-//! Memory stays in proportion to the pickle: lengths are checked against the bytes at hand, texts
-//! and arrays borrow from them, the number of instructions has a limit, and a value that is referred
-//! to many times is held once. Nothing here recurses, so depth costs nothing.
+//! Memory stays proportional to the pickle: lengths are checked against the available bytes,
+//! strings and arrays borrow from them, the number of instructions is limited, and a value that is
+//! referenced many times is stored once. Nothing here is recursive, so depth costs nothing.
 //!
-//! Source: the instructions' descriptions in Python's `pickletools`.
+//! Source: the descriptions of instructions in Python's `pickletools`.
 
 mod array;
 mod calls;
@@ -33,12 +33,12 @@ pub use value::{Pickle, Value};
 /// Reads a pickle; texts and arrays borrow from its bytes.
 ///
 /// # Errors
-/// [`PickleError`]; nothing that a pickle holds is ever run.
+/// [`PickleError`]; nothing in a pickle is ever run.
 pub fn parse(bytes: &[u8]) -> Result<Pickle<'_>, PickleError> {
     machine::run(bytes, false)
 }
 
-/// As [`parse`], for pickles that refer to what lies outside of them; see [`Value::persistent`].
+/// As [`parse`], for pickles with persistent identifiers; see [`Value::persistent`].
 ///
 /// # Errors
 /// As [`parse`].

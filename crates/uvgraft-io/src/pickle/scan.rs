@@ -1,15 +1,15 @@
-//! The bytes of a pickle and the ways that its instructions write their arguments.
+//! Scans the bytes of a pickle and the encodings of instruction arguments.
 
 use std::borrow::Cow;
 
 use super::error::PickleError;
 use crate::obj::shown;
 
-/// Where the reading is.
+/// The position of the scanner.
 pub(super) struct Scan<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Where the present instruction starts, for messages.
+    /// Start of the current instruction, for messages.
     pub(super) instruction: usize,
 }
 
@@ -31,7 +31,7 @@ impl<'a> Scan<'a> {
         PickleError::Malformed { at: self.instruction, problem: problem.into() }
     }
 
-    /// So many bytes, if there are.
+    /// A number of bytes, if available.
     pub(super) fn take(&mut self, count: u64) -> Result<&'a [u8], PickleError> {
         let rest = &self.bytes[self.at..];
         let taken = usize::try_from(count).ok().and_then(|count| rest.get(..count));
@@ -45,13 +45,13 @@ impl<'a> Scan<'a> {
         Ok(self.unsigned(1)? as u8)
     }
 
-    /// An unsigned number of `width` bytes, at most eight, lowest first.
+    /// A little-endian unsigned number of `width` bytes, at most eight.
     pub(super) fn unsigned(&mut self, width: u64) -> Result<u64, PickleError> {
         let bytes = self.take(width)?;
         Ok(bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
     }
 
-    /// So many bytes as the number before them, itself `width` bytes wide, says.
+    /// Bytes prefixed by their count, which is `width` bytes wide.
     pub(super) fn counted(&mut self, width: u64) -> Result<&'a [u8], PickleError> {
         let count = self.unsigned(width)?;
         self.take(count)
@@ -63,7 +63,7 @@ impl<'a> Scan<'a> {
         text.map(Cow::Borrowed).map_err(|_| self.malformed("string is not UTF-8"))
     }
 
-    /// A signed number of any width, lowest byte first, that fits 64 bits.
+    /// A little-endian signed number of any width that fits 64 bits.
     pub(super) fn signed(&mut self, width: u64) -> Result<i64, PickleError> {
         let bytes = self.take(width)?;
         let negative = bytes.last().is_some_and(|&last| last >= 0x80);
@@ -78,7 +78,7 @@ impl<'a> Scan<'a> {
         Ok(number)
     }
 
-    /// What stands before the next line feed.
+    /// Bytes up to the next line feed.
     pub(super) fn line(&mut self) -> Result<&'a [u8], PickleError> {
         let rest = &self.bytes[self.at..];
         let end = rest.iter().position(|&byte| byte == b'\n').ok_or(PickleError::Truncated {
@@ -95,7 +95,7 @@ impl<'a> Scan<'a> {
         std::str::from_utf8(line).map_err(|_| self.malformed("name is not UTF-8"))
     }
 
-    /// A number written in digits; Python 2 ends long ones in `L`.
+    /// A decimal number; Python 2 ends long ones in `L`.
     pub(super) fn number_line<T: std::str::FromStr>(&mut self) -> Result<T, PickleError> {
         let line = self.line()?;
         self.number(line)
@@ -107,7 +107,7 @@ impl<'a> Scan<'a> {
         number.ok_or_else(|| self.malformed(format!("must be a number, got `{}`", shown(line))))
     }
 
-    /// A line of text whose characters beyond Latin-1 are written `\u` or `\U` and digits.
+    /// A line of text with `\u` or `\U` escapes for characters beyond Latin-1.
     pub(super) fn escaped_text_line(&mut self) -> Result<String, PickleError> {
         let mut rest = self.line()?;
         let mut text = String::new();
@@ -129,7 +129,7 @@ impl<'a> Scan<'a> {
         Ok(text)
     }
 
-    /// A line of bytes in quotes, as Python 2 shows them.
+    /// A line with a quoted byte string, as Python 2 prints it.
     pub(super) fn quoted_line(&mut self) -> Result<Vec<u8>, PickleError> {
         let line = self.line()?;
         let mut rest = match line {

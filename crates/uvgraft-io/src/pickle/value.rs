@@ -3,7 +3,7 @@
 use super::array::Array;
 use super::node::{Id, Node};
 
-/// A pickle that was read.
+/// A parsed pickle.
 #[derive(Debug)]
 pub struct Pickle<'a> {
     pub(super) nodes: Vec<Node<'a>>,
@@ -11,13 +11,13 @@ pub struct Pickle<'a> {
 }
 
 impl Pickle<'_> {
-    /// The value that was pickled.
+    /// The root value.
     pub const fn root(&self) -> Value<'_> {
         Value { nodes: self.nodes.as_slice(), id: self.root }
     }
 }
 
-/// A value in a pickle. Values may hold themselves: whoever walks through them needs a bound.
+/// A value in a pickle. Values may be cyclic: a traversal needs a limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Value<'p> {
     nodes: &'p [Node<'p>],
@@ -38,7 +38,7 @@ impl<'p> Value<'p> {
         &self.nodes[self.id.0 as usize]
     }
 
-    /// What it is, for messages: `"a dict"`.
+    /// A description for messages: `"a dict"`.
     pub const fn kind(self) -> &'static str {
         match self.node() {
             Node::None => "None",
@@ -74,7 +74,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// The value of an int that fits 64 bits; others are refused when a pickle is read.
+    /// The value of an int that fits 64 bits; larger ones are rejected while parsing.
     pub const fn as_int(self) -> Option<i64> {
         match self.node() {
             Node::Int(value) => Some(*value),
@@ -90,7 +90,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// A text. Python 2 wrote texts as bytes; those that are UTF-8 are taken too.
+    /// A string. Python 2 wrote strings as bytes; valid UTF-8 is accepted too.
     pub fn as_str(self) -> Option<&'p str> {
         match self.node() {
             Node::Text(text) => Some(text),
@@ -99,7 +99,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// The bytes of a `bytes`, a `bytearray` or a text of Python 2.
+    /// The content of `bytes`, a `bytearray` or a string of Python 2.
     pub fn as_bytes(self) -> Option<&'p [u8]> {
         match self.node() {
             Node::Bytes(bytes) => Some(bytes),
@@ -107,7 +107,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// What a list or a tuple holds.
+    /// The items of a list or a tuple.
     pub fn items(self) -> Option<impl ExactSizeIterator<Item = Self>> {
         match self.node() {
             Node::List(items) | Node::Tuple(items) => {
@@ -117,7 +117,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// The keys and values of a dict, in the order in which they were written.
+    /// The entries of a dict, in the order of writing.
     pub fn entries(self) -> Option<impl ExactSizeIterator<Item = (Self, Self)>> {
         match self.node() {
             Node::Dict(entries) => {
@@ -128,11 +128,11 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// What a dict holds under a text; the last one, should there be several.
+    /// The value of a string key in a dict; the last one, if duplicated.
     pub fn get(self, key: &str) -> Option<Self> {
         let Node::Dict(entries) = self.node() else { return None };
         let value = |id| Self { id, ..self };
-        // Bytes against bytes: a key of megabytes is told apart by its length.
+        // Comparing bytes: a key of megabytes differs in length.
         let is_key = |id: Id| match value(id).node() {
             Node::Text(text) => &**text == key,
             Node::Bytes(bytes) => &**bytes == key.as_bytes(),
@@ -142,7 +142,7 @@ impl<'p> Value<'p> {
         found.map(|&(_, held)| value(held))
     }
 
-    /// An array of numbers, or a single NumPy number as an array without axes.
+    /// A numeric array, or a NumPy scalar as an array without axes.
     pub fn as_array(self) -> Option<Array<'p>> {
         match self.node() {
             Node::Array(Some(layout)) => {
@@ -153,7 +153,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// What an array of objects holds, whatever its shape.
+    /// The items of an array of objects, of any shape.
     pub fn objects(self) -> Option<impl ExactSizeIterator<Item = Self>> {
         match self.node() {
             Node::Objects(items) => self.other(*items).items(),
@@ -161,7 +161,7 @@ impl<'p> Value<'p> {
         }
     }
 
-    /// What something outside of the pickle is called by.
+    /// The persistent identifier.
     pub const fn persistent(self) -> Option<Self> {
         match self.node() {
             Node::Persistent(id) => Some(self.other(*id)),

@@ -1,4 +1,4 @@
-//! Tensors: places in a storage of numbers, by an offset and a stride for each axis.
+//! Tensors: views of a storage of values, by an offset and a stride for each axis.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -11,7 +11,7 @@ use crate::numpy::{Dtype, NumberKind};
 use crate::obj::shown;
 use crate::pickle::{Class, Made, StorageKind, Value};
 
-/// As many axes as torch's own tensors have at most.
+/// Maximum number of axes of torch tensors.
 const MOST_AXES: usize = 64;
 
 /// The storages of an archive, each unpacked once.
@@ -22,7 +22,7 @@ pub(super) struct Storages<'t, 'a> {
     unpacked: HashMap<String, Rc<[u8]>>,
 }
 
-/// Where the numbers of a tensor lie in its storage.
+/// The view of a tensor into its storage.
 struct Strides {
     offset: usize,
     shape: Vec<usize>,
@@ -42,7 +42,7 @@ impl<'t, 'a> Storages<'t, 'a> {
         Self { archive, folder: folder.to_owned(), big_endian, unpacked: HashMap::new() }
     }
 
-    /// The kind of the numbers of a storage, and their bytes.
+    /// The type of the values of a storage, and their bytes.
     fn storage(&mut self, id: Value<'_>) -> Result<(StorageKind, Rc<[u8]>), Unread> {
         let parts: Vec<Value<'_>> =
             id.persistent().and_then(Value::items).into_iter().flatten().take(6).collect();
@@ -112,7 +112,7 @@ impl Outside for Storages<'_, '_> {
 }
 
 impl Strides {
-    /// The bytes of the numbers, the last axis running fastest.
+    /// The bytes of the values, in C order.
     fn gather(&self, bytes: &[u8], width: usize, count: usize) -> Result<Vec<u8>, Unread> {
         if count == 0 {
             return Ok(Vec::new());
@@ -156,7 +156,7 @@ fn sizes(value: Value<'_>) -> Option<Vec<usize>> {
     value.items().filter(|items| items.len() <= MOST_AXES)?.map(size).collect()
 }
 
-/// Bytes of a number.
+/// Bytes of a value.
 const fn width(kind: StorageKind) -> usize {
     match kind {
         StorageKind::Double | StorageKind::Long => 8,
@@ -166,7 +166,7 @@ const fn width(kind: StorageKind) -> usize {
     }
 }
 
-/// How NumPy would write such numbers; it has no `bfloat16`.
+/// NumPy's type for such values; it has no `bfloat16`.
 const fn dtype(storage: StorageKind, big_endian: bool) -> Option<Dtype> {
     let kind = match storage {
         StorageKind::Double | StorageKind::Float | StorageKind::Half => NumberKind::Float,

@@ -1,4 +1,4 @@
-//! Writes tensors as torch does.
+//! Writes tensors in torch's format.
 
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
@@ -9,8 +9,8 @@ use zip::{CompressionMethod, ZipWriter};
 use crate::arrays::named::NamedArrays;
 use crate::output::write_atomically;
 
-/// Writes the arrays as a dict of 32-bit float tensors, which `torch.load` reads, also with
-/// `weights_only`; texts are not written.
+/// Writes the arrays as a dict of 32-bit float tensors for `torch.load`, also with `weights_only`;
+/// strings are not written.
 ///
 /// # Errors
 /// Those of `out`, and names or shapes beyond 32 bits.
@@ -49,7 +49,7 @@ pub fn write_pth(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
     archive.write_all(b"little")?;
     for (key, (_, array)) in tensors.iter().enumerate() {
         archive.start_file(format!("archive/data/{key}"), options)?;
-        // Numbers are written one by one.
+        // Values are written one by one.
         let mut entry = BufWriter::new(&mut archive);
         array.f32s().iter().try_for_each(|value| entry.write_all(&value.to_le_bytes()))?;
         entry.flush()?;
@@ -62,7 +62,7 @@ pub fn write_pth(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
 /// Writes the arrays as tensors to a file; see [`write_pth`].
 ///
 /// # Errors
-/// As [`write_pth`]; what was at `path` is then still there.
+/// As [`write_pth`]; an existing file is then unchanged.
 pub fn save_pth(arrays: &NamedArrays, path: &Path) -> io::Result<()> {
     write_atomically(path, |out| write_pth(arrays, out))
 }

@@ -16,7 +16,7 @@ use super::{FORMAT, header};
 use crate::image::ImageError;
 use crate::image::header::{MAX_ICC_BYTES, StoredHeader};
 
-/// A PNG whose rows are decoded as they are asked for.
+/// A PNG decoded on demand.
 pub(in crate::image) struct RowDecoder<R: BufRead + Seek> {
     header: StoredHeader,
     reader: Reader<R>,
@@ -29,11 +29,11 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         let io = |error| ImageError::from_io(FORMAT, &error);
         let header = header(&mut source)?;
         source.rewind().map_err(io)?;
-        // The limit is for chunks that are kept in memory, of which the profile is the only large one.
+        // The limit applies to chunks kept in memory, of which only the profile is large.
         let limits = Limits { bytes: 4 * MAX_ICC_BYTES };
         let mut decoder = Decoder::new_with_limits(source, limits);
         decoder.set_ignore_text_chunk(true);
-        // Palettes, 1 to 4 bits and colour keys become channels of 8 bits.
+        // Palettes, 1 to 4 bits and colour keys become 8-bit channels.
         decoder.set_transformations(Transformations::EXPAND);
         let reader = decoder.read_info().map_err(from_png)?;
         let (color, depth) = reader.output_color_type();
@@ -51,22 +51,22 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         Ok(Self { header, reader, row, rows_left: header.size.height })
     }
 
-    /// What the file says; the size is the stored one.
+    /// The header; the size is as stored.
     pub(in crate::image) fn header(&self) -> StoredHeader {
         self.header
     }
 
-    /// The profile, which stands before the rows.
+    /// The profile, which precedes the rows.
     pub(in crate::image) fn icc(&self) -> Option<Vec<u8>> {
         self.reader.info().icc_profile.as_deref().map(<[u8]>::to_vec)
     }
 
-    /// Whether rows come in the order in which they are stored.
+    /// Whether rows are stored in order.
     pub(in crate::image) fn is_sequential(&self) -> bool {
         !self.reader.info().interlaced
     }
 
-    /// Passes over rows.
+    /// Skips rows.
     pub(in crate::image) fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
         for _ in 0..rows {
             self.reader.read_row(&mut self.row).map_err(from_png)?;
@@ -75,8 +75,8 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         self.check_end()
     }
 
-    /// Decodes the next rows to where `texels` has rows `places`. With the last row, the rest of the
-    /// file is checked.
+    /// Decodes the next rows into the rows `places` of `texels`. With the last row, the rest of the
+    /// file is verified.
     pub(in crate::image) fn read(
         &mut self,
         texels: &mut Texels,
@@ -105,7 +105,7 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         self.check_end()
     }
 
-    /// Decodes all rows at once, whatever order they are stored in.
+    /// Decodes all rows at once, in any stored order.
     pub(in crate::image) fn read_all(mut self) -> Result<Texels, ImageError> {
         let mut data = vec![0; self.row.len() * self.rows_left as usize];
         self.reader.next_frame(&mut data).map_err(from_png)?;

@@ -1,32 +1,32 @@
-//! Deflate for filtered rows: Huffman codes made for a piece of them, and runs of zeros.
+//! Deflate for filtered rows: Huffman codes for each piece, and runs of zeros.
 //!
-//! Filtered rows of photographs repeat themselves little, but they hold many small numbers and runs
-//! of zeros, and nothing else is looked for. Pieces know nothing of each other, so that they can be
-//! compressed at the same time, and end at whole bytes, so that they can be put one behind the other.
+//! Filtered rows of photographs hardly repeat themselves, but contain many small numbers and runs
+//! of zeros, and nothing else is searched for. Pieces are independent, so that they can be
+//! compressed in parallel, and end at whole bytes, so that they can be concatenated.
 //!
 //! # Source
-//! RFC 1951. Shortening codes that came out too long: as in zlib's `gen_bitlen`, by Kraft sums.
+//! RFC 1951. Limiting the length of codes: as in zlib's `gen_bitlen`, by Kraft sums.
 
-/// What a whole stream ends with: an empty last block, stored.
+/// The end of a stream: an empty, stored last block.
 pub(super) const END: [u8; 5] = [1, 0, 0, 0xff, 0xff];
 
-/// Literals, the end of the block, and the lengths of runs.
+/// Literals, the end of the block, and run lengths.
 const SYMBOLS: usize = 286;
 const END_OF_BLOCK: usize = 256;
 const LONGEST_RUN: usize = 258;
 
-/// Four codes and what is left of a byte fit into 64 bits, and decoders find codes of this length in
+/// Four codes and the rest of a byte fit into 64 bits, and decoders look up codes of this length in
 /// one step.
 const LONGEST_CODE: usize = 12;
 
-/// One part in this many is looked at to make codes: all of it gives files that are 0.1 % smaller.
+/// One part in this many is sampled for the codes: sampling everything gives files 0.1 % smaller.
 const SAMPLED: usize = 8;
 const SAMPLE: usize = 2048;
 
-/// Appends `data` to a stream as blocks that are not the last.
+/// Appends `data` to a stream as non-final blocks.
 pub(super) fn compress(data: &[u8], out: &mut Vec<u8>) {
     let codes = codes(&lengths(&count(data)));
-    // The longest code for each byte, the lengths of all codes, and what is written at once.
+    // The longest code of each byte, the lengths of all codes, and the bits written at once.
     let most = data.len() / 2 * 3 + SYMBOLS + 64;
     let start = out.len();
     // Its values don't matter; only the first time are they written for nothing.
@@ -50,7 +50,7 @@ pub(super) fn compress(data: &[u8], out: &mut Vec<u8>) {
         },
     );
     bits.write(codes[END_OF_BLOCK]);
-    // An empty stored block, which begins at a whole byte once its type is told.
+    // An empty stored block, which aligns the stream to a byte.
     bits.write(Code { bits: 0, count: 3 });
     bits.align();
     bits.write(Code { bits: 0xffff_0000, count: 32 });
@@ -58,14 +58,14 @@ pub(super) fn compress(data: &[u8], out: &mut Vec<u8>) {
     out.truncate(start + len);
 }
 
-/// Bits in the order in which they are written, the first in the lowest place.
+/// Bits in the order of writing, the first in the lowest position.
 #[derive(Clone, Copy, Default)]
 struct Code {
     bits: u64,
     count: u32,
 }
 
-/// The one distance, 1: a run repeats the byte before it.
+/// The only distance, 1: a run repeats the previous byte.
 const DISTANCE: Code = Code { bits: 0, count: 1 };
 
 impl Code {
@@ -109,7 +109,7 @@ fn walk<S>(
     while let Some(eight) = rest.first_chunk::<8>() {
         let value = u64::from_le_bytes(*eight);
         if value != 0 {
-            // Zeros at the end may begin a run; a few are quicker told by themselves.
+            // Zeros at the end may start a run; short ones are cheaper as literals.
             let zeros = value.leading_zeros() as usize / 8;
             let (taken, left) = rest.split_at(if zeros < 4 { 8 } else { 8 - zeros });
             literals(state, taken);
@@ -127,7 +127,7 @@ fn walk<S>(
         literals(state, &[0]);
         let mut left = len - 1;
         while left > 2 {
-            // Never leaving 1 or 2, which are no runs.
+            // Never leaves 1 or 2, which cannot be runs.
             let taken = if left > LONGEST_RUN { LONGEST_RUN.min(left - 3) } else { left };
             zeros(state, taken);
             left -= taken;
@@ -137,7 +137,7 @@ fn walk<S>(
     literals(state, rest);
 }
 
-/// The symbol of a run of 3 to 258, and what follows it to say which.
+/// The symbol of a run of 3 to 258, and its extra bits.
 fn run(length: usize) -> (usize, Code) {
     if length == LONGEST_RUN {
         return (285, Code::default());
@@ -146,13 +146,13 @@ fn run(length: usize) -> (usize, Code) {
     if length < 8 {
         return (257 + length as usize, Code::default());
     }
-    // Four symbols for each number of further bits, which grows with every power of two.
+    // Four symbols for each number of extra bits, which grows with every power of two.
     let count = length.ilog2() - 2;
     let symbol = 257 + 4 * count + (length >> count);
     (symbol as usize, Code { bits: u64::from(length & ((1 << count) - 1)), count })
 }
 
-/// How often symbols occur in a sample. None occurs never, because there may be more in the rest.
+/// Histogram of symbols in a sample. No count is zero, because the rest may contain any symbol.
 fn count(data: &[u8]) -> [u32; SYMBOLS] {
     let mut counts = [1; SYMBOLS];
     for sample in data.chunks(SAMPLE * SAMPLED) {
@@ -167,11 +167,11 @@ fn count(data: &[u8]) -> [u32; SYMBOLS] {
     counts
 }
 
-/// Lengths of the best prefix codes, none longer than [`LONGEST_CODE`].
+/// Lengths of optimal prefix codes, none longer than [`LONGEST_CODE`].
 fn lengths(counts: &[u32; SYMBOLS]) -> [u8; SYMBOLS] {
     let mut order: Vec<usize> = (0..SYMBOLS).collect();
     order.sort_unstable_by_key(|&symbol| (counts[symbol], symbol));
-    // Huffman's tree: leaves and then the nodes made of them, both in growing order.
+    // Huffman's tree: leaves, then inner nodes, both in ascending order.
     let mut weights: Vec<u64> = order.iter().map(|&symbol| counts[symbol].into()).collect();
     let mut parents = vec![0; 2 * SYMBOLS - 1];
     let (mut leaf, mut node) = (0, SYMBOLS);
@@ -195,8 +195,8 @@ fn lengths(counts: &[u32; SYMBOLS]) -> [u8; SYMBOLS] {
             of_depth[depths[index].min(LONGEST_CODE)] += 1;
         }
     }
-    // Codes that were cut take more room than there is. Each step hangs a leaf of the lowest level
-    // and one of a level above together, one below the latter.
+    // Truncated codes violate the Kraft sum. Each step attaches a leaf of the lowest level and one
+    // of a higher level as siblings, one level below the latter.
     let room = |of_depth: &[u32]| -> u32 {
         of_depth.iter().enumerate().skip(1).map(|(d, &n)| n << (LONGEST_CODE - d)).sum()
     };
@@ -208,7 +208,7 @@ fn lengths(counts: &[u32; SYMBOLS]) -> [u8; SYMBOLS] {
         of_depth[above + 1] += 2;
         excess -= 1;
     }
-    // The rarest get the longest.
+    // The rarest symbols get the longest codes.
     let mut lengths = [0; SYMBOLS];
     let mut symbols = order.into_iter();
     for depth in (1..=LONGEST_CODE).rev() {
@@ -219,13 +219,13 @@ fn lengths(counts: &[u32; SYMBOLS]) -> [u8; SYMBOLS] {
     lengths
 }
 
-/// The codes that lengths stand for, in the order of section 3.2.2.
+/// Canonical codes for lengths, in the order of section 3.2.2.
 fn codes(lengths: &[u8; SYMBOLS]) -> [Code; SYMBOLS] {
     let mut codes = [Code::default(); SYMBOLS];
     let mut next = 0u16;
     for length in 1..=LONGEST_CODE as u8 {
         for (code, _) in codes.iter_mut().zip(lengths).filter(|(_, found)| **found == length) {
-            // Codes are written from their highest bit on.
+            // Codes are written starting with the highest bit.
             let bits = next.reverse_bits() >> (16 - length);
             *code = Code { bits: bits.into(), count: length.into() };
             next += 1;
@@ -235,7 +235,7 @@ fn codes(lengths: &[u8; SYMBOLS]) -> [Code; SYMBOLS] {
     codes
 }
 
-/// The start of a block with codes of its own, section 3.2.7. Their lengths are written with 4 bits
+/// The header of a block with its own codes, section 3.2.7. Their lengths are written with 4 bits
 /// each: 143 bytes.
 fn write_codes(codes: &[Code], bits: &mut Bits<'_>) {
     const BLOCK: Code = Code { bits: 0b10 << 1, count: 3 };
@@ -243,7 +243,7 @@ fn write_codes(codes: &[Code], bits: &mut Bits<'_>) {
     const DISTANCES: Code = Code { bits: 0, count: 5 };
     const LENGTHS: Code = Code { bits: 19 - 4, count: 4 };
     bits.write(BLOCK.then(LITERALS).then(DISTANCES).then(LENGTHS));
-    // The lengths of the codes of lengths: of repetitions, which are not used, and of 0 to 15.
+    // The code lengths of the length alphabet: of repetitions, which are not used, and of 0 to 15.
     bits.write(Code { bits: 0, count: 9 });
     (0..16).for_each(|_| bits.write(Code { bits: 4, count: 3 }));
     let of_distance = DISTANCE.count;
@@ -256,7 +256,7 @@ fn write_codes(codes: &[Code], bits: &mut Bits<'_>) {
 mod tests {
     use super::*;
 
-    /// Through another's decoder: the stream with its header, pieces, end and checksum.
+    /// Decodes with another implementation: the stream with its header, pieces, end and checksum.
     fn round_trip(pieces: &[&[u8]]) -> usize {
         let mut stream = vec![0x78, 1];
         for piece in pieces {
@@ -312,7 +312,7 @@ mod tests {
         for steepness in 0..32 {
             let mut counts = [1u32; SYMBOLS];
             for (index, count) in counts.iter_mut().enumerate() {
-                // Up to powers of two, for which Huffman's codes are as long as there are symbols.
+                // Up to powers of two, for which Huffman codes are as long as there are symbols.
                 *count = (1 << (index as u32).min(steepness)) + random.u32(..2);
             }
             let room: u32 = lengths(&counts).iter().map(|&len| 4096 >> len).sum();
@@ -320,7 +320,7 @@ mod tests {
         }
     }
 
-    /// Figures of the table in section 3.2.5.
+    /// Values from the table in section 3.2.5.
     #[test]
     fn runs_are_told_as_the_rfc_says() {
         for (length, symbol, bits, count) in [

@@ -22,22 +22,22 @@ use super::pieces::{self, Pieces};
 use crate::image::convert::Conversion;
 use crate::image::{EncodeError, Loss, TextureSpec};
 
-/// A PNG that is written as its rows arrive.
+/// A PNG written while its rows arrive.
 pub(in crate::image) struct RowEncoder {
     values: Values,
-    /// Values of the rows that are converted and compressed at once.
+    /// Values converted and compressed at once.
     at_once: usize,
     rows: Rows,
     pipe: Pipe,
 }
 
-/// Which way rows are compressed.
+/// The compression method.
 enum Rows {
     Fast(Pieces, Writer<Pipe>),
     Small(Box<StreamWriter<'static, Pipe>>),
 }
 
-/// The conversion to what the file holds.
+/// The conversion to stored values.
 enum Values {
     U8(Conversion<u8>),
     U16(Conversion<u16>, Vec<u8>),
@@ -90,10 +90,10 @@ impl RowEncoder {
         texels: &Texels,
         out: &mut impl Write,
     ) -> Result<(), EncodeError> {
-        // What lies before the rows.
+        // Everything before the rows.
         self.pipe.drain(out)?;
         let Self { values, at_once, rows, pipe } = self;
-        // In parts, so that there never is a converted copy of a large texture.
+        // In parts, so that there is never a converted copy of a large texture.
         for start in (0..texels.len()).step_by(*at_once) {
             let range = start..texels.len().min(start + *at_once);
             match values {
@@ -110,7 +110,7 @@ impl RowEncoder {
         Ok(())
     }
 
-    /// Writes what is left and says what the file does not hold.
+    /// Writes the remaining data, and returns the losses.
     pub(in crate::image) fn finish(self, out: &mut impl Write) -> Result<Vec<Loss>, EncodeError> {
         match self.rows {
             Rows::Fast(pieces, writer) => {
@@ -137,7 +137,7 @@ impl Rows {
     }
 }
 
-/// Takes what the crate writes, because its stream keeps its output for good.
+/// Takes the crate's output, because its stream never returns it.
 #[derive(Clone, Default)]
 struct Pipe(Arc<Mutex<Vec<u8>>>);
 

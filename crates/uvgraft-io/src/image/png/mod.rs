@@ -17,8 +17,8 @@ use super::{Format, ImageError};
 
 const FORMAT: Format = Format::Png;
 
-/// Walks the chunks to the end, because EXIF may stand behind the image; so a file that is cut short
-/// is found out. Decodes nothing.
+/// Walks the chunks to the end, because EXIF may follow the image; this also detects truncation.
+/// Decodes nothing.
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut start = [0; 8 + 8 + 13 + 4];
@@ -45,7 +45,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
             }
             b"tRNS" => has_alpha = true,
             b"eXIf" => {
-                // The orientation stands near the start; thumbnails further behind don't matter.
+                // The orientation is near the start; thumbnails after it are irrelevant.
                 let mut exif = Vec::new();
                 let taken = reader.take(left.min(1 << 16) as u64).read_to_end(&mut exif);
                 left -= taken.map_err(io)? as i64;

@@ -1,4 +1,4 @@
-//! Rows in pieces that are filtered and compressed at the same time.
+//! Filters and compresses pieces of rows in parallel.
 
 use std::io::{self, Write};
 
@@ -6,21 +6,21 @@ use uvgraft::threads;
 
 use super::deflate;
 
-/// Bytes of rows in a piece, unless a row has more.
+/// Bytes of rows in a piece, unless a row is longer.
 pub(super) const PIECE: usize = 1 << 19;
 
-/// Pieces that are worked on at once, which bounds memory.
+/// Pieces processed at once, which bounds memory.
 pub(super) const AT_ONCE: usize = 16;
 
-/// The compressed image data of a PNG, an IDAT chunk for each piece. Where pieces begin follows
-/// from the image alone, so the bytes depend neither on how rows arrive nor on threads.
+/// The compressed image data of a PNG, one IDAT chunk per piece. The boundaries of pieces depend on
+/// the image alone, so the bytes depend neither on how rows arrive nor on threads.
 pub(super) struct Pieces {
     row_bytes: usize,
     texel_bytes: usize,
     piece_bytes: usize,
-    /// Rows of a piece that is not complete.
+    /// Rows of an incomplete piece.
     pending: Vec<u8>,
-    /// Memory of those that were.
+    /// One encoder per piece in flight, with reused buffers.
     encoders: Vec<PieceEncoder>,
     checksum: Adler32,
     has_begun: bool,
@@ -47,7 +47,7 @@ impl Pieces {
         }
     }
 
-    /// Takes whole rows, as the file holds them but not filtered.
+    /// Takes whole unfiltered rows.
     pub(super) fn push(&mut self, mut rows: &[u8], out: &mut impl Write) -> io::Result<()> {
         let mut pending = std::mem::take(&mut self.pending);
         let mut completed: &[u8] = &[];
@@ -75,7 +75,7 @@ impl Pieces {
         Ok(())
     }
 
-    /// Writes what is left, and the end of the data.
+    /// Writes the remaining data, and the end of the stream.
     pub(super) fn finish(mut self, out: &mut impl Write) -> io::Result<()> {
         let pending = std::mem::take(&mut self.pending);
         if !pending.is_empty() {
@@ -115,7 +115,7 @@ impl PieceEncoder {
         self.checksum = Adler32::of(&self.filtered);
         let mut chunk = begin_chunk(std::mem::take(&mut self.chunk));
         if is_first {
-            // RFC 1950: deflate, a window of 32 KB, and bits that make it divisible by 31.
+            // RFC 1950: deflate, a window of 32 KB, and check bits that make it divisible by 31.
             chunk.extend([0x78, 0x01]);
         }
         deflate::compress(&self.filtered, &mut chunk);
@@ -124,7 +124,7 @@ impl PieceEncoder {
     }
 }
 
-/// The filter Sub, which looks at no other row: differences from the texel before.
+/// The filter Sub, which uses no other row: differences from the previous texel.
 fn filter(row: &[u8], texel_bytes: usize, filtered: &mut [u8]) {
     const SUB: u8 = 1;
     let (first, rest) = filtered.split_at_mut(1 + texel_bytes);
@@ -135,7 +135,7 @@ fn filter(row: &[u8], texel_bytes: usize, filtered: &mut [u8]) {
     }
 }
 
-/// Room for the length, and the name.
+/// Space for the length, and the chunk type.
 fn begin_chunk(mut chunk: Vec<u8>) -> Vec<u8> {
     chunk.clear();
     chunk.extend(*b"\0\0\0\0IDAT");
@@ -150,7 +150,7 @@ fn end_chunk(chunk: &mut Vec<u8>) {
     chunk.extend(checksum.to_be_bytes());
 }
 
-/// The checksum of RFC 1950, section 8.2, of parts that are put together.
+/// The checksum of RFC 1950, section 8.2, of concatenated parts.
 #[derive(Clone, Copy)]
 struct Adler32 {
     sum: u32,
@@ -172,7 +172,7 @@ impl Adler32 {
         Self { sum: value & 0xffff, sum_of_sums: value >> 16, len: data.len() as u64 }
     }
 
-    /// Each of the sums over `next` began at 1 instead of at this sum.
+    /// Each of the sums over `next` started at 1 instead of at this sum.
     fn append(&mut self, next: Self) {
         let before = u64::from(self.sum) + Self::MODULUS - 1;
         let sum_of_sums = u64::from(self.sum_of_sums)
