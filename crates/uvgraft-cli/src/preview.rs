@@ -24,7 +24,7 @@ const UNLINKED: [u8; 3] = [74, 78, 86];
 
 /// Draws the weight of a blend at each texel, on both layouts, and writes the picture.
 pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> anyhow::Result<()> {
-    let direction = blend.ground().direction();
+    let direction = blend.domain().direction();
     // Weights do not depend on the size of textures.
     let sizes = Sizes { from: Size::square(1), to: Size::square(PANEL) };
     let graft = Graft::builder(Arc::clone(&file.pair), sizes)

@@ -7,7 +7,7 @@ use uvgraft_avatar::paint::easing::mix;
 
 use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
 use super::clothes::tube;
-use super::surface::{Kind, Part, Side, Surface};
+use super::surface::{BodyPart, PartKind, Side, Surface};
 use crate::curve::curve;
 
 /// Distance of the wrist from the shoulder.
@@ -44,7 +44,7 @@ const SECTIONS: [(f32, f32, f32); 14] = [
 
 fn left_arm(surface: &mut Surface) {
     const RINGS: usize = 30;
-    let part = Part { kind: Kind::Arm, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Arm, side: Side::Left };
     let widths: Vec<(f32, f32)> = SECTIONS.iter().map(|section| (section.0, section.1)).collect();
     let heights: Vec<(f32, f32)> = SECTIONS.iter().map(|section| (section.0, section.2)).collect();
     let (from, to) = (SECTIONS[0].0, SECTIONS[SECTIONS.len() - 1].0);
@@ -150,7 +150,7 @@ pub(crate) fn beside_finger(number: usize, from: f32, to: f32, p: Vec3) -> (f32,
 
 fn left_finger(surface: &mut Surface, number: u8, finger: &Finger) {
     const RINGS: usize = 11;
-    let part = Part { kind: Kind::Finger(number), side: Side::Left };
+    let part = BodyPart { kind: PartKind::Finger(number), side: Side::Left };
     let [_, side, _] = finger.frame();
     let spine = |t: f32| finger.spine(t);
     let [_, end] = tube(surface, part, 10, RINGS, |turn, ring| {

@@ -7,14 +7,14 @@ use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value, threads};
 use uvgraft_avatar::normals::vertex_normals;
 
 use super::PartFaces;
-use super::surface::Part;
+use super::surface::BodyPart;
 
 /// sRGB values, 1.0 for white.
 pub(crate) type Color = [f32; 3];
 
 /// A point of the surface that wants its colour.
 pub(crate) struct Spot {
-    pub part: Part,
+    pub part: BodyPart,
     /// World space in centimetres.
     pub position: Vec3,
     pub normal: Vec3,
@@ -74,7 +74,7 @@ pub(crate) fn bake(
 
 struct Triangle {
     scan: ScanTriangle,
-    part: Part,
+    part: BodyPart,
     /// Texel coordinates of the first corner, then rows of the matrix to the other two weights.
     origin: [f32; 2],
     weights: [[f32; 2]; 2],
@@ -83,7 +83,7 @@ struct Triangle {
 }
 
 impl Triangle {
-    fn new(mesh: &Mesh, normals: &[Vec3], part: Part, face: usize, size: Size) -> Option<Self> {
+    fn new(mesh: &Mesh, normals: &[Vec3], part: BodyPart, face: usize, size: Size) -> Option<Self> {
         const CENTIMETRES: f32 = 100.0;
         let [a, b, c] = mesh.uv_triangle(face).map(|[u, v]| {
             [f64::from(u) * f64::from(size.width), f64::from(v) * f64::from(size.height)]

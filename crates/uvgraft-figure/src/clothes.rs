@@ -8,7 +8,7 @@ use uvgraft_avatar::paint::easing::mix;
 use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER, shirt, shoe, sleeve, trousers, trunk};
 use super::head::{COLUMNS, azimuth};
 use super::sdf::leave;
-use super::surface::{Kind, Knot, Part, Side, Surface};
+use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 use crate::curve::curve;
 
 /// A tube of `rings` rings, each with `around` vertices. `position` gets a turn in `0.0..1.0`,
@@ -16,7 +16,7 @@ use crate::curve::curve;
 /// ring, both with the seam's second corner.
 pub(crate) fn tube(
     surface: &mut Surface,
-    part: Part,
+    part: BodyPart,
     around: usize,
     rings: usize,
     position: impl Fn(f32, usize) -> Vec3,
@@ -44,7 +44,7 @@ pub(crate) fn tube(
 /// Skin from the rim at the base of the neck, given by column, to below the shirt's collar.
 pub(crate) fn chest(surface: &mut Surface, rim: &[u32]) {
     const ROWS: usize = 6;
-    let part = Part { kind: Kind::Chest, side: Side::Both };
+    let part = BodyPart { kind: PartKind::Chest, side: Side::Both };
     let inside = vec3(0.0, 130.0, -1.6);
     let mut last: Vec<Knot> = Vec::new();
     for row in 0..ROWS {
@@ -89,7 +89,7 @@ pub(crate) fn torso(surface: &mut Surface) {
         [(-3.5, -1.8), (0.0, 0.35), (-2.2, 0.5), (-4.4, 0.4), (-5.2, 0.0)];
     const SHOULDER_ROWS: usize = 17;
     const CHEST_ROWS: usize = 14;
-    let part = Part { kind: Kind::Shirt, side: Side::Both };
+    let part = BodyPart { kind: PartKind::Shirt, side: Side::Both };
     let rings = COLLAR_ROWS.len() + SHOULDER_ROWS + CHEST_ROWS + 1;
     tube(surface, part, 56, rings, |turn, ring| {
         // The seam is at the back.
@@ -118,7 +118,7 @@ pub(crate) fn torso(surface: &mut Surface) {
 /// The left sleeve, from inside the shirt to its hem.
 pub(crate) fn left_sleeve(surface: &mut Surface) {
     const ALONG: [f32; 11] = [-3.5, -1.0, 1.5, 4.0, 7.0, 10.0, 13.0, 16.0, 18.6, 20.0, 20.2];
-    let part = Part { kind: Kind::Sleeve, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Sleeve, side: Side::Left };
     tube(surface, part, 28, ALONG.len() + 1, |turn, ring| {
         // The seam is underneath.
         let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
@@ -137,7 +137,7 @@ pub(crate) fn left_sleeve(surface: &mut Surface) {
 /// The left trouser leg with its half of the hips; both halves meet in the middle.
 pub(crate) fn left_leg(surface: &mut Surface) {
     const RINGS: usize = 31;
-    let part = Part { kind: Kind::Leg, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Leg, side: Side::Left };
     tube(surface, part, 30, RINGS, |turn, ring| {
         // The seam is inside.
         let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
@@ -158,7 +158,7 @@ pub(crate) fn left_shoe(surface: &mut Surface) {
         -7.9, -7.2, -6.0, -4.4, -2.4, 0.0, 2.2, 4.4, 6.6, 8.6, 10.4, 12.0, 13.4, 14.8, 15.9, 16.6,
         17.0,
     ];
-    let part = Part { kind: Kind::Shoe, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Shoe, side: Side::Left };
     let turned = |p: Vec3| {
         let (sin, cos) = 0.13_f32.sin_cos();
         let q = p - vec3(10.2, 0.0, -3.0);

@@ -12,7 +12,7 @@ use super::head_shape::{
     EYE, EYE_LEVEL, LID_WIDTH, LIP_WIDTH, MOUTH_Y, lip_bottom, lip_line, lip_top, lower_lid,
     upper_lid,
 };
-use super::surface::{Kind, Side};
+use super::surface::{PartKind, Side};
 use crate::curve::curve;
 use crate::symmetry::Symmetry as _;
 
@@ -32,9 +32,9 @@ pub fn paint_head(figure: &Figure, size: Size) -> Texture {
 fn color(spot: &Spot) -> Color {
     let p = spot.position - vec3(0.0, EYE_LEVEL, 0.0);
     match spot.part.kind {
-        Kind::Eye => eye(p, if spot.part.side == Side::Left { 1.0 } else { -1.0 }),
-        Kind::Ear => ear(p),
-        Kind::Hair => hair(p),
+        PartKind::Eye => eye(p, if spot.part.side == Side::Left { 1.0 } else { -1.0 }),
+        PartKind::Ear => ear(p),
+        PartKind::Hair => hair(p),
         _ => face(p, spot.normal),
     }
 }

@@ -8,7 +8,7 @@ use glam::{Vec3, vec3};
 use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
 
 use super::head_shape::{EYE, EYE_RADIUS, IRIS_RADIUS};
-use super::surface::{Kind, Knot, Part, Side, Surface};
+use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 use crate::curve::curve;
 use crate::symmetry::Symmetry as _;
 
@@ -20,7 +20,7 @@ fn on_disc(radius: f32, angle: f32) -> [f32; 2] {
 /// Rings of `around` knots about a middle one, the outermost last.
 pub(crate) fn disc(
     surface: &mut Surface,
-    part: Part,
+    part: BodyPart,
     around: usize,
     radii: &[f32],
     position: impl Fn(f32, f32) -> Vec3,
@@ -52,7 +52,7 @@ pub(crate) const EYE_OPENING: f32 = 1.9;
 /// The left eyeball, looking along +Z; open at the back.
 pub(crate) fn eye() -> Surface {
     let mut surface = Surface::default();
-    let part = Part { kind: Kind::Eye, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Eye, side: Side::Left };
     let radii: Vec<f32> = (1..=9).map(|k| k as f32 / 9.0).collect();
     disc(&mut surface, part, 20, &radii, |radius, angle| {
         let polar = radius * EYE_OPENING;
@@ -100,7 +100,7 @@ pub(crate) fn ear_relief(radius: f32, angle: f32) -> f32 {
 /// The left ear.
 pub(crate) fn ear() -> Surface {
     let mut surface = Surface::default();
-    let part = Part { kind: Kind::Ear, side: Side::Left };
+    let part = BodyPart { kind: PartKind::Ear, side: Side::Left };
     let out = EAR_UP.cross(EAR_FORWARD).normalize_or_zero();
     let outline = |angle: f32| {
         let turn = angle.rem_euclid(TAU) / TAU;

@@ -9,7 +9,7 @@ use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
 use super::features::disc;
 use super::head_shape::skin;
 use super::sdf::leave;
-use super::surface::{Kind, Part, Side, Surface};
+use super::surface::{BodyPart, PartKind, Side, Surface};
 use crate::curve::curve;
 
 const CENTRE: Vec3 = vec3(0.0, 2.0, -1.0);
@@ -96,7 +96,7 @@ fn on_lock(lock: f32, radius: f32) -> Bearing {
 
 pub(crate) fn shell() -> Surface {
     let mut surface = Surface::default();
-    let part = Part { kind: Kind::Hair, side: Side::Both };
+    let part = BodyPart { kind: PartKind::Hair, side: Side::Both };
     let radii: Vec<f32> = (1..=RINGS).map(|k| k as f32 / RINGS as f32).collect();
     disc(&mut surface, part, AROUND, &radii, |radius, angle| {
         // On the disc the angle runs from the figure's left over its back.

@@ -17,7 +17,7 @@ use super::head_shape::{
     neck_axis, skin as solid, upper_lid,
 };
 use super::sdf::{leave, meet};
-use super::surface::{Kind, Knot, Part, Side, Surface};
+use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 
 pub(crate) const COLUMNS: usize = 72;
 /// Rows down to below the chin; the others are the neck's.
@@ -26,7 +26,7 @@ const ROWS: usize = 56;
 /// High enough for rays to leave through the underside of the nose.
 const CENTRE: Vec3 = vec3(0.0, 3.5, -1.0);
 const REACH: f32 = 24.0;
-const FACE: Part = Part { kind: Kind::Face, side: Side::Both };
+const FACE: BodyPart = BodyPart { kind: PartKind::Face, side: Side::Both };
 
 /// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, replaced by rings.
 #[derive(Clone, Copy)]
@@ -58,7 +58,7 @@ impl Block {
 }
 
 /// The skin in head space.
-pub(crate) struct Skin {
+pub(crate) struct HeadSkin {
     pub surface: Surface,
     /// The vertices of the rim at the base of the neck, by column.
     pub rim: Vec<u32>,
@@ -68,7 +68,7 @@ pub(crate) struct Skin {
     pub lips: Vec<(u32, f32)>,
 }
 
-pub(crate) fn skin() -> Skin {
+pub(crate) fn skin() -> HeadSkin {
     let grid = Grid::new();
     let mut surface = Surface::default();
     let mut vertices = vec![[u32::MAX; COLUMNS]; ROWS + 1];
@@ -106,10 +106,10 @@ pub(crate) fn skin() -> Skin {
     let mouth = set(&mut surface, MOUTH, mouth_rings);
     let lips = close_mouth(&mut surface, &mouth);
     let rim = (0..COLUMNS).map(|column| knot(&mut surface, column, ROWS).vertex).collect();
-    Skin { surface, rim, lips }
+    HeadSkin { surface, rim, lips }
 }
 
-/// Closes the mouth at the back, with quads from its roof to its floor; returns [`Skin::lips`].
+/// Closes the mouth at the back, with quads from its roof to its floor; returns [`HeadSkin::lips`].
 fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<(u32, f32)> {
     let around = rings[0].len();
     // Rings begin in the upper left corner of the block and go down; the corners of the mouth are

@@ -31,8 +31,8 @@ use uvgraft::{Corner, Mesh};
 use uvgraft_avatar::paint::noise::hash;
 
 use self::head_shape::{EYE, EYE_LEVEL};
-use self::layout::{Layout, corners};
-use self::surface::{Kind, Part, Polygon, Side, Surface};
+use self::layout::{UvLayout, corners};
+use self::surface::{BodyPart, PartKind, Polygon, Side, Surface};
 pub use face::paint_head;
 pub use wardrobe::{paint_body, paint_body_in_tone};
 
@@ -51,14 +51,14 @@ pub struct Figure {
     pub vertex_map: Vec<u32>,
     pub(crate) head_parts: Vec<PartFaces>,
     pub(crate) body_parts: Vec<PartFaces>,
-    /// Body vertices inside the border of the lips, and where along them; see [`head::Skin::lips`].
+    /// Body vertices inside the border of the lips, and where along them; see [`head::HeadSkin::lips`].
     pub(crate) lips: Vec<(u32, f32)>,
 }
 
 /// A part's triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PartFaces {
-    pub part: Part,
+    pub part: BodyPart,
     pub faces: Range<usize>,
 }
 
@@ -78,8 +78,8 @@ impl Figure {
         let head_vertices = head.positions.len();
         let body_number = renumbering(head_vertices, body.positions.len());
 
-        let (head_mesh, head_parts) = mesh(&head, Layout::Head, None);
-        let (body_mesh, body_parts) = mesh(&body, Layout::Body, Some(&body_number));
+        let (head_mesh, head_parts) = mesh(&head, UvLayout::Head, None);
+        let (body_mesh, body_parts) = mesh(&body, UvLayout::Body, Some(&body_number));
         let vertex_map = body_number[..head_vertices].to_vec();
         let lips =
             lips.iter().map(|&(vertex, along)| (vertex_map[vertex as usize], along)).collect();
@@ -88,7 +88,7 @@ impl Figure {
 }
 
 /// The head in world space.
-fn head_surface() -> head::Skin {
+fn head_surface() -> head::HeadSkin {
     let mut skin = head::skin();
     let surface = &mut skin.surface;
     let left_eye = features::eye();
@@ -139,7 +139,7 @@ fn renumbering(head_vertices: usize, vertices: usize) -> Vec<u32> {
 
 /// The mesh of a surface in a layout, its polygons sorted by part. With new vertex numbers, some
 /// polygons also start at another corner.
-fn mesh(surface: &Surface, layout: Layout, number: Option<&[u32]>) -> (Mesh, Vec<PartFaces>) {
+fn mesh(surface: &Surface, layout: UvLayout, number: Option<&[u32]>) -> (Mesh, Vec<PartFaces>) {
     const METRES: f32 = 0.01;
     let mut positions = vec![[0.0; 3]; surface.positions.len()];
     for (index, &position) in surface.positions.iter().enumerate() {
@@ -152,7 +152,7 @@ fn mesh(surface: &Surface, layout: Layout, number: Option<&[u32]>) -> (Mesh, Vec
     let mut uv = Vec::new();
     let mut uv_numbers: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
     let (mut all_corners, mut sizes) = (Vec::new(), Vec::new());
-    let mut parts: Vec<uvgraft::Part> = Vec::new();
+    let mut parts: Vec<uvgraft::MeshPart> = Vec::new();
     let mut part_faces: Vec<PartFaces> = Vec::new();
     let mut faces = 0;
     for (index, polygon) in sorted.into_iter().enumerate() {
@@ -187,19 +187,19 @@ fn mesh(surface: &Surface, layout: Layout, number: Option<&[u32]>) -> (Mesh, Vec
     (mesh, part_faces)
 }
 
-fn described(part: Part, polygons: Range<u32>) -> uvgraft::Part {
+fn described(part: BodyPart, polygons: Range<u32>) -> uvgraft::MeshPart {
     let (object, group, material) = match part.kind {
-        Kind::Face => ("head", "face".to_owned(), "skin"),
-        Kind::Eye => ("head", "eye".to_owned(), "eye"),
-        Kind::Ear => ("head", "ear".to_owned(), "skin"),
-        Kind::Hair => ("head", "hair".to_owned(), "hair"),
-        Kind::Chest => ("body", "chest".to_owned(), "skin"),
-        Kind::Shirt => ("body", "shirt".to_owned(), "cloth"),
-        Kind::Sleeve => ("body", "sleeve".to_owned(), "cloth"),
-        Kind::Arm => ("body", "arm".to_owned(), "skin"),
-        Kind::Finger(number) => ("body", format!("finger {number}"), "skin"),
-        Kind::Leg => ("body", "leg".to_owned(), "cloth"),
-        Kind::Shoe => ("body", "shoe".to_owned(), "leather"),
+        PartKind::Face => ("head", "face".to_owned(), "skin"),
+        PartKind::Eye => ("head", "eye".to_owned(), "eye"),
+        PartKind::Ear => ("head", "ear".to_owned(), "skin"),
+        PartKind::Hair => ("head", "hair".to_owned(), "hair"),
+        PartKind::Chest => ("body", "chest".to_owned(), "skin"),
+        PartKind::Shirt => ("body", "shirt".to_owned(), "cloth"),
+        PartKind::Sleeve => ("body", "sleeve".to_owned(), "cloth"),
+        PartKind::Arm => ("body", "arm".to_owned(), "skin"),
+        PartKind::Finger(number) => ("body", format!("finger {number}"), "skin"),
+        PartKind::Leg => ("body", "leg".to_owned(), "cloth"),
+        PartKind::Shoe => ("body", "shoe".to_owned(), "leather"),
     };
     let side = match part.side {
         Side::Both => "",
@@ -207,7 +207,7 @@ fn described(part: Part, polygons: Range<u32>) -> uvgraft::Part {
         Side::Right => " right",
     };
     let (object, material) = (object.to_owned(), material.to_owned());
-    uvgraft::Part { object, group: group + side, material, polygons }
+    uvgraft::MeshPart { object, group: group + side, material, polygons }
 }
 
 #[cfg(test)]
@@ -324,7 +324,7 @@ mod tests {
             [("head", &figure.head, &figure.head_parts), ("body", &figure.body, &figure.body_parts)]
         {
             let size = Size::square(SIDE);
-            let mut owner: Vec<Option<Part>> = vec![None; size.texels()];
+            let mut owner: Vec<Option<BodyPart>> = vec![None; size.texels()];
             let mut shared = 0;
             for part in parts {
                 for face in part.faces.clone() {
@@ -336,7 +336,7 @@ mod tests {
                         for column in scan.span(row) {
                             let texel = &mut owner[(row * SIDE + column) as usize];
                             match *texel {
-                                Some(other) if other.kind == Kind::Eye => shared += 1,
+                                Some(other) if other.kind == PartKind::Eye => shared += 1,
                                 Some(other) => {
                                     panic!(
                                         "{name}: {:?} over {other:?} at {column}, {row}",

@@ -6,7 +6,7 @@ use crate::symmetry::Symmetry as _;
 
 /// What a polygon belongs to. The order is that of the polygons in the finished meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Kind {
+pub(crate) enum PartKind {
     /// Face, cranium and neck: the big one.
     Face,
     Eye,
@@ -33,12 +33,12 @@ pub(crate) enum Side {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct Part {
-    pub kind: Kind,
+pub(crate) struct BodyPart {
+    pub kind: PartKind,
     pub side: Side,
 }
 
-/// A corner: which vertex, and where on the part's own unit square (or, for [`Kind::Face`], on the
+/// A corner: which vertex, and where on the part's own unit square (or, for [`PartKind::Face`], on the
 /// head grid; see `head`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Knot {
@@ -48,7 +48,7 @@ pub(crate) struct Knot {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Polygon {
-    pub part: Part,
+    pub part: BodyPart,
     /// Counterclockwise seen from outside; three or four.
     pub knots: Vec<Knot>,
 }
@@ -70,13 +70,13 @@ impl Surface {
         Knot { vertex: self.vertex(position), at }
     }
 
-    pub fn polygon(&mut self, part: Part, knots: &[Knot]) {
+    pub fn polygon(&mut self, part: BodyPart, knots: &[Knot]) {
         self.polygons.push(Polygon { part, knots: knots.to_vec() });
     }
 
     /// Quads between two open rows of as many knots; `lower` is below `upper` seen from outside
     /// with both running to the right.
-    pub fn strip(&mut self, part: Part, upper: &[Knot], lower: &[Knot]) {
+    pub fn strip(&mut self, part: BodyPart, upper: &[Knot], lower: &[Knot]) {
         for (top, bottom) in upper.windows(2).zip(lower.windows(2)) {
             self.polygon(part, &[top[0], bottom[0], bottom[1], top[1]]);
         }
@@ -84,7 +84,7 @@ impl Surface {
 
     /// Triangles from the steps of an open row to one vertex above it; each triangle has its own
     /// corner on the chart there, midway over its step.
-    pub fn cap_above(&mut self, part: Part, tip: Knot, row: &[Knot]) {
+    pub fn cap_above(&mut self, part: BodyPart, tip: Knot, row: &[Knot]) {
         for step in row.windows(2) {
             let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
             self.polygon(part, &[Knot { at: [middle, tip.at[1]], ..tip }, step[0], step[1]]);
@@ -92,7 +92,7 @@ impl Surface {
     }
 
     /// The same below the row.
-    pub fn cap_below(&mut self, part: Part, row: &[Knot], tip: Knot) {
+    pub fn cap_below(&mut self, part: BodyPart, row: &[Knot], tip: Knot) {
         for step in row.windows(2) {
             let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
             self.polygon(part, &[step[0], Knot { at: [middle, tip.at[1]], ..tip }, step[1]]);
@@ -123,7 +123,7 @@ impl Surface {
                     Side::Right => Side::Left,
                     Side::Both => Side::Both,
                 };
-                let part = Part { side, ..polygon.part };
+                let part = BodyPart { side, ..polygon.part };
                 Polygon { part, knots: polygon.knots.iter().rev().copied().collect() }
             })
             .collect();

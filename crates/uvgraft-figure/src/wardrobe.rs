@@ -14,7 +14,7 @@ use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
 use super::clothes::{HEM, SHIRT_CENTRE, collar};
 use super::complexion::{flushed, skin};
 use super::head_shape::EYE_LEVEL;
-use super::surface::Kind;
+use super::surface::PartKind;
 use crate::symmetry::Symmetry as _;
 
 const BACKGROUND: Color = [0.36, 0.37, 0.40];
@@ -42,7 +42,10 @@ pub fn paint_body(figure: &Figure, size: Size) -> Texture {
 pub fn paint_body_in_tone(figure: &Figure, size: Size, gain: [f32; 3]) -> Texture {
     bake(&figure.body, &figure.body_parts, size, BACKGROUND, |spot| {
         let color = color(spot);
-        if !matches!(spot.part.kind, Kind::Face | Kind::Chest | Kind::Arm | Kind::Finger(_)) {
+        if !matches!(
+            spot.part.kind,
+            PartKind::Face | PartKind::Chest | PartKind::Arm | PartKind::Finger(_)
+        ) {
             return color;
         }
         // Sleeves, nails and the mannequin's head are told by how far they are from skin.
@@ -56,15 +59,15 @@ pub fn paint_body_in_tone(figure: &Figure, size: Size, gain: [f32; 3]) -> Textur
 fn color(spot: &Spot) -> Color {
     let p = spot.position;
     match spot.part.kind {
-        Kind::Face => mannequin(p),
-        Kind::Eye | Kind::Ear | Kind::Hair => MANNEQUIN,
-        Kind::Chest => skin(p),
-        Kind::Shirt => shirt(p),
-        Kind::Sleeve => jersey(p),
-        Kind::Arm => arm(p, spot.normal),
-        Kind::Finger(number) => finger(p, number),
-        Kind::Leg => trousers(p, spot.normal),
-        Kind::Shoe => shoe(p.folded(), spot.normal),
+        PartKind::Face => mannequin(p),
+        PartKind::Eye | PartKind::Ear | PartKind::Hair => MANNEQUIN,
+        PartKind::Chest => skin(p),
+        PartKind::Shirt => shirt(p),
+        PartKind::Sleeve => jersey(p),
+        PartKind::Arm => arm(p, spot.normal),
+        PartKind::Finger(number) => finger(p, number),
+        PartKind::Leg => trousers(p, spot.normal),
+        PartKind::Shoe => shoe(p.folded(), spot.normal),
     }
 }
 

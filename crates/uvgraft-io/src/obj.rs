@@ -1,7 +1,7 @@
 //! Wavefront OBJ: polygons with texture coordinates, read and written.
 //!
 //! What a texture transfer needs is `v`, `vt` and `f`, with `o`, `g` and `usemtl` as the names of
-//! [`Part`](uvgraft::mesh::Part)s. Everything else in a file, normals included, is skipped. Text is
+//! [`MeshPart`](uvgraft::mesh::MeshPart)s. Everything else in a file, normals included, is skipped. Text is
 //! read as the files in the wild have it: any line ending, any run of blanks, lines continued by a
 //! backslash, a byte order mark, names in UTF-8 or Latin-1, relative indices, faces before their
 //! vertices.

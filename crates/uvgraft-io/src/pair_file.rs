@@ -23,7 +23,7 @@ use std::sync::Arc;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use uvgraft::{Corner, Extent, Mesh, MeshError, Pair, PairError, Part, Piece, Weights};
+use uvgraft::{Corner, Extent, Mesh, MeshError, MeshPart, Pair, PairError, Piece, Weights};
 
 use crate::input::{ReadError, read_file};
 use crate::output::write_atomically;
@@ -361,8 +361,8 @@ impl Saved {
     }
 }
 
-impl From<&Part> for SavedPart {
-    fn from(part: &Part) -> Self {
+impl From<&MeshPart> for SavedPart {
+    fn from(part: &MeshPart) -> Self {
         Self {
             object: part.object.clone(),
             group: part.group.clone(),
@@ -445,7 +445,7 @@ fn read_mesh(
         let problem = format!("must add up to {} corners", corners.len());
         return Err(PairFileError::Tensor { name: format!("{side}.sizes"), problem });
     }
-    let parts = header.parts.iter().map(|part| Part {
+    let parts = header.parts.iter().map(|part| MeshPart {
         object: part.object.clone(),
         group: part.group.clone(),
         material: part.material.clone(),
@@ -514,7 +514,7 @@ mod tests {
         let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.25, 0.75]];
         let corners = [[0, 0], [1, 1], [2, 2], [3, 3], [0, 4], [1, 1], [2, 2]]
             .map(|[vertex, uv]| Corner { vertex, uv });
-        let part = Part {
+        let part = MeshPart {
             object: "Körper".to_owned(),
             group: "\"checksum\":\"".to_owned(),
             material: String::new(),

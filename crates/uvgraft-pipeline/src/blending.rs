@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uvgraft::blend::Side;
-use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
+use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, Toning};
 use uvgraft_io::image;
@@ -78,18 +78,18 @@ impl Blending {
     pub fn prepare(
         &self,
         region: &Region,
-        ground: &Ground,
+        domain: &BlendDomain,
         known: &KnownTexels,
         ends_at_mask: bool,
         observer: &dyn Observer,
     ) -> Result<Arc<Blend>> {
-        let unit = region.unit(ground, [self.feather], observer);
+        let unit = region.unit(domain, [self.feather], observer);
         let feather = self.feather.in_unit(unit);
-        let mut selection = region.select(ground, unit)?;
+        let mut selection = region.select(domain, unit)?;
         if let Some(Named { path, texture }) = &known.mask
             && (ends_at_mask || feather > 0.0)
         {
-            let known = ground.painted(side_from(ground.direction()), texture);
+            let known = domain.painted(side_from(domain.direction()), texture);
             let known =
                 known.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
             selection = selection.within(&known).or_input()?;

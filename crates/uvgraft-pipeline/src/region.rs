@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use uvgraft::blend::{Ground, Growth, Selection, Side};
+use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
 use uvgraft_io::image::{self, Format};
 use uvgraft_io::{vertex_groups, vertex_list};
 
@@ -79,7 +79,7 @@ impl Region {
     /// given.
     pub fn unit(
         &self,
-        ground: &Ground,
+        domain: &BlendDomain,
         lengths: impl IntoIterator<Item = Length>,
         observer: &dyn Observer,
     ) -> Unit {
@@ -91,7 +91,7 @@ impl Region {
         self.unit.unwrap_or_else(|| {
             let unit = Unit::default();
             if matters {
-                observer.event(Event::Note(&assumption(ground.extent(), unit)));
+                observer.event(Event::Note(&assumption(domain.extent(), unit)));
             }
             unit
         })
@@ -101,9 +101,9 @@ impl Region {
     ///
     /// # Errors
     /// For files that cannot be read or do not match the meshes.
-    pub fn select(&self, ground: &Ground, unit: Unit) -> Result<Selection> {
-        let linked = ground.linked();
-        let mut selection = match united(ground, &self.include)? {
+    pub fn select(&self, domain: &BlendDomain, unit: Unit) -> Result<Selection> {
+        let linked = domain.linked();
+        let mut selection = match united(domain, &self.include)? {
             Some(selection) => selection,
             None => linked.clone(),
         };
@@ -115,17 +115,17 @@ impl Region {
             selection = selection.within(&linked).or_input()?.grown(by);
         }
         // Exclusions come last, so that growing does not bring them back.
-        if let Some(excluded) = united(ground, &self.exclude)? {
+        if let Some(excluded) = united(domain, &self.exclude)? {
             selection = selection.without(&excluded).or_input()?;
         }
         selection.within(&linked).or_input()
     }
 }
 
-fn united(ground: &Ground, parts: &[RegionPart]) -> Result<Option<Selection>> {
+fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection>> {
     let mut all: Option<Selection> = None;
     for part in parts {
-        let part = selection(ground, part)?;
+        let part = selection(domain, part)?;
         all = Some(match all {
             Some(all) => all.and(&part).or_input()?,
             None => part,
@@ -134,14 +134,14 @@ fn united(ground: &Ground, parts: &[RegionPart]) -> Result<Option<Selection>> {
     Ok(all)
 }
 
-fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
+fn selection(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
     let RegionPart { side, path, names } = part;
-    let mesh = ground.mesh_of(*side);
+    let mesh = domain.mesh_of(*side);
     let vertices = mesh.positions().len();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let name = path.display();
     let of_vertices = |ids: &[u32]| {
-        ground.vertices(*side, ids).map_err(|error| Failure::input(format!("{name}: {error}")))
+        domain.vertices(*side, ids).map_err(|error| Failure::input(format!("{name}: {error}")))
     };
     match extension.to_str().unwrap_or_default() {
         "pkl" | "pickle" | "json" => {
@@ -168,7 +168,7 @@ fn selection(ground: &Ground, part: &RegionPart) -> Result<Selection> {
         ))),
         extension if Format::from_extension(extension).is_some() => {
             let mask = image::read(path).or_input()?.texture;
-            ground.painted(*side, &mask).map_err(|error| Failure::input(format!("{name}: {error}")))
+            domain.painted(*side, &mask).map_err(|error| Failure::input(format!("{name}: {error}")))
         }
         "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(path, vertices).or_input()?),
         _ => Err(Failure::input(format!(

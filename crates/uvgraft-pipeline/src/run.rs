@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
-use uvgraft::{Blend, Filter, Ground, Overlap, Tone};
+use uvgraft::{Blend, BlendDomain, Filter, Overlap, Tone};
 use uvgraft_io::image::{self, Format, Image};
 use uvgraft_io::pair_file::{self, PairFile};
 
@@ -277,10 +277,10 @@ impl Transfer {
         if self.blending.is_none() && self.region.is_everything() {
             return Ok(None);
         }
-        let ground = Ground::new(Arc::clone(&file.pair), self.direction);
+        let domain = BlendDomain::new(Arc::clone(&file.pair), self.direction);
         let blending = self.blending.clone().unwrap_or_default();
         let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
-        let blend = blending.prepare(&self.region, &ground, known, ends_at_mask, observer)?;
+        let blend = blending.prepare(&self.region, &domain, known, ends_at_mask, observer)?;
         let texture = match (self.labelled_map(), self.labelled_texture(plan)) {
             (Some(albedo), _) => image::read(albedo).or_input()?.texture,
             // Errors are reported when the texture is transferred.
@@ -344,8 +344,8 @@ impl Transfer {
             return Err(Failure::input("--labels needs blended colours: add --blend"));
         };
         let texture = image::read(source).or_input()?.texture;
-        let ground = blend.ground();
-        let labels = ground.labels(&texture).map_err(|error| {
+        let domain = blend.domain();
+        let labels = domain.labels(&texture).map_err(|error| {
             Failure::input(format!("{}: cannot detect labels: {error}", source.display()))
         })?;
         for loss in losses(image::write(&labels.picture().into(), path, &self.write), path)? {

@@ -25,7 +25,7 @@ mod tests;
 mod thumbnail;
 mod visibility;
 
-use uvgraft::{Mesh, Part, Size, Texture};
+use uvgraft::{Mesh, MeshPart, Size, Texture};
 use uvgraft_gltf::scene::{Drawn, Material, Scene};
 
 use self::camera::Camera;
@@ -47,7 +47,7 @@ pub use self::thumbnail::{ThumbnailError, thumbnail};
 pub fn render(
     mesh: &Mesh,
     texture: &Texture,
-    shading: impl Fn(&Part) -> Shading,
+    shading: impl Fn(&MeshPart) -> Shading,
     view: &View,
     size: Size,
 ) -> Texture {

@@ -9,7 +9,7 @@ use super::*;
 const FACE: View =
     View { azimuth: 18.0, elevation: 4.0, target: [0.0, 1.615, 0.01], height: 0.36, floor: false };
 
-fn skin(_: &Part) -> Shading {
+fn skin(_: &MeshPart) -> Shading {
     Shading::Skin
 }
 

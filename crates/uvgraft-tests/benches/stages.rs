@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use uvgraft::blend::{Blend, BlendOptions, Ground, Tone};
+use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, NormalFrames, NormalOptions,
     Pair, SamplingMap, Size, Sizes, Texels, Texture, resample,
@@ -111,7 +111,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let source = synthetic::detailed(SOURCE, 1);
     let base = Texture::filled(TARGET, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.4, 0.3, 0.2])
         .expect("a sound size");
-    let ground = Ground::new(Arc::clone(pair), Direction::Forward);
+    let ground = BlendDomain::new(Arc::clone(pair), Direction::Forward);
     let builder = Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
         .filter(Filter::Bilinear);
     let whole = ground.linked();

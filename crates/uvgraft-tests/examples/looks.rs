@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use uvgraft::{Channels, Encoding, Mesh, Part, Size, Texels, Texture, Tone};
+use uvgraft::{Channels, Encoding, Mesh, MeshPart, Size, Texels, Texture, Tone};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_render::{Shading, View, render};
 use uvgraft_tests::looks::measure::{self, Bench, Figures};
@@ -118,7 +118,7 @@ fn view(mesh: &Mesh, frame: &BodyFrame, texture: &Texture) -> Texture {
         height: 0.58,
         floor: false,
     };
-    let shading = |part: &Part| Shading::named(&part.material).unwrap_or_default();
+    let shading = |part: &MeshPart| Shading::named(&part.material).unwrap_or_default();
     render(mesh, texture, shading, &view, CELL)
 }
 

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::{Growth, Side};
 use uvgraft::{
-    Averaging, Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Filter, Graft,
-    GraftBuilder, GraftError, Ground, Mesh, NormalOptions, Overlap, Overlay, Pair, Selection, Size,
-    Sizes, Texels, Texture, Tone, Toning,
+    Averaging, Blend, BlendDomain, BlendOptions, Channels, Content, Depth, Direction, Encoding,
+    Filter, Graft, GraftBuilder, GraftError, Mesh, NormalOptions, Overlap, Overlay, Pair,
+    Selection, Size, Sizes, Texels, Texture, Tone, Toning,
 };
 use uvgraft_tests::synthetic;
 
@@ -190,7 +190,7 @@ fn neither_bands_nor_threads_show() {
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let ground = Ground::new(Arc::clone(&pair), FORWARD);
+            let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
             let region = ground.painted(Side::Target, &mask).unwrap();
             let mut results = Vec::new();
             for (index, options) in blends.into_iter().enumerate() {
@@ -246,7 +246,7 @@ fn distances_are_those_on_a_sphere() {
         [ring * longitude.cos(), ring * longitude.sin(), radius * polar.cos()]
     });
     let pair = to_itself(&mesh);
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let rim = angles([0.0, 0.25])[1];
     let inside = sheet.vertices(|at| at[1] > 0.25 - 1e-9);
     let region = ground.vertices(Side::Source, &inside).unwrap();
@@ -278,7 +278,7 @@ fn a_painted_outline_is_followed() {
         let sheet = Sheet { side, ..Sheet::WHOLE };
         let mesh = sheet.mesh(|[x, y]| [x * unit, y * unit, 0.0]);
         let pair = to_itself(&mesh);
-        let ground = Ground::new(Arc::clone(&pair), FORWARD);
+        let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
         let (middle, radius) = ([0.47, 0.52], 0.31);
         let to_middle = |u: f64, v: f64| {
             let [x, y] = [u, v].map(|value| (value - 0.05) / 0.9);
@@ -314,7 +314,7 @@ fn island_borders_and_split_vertices_do_not_show() {
     let side = 512;
     let [whole_weights, cut_weights, split_weights] = [&whole, &cut, &split].map(|sheet| {
         let pair = to_itself(&sheet.mesh(bent));
-        let ground = Ground::new(Arc::clone(&pair), FORWARD);
+        let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
         let inside = sheet.vertices(|[x, y]| (x - 0.45).hypot(y - 0.5) < 0.4);
         let region = ground.vertices(Side::Target, &inside).unwrap();
         weights(&region, feathered(0.3), side).unwrap()
@@ -345,7 +345,7 @@ fn island_borders_and_split_vertices_do_not_show() {
 fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.4);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(256);
@@ -397,7 +397,7 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
 fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
     let sheet = Sheet { side: 32, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let side = 256;
@@ -438,7 +438,7 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
 fn what_is_not_finite_stays_on_its_side() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let mask = picture(256, |[u, v]| [if (u - 0.5).hypot(v - 0.5) < 0.3 { 255 } else { 0 }; 3]);
     let region = ground.painted(Side::Target, &mask).unwrap();
     let size = Size::square(128);
@@ -485,7 +485,7 @@ fn what_is_not_finite_stays_on_its_side() {
 fn options_that_make_no_sense_do_no_harm() {
     let sheet = Sheet { side: 6, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let region = ground.vertices(Side::Target, &sheet.vertices(|[x, _]| x < 0.6)).unwrap();
     let hard = weights(&region, feathered(0.0), 32).unwrap();
     for feather in [-1.0, f64::NEG_INFINITY, f64::NAN] {
@@ -542,7 +542,7 @@ fn what_is_clear_has_no_color_in_a_mean() {
 fn grey_is_matched_as_equal_channels_are() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
     let region = ground.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(128);
@@ -573,7 +573,7 @@ fn grey_is_matched_as_equal_channels_are() {
 fn triangles_in_corners_of_the_region_are_kept() {
     let sheet = Sheet { side: 8, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = Ground::new(Arc::clone(&pair), FORWARD);
+    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let faces =
         ground.vertices(Side::Target, &sheet.vertices(|[x, y]| x < 0.63 && y < 0.51)).unwrap();
     let white = ground.painted(Side::Target, &picture(16, |_| [255; 3])).unwrap();

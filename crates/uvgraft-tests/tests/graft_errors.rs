@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::{Growth, RegionError, Side};
 use uvgraft::{
-    Blend, BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter, FitOptions,
-    Graft, GraftBuilder, GraftError, Ground, NormalOptions, Overlap, Pair, Piece, Size, Sizes,
-    Texels, Texture, TextureError, ToningError,
+    Blend, BlendDomain, BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent,
+    Filter, FitOptions, Graft, GraftBuilder, GraftError, NormalOptions, Overlap, Pair, Piece, Size,
+    Sizes, Texels, Texture, TextureError, ToningError,
 };
 use uvgraft_tests::synthetic;
 
@@ -71,7 +71,8 @@ fn sizes_that_no_texture_has() {
 #[test]
 fn regions_of_something_else() {
     let (pair, other) = (synthetic::pair(), synthetic::turned_charts());
-    let linked = |pair: &Arc<Pair>, direction| Ground::new(Arc::clone(pair), direction).linked();
+    let linked =
+        |pair: &Arc<Pair>, direction| BlendDomain::new(Arc::clone(pair), direction).linked();
     let here = linked(&pair, Direction::Forward);
     for (region, wanted) in [
         (here.clone(), None),
@@ -91,7 +92,7 @@ fn regions_of_something_else() {
         assert_eq!(text(builder(&pair).region(region.clone()).build()), refused("region"));
         let blend = Arc::new(Blend::new(&region, BlendOptions::default()).unwrap());
         assert_eq!(text(builder(&pair).shared_blend(blend).build()), refused("blend"));
-        let is_refused = |result| matches!(result, Err(RegionError::Ground));
+        let is_refused = |result| matches!(result, Err(RegionError::Domain));
         assert_eq!(is_refused(here.within(&region)), wanted.is_some());
         assert_eq!(is_refused(region.and(&here)), wanted.is_some());
         assert_eq!(is_refused(region.without(&here)), wanted.is_some());
@@ -110,7 +111,7 @@ fn tones_of_something_else() {
     let fewer = charts.pieces().take(charts.piece_count() - 1);
     let other = Arc::new(Pair::from_pieces(source, target, fewer).unwrap());
     let [here, there] = [charts, other].map(|pair| {
-        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+        let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let region = ground.painted(Side::Target, &half).unwrap();
         let blend = BlendOptions::default().feather(0.1).membrane();
         builder(&pair).region(region).blend(blend).build().unwrap()
@@ -118,7 +119,7 @@ fn tones_of_something_else() {
     let tone = |graft: &Graft| graft.toning(&texture, &base, base.format()).unwrap().unwrap();
     let overlay = here.overlay(&texture, base.format()).unwrap();
     assert!(overlay.clone().toned(&tone(&here)).is_ok());
-    assert_eq!(overlay.toned(&tone(&there)).map(drop), Err(ToningError::Ground));
+    assert_eq!(overlay.toned(&tone(&there)).map(drop), Err(ToningError::Domain));
 }
 
 #[test]
@@ -160,7 +161,7 @@ fn region_of_pieces_that_fill_no_triangle() {
 #[test]
 fn regions_without_anything() {
     let pair = synthetic::turned_charts();
-    let linked = Ground::new(Arc::clone(&pair), Direction::Forward).linked();
+    let linked = BlendDomain::new(Arc::clone(&pair), Direction::Forward).linked();
     let ground = linked.ground();
     let half = (0..64 * 64).map(|k| if k % 64 < 32 { 255 } else { 0 });
     let half = Texels::U8(half.collect());

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::Side;
 use uvgraft::{
-    BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter, FitOptions, Graft,
-    GraftBuilder, Ground, Mesh, NormalOptions, Overlap, Pair, PairReport, Piece, Prefer, Size,
-    Sizes, Texels, TexelsMut, Texture, Tone, Weights,
+    BlendDomain, BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent, Filter,
+    FitOptions, Graft, GraftBuilder, Mesh, NormalOptions, Overlap, Pair, PairReport, Piece, Prefer,
+    Size, Sizes, Texels, TexelsMut, Texture, Tone, Weights,
 };
 use uvgraft_metrics::seams::{SeamOptions, measure};
 use uvgraft_tests::{real, synthetic};
@@ -298,7 +298,7 @@ fn cuts_do_not_show_in_blends_and_at_seams() {
     }) {
         for options in blends() {
             let found = |pair: &Arc<Pair>| {
-                let ground = Ground::new(Arc::clone(pair), direction);
+                let ground = BlendDomain::new(Arc::clone(pair), direction);
                 let region = match side {
                     None => ground.linked(),
                     Some(side) => ground.painted(side, &disc).unwrap(),

@@ -7,8 +7,8 @@ use std::thread;
 
 use uvgraft::blend::Side;
 use uvgraft::{
-    BlendOptions, Channels, Content, Direction, Encoding, Filter, FitOptions, Graft, GraftBuilder,
-    Ground, NormalOptions, Overlap, Overlay, Pair, Prefer, Size, Sizes, Texels, Texture,
+    BlendDomain, BlendOptions, Channels, Content, Direction, Encoding, Filter, FitOptions, Graft,
+    GraftBuilder, NormalOptions, Overlap, Overlay, Pair, Prefer, Size, Sizes, Texels, Texture,
 };
 use uvgraft_tests::synthetic;
 
@@ -26,7 +26,7 @@ fn builder(from: Size) -> GraftBuilder {
 
 /// The upper left half of a surface, with a membrane.
 fn blended(from: Size) -> GraftBuilder {
-    let ground = Ground::new(Arc::clone(&CHARTS), Direction::Forward);
+    let ground = BlendDomain::new(Arc::clone(&CHARTS), Direction::Forward);
     let half = (0..64 * 64).map(|k| if k % 64 + k / 64 < 64 { 255 } else { 0 });
     let half = Texels::U8(half.collect());
     let half = Texture::new(Size::square(64), Channels::Grey, Encoding::Data, half).unwrap();

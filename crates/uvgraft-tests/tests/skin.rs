@@ -7,7 +7,7 @@ use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::raster::ScanTriangle;
 use uvgraft::skin::SkinModel;
 use uvgraft::statistics::ColorMatch;
-use uvgraft::{Graft, Pair, Part, Size, Sizes, Texels, Texture};
+use uvgraft::{Graft, MeshPart, Pair, Size, Sizes, Texels, Texture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_tests::real;
 
@@ -36,7 +36,7 @@ enum Shown {
 }
 
 impl Shown {
-    fn of(part: &Part) -> Self {
+    fn of(part: &MeshPart) -> Self {
         match (part.object.as_str(), part.material.as_str()) {
             ("head", "eye") => Self::Eye,
             ("head", "hair") => Self::Hair,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use uvgraft::blend::CutMesh;
 use uvgraft::{
-    Anatomy, Area, Blend, BlendOptions, Channels, Depth, Direction, Encoding, Graft, Ground, Pair,
-    Size, Sizes, Texels, Texture, Tone,
+    Anatomy, Area, Blend, BlendDomain, BlendOptions, Channels, Depth, Direction, Encoding, Graft,
+    Pair, Size, Sizes, Texels, Texture, Tone,
 };
 use uvgraft_figure::Figure;
 use uvgraft_metrics::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
@@ -37,7 +37,7 @@ impl Stage {
         let layout = Layout::new(pair.target(), SIZES.to);
         let body = BodyLook::new("very light", Skin::VERY_LIGHT);
         let base = body.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture;
-        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+        let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let pasted = PastedFace::new(&ground, &face, SIZES.to).unwrap();
         let blend = Blend::new(&ground.linked(), BlendOptions::default()).unwrap();
         let cut = blend.cut().unwrap();

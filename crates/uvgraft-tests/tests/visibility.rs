@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use uvgraft::blend::{BlendOptions, Ground, Growth, Tone};
+use uvgraft::blend::{BlendDomain, BlendOptions, Growth, Tone};
 use uvgraft::{
     Channels, Direction, Encoding, Filter, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes,
     Texels, Texture,
@@ -61,7 +61,7 @@ struct Seen {
     result: Texture,
 }
 
-fn seen(ground: &Ground, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
+fn seen(ground: &BlendDomain, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
     // The photograph's collar is left out.
     let region = ground.linked().grown(Growth::Length(-0.075));
     let graft = Graft::builder(Arc::clone(ground.pair()), Sizes { from: face.size(), to: SIZE })
@@ -84,7 +84,7 @@ fn nobody_finds_the_border() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let folder = real::folder().unwrap();
     let face = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap().texture;
-    let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+    let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     let plain = BlendOptions::default();
     let feather = plain.feather(0.01);
     let membrane = feather.membrane();
@@ -114,7 +114,7 @@ fn nobody_finds_the_border() {
 #[test]
 fn no_seam_comes_from_blending() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+    let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     // Both are painted without a seam, so whatever is seen beyond their own is the blend's.
     let face = skin(pair.source(), [0.85, 0.66, 0.56]);
     let body = skin(pair.target(), [0.42, 0.28, 0.2]);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uvgraft::blend::Growth;
-use uvgraft::{BlendOptions, Direction, Graft, Ground, Pair, Size, Sizes};
+use uvgraft::{BlendDomain, BlendOptions, Direction, Graft, Pair, Size, Sizes};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
@@ -20,8 +20,8 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
 
     // Everything that is linked but the lower end of the neck: regions are made of vertices, of painted masks,
     // and of other regions. Lengths are in the mesh's unit, metres here.
-    let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
-    let region = ground.linked().grown(Growth::Length(-0.01));
+    let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+    let region = domain.linked().grown(Growth::Length(-0.01));
 
     // Along the region's rim the face takes on the tone of the body's skin, and within a centimetre it gives way.
     let options = BlendOptions::default().membrane().feather(0.01);

@@ -69,7 +69,7 @@ pub fn fill(
         .encoded_as(encoding)
         .resized(size, Filter::default(), Averaging::Encoded)?
         .converted(to, source.depth());
-    let layout = Layout {
+    let layout = TexelLayout {
         source: from.count(),
         result: to.count(),
         source_alpha: from.has_alpha() && !is_data,
@@ -171,14 +171,14 @@ fn check_shape(what: &'static str, found: Size, wanted: Size) -> Result<(), Fill
 
 /// Values in a texel, and whether the last of them is opacity.
 #[derive(Clone, Copy)]
-struct Layout {
+struct TexelLayout {
     source: usize,
     result: usize,
     source_alpha: bool,
     result_alpha: bool,
 }
 
-impl Layout {
+impl TexelLayout {
     /// Lays the source over the mean, which is in the result's layout.
     fn mix<T: Value>(self, source: &[T], confidence: Option<&[f32]>, mut mean: Vec<T>) -> Vec<T> {
         for_each_chunk(&mut mean, CHUNK * self.result, |chunk, mean| {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::filter::Filter;
 use crate::formats::Formats;
-use crate::map::{Coverage, Layout, MapOptions, Precedence, Region, corners_px};
+use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region, corners_px};
 use crate::operator::Operator;
 use crate::piece::FacePiece;
 use crate::resample::load;
@@ -297,7 +297,7 @@ impl Problem<'_> {
 fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
     let target = way.pair.to(way.direction);
     let precedence = Precedence::new(target, way.map.prefer);
-    let coverage = Coverage::new(&Layout::new(target, way.target_size), &precedence);
+    let coverage = Coverage::new(&LayoutTriangles::new(target, way.target_size), &precedence);
     let back = way.pair.face_pieces(way.direction.opposite());
     if coverage.overlapping == 0 {
         return vec![false; back.all().len()];

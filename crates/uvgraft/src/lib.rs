@@ -62,7 +62,9 @@ pub mod texture;
 pub mod threads;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
-pub use blend::{Blend, BlendOptions, Ground, Selection, Tone, ToneReport, Toning, ToningError};
+pub use blend::{
+    Blend, BlendDomain, BlendOptions, Selection, Tone, ToneReport, Toning, ToningError,
+};
 pub use color::Encoding;
 pub use correspond::LinkError;
 pub use fill::{FillError, fill, with_confidence};
@@ -72,7 +74,7 @@ pub use formats::Averaging;
 pub use graft::{Content, Fitted, Graft, GraftBuilder, GraftError};
 pub use labels::{Label, LabelError, Labels};
 pub use map::{MapOptions, Prefer, SamplingMap};
-pub use mesh::{Corner, Mesh, MeshError, Part};
+pub use mesh::{Corner, Mesh, MeshError, MeshPart};
 pub use normals::{NormalFrames, NormalOptions, NormalY};
 pub use operator::Operator;
 pub use overlay::{BandError, Overlay};

@@ -17,12 +17,12 @@ pub struct Mesh {
     uv_faces: Vec<[u32; 3]>,
     /// `n + 1` offsets into `faces`.
     polygon_starts: Vec<u32>,
-    parts: Vec<Part>,
+    parts: Vec<MeshPart>,
 }
 
 /// Consecutive polygons that share an object, a group and a material.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct MeshPart {
     /// Name of the object, empty where the file names none.
     pub object: String,
     /// Name of the group, empty where the file names none.
@@ -189,7 +189,7 @@ impl Mesh {
 
     /// Names the objects, groups and materials of polygons; purely informative.
     #[must_use]
-    pub fn with_parts(mut self, parts: Vec<Part>) -> Self {
+    pub fn with_parts(mut self, parts: Vec<MeshPart>) -> Self {
         self.parts = parts;
         self
     }
@@ -238,7 +238,7 @@ impl Mesh {
     }
 
     /// Objects, groups and materials, in the order of the polygons.
-    pub fn parts(&self) -> &[Part] {
+    pub fn parts(&self) -> &[MeshPart] {
         &self.parts
     }
 

@@ -94,7 +94,7 @@ impl Overlay {
     /// The same in the tone that was found for it by [`Graft::toning`]; without a blend as it is.
     ///
     /// # Errors
-    /// [`ToningError::Ground`] if it was found for another pair or direction.
+    /// [`ToningError::Domain`] if it was found for another pair or direction.
     ///
     /// [`Graft::toning`]: crate::Graft::toning
     pub fn toned(mut self, toning: &Toning) -> Result<Self, ToningError> {
@@ -190,8 +190,8 @@ impl Overlay {
         };
         let map = self.resampler.map();
         let encoding = self.formats.working_encoding();
-        let finish = blend.finish(map, gains, self.normals.is_some(), encoding);
-        let undercoat = blend.base_change(gains);
+        let composition = blend.composition(map, gains, self.normals.is_some(), encoding);
+        let base_layer = blend.base_change(gains);
         let (channels, has_opacity) = (self.formats.channels(), self.formats.has_opacity());
         let width = map.size().width as usize * channels.count();
         // What has opacity may be unknown there altogether.
@@ -199,9 +199,9 @@ impl Overlay {
         let (mut layer, mut controls) = (Vec::new(), Vec::new());
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
-            if let Some(undercoat) = &undercoat {
-                let hiding = (!has_opacity && !finish.leaves_out).then_some(&finish);
-                undercoat.lay(channels, encoding, hiding, first_row, rows);
+            if let Some(base_layer) = &base_layer {
+                let hiding = (!has_opacity && !composition.leaves_out).then_some(&composition);
+                base_layer.lay(channels, encoding, hiding, first_row, rows);
             }
             // What has opacity is laid over what is there, so nothing must be.
             if has_opacity {
@@ -219,7 +219,7 @@ impl Overlay {
                     smooth.settle(first_row, &mut controls);
                 }
             }
-            finish.lay(channels, has_opacity, first_row, &layer, rows, &controls);
+            composition.lay(channels, has_opacity, first_row, &layer, rows, &controls);
         }
     }
 

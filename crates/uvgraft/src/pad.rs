@@ -289,7 +289,7 @@ impl Piece {
 mod tests {
     use super::*;
     use crate::color::Encoding;
-    use crate::map::{Coverage, Layout, Precedence, Prefer};
+    use crate::map::{Coverage, LayoutTriangles, Precedence, Prefer};
     use crate::mesh::Mesh;
     use crate::texture::{Channels, Texels};
 
@@ -299,8 +299,10 @@ mod tests {
         let faces = [[0, 1, 2], [3, 4, 5]];
         let mesh = Mesh::from_triangles(vec![[0.0; 3]; 6], uv, &faces, &faces).unwrap();
         let size = Size::new(40, 31);
-        let coverage =
-            Coverage::new(&Layout::new(&mesh, size), &Precedence::new(&mesh, Prefer::First));
+        let coverage = Coverage::new(
+            &LayoutTriangles::new(&mesh, size),
+            &Precedence::new(&mesh, Prefer::First),
+        );
         let radius = 4;
         let mut covered = vec![false; size.texels()];
         for row in 0..size.height {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use uvgraft::{Averaging, Direction, Filter, Graft, Ground, Size, Sizes, Texture};
+use uvgraft::{Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Texture};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
@@ -67,7 +67,7 @@ pub(super) fn dress(
     let known = known.or_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = args.blending.clone().of_avatar();
-    let ground = Ground::new(Arc::clone(&file.pair), Direction::Forward);
+    let ground = BlendDomain::new(Arc::clone(&file.pair), Direction::Forward);
     let mut region = args.region.region();
     // Bodies are in metres and of human size; otherwise the unit must be given.
     if (0.2..3.0).contains(&ground.extent()) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use uvgraft::{Blend, Direction, Ground, Mesh, OwnLayout, Pair, Toning};
+use uvgraft::{Blend, BlendDomain, Direction, Mesh, OwnLayout, Pair, Toning};
 use uvgraft_avatar::Avatar;
 use uvgraft_io::pair_file::PairFile;
 
@@ -66,9 +66,9 @@ impl HeadLayout {
                 args.pair.display()
             )));
         };
-        let ground = Ground::new(Arc::clone(&own.pair), Direction::Forward);
-        let toning = toning.map(|toning| toning.relaid(&ground)).transpose()?;
-        Ok(Self { blend: Arc::new(blend.relaid(&ground).or_bad_input()?), own, toning })
+        let domain = BlendDomain::new(Arc::clone(&own.pair), Direction::Forward);
+        let toning = toning.map(|toning| toning.relaid(&domain)).transpose()?;
+        Ok(Self { blend: Arc::new(blend.relaid(&domain).or_bad_input()?), own, toning })
     }
 
     /// From the head to its own layout on the body's surface.

@@ -1,6 +1,6 @@
 //! From where the demo shows its figure.
 
-use uvgraft::{Mesh, Part, Size, Texture};
+use uvgraft::{Mesh, MeshPart, Size, Texture};
 use uvgraft_render::{Shading, View};
 
 /// The figure's face, from slightly beside.
@@ -17,6 +17,6 @@ pub(super) const FULL: View =
 
 /// Draws one of the figure's meshes, each part as its material's name says.
 pub(super) fn render(mesh: &Mesh, texture: &Texture, view: &View, size: Size) -> Texture {
-    let shading = |part: &Part| Shading::named(&part.material).unwrap_or_default();
+    let shading = |part: &MeshPart| Shading::named(&part.material).unwrap_or_default();
     uvgraft_render::render(mesh, texture, shading, view, size)
 }

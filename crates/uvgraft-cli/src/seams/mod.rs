@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::{Anatomy, Direction, Ground};
+use uvgraft::{Anatomy, BlendDomain, Direction};
 use uvgraft_io::{image, pair_file};
 use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
 use uvgraft_pipeline::{Length, Outputs, Unit};
@@ -106,17 +106,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let references = args.tone.read(texture.size())?;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let ground = Ground::new(Arc::clone(&file.pair), direction);
+    let domain = BlendDomain::new(Arc::clone(&file.pair), direction);
     let region = args.region.region();
-    let unit = region.unit(&ground, args.distance, &Notes);
-    let region = region::of(&region, &ground, unit)?;
+    let unit = region.unit(&domain, args.distance, &Notes);
+    let region = region::of(&region, &domain, unit)?;
     let options = SeamOptions::default().offset(args.offset(unit)).worst(usize::from(args.worst));
     let mesh = &region.cut.mesh;
     let seams = measure(mesh, &texture, &region.cut.inside, &options)
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
     let anatomy = Anatomy::find(mesh).ok();
-    let tone = tone::measured(anatomy.as_ref(), &ground, &region, &texture, &references)?;
+    let tone = tone::measured(anatomy.as_ref(), &domain, &region, &texture, &references)?;
     let mesh_name = match direction {
         Direction::Forward => &file.target_name,
         Direction::Reverse => &file.source_name,

@@ -1,7 +1,7 @@
 //! The region whose border is measured.
 
 use uvgraft::blend::CutMesh;
-use uvgraft::{Blend, BlendOptions, Ground};
+use uvgraft::{Blend, BlendDomain, BlendOptions};
 use uvgraft_pipeline::Unit;
 
 use crate::failure::bad_input;
@@ -18,10 +18,10 @@ pub(super) struct Region {
 /// The selection by options within the transferred area.
 pub(super) fn of(
     wanted: &uvgraft_pipeline::Region,
-    ground: &Ground,
+    domain: &BlendDomain,
     unit: Unit,
 ) -> anyhow::Result<Region> {
-    let selection = wanted.select(ground, unit)?;
+    let selection = wanted.select(domain, unit)?;
     let blend = Blend::new(&selection, BlendOptions::default()).map_err(bad_input)?;
     let name = if wanted.is_everything() { "the linked triangles" } else { "the selected part" };
     Ok(Region { name, cut: blend.cut()? })

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::Serialize;
-use uvgraft::{Anatomy, Area, Ground, Size, Texture};
+use uvgraft::{Anatomy, Area, BlendDomain, Size, Texture};
 use uvgraft_io::image;
 use uvgraft_metrics::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, measure_tone};
 
@@ -66,13 +66,13 @@ impl ToneArgs {
 /// Measures the tone on the mesh of a head; `None` if it has none.
 pub(super) fn measured(
     anatomy: Option<&Anatomy>,
-    ground: &Ground,
+    domain: &BlendDomain,
     region: &Region,
     texture: &Texture,
     references: &References,
 ) -> anyhow::Result<Option<ToneMatch>> {
     let Some(anatomy) = anatomy else { return Ok(None) };
-    let paste = |face| PastedFace::new(ground, face, texture.size());
+    let paste = |face| PastedFace::new(domain, face, texture.size());
     let face =
         references.face.as_ref().map(paste).transpose().context("cannot transfer the face")?;
     let references = ToneReferences { base: references.base.as_ref(), face: face.as_ref() };

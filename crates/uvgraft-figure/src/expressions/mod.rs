@@ -14,7 +14,7 @@ use uvgraft_avatar::rig::{Expression, ExpressionPreset as Preset, Morph};
 use super::Figure;
 use super::head_shape::{EYE_LEVEL, contour};
 use super::sdf::meet;
-use super::surface::Kind;
+use super::surface::PartKind;
 
 /// A vertex of the face's skin at rest, in head space, in centimetres.
 #[derive(Debug, Clone, Copy)]
@@ -91,7 +91,7 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
     let positions = figure.body.positions();
     let spots = threads::map_indices(positions.len(), |vertex| {
         let p = Vec3::from(positions[vertex]) * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
-        let face = parts[vertex].kind == Kind::Face && p.z > BEHIND;
+        let face = parts[vertex].kind == PartKind::Face && p.z > BEHIND;
         face.then(|| Spot::new(p, lips[vertex]))
     });
     SHAPES
@@ -139,7 +139,7 @@ mod tests {
             assert!((0.002..0.04).contains(&most), "{} moves {most} m", morph.name);
             for &(vertex, offset) in &morph.offsets {
                 let [x, y, z] = figure.body.positions()[vertex as usize];
-                assert_eq!(parts[vertex as usize].kind, Kind::Face, "{}", morph.name);
+                assert_eq!(parts[vertex as usize].kind, PartKind::Face, "{}", morph.name);
                 // Above the collar, in front of the ears.
                 assert!(y > 1.47 && z > 0.0, "{} moves {x} {y} {z} by {offset:?}", morph.name);
             }
@@ -150,7 +150,7 @@ mod tests {
     fn shapes_are_symmetric() {
         let figure = Figure::new();
         let parts = figure.parts_of_vertices();
-        let faces = (0..parts.len()).filter(|&vertex| parts[vertex].kind == Kind::Face);
+        let faces = (0..parts.len()).filter(|&vertex| parts[vertex].kind == PartKind::Face);
         let mirrored = |name: &str| match name {
             "blink_left" => "blink_right".to_owned(),
             "blink_right" => "blink_left".to_owned(),
@@ -179,7 +179,7 @@ mod tests {
         let on_cheek = |vertex: u32| {
             let p = rest[vertex as usize] * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
             // Beside the lips and the nose, and above the chin.
-            parts[vertex as usize].kind == Kind::Face
+            parts[vertex as usize].kind == PartKind::Face
                 && (3.2..6.5).contains(&p.x)
                 && (-9.0..-2.0).contains(&p.y)
                 && p.z > 2.0

@@ -64,7 +64,7 @@ mod tests {
 
     use super::*;
     use crate::Figure;
-    use crate::surface::Kind;
+    use crate::surface::PartKind;
     use uvgraft_avatar::Avatar;
 
     /// Where a bone's joint is in a pose.
@@ -126,8 +126,9 @@ mod tests {
             let posed = avatar.posed(pose, &[]).unwrap();
             let lowest = |sign: f32| {
                 let shoes = posed.iter().zip(&parts).zip(avatar.mesh.positions());
-                let own = shoes
-                    .filter(|((_, part), rest)| part.kind == Kind::Shoe && rest[0] * sign > 0.0);
+                let own = shoes.filter(|((_, part), rest)| {
+                    part.kind == PartKind::Shoe && rest[0] * sign > 0.0
+                });
                 own.map(|((p, _), _)| p[1]).fold(f32::INFINITY, f32::min)
             };
             let phase = k as f32 / (clip.poses.len() - 1) as f32;

@@ -19,7 +19,7 @@ use self::joints::{LEFT, RIGHT};
 use super::arms::finger_joints;
 use super::body_shape::ARM;
 use super::head_shape::EYE_LEVEL;
-use super::surface::{Kind, Part};
+use super::surface::{BodyPart, PartKind};
 use super::{Figure, expressions, motion};
 use crate::symmetry::Symmetry as _;
 
@@ -59,12 +59,12 @@ impl Shares {
 }
 
 /// The shares of a point of a part, in world space, in centimetres.
-fn shares(part: Part, p: Vec3, lip: Option<f32>) -> Shares {
+fn shares(part: BodyPart, p: Vec3, lip: Option<f32>) -> Shares {
     let own = if p.x < 0.0 { RIGHT } else { LEFT };
     match part.kind {
-        Kind::Eye => Shares::all(own.eye),
-        Kind::Ear | Kind::Hair => Shares::all(HumanBone::Head),
-        Kind::Shoe => {
+        PartKind::Eye => Shares::all(own.eye),
+        PartKind::Ear | PartKind::Hair => Shares::all(HumanBone::Head),
+        PartKind::Shoe => {
             let mut shares = Shares::all(own.foot);
             let bent = smoothstep(
                 joints::BALL.z - 2.6,
@@ -74,19 +74,21 @@ fn shares(part: Part, p: Vec3, lip: Option<f32>) -> Shares {
             shares.pass(own.foot, own.toes, bent);
             shares
         }
-        Kind::Finger(number) => hands::finger(number, p),
-        Kind::Arm => {
+        PartKind::Finger(number) => hands::finger(number, p),
+        PartKind::Arm => {
             let mut shares = trunk::shares(part.kind, p);
             hands::palm(&mut shares, p);
             shares
         }
-        Kind::Face => {
+        PartKind::Face => {
             let mut shares = trunk::shares(part.kind, p);
             let jaw = head::jaw(p - vec3(0.0, EYE_LEVEL, 0.0), lip);
             shares.pass(HumanBone::Head, HumanBone::Jaw, jaw);
             shares
         }
-        Kind::Chest | Kind::Shirt | Kind::Sleeve | Kind::Leg => trunk::shares(part.kind, p),
+        PartKind::Chest | PartKind::Shirt | PartKind::Sleeve | PartKind::Leg => {
+            trunk::shares(part.kind, p)
+        }
     }
 }
 
@@ -159,7 +161,7 @@ impl Figure {
     }
 
     /// Which part each vertex of the body belongs to; where two meet, the one that comes first.
-    pub(crate) fn parts_of_vertices(&self) -> Vec<Part> {
+    pub(crate) fn parts_of_vertices(&self) -> Vec<BodyPart> {
         let mut parts = vec![self.body_parts[0].part; self.body.positions().len()];
         for part in self.body_parts.iter().rev() {
             for face in &self.body.faces()[part.faces.clone()] {
@@ -346,13 +348,13 @@ mod tests {
         for (vertex, part) in parts.iter().enumerate() {
             let height_cm = figure.body.positions()[vertex][1] * 100.0 - EYE_LEVEL;
             let wanted = match (part.kind, part.side) {
-                (Kind::Eye, Side::Left) => HumanBone::LeftEye,
-                (Kind::Eye, _) => HumanBone::RightEye,
-                (Kind::Ear | Kind::Hair, _) => HumanBone::Head,
-                (Kind::Face, _) if height_cm > -2.0 => HumanBone::Head,
+                (PartKind::Eye, Side::Left) => HumanBone::LeftEye,
+                (PartKind::Eye, _) => HumanBone::RightEye,
+                (PartKind::Ear | PartKind::Hair, _) => HumanBone::Head,
+                (PartKind::Face, _) if height_cm > -2.0 => HumanBone::Head,
                 _ => continue,
             };
-            skull += usize::from(part.kind == Kind::Face);
+            skull += usize::from(part.kind == PartKind::Face);
             assert_eq!(skin.of(vertex), [(wanted as u16, 1.0)], "vertex {vertex}, {part:?}");
         }
         assert!(skull > 1000);

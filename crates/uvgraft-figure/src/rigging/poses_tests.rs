@@ -15,7 +15,7 @@ fn from_degrees(degrees: [f32; 3]) -> [f32; 4] {
 /// The figure in a pose, in centimetres.
 struct Posed {
     figure: Figure,
-    parts: Vec<Part>,
+    parts: Vec<BodyPart>,
     /// As modelled, and as posed.
     places: [Vec<Vec3>; 2],
 }
@@ -35,12 +35,12 @@ impl Posed {
         Self { parts: figure.parts_of_vertices(), figure, places }
     }
 
-    fn triangles(&self, kind: Kind) -> Vec<[u32; 3]> {
+    fn triangles(&self, kind: PartKind) -> Vec<[u32; 3]> {
         let parts = self.figure.body_parts.iter().filter(|part| part.part.kind == kind);
         parts.flat_map(|part| self.figure.body.faces()[part.faces.clone()].to_vec()).collect()
     }
 
-    fn vertices(&self, kind: Kind, keep: impl Fn(Vec3) -> bool) -> Vec<usize> {
+    fn vertices(&self, kind: PartKind, keep: impl Fn(Vec3) -> bool) -> Vec<usize> {
         let modelled = &self.places[0];
         (0..self.parts.len())
             .filter(|&vertex| self.parts[vertex].kind == kind && keep(modelled[vertex]))
@@ -48,7 +48,7 @@ impl Posed {
     }
 
     /// How far posed vertices are outside of a part, by the plane of its nearest triangle.
-    fn outside(&self, vertices: &[usize], kind: Kind) -> Vec<f32> {
+    fn outside(&self, vertices: &[usize], kind: PartKind) -> Vec<f32> {
         let places = &self.places[1];
         let planes: Vec<(Vec3, Vec3)> = self
             .triangles(kind)
@@ -68,7 +68,7 @@ impl Posed {
     }
 
     /// Angles between triangles that share an edge, posed, in degrees, from the flattest on.
-    fn folds(&self, kind: Kind, keep: impl Fn(Vec3) -> bool) -> Vec<f32> {
+    fn folds(&self, kind: PartKind, keep: impl Fn(Vec3) -> bool) -> Vec<f32> {
         let [modelled, places] = &self.places;
         let mut normals: HashMap<[u32; 2], Vec3> = HashMap::new();
         let mut folds = Vec::new();
@@ -100,11 +100,11 @@ fn thighs_stay_under_the_hem_of_who_sits() {
     let bend = |degrees: f32| LEGS.map(|(bone, full)| (bone, [full * degrees / 90.0, 0.0, 0.0]));
     for turns in [bend(45.0).to_vec(), bend(90.0).to_vec(), bend(80.0)[..1].to_vec()] {
         let posed = Posed::new(&turns);
-        let hem = posed.vertices(Kind::Shirt, |p| (HEM - 0.5..HEM + 0.5).contains(&p.y));
-        let shirt = posed.vertices(Kind::Shirt, |p| (HEM - 0.5..98.0).contains(&p.y));
+        let hem = posed.vertices(PartKind::Shirt, |p| (HEM - 0.5..HEM + 0.5).contains(&p.y));
+        let shirt = posed.vertices(PartKind::Shirt, |p| (HEM - 0.5..98.0).contains(&p.y));
         assert!(hem.len() > 40 && shirt.len() > 200);
         let least = |vertices: &[usize]| {
-            posed.outside(vertices, Kind::Leg).into_iter().fold(f32::INFINITY, f32::min)
+            posed.outside(vertices, PartKind::Leg).into_iter().fold(f32::INFINITY, f32::min)
         };
         // In centimetres. Folds in the shirt dip as deep where it is loose, standing up too.
         let (hem, shirt) = (least(&hem), least(&shirt));
@@ -116,15 +116,15 @@ fn thighs_stay_under_the_hem_of_who_sits() {
 fn sleeves_stay_in_the_shirt_with_arms_up() {
     let turns = [(LEFT.upper_arm, [0.0, 0.0, 75.0]), (RIGHT.upper_arm, [0.0, 0.0, -75.0])];
     let posed = Posed::new(&turns);
-    let root = posed.vertices(Kind::Sleeve, |p| crate::arms::in_arm(p.folded()).x < 1.6);
+    let root = posed.vertices(PartKind::Sleeve, |p| crate::arms::in_arm(p.folded()).x < 1.6);
     assert!(root.len() > 100);
-    let most = posed.outside(&root, Kind::Shirt).into_iter().fold(0.0, f32::max);
+    let most = posed.outside(&root, PartKind::Shirt).into_iter().fold(0.0, f32::max);
     // As far as at rest, where it bulges over the seam; 1.8 where sleeves follow the arm alone.
     assert!(most < 1.1, "a root is {most} cm outside of the shirt");
     // Cloth that is stretched to twice its length would show its texture's texels.
     let [modelled, places] = &posed.places;
     let mut stretched: Vec<f32> = posed
-        .triangles(Kind::Shirt)
+        .triangles(PartKind::Shirt)
         .into_iter()
         .flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]])
         .map(|edge| {
@@ -146,12 +146,13 @@ fn knees_and_elbows_are_round() {
         (LEFT.lower_arm, [0.0, -100.0, 0.0]),
     ];
     let posed = Posed::new(&turns);
-    let knee = posed.folds(Kind::Leg, |p| p.x > 0.0 && p.z > 1.0 && (p.y - 50.0).abs() < 14.0);
+    let knee = posed.folds(PartKind::Leg, |p| p.x > 0.0 && p.z > 1.0 && (p.y - 50.0).abs() < 14.0);
     let most = knee[knee.len() - 1];
     // Seven rings share 120°; the bend of the outline is over two of them where it is sharpest.
     assert!(most < 52.0 && knee[knee.len() * 95 / 100] < 29.0, "a knee has a corner of {most} deg");
-    let elbow = posed
-        .folds(Kind::Arm, |p| p.x > 0.0 && (crate::arms::in_arm(p).x - joints::ELBOW).abs() < 10.0);
+    let elbow = posed.folds(PartKind::Arm, |p| {
+        p.x > 0.0 && (crate::arms::in_arm(p).x - joints::ELBOW).abs() < 10.0
+    });
     let most = elbow[elbow.len() - 1];
     // Inside of the elbow skin meets skin.
     assert!(most < 80.0, "an elbow has a corner of {most} deg");

@@ -13,11 +13,11 @@ use super::joints::{ELBOW, HIP, KNEE, LEFT, Limbs, RIGHT};
 use super::{Shares, head};
 use crate::arms::WRIST;
 use crate::body_shape::{ARM, SHOULDER};
-use crate::surface::Kind;
+use crate::surface::PartKind;
 use crate::symmetry::Symmetry as _;
 
 /// The shares of a point on trunk, neck, arms or trousers. World space in centimetres.
-pub(crate) fn shares(kind: Kind, p: Vec3) -> Shares {
+pub(crate) fn shares(kind: PartKind, p: Vec3) -> Shares {
     let mut shares = Shares::default();
     let (own, other) = if p.x < 0.0 { (RIGHT, LEFT) } else { (LEFT, RIGHT) };
     let q = p.folded();
@@ -29,12 +29,12 @@ pub(crate) fn shares(kind: Kind, p: Vec3) -> Shares {
 }
 
 /// Takes the arm's part of `whole`; `q` is on the left. Returns what remains.
-fn arm(shares: &mut Shares, own: &Limbs, kind: Kind, q: Vec3, whole: f32) -> f32 {
+fn arm(shares: &mut Shares, own: &Limbs, kind: PartKind, q: Vec3, whole: f32) -> f32 {
     let along = (q - SHOULDER).dot(ARM);
     // Far out on the arm, so that a raised one leaves the flank and the collar where they are.
     let raised = smoothstep(-4.0, 11.0, outwards(q));
     let raised = match kind {
-        Kind::Sleeve => raised * mix(0.5, 1.0, smoothstep(-3.5, 6.0, along)),
+        PartKind::Sleeve => raised * mix(0.5, 1.0, smoothstep(-3.5, 6.0, along)),
         _ => raised,
     };
     let bent = bend(ELBOW - 10.5, ELBOW + 10.5, along);

@@ -7,7 +7,7 @@ use uvgraft_avatar::rig::Pose;
 
 use super::json;
 use super::material::AvatarMaterial;
-use super::parts::Part;
+use super::parts::WrittenPrimitive;
 
 /// The extension of levels of detail.
 pub(super) const LEVELS: &str = "MSFT_lod";
@@ -46,14 +46,14 @@ pub(super) fn graph(
     name: &str,
     materials: &[AvatarMaterial],
     is_divided: bool,
-    parts: Vec<Part>,
-    levels: Vec<Vec<Part>>,
+    parts: Vec<WrittenPrimitive>,
+    levels: Vec<Vec<WrittenPrimitive>>,
 ) -> Graph {
     let mut nodes = joints(avatar, stand);
     let mut names = Names { avatar, taken: Vec::new() };
     let target_names: Vec<String> = avatar.morphs.iter().map(|morph| morph.name.clone()).collect();
     let mut meshes = Vec::new();
-    let mut add = |parts: Vec<Part>, name: &str, nodes: &mut Vec<json::Node>| {
+    let mut add = |parts: Vec<WrittenPrimitive>, name: &str, nodes: &mut Vec<json::Node>| {
         let primitives = parts.into_iter().map(|part| part.primitive).collect();
         meshes.push(json::Mesh {
             name: name.to_owned(),
@@ -67,8 +67,10 @@ pub(super) fn graph(
         nodes.push(json::Node { name, mesh, skin: Some(0), ..json::Node::default() });
         node
     };
-    let is_head = |part: &Part| is_divided && materials[usize::from(part.material)].is_head;
-    let (head, body): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(is_head);
+    let is_head =
+        |part: &WrittenPrimitive| is_divided && materials[usize::from(part.material)].is_head;
+    let (head, body): (Vec<WrittenPrimitive>, Vec<WrittenPrimitive>) =
+        parts.into_iter().partition(is_head);
     let mut shown = Vec::new();
     for (parts, is_head) in [(body, false), (head, true)] {
         if parts.is_empty() {

@@ -13,7 +13,7 @@ use super::skin;
 use super::vertices::{Vertices, Wanted};
 
 /// The triangles of one material.
-pub(super) struct Part {
+pub(super) struct WrittenPrimitive {
     pub material: u8,
     pub primitive: json::Primitive,
     pub vertices: usize,
@@ -37,7 +37,7 @@ pub(super) fn write(
     normals: Option<&[[f32; 3]]>,
     materials: &[AvatarMaterial],
     buffer: &mut Buffer,
-) -> Vec<Part> {
+) -> Vec<WrittenPrimitive> {
     let shading = Shading::new(&avatar.mesh).with_normals(normals.unwrap_or_default());
     let frames = materials.iter().any(AvatarMaterial::has_tangents).then(|| {
         let shown: Vec<[f32; 3]> = shading.shown.iter().map(|&normal| normal.into()).collect();
@@ -66,7 +66,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn part(&self, material: u8, vertices: &Vertices, buffer: &mut Buffer) -> Part {
+    fn part(&self, material: u8, vertices: &Vertices, buffer: &mut Buffer) -> WrittenPrimitive {
         let joints = self.avatar.skeleton.joints().len();
         let (joint_numbers, weights) = skin::write(self.skin, joints, vertices, buffer);
         let attributes = json::Attributes {
@@ -88,7 +88,7 @@ impl Source<'_> {
             targets.push(target);
             moves.push(is_moved);
         }
-        Part {
+        WrittenPrimitive {
             material,
             primitive: json::Primitive {
                 attributes,

@@ -70,7 +70,7 @@ pub struct Scene {
     /// Nodes with a mesh that belong to the scene.
     shown: Vec<usize>,
     meshes: Vec<Mesh>,
-    skins: Vec<Skin>,
+    skins: Vec<SkinBinding>,
     clips: Vec<Clip>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -91,7 +91,7 @@ struct Node {
 }
 
 #[derive(Debug)]
-struct Skin {
+struct SkinBinding {
     joints: Vec<usize>,
     inverse_bind: Vec<Affine3A>,
 }
@@ -328,7 +328,10 @@ fn shown(document: &Document, nodes: &[Node], order: &[usize]) -> Result<Vec<usi
     Ok((0..nodes.len()).filter(|&node| is_shown[node] && nodes[node].mesh.is_some()).collect())
 }
 
-fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>, SceneError> {
+fn skins(
+    document: &Document,
+    accessors: &mut Accessors<'_>,
+) -> Result<Vec<SkinBinding>, SceneError> {
     let mut skins = Vec::new();
     for (index, skin) in document.skins.iter().enumerate() {
         let place = format!("skin {index}");
@@ -349,7 +352,7 @@ fn skins(document: &Document, accessors: &mut Accessors<'_>) -> Result<Vec<Skin>
                 matrices.iter().map(transform::affine_from_columns).collect()
             }
         };
-        skins.push(Skin { joints, inverse_bind });
+        skins.push(SkinBinding { joints, inverse_bind });
     }
     Ok(skins)
 }
@@ -371,7 +374,7 @@ fn check_joints(
     shown: &[usize],
     nodes: &[Node],
     meshes: &[Mesh],
-    skins: &[Skin],
+    skins: &[SkinBinding],
 ) -> Result<(), SceneError> {
     for &index in shown {
         let (Some(mesh), Some(skin)) = (nodes[index].mesh, nodes[index].skin) else { continue };

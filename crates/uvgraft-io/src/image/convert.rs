@@ -44,13 +44,13 @@ type Transfer = fn(f32) -> f32;
 /// The conversion of textures of one format to stored values of depth `T`.
 pub(super) struct Conversion<T> {
     channels: Channels,
-    way: Way<T>,
+    curve: TransferCurve<T>,
     losses: Vec<Loss>,
     clamped: bool,
 }
 
 /// Tables, because transfer functions take a power: 256 or 65,536 evaluations instead of millions.
-enum Way<T> {
+enum TransferCurve<T> {
     Same,
     Table { color: Vec<T>, alpha: Vec<T> },
     Curve(SrgbCurve),
@@ -74,44 +74,48 @@ impl<T: AtDepth> Conversion<T> {
             losses.push(Loss::IccOutdated);
         }
         let color = transfer.unwrap_or(|value| value);
-        let way = match from {
-            _ if transfer.is_none() && from == to => Way::Same,
-            Depth::U8 => Way::table((0..=u8::MAX).map(Value::to_unit), color),
-            Depth::U16 => Way::table((0..=u16::MAX).map(Value::to_unit), color),
+        let curve = match from {
+            _ if transfer.is_none() && from == to => TransferCurve::Same,
+            Depth::U8 => TransferCurve::table((0..=u8::MAX).map(Value::to_unit), color),
+            Depth::U16 => TransferCurve::table((0..=u16::MAX).map(Value::to_unit), color),
             // Integers are always stored as sRGB, so the conversion is to sRGB.
-            Depth::F32 if transfer.is_some() && to != Depth::F32 => Way::Curve(SrgbCurve::new()),
-            Depth::F32 => Way::Function(color),
+            Depth::F32 if transfer.is_some() && to != Depth::F32 => {
+                TransferCurve::Curve(SrgbCurve::new())
+            }
+            Depth::F32 => TransferCurve::Function(color),
         };
-        Self { channels: spec.channels, way, losses, clamped: false }
+        Self { channels: spec.channels, curve, losses, clamped: false }
     }
 
     /// Converts a range of whole texels; borrowed if nothing changes.
     pub(super) fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
-        if let (Way::Same, Some(values)) = (&self.way, T::borrowed(texels)) {
+        if let (TransferCurve::Same, Some(values)) = (&self.curve, T::borrowed(texels)) {
             return Cow::Borrowed(&values[range]);
         }
         let channels = self.channels;
-        Cow::Owned(match (texels, &self.way) {
-            (Texels::U8(values), Way::Table { color, alpha }) => {
+        Cow::Owned(match (texels, &self.curve) {
+            (Texels::U8(values), TransferCurve::Table { color, alpha }) => {
                 let values = &values[range];
                 map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
             }
-            (Texels::U16(values), Way::Table { color, alpha }) => {
+            (Texels::U16(values), TransferCurve::Table { color, alpha }) => {
                 let values = &values[range];
                 map(values, channels, |v| color[usize::from(v)], |v| alpha[usize::from(v)])
             }
-            (Texels::F32(values), way) => {
+            (Texels::F32(values), curve) => {
                 let values = &values[range];
                 self.clamped |=
                     T::DEPTH != Depth::F32 && values.iter().any(|v| !(0.0..=1.0).contains(v));
-                match way {
-                    Way::Curve(curve) => {
+                match curve {
+                    TransferCurve::Curve(curve) => {
                         map(values, channels, |v| T::from_unit(curve.at(v)), T::from_unit)
                     }
-                    Way::Function(color) => {
+                    TransferCurve::Function(color) => {
                         map(values, channels, |v| T::from_unit(color(v)), T::from_unit)
                     }
-                    Way::Same | Way::Table { .. } => unreachable!("made for float"),
+                    TransferCurve::Same | TransferCurve::Table { .. } => {
+                        unreachable!("made for float")
+                    }
                 }
             }
             _ => unreachable!("made for this depth"),
@@ -126,7 +130,7 @@ impl<T: AtDepth> Conversion<T> {
     }
 }
 
-impl<T: Value> Way<T> {
+impl<T: Value> TransferCurve<T> {
     fn table(units: impl Iterator<Item = f32> + Clone, color: Transfer) -> Self {
         Self::Table {
             color: units.clone().map(|unit| T::from_unit(color(unit))).collect(),

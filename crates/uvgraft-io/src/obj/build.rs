@@ -1,6 +1,6 @@
 //! Builds a mesh from the statements of an OBJ file.
 
-use uvgraft::mesh::{Corner, Mesh, Part};
+use uvgraft::mesh::{Corner, Mesh, MeshPart};
 
 use super::cursor::Cursor;
 use super::{ObjError, shown};
@@ -208,7 +208,7 @@ struct Parts {
     group: String,
     material: String,
     renamed: bool,
-    parts: Vec<Part>,
+    parts: Vec<MeshPart>,
     name_bytes: usize,
 }
 
@@ -221,7 +221,7 @@ impl Parts {
     fn add_polygon(&mut self, line: usize, polygon: u32) -> Result<(), ObjError> {
         let renamed = std::mem::take(&mut self.renamed);
         if let Some(last) = self.parts.last_mut() {
-            let same = |last: &Part| {
+            let same = |last: &MeshPart| {
                 (&last.object, &last.group, &last.material)
                     == (&self.object, &self.group, &self.material)
             };
@@ -234,7 +234,7 @@ impl Parts {
         if self.name_bytes > MAX_NAME_BYTES {
             return Err(ObjError::Names { line, max: MAX_NAME_BYTES });
         }
-        self.parts.push(Part {
+        self.parts.push(MeshPart {
             object: self.object.clone(),
             group: self.group.clone(),
             material: self.material.clone(),
@@ -243,8 +243,8 @@ impl Parts {
         Ok(())
     }
 
-    fn finish(self) -> Vec<Part> {
-        let named = |part: &Part| {
+    fn finish(self) -> Vec<MeshPart> {
+        let named = |part: &MeshPart| {
             !(part.object.is_empty() && part.group.is_empty() && part.material.is_empty())
         };
         if self.parts.iter().any(named) { self.parts } else { Vec::new() }

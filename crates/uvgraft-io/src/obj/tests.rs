@@ -1,4 +1,4 @@
-use uvgraft::mesh::{Corner, Mesh, Part};
+use uvgraft::mesh::{Corner, Mesh, MeshPart};
 
 use super::*;
 
@@ -29,8 +29,8 @@ fn small() -> Mesh {
     parse(SMALL.as_bytes()).unwrap()
 }
 
-fn part(object: &str, group: &str, material: &str, polygons: std::ops::Range<u32>) -> Part {
-    Part { object: object.into(), group: group.into(), material: material.into(), polygons }
+fn part(object: &str, group: &str, material: &str, polygons: std::ops::Range<u32>) -> MeshPart {
+    MeshPart { object: object.into(), group: group.into(), material: material.into(), polygons }
 }
 
 /// The error of a file whose line 9 is `line`, after four vertices and four texture coordinates.

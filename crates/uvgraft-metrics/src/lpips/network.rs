@@ -21,10 +21,10 @@ impl LpipsNetwork {
     /// The shapes of the convolutions' kernels: height, width, inputs, outputs.
     pub fn kernel_shapes(self) -> Vec<[usize; 4]> {
         let shape = |layer: &Layer| match layer.kind {
-            Kind::Convolution { inputs, outputs } => {
+            LayerKind::Convolution { inputs, outputs } => {
                 Some([layer.window.side, layer.window.side, inputs, outputs])
             }
-            Kind::Pool => None,
+            LayerKind::Pool => None,
         };
         self.layers().iter().filter_map(shape).collect()
     }
@@ -64,14 +64,14 @@ impl fmt::Display for LpipsNetwork {
 /// One step of a network.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layer {
-    pub(super) kind: Kind,
+    pub(super) kind: LayerKind,
     pub(super) window: Window,
     /// Whether its output is one of the feature maps that are compared.
     pub(super) compared: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
+pub(super) enum LayerKind {
     /// A convolution with a bias, and the ReLU after it.
     Convolution { inputs: usize, outputs: usize },
     /// The greatest value of each channel.
@@ -103,12 +103,12 @@ impl Layer {
         outputs: usize,
         [side, stride, padding]: [usize; 3],
     ) -> Self {
-        let kind = Kind::Convolution { inputs, outputs };
+        let kind = LayerKind::Convolution { inputs, outputs };
         Self { kind, window: Window { side, stride, padding }, compared: false }
     }
 
     pub(super) const fn pool(side: usize, stride: usize) -> Self {
-        Self { kind: Kind::Pool, window: Window { side, stride, padding: 0 }, compared: false }
+        Self { kind: LayerKind::Pool, window: Window { side, stride, padding: 0 }, compared: false }
     }
 
     pub(super) const fn compared(mut self) -> Self {
@@ -118,8 +118,8 @@ impl Layer {
 
     pub(super) const fn channels_after(&self, before: usize) -> usize {
         match self.kind {
-            Kind::Convolution { outputs, .. } => outputs,
-            Kind::Pool => before,
+            LayerKind::Convolution { outputs, .. } => outputs,
+            LayerKind::Pool => before,
         }
     }
 }

@@ -10,7 +10,7 @@ use uvgraft::threads;
 use super::difference::append_differences;
 use super::layer::advance;
 use super::maps::Map;
-use super::network::{Kind, Layer};
+use super::network::{Layer, LayerKind};
 use super::rows::Rows;
 use super::weights::ConvolutionWeights;
 use crate::Colors;
@@ -58,8 +58,8 @@ pub(super) fn differences(
         let (mut convolutions, mut compared) = (convolutions.iter(), found.iter_mut().zip(linear));
         for (index, layer) in layers.iter().enumerate() {
             let weights = match layer.kind {
-                Kind::Convolution { .. } => convolutions.next(),
-                Kind::Pool => None,
+                LayerKind::Convolution { .. } => convolutions.next(),
+                LayerKind::Pool => None,
             };
             let (before, after) = maps.split_at_mut(index + 1);
             let (input, output) = (&mut before[index], &mut after[0]);

@@ -3,7 +3,7 @@
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels, Texture};
 
-use super::network::{Kind, Layer, LpipsNetwork, Window};
+use super::network::{Layer, LayerKind, LpipsNetwork, Window};
 use super::stream::differences;
 use super::*;
 use crate::testing::{mask, noise};
@@ -93,8 +93,8 @@ fn plain(
     let mut found = Vec::new();
     for layer in layers {
         let weights = match layer.kind {
-            Kind::Convolution { .. } => convolutions.next(),
-            Kind::Pool => None,
+            LayerKind::Convolution { .. } => convolutions.next(),
+            LayerKind::Pool => None,
         };
         features = features.map(|features| features.after(layer, weights));
         if !layer.compared {
@@ -124,7 +124,7 @@ fn random_weights(layers: &[Layer], seed: u64) -> (Vec<ConvolutionWeights>, Vec<
     };
     let (mut convolutions, mut linear, mut channels) = (Vec::new(), Vec::new(), 3);
     for layer in layers {
-        if let Kind::Convolution { inputs, outputs } = layer.kind {
+        if let LayerKind::Convolution { inputs, outputs } = layer.kind {
             let seen = layer.window.side.pow(2) * inputs;
             let high = (6.0 / seen as f32).sqrt();
             convolutions.push(ConvolutionWeights {

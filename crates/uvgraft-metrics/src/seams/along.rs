@@ -60,7 +60,7 @@ pub(super) fn step(
 ) -> Option<Step> {
     let [a, b] = edge.places(at).map(|(half, at)| probe.look(half, at));
     let seen = match (a, b) {
-        (Fate::Seen(a), Fate::Seen(b)) => [a, b],
+        (Fate::Observation(a), Fate::Observation(b)) => [a, b],
         (Fate::NoArea, _) | (_, Fate::NoArea) => {
             notes.no_area += 1;
             return None;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use uvgraft::blend::Ground;
+use uvgraft::blend::BlendDomain;
 use uvgraft::color::Encoding;
 use uvgraft::filter::Filter;
 use uvgraft::graft::{Content, Graft, GraftError};
@@ -31,7 +31,7 @@ pub(super) struct Shown {
 impl PastedFace {
     /// Carries a face, and the labels that are found in it.
     ///
-    /// - `ground`: the pair and the direction in which the face was carried.
+    /// - `domain`: the pair and the direction in which the face was carried.
     /// - `face`: in the layout that textures are carried from, of any size.
     /// - `size`: that of the texture it is compared with.
     ///
@@ -39,10 +39,10 @@ impl PastedFace {
     ///
     /// # Errors
     /// [`GraftError::Texture`] for want of memory.
-    pub fn new(ground: &Ground, face: &Texture, size: Size) -> Result<Self, GraftError> {
+    pub fn new(domain: &BlendDomain, face: &Texture, size: Size) -> Result<Self, GraftError> {
         let carry = |texture: &Texture, content, filter, blank: Texture| {
-            Graft::builder(Arc::clone(ground.pair()), Sizes { from: texture.size(), to: size })
-                .direction(ground.direction())
+            Graft::builder(Arc::clone(domain.pair()), Sizes { from: texture.size(), to: size })
+                .direction(domain.direction())
                 .content(content)
                 .filter(filter)
                 .gutter_px(0)
@@ -51,7 +51,7 @@ impl PastedFace {
         };
         let clear = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4])?;
         let texture = carry(face, Content::Color, Filter::Lanczos3, clear)?;
-        let labels = match ground.labels(face) {
+        let labels = match domain.labels(face) {
             Ok(labels) => {
                 let none =
                     Texture::filled(size, Channels::Rgb, Encoding::Data, Depth::U8, &[0.0; 3])?;

@@ -6,7 +6,7 @@ use uvgraft::texture::Texture;
 
 use super::SeamError;
 use super::sample::{Sample, sample};
-use super::walk::{Ground, HalfKind, Heading, Walker};
+use super::walk::{DistanceSpace, HalfKind, Heading, Walker};
 
 /// How far from an edge colours are taken, at right angles to it. Both go on into neighbouring
 /// triangles where the edge's own is too narrow.
@@ -30,14 +30,14 @@ impl Offset {
 pub(super) struct Probe<'a> {
     walker: Walker<'a>,
     texture: &'a Texture,
-    ground: Ground,
+    ground: DistanceSpace,
     distance: f64,
 }
 
 /// What a look at one side of an edge gave.
 pub(super) enum Fate {
     /// A colour.
-    Seen(Seen),
+    Observation(Observation),
     /// The triangle has no area.
     NoArea,
     /// Nothing there is opaque.
@@ -47,7 +47,7 @@ pub(super) enum Fate {
 }
 
 /// A colour beside an edge.
-pub(super) struct Seen {
+pub(super) struct Observation {
     /// Where, in the texture's unit square.
     pub uv: [f64; 2],
     pub color: [f32; 3],
@@ -64,8 +64,8 @@ impl<'a> Probe<'a> {
         offset: Offset,
     ) -> Self {
         let (ground, distance) = match offset {
-            Offset::Texels(texels) => (Ground::Texels(texture.size()), texels),
-            Offset::Distance(distance) => (Ground::Surface, distance),
+            Offset::Texels(texels) => (DistanceSpace::Texels(texture.size()), texels),
+            Offset::Distance(distance) => (DistanceSpace::Surface, distance),
         };
         Self { walker: Walker::new(mesh, edges, kinds), texture, ground, distance }
     }
@@ -79,7 +79,7 @@ impl<'a> Probe<'a> {
     ///
     /// - `texel`: how long a texel is on the surface, about.
     pub fn is_undisturbed(&self, half: HalfEdge, at: f64, texel: f64) -> bool {
-        let more = if self.ground == Ground::Surface { texel } else { 1.0 };
+        let more = if self.ground == DistanceSpace::Surface { texel } else { 1.0 };
         let heading = Heading { along: 0.0, across: 1.0, distance: self.distance + more };
         let arrival = self.walker.walk(self.ground, half, at, heading);
         arrival.is_some_and(|arrival| arrival.complete && !arrival.crossed)
@@ -93,7 +93,7 @@ impl<'a> Probe<'a> {
         };
         match sample(self.texture, arrival.uv) {
             Sample::Color(color) => {
-                Fate::Seen(Seen { uv: arrival.uv, color, complete: arrival.complete })
+                Fate::Observation(Observation { uv: arrival.uv, color, complete: arrival.complete })
             }
             Sample::Clear => Fate::Clear,
             Sample::NotFinite => Fate::NotFinite,

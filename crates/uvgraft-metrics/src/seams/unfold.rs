@@ -5,7 +5,7 @@ use uvgraft::mesh::Mesh;
 
 use super::SeamEdge;
 use super::edge_class::{EdgeClass, kinds_by_half};
-use super::walk::{Ground, HalfKind, Heading, Walker};
+use super::walk::{DistanceSpace, HalfKind, Heading, Walker};
 
 /// A surface whose surroundings of a place can be laid flat, to draw what a seam looks like.
 pub struct Unfolded<'a> {
@@ -53,7 +53,7 @@ impl<'a> Unfolded<'a> {
             false => Heading { along: 0.0, across: 1.0, distance: 0.0 },
         };
         let walker = Walker::new(self.mesh, &self.edges, &self.kinds);
-        let arrival = walker.walk(Ground::Surface, half, at, heading)?;
+        let arrival = walker.walk(DistanceSpace::Surface, half, at, heading)?;
         arrival.complete.then_some(arrival.uv)
     }
 }

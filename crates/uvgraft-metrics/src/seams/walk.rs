@@ -14,7 +14,7 @@ const MOST_TRIANGLES: usize = 256;
 
 /// What distances are measured in.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Ground {
+pub(super) enum DistanceSpace {
     /// Texels of a texture of this size; walks end at UV seams.
     Texels(Size),
     /// The unit of the mesh's positions; walks go on over UV seams.
@@ -77,7 +77,7 @@ impl<'a> Walker<'a> {
     /// `None` if the triangle is a line or a point.
     pub fn walk(
         &self,
-        ground: Ground,
+        ground: DistanceSpace,
         half: HalfEdge,
         at: f64,
         heading: Heading,
@@ -98,7 +98,9 @@ impl<'a> Walker<'a> {
             let ended = Arrival { uv: self.uv(half, &flat, to), complete: false, crossed };
             let out = half / 3 * 3 + (half + exit) % 3;
             let next = self.edges.opposite[out as usize];
-            if next == NONE || (ground != Ground::Surface && self.kinds[out as usize].is_uv_seam) {
+            if next == NONE
+                || (ground != DistanceSpace::Surface && self.kinds[out as usize].is_uv_seam)
+            {
                 return Some(ended);
             }
             let kind = self.kinds[out as usize];
@@ -124,16 +126,16 @@ impl<'a> Walker<'a> {
     }
 
     /// A triangle laid flat, if it has an area.
-    fn flat(&self, ground: Ground, half: HalfEdge) -> Option<Flat> {
+    fn flat(&self, ground: DistanceSpace, half: HalfEdge) -> Option<Flat> {
         let (face, corner) = (half as usize / 3, half as usize % 3);
         let at = |k: usize| {
             let corner = (corner + k) % 3;
             match ground {
-                Ground::Surface => {
+                DistanceSpace::Surface => {
                     let vertex = self.mesh.faces()[face][corner];
                     Vec3::from(self.mesh.positions()[vertex as usize]).as_dvec3()
                 }
-                Ground::Texels(size) => {
+                DistanceSpace::Texels(size) => {
                     let [u, v] = self.mesh.uv()[self.mesh.uv_faces()[face][corner] as usize];
                     DVec3::new(
                         f64::from(u) * f64::from(size.width),
@@ -243,7 +245,12 @@ mod tests {
         (mesh, kinds)
     }
 
-    fn walk(ground: Ground, half: HalfEdge, at: f64, heading: Heading) -> Option<([f64; 2], bool)> {
+    fn walk(
+        ground: DistanceSpace,
+        half: HalfEdge,
+        at: f64,
+        heading: Heading,
+    ) -> Option<([f64; 2], bool)> {
         let (mesh, kinds) = strip();
         let edges = Edges::new(&mesh);
         let arrival = Walker::new(&mesh, &edges, &kinds).walk(ground, half, at, heading)?;
@@ -256,7 +263,9 @@ mod tests {
     /// from its end.
     #[test]
     fn on_the_surface_it_goes_around_corners_and_over_seams() {
-        let to = |distance| walk(Ground::Surface, 5, 0.75, Heading { distance, ..ACROSS }).unwrap();
+        let to = |distance| {
+            walk(DistanceSpace::Surface, 5, 0.75, Heading { distance, ..ACROSS }).unwrap()
+        };
         assert_eq!(to(0.0), ([0.0, 0.025], true));
         assert_eq!(to(0.5), ([0.05, 0.025], true));
         assert_eq!(to(1.5), ([0.2, 0.025], true));
@@ -267,7 +276,7 @@ mod tests {
 
     #[test]
     fn in_texels_it_stays_in_the_island() {
-        let ground = Ground::Texels(Size::square(100));
+        let ground = DistanceSpace::Texels(Size::square(100));
         let to = |distance| walk(ground, 5, 0.75, Heading { distance, ..ACROSS }).unwrap();
         assert_eq!(to(5.0), ([0.05, 0.025], true));
         assert_eq!(to(25.0), ([0.25, 0.025], true));
@@ -278,10 +287,10 @@ mod tests {
     fn aslant() {
         // 3 along against the edge's direction, which is upwards, for 4 across.
         let heading = Heading { along: -0.6, across: 0.8, distance: 0.5 };
-        assert_eq!(walk(Ground::Surface, 5, 0.75, heading), Some(([0.04, 0.055], true)));
+        assert_eq!(walk(DistanceSpace::Surface, 5, 0.75, heading), Some(([0.04, 0.055], true)));
         // Out over the side.
         let heading = Heading { distance: 5.0, ..heading };
-        assert_eq!(walk(Ground::Surface, 5, 0.75, heading), Some(([0.1, 0.1], false)));
+        assert_eq!(walk(DistanceSpace::Surface, 5, 0.75, heading), Some(([0.1, 0.1], false)));
     }
 
     #[test]
@@ -293,7 +302,7 @@ mod tests {
         let kinds = [HalfKind::default(); 3];
         let walker = Walker::new(&mesh, &edges, &kinds);
         let heading = Heading { distance: 1.0, ..ACROSS };
-        assert_eq!(walker.walk(Ground::Surface, 0, 0.5, heading), None);
-        assert!(walker.walk(Ground::Texels(Size::square(10)), 0, 0.5, heading).is_some());
+        assert_eq!(walker.walk(DistanceSpace::Surface, 0, 0.5, heading), None);
+        assert!(walker.walk(DistanceSpace::Texels(Size::square(10)), 0, 0.5, heading).is_some());
     }
 }

@@ -5,7 +5,7 @@ use uvgraft::Mesh;
 use super::frame::Piece;
 use super::noise::{Point, bell, fractal, mix, smoothstep};
 use super::skin::{Dye, blend, cloth, linear, scaled, sparse_hairs};
-use super::{BodyFrame, Color, FaceLook, HairColor, Label, Layout, Painted, Skin, Spot};
+use super::{BodyFrame, Color, FaceLook, HairColor, Label, LayoutSpots, Painted, SkinTone, Spot};
 
 /// What somebody wears.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ const JEANS: Color = [0.17, 0.22, 0.33];
 
 impl BodyLook {
     /// A body without clothes.
-    pub const fn new(name: &'static str, skin: Skin) -> Self {
+    pub const fn new(name: &'static str, skin: SkinTone) -> Self {
         let clothing = Clothing { shirt: None, trousers: None };
         Self { name, face: FaceLook::new(name, skin), clothing, hairiness: 0.0 }
     }
@@ -43,18 +43,18 @@ impl BodyLook {
         let new = Self::new;
         let shorts = |color| Some((Dye::Plain(color), 0.35));
         let mut looks = vec![
-            new("very light", Skin::VERY_LIGHT),
-            new("medium", Skin::MEDIUM).dressed(None, shorts([0.30, 0.34, 0.36])),
-            new("dark", Skin::DARK),
-            new("reddish", Skin::REDDISH).dressed(None, shorts([0.12, 0.13, 0.16])),
-            new("hairy", Skin::LIGHT).dressed(None, shorts([0.24, 0.27, 0.22])),
-            new("beige shirt", Skin::LIGHT)
+            new("very light", SkinTone::VERY_LIGHT),
+            new("medium", SkinTone::MEDIUM).dressed(None, shorts([0.30, 0.34, 0.36])),
+            new("dark", SkinTone::DARK),
+            new("reddish", SkinTone::REDDISH).dressed(None, shorts([0.12, 0.13, 0.16])),
+            new("hairy", SkinTone::LIGHT).dressed(None, shorts([0.24, 0.27, 0.22])),
+            new("beige shirt", SkinTone::LIGHT)
                 .dressed(Some((Dye::Plain([0.79, 0.67, 0.56]), 0.4)), shorts([0.22, 0.22, 0.25])),
-            new("pink shirt", Skin::VERY_LIGHT)
+            new("pink shirt", SkinTone::VERY_LIGHT)
                 .dressed(Some((Dye::Plain([0.90, 0.70, 0.68]), 0.35)), shorts(JEANS)),
-            new("brown shirt", Skin::BROWN)
+            new("brown shirt", SkinTone::BROWN)
                 .dressed(Some((Dye::Plain([0.47, 0.335, 0.245]), 0.4)), shorts([0.5, 0.47, 0.4])),
-            new("long sleeves", Skin::MEDIUM).dressed(
+            new("long sleeves", SkinTone::MEDIUM).dressed(
                 Some((Dye::Striped([0.16, 0.2, 0.33], [0.9, 0.89, 0.86]), 0.97)),
                 Some((Dye::Plain(JEANS), 0.97)),
             ),
@@ -75,7 +75,7 @@ impl BodyLook {
     /// Paints the body in its layout.
     ///
     /// - `layout`: of `mesh`.
-    pub fn paint(&self, mesh: &Mesh, frame: &BodyFrame, layout: &Layout) -> Painted {
+    pub fn paint(&self, mesh: &Mesh, frame: &BodyFrame, layout: &LayoutSpots) -> Painted {
         let pieces = frame.head.pieces(mesh);
         layout.paint(|spot| {
             let p = frame.head.local(spot.position);

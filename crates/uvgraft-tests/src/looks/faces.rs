@@ -6,7 +6,7 @@ use super::features::{glasses_cover, lash_cover, lip_cover};
 use super::frame::Piece;
 use super::noise::{Point, bell, smoothstep};
 use super::skin::{Dye, blend, cloth, linear, scaled};
-use super::{Color, HeadFrame, Label, Layout, Painted, Skin, Spot};
+use super::{Color, HeadFrame, Label, LayoutSpots, Painted, SkinTone, Spot};
 
 /// The colour of hair and brows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +75,7 @@ pub struct FaceLook {
     /// The name in tables.
     pub name: &'static str,
     /// The complexion.
-    pub skin: Skin,
+    pub skin: SkinTone,
     /// Hair and brows.
     pub hair: HairColor,
     /// Whether hair falls over the forehead.
@@ -96,7 +96,7 @@ pub struct FaceLook {
 
 impl FaceLook {
     /// Short brown hair and nothing else.
-    pub const fn new(name: &'static str, skin: Skin) -> Self {
+    pub const fn new(name: &'static str, skin: SkinTone) -> Self {
         Self {
             name,
             skin,
@@ -117,27 +117,29 @@ impl FaceLook {
         let blue = [0.25, 0.42, 0.70];
         let new = Self::new;
         let mut looks = vec![
-            new("very light, white collar", Skin::VERY_LIGHT)
+            new("very light, white collar", SkinTone::VERY_LIGHT)
                 .hair(HairColor::Blond)
                 .collar(Collar::plain(white)),
-            new("light, beige collar", Skin::LIGHT).collar(Collar::plain([0.80, 0.68, 0.56])),
-            new("olive, striped collar", Skin::OLIVE).hair(HairColor::Black).collar(Collar {
+            new("light, beige collar", SkinTone::LIGHT).collar(Collar::plain([0.80, 0.68, 0.56])),
+            new("olive, striped collar", SkinTone::OLIVE).hair(HairColor::Black).collar(Collar {
                 dye: Dye::Striped(blue, white),
                 height: 0.25,
                 unevenness: 0.9,
             }),
-            new("medium, polo neck", Skin::MEDIUM).collar(Collar::plain(black).cut(1.0, 0.2)),
-            new("brown, no collar", Skin::BROWN).hair(HairColor::Black),
-            new("dark, ragged white collar", Skin::DARK)
+            new("medium, polo neck", SkinTone::MEDIUM).collar(Collar::plain(black).cut(1.0, 0.2)),
+            new("brown, no collar", SkinTone::BROWN).hair(HairColor::Black),
+            new("dark, ragged white collar", SkinTone::DARK)
                 .hair(HairColor::Black)
                 .collar(Collar::plain(white).cut(0.2, 1.4)),
-            new("very dark, black collar", Skin::VERY_DARK)
+            new("very dark, black collar", SkinTone::VERY_DARK)
                 .hair(HairColor::Bald)
                 .collar(Collar::plain(black)),
-            new("reddish, beard", Skin::REDDISH).hair(HairColor::Grey),
-            new("blue", Skin::BLUE).hair(HairColor::Black),
-            new("grey capture", Skin::GREY).hair(HairColor::Black).collar(Collar::plain([0.3; 3])),
-            new("light, lit from beside", Skin::LIGHT).hair(HairColor::Blond),
+            new("reddish, beard", SkinTone::REDDISH).hair(HairColor::Grey),
+            new("blue", SkinTone::BLUE).hair(HairColor::Black),
+            new("grey capture", SkinTone::GREY)
+                .hair(HairColor::Black)
+                .collar(Collar::plain([0.3; 3])),
+            new("light, lit from beside", SkinTone::LIGHT).hair(HairColor::Blond),
         ];
         looks[2].fringe = true;
         looks[3].beard = Beard::Stubble;
@@ -165,7 +167,7 @@ impl FaceLook {
     /// Paints the face in the layout of a head.
     ///
     /// - `layout`: of `mesh`.
-    pub fn paint(&self, mesh: &Mesh, frame: &HeadFrame, layout: &Layout) -> Painted {
+    pub fn paint(&self, mesh: &Mesh, frame: &HeadFrame, layout: &LayoutSpots) -> Painted {
         let pieces = frame.pieces(mesh);
         layout.paint(|spot| {
             let p = frame.local(spot.position);

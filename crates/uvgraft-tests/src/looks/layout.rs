@@ -18,7 +18,7 @@ pub struct Spot {
 
 /// The spots of all texels of a mesh's layout.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub struct LayoutSpots {
     size: Size,
     /// `[texels]`, row by row; `None` outside the islands.
     spots: Vec<Option<Spot>>,
@@ -27,7 +27,7 @@ pub struct Layout {
 /// How far the gutter reaches, in texels: past what a filter's footprint sees.
 const GUTTER_PX: usize = 6;
 
-impl Layout {
+impl LayoutSpots {
     /// Rasterises a layout. Texels that several triangles cover are the last one's.
     pub fn new(mesh: &Mesh, size: Size) -> Self {
         let normals = vertex_normals(mesh);

@@ -10,7 +10,7 @@ use uvgraft::{
 };
 use uvgraft_metrics::seams::{self, Offset, SeamOptions};
 
-use super::{BodyFrame, Color, Label, Labels, Layout, mean_color};
+use super::{BodyFrame, Color, Label, Labels, LayoutSpots, mean_color};
 
 /// How far from edges between labels texels are looked at: filters blur what is nearer.
 const MARGIN_PX: u32 = 2;
@@ -22,7 +22,7 @@ const RIM_OFFSET_M: f64 = 0.003;
 pub struct Bench {
     pair: Arc<Pair>,
     /// Of the target.
-    layout: Layout,
+    layout: LayoutSpots,
     /// `[texels]` what of the target the pair's links reach.
     carried: Vec<bool>,
     areas: Areas,
@@ -115,7 +115,7 @@ impl Bench {
     /// # Panics
     /// If the pair carries nothing.
     pub fn new(pair: Arc<Pair>, frame: &BodyFrame, size: Size) -> Self {
-        let layout = Layout::new(pair.target(), size);
+        let layout = LayoutSpots::new(pair.target(), size);
         let mask = nearest(&pair, size, size).mask();
         let carried = texels(&mask).map(|[value, ..]| value > 0.5).collect();
         let areas = Areas::new(&layout, frame);
@@ -123,7 +123,7 @@ impl Bench {
     }
 
     /// The layout of the target.
-    pub fn layout(&self) -> &Layout {
+    pub fn layout(&self) -> &LayoutSpots {
         &self.layout
     }
 
@@ -241,7 +241,7 @@ impl Bench {
 }
 
 impl Areas {
-    fn new(layout: &Layout, frame: &BodyFrame) -> Self {
+    fn new(layout: &LayoutSpots, frame: &BodyFrame) -> Self {
         let [nose_y, _] = frame.head.nose;
         let [half, low, high] = frame.chest;
         let ankle = frame.heights[3];

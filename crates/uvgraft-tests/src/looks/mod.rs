@@ -21,8 +21,8 @@ pub use bodies::{BodyLook, Clothing};
 pub use faces::{Beard, Collar, FaceLook, HairColor};
 pub use frame::{BodyFrame, HeadFrame};
 pub use lab::{lab_from_srgb, mean_color};
-pub use layout::{Layout, Spot};
-pub use skin::{Color, Dye, Skin, ramped, recolored};
+pub use layout::{LayoutSpots, Spot};
+pub use skin::{Color, Dye, SkinTone, ramped, recolored};
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 

@@ -4,16 +4,16 @@ use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Texels, Texture};
 
 use super::noise::{Point, bell, fractal, mix, noise, smoothstep};
-use super::{Layout, Painted};
+use super::{LayoutSpots, Painted};
 
 /// sRGB unless something else is said, 1.0 for full.
 pub type Color = [f32; 3];
 
 /// A complexion: the mean sRGB colour of skin in even light.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Skin(pub Color);
+pub struct SkinTone(pub Color);
 
-impl Skin {
+impl SkinTone {
     /// Porcelain.
     pub const VERY_LIGHT: Self = Self([0.90, 0.775, 0.715]);
     /// Light, a little pink.
@@ -108,7 +108,7 @@ pub fn recolored(painted: &Painted, gain: Color) -> Painted {
 ///
 /// - `stops`: how many times it doubles from one side of the layout's mesh to the other.
 /// - `direction`: of the growing light, in the mesh's axes.
-pub fn ramped(painted: &Painted, layout: &Layout, direction: [f32; 3], stops: f32) -> Painted {
+pub fn ramped(painted: &Painted, layout: &LayoutSpots, direction: [f32; 3], stops: f32) -> Painted {
     let along = |p: [f32; 3]| (0..3).map(|k| p[k] * direction[k]).sum::<f32>();
     let values = || layout.spots().iter().flatten().map(|spot| along(spot.position));
     let (low, high) = (values().fold(f32::MAX, f32::min), values().fold(f32::MIN, f32::max));

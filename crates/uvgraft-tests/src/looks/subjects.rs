@@ -8,7 +8,7 @@ use uvgraft_figure::Figure;
 use uvgraft_io::image;
 
 use super::measure::{Bench, Case, Figures};
-use super::{BodyFrame, BodyLook, FaceLook, HeadFrame, Labels, Layout, frame};
+use super::{BodyFrame, BodyLook, FaceLook, HeadFrame, Labels, LayoutSpots, frame};
 use crate::real;
 
 /// The size of faces that are painted.
@@ -53,13 +53,13 @@ pub fn subjects() -> (Vec<Arc<Pair>>, BodyFrame, Vec<Subject>, Vec<Subject>) {
             bodies.push(subject(name, smaller.expect("memory for a texture")));
         }
     }
-    let layout = Layout::new(pairs[0].source(), FACE);
+    let layout = LayoutSpots::new(pairs[0].source(), FACE);
     for look in FaceLook::all() {
         let painted = look.paint(pairs[0].source(), &head, &layout);
         let truth = Some(painted.truth);
         faces.push(Subject { truth, ..subject(look.name, painted.texture) });
     }
-    let layout = Layout::new(pairs[0].target(), BODY);
+    let layout = LayoutSpots::new(pairs[0].target(), BODY);
     for look in BodyLook::all() {
         let painted = look.paint(pairs[0].target(), &frame, &layout);
         let truth = Some(painted.truth);

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::CutMesh;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
-use uvgraft::{Blend, BlendOptions, Channels, Direction, Encoding, Graft, Ground, Size, Sizes};
+use uvgraft::{
+    Blend, BlendDomain, BlendOptions, Channels, Direction, Encoding, Graft, Size, Sizes,
+};
 use uvgraft::{Texels, Texture};
 use uvgraft_figure::Figure;
 
@@ -29,14 +31,14 @@ impl Stage {
         let pair = figure_pair(&Figure::new());
         let frame = BodyFrame::FIGURE;
         let bench = Bench::new(Arc::clone(&pair), &frame, BODY);
-        let layout = Layout::new(pair.source(), FACE);
+        let layout = LayoutSpots::new(pair.source(), FACE);
         let face = face.paint(pair.source(), &HeadFrame::FIGURE, &layout);
         let body = body.paint(pair.target(), &frame, bench.layout());
         let carried = bench.carry(&face.truth);
         let sizes = Sizes { from: FACE, to: BODY };
         let graft = Graft::builder(Arc::clone(&pair), sizes).build().expect("sound sizes");
         let paste = graft.apply(&face.texture, &body.texture).expect("textures of these sizes");
-        let linked = Ground::new(pair, Direction::Forward).linked();
+        let linked = BlendDomain::new(pair, Direction::Forward).linked();
         let region = Blend::new(&linked, BlendOptions::default()).expect("a region").cut();
         let region = region.expect("a small mesh");
         Self { bench, body, carried, paste, region }
@@ -73,7 +75,7 @@ fn gained(color: Color, gain: f32) -> Color {
 #[test]
 fn faces_have_all_that_they_are_said_to_have() {
     let figure = Figure::new();
-    let layout = Layout::new(&figure.head, FACE);
+    let layout = LayoutSpots::new(&figure.head, FACE);
     for look in FaceLook::all() {
         let painted = look.paint(&figure.head, &HeadFrame::FIGURE, &layout);
         let share = |label: Label| painted.truth.count(label) as f64 / FACE.texels() as f64;
@@ -164,7 +166,7 @@ fn a_known_gain_is_measured() {
 
 #[test]
 fn clipped_texels_are_counted() {
-    let stage = Stage::new(&FaceLook::new("", Skin::MEDIUM), &BodyLook::all()[1]);
+    let stage = Stage::new(&FaceLook::new("", SkinTone::MEDIUM), &BodyLook::all()[1]);
     let skin: Vec<usize> =
         (0..BODY.texels()).filter(|&at| stage.carried.of_texels[at] == Label::Skin).collect();
     let burnt: std::collections::HashSet<usize> = skin.iter().copied().step_by(4).collect();
@@ -186,12 +188,12 @@ fn clipped_texels_are_counted() {
 #[test]
 fn labels_agree_as_far_as_they_do() {
     let labels = |of: &[Label]| Labels { size: Size::new(6, 1), of_texels: of.to_vec() };
-    use Label::{Cloth, Hair, Other, Skin};
-    let truth = labels(&[Cloth, Cloth, Cloth, Skin, Skin, Hair]);
-    let found = agreement(&labels(&[Cloth, Cloth, Skin, Cloth, Skin, Other]), &truth);
+    use Label::{Cloth, Hair, Other, SkinTone};
+    let truth = labels(&[Cloth, Cloth, Cloth, SkinTone, SkinTone, Hair]);
+    let found = agreement(&labels(&[Cloth, Cloth, SkinTone, Cloth, SkinTone, Other]), &truth);
     assert_eq!(found.cloth_iou, Some(0.5));
     assert_eq!(found.lost_skin, 0.5);
-    let nothing = labels(&[Skin; 6]);
+    let nothing = labels(&[SkinTone; 6]);
     assert_eq!(agreement(&nothing, &nothing).cloth_iou, None);
 }
 
@@ -210,8 +212,9 @@ fn labels_survive_textures_and_erosion_takes_their_edges() {
 #[test]
 fn light_is_multiplied_as_it_is_said() {
     let figure = Figure::new();
-    let layout = Layout::new(&figure.head, FACE);
-    let painted = FaceLook::new("", Skin::DARK).paint(&figure.head, &HeadFrame::FIGURE, &layout);
+    let layout = LayoutSpots::new(&figure.head, FACE);
+    let painted =
+        FaceLook::new("", SkinTone::DARK).paint(&figure.head, &HeadFrame::FIGURE, &layout);
     let brighter = recolored(&painted, [2.0, 1.0, 0.5]);
     let lit = ramped(&painted, &layout, [1.0, 0.0, 0.0], 1.0);
     let mut sides = [[0.0_f32; 2]; 2];

@@ -2,7 +2,7 @@
 
 use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use super::tone::{GAINS, Matrix};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
@@ -158,9 +158,9 @@ impl Blend {
     /// For each point, whether a good share of the connected part of the region that it belongs to is
     /// skin in a source; nothing is without a model of skin.
     fn parts_of_skin(&self, source: &Texture, model: Option<SkinModel>) -> Vec<bool> {
-        let ground = &self.ground;
-        let surface = ground.surface();
-        let mesh = ground.pair().from(ground.direction());
+        let domain = &self.domain;
+        let surface = domain.surface();
+        let mesh = domain.pair().from(domain.direction());
         let sampler = Sampler::new(source);
         let mut is_skin = vec![false; self.inside.len()];
         let Some(model) = model else { return is_skin };
@@ -174,10 +174,10 @@ impl Blend {
             let (mut skin, mut all) = (0.0, 0.0);
             while let Some(&face) = part.get(next) {
                 next += 1;
-                for &piece in ground.pieces().of_face(face as usize) {
-                    let uv = ground.middle(piece, mesh);
+                for &piece in domain.pieces().of_face(face as usize) {
+                    let uv = domain.middle(piece, mesh);
                     let [rgb @ .., opacity] = sampler.rgba_as(uv, Encoding::Srgb);
-                    let area = surface.area(face) * ground.pieces().share(piece);
+                    let area = surface.area(face) * domain.pieces().share(piece);
                     if opacity >= 0.5 {
                         skin += area * f64::from(model.weight(rgb));
                         all += area;
@@ -204,25 +204,25 @@ impl Blend {
 
     /// Colours of a source at the middles of all pieces of the region.
     fn source_colors(&self, source: &Texture) -> Vec<Rgb> {
-        let ground = &self.ground;
-        let mesh = ground.pair().from(ground.direction());
-        let pieces = ground.pieces().all();
+        let domain = &self.domain;
+        let mesh = domain.pair().from(domain.direction());
+        let pieces = domain.pieces().all();
         colors(source, pieces.len(), |index| {
             let piece = pieces[index];
-            self.touched[piece.to as usize].then(|| ground.middle(piece, mesh))
+            self.touched[piece.to as usize].then(|| domain.middle(piece, mesh))
         })
     }
 
     /// Colours of a base at the middles of all triangles beyond the region.
     fn base_colors(&self, base: &Texture) -> Vec<Rgb> {
-        let mesh = self.ground.mesh();
+        let mesh = self.domain.mesh();
         colors(base, self.touched.len(), |face| {
             (!self.touched[face]).then(|| middle(wide(mesh.uv_triangle(face))))
         })
     }
 }
 
-impl Ground {
+impl BlendDomain {
     /// The middle of a piece in the layout of the mesh that is read.
     pub(super) fn middle(&self, piece: FacePiece, read: &Mesh) -> [f64; 2] {
         let corners = wide(read.uv_triangle(piece.from as usize));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
-use super::skins::{BodySkin, Skin, Skins, mean};
+use super::skins::{BodySkin, SkinSample, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
 use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
 use super::{Blend, Measure, Tone};
@@ -148,21 +148,21 @@ impl Blend {
     }
 
     /// The skin of the base's chest, if it is bare and the base's cheeks are of the same person.
-    fn chest(&self, base: &Texture, skins: &Skins, mask: &BaseSkin) -> Option<Skin> {
-        let anatomy = self.ground.anatomy().filter(|_| skins.body.is_of_cheeks)?;
+    fn chest(&self, base: &Texture, skins: &Skins, mask: &BaseSkin) -> Option<SkinSample> {
+        let anatomy = self.domain.anatomy().filter(|_| skins.body.is_of_cheeks)?;
         let mask = match (&self.skin, mask) {
             (Some(mask), _) => Some(mask),
             (None, BaseSkin::Mask(mask)) => Some(&**mask),
             (None, BaseSkin::Model(_)) => None,
         };
         let is_skin = |uv| mask.is_none_or(|mask| Sampler::new(mask).brightness(uv) >= 0.8);
-        let found = area_colors::of_area(self.ground.mesh(), anatomy, Area::Chest, base, &is_skin);
-        Skin::new(found).filter(|chest| chest.is_like(&skins.body.skin))
+        let found = area_colors::of_area(self.domain.mesh(), anatomy, Area::Chest, base, &is_skin);
+        SkinSample::new(found).filter(|chest| chest.is_like(&skins.body.skin))
     }
 
     /// The gains of the base after which its chest differs from the cheeks as much as it did: gains of other skins
     /// would make that more or less. The base's own cheeks are not seen any more.
-    fn keeping_contrast(&self, overall: &[Overall; 2], skins: &Skins, chest: &Skin) -> Rgb {
+    fn keeping_contrast(&self, overall: &[Overall; 2], skins: &Skins, chest: &SkinSample) -> Rgb {
         let own = delta_e(skins.body.skin.color, chest.color);
         let cheeks = overall[0].apply(skins.face.color);
         let toned =
@@ -175,7 +175,7 @@ impl Blend {
             if delta_e(cheeks, farther(middle)) < own { low = middle } else { high = middle }
         }
         let matched = chest.samples.iter().map(|&rgb| overall[1].matched(rgb)).collect();
-        Skin { color: chest.color, samples: matched }.gains_to(farther(low))
+        SkinSample { color: chest.color, samples: matched }.gains_to(farther(low))
     }
 
     /// How far a point is within what the rim changes: 1 at the rim, 0 where that has faded out.
@@ -232,14 +232,14 @@ impl Blend {
 
     /// The skin of a base, and where that is, if it changes.
     pub(super) fn body_side(&self, base: &Texture) -> Option<(BodySkin, Option<BaseSkin>)> {
-        self.ground.head()?;
-        let skin = BodySkin::new(&self.ground, base)?;
+        self.domain.head()?;
+        let skin = BodySkin::new(&self.domain, base)?;
         let find = || {
             if self.skin.is_some() {
                 return BaseSkin::Model(None);
             }
             let model = (!skin.is_of_cheeks).then_some(&skin.model);
-            let mask = self.ground.body().and_then(|body| body_skin(body, base, model).ok());
+            let mask = self.domain.body().and_then(|body| body_skin(body, base, model).ok());
             mask.map_or(BaseSkin::Model(Some(skin.model)), |mask| BaseSkin::Mask(Arc::new(mask)))
         };
         let mask = (self.options.tone != Tone::Base).then(find);
@@ -248,12 +248,12 @@ impl Blend {
 
     /// Colours of the texture's skin, all over what is carried.
     fn skin_of_source(&self, source: &Texture, labels: &Labels) -> Vec<Rgb> {
-        let ground = &self.ground;
-        let mesh = ground.pair().from(ground.direction());
+        let domain = &self.domain;
+        let mesh = domain.pair().from(domain.direction());
         let sampler = Sampler::new(source);
-        let pieces = ground.pieces().all();
+        let pieces = domain.pieces().all();
         let found = map_indices(pieces.len(), |index| {
-            let uv = ground.middle(pieces[index], mesh);
+            let uv = domain.middle(pieces[index], mesh);
             if labels.at_uv(Label::Skin, uv) < 0.8 {
                 return None;
             }
@@ -265,7 +265,7 @@ impl Blend {
 
     /// Colours of the base's skin, all over the body.
     fn skin_of_body(&self, base: &Texture, model: &SkinModel) -> Vec<Rgb> {
-        let mesh = self.ground.mesh();
+        let mesh = self.domain.mesh();
         let sampler = Sampler::new(base);
         let found = map_indices(mesh.faces().len(), |face| {
             let uv = super::along_rim::middle(crate::piece::wide(mesh.uv_triangle(face)));

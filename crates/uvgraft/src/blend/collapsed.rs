@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::controls::VALUES;
 use super::field::Slope;
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use crate::anatomy::Area;
 use crate::map::{SamplingMap, corners_px};
 use crate::mesh::doubled_area;
@@ -56,18 +56,18 @@ pub(crate) struct Smooth {
 
 impl Collapsed {
     /// Finds them; nothing where there are none.
-    pub fn new(ground: &Ground, map: &Arc<SamplingMap>, source: Size) -> Option<Self> {
-        let anatomy = ground.anatomy()?;
-        let surface = ground.surface();
+    pub fn new(domain: &BlendDomain, map: &Arc<SamplingMap>, source: Size) -> Option<Self> {
+        let anatomy = domain.anatomy()?;
+        let surface = domain.surface();
         let triangles = surface.triangles();
         let areas = [Area::MouthInterior, Area::Lips].map(|area| anatomy.area(area));
         // Behind ears there are such triangles too, and detail between them.
         let of_mouth = |face: usize| {
-            let corners = ground.mesh().faces()[face].map(|vertex| vertex as usize);
+            let corners = domain.mesh().faces()[face].map(|vertex| vertex as usize);
             corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
         };
         let thinness_of = |face: usize| {
-            if of_mouth(face) > 0.0 { thinness(ground, face, map.size(), source) } else { 1.0 }
+            if of_mouth(face) > 0.0 { thinness(domain, face, map.size(), source) } else { 1.0 }
         };
         let thinness: Vec<f64> = (0..triangles.len()).map(thinness_of).collect();
         let mut faces = vec![false; triangles.len()];
@@ -89,7 +89,7 @@ impl Collapsed {
                 }
             }
             let area =
-                |face: u32| doubled_area(corners_px(ground.mesh(), face as usize, map.size()));
+                |face: u32| doubled_area(corners_px(domain.mesh(), face as usize, map.size()));
             let texels = 0.5 * part.iter().map(|&face| area(face).abs()).sum::<f64>();
             if texels >= LEAST * map.size().texels() as f64 {
                 part.into_iter().for_each(|face| faces[face as usize] = true);
@@ -109,7 +109,7 @@ impl Collapsed {
         let mut numbers = vec![u32::MAX; surface.positions().len()];
         let mut points: Vec<Point> = Vec::new();
         let mut corners = vec![[0; 3]; triangles.len()];
-        let read = ground.pair().from(ground.direction());
+        let read = domain.pair().from(domain.direction());
         for face in (0..triangles.len()).filter(|&face| faces[face]) {
             corners[face] = triangles[face].map(|point| {
                 let number = &mut numbers[point as usize];
@@ -117,8 +117,8 @@ impl Collapsed {
                     *number = points.len() as u32;
                     let beyond =
                         surface.around(point).iter().filter(|&&face| !faces[face as usize]);
-                    let pieces = beyond.flat_map(|&face| ground.pieces().of_face(face as usize));
-                    let around = pieces.map(|&piece| ground.middle(piece, read)).collect();
+                    let pieces = beyond.flat_map(|&face| domain.pieces().of_face(face as usize));
+                    let around = pieces.map(|&piece| domain.middle(piece, read)).collect();
                     points.push(Point { around, beside: Vec::new() });
                 }
                 *number
@@ -135,7 +135,7 @@ impl Collapsed {
     /// The colours that a texture gives them.
     ///
     /// - `texture`: in the working format.
-    pub fn smooth(self: &Arc<Self>, ground: &Ground, texture: &Texture) -> Smooth {
+    pub fn smooth(self: &Arc<Self>, domain: &BlendDomain, texture: &Texture) -> Smooth {
         let sampler = Sampler::new(texture);
         let mean = |point: &Point| {
             let mut sum = [0.0; 3];
@@ -167,7 +167,7 @@ impl Collapsed {
         let slopes = self.map.patches().iter().map(|patch| {
             let face = patch.face as usize;
             self.faces[face].then(|| {
-                let corners_px = corners_px(ground.mesh(), face, self.map.size());
+                let corners_px = corners_px(domain.mesh(), face, self.map.size());
                 let of_corners = self.corners[face].map(|point| colors[point as usize]);
                 [0, 1, 2].map(|k| Slope::new(corners_px, of_corners.map(|rgb| rgb[k])))
             })
@@ -216,15 +216,15 @@ impl Smooth {
 
 /// How much longer a triangle of the target is in the source than it is wide, where it would be a circle; 1 for one
 /// that is not carried whole.
-fn thinness(ground: &Ground, face: usize, target: Size, source: Size) -> f64 {
-    let &[piece] = ground.pieces().of_face(face) else { return 1.0 };
-    if ground.pieces().part(piece).is_some() {
+fn thinness(domain: &BlendDomain, face: usize, target: Size, source: Size) -> f64 {
+    let &[piece] = domain.pieces().of_face(face) else { return 1.0 };
+    if domain.pieces().part(piece).is_some() {
         return 1.0;
     }
-    let read = ground.pair().from(ground.direction());
-    let to = corners_px(ground.mesh(), face, target);
+    let read = domain.pair().from(domain.direction());
+    let to = corners_px(domain.mesh(), face, target);
     let scale = [f64::from(source.width), f64::from(source.height)];
-    let from = ground.pieces().at_corners(piece, wide(read.uv_triangle(piece.from as usize)));
+    let from = domain.pieces().at_corners(piece, wide(read.uv_triangle(piece.from as usize)));
     let from = from.map(|uv| [0, 1].map(|k| uv[k] * scale[k]));
     let edges = |corners: [[f64; 2]; 3]| {
         [1, 2].map(|k| [0, 1].map(|axis| corners[k][axis] - corners[0][axis]))

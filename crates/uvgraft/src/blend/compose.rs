@@ -16,7 +16,7 @@ use crate::threads::for_each_with;
 
 /// How the texels of a map are laid over a base.
 #[derive(Debug, Clone)]
-pub(crate) struct Finish<'a> {
+pub(crate) struct Composition<'a> {
     pub map: &'a SamplingMap,
     /// For each patch, the signed distance from the rim.
     pub inside: &'a [[Slope; 1]],
@@ -35,7 +35,7 @@ pub(crate) struct Finish<'a> {
     pub leaves_out: bool,
 }
 
-impl Finish<'_> {
+impl Composition<'_> {
     /// Lays the texels of a map, sampled into `layer`, over rows from `first_row` on. If the last channel
     /// is opacity, `layer` has it.
     ///
@@ -218,7 +218,7 @@ impl Finish<'_> {
     }
 }
 
-impl Finish<'_> {
+impl Composition<'_> {
     /// Gives the colours of a texel another tone.
     #[inline(always)]
     fn recolor(&self, levels: &mut [f32], one: f32, change: &Change) {
@@ -317,7 +317,7 @@ mod tests {
         let inside = super::super::field::slopes(&map, &mesh, &surface, |_, point| {
             [if point == 1 { 7.0 } else { -1.0 }]
         });
-        let finish = Finish {
+        let composition = Composition {
             map: &map,
             inside: &inside,
             feather: 4.0,
@@ -329,7 +329,7 @@ mod tests {
         };
         let layer = [200_u8; 64];
         let mut values = [100; 64];
-        finish.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
+        composition.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
         // Distances are -0.5, 0.5, 1.5, 2.5, 3.5, 4.5 ...
         let weight = |t: f64| t * t * (3.0 - 2.0 * t);
         let wanted =
@@ -340,7 +340,7 @@ mod tests {
 
         // A gain of a half and its toe, without a feather: nothing outside, everything inside.
         let gains = vec![[Slope::constant(0.5); 3]];
-        let finish = Finish {
+        let composition = Composition {
             map: &map,
             inside: &inside,
             feather: 0.0,
@@ -351,13 +351,13 @@ mod tests {
             leaves_out: false,
         };
         let mut values = [80; 64];
-        finish.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
+        composition.lay(Channels::Grey, false, 0, &layer, &mut values, &[]);
         let toe: f32 = 0.85 * 0.25 * 200.0 / 255.0;
         let level = (100.0 / (1.0 - toe)).round() as u8;
         assert_eq!(values[..3], [80, level, level]);
 
         // With opacity: what is laid over covers as much as its weight and its opacity say.
-        let finish = Finish {
+        let composition = Composition {
             map: &map,
             inside: &inside,
             feather: 1.0,
@@ -369,7 +369,7 @@ mod tests {
         };
         let layer = [1.0_f32, 0.5].repeat(64);
         let mut values = [0.0, 1.0].repeat(64);
-        finish.lay(Channels::GreyAlpha, true, 0, &layer, &mut values, &[]);
+        composition.lay(Channels::GreyAlpha, true, 0, &layer, &mut values, &[]);
         assert_eq!(values[..6], [0.0, 1.0, 0.25, 1.0, 0.5, 1.0]);
     }
 
@@ -392,7 +392,7 @@ mod tests {
                 let labelled = if rng.bool() { len as usize * VALUES } else { 0 };
                 let controls: Vec<u8> =
                     (0..labelled).map(|_| *rng.choice(&[0, 255, 100, 254]).unwrap()).collect();
-                let finish = Finish {
+                let composition = Composition {
                     map: &map,
                     inside: &[],
                     feather,
@@ -407,11 +407,11 @@ mod tests {
                     for (k, at) in run.clone().enumerate() {
                         let (k, at) = (k as u32, at as usize);
                         let layer = &layer[at * C..][..C];
-                        let weight = finish.weight(inside.at(k));
+                        let weight = composition.weight(inside.at(k));
                         let [tone, carried] = controls::at(&controls, at);
                         let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
                         let texel = &mut wanted[at * C..][..C];
-                        finish.texel::<T, C, false>(layer, weight * carried, &change, texel);
+                        composition.texel::<T, C, false>(layer, weight * carried, &change, texel);
                     }
                 }
                 for level in [Level::new(), Level::baseline()] {

@@ -9,7 +9,7 @@ use crate::map::{MapOptions, SamplingMap};
 use crate::resampler::{Resampler, Source, TexelShape, Way};
 use crate::texture::Texels;
 
-use super::selection::Ground;
+use super::selection::BlendDomain;
 
 /// Labels, ready to be read at the texels of a map: they are carried through it as the texture is.
 #[derive(Debug)]
@@ -24,10 +24,15 @@ pub(super) const VALUES: usize = 2;
 
 impl Controls {
     /// - `leaves_out`: whether anything is carried less than wholly.
-    pub fn new(ground: &Ground, map: &Arc<SamplingMap>, labels: &Labels, leaves_out: bool) -> Self {
+    pub fn new(
+        domain: &BlendDomain,
+        map: &Arc<SamplingMap>,
+        labels: &Labels,
+        leaves_out: bool,
+    ) -> Self {
         let way = Way {
-            pair: ground.pair(),
-            direction: ground.direction(),
+            pair: domain.pair(),
+            direction: domain.direction(),
             target_size: map.size(),
             map: MapOptions::default(),
         };

@@ -32,7 +32,7 @@ impl Blend {
     /// # Errors
     /// [`MeshError::TooLarge`] if there would be too many triangles.
     pub fn cut(&self) -> Result<CutMesh, MeshError> {
-        let (mesh, surface) = (self.ground.mesh(), self.ground.surface());
+        let (mesh, surface) = (self.domain.mesh(), self.domain.surface());
         let mut parts = Parts::default();
         for (face, points) in surface.triangles().iter().enumerate() {
             let uv = mesh.uv_triangle(face);
@@ -109,7 +109,7 @@ impl Parts {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BlendOptions, Ground, Growth};
+    use super::super::{BlendDomain, BlendOptions, Growth};
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
     use crate::surface::Surface;
@@ -126,8 +126,8 @@ mod tests {
         let whole = Mesh::from_triangles(positions.clone(), uv.clone(), &faces, &faces).unwrap();
         let part = Mesh::from_triangles(positions, uv, &faces[..6], &faces[..6]).unwrap();
         let pair = Pair::by_vertex_map(part, whole, &(0..10).collect::<Vec<_>>()).unwrap();
-        let ground = Ground::new(pair, Direction::Forward);
-        let narrowed = ground.linked().grown(Growth::Length(-0.5));
+        let domain = BlendDomain::new(pair, Direction::Forward);
+        let narrowed = domain.linked().grown(Growth::Length(-0.5));
         let blend = super::Blend::new(&narrowed, BlendOptions::default()).unwrap();
         let cut = blend.cut().unwrap();
         let surface = Surface::new(&cut.mesh);

@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::raster::ScanTriangle;
 use crate::texture::{Size, TexelsMut, Texture, Value};
 
-use super::selection::Ground;
+use super::selection::BlendDomain;
 
 /// The texels of rims, from the inside out, for textures of one size.
 #[derive(Debug, Clone)]
@@ -32,9 +32,9 @@ const MOST: f64 = 0.35;
 
 impl EyeRims {
     /// Finds them in the layout that textures come from; nothing where no eyeball has islands of its own.
-    pub fn new(ground: &Ground, size: Size) -> Option<Self> {
-        let head = ground.head()?;
-        let mesh = ground.pair().from(ground.direction());
+    pub fn new(domain: &BlendDomain, size: Size) -> Option<Self> {
+        let head = domain.head()?;
+        let mesh = domain.pair().from(domain.direction());
         let eyes = head.anatomy.area(Area::Eyes);
         let is_eye = |face: usize| {
             mesh.faces()[face].iter().all(|&vertex| eyes[vertex as usize] >= 0.5)

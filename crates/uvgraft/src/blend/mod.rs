@@ -12,6 +12,7 @@
 //!   editing", 2003, on a mesh and with ratios for differences).
 
 mod along_rim;
+mod base_layer;
 mod between_skins;
 mod collapsed;
 mod compose;
@@ -31,7 +32,6 @@ mod skins;
 mod stretch;
 mod tone;
 mod toning;
-mod undercoat;
 
 use std::sync::Arc;
 
@@ -41,8 +41,9 @@ use crate::map::{MapOptions, SamplingMap};
 use crate::pair::Direction;
 use crate::skin::SkinModel;
 use crate::texture::{Channels, Texels, Texture, TextureError};
+use base_layer::{BaseLayer, SkinCriterion};
 pub(crate) use collapsed::{Collapsed, Smooth};
-use compose::Finish;
+use compose::Composition;
 pub(crate) use controls::Controls;
 pub use cut::CutMesh;
 pub(crate) use eye_rims::EyeRims;
@@ -50,12 +51,11 @@ use field::{Slope, slopes};
 use harmonic::Harmonic;
 pub use report::ToneReport;
 use rim::Rim;
-pub use selection::{Ground, Growth, RegionError, Selection, Side};
+pub use selection::{BlendDomain, Growth, RegionError, Selection, Side};
 use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};
 pub use toning::{Toning, ToningError};
-use undercoat::{Skin, Undercoat};
 
 /// How far from the rim a tone that was found there has faded out, in distances between the eyes: 5 cm.
 const FADE: f64 = 0.8;
@@ -177,7 +177,7 @@ impl Tone {
 /// textures of any size.
 #[derive(Debug, Clone)]
 pub struct Blend {
-    ground: Ground,
+    domain: BlendDomain,
     /// What was asked for, within what is linked.
     selection: Selection,
     options: BlendOptions,
@@ -251,16 +251,16 @@ impl Blend {
     /// # Errors
     /// [`RegionError::Empty`] if that is nothing.
     pub fn new(selection: &Selection, options: BlendOptions) -> Result<Self, RegionError> {
-        let ground = selection.ground().clone();
-        let linked = ground.linked();
+        let domain = selection.domain().clone();
+        let linked = domain.linked();
         let selection = selection.within(&linked)?;
         // Far beyond any mesh, and so that 32 bits hold it.
         let feather = if options.feather > 0.0 { options.feather.min(1e30) } else { 0.0 };
         let options = BlendOptions { feather, ..options };
-        let touched = ground.touched(&selection);
+        let touched = domain.touched(&selection);
         if !touched.contains(&true) {
             let cuts_only =
-                !ground.touched(&linked).contains(&true) && ground.pair().piece_count() > 0;
+                !domain.touched(&linked).contains(&true) && domain.pair().piece_count() > 0;
             return Err(RegionError::Empty(if cuts_only {
                 "no whole triangle is linked in it, only parts of triangles"
             } else {
@@ -268,15 +268,15 @@ impl Blend {
             }));
         }
         let fade = if options.needs_colors() {
-            ground.eye_distance().map(|eyes| FADE * eyes)
+            domain.eye_distance().map(|eyes| FADE * eyes)
         } else {
             None
         };
         // Farther points are as good as endless; a triangle's corners must be told apart up to there.
-        let limit = options.feather.max(fade.unwrap_or(0.0)) + ground.longest_edge();
-        let inside = ground.signed_distances(&selection, limit);
+        let limit = options.feather.max(fade.unwrap_or(0.0)) + domain.longest_edge();
+        let inside = domain.signed_distances(&selection, limit);
         let measure = options.needs_colors().then(|| {
-            let rim = Rim::new(&ground, &touched, &inside, options.feather);
+            let rim = Rim::new(&domain, &touched, &inside, options.feather);
             let harmonic = options.membrane.then(|| {
                 let is_near = |corners: &[u32; 3]| match fade {
                     Some(fade) => corners.iter().any(|&point| inside[point as usize].abs() < fade),
@@ -284,17 +284,17 @@ impl Blend {
                 };
                 // Of the base skin changes beyond the rim too.
                 let beyond = options.tone != Tone::Base;
-                let triangles = ground.surface().triangles().iter().zip(&touched);
+                let triangles = domain.surface().triangles().iter().zip(&touched);
                 let faces: Vec<bool> = triangles
                     .map(|(corners, &touched)| (touched || beyond) && is_near(corners))
                     .collect();
-                Harmonic::new(ground.surface(), &faces, &rim.points)
+                Harmonic::new(domain.surface(), &faces, &rim.points)
             });
             Measure { rim, harmonic }
         });
         let inside = inside.into_iter().map(|inside| inside.clamp(-limit, limit) as f32).collect();
         Ok(Self {
-            ground,
+            domain,
             selection,
             options,
             touched,
@@ -311,7 +311,7 @@ impl Blend {
     #[must_use]
     pub fn prepared(self) -> Self {
         if self.measure.is_some() && self.options.tone != Tone::Base && self.skin.is_none() {
-            self.ground.body();
+            self.domain.body();
         }
         self
     }
@@ -339,7 +339,7 @@ impl Blend {
         }
         let labels = match &self.labels {
             Some(labels) => Ok(Arc::clone(labels)),
-            None => self.ground.labels(source).map(Arc::new),
+            None => self.domain.labels(source).map(Arc::new),
         };
         Some(labels.map(|labels| {
             let keeps_all = self.options.keep_all && labels.has_cloth();
@@ -352,16 +352,16 @@ impl Blend {
         if !labels.has_cloth() {
             return None;
         }
-        let head = self.ground.head();
+        let head = self.domain.head();
         let margin = head.map_or(1.0, |head| MARGIN * head.texels_per_unit(labels.size()));
-        let side = match self.ground.direction() {
+        let side = match self.domain.direction() {
             Direction::Forward => Side::Source,
             Direction::Reverse => Side::Target,
         };
-        let kept = self.ground.painted(side, &labels.kept(margin)).ok()?;
+        let kept = self.domain.painted(side, &labels.kept(margin)).ok()?;
         let selection = self.selection.within(&kept).ok()?;
         let Self { skin, labels, .. } = self.clone();
-        let reach = BESIDE_CLOTH * self.ground.eye_distance().unwrap_or(1.0) as f32;
+        let reach = BESIDE_CLOTH * self.domain.eye_distance().unwrap_or(1.0) as f32;
         let beside_cloth = self.inside.iter().map(|&inside| ramp(0.0, reach, inside)).collect();
         // If nothing is left the whole region stays: then it is no head that is labelled.
         Some(Self { beside_cloth, skin, labels, ..Self::new(&selection, self.options).ok()? })
@@ -369,13 +369,13 @@ impl Blend {
 
     /// The share of the region's surface that is cloth or background.
     fn left_out(&self, labels: &Labels) -> f64 {
-        let ground = &self.ground;
-        let mesh = ground.pair().from(ground.direction());
+        let domain = &self.domain;
+        let mesh = domain.pair().from(domain.direction());
         let (mut cloth, mut all) = (0.0, 0.0);
-        for piece in ground.pieces().all() {
+        for piece in domain.pieces().all() {
             if self.touched[piece.to as usize] {
-                let area = ground.surface().area(piece.to) * ground.pieces().share(*piece);
-                let uv = ground.middle(*piece, mesh);
+                let area = domain.surface().area(piece.to) * domain.pieces().share(*piece);
+                let uv = domain.middle(*piece, mesh);
                 cloth += area * f64::from(labels.at_uv(Label::Cloth, uv));
                 all += area;
             }
@@ -391,8 +391,8 @@ impl Blend {
     }
 
     /// What it is made on.
-    pub fn ground(&self) -> &Ground {
-        &self.ground
+    pub fn domain(&self) -> &BlendDomain {
+        &self.domain
     }
 
     /// How it was asked for.
@@ -412,11 +412,11 @@ impl BlendMap {
     /// # Errors
     /// [`TextureError`] if there is no memory for a mask of skin at the map's size.
     pub fn new(blend: Arc<Blend>, map: &SamplingMap) -> Result<Self, TextureError> {
-        assert_eq!(map.direction(), blend.ground.direction());
+        assert_eq!(map.direction(), blend.domain.direction());
         let changes_base = blend.measure.is_some() && blend.options.tone != Tone::Base;
         let layout = changes_base.then(|| {
             let options = MapOptions::with_gutter(blend.options.gutter_px);
-            Arc::new(SamplingMap::of_layout(blend.ground.mesh(), map.size(), &options))
+            Arc::new(SamplingMap::of_layout(blend.domain.mesh(), map.size(), &options))
         });
         let skin = blend.skin.as_ref().map(|mask| SkinMask::new(mask, map.size())).transpose()?;
         let inside = blend.inside_of(map);
@@ -430,17 +430,17 @@ impl BlendMap {
     ///
     /// # Panics
     /// If it is the blend of another map.
-    pub fn finish<'b>(
+    pub fn composition<'b>(
         &'b self,
         map: &'b SamplingMap,
         gains: &'b Gains,
         normals: bool,
         encoding: Encoding,
-    ) -> Finish<'b> {
+    ) -> Composition<'b> {
         let at = gains.0.as_ref().and_then(|gains| gains.narrowed.as_ref()).unwrap_or(self);
         assert_eq!(map.patches().len(), at.inside.len(), "the blend is one of another map");
         let recoloring = gains.0.as_ref().and_then(|gains| gains.source.as_ref());
-        Finish {
+        Composition {
             map,
             inside: &at.inside,
             feather: self.blend.options.feather as f32,
@@ -453,13 +453,13 @@ impl BlendMap {
     }
 
     /// What is done to the base first, where that changes.
-    pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<Undercoat<'b>> {
+    pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<BaseLayer<'b>> {
         let (Recoloring { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
         let skin = match (&self.skin, skin) {
-            (Some(mask), _) | (None, SkinTexels::Mask(mask)) => Skin::Mask(mask),
-            (None, SkinTexels::Model(model)) => Skin::Model(*model),
+            (Some(mask), _) | (None, SkinTexels::Mask(mask)) => SkinCriterion::Mask(mask),
+            (None, SkinTexels::Model(model)) => SkinCriterion::Model(*model),
         };
-        Some(Undercoat { map: self.layout.as_deref()?, gains, matrix: *matrix, skin })
+        Some(BaseLayer { map: self.layout.as_deref()?, gains, matrix: *matrix, skin })
     }
 
     /// A toning at the texels of its map.
@@ -467,15 +467,15 @@ impl BlendMap {
     /// - `colors`: whether colours change; else only what is left of the region counts.
     ///
     /// # Errors
-    /// [`ToningError::Ground`] if it is another ground's, [`ToningError::Texture`] if there is no memory for a mask.
+    /// [`ToningError::Domain`] if it is another domain's, [`ToningError::Texture`] if there is no memory for a mask.
     pub fn gains(
         &self,
         map: &Arc<SamplingMap>,
         toning: &Toning,
         colors: bool,
     ) -> Result<Gains, ToningError> {
-        if !self.blend.ground.is_like(&toning.ground) {
-            return Err(ToningError::Ground);
+        if !self.blend.domain.is_like(&toning.domain) {
+            return Err(ToningError::Domain);
         }
         let recoloring = |map: &SamplingMap, recolor| self.recoloring(map, recolor);
         let source =
@@ -501,7 +501,7 @@ impl BlendMap {
         });
         let controls = match &toning.labels {
             Some(labels) if source.is_some() || narrowed.is_some() => {
-                Some(Controls::new(&self.blend.ground, map, labels, narrowed.is_some()))
+                Some(Controls::new(&self.blend.domain, map, labels, narrowed.is_some()))
             }
             _ => None,
         };
@@ -510,11 +510,11 @@ impl BlendMap {
 
     fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> Recoloring {
         let Recolor { matrix, gains } = recolor;
-        let ground = &self.blend.ground;
+        let domain = &self.blend.domain;
         let gains = if gains.is_empty() {
             Vec::new()
         } else {
-            slopes(map, ground.mesh(), ground.surface(), |_, point| gains[point as usize])
+            slopes(map, domain.mesh(), domain.surface(), |_, point| gains[point as usize])
         };
         Recoloring { matrix: *matrix, gains }
     }
@@ -527,13 +527,16 @@ impl BlendMap {
         let size = map.size();
         let white = vec![255_u8; size.texels()];
         let mut values = vec![0; size.texels()];
-        let finish =
-            Finish { gains: &[], matrix: None, ..self.finish(map, gains, false, Encoding::Data) };
+        let composition = Composition {
+            gains: &[],
+            matrix: None,
+            ..self.composition(map, gains, false, Encoding::Data)
+        };
         let mut controls = Vec::new();
         if let Some(of) = gains.controls() {
             of.rows(0, size.height, &mut controls);
         }
-        finish.lay(Channels::Grey, false, 0, &white, &mut values, &controls);
+        composition.lay(Channels::Grey, false, 0, &white, &mut values, &controls);
         if let Texels::U8(mask) = map.mask().texels() {
             values.iter_mut().zip(mask).for_each(|(value, &mask)| *value &= mask);
         }
@@ -553,7 +556,7 @@ impl Blend {
                 f32::NEG_INFINITY
             }]
         };
-        slopes(map, self.ground.mesh(), self.ground.surface(), value)
+        slopes(map, self.domain.mesh(), self.domain.surface(), value)
     }
 }
 

@@ -3,23 +3,23 @@
 //! A blend lives at the points of the surface, and so does the tone that was found with it; only where texels of the
 //! target lie asks for its layout.
 
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use super::{Blend, BlendOptions, RegionError, Tone, Toning, ToningError};
 
 impl Blend {
-    /// The same blend for a ground whose target has the same surface in another layout, such as that of an
+    /// The same blend for a domain whose target has the same surface in another layout, such as that of an
     /// [`OwnLayout`](crate::OwnLayout). Bases are taken for such as have changed their tone already: tones are found
     /// with the blend that it comes from, and brought over by [`Toning::relaid`].
     ///
     /// # Errors
-    /// [`RegionError::Ground`] if the surface is another.
-    pub fn relaid(&self, ground: &Ground) -> Result<Self, RegionError> {
-        if !self.ground.is_same_surface(ground) {
-            return Err(RegionError::Ground);
+    /// [`RegionError::Domain`] if the surface is another.
+    pub fn relaid(&self, domain: &BlendDomain) -> Result<Self, RegionError> {
+        if !self.domain.is_same_surface(domain) {
+            return Err(RegionError::Domain);
         }
         Ok(Self {
-            selection: self.selection.relaid(ground),
-            ground: ground.clone(),
+            selection: self.selection.relaid(domain),
+            domain: domain.clone(),
             options: BlendOptions { tone: Tone::Base, ..self.options },
             skin: None,
             ..self.clone()
@@ -31,18 +31,18 @@ impl Toning {
     /// What it does to the texture, for [`Blend::relaid`]. The base, which lies in another layout, stays as it is.
     ///
     /// # Errors
-    /// [`ToningError::Ground`] if the surface is another.
-    pub fn relaid(&self, ground: &Ground) -> Result<Self, ToningError> {
-        if !self.ground.is_same_surface(ground) {
-            return Err(ToningError::Ground);
+    /// [`ToningError::Domain`] if the surface is another.
+    pub fn relaid(&self, domain: &BlendDomain) -> Result<Self, ToningError> {
+        if !self.domain.is_same_surface(domain) {
+            return Err(ToningError::Domain);
         }
-        let narrowed = self.narrowed.as_ref().map(|blend| blend.relaid(ground)).transpose();
+        let narrowed = self.narrowed.as_ref().map(|blend| blend.relaid(domain)).transpose();
         Ok(Self {
-            ground: ground.clone(),
+            domain: domain.clone(),
             source: self.source.clone(),
             base: None,
             labels: self.labels.clone(),
-            narrowed: narrowed.map_err(|_| ToningError::Ground)?.map(std::sync::Arc::new),
+            narrowed: narrowed.map_err(|_| ToningError::Domain)?.map(std::sync::Arc::new),
             report: self.report.clone(),
         })
     }
@@ -96,12 +96,12 @@ mod tests {
     #[test]
     fn texels_stay_what_they_are_within_the_feather() {
         let pair = Arc::new(pair());
-        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
+        let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let options = BlendOptions::default().feather(0.25);
-        let blend = Blend::new(&ground.linked(), options).unwrap();
+        let blend = Blend::new(&domain.linked(), options).unwrap();
         let own = OwnLayout::new(&pair, blend.touched()).unwrap().unwrap();
         assert_eq!((own.faces.iter().filter(|&&is_own| is_own).count(), own.share), (128, 1.0));
-        let there = Ground::new(Arc::clone(&own.pair), Direction::Forward);
+        let there = BlendDomain::new(Arc::clone(&own.pair), Direction::Forward);
         let relaid = Arc::new(blend.relaid(&there).unwrap());
         let size = Size::square(SIDE);
         let graft = Graft::builder(Arc::clone(&own.pair), Sizes { from: size, to: size });
@@ -122,9 +122,9 @@ mod tests {
     #[test]
     fn another_surface_is_refused() {
         let pair = Arc::new(pair());
-        let ground = Ground::new(Arc::clone(&pair), Direction::Forward);
-        let blend = Blend::new(&ground.linked(), BlendOptions::default()).unwrap();
-        let back = Ground::new(pair, Direction::Reverse);
-        assert_eq!(blend.relaid(&back).unwrap_err(), RegionError::Ground);
+        let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+        let blend = Blend::new(&domain.linked(), BlendOptions::default()).unwrap();
+        let back = BlendDomain::new(pair, Direction::Reverse);
+        assert_eq!(blend.relaid(&back).unwrap_err(), RegionError::Domain);
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use super::tone::gain_between;
 use crate::color::Encoding;
 use crate::piece::{mixed, wide};
@@ -61,8 +61,8 @@ impl Rim {
     /// - `touched`: which triangles are in the region, wholly or in part.
     /// - `inside`: signed distance of each point from the rim.
     /// - `reach`: how far from the rim colours are looked at, at least, in the mesh's unit.
-    pub fn new(ground: &Ground, touched: &[bool], inside: &[f64], reach: f64) -> Self {
-        let surface = ground.surface();
+    pub fn new(domain: &BlendDomain, touched: &[bool], inside: &[f64], reach: f64) -> Self {
+        let surface = domain.surface();
         let mut is_rim = vec![false; inside.len()];
         for (corners, _) in surface.triangles().iter().zip(touched).filter(|(_, touched)| **touched)
         {
@@ -72,7 +72,7 @@ impl Rim {
         }
         let points: Vec<u32> =
             (0u32..).zip(&is_rim).filter(|(_, is)| **is).map(|(p, _)| p).collect();
-        let edges = rim_edges(ground, touched, &is_rim);
+        let edges = rim_edges(domain, touched, &is_rim);
         // In the order of the points: a map's own order is another one each time.
         let lengths = points.iter().filter_map(|point| edges.get(point)).flatten();
         let count = lengths.clone().count();
@@ -106,11 +106,11 @@ impl Rim {
         let mut known = HashMap::new();
         for index in 0..rim.points.len() {
             let point = rim.points[index];
-            let around = triangles_near(ground, point, across)
+            let around = triangles_near(domain, point, across)
                 .into_iter()
                 .map(|(triangle, distance)| {
                     let places = *known.entry(triangle).or_insert_with(|| {
-                        rim.look_at(ground, touched, inside, triangle);
+                        rim.look_at(domain, touched, inside, triangle);
                         rim.places.len() as u32 - 1
                     });
                     (places, (-(distance / across).powi(2)).exp())
@@ -122,14 +122,14 @@ impl Rim {
     }
 
     /// Adds the places of a triangle.
-    fn look_at(&mut self, ground: &Ground, touched: &[bool], inside: &[f64], triangle: u32) {
+    fn look_at(&mut self, domain: &BlendDomain, touched: &[bool], inside: &[f64], triangle: u32) {
         let face = triangle as usize;
-        let levels = ground.surface().triangles()[face].map(|point| inside[point as usize]);
-        let target_uv = wide(ground.mesh().uv_triangle(face));
+        let levels = domain.surface().triangles()[face].map(|point| inside[point as usize]);
+        let target_uv = wide(domain.mesh().uv_triangle(face));
         let starts = [self.inside_uv.len() as u32, self.outside_uv.len() as u32];
         for weights in grid() {
             let level: f64 = levels.iter().zip(weights).map(|(level, weight)| level * weight).sum();
-            let source_uv = if touched[face] { ground.source_uv(face, weights) } else { None };
+            let source_uv = if touched[face] { domain.source_uv(face, weights) } else { None };
             match source_uv {
                 // Whole triangles have no corner outside, and all three may be on the rim.
                 Some(uv) if level >= 0.0 || levels.iter().all(|&level| level >= 0.0) => {
@@ -139,7 +139,7 @@ impl Rim {
             }
         }
         self.places.push(Places {
-            area: ground.surface().area(triangle) / f64::from(GRID * GRID),
+            area: domain.surface().area(triangle) / f64::from(GRID * GRID),
             inside: starts[0]..self.inside_uv.len() as u32,
             outside: starts[1]..self.outside_uv.len() as u32,
         });
@@ -315,8 +315,12 @@ fn middle(mut values: Vec<f64>) -> f64 {
 }
 
 /// For each point of a rim, the next ones along it and how far they are.
-fn rim_edges(ground: &Ground, touched: &[bool], is_rim: &[bool]) -> HashMap<u32, Vec<(u32, f64)>> {
-    let surface = ground.surface();
+fn rim_edges(
+    domain: &BlendDomain,
+    touched: &[bool],
+    is_rim: &[bool],
+) -> HashMap<u32, Vec<(u32, f64)>> {
+    let surface = domain.surface();
     let mut edges: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
     for (corners, _) in surface.triangles().iter().zip(touched).filter(|(_, touched)| **touched) {
         for k in 0..3 {
@@ -353,8 +357,8 @@ fn within(edges: &HashMap<u32, Vec<(u32, f64)>>, from: u32, limit: f64) -> HashM
 
 /// The triangles around a point whose middle is within a distance, over neighbours that are; those
 /// at the point itself in any case.
-fn triangles_near(ground: &Ground, point: u32, reach: f64) -> Vec<(u32, f64)> {
-    let surface = ground.surface();
+fn triangles_near(domain: &BlendDomain, point: u32, reach: f64) -> Vec<(u32, f64)> {
+    let surface = domain.surface();
     let center = surface.positions()[point as usize];
     let distance = |triangle: u32| {
         let [a, b, c] = surface.corners(triangle);
@@ -427,23 +431,23 @@ mod tests {
     }
 
     /// The rim of all but the outermost four rows.
-    fn rim(ground: &Ground, side: u32, reach: f64) -> Rim {
+    fn rim(domain: &BlendDomain, side: u32, reach: f64) -> Rim {
         let is_in = |k: &u32| [k % side, k / side].iter().all(|k| (4..side - 4).contains(k));
         let inside: Vec<u32> = (0..side * side).filter(is_in).collect();
-        let region = ground.vertices(selection::Side::Target, &inside).unwrap();
-        let levels = ground.signed_distances(&region, 9.0);
-        Rim::new(ground, &ground.touched(&region), &levels, reach)
+        let region = domain.vertices(selection::Side::Target, &inside).unwrap();
+        let levels = domain.signed_distances(&region, 9.0);
+        Rim::new(domain, &domain.touched(&region), &levels, reach)
     }
 
     /// Sums in the order of a hash map would differ in their last digits from one time to the next.
     #[test]
     fn a_rim_is_the_same_every_time() {
         let pair = sheet(24);
-        let ground = Ground::new(pair, Direction::Forward);
-        let first = rim(&ground, 24, 0.0);
+        let domain = BlendDomain::new(pair, Direction::Forward);
+        let first = rim(&domain, 24, 0.0);
         assert_eq!(first.points.len(), 60);
         for _ in 0..20 {
-            let again = rim(&ground, 24, 0.0);
+            let again = rim(&domain, 24, 0.0);
             assert!(again.along == first.along && again.around == first.around);
         }
     }
@@ -451,8 +455,8 @@ mod tests {
     #[test]
     fn wide_feathers_do_not_make_every_point_look_at_everything() {
         let pair = sheet(64);
-        let ground = Ground::new(pair, Direction::Forward);
-        let wide = rim(&ground, 64, 1000.0);
+        let domain = BlendDomain::new(pair, Direction::Forward);
+        let wide = rim(&domain, 64, 1000.0);
         let most = wide.around.iter().map(Vec::len).max();
         // Of 7938 triangles.
         assert!(most < Some(2000), "{most:?}");

@@ -39,7 +39,7 @@ pub enum RegionError {
     },
     /// What is to be combined belongs to different pairs or directions.
     #[error("the selections belong to different pairs or directions")]
-    Ground,
+    Domain,
     /// Nothing is left to be transferred.
     #[error("the region is empty: {0}")]
     Empty(&'static str),
@@ -47,7 +47,7 @@ pub enum RegionError {
 
 /// What selections of one pair and direction are made on. Clones share it.
 #[derive(Debug, Clone)]
-pub struct Ground(Arc<Parts>);
+pub struct BlendDomain(Arc<Parts>);
 
 #[derive(Debug)]
 struct Parts {
@@ -64,10 +64,10 @@ struct Parts {
     body: OnceLock<Option<BodyLayout>>,
 }
 
-/// A part of the target's surface, on a [`Ground`].
+/// A part of the target's surface, on a [`BlendDomain`].
 #[derive(Debug, Clone)]
 pub struct Selection {
-    ground: Ground,
+    domain: BlendDomain,
     shape: Shape,
 }
 
@@ -104,8 +104,8 @@ fn found<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     cell.get_or_init(|| found)
 }
 
-impl Ground {
-    /// The ground for textures that are carried in a direction.
+impl BlendDomain {
+    /// The domain for textures that are carried in a direction.
     pub fn new(pair: impl Into<Arc<Pair>>, direction: Direction) -> Self {
         let pair = pair.into();
         let surface = Surface::new(pair.to(direction));
@@ -126,7 +126,7 @@ impl Ground {
             && self.surface().positions() == other.surface().positions()
     }
 
-    /// Whether it is the ground for textures of a pair that are carried in a direction.
+    /// Whether it is the domain for textures of a pair that are carried in a direction.
     pub(crate) fn is_of(&self, pair: &Arc<Pair>, direction: Direction) -> bool {
         direction == self.direction() && (Arc::ptr_eq(self.pair(), pair) || self.pair() == pair)
     }
@@ -217,7 +217,7 @@ impl Ground {
     }
 
     fn with_shape(&self, shape: Shape) -> Selection {
-        Selection { ground: self.clone(), shape }
+        Selection { domain: self.clone(), shape }
     }
 
     /// Everything that is linked: the triangles that pieces fill, but for a hundredth of their area. Of others the
@@ -435,20 +435,20 @@ impl Ground {
 }
 
 impl Selection {
-    /// The same part of the same surface, on the ground of another layout.
-    pub(super) fn relaid(&self, ground: &Ground) -> Self {
-        ground.with_shape(self.shape.clone())
+    /// The same part of the same surface, on the domain of another layout.
+    pub(super) fn relaid(&self, domain: &BlendDomain) -> Self {
+        domain.with_shape(self.shape.clone())
     }
 
     /// What it is a part of.
-    pub fn ground(&self) -> &Ground {
-        &self.ground
+    pub fn domain(&self) -> &BlendDomain {
+        &self.domain
     }
 
     /// What is in either.
     ///
     /// # Errors
-    /// [`RegionError::Ground`] if they were made for different pairs or directions.
+    /// [`RegionError::Domain`] if they were made for different pairs or directions.
     pub fn and(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a || b, f64::max)
     }
@@ -472,7 +472,7 @@ impl Selection {
     /// The selection, widened or narrowed.
     #[must_use]
     pub fn grown(&self, by: Growth) -> Self {
-        self.ground.grown(self, by)
+        self.domain.grown(self, by)
     }
 
     fn combined(
@@ -481,18 +481,18 @@ impl Selection {
         of_faces: impl Fn(bool, bool) -> bool,
         of_levels: impl Fn(f64, f64) -> f64,
     ) -> Result<Self, RegionError> {
-        let ground = &self.ground;
-        if !ground.is_like(&other.ground) {
-            return Err(RegionError::Ground);
+        let domain = &self.domain;
+        if !domain.is_like(&other.domain) {
+            return Err(RegionError::Domain);
         }
         if let (Shape::Faces(a), Shape::Faces(b)) = (&self.shape, &other.shape) {
             let faces = a.iter().zip(b).map(|(&a, &b)| of_faces(a, b));
-            return Ok(ground.with_shape(Shape::Faces(faces.collect())));
+            return Ok(domain.with_shape(Shape::Faces(faces.collect())));
         }
-        let faces = ground.touched(self).into_iter().zip(ground.touched(other));
+        let faces = domain.touched(self).into_iter().zip(domain.touched(other));
         let faces = faces.map(|(a, b)| of_faces(a, b)).collect();
-        let (a, b) = (ground.level(self), ground.level(other));
+        let (a, b) = (domain.level(self), domain.level(other));
         let level = a.into_iter().zip(b).map(|(a, b)| of_levels(a, b)).collect();
-        Ok(ground.with_shape(Shape::Level(level, faces)))
+        Ok(domain.with_shape(Shape::Level(level, faces)))
     }
 }

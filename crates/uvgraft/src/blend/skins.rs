@@ -3,7 +3,7 @@
 //! A rim says little about a face: necks are shaded, and captures end in collars. So one gain is found from the cheeks,
 //! which both sides have, and the rim only decides on what is left there.
 
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use super::tone::{GAINS, toned};
 use crate::anatomy::{Anatomy, Area};
 use crate::area_colors::{of_area, of_faces, without_outliers};
@@ -17,7 +17,7 @@ type Rgb = [f32; 3];
 
 /// The skin of a texture where it shows best.
 #[derive(Debug, Clone)]
-pub(super) struct Skin {
+pub(super) struct SkinSample {
     /// Its mean: sRGB as stored, 1.0 for full.
     pub color: Rgb,
     /// Colours of it, those that are far from most left out.
@@ -27,14 +27,14 @@ pub(super) struct Skin {
 /// The skin of a texture and of its base.
 #[derive(Debug, Clone)]
 pub(super) struct Skins {
-    pub face: Skin,
+    pub face: SkinSample,
     pub body: BodySkin,
 }
 
 /// The skin of a base.
 #[derive(Debug, Clone)]
 pub(super) struct BodySkin {
-    pub skin: Skin,
+    pub skin: SkinSample,
     /// Which colours of the base are skin.
     pub model: SkinModel,
     /// Whether the base's cheeks say so; its head is a dummy's if not.
@@ -49,18 +49,24 @@ const BLANK: f64 = 5.0;
 
 impl Skins {
     /// Looks at the texture; nothing where it shows no skin in the face.
-    pub fn new(ground: &Ground, source: &Texture, labels: &Labels, body: BodySkin) -> Option<Self> {
-        let head = ground.head()?;
-        let read = ground.pair().from(ground.direction());
+    pub fn new(
+        domain: &BlendDomain,
+        source: &Texture,
+        labels: &Labels,
+        body: BodySkin,
+    ) -> Option<Self> {
+        let head = domain.head()?;
+        let read = domain.pair().from(domain.direction());
         let is_skin = |uv| labels.at_uv(Label::Skin, uv) >= 0.8;
         let of = |area| of_area(read, &head.anatomy, area, source, &is_skin);
-        let of_face = |area| Skin::new(of(area));
+        let of_face = |area| SkinSample::new(of(area));
         // A beard or a mask may hide the cheeks.
         let face = of_face(Area::Cheeks)
             .or_else(|| of_face(Area::Nose))
             .or_else(|| of_face(Area::Forehead))?;
-        let whole =
-            || Skin::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat());
+        let whole = || {
+            SkinSample::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat())
+        };
         // Cheeks blush and hands do not.
         let face = if body.is_of_cheeks { face } else { whole().unwrap_or(face) };
         Some(Self { face, body })
@@ -86,14 +92,14 @@ impl Skins {
 
 impl BodySkin {
     /// Looks at a base; nothing where it shows none.
-    pub fn new(ground: &Ground, base: &Texture) -> Option<Self> {
-        let (skin, is_of_cheeks) = Skin::of_body(ground, base)?;
+    pub fn new(domain: &BlendDomain, base: &Texture) -> Option<Self> {
+        let (skin, is_of_cheeks) = SkinSample::of_body(domain, base)?;
         let model = SkinModel::new(&skin.samples, &[]).ok()?;
         Some(Self { skin, model, is_of_cheeks })
     }
 }
 
-impl Skin {
+impl SkinSample {
     /// From colours, most of which are skin.
     pub fn new(colors: Vec<Rgb>) -> Option<Self> {
         let samples = without_outliers(colors)?;
@@ -101,15 +107,15 @@ impl Skin {
     }
 
     /// What a base's own cheeks show, unless all else of its body says otherwise; and whether it is theirs.
-    fn of_body(ground: &Ground, base: &Texture) -> Option<(Self, bool)> {
-        let mesh = ground.mesh();
+    fn of_body(domain: &BlendDomain, base: &Texture) -> Option<(Self, bool)> {
+        let mesh = domain.mesh();
         let any = |_| true;
-        let Some(anatomy) = ground.anatomy() else {
+        let Some(anatomy) = domain.anatomy() else {
             // The body's head is where the other one's is.
-            let head = ground.head()?;
+            let head = domain.head()?;
             let cheeks = |face: usize, weights| {
-                let piece = ground.pieces().at(face, weights)?;
-                let read = ground.pair().from(ground.direction());
+                let piece = domain.pieces().at(face, weights)?;
+                let read = domain.pair().from(domain.direction());
                 let corners = read.faces()[piece.from as usize];
                 let cheeks = head.anatomy.area(Area::Cheeks);
                 Some(corners.iter().map(|&vertex| cheeks[vertex as usize]).sum::<f32>() / 3.0)

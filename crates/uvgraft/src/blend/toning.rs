@@ -10,7 +10,7 @@ use crate::texture::{Texture, TextureError};
 
 use super::Blend;
 use super::report::ToneReport;
-use super::selection::Ground;
+use super::selection::BlendDomain;
 use super::skins::Skins;
 use super::tone::Matrix;
 use crate::threads::join;
@@ -19,7 +19,7 @@ use crate::threads::join;
 #[derive(Debug, Clone)]
 pub struct Toning {
     /// Whose points the gains are of.
-    pub(super) ground: Ground,
+    pub(super) domain: BlendDomain,
     pub(super) source: Option<Recolor>,
     pub(super) base: Option<(Recolor, BaseSkin)>,
     pub(super) labels: Option<Arc<Labels>>,
@@ -76,7 +76,7 @@ pub enum ToningError {
     },
     /// A tone that was found for another pair or direction.
     #[error("the tone was computed for another pair or direction")]
-    Ground,
+    Domain,
     /// There is no memory for a mask of skin at the target's size.
     #[error(transparent)]
     Texture(#[from] TextureError),
@@ -136,7 +136,7 @@ impl Blend {
         };
         let labels = toning.labels.clone();
         let skins = labels.as_ref().zip(body).and_then(|(labels, (body, mask))| {
-            Some((Skins::new(&self.ground, source, labels, body)?, labels, mask))
+            Some((Skins::new(&self.domain, source, labels, body)?, labels, mask))
         });
         let Recolored { source, base } = match skins {
             Some((skins, labels, mask)) => {
@@ -144,7 +144,7 @@ impl Blend {
                 blend.between_skins(measure, (source, base), &skins, labels, mask, report)?
             }
             None => {
-                toning.report.rim_alone = unlabelled.filter(|_| self.ground.head().is_some());
+                toning.report.rim_alone = unlabelled.filter(|_| self.domain.head().is_some());
                 blend.along_rim(measure, source, base)?
             }
         };
@@ -160,7 +160,7 @@ impl Blend {
         let narrowed = labels.as_ref().and_then(|labels| self.narrowed(labels)).map(Arc::new);
         let left_out = labels.as_ref().map_or(0.0, |labels| self.left_out(labels));
         Toning {
-            ground: self.ground.clone(),
+            domain: self.domain.clone(),
             source: None,
             base: None,
             labels,

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::{Blending, Content, Graft, GraftError, Unknown};
-use crate::blend::{Blend, BlendMap, BlendOptions, Ground, Selection};
+use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::labels::Labels;
@@ -92,7 +92,7 @@ impl GraftBuilder {
     }
 
     /// Which part of the target's surface is carried: all that is linked, unless this says otherwise. With a region
-    /// or a blend those are the triangles that pieces fill: [`Ground::linked`].
+    /// or a blend those are the triangles that pieces fill: [`BlendDomain::linked`].
     pub fn region(self, region: Selection) -> Self {
         Self { region: Some(region), ..self }
     }
@@ -123,7 +123,7 @@ impl GraftBuilder {
     ///
     /// # Errors
     /// [`GraftError::Texture`] for sizes that no texture has, or for want of memory; [`GraftError::Region`] if
-    /// nothing that is linked is left in the region; [`GraftError::Ground`] if that was selected for another pair
+    /// nothing that is linked is left in the region; [`GraftError::Domain`] if that was selected for another pair
     /// or direction.
     pub fn build(self) -> Result<Graft, GraftError> {
         let Self { pair, sizes, direction, map, overlap, averaging, content, .. } = self;
@@ -133,11 +133,11 @@ impl GraftBuilder {
             (Some(blend), _, _) => Some(blend),
             (None, None, None) => None,
             (None, region, options) => {
-                let region =
-                    region.unwrap_or_else(|| Ground::new(Arc::clone(&pair), direction).linked());
+                let region = region
+                    .unwrap_or_else(|| BlendDomain::new(Arc::clone(&pair), direction).linked());
                 let options =
                     options.unwrap_or_else(|| BlendOptions::default().gutter_px(map.gutter_px));
-                check_ground("region", region.ground(), &pair, direction)?;
+                check_domain("region", region.domain(), &pair, direction)?;
                 let blend = Blend::new(&region, options)?;
                 let blend = match self.skin {
                     Some(mask) => blend.with_skin(mask),
@@ -165,7 +165,7 @@ impl GraftBuilder {
         let blend = match blend {
             None => None,
             Some(blend) => {
-                check_ground("blend", blend.ground(), &pair, direction)?;
+                check_domain("blend", blend.domain(), &pair, direction)?;
                 let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
                 let unknown = Unknown::new(&blend, resampler.map(), content, sizes.from);
                 Some(Blending { blend, at, unknown })
@@ -197,20 +197,20 @@ pub(super) fn check_size(size: Size) -> Result<(), TextureError> {
     }
 }
 
-/// Refuses a ground of another pair or direction.
+/// Refuses a domain of another pair or direction.
 ///
 /// - `what`: was made on it.
-fn check_ground(
+fn check_domain(
     what: &'static str,
-    ground: &Ground,
+    domain: &BlendDomain,
     pair: &Arc<Pair>,
     wanted: Direction,
 ) -> Result<(), GraftError> {
-    let found = ground.direction();
-    if ground.is_of(pair, wanted) {
+    let found = domain.direction();
+    if domain.is_of(pair, wanted) {
         Ok(())
     } else {
-        let is_other_pair = !ground.is_of(pair, found);
-        Err(GraftError::Ground { what, is_other_pair, found, wanted })
+        let is_other_pair = !domain.is_of(pair, found);
+        Err(GraftError::Domain { what, is_other_pair, found, wanted })
     }
 }

@@ -44,7 +44,7 @@ pub enum GraftError {
         "the {what} must belong to this pair and the direction {wanted:?}, got {} and {found:?}",
         which_pair(*is_other_pair)
     )]
-    Ground {
+    Domain {
         /// `"region"` or `"blend"`.
         what: &'static str,
         /// Whether it is of another pair.

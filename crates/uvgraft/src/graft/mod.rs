@@ -102,10 +102,10 @@ impl Unknown {
         if content != Content::Color || !blend.options().asks_for_labels() {
             return Self::default();
         }
-        let ground = blend.ground();
+        let domain = blend.domain();
         Self {
-            eye_rims: EyeRims::new(ground, from).map(Arc::new),
-            collapsed: Collapsed::new(ground, map, from).map(Arc::new),
+            eye_rims: EyeRims::new(domain, from).map(Arc::new),
+            collapsed: Collapsed::new(domain, map, from).map(Arc::new),
         }
     }
 }
@@ -169,7 +169,7 @@ impl Graft {
         let source = self.resampler.source(&formats, texture);
         let smooth = self.blend.as_ref().and_then(|Blending { blend, unknown, .. }| {
             let collapsed = unknown.collapsed.as_ref()?;
-            Some(collapsed.smooth(blend.ground(), &source.texture))
+            Some(collapsed.smooth(blend.domain(), &source.texture))
         });
         let overlay = self.finished(formats, Layer::Sampled(Arc::new(source)));
         Ok(match smooth {
@@ -416,7 +416,7 @@ mod tests {
         is_shareable::<Overlay>();
         is_shareable::<Operator>();
         is_shareable::<Blend>();
-        is_shareable::<crate::Ground>();
+        is_shareable::<crate::BlendDomain>();
         is_shareable::<crate::Selection>();
         is_shareable::<NormalFrames>();
     }

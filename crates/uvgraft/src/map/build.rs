@@ -1,6 +1,6 @@
 //! Building a map: patches first, then runs, block of rows by block.
 
-use super::coverage::{Layout, Span, Sweep, corners_px};
+use super::coverage::{LayoutTriangles, Span, Sweep, corners_px};
 use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
 use super::rows::{Block, Draft, Rows};
@@ -22,7 +22,7 @@ pub(super) fn build(
 ) -> SamplingMap {
     let to = oriented.to;
     let (precedence, (layout, (of_faces, mut patches))) =
-        join(precedence, || (Layout::new(to, size), linked_patches(oriented, size)));
+        join(precedence, || (LayoutTriangles::new(to, size), linked_patches(oriented, size)));
     let lost = layout.lost_edges(&precedence);
     let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, &of_faces);
 
@@ -98,7 +98,7 @@ fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patc
 
 /// What all blocks depend on.
 struct Plan<'a> {
-    layout: Layout<'a>,
+    layout: LayoutTriangles<'a>,
     precedence: Precedence,
     border: Border,
     of_faces: FacePatches,
@@ -106,7 +106,7 @@ struct Plan<'a> {
 }
 
 /// The runs of a block, and what was found on the way.
-struct Part {
+struct BuiltBlock {
     runs: Block<Run>,
     stats: MapStats,
     clashes: Vec<(u32, u32)>,
@@ -134,7 +134,7 @@ impl Worker {
         }
     }
 
-    fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> Part {
+    fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> BuiltBlock {
         let Self { sweep, around, runs, owned, claims } = self;
         if winners.is_some() {
             sweep.cover_all(&plan.layout, &plan.precedence, block);
@@ -173,7 +173,7 @@ impl Worker {
             merge(owned, &around.runs, |run| runs.items.push(run));
             runs.end_row();
         }
-        Part { runs: runs.block(), stats, clashes: std::mem::take(&mut sweep.clashes) }
+        BuiltBlock { runs: runs.block(), stats, clashes: std::mem::take(&mut sweep.clashes) }
     }
 }
 

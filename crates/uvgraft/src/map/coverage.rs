@@ -38,13 +38,13 @@ pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] 
 }
 
 /// A layout's triangles at one size, bucketed by the rows that they touch.
-pub(crate) struct Layout<'a> {
+pub(crate) struct LayoutTriangles<'a> {
     pub mesh: &'a Mesh,
     pub size: Size,
     pub blocks: RowBlocks,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> LayoutTriangles<'a> {
     /// # Panics
     /// If there are no textures of `size`.
     pub fn new(mesh: &'a Mesh, size: Size) -> Self {
@@ -80,7 +80,7 @@ impl<'a> Layout<'a> {
 }
 
 impl Coverage {
-    pub fn new(layout: &Layout<'_>, precedence: &Precedence) -> Self {
+    pub fn new(layout: &LayoutTriangles<'_>, precedence: &Precedence) -> Self {
         let size = layout.size;
         let sweep = || Sweep::new(size.width);
         let blocks = map_indices_with(layout.blocks.count(), sweep, |sweep, block| {
@@ -167,7 +167,7 @@ impl Sweep {
     /// of the spans, not of what is covered.
     pub fn cover(
         &mut self,
-        layout: &Layout<'_>,
+        layout: &LayoutTriangles<'_>,
         precedence: &Precedence,
         block: usize,
         wanted: impl Fn(u32) -> bool,
@@ -193,7 +193,12 @@ impl Sweep {
     }
 
     /// Finds the owners of a block, all of them.
-    pub fn cover_all(&mut self, layout: &Layout<'_>, precedence: &Precedence, block: usize) {
+    pub fn cover_all(
+        &mut self,
+        layout: &LayoutTriangles<'_>,
+        precedence: &Precedence,
+        block: usize,
+    ) {
         self.clear();
         let rows = layout.blocks.rows(block);
         for (face, triangle) in layout.triangles(block, |_| true) {
@@ -358,7 +363,7 @@ mod tests {
     }
 
     fn coverage(mesh: &Mesh, size: Size) -> Coverage {
-        Coverage::new(&Layout::new(mesh, size), &Precedence::new(mesh, Prefer::First))
+        Coverage::new(&LayoutTriangles::new(mesh, size), &Precedence::new(mesh, Prefer::First))
     }
 
     #[test]

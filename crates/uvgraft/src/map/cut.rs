@@ -32,10 +32,10 @@ pub(super) enum FacePatch<'a> {
 /// A face whose pieces are parts of it.
 #[derive(Default)]
 pub(super) struct CutFace {
-    parts: Vec<Part>,
+    parts: Vec<CutPart>,
 }
 
-struct Part {
+struct CutPart {
     patch: u32,
     /// Its corners in the face.
     weights: [Weights; 3],
@@ -73,7 +73,7 @@ impl FacePatches {
             self.cut.push(CutFace::default());
         }
         let corners_px = weights.map(|weights| mixed(&corners_px, weights));
-        self.cut[(*of_face & !CUT) as usize].parts.push(Part {
+        self.cut[(*of_face & !CUT) as usize].parts.push(CutPart {
             patch,
             weights,
             corners_px,
@@ -145,7 +145,7 @@ impl CutFace {
     fn beside(&self, x: u32, row: u32) -> Option<u32> {
         const ROUNDING_PX: f64 = 1e-6;
         let centre = [f64::from(x) + 0.5, f64::from(row) + 0.5];
-        let is_near = |part: &&Part| {
+        let is_near = |part: &&CutPart| {
             let [a, b, c] = part.corners_px;
             let is_around = |axis: usize| {
                 let (least, most) =

@@ -1,10 +1,10 @@
 //! Border edges of islands that lost what lies inside them to another island.
 
-use super::coverage::{Coverage, Layout, corners_px};
+use super::coverage::{Coverage, LayoutTriangles, corners_px};
 use super::precedence::Precedence;
 use crate::threads::map_indices;
 
-impl Layout<'_> {
+impl LayoutTriangles<'_> {
     /// For each border edge, whether another island owns what lies inside it, so that a gutter beside
     /// it would show an island that is not seen.
     ///

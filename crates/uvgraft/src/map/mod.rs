@@ -15,7 +15,7 @@ mod rows;
 mod surroundings;
 mod tiles;
 
-pub(crate) use coverage::{Coverage, Layout, corners_px};
+pub(crate) use coverage::{Coverage, LayoutTriangles, corners_px};
 pub(crate) use precedence::Precedence;
 pub use precedence::Prefer;
 pub(crate) use region::Region;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::FAR_PX;
-use super::coverage::Layout;
+use super::coverage::LayoutTriangles;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::tiles::{TILE, Tiles};
 use super::{Patch, SamplingMap};
@@ -22,7 +22,7 @@ pub(crate) struct Region {
 impl Region {
     /// What a layout covers. Beside the tiles that are `wanted` some of it may be missing.
     pub fn covered(mesh: &Mesh, size: Size, wanted: &Tiles) -> Self {
-        let layout = Layout::new(mesh, size);
+        let layout = LayoutTriangles::new(mesh, size);
         let words = bits::words(size.width);
         let buffers = || (vec![0; words * BLOCK_ROWS as usize], Draft::new());
         let blocks = map_indices_with(layout.blocks.count(), buffers, |(covered, draft), block| {

@@ -29,11 +29,11 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
     let encoded = threads::map_indices(frames.len(), |index| {
         let before = index.checked_sub(1).map(|before| bytes[before]).filter(|_| !alpha);
         match before {
-            Some(before) => Part::changed(bytes[index], before, width),
-            None => Part::whole(&frames[index]),
+            Some(before) => ChangedRegion::changed(bytes[index], before, width),
+            None => ChangedRegion::whole(&frames[index]),
         }
     });
-    let encoded: Vec<Part> = encoded.into_iter().collect::<Result<_, FilmError>>()?;
+    let encoded: Vec<ChangedRegion> = encoded.into_iter().collect::<Result<_, FilmError>>()?;
     let mut body = b"WEBP".to_vec();
     // Animation and opacity, which parts of frames have where nothing changes.
     const FLAGS: u8 = 0b1_0010;
@@ -61,7 +61,7 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
 }
 
 /// What is stored of a frame.
-struct Part {
+struct ChangedRegion {
     /// Left and top; even.
     corner: [u32; 2],
     size: [u32; 2],
@@ -69,7 +69,7 @@ struct Part {
     bits: Vec<u8>,
 }
 
-impl Part {
+impl ChangedRegion {
     fn whole(frame: &Texture) -> Result<Self, FilmError> {
         let size = [frame.size().width, frame.size().height];
         Ok(Self { corner: [0; 2], size, replaces: true, bits: still(frame)? })
@@ -180,9 +180,9 @@ mod tests {
         let (a, b) = (frame([3, 3]), frame([5, 4]));
         let frames = [a.clone(), b, a];
         let (bytes, _) = bytes_of(&frames).unwrap();
-        let part = Part::changed(bytes[1], bytes[0], 8).unwrap();
+        let part = ChangedRegion::changed(bytes[1], bytes[0], 8).unwrap();
         assert_eq!((part.corner, part.size, part.replaces), ([2, 2], [4, 3], false));
-        let none = Part::changed(bytes[2], bytes[0], 8).unwrap();
+        let none = ChangedRegion::changed(bytes[2], bytes[0], 8).unwrap();
         assert_eq!((none.corner, none.size), ([0, 0], [1, 1]));
         let mut file = Vec::new();
         write_webp(&frames, 10.0, &mut file).unwrap();

@@ -10,7 +10,7 @@ use crate::simd::dispatch;
 use crate::texture::{Channels, Value};
 use crate::threads::for_each_with;
 
-use super::compose::Finish;
+use super::compose::Composition;
 use super::field::{Line, Slope};
 use super::skin_mask::SkinMask;
 use super::stretch::{Plane, RowGains, STRETCH, join, lanes, split};
@@ -19,7 +19,7 @@ use crate::skin::SkinModel;
 
 /// What is done to the texels of a base.
 #[derive(Debug, Clone)]
-pub(crate) struct Undercoat<'a> {
+pub(crate) struct BaseLayer<'a> {
     /// All of the base's layout.
     pub map: &'a SamplingMap,
     /// For each patch, the gains of red, green and blue; empty for none.
@@ -27,12 +27,12 @@ pub(crate) struct Undercoat<'a> {
     /// What is done to colours before that.
     pub matrix: Option<Matrix>,
     /// Which texels change.
-    pub skin: Skin<'a>,
+    pub skin: SkinCriterion<'a>,
 }
 
 /// What is skin in a base.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Skin<'a> {
+pub(crate) enum SkinCriterion<'a> {
     /// What looks like it.
     Model(SkinModel),
     /// What a mask says.
@@ -46,7 +46,7 @@ struct Buffers {
     gains: RowGains,
 }
 
-impl Undercoat<'_> {
+impl BaseLayer<'_> {
     /// Changes the rows of a base from `first_row` on. Grey textures are left as they are where their
     /// lightness is not that of skin.
     ///
@@ -55,7 +55,7 @@ impl Undercoat<'_> {
         &self,
         channels: Channels,
         encoding: Encoding,
-        hiding: Option<&Finish<'_>>,
+        hiding: Option<&Composition<'_>>,
         first_row: u32,
         rows: &mut [T],
     ) {
@@ -68,8 +68,8 @@ impl Undercoat<'_> {
             let row = first_row + index as u32;
             let Buffers { hidden, gains } = buffers;
             hidden.clear();
-            if let Some(finish) = hiding {
-                finish.push_full(row, hidden);
+            if let Some(composition) = hiding {
+                composition.push_full(row, hidden);
             }
             let mut hidden = hidden.iter().peekable();
             let lay_span = |gains: &mut RowGains, end: u32, texels: &mut [T]| {
@@ -89,7 +89,7 @@ impl Undercoat<'_> {
                 if hidden.peek().is_some_and(|hidden| hidden.start <= run.x && end <= hidden.end) {
                     continue;
                 }
-                if let Skin::Mask(mask) = self.skin
+                if let SkinCriterion::Mask(mask) = self.skin
                     && mask.is_none([run.x, row], run.len)
                 {
                     continue;
@@ -119,7 +119,7 @@ impl Undercoat<'_> {
         });
     }
 
-    /// What [`Undercoat::texel`] does to sRGB colours without a matrix.
+    /// What [`BaseLayer::texel`] does to sRGB colours without a matrix.
     #[inline(always)]
     fn span<S: Simd, T: Value, const C: usize>(
         &self,
@@ -134,7 +134,7 @@ impl Undercoat<'_> {
             let count = texels.len() / C;
             let lanes = lanes(count);
             let mut weights = [0.0_f32; STRETCH];
-            if let Skin::Mask(mask) = &self.skin {
+            if let SkinCriterion::Mask(mask) = &self.skin {
                 mask.weights([x + first as u32, row], &mut weights[..count]);
                 if weights[..count].iter().all(|&weight| weight == 0.0) {
                     continue;
@@ -147,7 +147,7 @@ impl Undercoat<'_> {
                     *value /= one;
                 }
             }
-            if let (Skin::Model(model), [r, g, b]) = (&self.skin, &*colors) {
+            if let (SkinCriterion::Model(model), [r, g, b]) = (&self.skin, &*colors) {
                 let rgb = r.iter().zip(g).zip(b);
                 for (weight, ((&r, &g), &b)) in weights[..lanes].iter_mut().zip(rgb) {
                     *weight = model.weight([r, g, b]);
@@ -183,8 +183,8 @@ impl Undercoat<'_> {
         let stored = |value: f32| if is_light { srgb_from_linear(value) } else { value };
         let rgb = [0, 1, 2].map(|channel| stored(of(channel).to_unit()));
         let weight = match self.skin {
-            Skin::Model(model) => model.weight(rgb),
-            Skin::Mask(mask) => {
+            SkinCriterion::Model(model) => model.weight(rgb),
+            SkinCriterion::Mask(mask) => {
                 let mut weight = [0.0];
                 mask.weights(at, &mut weight);
                 weight[0]
@@ -226,20 +226,26 @@ mod tests {
         let gains = vec![[0.6, 1.7, 1.0].map(Slope::constant); map.patches().len()];
         let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
         let channels = if C == 4 { Channels::Rgba } else { Channels::Rgb };
-        for skin in [Skin::Model(model), Skin::Mask(&mask)] {
-            let undercoat = Undercoat { map: &map, gains: &gains, matrix: None, skin };
+        for skin in [SkinCriterion::Model(model), SkinCriterion::Mask(&mask)] {
+            let base_layer = BaseLayer { map: &map, gains: &gains, matrix: None, skin };
             let mut wanted = base.clone();
             for row in 0..size.height {
                 for run in map.row(row) {
                     for x in run.x..run.x + run.len {
                         let texel = &mut wanted[(row * size.width + x) as usize * C..][..C];
-                        undercoat.texel(channels, Encoding::Srgb, [x, row], [0.6, 1.7, 1.0], texel);
+                        base_layer.texel(
+                            channels,
+                            Encoding::Srgb,
+                            [x, row],
+                            [0.6, 1.7, 1.0],
+                            texel,
+                        );
                     }
                 }
             }
             assert!(wanted != base);
             let mut found = base.clone();
-            undercoat.lay(channels, Encoding::Srgb, None, 0, &mut found);
+            base_layer.lay(channels, Encoding::Srgb, None, 0, &mut found);
             assert_eq!(found, wanted);
         }
     }
