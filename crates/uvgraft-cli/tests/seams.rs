@@ -10,7 +10,7 @@ use uvgraft_figure::Figure;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_tests::looks::frame::figure_pair;
-use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, Layout, Skin};
+use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, LayoutSpots, SkinTone};
 
 use bench::{Bench, texel_u8};
 
@@ -199,11 +199,11 @@ fn the_picture_shows_edges_and_places() {
 fn figure_bench() -> Bench {
     let bench = Bench::new();
     let pair = figure_pair(&Figure::new());
-    let look = FaceLook { skin: Skin::BROWN, ..FaceLook::all()[0] };
-    let layout = Layout::new(pair.source(), Size::square(384));
+    let look = FaceLook { skin: SkinTone::BROWN, ..FaceLook::all()[0] };
+    let layout = LayoutSpots::new(pair.source(), Size::square(384));
     bench.save("face.png", look.paint(pair.source(), &HeadFrame::FIGURE, &layout).texture);
-    let look = BodyLook::new("very light", Skin::VERY_LIGHT);
-    let layout = Layout::new(pair.target(), Size::square(768));
+    let look = BodyLook::new("very light", SkinTone::VERY_LIGHT);
+    let layout = LayoutSpots::new(pair.target(), Size::square(768));
     bench.save("body.png", look.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture);
     let [source_name, target_name] = ["head.obj", "body.obj"].map(str::to_owned);
     let file = PairFile { pair, source_name, target_name, note: String::new() };
