@@ -111,12 +111,12 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let source = synthetic::detailed(SOURCE, 1);
     let base = Texture::filled(TARGET, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.4, 0.3, 0.2])
         .expect("a sound size");
-    let ground = BlendDomain::new(Arc::clone(pair), Direction::Forward);
+    let domain = BlendDomain::new(Arc::clone(pair), Direction::Forward);
     let builder = Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
         .filter(Filter::Bilinear);
-    let whole = ground.linked();
+    let whole = domain.linked();
     // A fiftieth of the mesh, about: 2 cm of a body.
-    let feather = ground.extent() * 0.01;
+    let feather = domain.extent() * 0.01;
     let plain = BlendOptions::default();
     let membrane = plain.feather(feather).membrane();
     for (name, options) in [
@@ -156,7 +156,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
         Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).expect("a sound size")
     };
     let (face, body) = (skin(SOURCE), skin(TARGET));
-    if ground.labels(&face).is_ok() {
+    if domain.labels(&face).is_ok() {
         for tone in [Tone::Base, Tone::Source] {
             let blend = plain.membrane().tone(tone);
             let graft = builder.clone().region(whole.clone()).blend(blend).build();

@@ -97,7 +97,7 @@ fn flat([x, y]: [f64; 2]) -> [f64; 3] {
 /// A graft of what is selected, between squares of one size.
 fn blended(region: &Selection, options: BlendOptions, side: u32) -> GraftBuilder {
     let size = Size::square(side);
-    Graft::builder(Arc::clone(region.ground().pair()), Sizes { from: size, to: size })
+    Graft::builder(Arc::clone(region.domain().pair()), Sizes { from: size, to: size })
         .region(region.clone())
         .blend(options)
 }
@@ -190,8 +190,8 @@ fn neither_bands_nor_threads_show() {
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
-            let region = ground.painted(Side::Target, &mask).unwrap();
+            let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
+            let region = domain.painted(Side::Target, &mask).unwrap();
             let mut results = Vec::new();
             for (index, options) in blends.into_iter().enumerate() {
                 let overlap = [Overlap::First, Overlap::Average][index % 2];
@@ -246,10 +246,10 @@ fn distances_are_those_on_a_sphere() {
         [ring * longitude.cos(), ring * longitude.sin(), radius * polar.cos()]
     });
     let pair = to_itself(&mesh);
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let rim = angles([0.0, 0.25])[1];
     let inside = sheet.vertices(|at| at[1] > 0.25 - 1e-9);
-    let region = ground.vertices(Side::Source, &inside).unwrap();
+    let region = domain.vertices(Side::Source, &inside).unwrap();
     let feather = 1.2 * radius;
     let weights = weights(&region, feathered(feather), 256).unwrap();
     let mut seen = 0;
@@ -278,14 +278,14 @@ fn a_painted_outline_is_followed() {
         let sheet = Sheet { side, ..Sheet::WHOLE };
         let mesh = sheet.mesh(|[x, y]| [x * unit, y * unit, 0.0]);
         let pair = to_itself(&mesh);
-        let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+        let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
         let (middle, radius) = ([0.47, 0.52], 0.31);
         let to_middle = |u: f64, v: f64| {
             let [x, y] = [u, v].map(|value| (value - 0.05) / 0.9);
             (x - middle[0]).hypot(y - middle[1])
         };
         let mask = picture(512, |[u, v]| [if to_middle(u, v) < radius { 255 } else { 0 }; 3]);
-        let region = ground.painted(Side::Source, &mask).unwrap();
+        let region = domain.painted(Side::Source, &mask).unwrap();
         let feather = 0.15;
         let weights = weights(&region, feathered(feather * unit), 256).unwrap();
         let (mut worst, mut sum, mut count) = (0.0_f64, 0.0, 0);
@@ -314,9 +314,9 @@ fn island_borders_and_split_vertices_do_not_show() {
     let side = 512;
     let [whole_weights, cut_weights, split_weights] = [&whole, &cut, &split].map(|sheet| {
         let pair = to_itself(&sheet.mesh(bent));
-        let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+        let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
         let inside = sheet.vertices(|[x, y]| (x - 0.45).hypot(y - 0.5) < 0.4);
-        let region = ground.vertices(Side::Target, &inside).unwrap();
+        let region = domain.vertices(Side::Target, &inside).unwrap();
         weights(&region, feathered(0.3), side).unwrap()
     });
     assert!(cut_weights == split_weights);
@@ -345,9 +345,9 @@ fn island_borders_and_split_vertices_do_not_show() {
 fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.4);
-    let region = ground.vertices(Side::Target, &inside).unwrap();
+    let region = domain.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(256);
     // Detail in the middle, one colour at the rim: detail there would be a difference.
     let detail = synthetic::detailed(size, 3);
@@ -397,9 +397,9 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
 fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
     let sheet = Sheet { side: 32, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
-    let region = ground.vertices(Side::Target, &inside).unwrap();
+    let region = domain.vertices(Side::Target, &inside).unwrap();
     let side = 256;
     let shade = |[u, v]: [f64; 2]| 1.0 + 0.08 * (u * 5.0).sin() * (v * 4.0).cos();
     let tinted = |rgb: [f64; 3], at| rgb.map(|value| (value * shade(at)) as u8);
@@ -438,9 +438,9 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
 fn what_is_not_finite_stays_on_its_side() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let mask = picture(256, |[u, v]| [if (u - 0.5).hypot(v - 0.5) < 0.3 { 255 } else { 0 }; 3]);
-    let region = ground.painted(Side::Target, &mask).unwrap();
+    let region = domain.painted(Side::Target, &mask).unwrap();
     let size = Size::square(128);
     let filled = |value| {
         Texture::filled(size, Channels::Rgb, Encoding::Linear, Depth::F32, &[value; 3]).unwrap()
@@ -485,8 +485,8 @@ fn what_is_not_finite_stays_on_its_side() {
 fn options_that_make_no_sense_do_no_harm() {
     let sheet = Sheet { side: 6, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
-    let region = ground.vertices(Side::Target, &sheet.vertices(|[x, _]| x < 0.6)).unwrap();
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let region = domain.vertices(Side::Target, &sheet.vertices(|[x, _]| x < 0.6)).unwrap();
     let hard = weights(&region, feathered(0.0), 32).unwrap();
     for feather in [-1.0, f64::NEG_INFINITY, f64::NAN] {
         for options in [feathered(feather), feathered(feather).membrane()] {
@@ -542,9 +542,9 @@ fn what_is_clear_has_no_color_in_a_mean() {
 fn grey_is_matched_as_equal_channels_are() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.35);
-    let region = ground.vertices(Side::Target, &inside).unwrap();
+    let region = domain.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(128);
     let noisy = |level: f32, seed| {
         let mut rng = fastrand::Rng::with_seed(seed);
@@ -573,10 +573,10 @@ fn grey_is_matched_as_equal_channels_are() {
 fn triangles_in_corners_of_the_region_are_kept() {
     let sheet = Sheet { side: 8, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
-    let ground = BlendDomain::new(Arc::clone(&pair), FORWARD);
+    let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let faces =
-        ground.vertices(Side::Target, &sheet.vertices(|[x, y]| x < 0.63 && y < 0.51)).unwrap();
-    let white = ground.painted(Side::Target, &picture(16, |_| [255; 3])).unwrap();
+        domain.vertices(Side::Target, &sheet.vertices(|[x, y]| x < 0.63 && y < 0.51)).unwrap();
+    let white = domain.painted(Side::Target, &picture(16, |_| [255; 3])).unwrap();
     let touched =
         |selection: &Selection| Blend::new(selection, feathered(0.0)).unwrap().touched().to_vec();
     let count =

@@ -9,7 +9,7 @@ use uvgraft::{
 };
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image;
-use uvgraft_tests::looks::{BodyFrame, BodyLook, Label, Layout, Painted};
+use uvgraft_tests::looks::{BodyFrame, BodyLook, Label, LayoutSpots, Painted};
 use uvgraft_tests::real;
 
 const SIDE: usize = 1024;
@@ -193,7 +193,7 @@ fn soft_shadows_and_noise_do_not_stop_skin() {
 #[test]
 fn skin_goes_on_from_shell_to_shell() {
     let figure = Figure::new();
-    let layout = Layout::new(&figure.body, SIZE);
+    let layout = LayoutSpots::new(&figure.body, SIZE);
     for look in BodyLook::all() {
         let Painted { texture, truth } = look.paint(&figure.body, &BodyFrame::FIGURE, &layout);
         let found = skin_of_body(&figure.body, &texture).unwrap();

@@ -111,8 +111,8 @@ fn tones_of_something_else() {
     let fewer = charts.pieces().take(charts.piece_count() - 1);
     let other = Arc::new(Pair::from_pieces(source, target, fewer).unwrap());
     let [here, there] = [charts, other].map(|pair| {
-        let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
-        let region = ground.painted(Side::Target, &half).unwrap();
+        let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+        let region = domain.painted(Side::Target, &half).unwrap();
         let blend = BlendOptions::default().feather(0.1).membrane();
         builder(&pair).region(region).blend(blend).build().unwrap()
     });
@@ -162,22 +162,22 @@ fn region_of_pieces_that_fill_no_triangle() {
 fn regions_without_anything() {
     let pair = synthetic::turned_charts();
     let linked = BlendDomain::new(Arc::clone(&pair), Direction::Forward).linked();
-    let ground = linked.ground();
+    let domain = linked.domain();
     let half = (0..64 * 64).map(|k| if k % 64 < 32 { 255 } else { 0 });
     let half = Texels::U8(half.collect());
     let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
-    let half = ground.painted(Side::Target, &half).unwrap();
+    let half = domain.painted(Side::Target, &half).unwrap();
     for region in [linked.without(&linked).unwrap(), half.grown(Growth::Length(-1e6))] {
         let error = builder(&pair).region(region).build().unwrap_err();
         assert!(matches!(error, GraftError::Region(RegionError::Empty(_))), "{error}");
     }
     let black = Texture::filled(FROM, Channels::Grey, Encoding::Data, Depth::U8, &[0.0]).unwrap();
-    assert!(matches!(ground.painted(Side::Target, &black), Err(RegionError::Empty(_))));
-    assert!(matches!(ground.vertices(Side::Source, &[]), Err(RegionError::Empty(_))));
+    assert!(matches!(domain.painted(Side::Target, &black), Err(RegionError::Empty(_))));
+    assert!(matches!(domain.vertices(Side::Source, &[]), Err(RegionError::Empty(_))));
     let vertices = pair.source().positions().len();
     let found = vertices as u32;
     assert_eq!(
-        ground.vertices(Side::Source, &[0, found]).err(),
+        domain.vertices(Side::Source, &[0, found]).err(),
         Some(RegionError::Vertex { found, vertices })
     );
 }

@@ -298,10 +298,10 @@ fn cuts_do_not_show_in_blends_and_at_seams() {
     }) {
         for options in blends() {
             let found = |pair: &Arc<Pair>| {
-                let ground = BlendDomain::new(Arc::clone(pair), direction);
+                let domain = BlendDomain::new(Arc::clone(pair), direction);
                 let region = match side {
-                    None => ground.linked(),
-                    Some(side) => ground.painted(side, &disc).unwrap(),
+                    None => domain.linked(),
+                    Some(side) => domain.painted(side, &disc).unwrap(),
                 };
                 let white = Texture::filled(
                     Size::square(1),

@@ -13,7 +13,7 @@ use uvgraft_figure::Figure;
 use uvgraft_metrics::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{
-    BodyFrame, BodyLook, Collar, FaceLook, HeadFrame, Label, Labels, Layout, Skin,
+    BodyFrame, BodyLook, Collar, FaceLook, HeadFrame, Label, Labels, LayoutSpots, SkinTone,
 };
 
 const SIZES: Sizes = Sizes { from: Size::square(384), to: Size::square(768) };
@@ -31,15 +31,15 @@ struct Stage {
 impl Stage {
     fn new() -> Self {
         let pair = figure_pair(&Figure::new());
-        let look = FaceLook { skin: Skin::BROWN, ..FaceLook::all()[0] };
-        let layout = Layout::new(pair.source(), SIZES.from);
+        let look = FaceLook { skin: SkinTone::BROWN, ..FaceLook::all()[0] };
+        let layout = LayoutSpots::new(pair.source(), SIZES.from);
         let face = look.paint(pair.source(), &HeadFrame::FIGURE, &layout).texture;
-        let layout = Layout::new(pair.target(), SIZES.to);
-        let body = BodyLook::new("very light", Skin::VERY_LIGHT);
+        let layout = LayoutSpots::new(pair.target(), SIZES.to);
+        let body = BodyLook::new("very light", SkinTone::VERY_LIGHT);
         let base = body.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture;
-        let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
-        let pasted = PastedFace::new(&ground, &face, SIZES.to).unwrap();
-        let blend = Blend::new(&ground.linked(), BlendOptions::default()).unwrap();
+        let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+        let pasted = PastedFace::new(&domain, &face, SIZES.to).unwrap();
+        let blend = Blend::new(&domain.linked(), BlendOptions::default()).unwrap();
         let cut = blend.cut().unwrap();
         let anatomy = Anatomy::find(&cut.mesh).unwrap();
         Self { pair, cut, anatomy, face, pasted, base }
@@ -172,8 +172,8 @@ fn mean(colors: &[[f32; 3]]) -> [f32; 3] {
 /// A stage whose body wears the face already.
 fn worn() -> Stage {
     let mut stage = Stage::new();
-    let layout = Layout::new(stage.pair.target(), SIZES.to);
-    let body = BodyLook::new("brown", Skin::BROWN);
+    let layout = LayoutSpots::new(stage.pair.target(), SIZES.to);
+    let body = BodyLook::new("brown", SkinTone::BROWN);
     stage.base = body.paint(stage.pair.target(), &BodyFrame::FIGURE, &layout).texture;
     stage.base = stage.carried(BlendOptions::default());
     stage
@@ -290,15 +290,15 @@ fn lit_by_cloth(face: &Texture, truth: &Labels, reach: u32) -> Texture {
 fn light_from_a_collar_does_not_reach_the_body() {
     let stage = Stage::new();
     let white = Collar::plain([0.93, 0.935, 0.95]);
-    let look = FaceLook { skin: Skin::BROWN, ..FaceLook::all()[0] }.collar(white.cut(0.3, 0.5));
-    let layout = Layout::new(stage.pair.source(), SIZES.from);
+    let look = FaceLook { skin: SkinTone::BROWN, ..FaceLook::all()[0] }.collar(white.cut(0.3, 0.5));
+    let layout = LayoutSpots::new(stage.pair.source(), SIZES.from);
     let painted = look.paint(stage.pair.source(), &HeadFrame::FIGURE, &layout);
     let lit = lit_by_cloth(&painted.texture, &painted.truth, 20);
     let labels = Arc::new(uvgraft::Labels::new(stage.pair.source(), &painted.texture).unwrap());
     let all_skin =
         Texture::filled(Size::square(8), Channels::Grey, Encoding::Data, Depth::U8, &[1.0]);
     let all_skin = all_skin.unwrap();
-    let body = Layout::new(stage.pair.target(), SIZES.to);
+    let body = LayoutSpots::new(stage.pair.target(), SIZES.to);
     for tone in [Tone::Source, Tone::Both] {
         let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
         let graft = Graft::builder(Arc::clone(&stage.pair), SIZES).blend(options);

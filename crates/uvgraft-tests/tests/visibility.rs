@@ -61,10 +61,10 @@ struct Seen {
     result: Texture,
 }
 
-fn seen(ground: &BlendDomain, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
+fn seen(domain: &BlendDomain, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
     // The photograph's collar is left out.
-    let region = ground.linked().grown(Growth::Length(-0.075));
-    let graft = Graft::builder(Arc::clone(ground.pair()), Sizes { from: face.size(), to: SIZE })
+    let region = domain.linked().grown(Growth::Length(-0.075));
+    let graft = Graft::builder(Arc::clone(domain.pair()), Sizes { from: face.size(), to: SIZE })
         .filter(Filter::Bilinear)
         .region(region)
         .blend(options)
@@ -84,19 +84,19 @@ fn nobody_finds_the_border() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let folder = real::folder().unwrap();
     let face = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap().texture;
-    let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+    let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     let plain = BlendOptions::default();
     let feather = plain.feather(0.01);
     let membrane = feather.membrane();
     // Dark, light, and of another hue.
     for color in [[0.36, 0.24, 0.18], [0.93, 0.80, 0.72], [0.45, 0.55, 0.62]] {
         let body = skin(pair.target(), color);
-        let hard = seen(&ground, &face, &body, plain).near.rim.delta_e.unwrap();
+        let hard = seen(&domain, &face, &body, plain).near.rim.delta_e.unwrap();
         assert!(hard.median > 5.0 && hard.p95 > 8.0, "{color:?} hard: {hard:?}");
         // A feather spreads the step that it hides.
-        let soft = seen(&ground, &face, &body, feather);
+        let soft = seen(&domain, &face, &body, feather);
         let of_feather = soft.far.rim.delta_e.unwrap();
-        let toned = seen(&ground, &face, &body, membrane);
+        let toned = seen(&domain, &face, &body, membrane);
         let (near, far) = (toned.near.rim.delta_e.unwrap(), toned.far.rim.delta_e.unwrap());
         assert!(near.median < 1.0 && near.p95 < 3.0, "{color:?} membrane: {near:?}");
         // Spots and pores of both count at that distance, and what is left of the collar at the nape.
@@ -104,7 +104,7 @@ fn nobody_finds_the_border() {
         assert!(far.p95 < 0.7 * of_feather.p95, "{color:?}: {far:?}, feathered {of_feather:?}");
 
         // The other side gives way: skin around the rim, which is all that this body has.
-        let source = seen(&ground, &face, &body, membrane.tone(Tone::Source));
+        let source = seen(&domain, &face, &body, membrane.tone(Tone::Source));
         let near = source.near.rim.delta_e.unwrap();
         assert!(near.median < 1.0 && near.p95 < 3.0, "{color:?} the body's skin: {near:?}");
         assert_ne!(source.result, toned.result);
@@ -114,7 +114,7 @@ fn nobody_finds_the_border() {
 #[test]
 fn no_seam_comes_from_blending() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    let ground = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+    let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     // Both are painted without a seam, so whatever is seen beyond their own is the blend's.
     let face = skin(pair.source(), [0.85, 0.66, 0.56]);
     let body = skin(pair.target(), [0.42, 0.28, 0.2]);
@@ -127,7 +127,7 @@ fn no_seam_comes_from_blending() {
     let like_face = skin(pair.target(), [0.85, 0.66, 0.56]);
     for (tone, own) in [(Tone::Base, of(&body)), (Tone::Source, of(&like_face))] {
         let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
-        let found = seen(&ground, &face, &body, options).near;
+        let found = seen(&domain, &face, &body, options).near;
         let steps = found.uv_seams.delta_e.unwrap();
         // A twentieth of the least difference that can be seen, for what is filtered.
         assert!(

@@ -188,12 +188,12 @@ fn clipped_texels_are_counted() {
 #[test]
 fn labels_agree_as_far_as_they_do() {
     let labels = |of: &[Label]| Labels { size: Size::new(6, 1), of_texels: of.to_vec() };
-    use Label::{Cloth, Hair, Other, SkinTone};
-    let truth = labels(&[Cloth, Cloth, Cloth, SkinTone, SkinTone, Hair]);
-    let found = agreement(&labels(&[Cloth, Cloth, SkinTone, Cloth, SkinTone, Other]), &truth);
+    use Label::{Cloth, Hair, Other, Skin};
+    let truth = labels(&[Cloth, Cloth, Cloth, Skin, Skin, Hair]);
+    let found = agreement(&labels(&[Cloth, Cloth, Skin, Cloth, Skin, Other]), &truth);
     assert_eq!(found.cloth_iou, Some(0.5));
     assert_eq!(found.lost_skin, 0.5);
-    let nothing = labels(&[SkinTone; 6]);
+    let nothing = labels(&[Skin; 6]);
     assert_eq!(agreement(&nothing, &nothing).cloth_iou, None);
 }
 
