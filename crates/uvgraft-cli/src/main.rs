@@ -4,6 +4,8 @@
 //! interrupted (Ctrl-C, SIGTERM, SIGHUP). Results and reports go to standard output; errors,
 //! warnings and progress to standard error.
 
+#![forbid(unsafe_code)]
+
 mod avatar;
 mod bench;
 mod blending;

@@ -8,6 +8,8 @@
 //! With the feature `threads` (default) PNGs are compressed on the caller's rayon pool, as
 //! described in [`uvgraft::threads`]; the bytes are the same without it.
 
+#![forbid(unsafe_code)]
+
 pub mod arrays;
 pub mod fate;
 pub mod image;

@@ -23,6 +23,8 @@
 //! # Ok::<(), uvgraft_pipeline::Failure>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod base;
 mod batch;
 mod blending;

@@ -1,6 +1,8 @@
 //! What the tests and benches share: synthetic pairs and textures, real data where there is some,
 //! and an independent implementation to compare with.
 
+#![forbid(unsafe_code)]
+
 pub mod bodies;
 pub mod browser;
 pub mod clients;

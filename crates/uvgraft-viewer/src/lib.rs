@@ -4,6 +4,8 @@
 //! `scripts/build-viewer.sh` and held by this crate with the feature `bundled`. [`Page`] puts an avatar
 //! and further textures into it.
 
+#![forbid(unsafe_code)]
+
 mod glb;
 mod page;
 mod picture;
