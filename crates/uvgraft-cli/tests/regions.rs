@@ -341,8 +341,8 @@ fn lengths_that_are_none() {
         ("--feather -5mm", &["'-5mm'", "--feather", "at least 0"]),
         ("--feather=-5mm", &["'-5mm'", "--feather", "at least 0"]),
         ("--unit feet --feather 1mm", &["'feet'", "mm, cm, m, in"]),
-        ("--feather 1e308m --unit mm", &["'1e308m'", "--feather", "up to 1e9"]),
-        ("--grow -1e308m", &["'-1e308m'", "--grow", "up to 1e9"]),
+        ("--feather 1e308m --unit mm", &["'1e308m'", "--feather", "at most 1e9"]),
+        ("--grow -1e308m", &["'-1e308m'", "--grow", "at most 1e9"]),
     ];
     for (options, wanted) in cases {
         bench.refuse(

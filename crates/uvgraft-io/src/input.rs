@@ -74,7 +74,7 @@ mod tests {
         };
         assert_eq!(length(5), Ok(5));
         let refused = length(4).unwrap_err();
-        assert!(refused.contains("five") && refused.contains("5 bytes"), "{refused}");
+        assert!(refused.contains("five") && refused.contains("got 5 or more"), "{refused}");
         let missing = read_file::<(), io::Error>(&folder.path().join("none"), 9, |_| Ok(()));
         assert!(missing.unwrap_err().to_string().contains("none"));
         let folder = read_file::<(), io::Error>(folder.path(), 9, |_| Ok(()));

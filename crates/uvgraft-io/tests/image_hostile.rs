@@ -195,7 +195,7 @@ fn lies_about_the_size_are_found_out_at_once() {
     }
     let error = decode(&with_size(Format::Exr, 30_000)).unwrap_err().to_string();
     let wanted = format!(
-        "EXR of 30000×30000 texels needs 10800000000 bytes: at most {MAX_BYTES} are allowed"
+        "EXR of 30000×30000 texels must take at most {MAX_BYTES} bytes in memory, got 10800000000"
     );
     assert_eq!(error, wanted);
 }

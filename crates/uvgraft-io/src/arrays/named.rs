@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(arrays.require("f").unwrap().integers(), Some(vec![3]));
         assert_eq!(why("weights"), "no array `weights`; the file has `f`, `gender`");
         assert_eq!(why("joints"), "array `joints` cannot be used: a dict");
-        assert_eq!(why("gender"), "array `gender` cannot be used: it is a text");
+        assert_eq!(why("gender"), "array `gender` cannot be used: it is a string");
         assert_eq!(arrays.left_out("joints"), Some("a dict"));
         assert_eq!((arrays.text("f"), arrays.get("gender")), (None, None));
         assert_eq!(arrays.names().collect::<Vec<_>>(), ["f", "gender"]);

@@ -256,7 +256,7 @@ mod tests {
         assert_eq!(rest.get("few").unwrap().integers().unwrap(), [1, 2, 3, 4]);
         assert_eq!(rest.text("gender"), Some("male"));
         let why = rest.require("wide").unwrap_err().to_string();
-        assert_eq!(why, "array `wide` cannot be used: it was not asked for");
+        assert_eq!(why, "array `wide` cannot be used: it was not requested");
     }
 
     #[test]
@@ -286,6 +286,6 @@ mod tests {
         bytes.truncate(bytes.len() / 2);
         std::fs::write(&path, &bytes).unwrap();
         let error = ArrayFile::open(&path).map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains("archive: cut short or damaged"), "{error}");
+        assert!(error.contains("archive: truncated or damaged"), "{error}");
     }
 }

@@ -139,7 +139,7 @@ mod tests {
             assert!(found.starts_with(&wanted), "{found}");
         }
         let structured = error("[('a', '<i4'), ('b', '<i4', (2,))]", "(1,)", &[0; 12]);
-        assert!(structured.contains("dtype [('a', '<i4'), ('b', '<i4', (2,)…"), "{structured}");
+        assert!(structured.contains("got [('a', '<i4'), ('b', '<i4', (2,)…"), "{structured}");
         for shape in
             ["()", "(2, 2)", "(0, 2)", "(-1,)", "(1.5,)", "7", "(,)", "(36893488147419103232,)"]
         {

@@ -134,7 +134,7 @@ fn whatever_could_run_is_refused_by_name() {
     // Persistent identifiers, extensions, buffers beside the pickle, and what does not exist.
     for instruction in *b"PQ\x82\x83\x84\x92\x97\x98\x00\xff?" {
         let found = error(&[b'N', instruction, 0, 0, 0, 0, b'\n']);
-        let wanted = format!("instruction 0x{instruction:02x} is not supported");
+        let wanted = format!("unsupported instruction 0x{instruction:02x}");
         assert_eq!(found, format!("byte 1 of the pickle: {wanted}"));
     }
 }

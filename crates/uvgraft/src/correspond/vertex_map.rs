@@ -39,8 +39,8 @@ pub enum LinkError {
     },
     /// The map and both meshes are sound by themselves, yet nothing matches.
     #[error(
-        "no source face corresponds to a target face, of {source_faces} in total: the vertex map \
-         does not belong to these meshes"
+        "none of the {source_faces} source faces has its vertices in a target face: \
+         the vertex map does not belong to these meshes"
     )]
     Nothing {
         /// Triangles of the source mesh.

@@ -138,5 +138,5 @@ fn what_is_no_motion_is_refused() {
     arrays = NamedArrays::new();
     arrays.insert("mocap_framerate", rate(30.0));
     let text = Motion::from_arrays(&arrays).unwrap_err().to_string();
-    assert!(text.contains("no `poses`, or") && text.contains("mocap_framerate"), "{text}");
+    assert!(text.contains("must have `poses`, or") && text.contains("mocap_framerate"), "{text}");
 }
