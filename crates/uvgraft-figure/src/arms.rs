@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::mix;
+use uvgraft::easing::mix;
 
 use super::body_shape::{ARM, ARM_BACK, ARM_FRONT, SHOULDER};
 use super::clothes::tube;

@@ -1,7 +1,7 @@
 //! The trunk and what it wears as smooth solids. World space in centimetres, the ground at 0.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::smoothstep;
+use uvgraft::easing::smoothstep;
 use uvgraft_avatar::paint::noise::noise;
 
 use super::head_shape::{EYE_LEVEL, neck};

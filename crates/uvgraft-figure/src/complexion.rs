@@ -1,7 +1,7 @@
 //! Skin, hair and eyes as colours of points in space: what face and body have in common.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, smoothstep};
+use uvgraft::easing::{bell, smoothstep};
 use uvgraft_avatar::paint::noise::{fractal, noise, noise2, random};
 
 use super::bake::{Color, blend, scaled};

@@ -1,8 +1,8 @@
 //! The face: the head's texture.
 
 use glam::{Vec3, vec3};
+use uvgraft::easing::{bell, mix, smoothstep};
 use uvgraft::{Size, Texture};
-use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
 use uvgraft_avatar::paint::noise::{noise2, random};
 
 use super::Figure;

@@ -5,7 +5,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
+use uvgraft::easing::{bell, mix, smoothstep};
 
 use super::head_shape::{EYE, EYE_RADIUS, IRIS_RADIUS};
 use super::surface::{BodyPart, Knot, PartKind, Side, Surface};

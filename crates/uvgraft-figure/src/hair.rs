@@ -4,7 +4,7 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, mix, smoothstep};
+use uvgraft::easing::{bell, mix, smoothstep};
 
 use super::features::disc;
 use super::head_shape::skin;

@@ -10,7 +10,7 @@
 use std::f32::consts::PI;
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 
 use super::head_shape::{
     EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, LIP_WIDTH, lip_bottom, lip_line, lip_top, lower_lid,

@@ -4,7 +4,7 @@
 //! the face, `+x` the figure's own left.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, mix};
+use uvgraft::easing::{bell, mix};
 
 use super::sdf::{capsule, carve, ellipsoid, join, sphere};
 use crate::symmetry::Symmetry as _;

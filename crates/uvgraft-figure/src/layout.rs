@@ -3,7 +3,7 @@
 //! The two divide the head differently: its own layout has one chart for the skin, cut at the back;
 //! the body's has one for the face and one, turned on its side, for the rest.
 
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 
 use super::head::COLUMNS;
 use super::surface::{BodyPart, PartKind, Polygon, Side};

@@ -3,8 +3,8 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec3, vec3};
+use uvgraft::easing::{bell, smoothstep};
 use uvgraft::{Size, Texture};
-use uvgraft_avatar::paint::easing::{bell, smoothstep};
 use uvgraft_avatar::paint::noise::{noise, noise2};
 
 use super::Figure;

@@ -5,7 +5,7 @@
 
 use glam::{Vec3, vec3};
 use uvgraft::Size;
-use uvgraft_avatar::paint::easing::smoothstep;
+use uvgraft::easing::smoothstep;
 
 use super::camera::{Camera, Sight};
 use super::geometry::Geometry;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use uvgraft::Size;
-use uvgraft_avatar::paint::easing::smoothstep;
+use uvgraft::easing::smoothstep;
 
 use super::camera::Camera;
 use super::geometry::Geometry;

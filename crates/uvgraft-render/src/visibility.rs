@@ -2,8 +2,8 @@
 
 use std::f32::consts::TAU;
 
+use uvgraft::easing::smoothstep;
 use uvgraft::{Size, threads};
-use uvgraft_avatar::paint::easing::smoothstep;
 use uvgraft_avatar::paint::noise::random;
 
 use super::camera::Camera;

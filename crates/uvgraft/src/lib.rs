@@ -27,6 +27,7 @@ mod convert;
 pub mod correspond;
 mod directions;
 pub mod disjoint;
+pub mod easing;
 pub mod edges;
 pub mod fill;
 pub mod filter;

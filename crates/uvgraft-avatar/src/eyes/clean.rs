@@ -3,6 +3,7 @@
 use std::f32::consts::TAU;
 
 use uvgraft::Texture;
+use uvgraft::easing::{bell, mix, smoothstep};
 
 use super::eyeball::{eyeballs, pieces};
 use super::gaze::Gaze;
@@ -10,7 +11,6 @@ use super::iris::{Iris, irises, sample, white};
 use super::texels;
 use crate::Avatar;
 use crate::atlas::Place;
-use crate::paint::easing::{bell, mix, smoothstep};
 use crate::paint::noise::noise2;
 use crate::paint::texel::{Color, blend, put, srgb};
 use crate::rig::HumanBone;

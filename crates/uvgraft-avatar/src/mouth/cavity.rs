@@ -3,12 +3,12 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use uvgraft::easing::smoothstep;
 
 use super::frame::Frame;
 use super::piece::{Chart, Knot, Piece, Point};
 use super::rim::Rim;
 use crate::Avatar;
-use crate::paint::easing::smoothstep;
 use crate::ray::meets;
 
 /// How far teeth are behind the innermost of the lips, in millimetres.

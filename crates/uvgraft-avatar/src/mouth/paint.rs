@@ -2,6 +2,7 @@
 
 use std::f32::consts::TAU;
 
+use uvgraft::easing::{bell, mix, smoothstep};
 use uvgraft::{Size, Texture};
 
 use super::piece::Chart;
@@ -9,7 +10,6 @@ use super::rim::Rim;
 use super::teeth::{LOWER_MM, ROWS, UPPER_MM};
 use crate::Avatar;
 use crate::atlas::Place;
-use crate::paint::easing::{bell, mix, smoothstep};
 use crate::paint::texel::{Color, blend, put, srgb};
 
 const MUCOSA: Color = [0.50, 0.20, 0.19];

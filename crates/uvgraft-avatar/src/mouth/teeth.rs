@@ -4,10 +4,10 @@
 use std::f32::consts::FRAC_PI_2;
 
 use glam::Vec3;
+use uvgraft::easing::mix;
 
 use super::cavity::Fit;
 use super::piece::{Chart, Knot, Piece, Point};
-use crate::paint::easing::mix;
 
 /// Widths of the teeth of half an arch from the middle, in millimetres.
 ///

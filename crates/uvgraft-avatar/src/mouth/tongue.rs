@@ -3,10 +3,10 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use uvgraft::easing::smoothstep;
 
 use super::cavity::Fit;
 use super::piece::{Chart, Knot, Piece, Point};
-use crate::paint::easing::smoothstep;
 
 const ACROSS: usize = 8;
 const ALONG: usize = 7;

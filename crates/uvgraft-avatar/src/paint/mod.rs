@@ -1,5 +1,4 @@
-//! Painting textures by formula: colours of single texels, repeatable noise, and easing curves.
+//! Painting textures by formula: colours of single texels, and repeatable noise.
 
-pub mod easing;
 pub mod noise;
 pub mod texel;

@@ -1,9 +1,8 @@
 //! Colours of single texels, whatever a texture's depth, channels and encoding, for what is painted into it.
 
 use uvgraft::color::linear_from_srgb;
+use uvgraft::easing::mix;
 use uvgraft::{Encoding, TexelsMut, Texture, Value};
-
-use crate::paint::easing::mix;
 
 /// sRGB values, 1.0 for white.
 pub type Color = [f32; 3];

@@ -1,7 +1,7 @@
 //! Brows and forehead.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, smoothstep};
+use uvgraft::easing::{bell, smoothstep};
 
 use super::{Spot, lids};
 

@@ -1,7 +1,7 @@
 //! Eyelids.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 
 use super::Spot;
 use crate::head::seen;

@@ -1,7 +1,7 @@
 //! Jaw and lips.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{bell, smoothstep};
+use uvgraft::easing::{bell, smoothstep};
 
 use super::Spot;
 use crate::head_shape::{LIP_WIDTH, MOUTH_Y, lip_line};

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3};
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 use uvgraft_avatar::rig::{HumanBone, Pose, Skeleton};
 
 use super::posture::{Posture, degrees};

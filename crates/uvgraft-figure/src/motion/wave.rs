@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use uvgraft_avatar::paint::easing::smoothstep;
+use uvgraft::easing::smoothstep;
 use uvgraft_avatar::rig::{HumanBone, Pose, Skeleton};
 
 use super::posture::{Posture, degrees};

@@ -1,7 +1,7 @@
 //! How far points of hands and fingers follow which joints.
 
 use glam::Vec3;
-use uvgraft_avatar::paint::easing::{bell, smoothstep};
+use uvgraft::easing::{bell, smoothstep};
 
 use super::Shares;
 use super::joints::{LEFT, Limbs, RIGHT};

@@ -1,7 +1,7 @@
 //! How far points of neck, head and jaw follow which joints.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 use uvgraft_avatar::rig::HumanBone;
 
 use super::Shares;

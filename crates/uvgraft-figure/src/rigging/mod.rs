@@ -8,9 +8,9 @@ mod poses_tests;
 mod trunk;
 
 use glam::{Mat3, Quat, Vec3, vec3};
+use uvgraft::easing::smoothstep;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::face;
-use uvgraft_avatar::paint::easing::smoothstep;
 use uvgraft_avatar::rig::{
     Expression, ExpressionPreset, HumanBone, Pose, RigError, Skeleton, Skin,
 };

@@ -6,7 +6,7 @@
 //! the root of a sleeve, which the shirt hides, hangs back, or it would come out under a raised arm.
 
 use glam::{Vec3, vec3};
-use uvgraft_avatar::paint::easing::{mix, smoothstep};
+use uvgraft::easing::{mix, smoothstep};
 use uvgraft_avatar::rig::HumanBone;
 
 use super::joints::{ELBOW, HIP, KNEE, LEFT, Limbs, RIGHT};

@@ -1,6 +1,6 @@
 //! The features of painted faces: skin, eyes, mouth, hair, and what is worn.
 
-use super::faces::{Beard, Collar, FaceLook, HairColor};
+use super::face_look::{Beard, Collar, FaceLook, HairColor};
 use super::noise::{Point, bell, curve, fractal, mix, noise, smoothstep};
 use super::skin::{blend, linear, scaled};
 use super::{Color, HeadFrame};

@@ -5,6 +5,7 @@
 //! the painters alone, never from the code that is judged.
 
 pub mod bodies;
+pub mod face_look;
 pub mod faces;
 mod features;
 pub mod frame;
@@ -17,14 +18,14 @@ pub mod subjects;
 #[cfg(test)]
 mod tests;
 
+use uvgraft::{Channels, Encoding, Size, Texels, Texture};
+
 pub use bodies::{BodyLook, Clothing};
-pub use faces::{Beard, Collar, FaceLook, HairColor};
+pub use face_look::{Beard, Collar, FaceLook, HairColor};
 pub use frame::{BodyFrame, HeadFrame};
 pub use lab::{lab_from_srgb, mean_color};
 pub use layout::{LayoutSpots, Spot};
 pub use skin::{Color, Dye, SkinTone, ramped, recolored};
-
-use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
 /// What a texel shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

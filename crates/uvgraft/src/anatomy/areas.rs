@@ -7,21 +7,16 @@ use super::body;
 use super::landmarks::Face;
 use super::points::Points;
 use super::relief::Relief;
-
-/// 0 at `from`, 1 at `to`, smooth between; `from` may be the larger.
-pub(super) fn ramp(from: f64, to: f64, value: f64) -> f64 {
-    let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
+use crate::easing::smoothstep_f64;
 
 /// 1 between two bounds, falling to 0 within `soft` outside them.
 fn band(low: f64, high: f64, soft: f64, value: f64) -> f64 {
-    ramp(low - soft, low, value) * ramp(high + soft, high, value)
+    smoothstep_f64(low - soft, low, value) * smoothstep_f64(high + soft, high, value)
 }
 
 /// 1 within an ellipse, falling to 0 at `outer` times its size.
 fn ellipse([x, y]: [f64; 2], [rx, ry]: [f64; 2], outer: f64) -> f64 {
-    ramp(outer, 1.0, (x / rx).hypot(y / ry))
+    smoothstep_f64(outer, 1.0, (x / rx).hypot(y / ry))
 }
 
 pub(super) struct Areas<'a> {
@@ -88,7 +83,7 @@ impl Areas<'_> {
         // What is on the outside, and not within lids or lips.
         let skin = (1.0 - eyes) * (1.0 - interior) * (1.0 - ears);
         let skin = if place.is_eye { 0.0 } else { skin };
-        let seen = skin * ramp(0.25, 0.1, place.behind);
+        let seen = skin * smoothstep_f64(0.25, 0.1, place.behind);
         let lips = self.lips(place) * seen;
         let face = seen * if place.is_skin { 1.0 } else { 0.0 };
         let sockets = self.sockets(place) * face;
@@ -119,10 +114,10 @@ impl Areas<'_> {
         let Some(radius) = self.face.eyes.radius else { return self.hollow_eyes(place) };
         if self.face.eyes.components.contains(&true) {
             // Lids lie on the ball, what lines them within it.
-            return ramp(1.02, 0.94, distance / radius);
+            return smoothstep_f64(1.02, 0.94, distance / radius);
         }
         let [dx, dy] = [place.x - 0.5, place.y];
-        ramp(1.07, 1.03, distance / radius) * ellipse([dx, dy], [0.24, 0.14], 1.2)
+        smoothstep_f64(1.07, 1.03, distance / radius) * ellipse([dx, dy], [0.24, 0.14], 1.2)
     }
 
     /// Without eyeballs: the inside of the sockets, well behind the lids above and below.
@@ -132,14 +127,16 @@ impl Areas<'_> {
             return 0.0;
         }
         let lids = [0.2, -0.28].map(|y| self.relief.both(place.x, y).unwrap_or(-1.0));
-        ellipse([dx, dy], [0.36, 0.34], 1.15) * ramp(0.1, 0.15, lids[0].min(lids[1]) - place.z)
+        ellipse([dx, dy], [0.36, 0.34], 1.15)
+            * smoothstep_f64(0.1, 0.15, lids[0].min(lids[1]) - place.z)
     }
 
     fn sockets(&self, place: &Place) -> f64 {
         let radius = self.face.eyes.radius.unwrap_or(0.2);
         let [dx, dy] = [place.x - 0.5, place.y];
         let ry = if dy > 0.0 { 0.24_f64.max(1.15 * radius) } else { 0.3_f64.max(1.3 * radius) };
-        ellipse([dx, dy], [0.36_f64.max(1.6 * radius), ry], 1.25) * ramp(-1.0, -0.7, place.z)
+        ellipse([dx, dy], [0.36_f64.max(1.6 * radius), ry], 1.25)
+            * smoothstep_f64(-1.0, -0.7, place.z)
     }
 
     fn brows(&self, place: &Place) -> f64 {
@@ -148,7 +145,7 @@ impl Areas<'_> {
         let middle = 0.36_f64.max(1.5 * radius) + 0.04 - 0.25 * (place.x - 0.55).powi(2);
         band(0.16, 0.85, 0.08, place.x)
             * band(middle - 0.08, middle + 0.08, 0.06, place.y)
-            * ramp(-0.7, -0.5, place.z)
+            * smoothstep_f64(-0.7, -0.5, place.z)
     }
 
     fn forehead(&self, place: &Place) -> f64 {
@@ -156,8 +153,8 @@ impl Areas<'_> {
         let high = self.face.brow.y.max(0.3) + 0.42 * (self.face.crown.y - self.face.brow.y);
         let side = self.face.half_width * 0.72;
         band(low, high.max(low + 0.1), 0.1, place.y)
-            * ramp(side + 0.1, side - 0.1, place.x)
-            * ramp(0.2, 0.45, place.normal.z)
+            * smoothstep_f64(side + 0.1, side - 0.1, place.x)
+            * smoothstep_f64(0.2, 0.45, place.normal.z)
     }
 
     fn nose(&self, place: &Place) -> f64 {
@@ -165,9 +162,9 @@ impl Areas<'_> {
         let down = (place.y / tip.y.min(-0.2)).clamp(0.0, 1.2);
         let width = 0.08 + 0.1 * down;
         band(tip.y - 0.05, -0.05, 0.06, place.y)
-            * ramp(width + 0.08, width, place.x)
-            * ramp(-0.5, -0.25, place.normal.y)
-            * ramp(0.1, 0.3, place.normal.z)
+            * smoothstep_f64(width + 0.08, width, place.x)
+            * smoothstep_f64(-0.5, -0.25, place.normal.y)
+            * smoothstep_f64(0.1, 0.3, place.normal.z)
     }
 
     fn cheeks(&self, place: &Place) -> f64 {
@@ -177,10 +174,10 @@ impl Areas<'_> {
         // The fold between cheek and mouth runs outwards as it goes down.
         let inner = 0.44 + 0.25 * (top - place.y).max(0.0);
         band(low.min(top - 0.15), top, 0.09, place.y)
-            * ramp(inner - 0.06, inner + 0.06, place.x)
-            * ramp(side + 0.08, side - 0.08, place.x)
-            * ramp(0.1, 0.35, place.normal.z)
-            * ramp(-1.0, -0.7, place.z)
+            * smoothstep_f64(inner - 0.06, inner + 0.06, place.x)
+            * smoothstep_f64(side + 0.08, side - 0.08, place.x)
+            * smoothstep_f64(0.1, 0.35, place.normal.z)
+            * smoothstep_f64(-1.0, -0.7, place.z)
     }
 
     fn lips(&self, place: &Place) -> f64 {
@@ -192,7 +189,7 @@ impl Areas<'_> {
         let dy = place.y - line;
         let height = if dy > 0.0 { above } else { below };
         ellipse([place.x, dy], [corner.x + 0.01, height * 0.95], 1.22)
-            * ramp(-0.55, -0.4, place.z - self.face.mouth.z)
+            * smoothstep_f64(-0.55, -0.4, place.z - self.face.mouth.z)
     }
 
     /// What is well behind the lips at their height: sheets inside the head that the skin of the face hides.
@@ -200,21 +197,21 @@ impl Areas<'_> {
         let mouth = self.face.mouth;
         let depth = mouth.z - place.z;
         ellipse([place.x, place.y - mouth.y], [0.6, 0.5], 1.15)
-            * ramp(0.05, 0.11, place.behind)
-            * ramp(0.02, 0.08, depth)
-            * ramp(1.45, 1.3, depth)
+            * smoothstep_f64(0.05, 0.11, place.behind)
+            * smoothstep_f64(0.02, 0.08, depth)
+            * smoothstep_f64(1.45, 1.3, depth)
             // Nostrils are not far behind the lips.
-            * ramp(0.03, -0.07, place.y - self.face.nose_base.y - ramp(0.3, 0.6, depth))
-            * ramp(self.face.jaw_bottom.y - 0.05, self.face.jaw_bottom.y + 0.1, place.y)
+            * smoothstep_f64(0.03, -0.07, place.y - self.face.nose_base.y - smoothstep_f64(0.3, 0.6, depth))
+            * smoothstep_f64(self.face.jaw_bottom.y - 0.05, self.face.jaw_bottom.y + 0.1, place.y)
     }
 
     fn jaw(&self, place: &Place) -> f64 {
         let mouth = self.face.mouth.y;
         // Upper bound: below the mouth, and back up to the lobes of the ears.
-        let upper = mouth - 0.14 + 0.35 * ramp(0.4, 1.0, place.x);
-        ramp(upper + 0.1, upper - 0.02, place.y)
-            * ramp(-0.04, 0.08, self.above_jaw_line(place))
-            * ramp(-1.25, -1.0, place.z)
+        let upper = mouth - 0.14 + 0.35 * smoothstep_f64(0.4, 1.0, place.x);
+        smoothstep_f64(upper + 0.1, upper - 0.02, place.y)
+            * smoothstep_f64(-0.04, 0.08, self.above_jaw_line(place))
+            * smoothstep_f64(-1.25, -1.0, place.z)
     }
 
     /// How far a place is above the line from the underside of the chin to the angle of the jaw.
@@ -230,12 +227,13 @@ impl Areas<'_> {
         let Some(ear) = self.face.ears[side].filter(|_| place.may_be_ear) else { return 0.0 };
         // Heads are wider above the ears and narrower below them.
         let width = self.face.half_width
-            + (self.face.upper_half_width - self.face.half_width) * ramp(-0.2, 0.3, place.y)
+            + (self.face.upper_half_width - self.face.half_width)
+                * smoothstep_f64(-0.2, 0.3, place.y)
             - 0.25 * (-0.4 - place.y).max(0.0);
         let [dy, dz] = [place.y - (ear.y - 0.25), place.z - (ear.z + 0.2)];
-        ramp(width - 0.03, width + 0.06, place.x)
+        smoothstep_f64(width - 0.03, width + 0.06, place.x)
             * ellipse([dz, dy], [0.42, 0.6], 1.25)
-            * ramp(ear.x.abs() + 0.4, ear.x.abs() + 0.2, place.x)
+            * smoothstep_f64(ear.x.abs() + 0.4, ear.x.abs() + 0.2, place.x)
     }
 
     fn scalp(&self, place: &Place) -> f64 {
@@ -255,7 +253,7 @@ impl Areas<'_> {
             [-4.0, -1.1],
         ];
         let height = piecewise(&line, place.z);
-        ramp(height - 0.08, height + 0.08, place.y)
+        smoothstep_f64(height - 0.08, height + 0.08, place.y)
     }
 
     fn neck(&self, place: &Place) -> f64 {
@@ -264,12 +262,12 @@ impl Areas<'_> {
         let low =
             base.y + 0.3 * (base.z - place.z).clamp(0.0, 2.0) + 0.8 * (place.x - 0.8).max(0.0);
         let nape = -1.2;
-        let top = ramp(0.06, -0.06, self.above_jaw_line(place)).min(ramp(
+        let top = smoothstep_f64(0.06, -0.06, self.above_jaw_line(place)).min(smoothstep_f64(
             nape + 0.1,
             nape - 0.05,
             place.y - 0.5 * (place.z + 1.7).max(0.0),
         ));
-        ramp(low - 0.12, low + 0.05, place.y) * top * ramp(1.9, 1.5, place.x)
+        smoothstep_f64(low - 0.12, low + 0.05, place.y) * top * smoothstep_f64(1.9, 1.5, place.x)
     }
 
     fn chest(&self, place: &Place) -> f64 {
@@ -279,9 +277,9 @@ impl Areas<'_> {
             return 0.0;
         }
         band(base.y - 2.4, base.y + 0.35, 0.2, place.y)
-            * ramp(3.2, 2.8, place.x)
-            * ramp(-0.05, 0.2, place.normal.z)
-            * ramp(base.z - 2.2, base.z - 1.6, place.z)
+            * smoothstep_f64(3.2, 2.8, place.x)
+            * smoothstep_f64(-0.05, 0.2, place.normal.z)
+            * smoothstep_f64(base.z - 2.2, base.z - 1.6, place.z)
     }
 }
 

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::areas::ramp;
 use super::landmarks::Face;
 use super::points::Points;
 use crate::directions::direction;
+use crate::easing::smoothstep_f64;
 
 /// A mesh that ends higher below the eyes, in distances between them, is no whole body.
 const LEAST_HEIGHT: f64 = 8.0;
@@ -37,7 +37,7 @@ fn hands(_points: &Points, face: &Face, height: f64) -> Option<Vec<f32>> {
             let aside = (arm.tip - p - arm.towards * along).length();
             if p.x * side > 0.0 && aside < 0.09 * height {
                 let soft = 0.006 * height;
-                *value = ramp(arm.length + soft, arm.length - soft, along) as f32;
+                *value = smoothstep_f64(arm.length + soft, arm.length - soft, along) as f32;
             }
         }
     }
@@ -130,5 +130,5 @@ fn feet(at: &[DVec3], face: &Face, height: f64) -> Option<Vec<f32>> {
     }
     let ankle = face.bottom + ANKLE * height;
     let soft = 0.008 * height;
-    Some(at.iter().map(|p| ramp(ankle + soft, ankle - soft, p.y) as f32).collect())
+    Some(at.iter().map(|p| smoothstep_f64(ankle + soft, ankle - soft, p.y) as f32).collect())
 }

@@ -36,7 +36,8 @@ mod toning;
 use std::sync::Arc;
 
 use crate::color::Encoding;
-use crate::labels::{Label, LabelError, Labels, ramp};
+use crate::easing::smoothstep;
+use crate::labels::{Label, LabelError, Labels};
 use crate::map::{MapOptions, SamplingMap};
 use crate::pair::Direction;
 use crate::skin::SkinModel;
@@ -362,7 +363,8 @@ impl Blend {
         let selection = self.selection.within(&kept).ok()?;
         let Self { skin, labels, .. } = self.clone();
         let reach = BESIDE_CLOTH * self.domain.eye_distance().unwrap_or(1.0) as f32;
-        let beside_cloth = self.inside.iter().map(|&inside| ramp(0.0, reach, inside)).collect();
+        let beside_cloth =
+            self.inside.iter().map(|&inside| smoothstep(0.0, reach, inside)).collect();
         // If nothing is left the whole region stays: then it is no head that is labelled.
         Some(Self { beside_cloth, skin, labels, ..Self::new(&selection, self.options).ok()? })
     }

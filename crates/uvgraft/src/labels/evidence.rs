@@ -1,12 +1,11 @@
 //! How far the colours of a texture are from the skin that cheeks and nose show.
 
+use super::geodesic::Steps;
+use super::head::HeadLayout;
 use crate::color::linear_from_srgb;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 use crate::threads::map_indices;
-
-use super::geodesic::Steps;
-use super::head::HeadLayout;
 
 /// What is known of each texel's colour.
 #[derive(Debug, Clone)]
@@ -258,10 +257,4 @@ fn pushed_and_pulled(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f
             beneath + (value - beneath) * weight.min(1.0)
         })
         .collect()
-}
-
-/// From 0 to 1 while a value goes from one to another.
-pub(crate) fn ramp(from: f32, to: f32, value: f32) -> f32 {
-    let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

@@ -1,13 +1,13 @@
 //! From evidence to labels.
 
-use crate::layout_grid::{GridColors, LayoutGrid, NONE};
-use crate::texture::Texture;
-use crate::threads::map_indices;
-
-use super::evidence::{Evidence, ramp};
+use super::evidence::Evidence;
 use super::geodesic::{flood, parts, widened};
 use super::head::HeadLayout;
 use super::{Label, LabelError, Labels};
+use crate::easing::smoothstep;
+use crate::layout_grid::{GridColors, LayoutGrid, NONE};
+use crate::texture::Texture;
+use crate::threads::map_indices;
 
 /// What is not skin and has fewer texels, of some 220,000, is a mole.
 const MOLE: usize = 70;
@@ -71,10 +71,10 @@ fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
 fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
     let Evidence { hue, pale, light, light_of_face, .. } = evidence;
     // Highlights are pale and lighter than what is around them.
-    let highlight = ramp(0.03, 0.15, light[texel]) * ramp(0.5, 2.0, pale[texel]);
-    let hue = ramp(3.5, 6.0, hue[texel]) * ramp(-2.0, -1.3, light_of_face[texel]);
+    let highlight = smoothstep(0.03, 0.15, light[texel]) * smoothstep(0.5, 2.0, pale[texel]);
+    let hue = smoothstep(3.5, 6.0, hue[texel]) * smoothstep(-2.0, -1.3, light_of_face[texel]);
     let hue = hue * (1.0 - highlight);
-    let dark = ramp(0.33, 0.75, -light[texel]);
+    let dark = smoothstep(0.33, 0.75, -light[texel]);
     hue.max(dark)
 }
 
@@ -140,13 +140,13 @@ impl<'a> Finder<'a> {
             return 1.0;
         }
         let (hue, light, step) = (hue[texel], light[texel], step[texel]);
-        let dark_enough = ramp(-2.2, -1.5, self.evidence.light_of_face[texel]);
-        let other_color = (ramp(3.0, 5.0, hue) * dark_enough)
-            .max(ramp(0.33, 0.6, light))
-            .max(ramp(0.9, 1.4, -light));
+        let dark_enough = smoothstep(-2.2, -1.5, self.evidence.light_of_face[texel]);
+        let other_color = (smoothstep(3.0, 5.0, hue) * dark_enough)
+            .max(smoothstep(0.33, 0.6, light))
+            .max(smoothstep(0.9, 1.4, -light));
         // A shadow is darker and keeps skin's hue; cloth of skin's colour is behind a step alone.
-        let no_shadow = ramp(-0.45, -0.2, light).max(ramp(1.8, 3.0, hue));
-        (other_color * ramp(1.0, 2.5, step)).max(no_shadow * ramp(2.5, 4.0, step))
+        let no_shadow = smoothstep(-0.45, -0.2, light).max(smoothstep(1.8, 3.0, hue));
+        (other_color * smoothstep(1.0, 2.5, step)).max(no_shadow * smoothstep(2.5, 4.0, step))
     }
 
     /// Cloth and background: what is like it and hangs together with the rim at the neck.
@@ -228,9 +228,9 @@ impl<'a> Finder<'a> {
             let scalp = areas.scalp[texel];
             let colors = self.not_skin[texel];
             // On the scalp what is not clearly skin is hair: blond hair is close to it.
-            let clearly = ramp(1.5, 3.0, hue[texel])
-                .max(ramp(0.12, 0.3, light[texel].abs()))
-                .max(ramp(1.5, 4.0, step[texel]));
+            let clearly = smoothstep(1.5, 3.0, hue[texel])
+                .max(smoothstep(0.12, 0.3, light[texel].abs()))
+                .max(smoothstep(1.5, 4.0, step[texel]));
             colors.max(scalp * clearly) * (1.0 - cloth[texel])
         });
         let is_face = |texel: usize| areas.eyes[texel] >= 0.5 || areas.mouth[texel] >= 0.5;
@@ -310,20 +310,24 @@ impl<'a> Finder<'a> {
             rest -= share;
         };
         take(Label::Cloth, cloth);
-        take(Label::Eye, ramp(0.3, 0.7, areas.eyes[texel]));
-        take(Label::Mouth, ramp(0.3, 0.7, areas.mouth[texel]));
+        take(Label::Eye, smoothstep(0.3, 0.7, areas.eyes[texel]));
+        take(Label::Mouth, smoothstep(0.3, 0.7, areas.mouth[texel]));
         let (lips, sockets, brows) = (areas.lips[texel], areas.sockets[texel], areas.brows[texel]);
         // Teeth are paler than skin and hardly darker, or yellower where skin is as pale, or lighter where no colour tells;
         // never redder as lips are. Between lips it is black.
-        let inner = ramp(0.3, 0.7, lips);
-        let yellow = ramp(2.5, 4.0, hue) * ramp(3.0, 6.0, -red) * inner;
-        let teeth = ramp(-0.5, -0.2, light) * ramp(3.5, 6.0, pale).max(yellow);
-        let teeth = teeth.max(ramp(0.1, 0.2, light) * inner) * ramp(-5.0, -2.0, -red);
-        take(Label::Mouth, ramp(0.1, 0.5, lips) * teeth.max(ramp(0.9, 1.3, -light)));
-        take(Label::Lip, ramp(0.1, 0.5, lips) * ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, -light)));
-        let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
-        take(Label::Eye, ramp(0.1, 0.5, sockets) * white.max(ramp(0.5, 0.9, -light)));
-        take(Label::Brow, ramp(0.1, 0.4, brows) * ramp(0.1, 0.3, -light));
+        let inner = smoothstep(0.3, 0.7, lips);
+        let yellow = smoothstep(2.5, 4.0, hue) * smoothstep(3.0, 6.0, -red) * inner;
+        let teeth = smoothstep(-0.5, -0.2, light) * smoothstep(3.5, 6.0, pale).max(yellow);
+        let teeth = teeth.max(smoothstep(0.1, 0.2, light) * inner) * smoothstep(-5.0, -2.0, -red);
+        take(Label::Mouth, smoothstep(0.1, 0.5, lips) * teeth.max(smoothstep(0.9, 1.3, -light)));
+        take(
+            Label::Lip,
+            smoothstep(0.1, 0.5, lips)
+                * smoothstep(1.5, 3.0, hue).max(smoothstep(0.12, 0.3, -light)),
+        );
+        let white = smoothstep(3.0, 5.0, pale) * smoothstep(-0.7, -0.3, light);
+        take(Label::Eye, smoothstep(0.1, 0.5, sockets) * white.max(smoothstep(0.5, 0.9, -light)));
+        take(Label::Brow, smoothstep(0.1, 0.4, brows) * smoothstep(0.1, 0.3, -light));
         take(Label::Hair, hair);
         take(Label::Other, other);
         weights[Label::Skin as usize] = rest;

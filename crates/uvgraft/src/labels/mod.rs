@@ -16,15 +16,14 @@ mod find;
 mod geodesic;
 mod head;
 
-pub(crate) use body::{BodyLayout, body_skin};
-pub(crate) use evidence::{lab, ramp};
-pub(crate) use head::HeadLayout;
-
 #[cfg(doc)]
 use crate::anatomy::Anatomy;
 use crate::color::Encoding;
 use crate::mesh::Mesh;
 use crate::texture::{Channels, Size, Texels, Texture};
+pub(crate) use body::{BodyLayout, body_skin};
+pub(crate) use evidence::lab;
+pub(crate) use head::HeadLayout;
 
 /// What a texel shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

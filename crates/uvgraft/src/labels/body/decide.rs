@@ -1,9 +1,9 @@
 //! From growth to what is skin.
 
-use super::super::evidence::ramp;
 use super::grow::{Growth, divided, parts};
 use super::layout::{BodyLayout, Detail};
 use super::steps::Steps;
+use crate::easing::smoothstep;
 use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
 use crate::threads::{for_each_chunk, map_indices};
@@ -417,17 +417,17 @@ impl<'a> Decision<'a> {
 /// How far a texel of the head takes part: lips half, eyes, brows and hair not.
 fn share_of_skin(detail: &Detail, deviation: &Deviation) -> f32 {
     let Deviation { hue, pale, light } = *deviation;
-    let [lips, sockets] = [detail.lips, detail.sockets].map(|area| ramp(0.1, 0.5, area));
-    let dark = |from: f32, to: f32| ramp(from, to, -light);
-    let white = ramp(3.0, 5.0, pale) * ramp(-0.7, -0.3, light);
-    let hair = ramp(1.5, 3.0, hue).max(ramp(0.12, 0.3, light.abs()));
-    let none = ramp(0.3, 0.7, detail.eyes)
-        .max(ramp(0.3, 0.7, detail.mouth))
+    let [lips, sockets] = [detail.lips, detail.sockets].map(|area| smoothstep(0.1, 0.5, area));
+    let dark = |from: f32, to: f32| smoothstep(from, to, -light);
+    let white = smoothstep(3.0, 5.0, pale) * smoothstep(-0.7, -0.3, light);
+    let hair = smoothstep(1.5, 3.0, hue).max(smoothstep(0.12, 0.3, light.abs()));
+    let none = smoothstep(0.3, 0.7, detail.eyes)
+        .max(smoothstep(0.3, 0.7, detail.mouth))
         .max(lips * white.max(dark(0.9, 1.3)))
         .max(sockets * white.max(dark(0.5, 0.9)))
-        .max(ramp(0.1, 0.4, detail.brows) * dark(0.1, 0.3))
-        .max(ramp(0.2, 0.6, detail.scalp) * hair);
-    let lip = lips * ramp(1.5, 3.0, hue).max(dark(0.12, 0.3));
+        .max(smoothstep(0.1, 0.4, detail.brows) * dark(0.1, 0.3))
+        .max(smoothstep(0.2, 0.6, detail.scalp) * hair);
+    let lip = lips * smoothstep(1.5, 3.0, hue).max(dark(0.12, 0.3));
     (1.0 - none) * (1.0 - 0.5 * lip)
 }
 
