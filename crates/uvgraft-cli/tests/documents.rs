@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Channels, Size};
+use uvgraft::{Channels, Mesh, Size};
 use uvgraft_avatar::body::BodyKind;
 use uvgraft_figure::motion::as_amass;
 use uvgraft_figure::{Figure, paint_body, paint_head};
@@ -125,9 +125,12 @@ fn examples() -> Bench {
     obj::save(&figure.head, &bench.path("head.obj")).unwrap();
     obj::save(&figure.body, &bench.path("body.obj")).unwrap();
     vertex_map::save_npy(&figure.vertex_map, &bench.path("ids.npy")).unwrap();
-    for name in ["head_to_body.uvpair", "flame_to_smplx.uvpair"] {
-        bench.save_pair(name, figure.head.clone(), figure.body.clone(), &figure.vertex_map);
-    }
+    let (head, body) = (&figure.head, &figure.body);
+    bench.save_pair("head_to_body.uvpair", head.clone(), body.clone(), &figure.vertex_map);
+    // The model has triangles, so its polygons must not be divided in another way.
+    let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
+    let model = Mesh::from_triangles(positions, uv, body.faces(), body.uv_faces()).unwrap();
+    bench.save_pair("flame_to_smplx.uvpair", head.clone(), model, &figure.vertex_map);
     bench.make_folder("faces");
     for name in ["face.png", "mean.png", "faces/anna.png", "faces/ben.png"] {
         bench.save(name, face.clone());

@@ -139,7 +139,7 @@ fn shapes_that_do_not_fit() {
         "array `a`: an array of shape [1] must have 4 bytes, got 7"
     );
     let huge = entry("'<f8'", "(4294967296, 4294967296)", &[0; 8]);
-    assert!(huge.contains("must have more bytes, got 8"), "{huge}");
+    assert!(huge.contains("must have 147573952589676412928 bytes, got 8"), "{huge}");
     assert!(entry("'<U9223372036854775807'", "(2,)", &[]).contains("must have more bytes"));
     for shape in ["(-1,)", "7", "(99999999999999999999,)", "(1.5,)"] {
         assert!(entry("'<f4'", shape, &[]).contains("shape must have"), "{shape}");

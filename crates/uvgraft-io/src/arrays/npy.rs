@@ -81,12 +81,15 @@ pub(super) fn read<'a>(
     }
     let shape = lengths(&array)?;
     let check = |width: Option<usize>| {
+        let wanted = match width.map(|width| array.check_length(width)) {
+            Some(Ok(())) => return Ok(()),
+            Some(Err(wanted)) => wanted.to_string(),
+            None => "more".to_owned(),
+        };
         let found = array.values.len();
-        array.check_length(width.unwrap_or(usize::MAX)).map_err(|wanted| {
-            Unread::Broken(format!(
-                "an array of shape {shape:?} must have {wanted} bytes, got {found}"
-            ))
-        })
+        Err(Unread::Broken(format!(
+            "an array of shape {shape:?} must have {wanted} bytes, got {found}"
+        )))
     };
     if let Some(dtype) = TextDtype::from_text(descr) {
         check(dtype.width())?;

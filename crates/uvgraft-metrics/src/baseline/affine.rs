@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use uvgraft::pair::{Direction, Pair};
-use uvgraft::piece::Piece;
+use uvgraft::piece::{Extent, Piece};
 use uvgraft::texture::{Channels, Depth, Size, Sizes, Texels, TexelsMut, Texture};
 use uvgraft::threads::for_each_chunk;
 
@@ -52,6 +52,13 @@ impl Affine {
             let [mut target, mut source] = piece.uv(pair.target(), pair.source());
             if direction == Direction::Reverse {
                 std::mem::swap(&mut target, &mut source);
+                if let Extent::Whole(corners) = piece.extent {
+                    // In the order of the corners of the face that is filled.
+                    let at = |corner: u8| corners.iter().position(|&other| other == corner);
+                    let order = [0, 1, 2].map(|corner| at(corner).unwrap_or(usize::from(corner)));
+                    target = order.map(|at| target[at]);
+                    source = order.map(|at| source[at]);
+                }
             }
             Triangle::new(
                 source.map(|uv| whole_texel(uv, source_size)),
