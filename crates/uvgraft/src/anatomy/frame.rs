@@ -28,7 +28,7 @@ impl HeadFrame {
         self.to_local(position.into()).to_array()
     }
 
-    pub(super) fn to_local(&self, position: DVec3) -> DVec3 {
+    pub(super) fn to_local(self, position: DVec3) -> DVec3 {
         self.local_direction(position - DVec3::from(self.origin)) / self.unit
     }
 
