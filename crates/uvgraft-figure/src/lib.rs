@@ -105,7 +105,7 @@ fn head_surface() -> head::HeadSkin {
         surface.append(piece);
     }
     for position in &mut surface.positions {
-        *position = *position + vec3(0.0, EYE_LEVEL, 0.0);
+        *position += vec3(0.0, EYE_LEVEL, 0.0);
     }
     skin
 }

@@ -174,7 +174,7 @@ mod tests {
         let rest: Vec<Vec3> = figure.body.positions().iter().map(|&p| Vec3::from(p)).collect();
         let mut moved = rest.clone();
         for &(vertex, offset) in &morph.offsets {
-            moved[vertex as usize] = moved[vertex as usize] + Vec3::from(offset);
+            moved[vertex as usize] += Vec3::from(offset);
         }
         let on_cheek = |vertex: u32| {
             let p = rest[vertex as usize] * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);

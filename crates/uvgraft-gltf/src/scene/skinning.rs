@@ -55,7 +55,7 @@ pub(super) fn deformed(
 fn add(vectors: &mut [Vec3], deltas: &[(u32, Vec3)], weight: f32) {
     for &(vertex, delta) in deltas {
         if let Some(vector) = vectors.get_mut(vertex as usize) {
-            *vector = *vector + delta * weight;
+            *vector += delta * weight;
         }
     }
 }
@@ -115,7 +115,7 @@ fn made_from_triangles(positions: &[Vec3], triangles: &[[u32; 3]], first: &[u32]
         let normal = (b - a).cross(c - a);
         for &vertex in triangle {
             let sum = &mut sums[first[vertex as usize] as usize];
-            *sum = *sum + normal;
+            *sum += normal;
         }
     }
     first.iter().map(|&vertex| sums[vertex as usize].normalize_or_zero()).collect()
