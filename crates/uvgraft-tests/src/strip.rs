@@ -6,6 +6,8 @@
 //! by 0.5 along Z. The clip `bend` turns joint 1 by 90° about Z in one second. The texture has four
 //! texels: red, green in the upper row, blue, white in the lower one.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
 use serde_json::{Value, json};
 
 /// A texture of 2 × 2 texels as PNG: a zlib stream of one stored block.
