@@ -1,7 +1,5 @@
 //! Pictures of GLB files through the program.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
-
 mod bench;
 #[allow(dead_code, reason = "tests of the library use the rest")]
 use serde_json::{Value, json};

@@ -1,7 +1,5 @@
 //! `uvgraft view`: the page it writes, and what it refuses.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
-
 mod bench;
 use uvgraft_tests::mannequin;
 #[allow(dead_code, reason = "tests of the library use the rest")]
