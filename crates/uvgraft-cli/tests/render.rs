@@ -1,7 +1,7 @@
 //! Pictures of GLB files through the program.
 
 mod bench;
-#[allow(dead_code, reason = "tests of the library use the rest")]
+
 use serde_json::{Value, json};
 use uvgraft::{Channels, Size};
 use uvgraft_tests::strip::{self, Strip};

@@ -1,8 +1,8 @@
 //! `uvgraft view`: the page it writes, and what it refuses.
 
 mod bench;
+
 use uvgraft_tests::mannequin;
-#[allow(dead_code, reason = "tests of the library use the rest")]
 use uvgraft_tests::strip::Strip;
 use uvgraft_viewer::PAGE;
 
