@@ -1,6 +1,6 @@
 //! Which triangles meet at which edges of the surface.
 //!
-//! Vertices count as one where [`Surface`] takes them for one point, so meshes whose vertices are split
+//! Vertices count as one where they are one point of the surface, so meshes whose vertices are split
 //! at UV seams are whole again.
 
 use glam::{DVec3, Vec3};

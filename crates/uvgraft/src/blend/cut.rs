@@ -26,7 +26,7 @@ struct Corner {
 
 impl Blend {
     /// The target's mesh with the rim as edges: for what looks at both sides of it, as
-    /// [`seams::measure`](crate::seams::measure) does. Other triangles stay as they are; their order does
+    /// `uvgraft_metrics::seams::measure` does. Other triangles stay as they are; their order does
     /// not.
     ///
     /// # Errors
