@@ -1,21 +1,21 @@
-# `make demo` needs the Rust toolchain and nothing else, and does more where there are a C++ compiler and
-# npm; so does `make test`, which tests more where there are Python, Chromium and a network too.
+# `make demo` and `make test` need nothing but the Rust toolchain. The demo does more with a C++ compiler
+# and npm, the tests also with Python, Chromium and a network.
 
 CARGO ?= cargo
 
-# The metric FLIP is C++, and so is what makes meshes simpler.
+# The metric FLIP is C++, and so is mesh simplification.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
 NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY))
 
-# The page of `uvgraft view` is JavaScript, made by scripts/build-viewer.sh with npm. Whether it is there
-# is known when that is done.
+# The page of `uvgraft view` is JavaScript, built with npm by scripts/build-viewer.sh. The shell checks
+# for it in each recipe, after that script has run.
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients
 
-# The main job on an embedded example; writes to uvgraft-demo/.
+# Runs a transfer on a built-in example; writes to uvgraft-demo/.
 demo: viewer
 	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) -- demo
 
@@ -23,7 +23,7 @@ demo: viewer
 viewer:
 	@scripts/build-viewer.sh
 
-# Tests with real meshes run where UVGRAFT_DATA names their folder, and say so where they are skipped.
+# Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
 test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/install-browser.sh
@@ -31,37 +31,37 @@ test: viewer
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
 
-# Avatars in Debian's Blender and Godot, which are half a gigabyte.
+# Loads avatars in Debian's Blender and Godot, which take half a gigabyte.
 test-clients:
 	@scripts/install-clients.sh
 	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients
 
-# The encoder of KTX2 textures, a minute of C++ that few need.
+# The KTX2 encoder: takes a minute to compile its C++, and few need it.
 test-ktx2:
 	$(CARGO) test --locked -p uvgraft-gltf --features ktx2 -- glb:: scene::
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
-# Times of each stage; on real meshes too where UVGRAFT_DATA names their folder.
+# Benchmarks each stage, on real meshes if UVGRAFT_DATA names their folder.
 bench:
 	$(CARGO) bench --locked -p uvgraft-tests --bench stages --bench bodies
 
-# How costs grow with the size of a texture and with the triangles of a mesh.
+# Measures how times scale with texture size and number of triangles.
 bench-scaling:
 	$(CARGO) bench --locked -p uvgraft-tests --bench scaling
 
-# Resampling and whole transfers beside OpenCV's and PyTorch's, by Python packages under target/:
+# Compares resampling and whole transfers with OpenCV and PyTorch, as Python packages under target/:
 # make bench-peers PEERS="--pair my.uvpair --threads 4"
 PEERS ?=
 PEERS_VENV := target/peers-venv
 bench-peers:
 	$(CARGO) build --release --locked -p uvgraft-cli
 	test -x $(PEERS_VENV)/bin/pip || python3 -m venv --clear $(PEERS_VENV) || \
-		{ echo "bench-peers: wanted python3 with its module venv" >&2; exit 1; }
+		{ echo "bench-peers: python3 with the venv module is required" >&2; exit 1; }
 	$(PEERS_VENV)/bin/pip install --quiet --requirement benches/peers/requirements.txt || \
 		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
-# The libraries that also work without threads, and all their features but that.
+# The libraries that also work without the feature `threads`, and all their other features.
 LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure
 THREADLESS := $(LIBRARIES:%=-p %) --no-default-features \
 	--features uvgraft/serde,uvgraft-metrics/flip,uvgraft-metrics/lpips,uvgraft-metrics/serde \
@@ -79,15 +79,15 @@ lint:
 	@CARGO="$(CARGO)" scripts/check-wasm.sh
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 
-# The book, in target/book.
+# Builds the book in target/book.
 book:
 	@scripts/build-book.sh
 
-# The crates as they are published, each built from its package.
+# Packages the crates for publishing, and builds each from its package.
 package:
 	$(CARGO) package --locked --workspace --exclude uvgraft-tests
 
-# Reference values that metrics and body models are tested against, by Python packages of 6 GB
+# Regenerates the reference values for the tests of metrics and body models, with 6 GB of Python packages
 # under target/.
 FIXTURES := crates/uvgraft-tests/fixtures
 fixtures:

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds the book in docs/ into target/book with mdBook, which it installs under target/tools the first
-# time (two minutes, and a network). Fails if a page is missing; the test `documents` checks links.
+# time (this takes two minutes and a network). Fails if a page is missing; the test `documents` checks links.
 set -eu
 
 cd "$(dirname "$0")/.."

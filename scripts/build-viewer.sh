@@ -1,12 +1,12 @@
 #!/bin/sh
-# Makes target/viewer/viewer.html, the page that `uvgraft view` puts avatars into. The program holds it
-# if it is built with the feature `viewer`:
+# Builds target/viewer/viewer.html, the page into which `uvgraft view` embeds avatars. The program contains
+# it if it is built with the feature `viewer`:
 #
 #   scripts/build-viewer.sh && cargo build --release -p uvgraft-cli --features viewer
 #
-# Wants npm, and a network for its packages the first time; their versions are pinned by
-# crates/uvgraft-viewer/package-lock.json. Does nothing where the page is up to date. Without npm or a
-# network it says what is skipped and succeeds; where CI is set it fails instead.
+# Needs npm, and the first time a network for its packages, whose versions are pinned by
+# crates/uvgraft-viewer/package-lock.json. Does nothing if the page is up to date. Without npm or a network
+# it reports what is skipped and succeeds; if CI is set, it fails instead.
 set -eu
 
 cd "$(dirname "$0")/.."
@@ -16,7 +16,7 @@ folder=target/viewer
 skip() {
     echo "build-viewer: $1" >&2
     echo "build-viewer: skipped, so \`uvgraft view\` is left out" >&2
-    # An old page may not fit the program.
+    # An outdated page may not match the program.
     rm -f "$folder/viewer.html" "$folder/made-from"
     if [ -n "${CI:-}" ]; then exit 1; fi
     exit 0
@@ -33,13 +33,13 @@ temporary=$(mktemp -d "$folder/build.XXXXXX")
 trap 'rm -rf "$temporary"' EXIT
 trap 'exit 1' HUP INT TERM
 
-# Installed are exactly the versions of this lock file.
+# Exactly the versions in this lock file are installed.
 packages=$folder/packages
 if ! cmp -s "$sources/package-lock.json" "$packages/package-lock.json"; then
     echo "build-viewer: npm packages, 50 MB" >&2
     mkdir "$temporary/packages"
     cp "$sources/package.json" "$sources/package-lock.json" "$temporary/packages/"
-    # Nothing of a package is run: esbuild's program is a package of its own.
+    # No install scripts are run: esbuild's binary is a separate package.
     npm ci --prefix "$temporary/packages" --silent --ignore-scripts --no-audit --no-fund >&2 ||
         skip "could not install npm packages"
     rm -rf "$packages"

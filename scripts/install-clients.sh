@@ -1,7 +1,7 @@
 #!/bin/sh
-# Installs the programs that `make test-clients` loads avatars with: Debian's Blender (some 500 MB) and Godot's server.
-# Does nothing where both are there. Where something cannot be had it says so and succeeds, and the tests skip; where
-# CI is set it fails instead.
+# Installs the programs in which `make test-clients` loads avatars: Debian's Blender (about 500 MB) and
+# Godot's server. Does nothing if both exist. If something cannot be installed, it reports that and
+# succeeds, and the tests skip; if CI is set, it fails instead.
 set -eu
 
 skip() {

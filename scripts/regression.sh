@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
-# Shows whether a change of the program changes a byte of any result.
+# Checks whether a change to the program changes a byte of any result.
 #
-#   scripts/regression.sh BINARY     runs it with every subcommand on generated inputs, and prints the
-#                                    SHA-256 and the name of each file and text that it gives
+#   scripts/regression.sh BINARY     runs all subcommands on generated inputs, and prints the SHA-256 and
+#                                    the name of every file and text produced
 #   scripts/regression.sh OLD NEW    runs both, and prints the names whose hashes differ; exit code 1
 #                                    if there are any
 #
 # With UVGRAFT_REGRESSION_REAL=1, and UVGRAFT_DATA naming a folder with FLAME's and SMPL-X's meshes and
-# textures, it runs further commands on these. Their names begin with `real/`. With
-# UVGRAFT_REGRESSION_KEEP naming a folder, the results are left there, to look at.
+# textures, it runs further commands on these; their names begin with `real/`. If
+# UVGRAFT_REGRESSION_KEEP names a folder, the results are kept there for inspection.
 #
-# Commands that need a feature which the binary was built without are named on stderr and left out.
-# Left out altogether are `view`, whose page is bundled by npm, `bench`, which only measures times, and
-# pair files, whose format may change. Names that begin with `processor/` may differ from one processor
-# to another: the crate behind SSIMULACRA 2 rounds as its vectors do.
+# Commands that need a feature the binary was built without are listed on stderr and skipped. Not covered
+# are `view`, whose page is bundled by npm, `bench`, which only measures times, and pair files, whose
+# format may change. Results whose names begin with `processor/` may differ between processors: the crate
+# behind SSIMULACRA 2 rounds according to its vector width.
 #
 # Needs bash and coreutils.
 set -euo pipefail
@@ -33,7 +33,8 @@ trap 'exit 130' HUP INT TERM
 #
 # In arguments, @ stands for out/NAME. All files below out/ are hashed at the end.
 
-# invoke NAME ARGS...: its texts go to log/NAME.out and log/NAME.err, its exit code to `code`.
+# invoke NAME ARGS...: runs a command; its output goes to log/NAME.out and log/NAME.err, its exit code
+# to `code`.
 invoke() {
     local name=$1
     shift
@@ -43,8 +44,8 @@ invoke() {
     commands=$((commands + 1))
 }
 
-# run NAME ARGS...: a command that succeeds; where it is called with `needs` set to a cargo feature, it
-# may be refused for want of that.
+# run NAME ARGS...: a command that succeeds; if `needs` is set to a cargo feature, it may also fail for
+# lack of that feature.
 run() {
     invoke "$@"
     if [ $code = 2 ] && [ -n "${needs:-}" ] && [[ $(<"log/$1.err") == *feature*"\`$needs\`"* ]]; then
@@ -54,13 +55,13 @@ run() {
     fi
 }
 
-# told NAME ARGS...: a command that succeeds, whose printed text counts.
+# told NAME ARGS...: a command that succeeds, and whose output is hashed.
 told() {
     run "$@"
     [ $code != 0 ] || cp "log/$1.out" "out/$1.txt"
 }
 
-# refused NAME ARGS...: a command that fails, whose message and exit code count.
+# refused NAME ARGS...: a command that fails, and whose message and exit code are hashed.
 refused() {
     invoke "$@"
     [ $code != 0 ] || complain "$@"
@@ -74,7 +75,7 @@ complain() {
 
 # --- Inputs that need no binary -------------------------------------------------------------------
 
-# le BYTES NUMBER: the number, least byte first, as printf's %b takes it.
+# le BYTES NUMBER: the number in little-endian order, escaped for printf's %b.
 le() {
     local k text=
     for ((k = 0; k < $1; k++)); do
@@ -83,14 +84,14 @@ le() {
     echo -n "$text"
 }
 
-# tiff NAME WIDTH HEIGHT CHANNELS BITS TEXELS: an image without compression; TEXELS as %b takes them.
+# tiff NAME WIDTH HEIGHT CHANNELS BITS TEXELS: an uncompressed image; TEXELS are escaped for %b.
 tiff() {
     local width=$2 height=$3 channels=$4 bits=$5 k format=1 color=1 alpha=0 depths=
     if [ "$bits" = 32 ]; then format=3; fi
     if [ "$channels" -ge 3 ]; then color=2; fi
     if [ $((channels % 2)) = 0 ]; then alpha=1; fi
     for ((k = 0; k < 4; k++)); do depths+=$(le 2 "$bits"); done
-    # Tag, type (3 is 16 bits, 4 is 32 bits), count and value; depths are at byte 8, texels behind the
+    # Tag, type (3 is 16 bits, 4 is 32 bits), count and value; depths are at byte 8, texels after the
     # directory.
     local entries=(
         "256 3 1 $width" "257 3 1 $height" "258 3 $channels 8" "259 3 1 1" "262 3 1 $color"
@@ -98,7 +99,7 @@ tiff() {
         "279 4 1 $((width * height * channels * bits / 8))" "339 3 $channels 16"
     )
     if [ "$channels" -le 2 ]; then
-        # One or two numbers of 16 bits are in the directory itself.
+        # One or two 16-bit numbers are stored in the directory itself.
         entries[2]="258 3 $channels $((channels == 2 ? bits << 16 | bits : bits))"
         entries[9]="339 3 $channels $((channels == 2 ? format << 16 | format : format))"
     fi
@@ -115,12 +116,12 @@ tiff() {
         head+=$(le 2 "$tag")$(le 2 "$kind")$(le 4 "$count")$(le 4 "$value")
     done
     head+=$(le 4 0)
-    # From byte 24 on: a count, the entries, an offset; then texels from byte 200 on.
+    # From byte 24: a count, the entries, an offset; the texels from byte 200.
     for ((k = 24 + 2 + 12 * ${#entries[@]} + 4; k < 200; k++)); do head+='\x00'; done
     printf '%b%b' "$head" "$6" >"$1"
 }
 
-# noise NAME WIDTH HEIGHT CHANNELS BITS: another value in each texel; floats from 0.125 to 2.
+# noise NAME WIDTH HEIGHT CHANNELS BITS: a pseudo-random value for each texel; floats from 0.125 to 2.
 noise() {
     local k texels= state=7 count=$(($2 * $3 * $4)) octets
     for ((k = 0; k < count; k++)); do
@@ -159,10 +160,9 @@ normals() {
     tiff "$1" "$2" "$2" 3 8 "$texels"
 }
 
-# A bumpy sheet of 8 by 8 quads of 10 mm, in a corner of whose layout one quad has no area, as sheet.obj;
-# and a longer one that contains it, of triangles with other diagonals, some of which wind the other way,
-# in a layout that is turned by a quarter, as strip.obj. sheet.txt says which vertex is which; the last
-# row's are none.
+# A bumpy sheet of 8 by 8 quads of 10 mm, one of which, in a corner, has no area in UV, as sheet.obj; and
+# as strip.obj a longer one that contains it, of triangles with other diagonals, some of them wound the
+# other way, in a layout rotated by 90 degrees. sheet.txt is the vertex map; the last row is unmapped.
 sheets() {
     local x y a b c d at
     {
@@ -220,7 +220,7 @@ make_inputs() {
     sheets
 }
 
-# where OBJ CONDITION: the vertices for which it is true; it may ask for the texts $x, $y and $z.
+# where OBJ CONDITION: the vertices that meet a condition on the strings $x, $y and $z.
 where() {
     local kind x y z id=0
     while read -r kind x y z; do
@@ -230,7 +230,7 @@ where() {
     done <"$1"
 }
 
-# array NAME VERTICES: 16-bit vertices as NumPy writes them.
+# array NAME VERTICES: 16-bit vertex indices as an NPY file.
 array() {
     local vertex count=0 octets=
     for vertex in $2; do
@@ -241,7 +241,7 @@ array() {
     printf '%b' "$octets" >>"$1"
 }
 
-# Parts of the demo's head and body, which are in metres: Y is up and Z to the front.
+# Parts of the demo's head and body, which are in metres, Y up, Z to the front.
 make_parts() {
     local front top back
     front=$(where head.obj '$z != -*')
@@ -317,7 +317,7 @@ formats() {
     run format/tiff_compressed transfer my.uvpair deep.tif --size 128 --compress -o @.tiff
     run format/exr transfer my.uvpair face.png --onto body.png -o @.exr
     run format/exr_compressed transfer my.uvpair float.tif --size 80 --compress -o @.exr
-    # What was written is read again, as the texture and as the base.
+    # Reads the results again, as the texture and as the base.
     run format/jpeg_again transfer my.uvpair out/format/jpeg.jpg --onto face.png --reverse -o @.png
     run format/webp_again transfer my.uvpair out/format/webp.webp --onto out/format/exr.exr --size 128 --reverse -o @.tif
     run format/tiff_again transfer my.uvpair out/format/deep_rgba.tif --onto out/format/jpeg_40.jpeg -o @.png
@@ -533,15 +533,15 @@ real() {
 
 # --- All of it ------------------------------------------------------------------------------------
 
-# hashes BINARY: runs everything in a folder of its own, and prints hashes and names.
+# hashes BINARY: runs everything in a new folder, and prints hashes and names.
 hashes() {
     local file
-    # Usage messages name the program as it was called.
+    # Usage messages contain the name by which the program is called.
     program=$temporary/uvgraft
     ln -s "$1" "$program"
     mkdir "$temporary/work"
     cd "$temporary/work"
-    # Whatever networks the user imported, none are there.
+    # Ignore any networks that the user has imported.
     export UVGRAFT_WEIGHTS=lpips.safetensors
     commands=0 failed=0
     make_inputs
@@ -565,7 +565,7 @@ hashes() {
     cd out
     for file in **; do
         case $file in
-            # Pages hold what npm bundled, and reports of round trips hold times.
+            # Pages contain npm's bundle, and reports of round trips contain times.
             *.uvpair | *.html | */report.md | */report.json) ;;
             *) if [ -f "$file" ]; then sha256sum "$file"; fi ;;
         esac
@@ -573,8 +573,8 @@ hashes() {
     return $failed
 }
 
-# differences OLD NEW: the names in two lists of hashes that are not in both with the same hash, but for
-# those that either binary could not give; what each printed on stderr is in OLD.err and NEW.err.
+# differences OLD NEW: the names in two lists of hashes that are missing in one or differ, except for those
+# that either binary skipped; the binaries' stderr is in OLD.err and NEW.err.
 differences() {
     local hash name line command
     local -A old=() new=()

@@ -1,4 +1,4 @@
-"""What a user of OpenCV would write: a texture laid over a base through maps that were made before.
+"""A transfer as a user of OpenCV would write it: lays a texture over a base through precomputed maps.
 
 cv2_transfer.py SOURCE BASE MAP_X.npy MAP_Y.npy MASK.npy THREADS OUT
 """

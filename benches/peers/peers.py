@@ -1,11 +1,11 @@
-"""Compares uvgraft with what else resamples an image through a map, in one run.
+"""Compares uvgraft with other libraries that resample an image through a map, in one run.
 
     make bench-peers
     make bench-peers PEERS="--pair my.uvpair --threads 4"
 
 In process: OpenCV's remap and PyTorch's grid_sample, if it is installed, against what `uvgraft bench`
-measures. File to file: cv2_transfer.py against `uvgraft transfer`. All take turns, with as many threads,
-on the same map. Prints Markdown and writes JSON beside the images that it makes.
+measures. File to file: cv2_transfer.py against `uvgraft transfer`. All take turns, with the same number
+of threads and the same map. Prints Markdown, and writes JSON next to the images that it makes.
 """
 
 import argparse
@@ -29,7 +29,7 @@ import tables
 HERE = pathlib.Path(__file__).resolve().parent
 DIRECTIONS = {"forward": [], "reverse": ["--reverse"]}
 KINDS = ["smooth", "detailed"]
-# uvgraft's filter that does most nearly the same, by what stands in the name of another's.
+# uvgraft's closest filter, by a part of the other library's method name.
 COUNTERPART = {
     "grid_sample bilinear": "bilinear",
     "grid_sample bicubic": "catmull-rom",
@@ -47,7 +47,7 @@ def main():
     setups = {name: Setup(args, pair, name) for name in DIRECTIONS}
     report = {"versions": resamplers.versions(), "threads": args.threads, "runs": args.runs}
     report |= {"pair": str(pair), "source_size": args.source_size, "target_size": args.target_size}
-    # First, while no array is there that memory would have to make room for.
+    # First, while no arrays occupy memory.
     report["files"] = files(args, pair, setups)
     report["differences"] = differences(setups)
     report["resample"] = resample(args, pair, setups, report)
@@ -85,7 +85,7 @@ def arguments():
 
 
 def run(*command):
-    """What a command prints; its own message is all that is said if it fails."""
+    """The output of a command. If it fails, only its own message is shown."""
     done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
         sys.exit(f"failed: {' '.join(str(word) for word in command)}")
@@ -93,7 +93,7 @@ def run(*command):
 
 
 def own_pair(args):
-    """FLAME and SMPL-X where there are some, else the synthetic pair of the demo."""
+    """FLAME and SMPL-X if available, else the synthetic pair of the demo."""
     data = os.environ.get("UVGRAFT_DATA")
     if not data:
         run(args.uvgraft, "demo", "--size", 64, "--output", args.work / "demo")
@@ -116,7 +116,7 @@ class Setup:
         self.grid_file = args.work / f"{direction}-grid.npy"
         size = ["--size", self.sides[1], "-o", self.grid_file]
         run(args.uvgraft, "map", pair, *self.options, *size)
-        # Without the gutter, for comparing what both programs made.
+        # Without the gutter, to compare the results of both programs.
         self.inner_file = args.work / f"{direction}-inner.npy"
         size[-1] = self.inner_file
         run(args.uvgraft, "map", pair, *self.options, *size, "--gutter", 0)
@@ -130,7 +130,7 @@ class Setup:
             np.save(self.arrays[-1], array)
 
     def images(self, kind):
-        """The source's and the base's file."""
+        """The files of the source and the base."""
         names = zip(("source", "base"), self.sides)
         return [self.work / f"{kind}-{what}-{side}.png" for what, side in names]
 
@@ -143,7 +143,7 @@ class Setup:
 
 
 def files(args, pair, setups):
-    """Whole processes that take turns."""
+    """Whole processes, taking turns."""
     os.environ["RAYON_NUM_THREADS"] = str(args.threads)
     rows = []
     for setup in setups.values():
@@ -161,7 +161,7 @@ def files(args, pair, setups):
             for turn in range(args.runs + 1):
                 for name, command in commands.items():
                     measured = json.loads(run(sys.executable, HERE / "measured.py", *command))
-                    # The first turn finds caches cold.
+                    # The first turn only warms the caches.
                     if turn > 0:
                         taken[name].append(measured)
             for name, runs in taken.items():
@@ -175,11 +175,11 @@ def files(args, pair, setups):
 
 
 def differences(setups):
-    """Levels between what both programs wrote, well inside the islands of both layouts: beside the
-    source's islands uvgraft reads its padding, and OpenCV whatever is there."""
+    """Differences in levels between the results of both programs, well inside the islands of both
+    layouts: around the source's islands uvgraft reads its padding, and OpenCV the source's texels."""
     rows = []
     inner = {name: np.load(setup.inner_file) for name, setup in setups.items()}
-    # Wider than a filter's footprint where the texture shrinks sixfold.
+    # Wider than a filter's footprint at a sixfold minification.
     window = np.ones((17, 17), np.uint8)
     inside = {
         name: cv2.erode((~np.isnan(grid[..., 0])).astype(np.uint8), window, borderValue=0)
@@ -191,8 +191,8 @@ def differences(setups):
         x, y = x.astype(np.float32), y.astype(np.float32)
         read_inside = cv2.remap(inside[other], x, y, cv2.INTER_NEAREST)
         compared = (inside[name] & read_inside) > 0
-        # Source texels that a target texel spans; uvgraft averages from one and a half on. The widest
-        # of the neighbours' counts: steps across an edge of a triangle belong to neither side.
+        # Source texels that a target texel spans; uvgraft averages from 1.5. The maximum over the
+        # neighbours, since steps across a triangle's edge belong to neither side.
         steps = [np.diff(inner[name], axis=axis, append=np.nan) * side for axis in (0, 1)]
         span = np.maximum(*(np.hypot(step[..., 0], step[..., 1]) for step in steps))
         span = cv2.dilate(np.nan_to_num(span), np.ones((5, 5), np.uint8))
@@ -211,7 +211,7 @@ def differences(setups):
 
 
 def resample(args, pair, setups, report):
-    """Everybody's resampling, taking turns."""
+    """The resampling of all libraries, taking turns."""
     scenes = {name: setup.scene("detailed") for name, setup in setups.items()}
     ways = {
         (direction, *way): work
@@ -233,7 +233,7 @@ def resample(args, pair, setups, report):
             ticks = cv2.getTickCount()
             work()
             ms = (cv2.getTickCount() - ticks) / cv2.getTickFrequency() * 1e3
-            # The first turn finds caches cold.
+            # The first turn only warms the caches.
             if turn > 0:
                 taken.setdefault(way, []).append(ms)
     keys = ("direction", "name", "what", "way")

@@ -1,8 +1,8 @@
-"""Other libraries' ways to resample an image through a map, in process.
+"""Other libraries' methods of resampling an image through a map, in process.
 
-Each way is a function without arguments on textures that are there and touched. "alone" makes the
-whole array of the target's size; "whole job" leaves the base with the carried texels in it, which is
-what uvgraft's resampling does too.
+Each method is a function without arguments on textures already in memory. "alone" produces the whole
+array of the target's size; "whole job" writes the carried texels into the base, as uvgraft's resampling
+does.
 """
 
 import cv2
@@ -13,12 +13,12 @@ try:
 except ImportError:
     torch = None
 
-# Beside the source by more than any filter reads.
+# Outside the source by more than any filter's footprint.
 NOWHERE = -100.0
 
 
 class Scene:
-    """A source, a base, and a grid of source positions (u, v), NaN where nothing is carried."""
+    """A source, a base, and a grid of source positions (u, v), NaN where no texel is carried."""
 
     def __init__(self, grid, source, base):
         self.grid, self.source, self.base = grid, source, base
@@ -26,9 +26,9 @@ class Scene:
         rows, columns = (np.flatnonzero(self.carried.any(axis)) for axis in (1, 0))
         if rows.size == 0:
             raise SystemExit("the pair's map carries no texel at this size")
-        # All that is carried lies in here; only who looks for it knows.
+        # The bounding box of the carried texels, which a script would have to compute.
         self.box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-        # OpenCV counts from the centre of the first texel.
+        # OpenCV's origin is the centre of the first texel.
         self.x, self.y = (
             np.where(
                 self.carried,
@@ -41,7 +41,7 @@ class Scene:
 
 
 def opencv(scene):
-    """`{(name, what it does, in which way): function}`; there may be several ways to do the same."""
+    """`{(name, scope, method): function}`, with several methods for some scopes."""
     ways = {}
     whole = np.s_[:, :]
     fixed = cv2.convertMaps(scene.x, scene.y, cv2.CV_16SC2)
@@ -66,8 +66,8 @@ def opencv(scene):
             maps, filter, scene.box, out, **transparent
         )
 
-    # What one finds in scripts: -1 where nothing is carried, and a new array for each image. So near
-    # to the source OpenCV takes its slow path for edges.
+    # Common in scripts: -1 where no texel is carried, and a new array for each image. This close to the
+    # source, OpenCV takes its slow path for edges.
     marked = [np.where(scene.carried, axis, np.float32(-1)) for axis in (scene.x, scene.y)]
 
     def add_script(name, filter):
@@ -88,7 +88,7 @@ def opencv(scene):
 
 
 def pytorch(scene):
-    """As `opencv`; empty where PyTorch is not installed."""
+    """Like `opencv`; empty if PyTorch is not installed."""
     if torch is None:
         return {}
     ways = {}

@@ -1,4 +1,4 @@
-"""What was measured, as Markdown."""
+"""Formats the measurements as Markdown tables."""
 
 
 def table(head, rows):
@@ -12,8 +12,8 @@ def ms(spread, scale=1.0):
 
 
 def resample_table(rows, counterpart):
-    """A row for each library and filter: the fastest way to do each of both, and how many times as
-    long as uvgraft the whole job takes."""
+    """A row per library and filter: the fastest method for "alone" and "whole job", and the time of the
+    whole job as a multiple of uvgraft's."""
     lines = []
     for direction in dict.fromkeys(row["direction"] for row in rows):
         fastest = {}

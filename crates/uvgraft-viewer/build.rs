@@ -1,4 +1,4 @@
-//! Finds the page that `scripts/build-viewer.sh` made, where the program is to hold it.
+//! Locates the page that `scripts/build-viewer.sh` built, if it is to be embedded.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ fn main() {
         println!("cargo::rustc-env=UVGRAFT_VIEWER_PAGE={}", page.display());
     } else {
         println!(
-            "cargo::error=the feature `viewer` (`bundled`) wants target/viewer/viewer.html; \
+            "cargo::error=the feature `viewer` (`bundled`) requires target/viewer/viewer.html; \
              run scripts/build-viewer.sh first, which needs npm"
         );
     }

@@ -1,4 +1,4 @@
-// Makes the viewer's page, without an avatar: markup, style and script in one file.
+// Builds the viewer's page, without an avatar: markup, style and script in one file.
 //
 //     node bundle.mjs NODE_MODULES OUTPUT.html
 //
@@ -22,7 +22,7 @@ async function bundle(entry) {
     minify: true,
     format: "iife",
     target: ["chrome111", "firefox115", "safari16.4"],
-    // So that the bytes do not tell where they were made.
+    // Keeps absolute paths out of the output, which makes it reproducible.
     absWorkingDir: page,
     charset: "utf8",
     legalComments: "eof",

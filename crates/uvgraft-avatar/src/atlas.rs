@@ -1,21 +1,22 @@
-//! Free space in a UV layout: rectangles that no island is near.
+//! Free space in a UV layout: rectangles that keep their distance from every island.
 //!
-//! A layout is looked at once, on a grid whose size has nothing to do with a texture's, so that what is placed
-//! lies at the same coordinates whatever size of texture it is painted on.
+//! Occupancy is rasterised once, on a grid of fixed size, so that a chart gets the same UV
+//! coordinates whatever the resolution of the texture it is painted on.
 
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{Mesh, Size};
 
-/// Cells along each side of a layout.
+/// Cells along each side of the occupancy grid.
 const SIDE: usize = 1024;
 
-/// Cells that stay free around a rectangle: 16 texels of 2048, half of which are the rectangle's own gutter.
+/// Margin in cells kept free around a rectangle: 16 texels of a 2048 x 2048 texture,
+/// half of which are the rectangle's own gutter.
 const MARGIN: usize = 8;
 
-/// How much smaller each further try is.
-const STEP: f32 = 0.93;
+/// Factor by which the chart shrinks after each failed attempt.
+const SHRINK: f32 = 0.93;
 
-/// Where charts can still go in a layout.
+/// Occupancy of a UV layout, for placing additional charts.
 #[derive(Debug, Clone)]
 pub struct FreeSpace {
     taken: Vec<bool>,
@@ -23,32 +24,33 @@ pub struct FreeSpace {
 
 /// A rectangle in a layout, in UV units with the origin at the top left.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct ChartRect {
     /// Its left edge.
     pub left: f32,
     /// Its upper edge.
     pub top: f32,
-    /// As it lies in the layout.
+    /// Its width as laid out, after any rotation.
     pub width: f32,
-    /// As it lies in the layout.
+    /// Its height as laid out, after any rotation.
     pub height: f32,
-    /// Whether what is placed here lies on its side.
+    /// Whether the chart is rotated by a quarter turn.
     pub turned: bool,
 }
 
-impl Place {
-    /// How far a chart may be painted beyond its place, in UV units, without meeting another's gutter.
+impl ChartRect {
+    /// How far a chart may be painted beyond its rectangle, in UV units, without reaching another
+    /// chart's gutter.
     pub const GUTTER: f32 = (MARGIN / 2 - 1) as f32 / SIDE as f32;
 
-    /// Where a point of the chart is in the layout.
+    /// Maps a point of the chart to UV coordinates.
     ///
-    /// - `at`: along the chart's width and down its height, `0.0..=1.0` each.
+    /// - `at`: position along the chart's width and down its height, each in `0.0..=1.0`.
     pub fn uv(&self, [s, t]: [f32; 2]) -> [f32; 2] {
         let [x, y] = if self.turned { [1.0 - t, s] } else { [s, t] };
         [self.left + x * self.width, self.top + y * self.height]
     }
 
-    /// The point of the chart that is at a coordinate: the inverse of [`Place::uv`].
+    /// Maps UV coordinates to a point of the chart: the inverse of [`ChartRect::uv`].
     pub fn at(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let [x, y] = [(u - self.left) / self.width, (v - self.top) / self.height];
         if self.turned { [y, 1.0 - x] } else { [x, y] }
@@ -56,13 +58,13 @@ impl Place {
 }
 
 impl FreeSpace {
-    /// Looks at a layout.
+    /// Rasterises the triangles of a layout.
     pub fn of(mesh: &Mesh) -> Self {
         let mut taken = vec![false; SIDE * SIDE];
         let size = Size::square(SIDE as u32);
         for face in 0..mesh.faces().len() {
             let corners = mesh.uv_triangle(face).map(|uv| uv.map(|v| f64::from(v) * SIDE as f64));
-            // Slivers may own no cell's centre, and their corners are there all the same.
+            // Slivers may cover no cell centre, so the cells of the corners are always marked.
             for [x, y] in corners {
                 let cell = |value: f64| (value.max(0.0) as usize).min(SIDE - 1);
                 taken[cell(y) * SIDE + cell(x)] = true;
@@ -76,12 +78,12 @@ impl FreeSpace {
         Self { taken }
     }
 
-    /// Finds room for a chart and takes it: the largest place up to `widest`, upright or on its side.
-    /// `None` if there is none as wide as `narrowest`.
+    /// Finds room for a chart and reserves it: the largest rectangle up to `widest`, upright or
+    /// rotated. `None` if nothing as wide as `narrowest` fits.
     ///
-    /// - `aspect`: the chart's width by its height.
-    /// - `widest`, `narrowest`: the chart's own width, in UV units.
-    pub fn place(&mut self, aspect: f32, widest: f32, narrowest: f32) -> Option<Place> {
+    /// - `aspect`: the chart's width divided by its height.
+    /// - `widest`, `narrowest`: limits of the chart's own width, in UV units.
+    pub fn place(&mut self, aspect: f32, widest: f32, narrowest: f32) -> Option<ChartRect> {
         let sums = self.sums();
         let mut width = widest;
         while width >= narrowest {
@@ -94,15 +96,16 @@ impl FreeSpace {
                     }
                     let unit = |cells: usize| cells as f32 / SIDE as f32;
                     let (left, top, width, height) = (unit(x), unit(y), unit(w), unit(h));
-                    return Some(Place { left, top, width, height, turned });
+                    return Some(ChartRect { left, top, width, height, turned });
                 }
             }
-            width *= STEP;
+            width *= SHRINK;
         }
         None
     }
 
-    /// How many cells are taken above each: one row more than there are.
+    /// Column-wise prefix sums of the occupied cells, with one row more than the grid: a run of
+    /// cells in a column is free if the sums at its two ends are equal.
     fn sums(&self) -> Vec<u16> {
         let mut sums = vec![0; (SIDE + 1) * SIDE];
         for (at, &is_taken) in self.taken.iter().enumerate() {
@@ -112,8 +115,11 @@ impl FreeSpace {
     }
 }
 
-/// The first place, row by row, for so many cells with a margin around them. At the border of the layout half
-/// the margin does: nobody else's gutter is there.
+/// Finds the first free rectangle of `w` by `h` cells with its margin, in row-major order. Half the
+/// margin is enough at the edge of the layout, since no other chart has a gutter there.
+///
+/// Columns are tested from right to left: the rectangle has to move past the rightmost occupied
+/// column anyway, so most columns are never tested.
 fn first_free(sums: &[u16], w: usize, h: usize) -> Option<(usize, usize)> {
     let edge = MARGIN / 2;
     if w + MARGIN > SIDE || h + MARGIN > SIDE {
@@ -125,7 +131,6 @@ fn first_free(sums: &[u16], w: usize, h: usize) -> Option<(usize, usize)> {
         let mut x = edge;
         while x <= SIDE - edge - w {
             let (left, right) = (x.saturating_sub(MARGIN), (x + w + MARGIN).min(SIDE));
-            // What is in the way last has to be passed, so most columns are never looked at.
             match (left..right).rev().find(is_taken) {
                 Some(column) => x = column + 1 + MARGIN,
                 None => return Some((x, y)),
@@ -139,7 +144,7 @@ fn first_free(sums: &[u16], w: usize, h: usize) -> Option<(usize, usize)> {
 mod tests {
     use super::*;
 
-    /// Rectangles that leave a strip at the right, a third of the layout wide.
+    /// Rectangular islands given as `[left, top, right, bottom]`.
     fn layout(rectangles: &[[f32; 4]]) -> Mesh {
         let (mut uv, mut faces) = (Vec::new(), Vec::new());
         for &[left, top, right, bottom] in rectangles {
@@ -157,7 +162,7 @@ mod tests {
         let mut found: Vec<[f32; 4]> = islands.to_vec();
         for _ in 0..4 {
             let place = free.place(2.0, 0.2, 0.1).unwrap();
-            let Place { left, top, width, height, turned } = place;
+            let ChartRect { left, top, width, height, turned } = place;
             let (own_width, own_height) = if turned { (height, width) } else { (width, height) };
             assert!(
                 (0.1..0.203).contains(&own_width) && (own_width / own_height - 2.0).abs() < 0.05
@@ -177,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_upright_lies_on_its_side_and_what_fits_nowhere_is_refused() {
+    fn charts_that_do_not_fit_upright_are_rotated_or_refused() {
         let mut free = FreeSpace::of(&layout(&[[0.0, 0.0, 0.8, 1.0]]));
         let place = free.place(4.0, 0.5, 0.5).unwrap();
         assert!(place.turned && place.height > place.width);

@@ -1,4 +1,4 @@
-//! A mesh with a rig: what becomes a GLB or VRM file.
+//! A rigged mesh, as it is exported to a GLB or VRM file.
 
 use glam::{Quat, Vec3};
 use uvgraft::Mesh;
@@ -6,30 +6,31 @@ use uvgraft::Mesh;
 use crate::motion::Soles;
 use crate::rig::{Clip, Expression, HumanBone, Morph, Pose, RigError, Skeleton, Skin};
 
-/// A rigged body. Its mesh is in the pose of rest, in metres, Y up, facing +Z.
+/// A rigged body. Its mesh is in the rest pose, in metres, Y up, facing +Z.
 #[derive(Debug, Clone)]
 pub struct Avatar {
-    /// Shape and layout at rest.
+    /// The mesh at rest, with its UV layout.
     pub mesh: Mesh,
-    /// `[triangles]`, the number of each one's material, which its coordinates are in; empty where all have the first.
+    /// `[triangles]`, the index of each triangle's material, which its UV coordinates refer to;
+    /// empty if all triangles use material 0.
     pub materials: Vec<u8>,
-    /// What moves it.
+    /// The joints.
     pub skeleton: Skeleton,
-    /// How its vertices follow.
+    /// Skinning weights of the vertices.
     pub skin: Skin,
-    /// Shapes that can be mixed in.
+    /// Morph targets.
     pub morphs: Vec<Morph>,
-    /// Mixes of them that have names.
+    /// Named combinations of morph targets.
     pub expressions: Vec<Expression>,
     /// Animations.
     pub clips: Vec<Clip>,
 }
 
 impl Avatar {
-    /// Checks that the parts fit each other.
+    /// Checks that the parts are consistent.
     ///
     /// # Errors
-    /// [`RigError`] where counts disagree, numbers name what is not there, or values are not finite.
+    /// [`RigError`] if counts disagree, indices are out of range or values are not finite.
     pub fn check(&self) -> Result<(), RigError> {
         let count = |what, found, wanted| {
             if found == wanted { Ok(()) } else { Err(RigError::Count { what, found, wanted }) }
@@ -62,15 +63,15 @@ impl Avatar {
         self.clips.iter().try_for_each(|clip| clip.check(joints))
     }
 
-    /// The number of a triangle's material.
+    /// The material index of a triangle.
     pub fn material(&self, face: usize) -> u8 {
         self.materials.get(face).copied().unwrap_or(0)
     }
 
-    /// Where the vertices are in a pose, with expressions mixed in by the weights of `morphs`.
+    /// Vertex positions in a pose, with morph targets applied with the weights `morphs`.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn posed(&self, pose: &Pose, morphs: &[f32]) -> Result<Vec<[f32; 3]>, RigError> {
         let motions = self.skeleton.motions(pose)?;
         let mut positions = self.mesh.positions().to_vec();
@@ -80,14 +81,14 @@ impl Avatar {
         Ok(self.skin.pose(&positions, &motions))
     }
 
-    /// Stands the avatar on the floor: its lowest vertex at rest is at y = 0 then, and the origin is
-    /// between its feet. Clips move along: their poses are relative to rest. One without two feet, such
-    /// as a head, is left where it is.
+    /// Moves the avatar onto the floor: its lowest vertex at rest goes to y = 0 and the origin lies
+    /// between its feet. Clips need no change, because poses are relative to rest. An avatar
+    /// without two feet, such as a head, stays where it is.
     ///
     /// # Errors
-    /// [`RigError::NotFinite`] if that takes it beyond all bounds.
+    /// [`RigError::NotFinite`] if the shift makes a position overflow.
     pub fn standing(mut self) -> Result<Self, RigError> {
-        let Some(shift) = self.to_floor() else { return Ok(self) };
+        let Some(shift) = self.floor_shift() else { return Ok(self) };
         let moved = |place: [f32; 3]| (Vec3::from(place) + shift).into();
         let positions = self.mesh.positions().iter().map(|&place| moved(place)).collect();
         let mut joints = self.skeleton.joints().to_vec();
@@ -102,8 +103,8 @@ impl Avatar {
         Ok(self)
     }
 
-    /// What takes it to the floor; nothing without two feet.
-    fn to_floor(&self) -> Option<Vec3> {
+    /// The translation onto the floor; `None` without two feet.
+    fn floor_shift(&self) -> Option<Vec3> {
         let foot = |bone| {
             let joint = self.skeleton.human(bone)?;
             Some(Vec3::from(self.skeleton.joints()[joint].position))
@@ -113,18 +114,18 @@ impl Avatar {
         Some(-Vec3::new(between.x, lowest, between.z))
     }
 
-    /// Where it meets the floor: see [`Soles`].
+    /// The soles of the feet: see [`Soles`].
     pub fn soles(&self) -> Option<Soles> {
         Soles::new(self.mesh.positions(), &self.skin, &self.skeleton)
     }
 
-    /// The same avatar with a pose of it as its rest, for rigs that are modelled in another pose than
-    /// they rest in. Joints are aligned with the world in the new rest too; morphs turn along, and
-    /// clips show what they showed.
+    /// Makes a pose the new rest pose, for rigs that are modelled in one pose and rest in another.
+    /// Joints are axis-aligned in the new rest pose too; morph offsets are rotated with their
+    /// vertices, and clips look the same as before.
     ///
     /// # Errors
-    /// As [`Pose::check`].
-    pub fn rested_in(mut self, rest: &Pose) -> Result<Self, RigError> {
+    /// See [`Pose::check`].
+    pub fn with_rest_pose(mut self, rest: &Pose) -> Result<Self, RigError> {
         let motions = self.skeleton.motions(rest)?;
         let positions = self.skin.pose(self.mesh.positions(), &motions);
         let turns = self.skin.turns(&motions);
@@ -142,7 +143,8 @@ impl Avatar {
             motions.iter().map(|motion| Quat::from_array(motion.rotation)).collect();
         let root_shift = Vec3::from(rest.translation);
         for pose in self.clips.iter_mut().flat_map(|clip| &mut clip.poses) {
-            // What a joint's parent turned by, times its own turn, without what rest now has.
+            // World rotations relative to rest lose the joint's rotation in the new rest, W' = W
+            // R⁻¹; with W = W_parent L this gives local rotations L' = R_parent L R⁻¹.
             let local: Vec<Quat> = pose.rotations.iter().map(|&q| Quat::from_array(q)).collect();
             for (joint, rotation) in pose.rotations.iter_mut().enumerate() {
                 let before = parents[joint].map_or(Quat::IDENTITY, |parent| turned[parent]);
@@ -158,9 +160,9 @@ impl Avatar {
         Ok(self)
     }
 
-    /// The height of the lowest vertex that is in a triangle; `None` without triangles.
+    /// Height of the lowest vertex that belongs to a triangle; `None` without triangles.
     ///
-    /// - `positions`: of the mesh's vertices, such as [`Avatar::posed`] gives.
+    /// - `positions`: of the mesh's vertices, as returned by [`Avatar::posed`].
     pub fn lowest(&self, positions: &[[f32; 3]]) -> Option<f32> {
         let vertices = self.mesh.faces().iter().flatten();
         vertices.map(|&vertex| positions[vertex as usize][1]).reduce(f32::min)
@@ -209,9 +211,9 @@ mod tests {
     fn a_clip_shows_the_same_from_a_new_rest() {
         let before = avatar();
         let rest = Pose::from_axis_angles([0.0, 0.7, 0.0], &[[0.0, 0.0, FRAC_PI_4]; 2]);
-        let after = before.clone().rested_in(&rest).unwrap();
+        let after = before.clone().with_rest_pose(&rest).unwrap();
         assert_eq!(after.mesh.positions(), before.posed(&rest, &[]).unwrap());
-        // The last vertex follows one joint alone; blended ones differ between bindings.
+        // The last vertex follows one joint only; blended vertices depend on the rest pose.
         for vertex in [0, 2] {
             for weight in [0.0, 1.0] {
                 let of = |avatar: &Avatar| {
@@ -223,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_feet_stands_on_the_floor_between_them() {
+    fn an_avatar_with_feet_stands_with_its_origin_between_them() {
         let before = avatar();
         assert_eq!(before.clone().standing().unwrap().skeleton, before.skeleton, "no feet");
         let mut hanging = avatar();
@@ -246,7 +248,7 @@ mod tests {
         let feet = standing.skeleton.joints();
         assert!((feet[0].position[0] + feet[1].position[0]).abs() < 1e-6);
         assert!((feet[0].position[2] + feet[1].position[2]).abs() < 1e-6);
-        // Clips show the same but for the move.
+        // Clips look the same apart from the shift.
         let move_ = Vec3::new(-0.2, 1.4, -0.15);
         for (before, after) in shown.iter().zip(standing.posed(&pose, &[1.0]).unwrap()) {
             assert!((Vec3::from(*before) + move_).abs_diff_eq(after.into(), 1e-5));

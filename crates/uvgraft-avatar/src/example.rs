@@ -1,14 +1,14 @@
-//! The synthetic figure as an avatar of this crate, for its own tests.
+//! The synthetic figure as an avatar of this crate, for the unit tests.
 //!
-//! `uvgraft-figure` depends on this crate, so in unit tests it makes avatars of another build of it: other types
-//! with the same contents.
+//! `uvgraft-figure` depends on this crate, so in unit tests its avatars belong to another build of
+//! the crate: distinct types with the same contents, which are converted here.
 
 use uvgraft_figure::Figure;
 
 use crate::Avatar;
 use crate::rig::{Clip, Expression, HumanBone, Joint, Morph, Pose, Skeleton, Skin};
 
-/// The figure's avatar; its expressions have names, and none is one of VRM's.
+/// The figure's avatar. No expression is a VRM preset; they only have names.
 pub(crate) fn avatar() -> Avatar {
     let figure = Figure::new().avatar();
     let joints: Vec<Joint> = figure

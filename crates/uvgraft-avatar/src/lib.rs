@@ -1,8 +1,9 @@
-//! Rigged avatars: skeletons, skins and morphs ([`rig`]), models of the SMPL family ([`body`]), expressions
-//! ([`face`]), recorded motions ([`motion`]), and what captures lack: [`eyes`] and a [`mouth`].
+//! Rigged avatars: skeletons, skins and morphs ([`rig`]), body models of the SMPL family
+//! ([`body`]), facial expressions ([`face`]), recorded motions ([`motion`]), and what captures
+//! lack: [`eyes`] and a [`mouth`].
 //!
-//! With the feature `threads` (default) work is done on the caller's rayon pool, as
-//! [`uvgraft::threads`] says; results are the same without it.
+//! With the feature `threads` (default) work runs on the caller's rayon pool, as described in
+//! [`uvgraft::threads`]; results are the same without it.
 
 #![forbid(unsafe_code)]
 

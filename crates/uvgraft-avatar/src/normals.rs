@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Vertex normals of a triangle mesh, weighted by area.
+/// Area-weighted vertex normals of a triangle mesh; zero for vertices without triangles.
 pub fn vertex_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::default(); positions.len()];
     for face in faces {

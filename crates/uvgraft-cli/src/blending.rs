@@ -13,12 +13,12 @@ use crate::region::RegionArgs;
 #[derive(Clone, clap::Args)]
 #[command(next_help_heading = heading::BLENDING)]
 pub(crate) struct BlendArgs {
-    /// Mask of the trusted texels, in the texture's layout (white = trusted)
+    /// Source mask: white where the texture can be trusted
     ///
-    /// The base shows everywhere else, or the texture given by --fill.
+    /// It is in the texture's layout. The base shows everywhere else, or the texture given by --fill.
     #[arg(long, value_name = "IMAGE", help_heading = heading::REGION)]
     pub(crate) source_mask: Option<PathBuf>,
-    /// Fill unseen areas from a mean texture
+    /// Mean texture that fills unseen areas
     ///
     /// The mean texture is in the texture's layout. It fills transparent texels and those that
     /// --source-mask excludes.
@@ -27,29 +27,27 @@ pub(crate) struct BlendArgs {
     /// Draw the transferred region and its weights on both layouts
     #[arg(long, value_name = "OUT.png", help_heading = heading::REGION)]
     pub(crate) preview: Option<PathBuf>,
-    /// How to hide the border of the region [default: none, or feather with --feather]
-    ///
-    /// `uvgraft avatar` uses membrane by default.
+    /// How to hide the boundary of the region [default: none; feather if --feather is given]
     #[arg(long, value_enum, value_name = "MODE")]
     blend: Option<BlendName>,
-    /// Distance over which the base fades into the texture [default: 10mm if blended]
+    /// Width of the feather, inwards from the boundary [default: 10mm if blended]
     ///
-    /// Measured along the surface, inwards from the border of the region.
+    /// Measured along the surface.
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
     #[arg(allow_hyphen_values = true)]
     feather: Option<Length>,
-    /// Side that sets the skin tone [default: base; source for avatars]
+    /// Side that sets the skin tone [default: base]
     ///
     /// Applies to --blend membrane and --match skin.
     #[arg(long, value_enum, value_name = "SIDE")]
     tone: Option<ToneName>,
     /// Skin mask of the base, white on black [default: detected]
     ///
-    /// Marks the texels of the base that change with --tone source or both. By default, skin is detected
-    /// from the colours around the border of the region.
+    /// Marks the texels of the base that change with --tone source or both. By default, skin is
+    /// detected from the colours around the boundary of the region.
     #[arg(long, value_name = "IMAGE")]
     pub(crate) skin: Option<PathBuf>,
-    /// Match the colour statistics (mean and covariance) of one side to the other's
+    /// Also match colour statistics (mean and covariance) between the two sides
     #[arg(long = "match", value_enum, value_name = "WHAT")]
     matched: Option<MatchName>,
     /// Label image of the texture (skin, hair, cloth, ...)
@@ -57,16 +55,16 @@ pub(crate) struct BlendArgs {
     /// Read if the file exists; otherwise the detected labels are written to it.
     #[arg(long, value_name = "IMAGE")]
     labels: Option<PathBuf>,
-    /// Keep cloth and background at the neck, which blending excludes by default
+    /// Do not exclude clothing and background at the neck
     #[arg(long)]
     keep_all: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BlendName {
-    /// Hard border
+    /// Hard edge
     None,
-    /// Fade into the base near the border
+    /// Fade into the base near the boundary
     Feather,
     /// Feather, and adapt the tone of one side to the other's by a smooth gain
     Membrane,
@@ -115,8 +113,8 @@ impl BlendArgs {
         }
     }
 
-    /// The same with the defaults for avatars: a membrane, in the tone of the face. A person's
-    /// colour is their own, and the body belongs to nobody.
+    /// The same with the defaults for avatars: a membrane, in the tone of the face, since the face
+    /// shows a person's own skin and the body is generic.
     pub(crate) fn of_avatar(mut self) -> Self {
         self.blend = self.blend.or(Some(BlendName::Membrane));
         if self.mode() == BlendName::Membrane || self.matched.is_some() {

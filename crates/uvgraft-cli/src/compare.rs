@@ -31,8 +31,8 @@ pub(crate) struct Args {
     b: PathBuf,
     /// Compare only where this image is white; repeatable
     ///
-    /// Texels count where the first channel is at least one half. Each mask adds a column to the table;
-    /// with masks, the column of the whole image is omitted.
+    /// Texels count where the first channel is at least one half. Each mask adds a column to the
+    /// table; with masks, the column of the whole image is omitted.
     #[arg(long, value_name = "IMAGE")]
     mask: Vec<PathBuf>,
     #[command(flatten)]
@@ -76,7 +76,7 @@ fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<(
         let (of, wanted) = *first.get_or_insert((path, size));
         if size != wanted {
             return Err(bad_input(format!(
-                "{}: it has {size} texels, wanted {wanted} as {} has",
+                "{}: must be {wanted} like {}, got {size}",
                 path.display(),
                 of.display()
             )));

@@ -38,7 +38,7 @@ impl std::fmt::Display for FitSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { steps, sampled_rms_levels: before, fitted_rms_levels: after, share_met } = self;
         let steps_word = if *steps == 1 { "step" } else { "steps" };
-        write!(f, "{steps} {steps_word}, round-trip error {before:.2} → {after:.2} of 255")?;
+        write!(f, "{steps} {steps_word}, round-trip RMSE {before:.2} → {after:.2} of 255")?;
         if *share_met < 0.9995 {
             let lost = 100.0 * (1.0 - share_met);
             write!(f, ", excluding {lost:.1} % of the source that overlapping islands hide")?;

@@ -18,7 +18,7 @@ pub(crate) const METADATA: &str = "Metadata";
 
 pub(crate) const CAMERA: &str = "Camera";
 pub(crate) const POSE: &str = "Pose and animation";
-pub(crate) const MOVING: &str = "Moving picture";
+pub(crate) const MOVING: &str = "Animation output";
 pub(crate) const APPEARANCE: &str = "Appearance";
 
 pub(crate) const MEASUREMENT: &str = "Measurement";

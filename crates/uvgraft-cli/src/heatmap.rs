@@ -18,7 +18,7 @@ const LONGEST: u32 = 2048;
 const ENLARGED: u32 = 1024;
 const MARGIN: u32 = 24;
 /// Minimum width, to fit the captions.
-const LEAST_WIDTH: u32 = 760;
+const MIN_WIDTH: u32 = 760;
 
 const BACKGROUND: Rgb = [38, 40, 45];
 const OUTSIDE: Rgb = [70, 73, 80];
@@ -106,7 +106,7 @@ impl Errors {
         let Size { width, height } = self.size;
         let zoom = (ENLARGED / width.max(height)).max(1);
         let (panel_width, panel_height) = (width * zoom, height * zoom);
-        let content = panel_width.max(LEAST_WIDTH);
+        let content = panel_width.max(MIN_WIDTH);
         // Readable even when a large picture is shrunk to fit a window.
         let scale = if content > 1200 { 2 } else { 1 };
         let line = 14 * scale;

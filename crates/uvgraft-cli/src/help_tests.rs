@@ -4,10 +4,10 @@ use clap::{Command, CommandFactory};
 
 use crate::Cli;
 
-/// Fits one line of a terminal beside the option in most cases.
+/// Fits on one line of a terminal next to the option in most cases.
 const LONGEST: usize = 90;
 /// More options than this need headings.
-const MOST_UNGROUPED: usize = 12;
+const MAX_UNGROUPED: usize = 12;
 
 /// All commands with their paths.
 fn commands() -> Vec<(String, Command)> {
@@ -62,7 +62,7 @@ fn every_command_argument_and_value_has_one_line_of_help() {
 fn many_options_are_grouped() {
     for (path, command) in commands() {
         let options = || command.get_arguments().filter(|argument| !argument.is_positional());
-        if options().count() > MOST_UNGROUPED {
+        if options().count() > MAX_UNGROUPED {
             let ungrouped: Vec<_> = options()
                 .filter(|option| option.get_help_heading().is_none())
                 .map(|option| option.get_id().to_string())

@@ -1,7 +1,7 @@
 //! Interruption by Ctrl-C, SIGTERM or SIGHUP.
 //!
 //! Unfinished outputs are removed, so that every file is either the old or the new one, without
-//! temporary files beside it.
+//! temporary files next to it.
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

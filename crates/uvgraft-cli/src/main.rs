@@ -23,6 +23,7 @@ mod inspect;
 mod interruption;
 mod man;
 mod map;
+mod number;
 mod opacity;
 mod pair;
 mod picture;
@@ -47,9 +48,9 @@ use clap::{ArgAction, Parser, Subcommand};
 
 /// Transfer textures between meshes with different UV layouts
 ///
-/// Link two meshes once with `uvgraft pair`, then transfer any number of textures between them with `uvgraft
-/// transfer`, or build an animated avatar with `uvgraft avatar`. `uvgraft demo` runs the whole workflow on
-/// an embedded example.
+/// Link two meshes once with `uvgraft pair`, then transfer any number of textures between them with
+/// `uvgraft transfer`, or build an animated avatar with `uvgraft avatar`. `uvgraft demo` runs the
+/// whole workflow on a built-in example.
 #[derive(Parser)]
 #[command(name = "uvgraft", version, propagate_version = true, max_term_width = 100)]
 #[command(disable_help_flag = true, disable_version_flag = true, after_long_help = EXIT_STATUS)]
@@ -58,7 +59,7 @@ struct Cli {
     command: Command,
     /// Number of threads, 0 for one per processor
     #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = heading::GLOBAL)]
-    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(value_parser = number::whole_number::<u16>(0..=1024), allow_negative_numbers = true)]
     threads: u16,
     /// Print help: a summary with -h, details with --help
     #[arg(short, long, global = true, action = ArgAction::Help, help_heading = heading::GLOBAL)]

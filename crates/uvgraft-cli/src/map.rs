@@ -9,14 +9,15 @@ use uvgraft_io::{pair_file, sampling_map};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
+use crate::number::whole_number;
 use crate::preference::PreferName;
 use crate::report::parse_size;
 
 /// Export the sampling map of a pair as an array for other tools
 ///
-/// The map is an NPY array of float32 with the shape (height, width, 2). For the centre of each texel of
-/// the output layout it holds the coordinates u and v in the input layout, with the origin at the top
-/// left. Texels that are not covered are NaN.
+/// The map is an NPY array of float32 with the shape (height, width, 2). For the centre of each
+/// texel of the output layout it holds the coordinates u and v in the input layout, with the origin
+/// at the top left. Texels that are not covered are NaN.
 ///
 /// With OpenCV, which counts positions from the centre of the first texel:
 ///
@@ -28,8 +29,8 @@ use crate::report::parse_size;
 ///
 /// With PyTorch, pass np.nan_to_num(2 * grid - 1, nan=-2) to grid_sample with align_corners=False.
 ///
-/// Both take one sample per texel. `uvgraft transfer` also averages where a texture shrinks, and keeps
-/// texels outside the UV islands from bleeding into the result.
+/// Both take one sample per texel. `uvgraft transfer` also averages where a texture shrinks, and
+/// keeps texels outside the UV islands from bleeding into the result.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
@@ -39,14 +40,14 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "OUT.npy")]
     output: PathBuf,
     /// Size of the output texture in texels
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     size: Size,
     /// Map from the target layout to the source layout
     #[arg(long)]
     reverse: bool,
     /// Width of the gutter around UV islands, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256))]
+    #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true)]
     gutter: u32,
     /// UV island that owns texels shared by several islands
     #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]

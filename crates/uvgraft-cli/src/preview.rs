@@ -156,7 +156,7 @@ fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
         wires.close();
     }
     let mut borders = PathBuilder::new();
-    for edge in Islands::new(mesh).border() {
+    for edge in Islands::new(mesh).boundary_edges() {
         let corners = mesh.uv_faces()[edge.face as usize];
         let [a, b] = [0, 1].map(|k| at(corners[(usize::from(edge.corner) + k) % 3]));
         borders.move_to(a[0], a[1]);

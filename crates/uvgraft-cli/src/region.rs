@@ -12,9 +12,9 @@ use crate::heading;
 pub(crate) struct RegionArgs {
     /// Use only a part of the linked surface; repeatable
     ///
-    /// A vertex list (.npy, .txt), a painted mask (an image), or named groups of a vertex-group file
-    /// (.pkl, .json), such as masks.pkl#face,neck. Files refer to the pair's source, or with the prefix
-    /// `target:` to its target. Several regions are merged.
+    /// A vertex list (.npy, .txt), a painted mask (an image), or named groups of a vertex-group
+    /// file (.pkl, .json), such as masks.pkl#face,neck. Files refer to the pair's source, or with
+    /// the prefix `target:` to its target. Several regions are merged.
     #[arg(long, value_name = "[SIDE:]FILE[#GROUPS]", value_parser = parse_part)]
     pub(crate) region: Vec<RegionPart>,
     /// Exclude a part of the surface, given as for --region; repeatable
@@ -22,7 +22,8 @@ pub(crate) struct RegionArgs {
     pub(crate) exclude: Vec<RegionPart>,
     /// Grow the region, or shrink it if negative
     ///
-    /// By a distance along the surface, such as 5mm or -5mm, or by rings of triangles, such as 2rings.
+    /// By a distance along the surface, such as 5mm or -5mm, or by rings of triangles, such as
+    /// 2rings.
     #[arg(long, value_name = "LENGTH|RINGS", value_parser = parse_growth, allow_hyphen_values = true)]
     grow: Option<Grow>,
     /// Unit of the mesh coordinates, for lengths with a unit [default: m]

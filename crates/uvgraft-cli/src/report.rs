@@ -13,10 +13,10 @@ use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 #[derive(clap::Args)]
 pub(crate) struct Sizes {
     /// Texture size assumed for the source layout in the report
-    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     source_size: Size,
     /// Texture size assumed for the target layout in the report
-    #[arg(long, default_value = "4096", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, default_value = "4096", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     target_size: Size,
 }
 
@@ -103,7 +103,7 @@ fn text(file: &PairFile, report: &PairReport) -> String {
         format!("{} ({})", grouped(side.linked), percent(side.linked, side.faces))
     });
     both("not linked", &|side| grouped(side.faces - side.linked));
-    both("linked, no UV area", &|side| grouped(side.degenerate));
+    both("linked, zero UV area", &|side| grouped(side.degenerate));
     both("linked, mirrored", &|side| grouped(side.mirrored));
     if source.outside + target.outside > 0 {
         both("outside unit square", &|side| grouped(side.outside));
@@ -114,12 +114,12 @@ fn text(file: &PairFile, report: &PairReport) -> String {
     both("texels overlapping", &|side| grouped(side.texels.overlapping));
     let _ = writeln!(
         text,
-        "\n{} links, {} of them with opposite winding and {} mirrored",
+        "\n{} links; {} change winding, {} change handedness in UV space",
         grouped(report.links),
         grouped(report.opposite_windings),
         grouped(report.mirrored),
     );
-    let _ = writeln!(text, "\ntexels per texel            min     5 %  median    95 %     max");
+    let _ = writeln!(text, "\nlinear texel density        min     5 %  median    95 %     max");
     for (name, density) in [
         ("target per source", report.forward_density),
         ("source per target", report.reverse_density),

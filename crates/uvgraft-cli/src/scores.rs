@@ -227,9 +227,9 @@ impl Selection {
 pub(crate) struct MetricsOption {
     /// Comma-separated metrics, or `all` [default: all but the slow ones]
     ///
-    /// Known metrics: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip, lpips-alex, lpips-vgg. lpips-vgg
-    /// takes minutes on large textures, so it runs only when named. flip is an optional feature of the
-    /// build, and both lpips metrics need weights: see `uvgraft weights`.
+    /// Known metrics: l1, psnr, ssim, ssim-uniform, ssimulacra2, flip, lpips-alex, lpips-vgg.
+    /// lpips-vgg takes minutes on large textures, so it runs only when named. flip is an optional
+    /// feature of the build, and both lpips metrics need weights: see `uvgraft weights`.
     #[arg(long, value_name = "LIST", value_parser = Selection::parse)]
     metrics: Option<Selection>,
 }

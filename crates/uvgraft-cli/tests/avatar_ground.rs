@@ -1,5 +1,5 @@
-//! Avatars that stand: bodies of every kind, with shapes and presets, as GLB and VRM, at rest and in clips;
-//! and what is said of the people who moved.
+//! Avatars that stand: bodies of every kind, with shapes and presets, as GLB and VRM, at rest and
+//! in clips; and messages about the recorded people.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -8,10 +8,10 @@ mod bench;
 use uvgraft::{Channels, Mesh};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
-use uvgraft_avatar::motion::{ClipOptions, Ground, Motion};
+use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion};
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::pair_file;
 use uvgraft_tests::walkers;
@@ -32,7 +32,7 @@ fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
     NumericArray::new_f32(shape.to_vec(), values).unwrap()
 }
 
-/// The figure's pair and a face of one colour.
+/// The figure's pair, and a face of one colour.
 fn demo() -> Bench {
     let bench = Bench::new();
     bench.paint("face.png", (8, 8), Channels::Rgb, &[200, 150, 120]);
@@ -41,7 +41,8 @@ fn demo() -> Bench {
     bench
 }
 
-/// A model in the pair's triangles: a pair may have turned quads the other way, where that is how the head has them.
+/// Saves a model with the pair's triangles: a pair may have flipped quads' diagonals to match the
+/// head.
 fn save_model(bench: &Bench, name: &str, arrays: &NamedArrays) {
     let file = pair_file::read(&bench.path("demo.uvpair")).unwrap();
     let faces = file.pair.target().faces();
@@ -51,8 +52,8 @@ fn save_model(bench: &Bench, name: &str, arrays: &NamedArrays) {
     save(bench, name, &arrays);
 }
 
-/// The lowest vertex of a file's avatar.
-fn lowest(scene: &Scene, posing: &Posing) -> f32 {
+/// The lowest vertex of an avatar file.
+fn lowest(scene: &Scene, posing: &PoseRequest) -> f32 {
     let drawn = scene.pose(posing).unwrap();
     let heights = drawn.iter().flat_map(|part| &part.positions).map(|place| place[1]);
     heights.fold(f32::MAX, f32::min)
@@ -62,7 +63,7 @@ fn scene(bench: &Bench, name: &str) -> Scene {
     Scene::load(&bench.path(name)).unwrap()
 }
 
-/// The figure's walk by somebody of a model, standing on the floor.
+/// The figure's walk performed by a person of a model, standing on the floor.
 fn walk(model: &BodyModel, layout: &Mesh, seed: u32) -> NamedArrays {
     let figure = Figure::new().avatar();
     let clip = figure.clips.iter().find(|clip| clip.name == "walk").unwrap();
@@ -78,7 +79,7 @@ fn walk(model: &BodyModel, layout: &Mesh, seed: u32) -> NamedArrays {
     let avatar: Avatar = shaped.avatar(layout.clone()).unwrap().standing().unwrap();
     let soles = avatar.soles();
     let options =
-        ClipOptions { ground: Ground::Feet, soles: soles.as_ref(), ..ClipOptions::default() };
+        ClipOptions { ground: GroundMode::Feet, soles: soles.as_ref(), ..ClipOptions::default() };
     let motion = Motion::from_arrays(&motion).unwrap();
     let (clip, _) = motion.clip(&avatar.skeleton, "walk", &options).unwrap();
     let moved = (glam::Vec3::new(3.0, 0.05, 1.0), 0.0);
@@ -115,7 +116,7 @@ fn every_body_stands_on_the_floor() {
     stands(&bench, "--body demo --motion walk.npz", "figure with a motion");
 }
 
-/// Writes GLB and VRM, plain and simplified, and looks where they stand.
+/// Writes GLB and VRM, full and simplified, and checks where they stand.
 fn stands(bench: &Bench, options: &str, what: &str) {
     let presets: &[&str] = if cfg!(feature = "simplify") { &["", "--preset quest"] } else { &[""] };
     for (preset, extension) in presets.iter().flat_map(|&preset| [(preset, "glb"), (preset, "vrm")])
@@ -124,24 +125,25 @@ fn stands(bench: &Bench, options: &str, what: &str) {
         bench.make(&format!("{COMMAND} {options} {preset} {whose} -o me.{extension}"));
         let scene = scene(bench, &format!("me.{extension}"));
         let case = format!("{what} {preset} {extension}");
-        let low = lowest(&scene, &Posing::default());
+        let low = lowest(&scene, &PoseRequest::default());
         assert!(low.abs() < AT_REST_M, "{case}: {low}");
         let feet = ["leftFoot", "rightFoot"]
-            .map(|bone| scene.bone(bone, &Posing::default()).unwrap().unwrap());
+            .map(|bone| scene.bone(bone, &PoseRequest::default()).unwrap().unwrap());
         for axis in [0, 2] {
             assert!((feet[0][axis] + feet[1][axis]).abs() < 2e-3, "{case}: {feet:?}");
         }
-        let rest = scene.bone("hips", &Posing::default()).unwrap().unwrap();
+        let rest = scene.bone("hips", &PoseRequest::default()).unwrap().unwrap();
         for (number, clip) in scene.clips().iter().enumerate() {
             if clip.name != "walk" {
                 continue;
             }
-            let at = |seconds| Posing { clip: Some((number, seconds)), ..Posing::default() };
+            let at =
+                |seconds| PoseRequest { clip: Some((number, seconds)), ..PoseRequest::default() };
             let first = scene.bone("hips", &at(0.0)).unwrap().unwrap();
             let jump = [0, 2].map(|axis: usize| (first[axis] - rest[axis]).abs());
             assert!(jump[0] < 0.05 && jump[1] < 0.05, "{case}: jumps by {jump:?}");
             for frame in 0..20 {
-                // A foot is on the ground at any time.
+                // One foot is on the ground at any time.
                 let low = lowest(&scene, &at(frame as f32 / 30.0));
                 assert!(
                     low.abs() < IN_CLIPS_M + if preset.is_empty() { 0.0 } else { 0.005 },
@@ -166,14 +168,14 @@ fn vrms_show_what_glbs_show_from_a_t_pose() {
         bench.make(&format!("{COMMAND} {options} {WHOSE} -o me.vrm"));
         let [glb, vrm] = ["me.glb", "me.vrm"].map(|name| scene(&bench, name));
         for clip in 0..glb.clips().len() {
-            let posing = Posing { clip: Some((clip, 0.4)), ..Posing::default() };
+            let posing = PoseRequest { clip: Some((clip, 0.4)), ..PoseRequest::default() };
             let (a, b) = (glb.pose(&posing).unwrap(), vrm.pose(&posing).unwrap());
             let (a, b) = (a[0].positions.as_flattened(), b[0].positions.as_flattened());
             let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(a.len() == b.len() && apart < 1e-5, "{options}: {apart} m");
         }
         let bone = |name: &str| {
-            let place = vrm.bone(name, &Posing::default()).unwrap().unwrap();
+            let place = vrm.bone(name, &PoseRequest::default()).unwrap().unwrap();
             glam::Vec3::from(place)
         };
         for (side, out) in [("left", glam::Vec3::X), ("right", glam::Vec3::NEG_X)] {
@@ -216,16 +218,15 @@ fn people_who_are_not_known_are_told() {
         (run.stdout, run.stderr)
     };
     let (stdout, stderr) = told(&|_| {}, "--body model.npz");
-    assert!(stdout.contains("walk: by the clip's person, planted feet in"), "{stdout}");
+    assert!(stdout.contains("walk: from the recorded person; feet planted in"), "{stdout}");
     assert!(
-        stdout.contains("from a ground at 5.") && !stderr.contains("note: walk"),
+        stdout.contains("recorded ground at 5.") && !stderr.contains("note: walk"),
         "{stdout}{stderr}"
     );
     let by_feet = |(stdout, stderr): (String, String), why: &str| {
-        assert!(stdout.contains("walk: by the body's feet"), "{stdout}");
+        assert!(stdout.contains("walk: from the avatar's feet"), "{stdout}");
         assert!(
-            stderr.contains("walk.npz: placed on the ground by the body's own feet")
-                && stderr.contains(why),
+            stderr.contains("walk.npz: falling back to --ground feet") && stderr.contains(why),
             "{stderr}"
         );
     };
@@ -241,17 +242,17 @@ fn people_who_are_not_known_are_told() {
     by_feet(told(&of_smplx, "--body model.npz"), "for SMPL-X, but the body is SMPL-H");
     let male = |walk: &mut NamedArrays| walk.insert_text("gender", "b'male'");
     let (stdout, _) = told(&male, "--body SMPLH_MALE.npz");
-    assert!(stdout.contains("by the clip's person"), "{stdout}");
+    assert!(stdout.contains("from the recorded person"), "{stdout}");
     let (stdout, stderr) = told(&female, "--body model.npz --ground keep");
     assert!(
         stdout.contains("walk: translations as recorded") && !stderr.contains("note: walk"),
         "{stdout}"
     );
     let (stdout, _) = told(&|walk| drop(walk.take("trans")), "--body model.npz");
-    assert!(stdout.contains("the file does not say where the body was"), "{stdout}");
-    // A body that no person has.
+    assert!(stdout.contains("the recording has no translations"), "{stdout}");
+    // A shape that no person has.
     let (_, stderr) = told(&|_| {}, "--body model.npz --betas 0,5.5,-7");
-    assert!(stderr.contains("warning: --betas: coefficient 2 is -7"), "{stderr}");
+    assert!(stderr.contains("warning: --betas: coefficient 3 of 3 is -7"), "{stderr}");
     let lying = |walk: &mut NamedArrays| {
         walk.take("trans");
         let shape = walk.get("poses").unwrap().shape().to_vec();

@@ -1,5 +1,5 @@
-//! `uvgraft avatar` through the program: maps of materials, looks, heads in their own layout, levels of detail, and
-//! options that are refused before anything is read.
+//! `uvgraft avatar` through the program: material maps, styles, heads in their own layout, levels
+//! of detail, and options rejected before anything is read.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_figure::Figure;
-use uvgraft_gltf::scene::{Drawn, Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_io::image;
 use uvgraft_tests::browser::Browser;
 
@@ -20,7 +20,7 @@ const SIDE: u32 = 512;
 const WHOSE: &str = "--author Nobody --license only-author";
 const DEMO: &str = "avatar demo.uvpair face.png --onto base.png --unit m --body demo";
 
-/// The figure's pair, its face, and its body of darker skin.
+/// The figure's pair, its face, and its body with darker skin.
 fn demo() -> Bench {
     Bench::of_figure(&Figure::new(), SIDE)
 }
@@ -33,7 +33,7 @@ fn parts(bench: &Bench, name: &str) -> (Value, Vec<u8>) {
     (serde_json::from_slice(json).unwrap(), bytes[28 + json.len()..].to_vec())
 }
 
-/// An image of a GLB file by the number of its texture.
+/// An image of a GLB file by its texture's index.
 fn picture(parts: &(Value, Vec<u8>), texture: &Value) -> Texture {
     let (json, buffer) = parts;
     let source = &json["textures"][texture["index"].as_u64().unwrap() as usize]["source"];
@@ -48,7 +48,7 @@ fn image_of(json: &Value, buffer: &[u8], image: &Value) -> Texture {
     image::decode(&buffer[from..from + length]).unwrap().texture
 }
 
-/// Khronos' validator finds nothing, where it is installed.
+/// Asserts that Khronos' validator, if installed, reports nothing.
 fn assert_valid(bench: &Bench, names: &[&str]) {
     let Some(browser) = Browser::find() else { return };
     let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
@@ -95,14 +95,15 @@ fn maps_of_a_face_go_into_the_material() {
     }
     assert!(faces > 20_000 && others > 100_000, "{faces} {others}");
     let normals = picture(&found, &material["normalTexture"]);
-    // Where the head's own mesh ends its smooth normals are others than the body's; flat is flat elsewhere.
+    // At the edge of the head's own mesh, its smooth normals differ from the body's; elsewhere flat
+    // stays flat.
     let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
     let off = texels.filter(|&(x, y)| texel_u8(&normals, x, y)[2] < 250).count() as u32;
     assert!(off * 100 < SIDE * SIDE, "{off}");
     let primitive = &found.0["meshes"][0]["primitives"][0];
     assert!(primitive["attributes"]["TANGENT"].is_u64());
     assert!(primitive["targets"][0]["TANGENT"].is_u64());
-    // Colours of a web page are JPEG, data never.
+    // For the web, colours are JPEG and data never is.
     let (vrm, _) = parts(&bench, "me.vrm");
     let types = vrm["images"].as_array().unwrap().iter();
     let types: Vec<&str> = types.map(|image| image["mimeType"].as_str().unwrap()).collect();
@@ -120,12 +121,12 @@ fn looks_are_mtoon_or_unlit_and_vrm_files_have_a_thumbnail() {
     let (toon, buffer) = parts(&bench, "toon.vrm");
     let extensions = &toon["materials"][0]["extensions"];
     assert_eq!(extensions["VRMC_materials_mtoon"]["specVersion"], "1.0");
-    // Materials with two extensions are warned of.
+    // Materials with both extensions cause a warning.
     assert!(extensions["KHR_materials_unlit"].is_null());
     let thumbnail = &toon["extensions"]["VRMC_vrm"]["meta"]["thumbnailImage"];
     let thumbnail = image_of(&toon, &buffer, thumbnail);
     assert_eq!(thumbnail.size(), Size::square(512));
-    // A face in the middle, and something else in the corners.
+    // A face in the centre, and something else in the corners.
     let [middle, corner] = [(256, 280), (20, 20)].map(|(x, y)| texel_u8(&thumbnail, x, y));
     assert!(
         middle[0] > middle[2] + 20 && corner[0].abs_diff(corner[2]) < 20,
@@ -138,7 +139,7 @@ fn looks_are_mtoon_or_unlit_and_vrm_files_have_a_thumbnail() {
     assert_valid(&bench, &["toon.vrm", "plain.glb"]);
 }
 
-/// The texture's colour at a coordinate, bilinear; 255 is full.
+/// The texture's colour at a coordinate, bilinear; 255 is full intensity.
 fn sample(texture: &Texture, [u, v]: [f32; 2]) -> [f32; 3] {
     let Size { width, height } = texture.size();
     let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
@@ -155,8 +156,9 @@ fn sample(texture: &Texture, [u, v]: [f32; 2]) -> [f32; 3] {
     })
 }
 
-/// Colours on both sides of the border between two materials: the largest difference of a channel at each vertex.
-fn border(drawn: &[Drawn], textures: &[Texture]) -> Vec<f32> {
+/// Colours on both sides of the boundary between two materials: the largest channel difference at
+/// each vertex.
+fn border(drawn: &[PosedPrimitive], textures: &[Texture]) -> Vec<f32> {
     let [body, head] = drawn else { panic!("two materials") };
     let places = body.positions.iter().zip(body.uv.iter());
     let bits = |place: &[f32; 3]| place.map(f32::to_bits);
@@ -174,7 +176,7 @@ fn border(drawn: &[Drawn], textures: &[Texture]) -> Vec<f32> {
 #[test]
 fn a_head_keeps_its_own_texture() {
     let bench = demo();
-    // Mouths meet lips with colours of their own, and have triangles.
+    // Mouths meet the lips with their own colours, and add triangles.
     let face = bench.texture("face.png");
     bench.succeed(&format!(
         "{DEMO} --mouth none --blend none --texture-layout head+body -o sharp.glb"
@@ -185,8 +187,8 @@ fn a_head_keeps_its_own_texture() {
     let scene = |name: &str| Scene::load(&bench.path(name)).unwrap();
     let sharp = scene("sharp.glb");
     assert_eq!(sharp.materials()[1].name, "head");
-    let drawn = sharp.pose(&Posing::default()).unwrap();
-    // Nothing of the face is resampled: where triangles of the head are, texels are the face's own.
+    let drawn = sharp.pose(&PoseRequest::default()).unwrap();
+    // The face is not resampled: on the head's triangles, texels are the face's own.
     let (mut checked, mut off) = (0, 0);
     for triangle in drawn[1].triangles.iter() {
         let corners = triangle.map(|corner| drawn[1].uv[corner as usize]);
@@ -195,19 +197,19 @@ fn a_head_keeps_its_own_texture() {
         checked += 1;
         off += u32::from(texel_u8(&face, x, y) != texel_u8(&sharp.textures()[1], x, y));
     }
-    // Rims of eyes are made anew, since captures do not know them.
+    // The borders of the eyes are redrawn, since captures lack them.
     assert!(checked > 2000 && off * 50 < checked, "{off} of {checked}");
 
     let (me, atlas) = (scene("me.glb"), scene("atlas.glb"));
     assert_eq!(me.triangles(), atlas.triangles());
-    let mut differences = border(&me.pose(&Posing::default()).unwrap(), me.textures());
+    let mut differences = border(&me.pose(&PoseRequest::default()).unwrap(), me.textures());
     differences.sort_by(f32::total_cmp);
     assert!(differences.len() > 30, "{}", differences.len());
-    // Bilinear lookups of two grids: a level or two, more where a hair begins.
+    // Bilinear lookups in two grids: a level or two, more at the hairline.
     let middle = differences[differences.len() / 2];
     let most = differences[differences.len() * 95 / 100];
     assert!(middle < 3.0 && most < 12.0, "{middle} {most}");
-    // Without a blend the same border shows.
+    // Without a blend, the same boundary is visible.
     let mut hard = border(&drawn, sharp.textures());
     hard.sort_by(f32::total_cmp);
     assert!(hard[hard.len() / 2] > 3.0 * middle, "{} {middle}", hard[hard.len() / 2]);
@@ -264,8 +266,8 @@ fn a_budget_needs_no_preset_and_a_preset_says_what_it_is_for() {
     let scene = Scene::load(&bench.path("small.glb")).unwrap();
     assert!(scene.triangles() <= 6300, "{}", scene.triangles());
     let summary = bench.succeed(&format!("{DEMO} --preset visionos -o vision.glb"));
-    assert!(summary.contains("AR Quick Look opens USDZ, not this file"), "{summary}");
-    // Two materials on a headset, still light.
+    assert!(summary.contains("AR Quick Look opens only USDZ"), "{summary}");
+    // Two materials on a headset are acceptable.
     let summary =
         bench.succeed(&format!("{DEMO} --preset quest --texture-layout head+body -o quest.glb"));
     assert!(summary.contains("material slots: 2"), "{summary}");
@@ -273,7 +275,7 @@ fn a_budget_needs_no_preset_and_a_preset_says_what_it_is_for() {
     assert_valid(&bench, &["small.glb", "vision.glb", "quest.glb"]);
 }
 
-/// None of the files is there, so whatever is refused was refused before anything was read.
+/// None of the files exists, so anything rejected was rejected before reading.
 #[test]
 fn options_are_refused_before_anything_is_read() {
     let bench = Bench::new();
@@ -319,7 +321,7 @@ fn options_are_refused_before_anything_is_read() {
         ),
         (format!("{with} --look unlit --map normal=a.png -o me.glb"), &["--look unlit", "normal"]),
         (format!("{with} --lods-as msft -o me.glb"), &["--lods"]),
-        (format!("{with} --lods 9 -o me.glb"), &["--lods", "1..=6"]),
+        (format!("{with} --lods 9 -o me.glb"), &["--lods", "from 1 to 6"]),
         #[cfg(feature = "simplify")]
         (format!("{with} --lods 2 --lods-as msft {WHOSE} -o me.vrm"), &["--lods-as msft", ".glb"]),
         (format!("{with} --texture-layout cube -o me.glb"), &["head+body"]),

@@ -1,5 +1,5 @@
-//! What the program refuses: always with exit code 2 and a message that tells the file, what was
-//! found and what was wanted; never with a panic, a half-written file or a lost one.
+//! Rejected input: always exit code 2 and a message with the file, what it must be and what it is;
+//! never a panic, or a partial or lost file.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -8,7 +8,7 @@ mod bench;
 use bench::Bench;
 use uvgraft::Channels;
 
-/// Command lines of `uvgraft pair` with their meshes and map, and what the message must hold.
+/// Command lines of `uvgraft pair` with their meshes and map, and what the message must contain.
 #[test]
 fn meshes_and_vertex_maps() {
     let bench = Bench::new();
@@ -54,7 +54,7 @@ fn meshes_and_vertex_maps() {
         ("source.obj target.obj --vertex-map none.npy", &["none.npy: ", "No such file"]),
         (
             "folder.obj target.obj --vertex-map ids.npy",
-            &["folder.obj: is a folder, must be a file"],
+            &["folder.obj: must be a file, but is a folder"],
         ),
         (
             "no_vt.obj target.obj --vertex-map ids.npy",
@@ -91,11 +91,15 @@ fn meshes_and_vertex_maps() {
         ("binary.obj target.obj --vertex-map ids.npy", &["line 1", "not an OBJ"]),
         (
             "source.obj target.obj --vertex-map short.txt",
-            &["short.txt: ", "has 3 entries, the source mesh has 25 vertices"],
+            &["short.txt: ", "one entry per vertex of the source mesh, 25, got 3"],
         ),
         (
             "target.obj source.obj --vertex-map ids.npy",
-            &["ids.npy: ", "has 25 entries, the source mesh has 29", "source and target swapped?"],
+            &[
+                "ids.npy: ",
+                "one entry per vertex of the source mesh, 29, got 25",
+                "source and target swapped?",
+            ],
         ),
         ("source.obj target.obj --vertex-map float.npy", &["float.npy: ", "'<f8'", "integers"]),
         ("source.obj target.obj --vertex-map float.txt", &["float.txt: line 1: ", "`1.0`"]),
@@ -112,7 +116,11 @@ fn meshes_and_vertex_maps() {
         ("source.obj target.obj --vertex-map below.txt", &["entry 4 ", "-1 for none; got -2"]),
         (
             "source.obj target.obj --vertex-map elsewhere.txt",
-            &["elsewhere.txt: ", "none of the 32 source faces", "does not belong"],
+            &[
+                "elsewhere.txt: ",
+                "none of the 32 source faces",
+                "check that the vertex map belongs",
+            ],
         ),
         (
             "source.obj target.obj --vertex-map huge.npy",
@@ -137,7 +145,7 @@ fn outputs_of_a_pairing() {
     let cases: &[(&str, &[&str])] = &[
         ("-o none/out.uvpair", &["cannot write none/out.uvpair: ", "folder none does not exist"]),
         ("-o ids.npy/out.uvpair", &["cannot write ids.npy/out.uvpair: ids.npy is not a folder"]),
-        ("-o folder", &["folder: is a folder, must be a file"]),
+        ("-o folder", &["folder: must be a file, but is a folder"]),
         ("-o source.obj", &["output source.obj is also an input"]),
         ("-o ./target.obj", &["output ./target.obj is also an input"]),
         ("-o folder/../ids.npy", &["output folder/../ids.npy is also an input"]),
@@ -215,9 +223,12 @@ fn textures() {
     bench.make_folder("folder.png");
     let cases: &[(&str, &[&str])] = &[
         ("none.png", &["none.png", "No such file"]),
-        ("text.png", &["text.png: not an image", "PNG, JPEG, WebP, TIFF, EXR", "no image"]),
-        ("empty.png", &["empty.png: not an image", "the file is empty"]),
-        ("my.uvpair", &["my.uvpair: not an image"]),
+        (
+            "text.png",
+            &["text.png: not a supported image", "PNG, JPEG, WebP, TIFF, EXR", "no image"],
+        ),
+        ("empty.png", &["empty.png: not a supported image", "the file is empty"]),
+        ("my.uvpair", &["my.uvpair: not a supported image"]),
         ("cut.png", &["cut.png: truncated PNG"]),
         ("no_end.png", &["no_end.png: truncated PNG"]),
         ("cut.jpg", &["cut.jpg: truncated JPEG"]),
@@ -262,10 +273,10 @@ fn options_of_a_transfer() {
         ("face.png --size 8 -o out", &["out: ", ".png", ".exr"]),
         ("face.png --size 8 -o out.png --mask mask", &["mask: ", ".png"]),
         ("face.png --size 8 -o out.png --filter cubic", &["'cubic'", "catmull-rom", "lanczos3"]),
-        ("face.png --size 8 -o out.png --gutter 257", &["257", "--gutter", "0..=256"]),
+        ("face.png --size 8 -o out.png --gutter 257", &["257", "--gutter", "from 0 to 256"]),
         ("face.png --size 8 -o out.png --gutter=-1", &["-1", "--gutter"]),
-        ("face.png --size 8 -o out.jpg --quality 0", &["'0'", "--quality", "1..=100"]),
-        ("face.png --size 8 -o out.jpg --quality 101", &["101", "--quality", "1..=100"]),
+        ("face.png --size 8 -o out.jpg --quality 0", &["'0'", "--quality", "from 1 to 100"]),
+        ("face.png --size 8 -o out.jpg --quality 101", &["101", "--quality", "from 1 to 100"]),
         ("face.png --size 8 -o out.jpg", &["out.jpg", "alpha", "JPEG", "--onto '#808080'"]),
         (
             "clear.png --size 8 --onto #fff -o out.jpg",
@@ -298,13 +309,13 @@ fn outputs_of_a_transfer() {
     let cases: &[(&str, &[&str])] = &[
         ("-o none/out.png", &["cannot write none/out.png: folder none does not exist"]),
         ("-o face.png/out.png", &["cannot write face.png/out.png: face.png is not a folder"]),
-        ("-o folder", &["cannot write folder/face.png: is a folder, must be a file"]),
+        ("-o folder", &["cannot write folder/face.png: must be a file, but is a folder"]),
         ("-o face.png", &["output face.png is also an input"]),
         ("-o ./face.png", &["output ./face.png is also an input"]),
         ("-o base.png", &["output base.png is also an input"]),
         ("-o folder/../base.png", &["output folder/../base.png is also an input"]),
         ("-o pair.png", &["output pair.png is also an input"]),
-        ("-o out.png --mask ./out.png", &["./out.png is the name of two outputs"]),
+        ("-o out.png --mask ./out.png", &["two outputs have the name ./out.png"]),
         ("-o out.png --mask mask.jpg", &["mask.jpg", "must not be a JPEG file"]),
         ("-o out.png --mask face.png", &["output face.png is also an input"]),
         ("-o out.png --mask base.png", &["output base.png is also an input"]),
@@ -356,13 +367,13 @@ fn several_textures() {
     for (files, wanted) in cases {
         bench.refuse(&format!("transfer my.uvpair {files} --size 8"), wanted);
     }
-    // What is wrong besides the textures is found before a folder is made for them.
+    // Errors other than in the textures are detected before a folder is created for them.
     bench.refuse("transfer my.uvpair in -o out", &["--size"]);
     bench.refuse("transfer none.uvpair in -o out --size 8", &["none.uvpair: "]);
     bench.refuse("transfer my.uvpair in -o out --onto none.png", &["none.png: "]);
 }
 
-/// A text map of the sheet's vertices with one id replaced.
+/// A text map of the sheet's vertices with one index replaced.
 fn ids_with(entry: u32, id: i64) -> String {
     let ids = (0..bench::SHEET_VERTICES).map(|vertex| match vertex == entry {
         true => id,
@@ -371,7 +382,7 @@ fn ids_with(entry: u32, id: i64) -> String {
     ids.map(|id| format!("{id}\n")).collect()
 }
 
-/// A whole PNG whose header claims more texels than any image is allowed.
+/// A complete PNG whose header claims more texels than any image may have.
 fn huge_png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 100_000, 100_000);

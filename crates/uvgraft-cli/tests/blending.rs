@@ -1,4 +1,4 @@
-//! Textures that become one with what they are laid over, through the program.
+//! Blending textures into their base, through the program.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -13,7 +13,7 @@ const SKIN: [u8; 3] = [200, 150, 130];
 const OTHER_SKIN: [u8; 3] = [150, 105, 85];
 const CLOTH: [u8; 3] = [40, 60, 140];
 
-/// Runs a transfer of the plane, its unit known.
+/// Runs a transfer of the plane, with its unit given.
 fn transfer(bench: &Bench, options: &str) -> Texture {
     bench.succeed(&format!("transfer plane.uvpair --unit m {options} -o out.png"));
     bench.texture("out.png")
@@ -23,7 +23,7 @@ fn is_linked(x: u32, y: u32) -> bool {
     LINKED.contains(&x) && LINKED.contains(&y)
 }
 
-/// Every place of a target of 128 texels a side.
+/// All positions in a target of 128 texels a side.
 fn places() -> impl Iterator<Item = (u32, u32)> {
     (0..128 * 128).map(|k| (k % 128, k / 128))
 }
@@ -55,7 +55,8 @@ fn a_feather_is_as_wide_as_it_says() {
             }
             let to_rim = |k: u32| f64::from((k - 32).min(95 - k)) + 0.5;
             let inside = to_rim(x).min(to_rim(y)) * 1.25;
-            // Near corners distances over triangles are no closer than these are small.
+            // Near corners, distances over triangles are less accurate than these small ones
+            // require.
             let is_near_a_corner = !(56..72).contains(&x) && !(56..72).contains(&y);
             if inside >= if is_near_a_corner { 20.0 } else { 10.0 } {
                 assert_eq!(found, plain, "{feather}: {x}, {y}");
@@ -70,11 +71,11 @@ fn a_feather_is_as_wide_as_it_says() {
             }
         }
     }
-    // No feather is a hard border.
+    // Without a feather the border is hard.
     for none in ["--blend none", "--blend feather --feather 0", "--feather 0mm"] {
         assert!(transfer(&bench, &format!("face.png --onto base.png {none}")) == plain, "{none}");
     }
-    // Of 16 bits and with opacity it is the same.
+    // The same holds for 16 bits with alpha.
     bench.paint_noise("deep.png", (64, 64), Channels::Rgba, Depth::U16);
     let plain = transfer(&bench, "deep.png --onto base.png");
     let found = transfer(&bench, "deep.png --onto base.png --feather 10mm");
@@ -113,7 +114,8 @@ fn the_mask_holds_the_weights() {
 #[test]
 fn a_membrane_between_equal_rims_changes_nothing() {
     let bench = plane::bench();
-    // One colour, with detail 25 mm from the rim on either side: farther than colours are compared.
+    // One colour, with detail 25 mm from the boundary on either side: beyond the reach of the
+    // colour comparison.
     let is_middle = |k: u32| (20..44).contains(&k);
     bench.draw("base.png", (128, 128), |x, y| match x < 12 || y < 12 {
         true => [y as u8, x as u8, 77],
@@ -135,7 +137,7 @@ fn a_membrane_between_equal_rims_changes_nothing() {
             assert!(difference(&found, &plain) <= 1, "{options} at {x}, {y}: {found:?} {plain:?}");
         }
     }
-    // A result that is its own base.
+    // A result that overwrites its own base.
     bench.derive("before.png", "out.png", |_| {});
     let again = transfer(&bench, "face.png --onto before.png --blend membrane");
     let before = bench.texture("before.png");
@@ -151,22 +153,22 @@ fn a_membrane_takes_on_the_tone_of_the_base() {
     bench.paint("base.png", (128, 128), Channels::Rgb, &SKIN);
     bench.paint("face.png", (64, 64), Channels::Rgb, &OTHER_SKIN);
     let found = transfer(&bench, "face.png --onto base.png --blend membrane");
-    // The whole texture is one ratio away from the base.
+    // The whole texture differs from the base by one ratio.
     for (x, y) in places() {
         let found = texel_u8(&found, x, y);
         assert!(difference(&found, &SKIN) <= 1, "{x}, {y}: {found:?}");
     }
-    // Of one colour as a base there is one texel to compare with.
+    // A base of one colour has a single texel to compare with.
     let on_color = transfer(&bench, "face.png --onto #c89682 --size 128 --blend membrane");
     assert!(on_color == found);
-    // It is left alone where neither side may change.
+    // The texture is unchanged if neither side may change.
     let alone = transfer(&bench, "face.png --onto base.png --blend membrane --tone none");
     assert_eq!(texel_u8(&alone, 64, 64), OTHER_SKIN);
     let feathered = transfer(&bench, "face.png --onto base.png --blend feather");
     assert!(alone == feathered);
 }
 
-/// A base of skin with a belt of cloth, and a face of another skin.
+/// A base of skin with a belt of cloth, and a face with another skin.
 fn dressed() -> Bench {
     let bench = plane::bench();
     let is_cloth = |y: u32| (104..120).contains(&y);
@@ -187,7 +189,7 @@ fn the_skin_of_the_base_takes_on_the_tone() {
             if (104..120).contains(&y) {
                 assert_eq!(found, base, "{how}: cloth at {x}, {y}");
             } else {
-                // Grain and rounding are a few levels of 50.
+                // Grain and rounding are a few levels out of 50.
                 let wanted = grain(OTHER_SKIN, x, y);
                 assert!(
                     difference(&found, &wanted) <= 8,
@@ -215,11 +217,11 @@ fn a_mask_says_what_is_skin() {
         if x >= 64 {
             assert_eq!(found, base, "{x}, {y}");
         } else {
-            // The mask's word counts for cloth as well.
+            // The mask decides, even about cloth.
             assert!(base[0] - found[0] >= 5, "{x}, {y}: {found:?} {base:?}");
         }
     }
-    // A black one leaves all as it is.
+    // A black one leaves everything unchanged.
     bench.paint("none.png", (8, 8), Channels::Grey, &[0]);
     let found = transfer(
         &bench,
@@ -250,7 +252,7 @@ fn skins_are_matched() {
     }
 }
 
-/// On the demo's figure: dark skin goes on from the face to the body, and clothes stay as they are.
+/// On the demo's figure: dark skin continues from the face to the body, and clothes are unchanged.
 #[test]
 fn the_demos_body_takes_on_the_tone() {
     let bench = Bench::new();
@@ -265,9 +267,9 @@ fn the_demos_body_takes_on_the_tone() {
          --tone source --unit m --mask mask.png -o out.png",
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
-    // That much is told.
+    // The extent is reported.
     assert!(
-        run.stderr.starts_with("warning: dark.png: the tone change makes the body's skin darker")
+        run.stderr.starts_with("warning: dark.png: matching the tone makes the body's skin darker")
     );
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     let [base, out, mask] =
@@ -279,7 +281,7 @@ fn the_demos_body_takes_on_the_tone() {
         if texel_u8(&mask, x, y) != [0] {
             continue;
         }
-        // Bare skin is far redder than blue; trousers are bluer than red.
+        // Bare skin is much redder than blue; trousers are bluer than red.
         if base[0] > 170 && base[0] > base[1] + 25 && base[1] > base[2] {
             skin += 1;
             changed += u32::from(out[0] * 10 < base[0] * 8);
@@ -307,14 +309,14 @@ fn a_mask_says_what_is_known() {
     let found = transfer(&bench, &format!("{masked} --onto base.png --fill mean.png"));
     assert_eq!(found.channels(), Channels::Rgb);
     assert_eq!(row(&found), [SKIN, CLOTH, CLOTH, OTHER_SKIN, OTHER_SKIN, SKIN]);
-    // With a feather, where the known ends is a rim like that of what is linked.
+    // With a feather, the edge of the trusted area is a boundary like that of the linked area.
     let found = transfer(&bench, &format!("{masked} --onto base.png --feather 5mm"));
     let at = |x: u32| texel_u8(&found, x, 64);
     assert!(at(63) == SKIN && at(72) == OTHER_SKIN && at(88) == OTHER_SKIN);
     for x in [66, 94] {
         assert!(at(x) != OTHER_SKIN && at(x) != SKIN, "{x}: {:?}", at(x));
     }
-    // Nothing behind it: what is unknown is clear, and without opacity there is no place for that.
+    // Without a base, excluded areas are transparent, which needs an alpha channel.
     let found = transfer(&bench, &format!("{masked} --size 128"));
     assert_eq!(found.channels(), Channels::Rgba);
     assert_eq!([texel_u8(&found, 36, 64)[3], texel_u8(&found, 92, 64)[3]], [0, 255]);
@@ -322,7 +324,7 @@ fn a_mask_says_what_is_known() {
         &format!("transfer plane.uvpair {masked} --size 128 -o out.jpg"),
         &["out.jpg", "alpha", "JPEG"],
     );
-    // Opaque as both are, JPEG holds them.
+    // Both results are opaque, so JPEG supports them.
     for options in ["", "--fill mean.png", "--feather 5mm --unit m", "--blend membrane --unit m"] {
         bench.succeed(&format!(
             "transfer plane.uvpair {masked} --onto base.png {options} -o out.jpg"
@@ -330,7 +332,7 @@ fn a_mask_says_what_is_known() {
         let out = bench.texture("out.jpg");
         assert!(difference(&texel_u8(&out, 40, 8), &SKIN) <= 3, "{options}");
     }
-    // Where a texture itself is clear.
+    // A texture that is itself transparent in places.
     bench.draw("clear.png", (64, 64), |x, _| {
         let [r, g, b] = OTHER_SKIN;
         [r, g, b, if x < 32 { 0 } else { 255 }]
@@ -392,7 +394,7 @@ fn a_preview_is_drawn() {
         assert!(picture.size().width > 2000 && picture.size().height > 1000);
     }
     assert!(all != part && part != soft);
-    // Yellow is what is taken: all of the source, or the left half of it.
+    // Yellow marks what is transferred: the whole source, or its left half.
     let yellow = |of: &Texture| {
         let Size { width, height } = of.size();
         let texels = (0..width * height).map(|k| texel_u8(of, k % width, k / width));
@@ -402,7 +404,7 @@ fn a_preview_is_drawn() {
     assert!(part * 10 > all * 4 && part * 10 < all * 6, "{part} of {all}");
     assert!(soft < part, "{soft} {part}");
 
-    // The other way, from the other layout.
+    // In reverse, from the other layout.
     bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
     bench.succeed(
         "transfer plane.uvpair base.png --reverse --onto small.png --preview seen.png -o out.png",
@@ -413,10 +415,10 @@ fn a_preview_is_drawn() {
         ("--preview base.png -o out.png", &["output base.png is also an input"][..]),
         ("--preview ./face.png -o out.png", &["output ./face.png is also an input"]),
         ("--preview plane.uvpair -o out.png", &["plane.uvpair", "a preview must be an image"]),
-        ("--preview out.png -o out.png", &["out.png is the name of two outputs"]),
+        ("--preview out.png -o out.png", &["two outputs have the name out.png"]),
         ("--preview seen.txt -o out.png", &["seen.txt: a preview must be an image", ".png"]),
         ("--preview none/seen.png -o out.png", &["none/seen.png: folder none does not exist"]),
-        ("--mask m.png --preview m.png -o out.png", &["m.png is the name of two outputs"]),
+        ("--mask m.png --preview m.png -o out.png", &["two outputs have the name m.png"]),
         ("--source-mask seen.png -o seen.png", &["output seen.png is also an input"]),
         ("--fill seen.png -o seen.png", &["output seen.png is also an input"]),
         ("--region seen.png -o seen.png", &["output seen.png is also an input"]),
@@ -428,7 +430,7 @@ fn a_preview_is_drawn() {
     ] {
         bench.refuse(&format!("{line} {options}"), wanted);
     }
-    // Where all is up to date it is drawn still.
+    // It is drawn even if everything is up to date.
     std::fs::remove_file(bench.path("seen.png")).unwrap();
     let line = format!("{line} --skip-existing -o out.png");
     bench.succeed(&line);
@@ -478,9 +480,9 @@ fn masks_that_do_not_fit() {
             ],
         ),
         ("--source-mask none.png", &["none.png", "No such file"]),
-        ("--source-mask text.png", &["text.png: not an image"]),
-        ("--fill source.obj", &["source.obj: not an image"]),
-        ("--blend membrane --tone source --skin text.png", &["text.png: not an image"]),
+        ("--source-mask text.png", &["text.png: not a supported image"]),
+        ("--fill source.obj", &["source.obj: not a supported image"]),
+        ("--blend membrane --tone source --skin text.png", &["text.png: not a supported image"]),
         ("--skin wide.png", &["--skin", "--tone source"]),
         (
             "--blend feather --tone source",
@@ -500,7 +502,7 @@ fn masks_that_do_not_fit() {
     ] {
         bench.refuse(&format!("{line} {options} -o out.png"), wanted);
     }
-    // Rounding to whole texels makes no other shape, and other sizes are none.
+    // Rounding to whole texels does not count as another shape, but other sizes do.
     bench.paint("near.png", (63, 64), Channels::Grey, &[255]);
     bench.paint("half.png", (32, 32), Channels::Grey, &[255]);
     for mask in ["near.png", "half.png"] {
@@ -508,7 +510,7 @@ fn masks_that_do_not_fit() {
     }
 }
 
-/// Values that are no numbers are no colours, say nothing and hide nothing.
+/// NaN is no colour: it tells nothing and covers nothing.
 #[test]
 fn what_is_no_number_is_left_out() {
     let bench = dressed();
@@ -528,7 +530,7 @@ fn what_is_no_number_is_left_out() {
         _ => 0.4,
     });
     let base = bench.texture("base.png");
-    // A mask without numbers trusts nothing.
+    // A mask of NaN trusts nothing.
     let masked = transfer(&bench, "face.png --onto base.png --source-mask nan.exr");
     assert!(masked == base);
     let skinless = transfer(
@@ -564,8 +566,8 @@ fn what_is_no_number_is_left_out() {
     }
 }
 
-/// Masks, regions and means are inputs like others: where one of them changed, outputs are made anew, whatever its
-/// time says.
+/// Masks, regions and means are inputs like any other: if one changes, outputs are remade, whatever
+/// its modification time.
 #[test]
 fn changed_masks_count_where_outputs_exist() {
     let bench = dressed();
@@ -595,7 +597,7 @@ fn changed_masks_count_where_outputs_exist() {
     }
 }
 
-/// What cannot be compared is said, and the texture is laid over as it is.
+/// If colours cannot be compared, that is reported, and the texture is laid over unchanged.
 #[test]
 fn colours_that_cannot_be_compared_are_left() {
     let bench = dressed();
@@ -604,7 +606,7 @@ fn colours_that_cannot_be_compared_are_left() {
     for (line, why) in [
         (
             "base.png --reverse --onto small.png --blend membrane",
-            "base.png: the region has no border",
+            "base.png: the region has no boundary",
         ),
         (
             "clear.png --onto base.png --blend membrane",

@@ -6,7 +6,7 @@ use bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Size};
 
-/// A bench with two pictures that differ by 51 levels of red, and masks.
+/// A bench with two pictures that differ by 51 levels in red, and masks.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.paint("a.png", (40, 30), Channels::Rgb, &[51, 100, 200]);
@@ -72,7 +72,7 @@ fn a_column_for_each_mask() {
     assert_eq!(regions[1]["texels"], json!(selected));
 }
 
-/// A metric that has no answer says why; the others still answer.
+/// A metric without a value reports the reason; the others still have values.
 #[test]
 fn what_cannot_be_computed_has_a_reason() {
     let bench = bench();
@@ -80,12 +80,12 @@ fn what_cannot_be_computed_has_a_reason() {
     bench.paint("tiny_b.png", (9, 7), Channels::Rgb, &[3, 2, 1]);
     let text = bench.succeed("compare tiny_a.png tiny_b.png --metrics l1,ssim,ssim-uniform");
     assert!(text.contains("| SSIM          |   ↑    |           – |"), "{text}");
-    assert!(text.contains("\nSSIM needs at least 11 texels a side, got 9×7\n"));
+    assert!(text.contains("\nSSIM needs images of at least 11 texels per side, got 9×7\n"));
     let text = bench.succeed("compare tiny_a.png tiny_b.png --json --metrics ssim,ssimulacra2");
     let document: Value = serde_json::from_str(&text).unwrap();
     for metric in ["ssim", "ssimulacra2"] {
         let reason = &document["regions"][0]["scores"][metric]["unavailable"];
-        assert!(reason.as_str().unwrap().contains("texels a side"), "{document}");
+        assert!(reason.as_str().unwrap().contains("texels per side"), "{document}");
     }
     if cfg!(not(feature = "flip")) {
         let text = bench.succeed("compare a.png b.png --metrics all");
@@ -93,7 +93,7 @@ fn what_cannot_be_computed_has_a_reason() {
     }
 }
 
-/// Whoever names a metric wants it.
+/// A metric named explicitly is required.
 #[test]
 fn a_named_metric_that_lacks_what_it_needs_is_refused() {
     let bench = bench();
@@ -119,7 +119,7 @@ fn opacity_is_laid_over_black_and_said() {
     assert!(bench.succeed("compare opaque.png a.png --metrics l1").contains(" 0.00000 |"));
 }
 
-/// One wrong texel of a large picture must be seen, at its place.
+/// A single wrong texel in a large picture must be visible, at its position.
 #[test]
 fn heatmaps_keep_single_texels() {
     let bench = Bench::new();
@@ -140,7 +140,7 @@ fn heatmaps_keep_single_texels() {
     bench.succeed("compare a.png b.png --metrics l1 --heatmap map.png");
     let map = bench.texture("map.png");
     assert!(map.size().width < 1600, "{}", map.size());
-    // Two texels a pixel; the panel is at the bottom, 24 pixels from the edges.
+    // Two texels per pixel; the panel is at the bottom, 24 pixels from the edges.
     let (left, top) = (24, map.size().height - 24 - height / 2);
     let at = |x: u32, y: u32| texel_u8(&map, left + x, top + y);
     assert_eq!(at(400, 60), [255, 250, 222], "80 levels are the scale's top");
@@ -157,19 +157,19 @@ fn refused() {
     bench.write("text.png", "no image at all");
     let cases: &[(&str, &[&str])] = &[
         ("a.png missing.png", &["missing.png", "No such file"]),
-        ("text.png b.png", &["text.png: not an image"]),
+        ("text.png b.png", &["text.png: not a supported image"]),
         ("a.png cut.png", &["cut.png: truncated PNG"]),
         ("cut.png b.png", &["cut.png: truncated PNG"]),
-        ("a.png small.png", &["small.png: it has 20×30 texels, wanted 40×30 as a.png has"]),
-        ("a.png b.png --mask small.png", &["small.png: it has 20×30 texels", "a.png"]),
+        ("a.png small.png", &["small.png: must be 40×30 like a.png, got 20×30"]),
+        ("a.png b.png --mask small.png", &["small.png: must be 40×30 like a.png, got 20×30"]),
         ("a.png b.png --mask none.png", &["none.png: the mask selects no texel"]),
         ("a.png b.png --mask all.png --mask none.png", &["none.png: the mask selects no texel"]),
-        ("a.png b.png --mask text.png", &["text.png: not an image"]),
+        ("a.png b.png --mask text.png", &["text.png: not a supported image"]),
         ("a.png b.png --mask cut.png", &["cut.png: truncated PNG"]),
         ("a.png b.png --metrics l2", &["`l2`", "l1, psnr, ssim, ssim-uniform", "lpips-vgg"]),
         ("a.png b.png --metrics=", &["--metrics", "l1, psnr"]),
         ("a.png", &["required", "<TEXTURE>"]),
-        ("a.png my.uvpair", &["my.uvpair: not an image"]),
+        ("a.png my.uvpair", &["my.uvpair: not a supported image"]),
     ];
     for (args, wanted) in cases {
         bench.refuse(&format!("compare {args}"), wanted);

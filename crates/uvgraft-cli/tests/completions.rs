@@ -14,7 +14,7 @@ fn a_script_for_each_shell() {
         for wanted in ["uvgraft", "transfer", "skip-existing"] {
             assert!(script.contains(wanted), "{wanted} for {shell}");
         }
-        // clap_complete completes no values for these two.
+        // clap_complete completes no values in these two.
         let has_values = !matches!(shell, "elvish" | "powershell");
         assert_eq!(script.contains("catmull-rom"), has_values, "{shell}");
     }
@@ -22,7 +22,7 @@ fn a_script_for_each_shell() {
     bench.refuse("completions", &["<SHELL>"]);
 }
 
-/// A reader that goes away, as `head` does, is no reason to panic.
+/// A reader that closes the pipe, like `head`, must not cause a panic.
 #[test]
 fn a_closed_standard_output_is_no_failure() {
     let (reader, writer) = std::io::pipe().unwrap();

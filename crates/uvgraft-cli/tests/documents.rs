@@ -1,7 +1,7 @@
-//! What the README and the book say: every command of theirs runs, and every link leads somewhere.
+//! The README and the book: every command in them runs, and every link leads somewhere.
 //!
-//! Blocks tagged `sh` hold commands that work, page by page, from top to bottom, in a folder with the files that the
-//! documents use as examples.
+//! Blocks tagged `sh` hold commands that work, page by page, from top to bottom, in a folder with
+//! the files that the documents use as examples.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -21,14 +21,14 @@ use uvgraft_tests::walkers;
 
 use bench::Bench;
 
-/// A side of every example texture, in texels.
+/// Side of every example texture, in texels.
 const SIDE: u32 = 256;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
-/// All Markdown files that are written for readers.
+/// All Markdown files written for readers.
 fn documents() -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = Vec::new();
     let mut folders = vec![root().join("docs/src")];
@@ -49,7 +49,7 @@ fn documents() -> Vec<PathBuf> {
     found
 }
 
-/// The command lines of a page's `sh` blocks, those that go on over several lines as one.
+/// The command lines of a page's `sh` blocks, with continued lines joined.
 fn commands(text: &str) -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
     let (mut is_inside, mut goes_on) = (false, false);
@@ -116,7 +116,7 @@ fn pickled(groups: &[(&str, Vec<u32>)]) -> Vec<u8> {
     bytes
 }
 
-/// A folder with every file that the documents' commands begin from.
+/// A folder with every file that the documents' commands start from.
 fn examples() -> Bench {
     let figure = Figure::new();
     let bench = Bench::new();
@@ -127,9 +127,12 @@ fn examples() -> Bench {
     vertex_map::save_npy(&figure.vertex_map, &bench.path("ids.npy")).unwrap();
     let (head, body) = (&figure.head, &figure.body);
     bench.save_pair("head_to_body.uvpair", head.clone(), body.clone(), &figure.vertex_map);
-    // The model has triangles, so its polygons must not be divided in another way.
+    // The model has triangles, so its polygons must be split in the same way.
     let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
     let model = Mesh::from_triangles(positions, uv, body.faces(), body.uv_faces()).unwrap();
+    obj::save(head, &bench.path("flame.obj")).unwrap();
+    obj::save(&model, &bench.path("smplx.obj")).unwrap();
+    vertex_map::save_npy(&figure.vertex_map, &bench.path("smplx_flame_ids.npy")).unwrap();
     bench.save_pair("flame_to_smplx.uvpair", head.clone(), model, &figure.vertex_map);
     bench.make_folder("faces");
     for name in ["face.png", "mean.png", "faces/anna.png", "faces/ben.png"] {
@@ -165,7 +168,7 @@ fn examples() -> Bench {
     bench
 }
 
-/// Copies a folder with what it holds.
+/// Copies a folder and its contents.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -179,7 +182,8 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Runs the program on a line of a document. What needs a part that this build lacks is left out.
+/// Runs the program on a line of a document. Commands for features missing in this build are
+/// skipped.
 fn run(bench: &Bench, page: &Path, command: &str) {
     let mut words = words(command);
     words.remove(0);
@@ -198,7 +202,7 @@ fn run(bench: &Bench, page: &Path, command: &str) {
     }
 }
 
-/// Checks that a line names what the repository has: targets, scripts, features, tests.
+/// Checks that the repository has what a line names: targets, scripts, features, tests.
 fn check_command(page: &Path, command: &str) {
     let words = words(command);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();

@@ -1,4 +1,4 @@
-//! A program that is told to stop leaves whole files.
+//! An interrupted program leaves complete files.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use bench::Bench;
 use uvgraft::{Channels, Depth};
 
-/// More than anything here takes on a slow machine.
+/// Longer than anything here takes on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
@@ -26,7 +26,7 @@ fn only_whole_files_stay() {
     let before = bench.content();
     for signal in ["INT", "TERM", "HUP"] {
         let mut command = bench.command();
-        // Compressing noise takes seconds: it is told to stop while it writes.
+        // Compressing noise takes seconds: it is interrupted while it writes.
         command.args("transfer my.uvpair noise.png --size 4096 --compress -o out.png".split(' '));
         let mut program = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         wait_for(|| has_unfinished(&bench), &mut program);
@@ -77,9 +77,9 @@ fn wait_for(condition: impl Fn() -> bool, program: &mut Child) {
     }
 }
 
-/// Whether one of the signals is ignored, as below `nohup`; programs that are started inherit that.
+/// Whether one of the signals is ignored, as under `nohup`; child processes inherit that.
 fn is_ignored() -> bool {
-    // Only Linux says so.
+    // Only Linux reports it.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);

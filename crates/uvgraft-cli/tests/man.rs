@@ -8,7 +8,7 @@ use bench::Bench;
 fn a_page_for_each_command() {
     let bench = Bench::new();
     assert_eq!(bench.succeed("man pages/man1"), "");
-    // Pages that are there are replaced.
+    // Existing pages are replaced.
     bench.succeed("man pages/man1");
     for (page, wanted) in [
         ("uvgraft.1", &["uvgraft\\-transfer(1)", "UV layouts", "\\-\\-threads"][..]),

@@ -29,7 +29,7 @@ fn grid(bench: &Bench, name: &str, size: Size) -> Vec<[f32; 2]> {
 #[test]
 fn positions_follow_from_the_layouts() {
     let bench = Bench::new();
-    // The sheet ends on texel borders at this size: from 0.1 to 0.5 across 40 and down 30 texels.
+    // At this size the sheet ends on texel borders: from 0.1 to 0.5 across 40 and down 30 texels.
     let size = Size::new(40, 30);
     bench.succeed("map my.uvpair --size 40x30 --gutter 0 -o grid.npy");
     for (index, found) in grid(&bench, "grid.npy", size).into_iter().enumerate() {
@@ -37,7 +37,7 @@ fn positions_follow_from_the_layouts() {
         if (4..20).contains(&x) && (3..15).contains(&y) {
             let target = [(x as f64 + 0.5) / 40.0, (y as f64 + 0.5) / 30.0];
             for (found, target) in found.into_iter().zip(target) {
-                // Half as large as in the source.
+                // Half the size it has in the source.
                 let wanted = 0.1 + 2.0 * (target - 0.1);
                 assert!((f64::from(found) - wanted).abs() < 1e-6, "{x} {y}: {found} {wanted}");
             }
@@ -97,7 +97,7 @@ fn what_is_refused() {
         ("map my.uvpair -o grid.npy", &["--size"]),
         ("map my.uvpair --size 8", &["--output"]),
         ("map my.uvpair --size 0 -o grid.npy", &["must be N or WxH"]),
-        ("map my.uvpair --size 8 --gutter 300 -o grid.npy", &["300", "0..=256"]),
+        ("map my.uvpair --size 8 --gutter 300 -o grid.npy", &["300", "from 0 to 256"]),
     ] {
         bench.refuse(args, wanted);
     }

@@ -1,4 +1,4 @@
-//! The maps of a material, each treated as what it is, through the program.
+//! Material maps, each treated according to its role, through the program.
 
 mod bench;
 
@@ -7,7 +7,7 @@ use bench::plane::{self, LINKED};
 use bench::{Bench, texel_u8};
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 
-/// A bench with the maps of a material, values other than flat ones by chance.
+/// A bench with the maps of a material; values other than flat ones are pseudo-random.
 fn bench() -> Bench {
     let bench = plane::bench();
     bench.paint_noise("a.png", (64, 64), Channels::Rgb, Depth::U8);
@@ -17,12 +17,12 @@ fn bench() -> Bench {
     bench
 }
 
-/// Runs a transfer of maps into `out`, its unit known.
+/// Runs a transfer of maps into `out`, with its unit given.
 fn carry(bench: &Bench, options: &str) {
     bench.succeed(&format!("transfer plane.uvpair --unit m {options} -o out"));
 }
 
-/// Tilted normals, as OpenGL or DirectX has them.
+/// Tilted normals, in the OpenGL or DirectX convention.
 fn draw_normals(bench: &Bench, name: &str, down: bool) {
     bench.draw(name, (64, 64), |x, y| {
         let [s, t] = [x, y].map(|k| (f64::from(k) / 9.0).sin() * 0.5);
@@ -49,7 +49,7 @@ fn maps_keep_what_they_are() {
     let [albedo, normal, roughness, displacement] =
         ["albedo.png", "normal.png", "roughness.png", "displacement.exr"]
             .map(|name| bench.texture(&format!("out/{name}")));
-    // Nothing is clear about data and normals; colours over nothing are.
+    // Data and normals are never transparent; colours without a base are.
     assert_eq!((albedo.channels(), albedo.depth()), (Channels::Rgba, Depth::U8));
     assert_eq!((normal.channels(), normal.depth()), (Channels::Rgb, Depth::U8));
     assert_eq!((roughness.channels(), roughness.depth()), (Channels::Grey, Depth::U16));
@@ -78,7 +78,7 @@ fn outputs_are_named_for_roles() {
     for name in ["base-color.tif", "ao.tif", "height.tif"] {
         assert!(bench.exists(&format!("out/{name}")), "{name}");
     }
-    // TIFF holds floats, and displacement is worked on as floats wherever it may be.
+    // TIFF supports floats, and displacement is always processed as floats.
     assert_eq!(bench.texture("out/height.tif").depth(), Depth::F32);
     assert_eq!(bench.texture("out/ao.tif").depth(), Depth::U16);
     bench.paint("d8.png", (64, 64), Channels::Grey, &[77]);
@@ -88,7 +88,7 @@ fn outputs_are_named_for_roles() {
     assert!((deep.get(64, 64, 0) - 77.0 / 255.0).abs() < 1e-6);
     bench.succeed("transfer plane.uvpair --map displacement=d8.png --size 128 -o deep");
     assert_eq!(bench.texture("deep/displacement.png").depth(), Depth::U8);
-    // Of several threads and jobs there is one result.
+    // The result is the same with several threads and jobs.
     let before = bench.bytes("out/base-color.tif");
     carry(
         &bench,
@@ -159,7 +159,7 @@ fn roles_that_are_none() {
     }
 }
 
-/// A file that is no map of its role is told, and the others are carried.
+/// A file that cannot be a map of its role is reported, and the others are transferred.
 #[test]
 fn maps_that_are_none() {
     let bench = bench();
@@ -168,7 +168,7 @@ fn maps_that_are_none() {
         ("normal=grey.png", "error: grey.png: a normal map must have three channels"),
         ("normal=r.png", "error: r.png: a normal map must have three channels"),
         ("normal=none.png", "error: none.png: "),
-        ("roughness=plane.uvpair", "error: plane.uvpair: not an image"),
+        ("roughness=plane.uvpair", "error: plane.uvpair: not a supported image"),
     ] {
         let format = if map.ends_with("uvpair") { "--format png" } else { "" };
         let run = bench.run(&format!(
@@ -207,18 +207,18 @@ fn green_points_up_or_down() {
             if down {
                 wanted[1] = 255 - wanted[1];
             }
-            // 127.5 is flat; it is stored as 128, up or down.
+            // 127.5 is flat; it is stored as 128, whichever the direction.
             let close = found.iter().zip(&wanted).all(|(a, b)| a.abs_diff(*b) <= 1);
             assert!(close, "{options}: {x}, {y}: {found:?}, wanted {wanted:?}");
         }
     }
-    // Both layouts are turned alike, so normals arrive as they were; rounding twice is a level.
+    // Both layouts have the same orientation, so normals are unchanged; two roundings make a level.
     for (x, y) in (0..64 * 64).map(|k| (k % 64, k / 64)) {
         let [found, wanted] = [texel_u8(&up, x + 32, y + 32), texel_u8(&original, x, y)];
         let close = found.iter().zip(&wanted).all(|(a, b)| a.abs_diff(*b) <= 1);
         assert!(close, "{x}, {y}: {found:?}, wanted {wanted:?}");
     }
-    // A base of normals is in the result's convention, and kept.
+    // A base of normals is in the result's convention, and unchanged.
     bench.draw("base.png", (128, 128), |x, y| [100 + (x % 50) as u8, 90 + (y % 70) as u8, 240]);
     carry(&bench, "--map normal=up.png --onto normal=base.png --normal-y-out directx --gutter 0");
     let [found, base] = ["out/normal.png", "base.png"].map(|name| bench.texture(name));
@@ -246,7 +246,7 @@ fn data_is_never_converted() {
         let line = format!("transfer plane.uvpair --map {role}=quarter.exr --size 32");
         let run = bench.run(&format!("{line} --format png -o out"));
         assert_eq!(run.code, Some(0), "{}", run.stderr);
-        // What light of 0.25 is encoded as.
+        // The encoding of light 0.25.
         let found = bench.texture(&format!("out/{role}.png")).get(16, 16, 0);
         assert!((found - 0.5371).abs() < 0.003, "{role}: {found}");
     }
@@ -294,7 +294,7 @@ fn all_maps_have_the_same_weights() {
             if !options.contains("source-mask") {
                 assert_eq!(texel_u8(&emissive, x, y)[0], weight, "{options}: {x}, {y}");
             }
-            // From the base's direction to the texture's on the shorter way, with its length kept.
+            // The shortest way from the base's direction to the texture's, with length preserved.
             let [nx, ny, nz] = [0, 1, 2].map(|k| normal.get(x, y, k) * 2.0 - 1.0);
             assert!((nx * nx + ny * ny + nz * nz - 1.0).abs() < 0.03, "{options}: {x}, {y}");
             let share = f32::from(weight) / 255.0;
@@ -305,7 +305,7 @@ fn all_maps_have_the_same_weights() {
     }
 }
 
-/// The tone is found in the colours, and data knows none.
+/// The tone is found from the colours, and data has none.
 #[test]
 fn only_colours_are_toned() {
     let bench = plane::bench();
@@ -321,7 +321,7 @@ fn only_colours_are_toned() {
     assert_eq!(middle("orm"), [150, 105, 85]);
 }
 
-/// Two squares side by side in the source, in the target half one on the other.
+/// Two squares side by side in the source, half overlapping in the target.
 #[test]
 fn overlaps_are_averaged() {
     let bench = charts::bench(0.25);
@@ -339,7 +339,7 @@ fn overlaps_are_averaged() {
         assert!(first == carry("--prefer first"));
         for (x, y) in (0..64 * 64).map(|k| (k % 64, k / 64)) {
             let [left, right, average] = [&left, &right, &average].map(|of| texel_u8(of, x, y));
-            // An island that is shown keeps a fringe, beside which the other is alone.
+            // A visible island keeps a fringe, beyond which the other one is alone.
             if (18..30).contains(&x) {
                 for ((a, b), mean) in left.iter().zip(&right).zip(&average) {
                     let wanted = (f32::from(*a) + f32::from(*b)) / 2.0;

@@ -1,4 +1,4 @@
-//! Which of two charts on one place is shown, through the program.
+//! Which of two overlapping charts is shown, through the program.
 
 mod bench;
 
@@ -27,7 +27,7 @@ fn either_chart_can_be_preferred() {
             assert_eq!(out.channels(), Channels::Grey);
             for x in 0..32 {
                 let (wanted, linked) = if x < 16 { (shown, 1.0) } else { (128, 0.0) };
-                // Where the halves meet in the source they mix.
+                // Where the halves meet in the source, they blend.
                 if (4..12).contains(&x) || x >= 18 {
                     let found = out.get(x, 9, 0) * 255.0;
                     assert_eq!(found, wanted as f32, "{option} {fit} at {x}");

@@ -7,7 +7,7 @@ use serde_json::Value;
 use uvgraft::{Channels, Size, Texels};
 
 const PAIR: &str = "pair source.obj target.obj --vertex-map ids.npy -o new.uvpair";
-/// Both sheets end on texel borders at these sizes, so that the counts follow from the layouts.
+/// At these sizes both sheets end on texel borders, so that the counts follow from the layouts.
 const SIZES: &str = "--source-size 40x30 --target-size 40";
 
 fn json(text: &str) -> Value {
@@ -36,13 +36,13 @@ fn the_report_has_the_right_numbers() {
             assert_eq!(&report[side][key], wanted, "{side} {key}");
         }
     }
-    // 0.8² of 40×30 texels; 0.4² of 40×40 and another 0.3² that nothing is linked to.
+    // 0.8² of 40×30 texels; 0.4² of 40×40 and another 0.3² without links.
     let texels = |side: &str, key: &str| report[side]["texels"][key].as_u64().unwrap();
     assert_eq!((texels("source", "linked"), texels("source", "covered")), (768, 768));
     assert_eq!((texels("target", "linked"), texels("target", "covered")), (256, 256 + 144));
     assert_eq!(texels("target", "overlapping"), 0);
     assert_eq!((&report["links"], &report["mirrored"]), (&32.into(), &0.into()));
-    // Half as long on 40 texels either way across, on 40 instead of 30 down.
+    // Half the length on 40 texels across in both, on 40 instead of 30 down.
     let density = report["forward_density"]["median"].as_f64().unwrap();
     assert!((density - (0.25f64 * 40.0 / 30.0).sqrt()).abs() < 1e-5, "{density}");
     assert_eq!(report["source_name"], "source.obj");
@@ -89,7 +89,7 @@ fn pairing_twice_gives_the_same_bytes() {
     let bench = Bench::new();
     bench.succeed(&format!("{PAIR} {SIZES} --note synthetic"));
     assert_eq!(bench.bytes("new.uvpair"), bench.bytes("my.uvpair"));
-    // Over an old file, and with a map in text instead.
+    // Over an existing file, and with a text map instead.
     let ids = (0..bench::SHEET_VERTICES).map(|vertex| bench::target_of(vertex).to_string());
     bench.write("ids.txt", ids.collect::<Vec<_>>().join("\n"));
     bench.succeed(&format!("{PAIR} {SIZES} --note synthetic").replace("ids.npy", "ids.txt"));
@@ -120,7 +120,7 @@ fn previews_show_both_layouts() {
     let Size { width, height } = picture.size();
     assert!((1000..4000).contains(&width) && (500..3000).contains(&height), "{width}×{height}");
     assert_eq!(picture.channels(), Channels::Rgb);
-    // Coloured is what is linked, though palely in the middle: 64 % of the left panel, 16 % of the
+    // Linked areas are coloured, though palely in the centre: 64 % of the left panel, 16 % of the
     // right one.
     let Texels::U8(values) = picture.texels() else { panic!("8 bits are enough for a picture") };
     let mut colored = [0usize; 2];
@@ -132,7 +132,7 @@ fn previews_show_both_layouts() {
     let half = (width * height / 2) as usize;
     assert!((half / 3..half * 2 / 3).contains(&colored[0]), "{colored:?} of {half}");
     assert!((half / 15..half / 5).contains(&colored[1]), "{colored:?} of {half}");
-    // The quad that nothing is linked to is grey, and not background.
+    // The quad without links is grey, not background.
     let [r, g, b] = texel_u8(&picture, width * 7 / 8, height * 3 / 4)[..] else { panic!("RGB") };
     assert!(r > 60 && r.abs_diff(g) < 20 && g.abs_diff(b) < 20, "{r} {g} {b}");
 }
@@ -148,7 +148,7 @@ fn a_link_as_output_stays_a_link() {
     assert_eq!(bench.bytes("kept.uvpair"), bench.bytes("my.uvpair"));
 }
 
-/// A reader that goes away, as `head` does, is no reason to panic.
+/// A reader that closes the pipe, like `head`, must not cause a panic.
 #[test]
 fn a_closed_standard_output_is_no_failure() {
     let bench = Bench::new();
@@ -189,7 +189,7 @@ fn help_and_version_go_to_standard_output() {
         let longest = text.lines().map(|line| line.chars().count()).max();
         assert!(longest <= Some(100), "`uvgraft {args}` is {longest:?} columns wide");
     }
-    // Without a command there is nothing to do, and the help says what there could be.
+    // Without a command there is nothing to do, and the help shows the options.
     let run = bench.run("");
     assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""));
     assert!(run.stderr.contains("Usage: uvgraft"), "{}", run.stderr);

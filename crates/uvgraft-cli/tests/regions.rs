@@ -17,7 +17,7 @@ fn bench() -> Bench {
     vertex_map::save_npy(&half, &bench.path("half.npy")).unwrap();
     vertex_map::save_npy(&source_columns(5..=8), &bench.path("right.npy")).unwrap();
     bench.write("half.txt", text(&half));
-    // Of the target it is in columns 4 to 8, and what is not linked does not count.
+    // In the target it is in columns 4 to 8, and unlinked vertices do not count.
     bench.write("body.txt", text(&target_columns(0..=8)));
     bench.write(
         "parts.json",
@@ -26,7 +26,7 @@ fn bench() -> Bench {
             source_columns(4..=8)
         ),
     );
-    // Over the middle of a column of quads, where no vertex is.
+    // Over the centre of a column of quads, without any vertex.
     bench.draw("painted.png", (64, 64), |x, _| [if x < 28 { 255 } else { 0 }]);
     bench.draw("on_target.png", (128, 128), |x, _| [if x < 60 { 255 } else { 0 }]);
     bench
@@ -36,8 +36,8 @@ fn text(ids: &[u32]) -> String {
     ids.iter().map(|id| format!("{id}\n")).collect()
 }
 
-/// Transfers white onto black, and gives the white texels of the linked part's middle row, and of the
-/// middle column of its left half.
+/// Transfers white onto black, and returns the white texels in the centre row of the linked area,
+/// and in the centre column of its left half.
 fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
     bench.succeed(&format!(
         "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --filter nearest \
@@ -72,14 +72,14 @@ fn vertices_groups_and_masks() {
     ] {
         assert_eq!(white(&bench, &format!("--region {regions}"))[0], all, "{regions}");
     }
-    // What is painted is followed to half a texel or so, over the middle of triangles too.
+    // Painted masks are followed to about half a texel, even inside triangles.
     for region in ["painted.png", "source:painted.png", "target:on_target.png"] {
         let [row, column] = white(&bench, &format!("--region {region}"));
         let wanted: Vec<u32> = (32..60).collect();
         assert!(row.len().abs_diff(wanted.len()) <= 1, "{region}: {row:?}");
         assert_eq!((row[0], column), (32, all.clone()), "{region}");
     }
-    // A file may be called as if it named parts.
+    // A file name may look as if it named groups.
     bench.derive("odd#name.txt", "half.txt", |_| {});
     assert_eq!(white(&bench, "--region odd#name.txt")[0], half);
 }
@@ -94,7 +94,7 @@ fn a_part_is_left_out() {
     let [row, _] = white(&bench, "--exclude painted.png");
     assert!((35..=37).contains(&row.len()) && row.last() == Some(&95), "{row:?}");
     let [row, column] = white(&bench, "--region half.npy --exclude parts.json#corner");
-    // The corner is one quad, which the column is not in.
+    // The corner is one quad, which is not in the column.
     assert_eq!((row.len(), column.len()), (32, 64));
     assert_eq!(bench.texture("out.png").get(33, 33, 0), 0.0);
 }
@@ -106,11 +106,11 @@ fn regions_grow_and_shrink() {
         let [row, column] = white(&bench, &format!("--region half.npy {options}"));
         (row[0], row[row.len() - 1] + 1, column.len())
     };
-    // A ring is a quad of 8 texels; a region never leaves what is linked.
+    // A ring is a quad of 8 texels; a region never leaves the linked area.
     assert_eq!(end("--grow 1ring"), (32, 72, 64));
     assert_eq!(end("--grow 3rings"), (32, 88, 64));
     assert_eq!(end("--grow 1000rings"), (32, 96, 64));
-    // Shrinking goes on from the edge of what is linked too.
+    // Shrinking starts from the edge of the linked area, too.
     assert_eq!(end("--grow -1ring"), (40, 56, 48));
     assert_eq!(end("--grow 0rings"), (32, 64, 64));
     assert_eq!(end("--grow 0"), (32, 64, 64));
@@ -119,12 +119,12 @@ fn regions_grow_and_shrink() {
         assert_eq!(end(&format!("--unit m --grow {grow}")), (32, 68, 64), "{grow}");
         assert_eq!(end(&format!("--unit m --grow -{grow}")), (36, 60, 56), "-{grow}");
     }
-    // The same numbers in another unit.
+    // The same coordinates in another unit.
     assert_eq!(end("--unit mm --grow 0.005mm").1, 68);
     assert_eq!(end("--unit in --grow -0.0127cm").1, 60);
 }
 
-/// A length says nothing without the mesh's unit, which is taken for metres and said to be.
+/// A length means nothing without the mesh's unit, which defaults to metres, with a note.
 #[test]
 fn the_unit_is_said_where_it_counts() {
     let bench = bench();
@@ -153,7 +153,7 @@ fn the_unit_is_said_where_it_counts() {
         let note = note(said);
         assert_eq!(
             note,
-            "note: the mesh has no unit; assuming metres, which makes it 16.0 cm across at its widest; use --unit to change this\n",
+            "note: the mesh has no unit; assuming metres, which makes its largest dimension 16.0 cm; use --unit to change this\n",
             "{said}"
         );
     }
@@ -167,7 +167,7 @@ fn the_unit_is_said_where_it_counts() {
 #[test]
 fn seams_take_regions() {
     let bench = bench();
-    // Two colours that meet along the half's edge.
+    // Two colours that meet along the edge of the half.
     bench.draw("sheet.png", (128, 128), |x, _| if x < 64 { [200, 60, 60] } else { [60, 60, 200] });
     let rim = |options: &str| {
         let printed = bench.succeed(&format!("seams plane.uvpair sheet.png --json {options}"));
@@ -211,9 +211,9 @@ fn empty_regions_are_refused() {
         ("--region half.npy --exclude half.npy", &["the region is empty"]),
         ("--exclude parts.json#left,right", &["the region is empty"]),
         ("--grow -1m", &["the region is empty"]),
-        ("--grow -9rings", &["the region is empty: no linked triangle is left in it"]),
+        ("--grow -9rings", &["the region is empty: it contains no linked triangle"]),
         ("--region one.txt", &["one.txt: the region is empty", "span no linked triangle"]),
-        ("--region target:beyond.txt", &["the region is empty: no linked triangle is left in it"]),
+        ("--region target:beyond.txt", &["the region is empty: it contains no linked triangle"]),
         ("--region black.png", &["black.png: the region is empty", "black at every vertex"]),
         ("--region target:clear.png", &["clear.png: the region is empty", "black"]),
         ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
@@ -245,7 +245,7 @@ fn files_that_are_no_regions() {
     bench.write("deep.json", "{\"left\": {\"more\": [1]}}");
     bench.write("cut.json", "{\"left\": [1, 2");
     bench.write("beyond.json", "{\"left\": [1, 2, 100000]}");
-    // What `pickle.dumps` makes of an object whose `__reduce__` gives os.system.
+    // What `pickle.dumps` produces for an object whose `__reduce__` returns os.system.
     bench.write("evil.pkl", b"\x80\x04cos\nsystem\n\x8c\x08touch oh!\x85R.");
     bench.write("posix.pkl", b"cposix\nsystem\n(S'touch owned'\ntR.");
     bench.make_folder("folder");
@@ -275,7 +275,7 @@ fn files_that_are_no_regions() {
         ("cut.npy", &["cut.npy: ", "bytes"]),
         ("head.npy", &["head.npy: ", "truncated"]),
         ("image.npy", &["image.npy: "]),
-        ("text.png", &["text.png: not an image"]),
+        ("text.png", &["text.png: not a supported image"]),
         (
             "beyond.txt",
             &["beyond.txt: entry 3: must be a vertex of the mesh, from 0 to 80, got 81"],
@@ -295,9 +295,9 @@ fn files_that_are_no_regions() {
         ("parts.json#,", &["parts.json holds named groups", "corner, left, right"]),
         ("parts.json#ear", &["parts.json: no group `ear`; the file has `corner`, `left`, `right`"]),
         ("parts.json#left,ear", &["no group `ear`"]),
-        ("array.json#left", &["array.json: JSON: "]),
+        ("array.json#left", &["array.json: invalid JSON: "]),
         ("deep.json#left", &["deep.json: "]),
-        ("cut.json#left", &["cut.json: JSON: ", "EOF"]),
+        ("cut.json#left", &["cut.json: invalid JSON: ", "EOF"]),
         (
             "beyond.json#left",
             &["beyond.json: group `left`: entry 3: must be a vertex", "0 to 80, got 100000"],
@@ -313,7 +313,7 @@ fn files_that_are_no_regions() {
             let line = "transfer plane.uvpair white.png --size 32 --unit m";
             let mut args: Vec<&str> = line.split_whitespace().collect();
             args.push(option);
-            // Some cases are two regions.
+            // Some cases have two regions.
             let mut parts = region.split(' ');
             args.push(parts.next().unwrap());
             args.extend(parts);
@@ -350,7 +350,7 @@ fn lengths_that_are_none() {
             wanted,
         );
     }
-    // As long as numbers go is everything, or a feather that nothing is beyond.
+    // The largest numbers mean everything, or a feather that covers everything.
     for length in ["1e9", "1e9m", "1e-300mm", "1e-9"] {
         for option in ["--grow", "--feather", "--blend membrane --feather"] {
             let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit mm";
@@ -363,7 +363,7 @@ fn lengths_that_are_none() {
 fn other_options_go_with_regions() {
     let bench = bench();
     let all: Vec<u32> = LINKED.collect();
-    // The way back: the region is of the pair's source still.
+    // In reverse: the region still refers to the pair's source.
     bench.paint("sheet.png", (128, 128), Channels::Grey, &[255]);
     bench.succeed(
         "transfer plane.uvpair sheet.png --reverse --onto #000 --size 64 --gutter 0 --filter nearest \

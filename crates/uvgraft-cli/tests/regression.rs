@@ -1,9 +1,9 @@
-//! No byte of any result changes unnoticed: `scripts/regression.sh` runs the program in some 200 ways, and
-//! `regression.sha256` beside this file holds what its results were.
+//! No byte of any result changes unnoticed: `scripts/regression.sh` runs the program with some 200
+//! commands, and `regression.sha256` next to this file holds the hashes of the results.
 //!
-//! Where results change on purpose, `UVGRAFT_REWRITE_HASHES=1` has the file written anew; what changed
-//! is then to be seen in it, and belongs in the same commit. With `UVGRAFT_REGRESSION_KEEP=folder` the
-//! script leaves the results there, to look at.
+//! If results change on purpose, `UVGRAFT_REWRITE_HASHES=1` rewrites the file; its diff shows the
+//! changes, and belongs in the same commit. With `UVGRAFT_REGRESSION_KEEP=folder` the script keeps
+//! the results there, for inspection.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot read its files has failed")]
 
@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scripts/regression.sh");
 const WANTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/regression.sha256");
 
-/// The name that the fingerprint of the system's functions has among the hashes.
+/// The name among the hashes of the fingerprint of the system's math functions.
 const LIBM: &str = "libm";
 
 /// Hashes by the names of results.
@@ -44,7 +44,7 @@ fn no_result_changes() {
     }
     let (mut found, skipped) = run_script();
     found.insert(LIBM.to_owned(), libm);
-    // A package decides by the processor how these are rounded.
+    // A dependency rounds these according to the processor.
     found.retain(|name, _| !name.starts_with("processor/"));
     let is_skipped = |name: &String| {
         let command = name.split('.').next().unwrap();
@@ -80,12 +80,12 @@ fn no_result_changes() {
     );
 }
 
-/// What the script gives for the program, and which of its commands this build cannot run.
+/// The script's results for the program, and the commands that this build cannot run.
 #[expect(clippy::print_stderr, reason = "what is skipped must be visible")]
 fn run_script() -> (Hashes, BTreeSet<String>) {
     let output = Command::new("bash")
         .args([SCRIPT, env!("CARGO_BIN_EXE_uvgraft")])
-        // Hashes of meshes that are not in the repository have no place in it either.
+        // Results for meshes that are not in the repository must not be in it either.
         .env_remove("UVGRAFT_REGRESSION_REAL")
         .stdin(Stdio::null())
         .output()
@@ -100,7 +100,7 @@ fn run_script() -> (Hashes, BTreeSet<String>) {
     (parse(&String::from_utf8(output.stdout).unwrap()), skipped)
 }
 
-/// Lines as `sha256sum` prints them.
+/// Lines as printed by `sha256sum`.
 fn parse(text: &str) -> Hashes {
     text.lines()
         .map(|line| {
@@ -110,8 +110,8 @@ fn parse(text: &str) -> Hashes {
         .collect()
 }
 
-/// Tells apart systems whose functions round differently. Those of double precision are left out: they
-/// do so with each processor, but results are coarser than that.
+/// Distinguishes systems whose functions round differently. Those in double precision are excluded:
+/// they differ with every processor, but results are coarser than that.
 fn libm_fingerprint() -> String {
     const FUNCTIONS: [fn(f32) -> f32; 16] = [
         |x| (8.0 * x).sin(),
@@ -134,7 +134,7 @@ fn libm_fingerprint() -> String {
     let values = FUNCTIONS.iter().flat_map(|function| {
         (1..10_000).map(move |k| function(black_box(k as f32 / 10_000.0)).to_bits())
     });
-    // FNV-1a, a word at a time.
+    // FNV-1a, one word at a time.
     let hash = values.fold(0xcbf2_9ce4_8422_2325_u64, |hash, bits| {
         (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3)
     });

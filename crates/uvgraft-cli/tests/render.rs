@@ -20,7 +20,7 @@ fn a_picture_has_the_colours_of_the_texture() {
     bench.succeed("render me.glb -o me.png --unlit --azimuth 0 --elevation 0 --size 60x80");
     let picture = bench.texture("me.png");
     assert_eq!(picture.size(), Size::new(60, 80));
-    // Red, green, blue and white quarters around the middle, on white.
+    // Red, green, blue and white quarters around the centre, on white.
     for (at, wanted) in [
         ((25, 35), [255, 0, 0]),
         ((34, 35), [0, 255, 0]),
@@ -30,7 +30,7 @@ fn a_picture_has_the_colours_of_the_texture() {
     ] {
         assert_eq!(texel_u8(&picture, at.0, at.1), wanted, "{at:?}");
     }
-    // The same again, with any number of threads.
+    // The same again, with various numbers of threads.
     let bytes = bench.bytes("me.png");
     for threads in [1, 3] {
         bench.succeed(&format!(
@@ -56,7 +56,7 @@ fn poses_clips_and_expressions_move_it() {
     assert_eq!(draw("--pose rest --expression bulge=0"), rest);
     let bent = draw("--clip bend --frame 1");
     assert_ne!(bent, rest);
-    // The end, as it is printed with one place; what is beyond is refused.
+    // The end, as printed with one decimal; anything beyond is rejected.
     assert_eq!(draw("--frame 1.04"), bent);
     bench.refuse(
         "render me.glb -o me.png --frame 7",
@@ -86,14 +86,14 @@ fn a_camera_aims_at_bones_and_boxes() {
         ));
         serde_json::from_str(&told).unwrap()
     };
-    // The head moves the upper end alone.
+    // The head moves only the upper end.
     assert_eq!(camera("--look-at head")["target"], json!([0.0, 2.0, 0.0]));
     let moved = camera("--look-at head --pose head=0,0,90");
     let x = moved["target"][0].as_f64().unwrap();
     assert!((x + 1.0).abs() < 1e-5, "{moved}");
     let boxed = camera("--look-at=-1,0,-1,3,1,1");
     assert_eq!(boxed["target"], json!([1.0, 0.5, 0.0]));
-    // A box that is four times as wide as high is seen from as far as its width takes.
+    // A box four times as wide as high is viewed from a distance that fits its width.
     let eye = boxed["eye"][2].as_f64().unwrap();
     assert!(eye > 2.0 / 12_f64.to_radians().tan(), "{boxed}");
 }
@@ -160,7 +160,7 @@ fn moving_pictures_have_their_frames() {
     bench.succeed("render me.glb -o me.png --motion --fps 2 --size 24x32");
     assert!(!bench.exists("me.png") && !bench.exists("me_002.png"));
     assert_ne!(bench.texture("me_000.png"), bench.texture("me_001.png"));
-    // The first frame of a motion is that of its start, seen by a camera that has all in the picture.
+    // The first frame of a motion shows its start, with a camera that fits everything.
     bench.succeed("render me.glb -o still.gif --frame 0 --size 24x32");
     assert!(bench.bytes("still.gif").starts_with(b"GIF89a"));
 }
@@ -207,7 +207,10 @@ fn what_is_no_avatar_is_refused() {
         ("me.glb -o a.png --look-at head --camera head", &["cannot be used with"]),
         ("bomb.glb -o a.png", &["texels of images, got 900000000"]),
         ("empty_scene.glb -o a.png", &["empty_scene.glb: no triangles"]),
-        ("outside.gltf -o a.png", &["outside.gltf: buffer 0", "must be a file beside the model"]),
+        (
+            "outside.gltf -o a.png",
+            &["outside.gltf: buffer 0", "must be in the model's folder or below"],
+        ),
         ("still.glb -o a.png --frame 1", &["still.glb: the file has no animations"]),
         ("still.glb -o a.gif --motion", &["still.glb: the file has no animations"]),
         ("still.glb -o a.png --clip run", &["still.glb: ", "no clip \"run\""]),
@@ -217,7 +220,7 @@ fn what_is_no_avatar_is_refused() {
         ("me.glb -o a.png --pose tail=0,0,1", &["me.glb: ", "no bone \"tail\"", "head"]),
         ("me.glb -o a.png --expression smile=1", &["me.glb: ", "\"smile\"", "bulge"]),
         ("me.glb -o a.png --azimuth nan", &["must be a number"]),
-        ("me.glb -o a.png --background red", &["#rrggbb"]),
+        ("me.glb -o a.png --background red", &["#ff8000"]),
         ("me.glb -o a.png --size 9000", &["at most 4096"]),
         ("me.glb -o a.png --fps 0", &["frames per second"]),
         ("me.glb -o a.bmp", &["a.bmp: ", ".gif", ".png"]),

@@ -1,4 +1,4 @@
-//! Textures there and back, and fitted ones, through the program.
+//! Round trips and fits, through the program.
 
 mod bench;
 
@@ -6,7 +6,7 @@ use bench::Bench;
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth};
 
-/// A bench with a texture for the target's layout, whose sheet covers a sixth of it.
+/// A bench with a texture in the target's layout, of which the sheet covers a sixth.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.paint_noise("body.png", (160, 120), Channels::Rgb, Depth::U8);
@@ -38,7 +38,7 @@ fn a_report_in_markdown() {
     ] {
         assert!(printed.contains(wanted), "{wanted}\n{printed}");
     }
-    // Without what was not asked for.
+    // Without what was not requested.
     let printed = bench.succeed(&format!("{args} --filter nearest,bilinear"));
     assert!(printed.contains("| nearest ") && printed.contains("| bilinear "), "{printed}");
     assert!(!printed.contains("grid") && !printed.contains("fitted"), "{printed}");
@@ -55,7 +55,7 @@ fn json_and_the_region() {
         report["outcomes"][outcome]["regions"][region]["scores"][metric].as_f64().unwrap()
     };
     for outcome in 0..2 {
-        // Whole and region differ by what is untouched.
+        // The whole and the region differ by the untouched part.
         let share = 3072.0 / (160.0 * 120.0);
         let (whole, region) = (score(outcome, 0, "l1"), score(outcome, 1, "l1"));
         assert!((whole - share * region).abs() < 1e-6, "{whole} {region}");
@@ -84,7 +84,7 @@ fn a_folder_of_pictures() {
     assert!(markdown.contains("# Round trip of head.png (source.obj)"), "{markdown}");
     let json: Value = serde_json::from_slice(&bench.bytes("out/report.json")).unwrap();
     assert_eq!(json["outcomes"].as_array().unwrap().len(), 2);
-    // The texture beside the sheet is as it was.
+    // The texture around the sheet is unchanged.
     let (original, back) = (bench.texture("head.png"), bench.texture("out/lanczos3-back.png"));
     assert_eq!(
         (original.get(0, 0, 1), original.get(79, 59, 2)),
@@ -132,7 +132,7 @@ fn a_fitted_transfer_says_how_it_went() {
         "transfer my.uvpair body.png --reverse --fit --size 96 --onto #808080 -o fitted.png",
     );
     assert!(
-        said.starts_with("fitted.png: ") && said.contains(" steps, round-trip error "),
+        said.starts_with("fitted.png: ") && said.contains(" steps, round-trip RMSE "),
         "{said}"
     );
     let quiet = bench
@@ -158,7 +158,7 @@ fn a_fitted_transfer_says_how_it_went() {
 #[test]
 fn what_is_not_opaque_is_laid_over_black_for_all() {
     let bench = bench();
-    // Nothing to see, and a colour that must not be seen.
+    // Fully transparent, with a colour that must not show.
     bench.paint("clear.png", (160, 120), Channels::Rgba, &[255, 0, 255, 0]);
     let run = bench.run(
         "roundtrip my.uvpair clear.png --via 96 --metrics l1 --repeats 1 --baseline grid --json",

@@ -37,9 +37,9 @@ fn square(left: f32, top: f32) -> [[f32; 2]; 4] {
     [[left, top], [left + 0.2, top], [left + 0.2, top + 0.2], [left, top + 0.2]]
 }
 
-/// `row.uvpair`: the target has three squares, of which the first two are linked; the first lies by
-/// itself in red, the others beside each other in blue and grey (`paint.png`). The source has two in
-/// one island.
+/// `row.uvpair`: the target has three squares, of which the first two are linked; the first is an
+/// island of its own in red, the others share one in blue and grey (`paint.png`). The source has
+/// two in one island.
 fn bench() -> Bench {
     let bench = Bench::new();
     let source = row(&[square(0.1, 0.1), square(0.3, 0.1)]);
@@ -83,29 +83,29 @@ fn a_table_for_people() {
     let wanted = format!(
         "\
 paint.png, 100×100 texels, on three.obj; the region is the linked triangles
-steps between colours (CIEDE2000) from 1 texel on one side of an edge to as much on the other
+colour differences (CIEDE2000) across edges, sampled 1 texel from the edge on either side
 
 | edges                  | count | length |  mean | median |  95 % |  99 % | largest |
 |:-----------------------|------:|-------:|------:|-------:|------:|------:|--------:|
 | UV seams               |     1 |  1.000 | {seam} |  {seam} | {seam} | {seam} |   {seam} |
-| beside them            |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
+| adjacent edges         |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
 | UV seams in the region |     1 |  1.000 | {seam} |  {seam} | {seam} | {seam} |   {seam} |
-| beside them            |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
-| rim of the region      |     1 |  1.000 | {rim} |  {rim} | {rim} | {rim} |   {rim} |
-| beside it              |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
-| all that are neither   |     3 |  4.243 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
+| adjacent edges         |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
+| boundary of the region |     1 |  1.000 | {rim} |  {rim} | {rim} | {rim} |   {rim} |
+| adjacent edges         |     2 |  2.828 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
+| all ordinary edges     |     3 |  4.243 |  0.00 |   0.00 |  0.00 |  0.00 |    0.00 |
 
-Beside: ordinary edges that have a vertex in common with these, where steps are the
-texture's own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.
+Adjacent edges share a vertex with those above them; differences there are the texture's
+own detail. A difference of about 1 is barely visible, one of about 2.3 at a glance.
 
-The worst edges, and where in texels their largest step is:
+The worst edges, and the position of their largest difference in texels:
 
-|     |  mean | largest | what    | triangles |   one side | other side |
-|----:|------:|--------:|:--------|----------:|-----------:|-----------:|
-|   1 | {seam} |   {seam} | UV seam |      0, 3 | 30.0, 70.5 | 40.0, 20.5 |
-|   2 | {rim} |   {rim} | rim     |      2, 5 | 60.0, 20.5 | 60.0, 20.5 |
+|     |  mean | largest | what     | triangles |   one side | other side |
+|----:|------:|--------:|:---------|----------:|-----------:|-----------:|
+|   1 | {seam} |   {seam} | UV seam  |      0, 3 | 30.0, 70.5 | 40.0, 20.5 |
+|   2 | {rim} |   {rim} | boundary |      2, 5 | 60.0, 20.5 | 60.0, 20.5 |
 
-8 edges with a triangle on one side only
+8 open mesh edges skipped
 "
     );
     assert_eq!(found, wanted);
@@ -164,7 +164,7 @@ fn the_other_layout_has_other_seams() {
     assert_eq!(document["edges"]["ordinary"]["edges"], 3);
     assert_eq!(document["worst"], json!([]));
     let text = bench.succeed("seams row.uvpair paint.png --reverse --picture none.png");
-    assert!(text.contains("| rim of the region      |     0 |      0 |    – |"), "{text}");
+    assert!(text.contains("| boundary of the region |     0 |      0 |    – |"), "{text}");
     assert!(bench.texture("none.png").size().width > 1000);
 }
 
@@ -173,7 +173,7 @@ fn opacity_that_is_missing_is_said() {
     let bench = bench();
     bench.paint("clear.png", (64, 32), Channels::Rgba, &[9, 9, 9, 0]);
     let text = bench.succeed("seams row.uvpair clear.png --picture clear_seams.png");
-    assert!(text.contains("points left out: one side has no opacity"), "{text}");
+    assert!(text.contains("points skipped: one side is transparent"), "{text}");
     assert!(!text.contains("worst"), "{text}");
 }
 
@@ -187,15 +187,16 @@ fn the_picture_shows_edges_and_places() {
         let texels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
         texels.filter(|&(x, y)| wanted(&texel_u8(&picture, x, y))).count()
     };
-    // Both steps are beyond the scale: the seam in its reddest twice, 228 pixels long, the rim in its
-    // last colour once; each 2 or 3 pixels wide but for its softened sides.
+    // Both steps exceed the scale: the seam is drawn in its top red twice, 228 pixels long, the
+    // boundary once in its top colour; each 2 or 3 pixels wide except for antialiasing.
     assert!(count(&|texel| texel == [226, 36, 40]) > 2 * 228);
     assert!(count(&|texel| texel == [252, 70, 226]) > 228);
-    // Crops: at the seam one side has the red of the texture, the other its blue.
+    // Crops: at the seam one side has the texture's red, the other its blue.
     assert!(count(&|texel| texel == RED) > 10_000 && count(&|texel| texel == BLUE) > 10_000);
 }
 
-/// `figure.uvpair`, the figure's head and body, with a brown face (`face.png`) and a light body (`body.png`).
+/// `figure.uvpair`, the figure's head and body, with a brown face (`face.png`) and a light body
+/// (`body.png`).
 fn figure_bench() -> Bench {
     let bench = Bench::new();
     let pair = figure_pair(&Figure::new());
@@ -217,28 +218,25 @@ fn the_tone_of_a_face() {
     let carry =
         "transfer figure.uvpair face.png --onto body.png --unit m --feather 10mm --keep-all";
     bench.succeed(&format!("{carry} -o plain.png"));
-    // It warns that so much lighter a face is hardly the same person.
+    // It warns that a face so much lighter is hardly the same person's.
     assert_eq!(bench.run(&format!("{carry} --blend membrane -o toned.png")).code, Some(0));
     let judge = |texture: &str, options: &str| {
         bench.succeed(&format!("seams figure.uvpair {texture} --worst 1 {options}"))
     };
     let plain = judge("plain.png", "--onto body.png --face face.png");
-    for wanted in
-        ["\ntone: cheek to chest ΔE ", " (the base's own ", "\nhair and brows shifted by ΔE "]
+    for wanted in ["\ntone: cheek to chest: ΔE ", " (base: ", "\nhair and brows: shifted by ΔE "]
     {
         assert!(plain.contains(wanted), "{wanted}\n{plain}");
     }
     assert!(plain.ends_with(" more than the base's.\n"), "{plain}");
-    assert!(
-        plain.contains(
-            "\nThe face is not of the body's tone: its cheeks differ from the chest by ΔE"
-        )
-    );
+    assert!(plain.contains(
+        "\nThe face does not match the body's tone: its cheeks differ from the chest by ΔE"
+    ));
     let toned = judge("toned.png", "--onto body.png --face face.png");
-    assert!(toned.ends_with(" % of the carried skin\n"), "{toned}");
-    // With nothing to compare with there is no verdict.
+    assert!(toned.ends_with(" % of the transferred skin\n"), "{toned}");
+    // Without anything to compare with there is no verdict.
     let alone = judge("plain.png", "");
-    assert!(alone.contains("\ntone: cheek to chest ΔE ") && !alone.contains("base's"), "{alone}");
+    assert!(alone.contains("\ntone: cheek to chest: ΔE ") && !alone.contains("base's"), "{alone}");
     assert!(!alone.contains("hair and brows") && !alone.contains("body's tone"), "{alone}");
 
     let parse = |texture: &str, options: &str| -> Value {
@@ -263,7 +261,7 @@ fn the_picture_shows_the_face() {
         bench.succeed(&format!("seams figure.uvpair body.png {options} --picture seams.png"));
         bench.texture("seams.png").size()
     };
-    // Below all else, beside each other.
+    // Below everything else, side by side.
     let (one, two) = (size("--worst 0"), size("--worst 0 --onto body.png"));
     assert!(one.width == two.width && two.height > 1288 + 200, "{one} {two}");
     let picture = bench.texture("seams.png");
@@ -280,9 +278,9 @@ fn references_are_checked() {
     bench.write("text.png", "no image at all");
     let cases: &[(&str, &[&str])] = &[
         ("--onto missing.png", &["missing.png", "No such file"]),
-        ("--onto text.png", &["text.png: not an image"]),
+        ("--onto text.png", &["text.png: not a supported image"]),
         ("--face missing.png", &["missing.png", "No such file"]),
-        ("--face text.png", &["text.png: not an image"]),
+        ("--face text.png", &["text.png: not a supported image"]),
         (
             "--onto small.png",
             &["small.png: base must have the size of the texture, 100×100, got 10×10"],
@@ -293,7 +291,7 @@ fn references_are_checked() {
     for (options, wanted) in cases {
         bench.refuse(&format!("seams row.uvpair paint.png {options}"), wanted);
     }
-    // Where there is no head, there is nothing to compare.
+    // Without a head there is nothing to compare.
     let text = bench.succeed("seams row.uvpair paint.png --onto paint.png --face small.png");
     assert!(!text.contains("tone"), "{text}");
 }
@@ -308,8 +306,8 @@ fn refused() {
         ("missing.uvpair paint.png", &["missing.uvpair", "No such file"]),
         ("paint.png paint.png", &["paint.png: not a pair file"]),
         ("row.uvpair missing.png", &["missing.png", "No such file"]),
-        ("row.uvpair row.uvpair", &["row.uvpair: not an image"]),
-        ("row.uvpair text.png", &["text.png: not an image"]),
+        ("row.uvpair row.uvpair", &["row.uvpair: not a supported image"]),
+        ("row.uvpair text.png", &["text.png: not a supported image"]),
         ("row.uvpair cut.png", &["cut.png: truncated PNG"]),
         ("row.uvpair", &["required", "<TEXTURE>"]),
         ("row.uvpair paint.png --offset -1", &["-1"]),

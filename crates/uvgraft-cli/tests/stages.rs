@@ -1,4 +1,4 @@
-//! What each stage costs, through the program. Never how much: that is the machine's business.
+//! The cost of each stage, through the program. Never the amount, which depends on the machine.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -55,7 +55,7 @@ fn the_json_has_all_stages() {
         let [min, median, max] = ["min_ms", "median_ms", "max_ms"].map(number);
         assert!(min <= median && median <= max, "{row}");
         assert_eq!(row["times_ms"].as_array().unwrap().len(), 2);
-        // What the padding takes is a difference of two times.
+        // The time of the padding is a difference of two times.
         if row["stage"] == "padding" {
             assert!(min >= 0.0, "{row}");
             continue;
@@ -69,7 +69,8 @@ fn the_json_has_all_stages() {
         }
         assert_eq!(row["direction"], "forward");
     }
-    // The sheet's part of the result, 13 by 8 texels, and a gutter around it; 20 by 20 of the source.
+    // The sheet's part of the result, 13 by 8 texels, and a gutter around it; 20 by 20 of the
+    // source.
     let resample = &report["stages"][5];
     let texels = resample["texels"].as_u64().unwrap();
     assert!((13 * 8 + 1..32 * 20).contains(&texels), "{resample}");
@@ -155,7 +156,7 @@ fn what_is_refused() {
         ("bench my.uvpair --size 16,", &["must be N or WxH"]),
         ("bench my.uvpair --size 0", &["must be N or WxH"]),
         ("bench my.uvpair --source-size 16,16", &["must be N or WxH"]),
-        ("bench my.uvpair --runs 0", &["1..=1000"]),
+        ("bench my.uvpair --runs 0", &["from 1 to 1000"]),
         ("bench my.uvpair --filter cubic", &["cubic", "catmull-rom"]),
         ("bench my.uvpair --stage all", &["all", "resample"]),
         ("bench my.uvpair --reverse --both", &["--reverse", "--both"]),

@@ -1,4 +1,4 @@
-//! Carrying textures across, through the program.
+//! Transferring textures, through the program.
 
 mod bench;
 
@@ -52,12 +52,12 @@ fn reverse_onto_a_base() {
     }
 }
 
-/// Each corner of the sheet must arrive at its own corner, not mirrored or turned.
+/// Each corner of the sheet must arrive at its own corner, neither mirrored nor rotated.
 #[test]
 fn the_picture_keeps_its_orientation() {
     let bench = Bench::new();
     bench.paint_noise("noise.png", (40, 40), Channels::Rgb, Depth::U8);
-    // Twice the size over half the extent: texels fall on texels.
+    // Twice the size over half the extent: texels map to texels.
     bench.succeed("transfer my.uvpair noise.png --size 80 --onto #000 --filter nearest -o out.png");
     let (noise, out) = (bench.texture("noise.png"), bench.texture("out.png"));
     for y in 0..32 {
@@ -128,7 +128,7 @@ fn channels_and_depths_of_the_result() {
             );
             let (noise, out) = (bench.texture("noise.png"), bench.texture("out.png"));
             assert_eq!((out.channels(), out.depth()), (channels, depth));
-            // What is see-through shows the base.
+            // Transparent parts show the base.
             let (found, mut wanted) = (texel(&out, 20, 30), texel(&noise, 16, 26));
             if channels.has_alpha()
                 && let Some((alpha, values)) = wanted.split_last_mut()
@@ -140,7 +140,7 @@ fn channels_and_depths_of_the_result() {
             }
             let close = found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 0.003);
             assert!(close, "{channels:?} {depth:?}: {found:?}, wanted {wanted:?}");
-            // Over nothing at all, it arrives as it is.
+            // Without a base it arrives unchanged.
             bench.succeed(
                 "transfer my.uvpair noise.png --size 80 --filter nearest --gutter 0 -o out.png",
             );
@@ -157,7 +157,7 @@ fn channels_and_depths_of_the_result() {
             assert_eq!(outside[..3], BASE, "{channels:?} {depth:?}");
         }
     }
-    // A coloured base makes a grey texture's result coloured; the greater depth counts.
+    // A coloured base makes a grey texture's result coloured; the greater depth wins.
     bench.paint_noise("grey.png", (40, 40), Channels::Grey, Depth::U8);
     bench.paint_noise("deep.png", (40, 40), Channels::Rgb, Depth::U16);
     bench.succeed("transfer my.uvpair grey.png --onto #f00 --size 40 -o out.png");
@@ -191,7 +191,7 @@ fn formats_follow_the_extension() {
     let red = texel(&out, 20, 15)[0];
     assert!((red - linear(200.0 / 255.0)).abs() < 1e-4, "{red}");
 
-    // And back: every format is also read.
+    // And back: every format is read, too.
     for name in ["out.jpg", "out.webp", "out.tif", "out.exr"] {
         let run = bench
             .run(&format!("transfer my.uvpair {name} --reverse --onto #000 --size 20 -o back.tif"));
@@ -225,7 +225,7 @@ fn jpeg_quality_counts() {
 #[test]
 fn masks() {
     let bench = bench();
-    // White is what a triangle covers, never the gutter.
+    // White marks texels covered by a triangle, never the gutter.
     for gutter in [0, 2] {
         let options = format!("--gutter {gutter} --mask mask.png");
         bench.succeed(&format!("transfer my.uvpair face.png --onto base.png {options} -o out.png"));
@@ -278,7 +278,7 @@ fn filters_differ_and_keep_flat_colours() {
     assert_eq!(bench.bytes("out.png"), results[1], "bilinear is the default for data");
 }
 
-/// Black and white stripes of one texel, shrunk to a quarter: their average as encoded, or as light.
+/// Black and white stripes of one texel, minified to a quarter: averaged as encoded, or as light.
 #[test]
 fn averages_as_encoded_or_as_light() {
     let bench = Bench::new();
@@ -299,7 +299,7 @@ fn averages_as_encoded_or_as_light() {
     assert!(average("--linear-light").abs_diff(188) <= 2);
 }
 
-/// A float image holds light and is encoded for an 8-bit file, unless it is data.
+/// A float image holds linear light and is encoded for an 8-bit file, unless it is data.
 #[test]
 fn data_is_never_converted() {
     let bench = bench();
@@ -374,7 +374,7 @@ fn icc_profiles_travel() {
         let reader = png::Decoder::new(file).read_info().unwrap();
         (reader.info().icc_profile.as_deref().map(<[u8]>::to_vec), run.stderr)
     };
-    // The base's, without a word if the source has the same.
+    // The base's profile, without a message if the source has the same.
     assert_eq!(run("one.png --onto one.png"), (Some(profile(1)), String::new()));
     for (args, wanted, words) in [
         (
@@ -415,8 +415,8 @@ fn a_bad_texture_in_the_middle_stops_no_other() {
     for sources in ["in", "in/1.png in/2.png in/3.png in/4.png"] {
         let run = bench.run(&format!("transfer my.uvpair {sources} {more} -o out"));
         assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""), "{}", run.stderr);
-        // Two lines and nothing of a progress bar, since standard error is no terminal.
-        let wanted = "error: in/3.png: not an image (must be PNG, JPEG, WebP, TIFF, EXR): \
+        // Two lines and no progress bar, since standard error is not a terminal.
+        let wanted = "error: in/3.png: not a supported image (PNG, JPEG, WebP, TIFF, EXR): \
                       starts with \"no image\"\nwarning: 3 of 4 textures transferred\n";
         assert_eq!(run.stderr, wanted);
         for (name, value) in [("out/1.png", 10), ("out/2.png", 20), ("out/4.png", 40)] {
@@ -444,16 +444,16 @@ fn several_textures_into_a_folder() {
     for name in ["out/a.png", "out/b.webp", "out/c.d.tif"] {
         assert_eq!(texel_u8(&bench.texture(name), 10, 10), FACE, "{name}");
     }
-    // All in one format; into the folder itself, where no file is replaced.
+    // All in one format, into the folder itself, where no file is overwritten.
     bench.succeed("transfer my.uvpair in --size 40 --onto #fff --format jpg -o in");
     for name in ["in/a.jpg", "in/b.jpg", "in/c.d.jpg"] {
         assert!(bench.bytes(name).starts_with(b"\xff\xd8"), "{name}");
     }
-    // One texture into a folder keeps its name.
+    // A single texture in a folder keeps its name.
     bench.succeed("transfer my.uvpair face.png --size 40 -o out/");
     assert_eq!(bench.texture("out/face.png").size(), Size::square(40));
     assert_eq!(bench.bytes("out/kept.txt"), b"kept");
-    // A slash asks for a folder, a dot before the extension is not doubled.
+    // A slash requests a folder, and a dot before the extension is not doubled.
     bench.succeed("transfer my.uvpair face.png --size 40 --format .webp -o new.png/");
     assert_eq!(bench.texture("new.png/face.webp").size(), Size::square(40));
 }
@@ -487,7 +487,7 @@ fn links_and_odd_names() {
     assert!(bench.path("link.png").is_symlink());
     assert_eq!(texel_u8(&bench.texture("kept.png"), 20, 15), FACE);
 
-    // The content decides what is read, the name what is written.
+    // Input formats follow from the content, output formats from the name.
     bench.derive("face.jpg", "face.png", |_| {});
     let odd = "ein Gesicht – 顔.png";
     let run = bench.run_args(&["transfer", "my.uvpair", "face.jpg", "--size", "40", "-o", odd]);
@@ -545,12 +545,12 @@ fn a_real_head_and_body() {
     assert!(kept > 256 * 256 / 2, "{kept}");
 }
 
-/// The light of an sRGB value.
+/// The linear light of an sRGB value.
 fn linear(value: f32) -> f32 {
     ((value + 0.055) / 1.055).powf(2.4)
 }
 
-/// Several at once give what each gives alone, and what there is to say comes in their order.
+/// Several at once give the same results as each alone, and messages come in their order.
 #[test]
 fn textures_at_once_equal_textures_alone() {
     let bench = Bench::new();
@@ -597,13 +597,13 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     assert_eq!(bench.succeed(args), "0 of 3 up to date\n");
     let first = bench.bytes("out/a.png");
     assert_eq!(bench.succeed(args), "3 of 3 up to date\n");
-    // Without being asked, all are made again.
+    // Unless requested, all are made again.
     bench.write("out/a.png", "something else");
     assert_eq!(bench.succeed("transfer my.uvpair in --onto base.png -o out"), "");
     assert_eq!(bench.bytes("out/a.png"), first);
     assert_eq!(bench.succeed(args), "3 of 3 up to date\n");
 
-    // A new source with an old time, an output that is missing, one that was cut, and one that is empty.
+    // A new source with an old time, an output that is missing, a truncated one, and an empty one.
     let set_time = |name: &str, time: SystemTime| {
         let file = std::fs::File::options().append(true).open(bench.path(name)).unwrap();
         file.set_modified(time).unwrap();
@@ -617,22 +617,22 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     bench.write("out/b.png", "");
     assert_eq!(bench.succeed(args), "1 of 3 up to date\n");
     assert_eq!(bench.bytes("out/a.png"), first);
-    // Two outputs that changed places.
+    // Two outputs swapped.
     let (a, b) = (bench.bytes("out/a.png"), bench.bytes("out/b.png"));
     std::fs::write(bench.path("out/a.png"), &b).unwrap();
     std::fs::write(bench.path("out/b.png"), &a).unwrap();
     assert_eq!(bench.succeed(args), "1 of 3 up to date\n");
     assert_eq!((bench.bytes("out/a.png"), bench.bytes("out/b.png")), (a, b));
-    // Times say nothing of what is in a file.
+    // Modification times say nothing about the content.
     for name in ["in/a.png", "base.png", "out/a.png", "my.uvpair"] {
         set_time(name, SystemTime::now() + Duration::from_secs(3600));
     }
     assert_eq!(bench.succeed(args), "3 of 3 up to date\n");
 
-    // What is left out is an output all the same, which no other may replace.
+    // A skipped texture is still an output, which no other may overwrite.
     let clash = "transfer my.uvpair in --onto base.png --skip-existing --mask out/a.png -o out";
     bench.refuse(clash, &["out/a.png", "two outputs"]);
-    // A single file, and a mask that is made all the same.
+    // A single file, and a mask that is written anyway.
     let args =
         "transfer my.uvpair in/a.png --onto base.png --skip-existing --mask mask.png -o a.png";
     bench.succeed(args);
@@ -643,7 +643,8 @@ fn what_is_up_to_date_is_left_out_if_asked() {
     bench.assert_no_litter();
 }
 
-/// All that was asked for counts, and nothing else: neither the order of options, nor what has no influence.
+/// Every relevant option counts and nothing else: neither the order of options, nor those without
+/// effect.
 #[test]
 fn options_count_where_outputs_exist() {
     let bench = Bench::new();
@@ -689,7 +690,7 @@ fn options_count_where_outputs_exist() {
     }
 }
 
-/// What cannot be read of a manifest is passed over, and what it says falsely is found out.
+/// Unreadable lines of a manifest are skipped, and false ones are detected.
 #[test]
 fn a_manifest_that_was_tampered_with() {
     let bench = Bench::new();
@@ -710,7 +711,7 @@ fn a_manifest_that_was_tampered_with() {
         bench.write(manifest, bad);
         assert_eq!(bench.succeed(args), "0 of 2 up to date\n", "{bad:?}");
     }
-    // The entries of two outputs changed places.
+    // The entries of two outputs swapped.
     bench.paint("b.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
     bench.write(manifest, "");
     bench.succeed(args);
@@ -721,7 +722,7 @@ fn a_manifest_that_was_tampered_with() {
     assert_eq!(bench.succeed(args), "0 of 2 up to date\n");
 }
 
-/// Whether damage shows does not depend on what is faster, nor on other textures beside it.
+/// Whether damage matters depends neither on which path is faster, nor on other textures.
 #[test]
 fn damage_where_nothing_is_read_never_matters() {
     let bench = Bench::new();
@@ -747,7 +748,7 @@ fn damage_where_nothing_is_read_never_matters() {
     assert_eq!(bench.bytes("folder/low.png"), bench.bytes("good.out.png"));
 }
 
-/// Only rows of the source that count are decoded: what the others hold shows nowhere.
+/// Only the source rows that are read are decoded: the content of the others has no effect.
 #[test]
 fn a_source_whose_lower_rows_are_not_read() {
     let bench = Bench::new();
@@ -758,7 +759,7 @@ fn a_source_whose_lower_rows_are_not_read() {
         for filter in ["nearest", "bilinear", "catmull-rom", "lanczos3"] {
             let args = format!("--reverse --size 300 --filter {filter}");
             bench.succeed(&format!("transfer my.uvpair {name} {args} -o png.png"));
-            // Decoded whole.
+            // Decoded as a whole.
             let image = bench.image(name);
             let options = uvgraft_io::image::WriteOptions::default();
             let written = uvgraft_io::image::write(&image, &bench.path("whole.tif"), &options);

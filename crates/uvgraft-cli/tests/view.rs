@@ -1,4 +1,4 @@
-//! `uvgraft view`: the page it writes, and what it refuses.
+//! `uvgraft view`: the page it writes, and rejected input.
 
 mod bench;
 
@@ -12,13 +12,13 @@ use bench::Bench;
 fn writes_one_page_beside_the_avatar() {
     let bench = Bench::new();
     bench.write("me.glb", mannequin::file(false));
-    // What could end an element, in a name that file systems allow.
+    // Text that could end an element, in a name that file systems allow.
     let evil = "<!--<script>&.png";
     bench.write(evil, mannequin::plain([1, 2, 3]).bytes());
     let args = ["view", "me.glb", "--texture", evil, "--texture", evil, "--no-open"];
     let run = bench.run_args(&args);
     let Some(empty) = PAGE else {
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
+        assert_eq!(run.code, Some(2), "{}", run.stderr);
         for wanted in ["this build has no viewer", "scripts/build-viewer.sh", "--features viewer"] {
             assert!(run.stderr.contains(wanted), "{}", run.stderr);
         }
@@ -32,7 +32,7 @@ fn writes_one_page_beside_the_avatar() {
     assert_eq!(page.matches("<script>").count(), empty.matches("<script>").count());
     assert_eq!(page.matches("\\u003c!--\\u003cscript>&.png").count(), 2);
 
-    // Where nobody sits in front of the machine, nothing is opened.
+    // Without a user at the machine, nothing is opened.
     let mut command = bench.command();
     let output =
         command.env("CI", "1").args(["view", "me.glb", "-o", "other.HTM"]).output().unwrap();
@@ -55,7 +55,7 @@ fn a_page_holds_the_files_beside_a_gltf() {
     let run = bench.run("view me.gltf --no-open --look-at head");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let page = String::from_utf8(bench.bytes("me.html")).unwrap();
-    // "glTF" and version 2 in base64, with nothing in another file.
+    // "glTF" and version 2 in base64, which nothing in another file matches.
     assert!(page.contains(">Z2xURgIAAA") && !page.contains("strip.bin"));
     assert!(page.contains(r#""lookAt":"head""#));
 }
@@ -63,7 +63,7 @@ fn a_page_holds_the_files_beside_a_gltf() {
 #[test]
 fn refuses_what_it_cannot_show() {
     if PAGE.is_none() {
-        // Said visibly by the test above, which knows what happens then.
+        // The test above reports it visibly.
         return;
     }
     let bench = Bench::new();
@@ -76,12 +76,12 @@ fn refuses_what_it_cannot_show() {
     bench.write("page.html", b"mine");
     let length = file.len();
     let told = format!(
-        "truncated file: the GLB must have bytes up to {length}, the file ends at {}",
+        "truncated file: the GLB ends at byte {length}, but the file has {} bytes",
         length - 1
     );
     for (args, wanted) in [
         ("none.glb", "none.glb: No such file"),
-        ("folder.glb", "folder.glb: is a folder"),
+        ("folder.glb", "folder.glb: must be a file"),
         ("source.obj", "source.obj: not a glTF file"),
         ("empty.glb", "empty.glb: not a glTF file"),
         ("cut.glb", &*told),

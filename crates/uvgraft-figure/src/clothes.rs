@@ -11,9 +11,9 @@ use super::sdf::leave;
 use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 use crate::curve::curve;
 
-/// A tube of `rings` rings, each with `around` vertices. `position` gets a turn in `0.0..1.0`,
-/// counterclockwise seen from where the tube comes from, and the ring. Returns its first and last
-/// ring, both with the seam's second corner.
+/// A tube of `rings` rings, each with `around` vertices. `position` maps a turn in `0.0..1.0`,
+/// counterclockwise seen from the tube's start, and the ring's index to a point. Returns the first
+/// and last ring, both with the second corner at the chart seam.
 pub(crate) fn tube(
     surface: &mut Surface,
     part: BodyPart,
@@ -41,7 +41,7 @@ pub(crate) fn tube(
     [first.unwrap_or_default(), last]
 }
 
-/// Skin from the rim at the base of the neck, given by column, to below the shirt's collar.
+/// Skin from the boundary at the base of the neck, given by column, to below the shirt's collar.
 pub(crate) fn chest(surface: &mut Surface, rim: &[u32]) {
     const ROWS: usize = 6;
     let part = BodyPart { kind: PartKind::Chest, side: Side::Both };
@@ -73,15 +73,14 @@ pub(crate) fn chest(surface: &mut Surface, rim: &[u32]) {
     }
 }
 
-/// Height of the shirt's rays at the collar above the horizon, in degrees, by direction around the
-/// neck: 0 in front.
+/// Elevation of the rays to the shirt's collar, in degrees, by azimuth around the neck: 0 in front.
 pub(crate) fn collar(around: f32) -> f32 {
     72.2 - 2.8 * around.cos() - 0.4 * (2.0 * around).cos()
 }
 
 /// Height of the shirt's hem.
 pub(crate) const HEM: f32 = 86.5;
-/// From where the shirt's upper part is seen.
+/// Origin of the rays that shape the shirt's upper part.
 pub(crate) const SHIRT_CENTRE: Vec3 = vec3(0.0, 128.0, -1.6);
 
 pub(crate) fn torso(surface: &mut Surface) {
@@ -92,7 +91,7 @@ pub(crate) fn torso(surface: &mut Surface) {
     let part = BodyPart { kind: PartKind::Shirt, side: Side::Both };
     let rings = COLLAR_ROWS.len() + SHOULDER_ROWS + CHEST_ROWS + 1;
     tube(surface, part, 56, rings, |turn, ring| {
-        // The seam is at the back.
+        // The chart seam is at the back.
         let around = TAU * (turn - 0.5);
         let towards = vec3(around.sin(), 0.0, around.cos());
         let fan = |degrees: f32, lift: f32| {
@@ -120,26 +119,27 @@ pub(crate) fn left_sleeve(surface: &mut Surface) {
     const ALONG: [f32; 11] = [-3.5, -1.0, 1.5, 4.0, 7.0, 10.0, 13.0, 16.0, 18.6, 20.0, 20.2];
     let part = BodyPart { kind: PartKind::Sleeve, side: Side::Left };
     tube(surface, part, 28, ALONG.len() + 1, |turn, ring| {
-        // The seam is underneath.
+        // The chart seam is underneath.
         let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
         let towards = ARM_FRONT * cos + ARM_BACK * sin;
         let hem = ring >= ALONG.len() - 1;
         let along = ALONG[ring.min(ALONG.len() - 1)] - if ring == ALONG.len() { 1.5 } else { 0.0 };
-        // No farther than the tube itself: towards the chest its surface is inside the shirt.
+        // Rays end at the tube's radius: towards the chest the sleeve's surface is inside the
+        // shirt.
         let reach = curve(&[(0.0, 6.6), (20.0, 7.2)], along);
         let p = leave(sleeve, SHOULDER + ARM * along, towards, reach);
-        // Sunk into the shirt at the root, where its own surface takes over.
+        // The root is sunk into the shirt, so that the shirt's own surface is in front there.
         let sunk = if hem { 0.55 } else { curve(&[(-3.5, 1.6), (-1.0, 0.8), (3.0, 0.0)], along) };
         p - towards * sunk
     });
 }
 
-/// The left trouser leg with its half of the hips; both halves meet in the middle.
+/// The left trouser leg with its half of the hips; both halves meet at the centre plane.
 pub(crate) fn left_leg(surface: &mut Surface) {
     const RINGS: usize = 31;
     let part = BodyPart { kind: PartKind::Leg, side: Side::Left };
     tube(surface, part, 30, RINGS, |turn, ring| {
-        // The seam is inside.
+        // The chart seam is on the inside of the leg.
         let (sin, cos) = (TAU * (turn - 0.25)).sin_cos();
         let towards = vec3(sin, 0.0, cos);
         let down = (ring as f32 / (RINGS - 2) as f32).min(1.0);

@@ -1,4 +1,4 @@
-//! Skin, hair and eyes as colours of points in space: what face and body have in common.
+//! Colours of skin, hair and eyes as functions of the point in space, shared by face and body.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::{bell, smoothstep};
@@ -15,7 +15,7 @@ const FLUSH: Color = [0.86, 0.50, 0.43];
 pub(crate) const HAIR: Color = [0.30, 0.185, 0.115];
 
 /// Skin without features: tone that varies over centimetres, blotches, and pores of a few tenths of
-/// a millimetre. `p` in centimetres.
+/// a millimetre. `p` is in centimetres.
 pub(crate) fn skin(p: Vec3) -> Color {
     let tone = fractal(p * 0.28, 2, 21);
     let blotches = fractal(p * 1.7, 2, 31);
@@ -25,12 +25,12 @@ pub(crate) fn skin(p: Vec3) -> Color {
     scaled(color, 1.0 + 0.02 * tone + 0.028 * pores.min(0.4) + 0.022 * grain)
 }
 
-/// More blood under the skin.
+/// Skin with more blood under it.
 pub(crate) fn flushed(color: Color, amount: f32) -> Color {
     blend(color, FLUSH, amount)
 }
 
-/// Scattered freckles, from how many of all possible ones there are.
+/// Opacity of scattered freckles; `density` is the fraction of cells that have one.
 pub(crate) fn freckles(p: Vec3, density: f32) -> f32 {
     const CELL: f32 = 0.26;
     if density < 0.03 {
@@ -53,7 +53,7 @@ pub(crate) fn freckles(p: Vec3, density: f32) -> f32 {
     shade
 }
 
-/// The ear: redder than the face, darker in its folds.
+/// The ear: redder than the face and darker in its folds.
 pub(crate) fn ear(p: Vec3) -> Color {
     let depth = ear_depth(p);
     let shade = smoothstep(0.35, -0.6, depth);
@@ -61,7 +61,7 @@ pub(crate) fn ear(p: Vec3) -> Color {
     scaled(color, 1.0 - 0.42 * shade)
 }
 
-/// Strands and locks at a point of the hair, in head space.
+/// Locks and strands at a point of the hair, in head space.
 pub(crate) fn hair(p: Vec3) -> Color {
     let bearing = Bearing::of(p);
     let lock = bearing.lock();
@@ -77,7 +77,8 @@ pub(crate) fn hair(p: Vec3) -> Color {
     scaled(warm, light.max(0.18))
 }
 
-/// How much hair covers the scalp at a point in head space, 0 to 1; single strands past the line.
+/// Coverage of the scalp by hair at a point in head space, 0 to 1; beyond the hairline only
+/// single strands.
 pub(crate) fn hair_cover(p: Vec3) -> f32 {
     // No hair grows on the face and the front of the neck.
     if (p.z > 2.5 && p.y < 1.0) || p.y < -12.0 {
@@ -102,7 +103,7 @@ pub(crate) fn eye(p: Vec3, side: f32) -> Color {
     let corners = smoothstep(0.75, 1.5, q.x.abs());
     let mut color = blend([0.95, 0.935, 0.915], [0.86, 0.66, 0.60], 0.55 * corners);
     color = blend(color, [0.80, 0.42, 0.38], 0.22 * veins * corners);
-    // The upper lid's shadow.
+    // Shadow of the upper lid.
     color = scaled(color, 1.0 - 0.34 * smoothstep(0.15, 0.72, q.y) - 0.1 * corners);
     if q.z <= 0.0 || across > IRIS_RADIUS * 1.1 {
         return color;
@@ -113,7 +114,7 @@ pub(crate) fn eye(p: Vec3, side: f32) -> Color {
     let mut iris = blend([0.20, 0.42, 0.44], [0.36, 0.60, 0.56], smoothstep(0.9, 0.55, r));
     iris = blend(iris, [0.66, 0.50, 0.24], 0.85 * bell(r - 0.42 - 0.06 * fibres, 0.15));
     iris = scaled(iris, 0.95 + 0.42 * fibres);
-    // Light that enters from above gathers at the bottom.
+    // Light that enters from above gathers at the bottom of the iris.
     iris =
         scaled(iris, 1.0 - 0.35 * smoothstep(-0.25, 0.6, q.y) + 0.25 * smoothstep(0.0, -0.5, q.y));
     iris = scaled(iris, 1.0 - 0.72 * smoothstep(0.80, 0.98, r));

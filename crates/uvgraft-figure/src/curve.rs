@@ -1,6 +1,7 @@
-//! Profiles of shapes as curves through knots.
+//! Profiles of shapes as curves through control points.
 
-/// A smooth curve through `(x, value)` knots in rising `x`, flat beyond both ends.
+/// A cubic Hermite spline through `(x, value)` knots in ascending `x`, with central-difference
+/// slopes; constant beyond both ends.
 pub(crate) fn curve(knots: &[(f32, f32)], x: f32) -> f32 {
     let after = knots.partition_point(|knot| knot.0 <= x);
     if after == 0 {

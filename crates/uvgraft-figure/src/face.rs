@@ -1,4 +1,4 @@
-//! The face: the head's texture.
+//! Paints the face: the head's texture.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::{bell, mix, smoothstep};
@@ -18,10 +18,10 @@ use crate::symmetry::Symmetry as _;
 
 const BACKGROUND: Color = [0.42, 0.31, 0.26];
 
-/// Paints the figure's face, hair, ears and eyes in the head's layout: 8-bit sRGB.
+/// Paints the figure's face, hair, ears and eyes in the head's UV layout, as 8-bit sRGB.
 ///
-/// Details go down to a few tenths of a millimetre, which a texture of 4096² resolves. The same
-/// size gives the same texels every time.
+/// Details are as small as a few tenths of a millimetre, which a texture of 4096² resolves. The
+/// result is deterministic.
 ///
 /// # Panics
 /// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
@@ -57,7 +57,7 @@ fn face(p: Vec3, normal: Vec3) -> Color {
     if cover > 0.0 { blend(color, scaled(hair(p), 0.8), cover) } else { color }
 }
 
-/// Blush, freckles and the slow change of tone over a face.
+/// Blush, freckles and slow changes of tone over the face.
 fn complexion(mut color: Color, p: Vec3) -> Color {
     let x = p.x.abs();
     let cheek = bell(x - 4.2, 2.0) * bell(p.y + 3.6, 1.7);
@@ -68,12 +68,12 @@ fn complexion(mut color: Color, p: Vec3) -> Color {
     color = blend(color, [0.92, 0.74, 0.62], 0.25 * forehead);
     let density = 0.62 * bell(x - 2.9, 2.4) * bell(p.y + 2.6, 1.3)
         + 0.45 * bell(x, 1.0) * bell(p.y + 2.2, 1.5);
-    // Seen from the front they would be drawn out where the face turns away.
+    // Freckles are placed in the frontal plane and would be stretched where the face turns away.
     let density = density * smoothstep(4.2, 6.0, p.z);
     blend(color, [0.64, 0.40, 0.28], 0.45 * freckles(p, density))
 }
 
-/// Shade where little light gets to: nostrils, beside the nose, under the lip.
+/// Shade where little light arrives: nostrils, beside the nose, under the lip.
 fn hollows(mut color: Color, p: Vec3, normal: Vec3) -> Color {
     let q = p.folded();
     if (-6.0..-3.0).contains(&p.y) && p.z > 6.5 {
@@ -95,7 +95,11 @@ fn hollows(mut color: Color, p: Vec3, normal: Vec3) -> Color {
     scaled(color, 1.0 - 0.12 * beneath)
 }
 
-/// Lids with fold, lashes and the shade around the eye.
+/// Lids with their fold, lashes, and the shade around the eye.
+///
+/// Layers are blended from bottom to top: socket and bag, the fold above the upper lid, the wet
+/// edge, the lash line and single lashes. All are functions of `above` and `below`, the heights
+/// over the upper and under the lower lid's edge.
 fn eye_region(mut color: Color, p: Vec3) -> Color {
     let dx = p.x.abs() - EYE.x;
     if dx.abs() > 2.3 || p.y.abs() > 2.2 || p.z < 4.5 {
@@ -115,10 +119,10 @@ fn eye_region(mut color: Color, p: Vec3) -> Color {
     let fold = above - 0.30 * (1.0 - 0.5 * (x / LID_WIDTH).powi(2));
     color = blend(color, [0.40, 0.20, 0.17], 0.5 * bell(fold, 0.05) * inside * span);
     color = blend(color, [0.58, 0.34, 0.30], 0.35 * bell(fold - 0.08, 0.14) * inside * span);
-    // The wet edge and the corner of the eye.
+    // The wet edge of the lids and the corner of the eye.
     let rim = smoothstep(0.03, -0.02, above.max(below));
     color = blend(color, [0.82, 0.50, 0.45], 0.85 * rim * span);
-    // Lashes grow out of a dark line, thicker outwards.
+    // Lashes grow from a dark line that is thicker outwards.
     let outwards = (x / LID_WIDTH + 1.0) * 0.5;
     let width = mix(0.05, 0.13, outwards);
     let line = smoothstep(-0.14, -0.06, above) * smoothstep(width, width * 0.5, above);
@@ -143,7 +147,7 @@ fn eye_region(mut color: Color, p: Vec3) -> Color {
     color
 }
 
-/// Coverage by lashes whose roots are `spacing` apart; `t` runs from root to tip.
+/// Coverage by lashes with roots `spacing` apart; `t` runs from root to tip.
 fn lash_at(root: f32, spacing: f32, t: f32, seed: u32) -> f32 {
     if root.abs() > LID_WIDTH + 0.12 {
         return 0.0;
@@ -164,7 +168,7 @@ fn brow(color: Color, p: Vec3) -> Color {
     let middle = curve(&[(1.3, 1.72), (2.4, 2.05), (3.9, 2.42), (4.8, 2.22), (5.6, 1.62)], x);
     let half = curve(&[(1.2, 0.24), (1.7, 0.40), (3.2, 0.38), (4.4, 0.26), (5.7, 0.04)], x);
     let off = p.y - middle;
-    // Hairs lean outwards, upwards at the inner end and downwards at the tail.
+    // Hairs lean outwards: upwards at the inner end, downwards at the tail.
     let lean = mix(0.4, 2.2, smoothstep(1.2, 3.4, x)) * if off > 0.0 { 1.0 } else { 0.75 };
     let strand = noise2((x - off * lean) * 17.0, off * 2.0 + x, 83) * 0.6
         + noise2((x - off * lean) * 36.0, off * 3.0, 84) * 0.4;
@@ -204,7 +208,7 @@ fn mouth(mut color: Color, p: Vec3) -> Color {
     color = blend(color, [0.26, 0.08, 0.08], 0.85 * seam);
     let dimple = bell(p.x.abs() - LIP_WIDTH - 0.06, 0.16) * bell(p.y - lip_line(LIP_WIDTH), 0.14);
     color = blend(color, [0.50, 0.25, 0.21], 0.5 * dimple);
-    // Deep in the mouth.
+    // The inside of the mouth.
     blend(
         color,
         [0.22, 0.06, 0.06],

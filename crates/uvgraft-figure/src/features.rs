@@ -1,6 +1,6 @@
-//! Eyeballs and ears: components of their own that sit in the head's skin.
+//! Eyeballs and ears: separate components, set into the head's skin.
 //!
-//! Both are discs on their charts: parameters are `0.5 + r / 2 · (cos, sin)`.
+//! Both are discs on their charts, with parameters `0.5 + r / 2 · (cos, sin)`.
 
 use std::f32::consts::TAU;
 
@@ -12,12 +12,13 @@ use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 use crate::curve::curve;
 use crate::symmetry::Symmetry as _;
 
-/// A point of the unit disc as chart parameters; `radius` up to 1, angle from +x to up.
+/// Chart parameters of a point of the unit disc; `radius` is at most 1, the angle runs from +x to
+/// up.
 fn on_disc(radius: f32, angle: f32) -> [f32; 2] {
     [0.5 + 0.5 * radius * angle.cos(), 0.5 - 0.5 * radius * angle.sin()]
 }
 
-/// Rings of `around` knots about a middle one, the outermost last.
+/// A disc of rings with `around` knots each, around a central knot; the outermost ring is last.
 pub(crate) fn disc(
     surface: &mut Surface,
     part: BodyPart,
@@ -46,7 +47,7 @@ pub(crate) fn disc(
     }
 }
 
-/// Where the eye's disc ends, as an angle from its axis.
+/// Polar angle from the eye's axis at which its disc ends.
 pub(crate) const EYE_OPENING: f32 = 1.9;
 
 /// The left eyeball, looking along +Z; open at the back.
@@ -65,21 +66,21 @@ pub(crate) fn eye() -> Surface {
     surface
 }
 
-/// Where the ear is attached, and the directions of its plane: forward, up and out of the plane.
+/// Attachment point of the ear; the two directions span its plane, forward and up.
 pub(crate) const EAR: Vec3 = vec3(6.85, -1.3, -1.0);
 const EAR_FORWARD: Vec3 = vec3(-0.27, 0.05, 0.96);
 const EAR_UP: Vec3 = vec3(0.13, 0.98, -0.14);
 
-/// How far the ear's plane is from where it is attached.
+/// Distance of the ear's plane from its attachment point.
 const EAR_STAND: f32 = 0.8;
 
-/// The part of an ear's disc that is its front; the rest is its back.
+/// The fraction of an ear's disc radius that is its front; the rest is its back.
 pub(crate) const EAR_FRONT: f32 = 0.72;
 
-/// Relief of the ear's front: height out of its plane at a radius up to 1 and an angle (0 forward,
-/// a quarter turn up), in centimetres.
+/// Relief of the ear's front: height above its plane in centimetres, at a radius up to 1 and an
+/// angle (0 forward, a quarter turn up).
 pub(crate) fn ear_relief(radius: f32, angle: f32) -> f32 {
-    // The helix runs from the front over the top and the back to the lobe.
+    // The helix runs from the front over the top and down the back to the lobe.
     let turn = angle.rem_euclid(TAU) / TAU;
     let helix = smoothstep(0.0, 0.12, turn) * smoothstep(0.78, 0.6, turn);
     let (x, y) = (radius * angle.cos(), radius * angle.sin());
@@ -139,14 +140,14 @@ pub(crate) fn ear() -> Surface {
             + EAR_UP * (reach * angle.sin())
             + out * (EAR_STAND + relief)
     });
-    // Seen from outside on the left, forward is to the left: the disc runs the other way round.
+    // Seen from outside on the left, forward is to the left, so the disc's winding is reversed.
     for polygon in &mut surface.polygons {
         polygon.knots.reverse();
     }
     surface
 }
 
-/// How far a point is in front of the left or right ear's plane, in head space.
+/// Height of a point above the plane of the left or right ear, in head space.
 pub(crate) fn ear_depth(p: Vec3) -> f32 {
     let out = EAR_UP.cross(EAR_FORWARD).normalize_or_zero();
     (p.folded() - EAR).dot(out) - EAR_STAND

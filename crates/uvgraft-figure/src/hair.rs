@@ -1,5 +1,5 @@
-//! The hair's volume: a shell over the skull, thick on top and swept to one side, that dips under
-//! the skin along the hairline.
+//! The hair as a volume: a shell over the skull, thick on top and swept to one side, that dips
+//! under the skin along the hairline.
 
 use std::f32::consts::{PI, TAU};
 
@@ -13,17 +13,17 @@ use super::surface::{BodyPart, PartKind, Side, Surface};
 use crate::curve::curve;
 
 const CENTRE: Vec3 = vec3(0.0, 2.0, -1.0);
-/// Each lock has four columns, so that its edges are edges of the mesh.
+/// Each lock has four columns, so that the boundaries of locks are mesh edges.
 const AROUND: usize = 4 * LOCKS;
 const LOCKS: usize = 20;
 const RINGS: usize = 14;
 
-/// Where a point is as seen from inside the skull.
+/// Direction of a point from inside the skull, in spherical coordinates.
 #[derive(Clone, Copy)]
 pub(crate) struct Bearing {
-    /// Around the vertical, 0 in front, positive to the figure's left.
+    /// Azimuth: 0 in front, positive to the figure's left.
     pub around: f32,
-    /// From straight up.
+    /// Polar angle from straight up.
     pub polar: f32,
 }
 
@@ -38,19 +38,19 @@ impl Bearing {
         vec3(sin * self.around.sin(), cos, sin * self.around.cos())
     }
 
-    /// 0 at the crown, 1 at the hairline.
+    /// Polar angle relative to the hairline: 0 at the crown, 1 at the hairline.
     pub fn reach(self) -> f32 {
         self.polar / hairline(self.around)
     }
 
-    /// Counts strands across their direction; neighbouring locks differ by 1.
+    /// Coordinate across the strands; neighbouring locks differ by 1.
     pub fn lock(self) -> f32 {
         let sweep = 1.5 * bell(self.around, 1.1) * smoothstep(0.25, 1.0, self.polar);
         LOCKS as f32 * (self.around / TAU) + 1.8 * sweep + 0.4 * self.polar
     }
 }
 
-/// Angle from straight up at which the hair ends.
+/// Polar angle at which the hair ends.
 fn hairline(around: f32) -> f32 {
     let degrees = curve(
         &[
@@ -67,19 +67,19 @@ fn hairline(around: f32) -> f32 {
             (150.0, 138.0),
             (180.0, 141.0),
         ],
-        // Bearings a little beyond the back come from the other side.
+        // Bearings slightly beyond the back wrap around to the other side.
         (PI - (around.abs() - PI).abs()).to_degrees(),
     );
     degrees.to_radians()
 }
 
-/// How far a position in a lock, by its count, is from the lock's edge: 0 there, 1 in the middle.
+/// 1 at the centre of a lock and 0 at its edge, from the coordinate across the strands.
 pub(crate) fn lock_middle(lock: f32) -> f32 {
     let t = (lock - lock.floor()) * 2.0 - 1.0;
     1.0 - t * t
 }
 
-/// The bearing in a lock, by its count, at a radius of the disc.
+/// The bearing with a lock coordinate at a radius of the disc, by bisection.
 fn on_lock(lock: f32, radius: f32) -> Bearing {
     let at = |around: f32| Bearing { around, polar: radius * hairline(around) };
     let (mut low, mut high) = (-1.5 * PI, 1.5 * PI);

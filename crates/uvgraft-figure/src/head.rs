@@ -1,11 +1,11 @@
-//! The head's skin as a grid around the head, with loops set into it around eyes and mouth.
+//! The head's skin: a grid around the head, with edge loops set into it around eyes and mouth.
 //!
-//! Columns go around the neck and rows from the crown to the base of the neck, both dense where the
-//! face is. Around each eye and the mouth a block of cells is replaced by rings that end on the lids
-//! and lips, so that these are clean edges and can be opened later.
+//! Columns go around the neck and rows from the crown to the base of the neck, both denser on the
+//! face. Around each eye and the mouth a block of cells is replaced by rings that end on the lids
+//! and lips, so that these are clean edges that can open.
 //!
-//! A corner's chart parameters are `[s, t]`: `s` in `-1.0..=1.0` around the head with 0 in front and
-//! the seam at the back, `t` in `0.0..=1.0` from crown to neck.
+//! A corner's chart parameters are `[s, t]`: `s` in `-1.0..=1.0` around the head, with 0 in front
+//! and the seam at the back; `t` in `0.0..=1.0` from crown to neck.
 
 use std::f32::consts::PI;
 
@@ -20,15 +20,15 @@ use super::sdf::{leave, meet};
 use super::surface::{BodyPart, Knot, PartKind, Side, Surface};
 
 pub(crate) const COLUMNS: usize = 72;
-/// Rows down to below the chin; the others are the neck's.
+/// Rows down to below the chin; the remaining ones are on the neck.
 const JAW_ROWS: usize = 50;
 const ROWS: usize = 56;
-/// High enough for rays to leave through the underside of the nose.
+/// High enough that rays leave through the underside of the nose.
 const CENTRE: Vec3 = vec3(0.0, 3.5, -1.0);
 const REACH: f32 = 24.0;
 const FACE: BodyPart = BodyPart { kind: PartKind::Face, side: Side::Both };
 
-/// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, replaced by rings.
+/// Cells `columns.0..columns.1` and `rows.0..rows.1` of the grid, which rings replace.
 #[derive(Clone, Copy)]
 struct Block {
     columns: (usize, usize),
@@ -45,7 +45,7 @@ impl Block {
             && (self.rows.0..self.rows.1).contains(&row)
     }
 
-    /// Grid points on the rim, counterclockwise seen from outside.
+    /// Grid points on the boundary, counterclockwise seen from outside.
     fn rim(&self) -> Vec<(usize, usize)> {
         let ((left, right), (top, bottom)) = (self.columns, self.rows);
         (top..bottom)
@@ -57,14 +57,14 @@ impl Block {
     }
 }
 
-/// The skin in head space.
+/// The skin of the head, in head space.
 pub(crate) struct HeadSkin {
     pub surface: Surface,
-    /// The vertices of the rim at the base of the neck, by column.
+    /// The vertices of the boundary at the base of the neck, by column.
     pub rim: Vec<u32>,
-    /// Vertices inside the border of the lips and in the mouth, and where along the lips each is:
-    /// from 0 in the corners to 1 in the middle of the lower lip and -1 in that of the upper one.
-    /// Closed lips lie in one place, so positions do not tell.
+    /// Vertices inside the outline of the lips and in the mouth, with their coordinate along the
+    /// lips: 0 in the corners, 1 at the centre of the lower lip and -1 at that of the upper one.
+    /// Closed lips coincide, so positions do not tell them apart.
     pub lips: Vec<(u32, f32)>,
 }
 
@@ -109,11 +109,11 @@ pub(crate) fn skin() -> HeadSkin {
     HeadSkin { surface, rim, lips }
 }
 
-/// Closes the mouth at the back, with quads from its roof to its floor; returns [`HeadSkin::lips`].
+/// Closes the mouth at the back with quads from its roof to its floor; returns [`HeadSkin::lips`].
 fn close_mouth(surface: &mut Surface, rings: &[Vec<Knot>]) -> Vec<(u32, f32)> {
     let around = rings[0].len();
-    // Rings begin in the upper left corner of the block and go down; the corners of the mouth are
-    // in the middle of its sides.
+    // Rings begin at the upper left corner of the block and run down; the corners of the mouth are
+    // at the centres of its sides.
     let corner = (MOUTH.rows.1 - MOUTH.rows.0) / 2;
     let floor = |step: usize| corner + step;
     let roof = |step: usize| (corner + around - step) % around;
@@ -160,13 +160,13 @@ impl Grid {
     }
 }
 
-/// Direction around the head, 0 in front, of a column; dense in front.
+/// Azimuth of a column, 0 in front; columns are denser in front.
 pub(crate) fn azimuth(column: usize) -> f32 {
     let s = Grid::at(column, 0)[0];
     PI * (0.38 * s + 0.62 * s * s * s)
 }
 
-/// Height of a row's rays above the horizon, in degrees, in front of the head.
+/// Elevation of a row's rays in front of the head, in degrees.
 fn elevation(row: usize) -> f32 {
     // Crown, forehead, brow to nose, nose to chin, below the chin.
     const TURNS: [(usize, f32); 6] =
@@ -193,21 +193,27 @@ fn grid_position(column: usize, row: usize) -> Vec3 {
     let rim = leave(solid, rim_axis, towards, REACH);
     let down = (row - JAW_ROWS) as f32 / (ROWS - JAW_ROWS) as f32;
     let guide = jaw.lerp_monotonic(rim, down);
-    // Rays come from above as long as the jaw is beside them.
+    // Ray origins move down to the neck's axis only gradually: next to the jaw, rays
+    // come from above.
     let origin = CENTRE.lerp_monotonic(neck_axis(guide.y), down);
     leave(solid, origin, (guide - origin).normalize_or_zero(), REACH)
 }
 
-/// A ring's point: where it is, and where on the front plane its chart parameters are taken.
+/// A point of a ring: its position, and the point in the frontal plane that gives its
+/// chart parameters.
 struct RingPoint {
     position: Vec3,
     chart_xy: [f32; 2],
 }
 
-/// Rings from the rim inwards; gets the rim points and their angles around the block.
+/// Rings from the boundary inwards, from the boundary points and their angles around the block.
 type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
 
-/// Returns the rings of knots.
+/// Fills a block with rings of quads and returns their knots.
+///
+/// Chart parameters blend from the grid's, at the boundary, to a flat front view in the centre. The
+/// boundary's offset from the front view fades out with the distance from the centre; without that,
+/// parameters would jump there.
 fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>> {
     let points: Vec<Vec3> = rim.iter().map(|k| surface.positions[k.vertex as usize]).collect();
     let extent = |values: &mut dyn Iterator<Item = f32>| {
@@ -229,12 +235,12 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>
         })
         .collect();
     let rings = rings(&points, &angles);
-    // What is inside the mouth is flat anyway.
+    // The inside of the mouth is flat in any case.
     let count = rings.len().min(10) as f32;
     let mut outer: Vec<Knot> = rim.to_vec();
     let mut set = Vec::new();
     for (step, ring) in rings.into_iter().enumerate() {
-        // Near the rim the chart is the grid's own, further in it is the flat front view.
+        // Near the boundary the chart is the grid's own, further in it is the flat front view.
         let flat = smoothstep(0.0, 0.45, (step as f32 + 1.0) / count);
         let mut inner: Vec<Knot> = ring
             .iter()
@@ -248,7 +254,7 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>
                 };
                 let here = plane(point.chart_xy);
                 let rim_plane = plane([at_rim.x, at_rim.y]);
-                // How far the rim's own parameters are off the front view, fading inwards.
+                // Offset of the boundary's parameters from the front view, fading inwards.
                 let inwards = {
                     let (dx, dy) = (at_rim.x - centre[0], at_rim.y - centre[1]);
                     let (px, py) = (point.chart_xy[0] - centre[0], point.chart_xy[1] - centre[1]);
@@ -274,11 +280,13 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>
     set
 }
 
-/// Where the front view's line of sight meets the skin.
-pub(crate) fn seen(x: f32, y: f32) -> Vec3 {
+/// The point where a ray along -Z at `(x, y)`, from the front, hits the skin.
+pub(crate) fn front_hit(x: f32, y: f32) -> Vec3 {
     meet(solid, vec3(x, y, 13.0), vec3(0.0, 0.0, -1.0), 12.0)
 }
 
+/// Rings around an eye: five on the skin, from the block's boundary towards the lid opening, then
+/// the lid's edge and two rings inside, behind the edge.
 fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
     let side = rim[0].x.signum();
     let centre = vec3(side * EYE.x, EYE.y, EYE.z);
@@ -306,7 +314,7 @@ fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                     let (x, y) = (mix(at_rim.x, goal[0], t), mix(at_rim.y, goal[1], t));
                     // The fold of the upper lid.
                     let fold = if t == 0.74 { 0.14 * angle.sin().max(0.0) } else { 0.0 };
-                    let position = seen(x, y) - vec3(0.0, 0.0, fold);
+                    let position = front_hit(x, y) - vec3(0.0, 0.0, fold);
                     RingPoint { position, chart_xy: [x, y] }
                 })
                 .collect()
@@ -326,9 +334,11 @@ fn eye_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
     rings
 }
 
-/// Rings of the mouth on its outside, up to the border of the lips.
+/// Rings on the outside of the mouth, up to the outline of the lips.
 const LIP_RINGS: usize = 5;
 
+/// Rings around the mouth: [`LIP_RINGS`] on the skin, up to the outline of the lips, then seven
+/// over the lips and into the mouth.
 fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
     let columns: Vec<(f32, bool)> =
         angles.iter().map(|angle| (angle.cos() * LIP_WIDTH, angle.sin() > 0.0)).collect();
@@ -340,13 +350,13 @@ fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                 .zip(&columns)
                 .map(|(at_rim, column)| {
                     let (x, y) = (mix(at_rim.x, column.0, t), mix(at_rim.y, border(column), t));
-                    RingPoint { position: seen(x, y), chart_xy: [x, y] }
+                    RingPoint { position: front_hit(x, y), chart_xy: [x, y] }
                 })
                 .collect()
         })
         .collect();
-    // Over the lips to where they touch, then into the mouth, which has room between roof and floor.
-    // On the chart the slit stays open.
+    // Over the lips to where they touch, then into the mouth, which has room between roof and
+    // floor. On the chart the slit stays open, or the lips would have no area in the texture.
     for (t, narrow, depth, room, open) in [
         (0.4, 0.99, 0.0, 0.0, 0.7),
         (0.75, 0.975, 0.0, 0.0, 0.45),
@@ -362,11 +372,11 @@ fn mouth_rings(rim: &[Vec3], angles: &[f32]) -> Vec<Vec<RingPoint>> {
                 .map(|column| {
                     let x = column.0 * narrow;
                     let line = lip_line(x);
-                    // Its walls are as curved as the lips' border.
+                    // The walls of the mouth are curved like the outline of the lips.
                     let room = room * (border(column) - lip_line(column.0));
                     let y = mix(border(column), line, t) + room;
                     let chart_y = line + (border(column) - lip_line(column.0)) * open;
-                    let position = vec3(x, y, seen(x, y - room).z - depth);
+                    let position = vec3(x, y, front_hit(x, y - room).z - depth);
                     RingPoint { position, chart_xy: [x, chart_y] }
                 })
                 .collect(),

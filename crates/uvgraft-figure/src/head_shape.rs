@@ -1,7 +1,7 @@
 //! The head as a smooth solid, and the curves of eyelids and lips that mesh and paint share.
 //!
-//! Head space: centimetres, the origin between the ears at the height of the pupils, Y up, Z out of
-//! the face, `+x` the figure's own left.
+//! Head space: centimetres, with the origin between the ears at the height of the pupils, Y up, Z
+//! out of the face, and `+x` the figure's own left.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::{bell, mix};
@@ -9,26 +9,26 @@ use uvgraft::easing::{bell, mix};
 use super::sdf::{capsule, carve, ellipsoid, join, sphere};
 use crate::symmetry::Symmetry as _;
 
-/// Height of the head space's origin above the ground, in centimetres.
+/// Height of the origin of head space above the ground, in centimetres.
 pub(crate) const EYE_LEVEL: f32 = 163.0;
 
 pub(crate) const EYE: Vec3 = vec3(3.25, 0.0, 6.5);
 pub(crate) const EYE_RADIUS: f32 = 1.7;
-/// The lids' outer surface around the eye's centre.
+/// Radius of the lids' outer surface around the eye's centre.
 pub(crate) const LID_RADIUS: f32 = 1.87;
 pub(crate) const IRIS_RADIUS: f32 = 0.75;
-/// Half the opening's width.
+/// Half the width of the lid opening.
 pub(crate) const LID_WIDTH: f32 = 1.62;
 
 pub(crate) const MOUTH_Y: f32 = -7.2;
 pub(crate) const LIP_WIDTH: f32 = 2.45;
 
-/// Edge of the upper lid over the eye's centre; `dx` counts outwards.
+/// Height of the upper lid's edge above the eye's centre; `dx` grows outwards.
 pub(crate) fn upper_lid(dx: f32) -> f32 {
     lid_tilt(dx) + 0.72 * arch(dx / LID_WIDTH).powf(0.62)
 }
 
-/// Edge of the lower lid.
+/// Height of the lower lid's edge.
 pub(crate) fn lower_lid(dx: f32) -> f32 {
     lid_tilt(dx) - 0.58 * arch(dx / LID_WIDTH).powf(0.62)
 }
@@ -37,18 +37,18 @@ fn lid_tilt(dx: f32) -> f32 {
     0.11 * dx / LID_WIDTH
 }
 
-/// Where the lips meet.
+/// Height at which the lips meet.
 pub(crate) fn lip_line(x: f32) -> f32 {
     let t = x / LIP_WIDTH;
     MOUTH_Y + 0.32 * t * t - 0.05 * bell(x, 0.5)
 }
 
-/// Upper border of the upper lip.
+/// Upper edge of the upper lip.
 pub(crate) fn lip_top(x: f32) -> f32 {
     lip_line(x) + 0.68 * arch(x / LIP_WIDTH).powf(0.8) - 0.13 * bell(x, 0.38)
 }
 
-/// Lower border of the lower lip.
+/// Lower edge of the lower lip.
 pub(crate) fn lip_bottom(x: f32) -> f32 {
     lip_line(x) - 0.88 * arch(x / LIP_WIDTH).powf(0.75)
 }
@@ -57,22 +57,22 @@ fn arch(t: f32) -> f32 {
     (1.0 - t * t).max(0.0)
 }
 
-/// The neck's axis at a height.
+/// Point of the neck's axis at a height.
 pub(crate) fn neck_axis(y: f32) -> Vec3 {
     vec3(0.0, y, mix(-2.6, -3.4, (-6.0 - y) / 13.0))
 }
 
-/// The neck without its muscles, reaching far into the trunk.
+/// The neck without its muscles, extending far into the trunk.
 pub(crate) fn neck(p: Vec3) -> f32 {
     capsule(p, neck_axis(-6.0), neck_axis(-19.0), 4.55, 4.95)
 }
 
-/// The skull with hair volume left out, without face.
+/// The skull without hair and face.
 pub(crate) fn cranium(p: Vec3) -> f32 {
     ellipsoid(p, vec3(0.0, 2.6, -1.0), vec3(7.3, 9.0, 9.4))
 }
 
-/// The head's skin, eyes closed over by their lids' sphere.
+/// The skin of the head; the spheres of the closed lids cover the eyes.
 pub(crate) fn skin(p: Vec3) -> f32 {
     let q = p.folded();
     let mut d = contour(p);
@@ -81,7 +81,7 @@ pub(crate) fn skin(p: Vec3) -> f32 {
     lips(nose(d, p, q), p, q)
 }
 
-/// The head without eyes, nose and lips: what skin slides over.
+/// The head without eyes, nose and lips: the surface over which skin slides.
 pub(crate) fn contour(p: Vec3) -> f32 {
     let q = p.folded();
     let mut d = cranium(p);

@@ -1,5 +1,5 @@
-//! The example figure: a head, and a body that contains the same head under other vertex numbers
-//! and another layout.
+//! A synthetic example figure: a head, and a body that contains the same head with different vertex
+//! indices and another UV layout.
 
 #![forbid(unsafe_code)]
 
@@ -36,26 +36,27 @@ use self::surface::{BodyPart, PartKind, Polygon, Side, Surface};
 pub use face::paint_head;
 pub use wardrobe::{paint_body, paint_body_in_tone};
 
-/// A synthetic person: two meshes and how they correspond.
+/// A synthetic person: two meshes and their correspondence.
 ///
 /// Positions are in metres, Y up, facing +Z, in an A-pose with the ground at 0. Both meshes name
-/// their parts ([`Mesh::parts`]): groups like `face` or `arm left`, materials like `skin`.
+/// their parts ([`Mesh::parts`]): groups such as `face` or `arm left`, materials such as `skin`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Face, cranium, neck, ears, hair and two eyeballs, in the layout of a face texture.
+    /// Face, cranium, neck, ears, hair and two eyeballs, in the UV layout of a face texture.
     pub head: Mesh,
-    /// The whole figure in another layout, in which both eyes share one disc. It contains every
-    /// polygon of `head`, some with their corners rotated.
+    /// The whole figure in another UV layout, in which both eyes share one disc. It contains every
+    /// polygon of `head`, some starting at another corner.
     pub body: Mesh,
-    /// For each head vertex, the body vertex that it is.
+    /// For each head vertex, the index of the same vertex in the body.
     pub vertex_map: Vec<u32>,
     pub(crate) head_parts: Vec<PartFaces>,
     pub(crate) body_parts: Vec<PartFaces>,
-    /// Body vertices inside the border of the lips, and where along them; see [`head::HeadSkin::lips`].
+    /// Body vertices inside the outline of the lips, with their coordinate; see
+    /// [`head::HeadSkin::lips`].
     pub(crate) lips: Vec<(u32, f32)>,
 }
 
-/// A part's triangles.
+/// The triangles of a part.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PartFaces {
     pub part: BodyPart,
@@ -69,18 +70,18 @@ impl Default for Figure {
 }
 
 impl Figure {
-    /// Builds the figure; the same one every time.
+    /// Builds the figure; the result is deterministic.
     pub fn new() -> Self {
         let head = head_surface();
         let body = body_surface(&head.surface, &head.rim);
         let lips = head.lips;
         let head = head.surface;
         let head_vertices = head.positions.len();
-        let body_number = renumbering(head_vertices, body.positions.len());
+        let body_index = renumbering(head_vertices, body.positions.len());
 
         let (head_mesh, head_parts) = mesh(&head, UvLayout::Head, None);
-        let (body_mesh, body_parts) = mesh(&body, UvLayout::Body, Some(&body_number));
-        let vertex_map = body_number[..head_vertices].to_vec();
+        let (body_mesh, body_parts) = mesh(&body, UvLayout::Body, Some(&body_index));
+        let vertex_map = body_index[..head_vertices].to_vec();
         let lips =
             lips.iter().map(|&(vertex, along)| (vertex_map[vertex as usize], along)).collect();
         Self { head: head_mesh, body: body_mesh, vertex_map, head_parts, body_parts, lips }
@@ -110,7 +111,7 @@ fn head_surface() -> head::HeadSkin {
     skin
 }
 
-/// The body around a copy of the head, whose vertices come first here.
+/// The body around a copy of the head, whose vertices come first.
 fn body_surface(head: &Surface, rim: &[u32]) -> Surface {
     let mut surface = head.clone();
     clothes::chest(&mut surface, rim);
@@ -126,7 +127,7 @@ fn body_surface(head: &Surface, rim: &[u32]) -> Surface {
     surface
 }
 
-/// Shuffled numbers of the body's vertices: those below the neck first, then the head's.
+/// A shuffled vertex order for the body: the new index of each vertex, those below the neck first.
 fn renumbering(head_vertices: usize, vertices: usize) -> Vec<u32> {
     let mut order: Vec<usize> = (0..vertices).collect();
     order.sort_by_key(|&vertex| (vertex < head_vertices, hash(vertex as i32, 0, 0, 1)));
@@ -137,8 +138,10 @@ fn renumbering(head_vertices: usize, vertices: usize) -> Vec<u32> {
     number
 }
 
-/// The mesh of a surface in a layout, its polygons sorted by part. With new vertex numbers, some
+/// The mesh of a surface in a UV layout, its polygons sorted by part. With new vertex indices, some
 /// polygons also start at another corner.
+///
+/// Texture vertices are shared by exact equality of their coordinates within a chart.
 fn mesh(surface: &Surface, layout: UvLayout, number: Option<&[u32]>) -> (Mesh, Vec<PartFaces>) {
     const METRES: f32 = 0.01;
     let mut positions = vec![[0.0; 3]; surface.positions.len()];
@@ -172,7 +175,7 @@ fn mesh(surface: &Surface, layout: UvLayout, number: Option<&[u32]>) -> (Mesh, V
         sizes.push(count as u32);
         if part_faces.last().is_none_or(|last| last.part != polygon.part) {
             let start = index as u32;
-            parts.push(described(polygon.part, start..start));
+            parts.push(mesh_part(polygon.part, start..start));
             part_faces.push(PartFaces { part: polygon.part, faces: faces..faces });
         }
         faces += count - 2;
@@ -187,7 +190,7 @@ fn mesh(surface: &Surface, layout: UvLayout, number: Option<&[u32]>) -> (Mesh, V
     (mesh, part_faces)
 }
 
-fn described(part: BodyPart, polygons: Range<u32>) -> uvgraft::MeshPart {
+fn mesh_part(part: BodyPart, polygons: Range<u32>) -> uvgraft::MeshPart {
     let (object, group, material) = match part.kind {
         PartKind::Face => ("head", "face".to_owned(), "skin"),
         PartKind::Eye => ("head", "eye".to_owned(), "eye"),
@@ -220,7 +223,7 @@ mod tests {
 
     use super::*;
 
-    /// Vertices from the smallest on, in their cyclic order.
+    /// The vertices in their cyclic order, starting with the smallest.
     fn canonical(mut vertices: Vec<u32>) -> Vec<u32> {
         let first = (0..vertices.len()).min_by_key(|&k| vertices[k]).unwrap();
         vertices.rotate_left(first);
@@ -314,7 +317,7 @@ mod tests {
         }
     }
 
-    /// For every texel how many triangles own it, and the chart gap around it.
+    /// The owner of every texel, and the gap between charts.
     #[test]
     fn charts_overlap_at_the_eyes_only_and_keep_apart() {
         const SIDE: u32 = 1024;

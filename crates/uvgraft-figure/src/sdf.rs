@@ -1,11 +1,11 @@
-//! Signed distances to simple solids, their smooth unions, and marching along rays to a surface.
+//! Signed distances to simple solids, smooth unions, and ray marching.
 //!
-//! Distances are in the caller's unit, negative inside. Blends are the polynomial ones, which are
-//! exact away from the seam, so solids far apart do not disturb each other.
+//! Distances are in the caller's unit, negative inside. Blends are polynomial smooth minima, which
+//! are exact away from the seam, so that distant solids do not affect each other.
 
 use glam::{Vec3, vec3};
 
-/// An axis-aligned ellipsoid; exact at the surface, approximate elsewhere.
+/// An axis-aligned ellipsoid; zero at the surface, approximate elsewhere.
 pub(crate) fn ellipsoid(p: Vec3, centre: Vec3, radii: Vec3) -> f32 {
     let q = p - centre;
     let scaled = vec3(q.x / radii.x, q.y / radii.y, q.z / radii.z);
@@ -18,7 +18,7 @@ pub(crate) fn sphere(p: Vec3, centre: Vec3, radius: f32) -> f32 {
     (p - centre).length() - radius
 }
 
-/// A capsule whose radius changes from one end to the other.
+/// A capsule with a linearly varying radius.
 pub(crate) fn capsule(p: Vec3, from: Vec3, to: Vec3, radius_from: f32, radius_to: f32) -> f32 {
     let (along, offset) = (to - from, p - from);
     let t = (offset.dot(along) / along.dot(along)).clamp(0.0, 1.0);
@@ -31,12 +31,12 @@ pub(crate) fn join(a: f32, b: f32, blend: f32) -> f32 {
     a.min(b) - overlap * overlap * blend * 0.25
 }
 
-/// `a` without `b`, with an edge rounded over about `blend`.
+/// `a` without `b`, the edge rounded over about `blend`.
 pub(crate) fn carve(a: f32, b: f32, blend: f32) -> f32 {
     -join(-a, b, blend)
 }
 
-/// Where a ray from inside leaves the solid for the first time, at most `reach` away.
+/// The first point where a ray from inside leaves the solid, at most `reach` away.
 pub(crate) fn leave(
     distance: impl Fn(Vec3) -> f32,
     origin: Vec3,
@@ -46,7 +46,7 @@ pub(crate) fn leave(
     march(|p| -distance(p), origin, direction, reach)
 }
 
-/// Where a ray from outside meets the solid for the first time, at most `reach` away.
+/// The first point where a ray from outside meets the solid, at most `reach` away.
 pub(crate) fn meet(
     distance: impl Fn(Vec3) -> f32,
     origin: Vec3,
@@ -56,9 +56,11 @@ pub(crate) fn meet(
     march(distance, origin, direction, reach)
 }
 
+/// Sphere tracing (Hart 1996): steps as long as the distance to the nearest surface
+/// cannot cross it.
 fn march(clearance: impl Fn(Vec3) -> f32, origin: Vec3, direction: Vec3, reach: f32) -> Vec3 {
-    // Blends and ellipsoids overstate the distance a little, hence the careful step; the last one
-    // is refined by bisection.
+    // Blends and ellipsoids overestimate the distance slightly, so steps are shortened; the last
+    // one is refined by bisection.
     const CAREFUL: f32 = 0.8;
     const SHORTEST: f32 = 0.03;
     let (mut free, mut travelled) = (0.0, 0.0);

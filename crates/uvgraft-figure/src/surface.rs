@@ -1,30 +1,30 @@
-//! Polygons under construction: positions, and corners with chart parameters and a part.
+//! A surface under construction: positions, and polygon corners with chart parameters and a part.
 
 use glam::Vec3;
 
 use crate::symmetry::Symmetry as _;
 
-/// What a polygon belongs to. The order is that of the polygons in the finished meshes.
+/// The part that a polygon belongs to. Polygons of the finished meshes are in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum PartKind {
-    /// Face, cranium and neck: the big one.
+    /// Face, cranium and neck: the largest part.
     Face,
     Eye,
     Ear,
     Hair,
-    /// Skin between the neck and what the shirt covers.
+    /// Skin from the neck to below the edge of the shirt.
     Chest,
     Shirt,
     Sleeve,
     /// From the upper arm to the knuckles.
     Arm,
-    /// Thumb is 0, little finger 4.
+    /// The thumb is 0, the little finger 4.
     Finger(u8),
     Leg,
     Shoe,
 }
 
-/// Which of a pair; the figure's own left is `+x`.
+/// One of a pair; the figure's own left is `+x`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Side {
     Both,
@@ -38,8 +38,8 @@ pub(crate) struct BodyPart {
     pub side: Side,
 }
 
-/// A corner: which vertex, and where on the part's own unit square (or, for [`PartKind::Face`], on the
-/// head grid; see `head`).
+/// A corner: its vertex, and its position on the unit square of the part or, for
+/// [`PartKind::Face`], on the head grid; see `head`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Knot {
     pub vertex: u32,
@@ -49,11 +49,11 @@ pub(crate) struct Knot {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Polygon {
     pub part: BodyPart,
-    /// Counterclockwise seen from outside; three or four.
+    /// Three or four, counterclockwise seen from outside.
     pub knots: Vec<Knot>,
 }
 
-/// Positions in centimetres, Y up, facing +Z, the ground at 0.
+/// Positions are in centimetres, Y up, facing +Z, the ground at 0.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Surface {
     pub positions: Vec<Vec3>,
@@ -74,16 +74,16 @@ impl Surface {
         self.polygons.push(Polygon { part, knots: knots.to_vec() });
     }
 
-    /// Quads between two open rows of as many knots; `lower` is below `upper` seen from outside
-    /// with both running to the right.
+    /// Quads between two open rows with equally many knots. Seen from outside, both run to the
+    /// right and `lower` is below `upper`.
     pub fn strip(&mut self, part: BodyPart, upper: &[Knot], lower: &[Knot]) {
         for (top, bottom) in upper.windows(2).zip(lower.windows(2)) {
             self.polygon(part, &[top[0], bottom[0], bottom[1], top[1]]);
         }
     }
 
-    /// Triangles from the steps of an open row to one vertex above it; each triangle has its own
-    /// corner on the chart there, midway over its step.
+    /// Triangles from the steps of an open row to one vertex above it. Each triangle has its own
+    /// corner there on the chart, centred over its step.
     pub fn cap_above(&mut self, part: BodyPart, tip: Knot, row: &[Knot]) {
         for step in row.windows(2) {
             let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
@@ -91,7 +91,7 @@ impl Surface {
         }
     }
 
-    /// The same below the row.
+    /// Like [`Self::cap_above`], below the row.
     pub fn cap_below(&mut self, part: BodyPart, row: &[Knot], tip: Knot) {
         for step in row.windows(2) {
             let middle = 0.5 * (step[0].at[0] + step[1].at[0]);
@@ -99,7 +99,7 @@ impl Surface {
         }
     }
 
-    /// Appends another surface, with its vertices after those that are here.
+    /// Appends another surface; its vertices come after the existing ones.
     pub fn append(&mut self, other: Self) {
         let offset = self.positions.len() as u32;
         self.positions.extend(other.positions);
@@ -111,7 +111,7 @@ impl Surface {
         }));
     }
 
-    /// The mirror image, left for right. Chart parameters stay, so its charts are mirrored too.
+    /// The left-right mirror image. Chart parameters are unchanged, so its charts are mirrored too.
     pub fn mirrored(&self) -> Self {
         let positions = self.positions.iter().map(|position| position.mirrored()).collect();
         let polygons = self

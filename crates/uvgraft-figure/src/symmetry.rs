@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-/// Points and directions seen from the other side.
+/// Reflection of points and directions.
 pub(crate) trait Symmetry {
-    /// The same on the figure's left, where `x` is positive.
+    /// The point or its mirror image, whichever is on the figure's left (positive `x`).
     fn folded(self) -> Self;
     /// The mirror image.
     fn mirrored(self) -> Self;

@@ -24,8 +24,8 @@ const DENIM: Color = [0.20, 0.245, 0.335];
 const CANVAS: Color = [0.70, 0.20, 0.16];
 const RUBBER: Color = [0.92, 0.91, 0.88];
 
-/// Paints the figure's clothes and skin in the body's layout: 8-bit sRGB. Its head is a mannequin's,
-/// waiting for a face; the neck has the face's skin tone.
+/// Paints the figure's clothes and skin in the body's UV layout, as 8-bit sRGB. Its head is a
+/// mannequin's, to be replaced by a face; the neck has the face's skin tone.
 ///
 /// # Panics
 /// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
@@ -33,9 +33,9 @@ pub fn paint_body(figure: &Figure, size: Size) -> Texture {
     bake(&figure.body, &figure.body_parts, size, BACKGROUND, color)
 }
 
-/// Paints the body as [`paint_body`] does, with skin of another tone.
+/// Paints the body like [`paint_body`], with another skin tone.
 ///
-/// - `gain`: what the skin's red, green and blue are multiplied by.
+/// - `gain`: factors for the skin's red, green and blue.
 ///
 /// # Panics
 /// As [`paint_body`].
@@ -48,7 +48,7 @@ pub fn paint_body_in_tone(figure: &Figure, size: Size, gain: [f32; 3]) -> Textur
         ) {
             return color;
         }
-        // Sleeves, nails and the mannequin's head are told by how far they are from skin.
+        // Sleeves, nails and the mannequin's head are excluded by their colour distance from skin.
         let plain = skin(spot.position);
         let far = (0..3).map(|k| (color[k] - plain[k]).abs()).fold(0.0, f32::max);
         let share = smoothstep(0.16, 0.06, far);
@@ -79,7 +79,7 @@ fn mannequin(p: Vec3) -> Color {
     if neck > 0.0 { blend(MANNEQUIN, skin(p), neck) } else { MANNEQUIN }
 }
 
-/// Threads of a knit, about 1 ± 0.05.
+/// Brightness of knitted threads, about 1 ± 0.05.
 fn knit(p: Vec3) -> f32 {
     let around = p.x.atan2(p.z + 1.0) * 14.0;
     let wale = (around * TAU * 2.2).sin() * (p.y * TAU * 3.0).sin();
@@ -94,13 +94,13 @@ fn striped(height: f32, threads: f32) -> Color {
     scaled(blend(CREAM, NAVY, stripe), threads)
 }
 
-/// The cloth of shirt and sleeves. Which of the two a point has is decided in space, so both agree
-/// where their surfaces run into each other.
+/// The cloth of shirt and sleeves. Whether a point belongs to one or the other is decided in space,
+/// so both agree where their surfaces intersect.
 fn jersey(p: Vec3) -> Color {
     let q = p.folded() - SHOULDER;
     let threads = knit(p);
     let along = q.dot(ARM);
-    // Positive on the sleeve: beyond the shoulder and not below the armpit.
+    // Positive on the sleeve: beyond the shoulder and above the level of the armpit.
     let armhole = (q.x + 1.5).min(q.dot(ARM_BACK) + 8.6);
     let color = if armhole > 0.0 {
         let plain = scaled(CREAM, threads);
@@ -115,7 +115,7 @@ fn jersey(p: Vec3) -> Color {
     scaled(color, 1.0 - 0.24 * bell(armhole, 0.11))
 }
 
-/// Coverage by the heart that is stitched on the left of the chest.
+/// Coverage by the heart stitched on the left of the chest.
 fn heart(p: Vec3) -> f32 {
     if p.z < 0.0 {
         return 0.0;

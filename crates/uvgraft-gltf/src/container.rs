@@ -10,14 +10,14 @@ const BIN: &[u8; 4] = b"BIN\0";
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// The chunks of a GLB file. What they hold is not looked at.
+/// The chunks of a GLB file. Their contents are not inspected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Glb<'a> {
     /// The first chunk of JSON.
     pub json: &'a [u8],
     /// The first binary chunk.
     pub binary: Option<&'a [u8]>,
-    /// The length of the file as its header says, at most that of the bytes.
+    /// The file length from the header, at most the number of bytes given.
     pub length: usize,
 }
 
@@ -25,57 +25,57 @@ pub struct Glb<'a> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContainerError {
-    /// Another kind of file.
+    /// Not a GLB file.
     #[error("not a GLB file: it must start with \"glTF\", got \"{}\"", found.escape_ascii())]
     Magic {
         /// The first four bytes, or fewer.
         found: Vec<u8>,
     },
-    /// Another version of the container.
+    /// Unsupported container version.
     #[error("the GLB version must be 2, got {found}")]
     Version {
-        /// What the header says.
+        /// The version in the header.
         found: u32,
     },
-    /// The file ends before what it announces.
-    #[error("truncated file: {what} must have bytes up to {end}, the file ends at {actual}")]
-    CutShort {
-        /// What does not fit.
+    /// The file is shorter than its headers announce.
+    #[error("truncated file: {what} ends at byte {end}, but the file has {actual} bytes")]
+    Truncated {
+        /// The truncated part.
         what: &'static str,
-        /// Where it would end.
+        /// Offset of its end, in bytes.
         end: u64,
-        /// The bytes that there are.
+        /// Actual length in bytes.
         actual: u64,
     },
-    /// No chunk is JSON.
+    /// The file has no JSON chunk.
     #[error("the GLB has no JSON chunk")]
     NoJson,
 }
 
-/// A file that would be longer than the 32 bits of its header can say.
+/// A file whose length exceeds the 32-bit length field of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a GLB file must have at most 4 GiB, got {bytes} bytes")]
+#[error("a GLB file must be at most 4 GiB, got {bytes} bytes")]
 pub struct TooLarge {
-    /// How long it would be.
+    /// The length it would have.
     pub bytes: u64,
 }
 
-/// Whether bytes begin as GLB files do.
+/// Whether the bytes start with the GLB magic.
 pub fn is_glb(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
 impl<'a> Glb<'a> {
-    /// Finds the chunks of a file. Bytes behind the length that its header says are ignored.
+    /// Finds the chunks of a file. Bytes beyond the length in the header are ignored.
     ///
     /// # Errors
-    /// [`ContainerError`] unless it is a GLB file of version 2 with a chunk of JSON, whole.
+    /// [`ContainerError`] unless it is a complete GLB file of version 2 with a JSON chunk.
     pub fn read(bytes: &'a [u8]) -> Result<Self, ContainerError> {
         if !is_glb(bytes) {
             return Err(ContainerError::Magic { found: bytes[..bytes.len().min(4)].to_vec() });
         }
         let actual = bytes.len() as u64;
-        let cut_short = |what, end| ContainerError::CutShort { what, end, actual };
+        let cut_short = |what, end| ContainerError::Truncated { what, end, actual };
         let header = || cut_short("the GLB header", HEADER_BYTES as u64);
         let found = word(bytes, 4).ok_or_else(header)?;
         if found != VERSION {
@@ -102,15 +102,15 @@ impl<'a> Glb<'a> {
         Ok(Self { json, binary, length: length as usize })
     }
 
-    /// Puts a file together; chunks are padded to multiples of four bytes.
+    /// Assembles a file; chunks are padded to multiples of four bytes.
     ///
     /// # Errors
-    /// [`TooLarge`] for 4 GiB and more.
+    /// [`TooLarge`] from 4 GiB on.
     pub fn write(json: &[u8], binary: &[u8]) -> Result<Vec<u8>, TooLarge> {
         let (json_length, binary_length) =
             (json.len().next_multiple_of(4), binary.len().next_multiple_of(4));
         let length = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + json_length + binary_length;
-        // Lengths have 32 bits; those of the chunks fit where that of the file does.
+        // Lengths are 32-bit; if the file's length fits, so do those of its chunks.
         let Ok(total) = u32::try_from(length) else {
             return Err(TooLarge { bytes: length as u64 });
         };
@@ -140,13 +140,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chunks_are_padded_to_four_bytes_and_found_again() {
+    fn chunks_are_padded_to_four_bytes_and_read_back() {
         let glb = Glb::write(b"{ }", &[9]).unwrap();
         let wanted = b"glTF\x02\0\0\0\x24\0\0\0\x04\0\0\0JSON{ } \x04\0\0\0BIN\0\x09\0\0\0";
         assert_eq!(glb, wanted);
         let read = Glb { json: b"{ } ", binary: Some(&[9, 0, 0, 0]), length: 36 };
         assert_eq!(Glb::read(&glb), Ok(read));
-        // What follows the file, and chunks of other kinds, are passed over.
+        // Trailing bytes and chunks of other types are skipped.
         let longer = [&glb[..], b"more"].concat();
         assert_eq!(Glb::read(&longer), Ok(read));
         let mut other = glb.clone();
@@ -155,22 +155,19 @@ mod tests {
     }
 
     #[test]
-    fn other_files_are_refused_with_what_was_found() {
+    fn invalid_files_are_rejected() {
         let refused = |bytes: &[u8]| Glb::read(bytes).unwrap_err().to_string();
         assert!(refused(b"\x89PNG").ends_with(r#"got "\x89PNG""#), "{}", refused(b"\x89PNG"));
         assert!(refused(b"").ends_with(r#"got """#));
         assert!(
-            refused(b"glTF")
-                .contains("the GLB header must have bytes up to 12, the file ends at 4")
+            refused(b"glTF").contains("the GLB header ends at byte 12, but the file has 4 bytes")
         );
         assert_eq!(refused(b"glTF\x01\0\0\0"), "the GLB version must be 2, got 1");
         let glb = Glb::write(b"{}", &[]).unwrap();
-        assert!(
-            refused(&glb[..20]).contains("the GLB must have bytes up to 32, the file ends at 20")
-        );
+        assert!(refused(&glb[..20]).contains("the GLB ends at byte 32, but the file has 20 bytes"));
         let mut chunk = glb.clone();
         chunk[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(refused(&chunk).contains("a chunk of the GLB must have bytes up to 4294967315"));
+        assert!(refused(&chunk).contains("a chunk of the GLB ends at byte 4294967315"));
         assert_eq!(refused(b"glTF\x02\0\0\0\x0c\0\0\0"), "the GLB has no JSON chunk");
         let mut kind = glb;
         kind[16..20].copy_from_slice(b"ELSE");

@@ -1,11 +1,11 @@
-//! Avatars as glTF: written as GLB and VRM ([`glb`]), brought within a platform's limits ([`preset`]), and scenes
-//! read from any maker's GLB, VRM and glTF files ([`scene`]).
+//! Avatars as glTF: writing them as GLB and VRM ([`glb`]), fitting them to a platform's limits
+//! ([`preset`]), and reading scenes from GLB, VRM and glTF files of any origin ([`scene`]).
 //!
-//! Writing and reading share the GLB container and nothing else, so a file that we wrote is read back by
-//! other code than made it.
+//! Writer and reader share only the GLB container, so reading back a file that we wrote exercises
+//! code independent of the code that wrote it.
 //!
-//! With the feature `threads` (default) work is done on the caller's rayon pool, as
-//! [`uvgraft::threads`] says; results are the same without it.
+//! With the feature `threads` (default), work runs on the caller's rayon pool, see
+//! [`uvgraft::threads`]; results are the same without it.
 
 pub mod container;
 pub mod glb;

@@ -26,6 +26,15 @@ pub enum ReadError<E: std::error::Error + 'static> {
     },
 }
 
+/// How a file of an unexpected format begins, as the end of an error message.
+pub(crate) fn beginning(start: &[u8]) -> String {
+    if start.is_empty() {
+        "the file is empty".to_owned()
+    } else {
+        format!("starts with \"{}\"", start.escape_ascii())
+    }
+}
+
 /// Reads a file of at most `max` bytes and parses it.
 ///
 /// # Errors
@@ -44,17 +53,17 @@ pub fn read_file<T, E: std::error::Error>(
 /// is only a hint: a pipe has none, and a file may grow.
 pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
-    let told = file.metadata()?;
-    if told.is_dir() {
-        return Err(io::Error::other("is a folder, must be a file"));
+    let meta = file.metadata()?;
+    if meta.is_dir() {
+        return Err(io::Error::other("must be a file, but is a folder"));
     }
     let too_large =
         |size: u64| io::Error::other(format!("must have at most {max} bytes, got {size} or more"));
-    if told.len() > max {
-        return Err(too_large(told.len()));
+    if meta.len() > max {
+        return Err(too_large(meta.len()));
     }
     let mut bytes = Vec::new();
-    bytes.try_reserve_exact(usize::try_from(told.len()).unwrap_or(usize::MAX).saturating_add(1))?;
+    bytes.try_reserve_exact(usize::try_from(meta.len()).unwrap_or(usize::MAX).saturating_add(1))?;
     file.take(max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }

@@ -1,10 +1,10 @@
 //! Wavefront OBJ: polygons with texture coordinates, read and written.
 //!
-//! What a texture transfer needs is `v`, `vt` and `f`, with `o`, `g` and `usemtl` as the names of
-//! [`MeshPart`](uvgraft::mesh::MeshPart)s. Everything else in a file, normals included, is skipped. Text is
-//! read as the files in the wild have it: any line ending, any run of blanks, lines continued by a
-//! backslash, a byte order mark, names in UTF-8 or Latin-1, relative indices, faces before their
-//! vertices.
+//! A texture transfer needs `v`, `vt` and `f`, with `o`, `g` and `usemtl` as the names of
+//! [`MeshPart`](uvgraft::mesh::MeshPart)s. Everything else in a file, normals included, is skipped.
+//! The parser accepts files as found in the wild: any line ending, any run of blanks, lines
+//! continued by a backslash, a byte order mark, names in UTF-8 or Latin-1, relative indices, and
+//! faces before their vertices.
 //!
 //! Source: Wavefront's "Object Files" specification, version 3.0.
 
@@ -119,7 +119,7 @@ pub enum ObjError {
         corner: usize,
         /// `"vertex"` or `"texture coordinate"`.
         what: &'static str,
-        /// The index that was found.
+        /// The index in the file.
         found: i64,
         /// How many there are.
         count: usize,
@@ -136,7 +136,7 @@ pub enum ObjError {
         corner: usize,
         /// `"vertex"` or `"texture coordinate"`.
         what: &'static str,
-        /// The index that was found.
+        /// The index in the file.
         found: i64,
         /// How many there are so far.
         count: usize,

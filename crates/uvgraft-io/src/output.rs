@@ -1,4 +1,4 @@
-//! Atomic outputs: a temporary file beside the target, then a rename.
+//! Atomic outputs: a temporary file next to the target, then a rename.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -21,8 +21,8 @@ pub struct AtomicFile {
 
 /// Temporary files of this process, to be removed on interruption.
 ///
-/// Files are created, renamed and removed under this lock, so whoever holds it sees no intermediate
-/// state.
+/// Files are created, renamed and removed under this lock, so a thread that holds it never sees an
+/// intermediate state.
 static UNFINISHED: Mutex<Unfinished> =
     Mutex::new(Unfinished { paths: Vec::new(), folders: Vec::new(), is_abandoned: false });
 
@@ -52,7 +52,7 @@ pub fn abandon_unfinished() {
     let mut unfinished = unfinished();
     unfinished.is_abandoned = true;
     for path in unfinished.paths.drain(..) {
-        // There is nobody left to report to.
+        // Nothing is left to report errors to.
         let _ = std::fs::remove_file(path);
     }
     for folder in unfinished.folders.drain(..) {
@@ -62,7 +62,7 @@ pub fn abandon_unfinished() {
     }
 }
 
-/// A temporary folder in the system's place for them. It is removed on drop, or by
+/// A temporary folder in the system's temporary directory. It is removed on drop, or by
 /// [`abandon_unfinished`].
 #[derive(Debug)]
 pub struct TemporaryFolder {
@@ -95,7 +95,7 @@ impl Drop for TemporaryFolder {
 }
 
 impl AtomicFile {
-    /// Creates an empty temporary file beside `path`.
+    /// Creates an empty temporary file next to `path`.
     ///
     /// # Errors
     /// Those of the system, or [`io::ErrorKind::Interrupted`] after [`abandon_unfinished`].
@@ -189,9 +189,9 @@ pub fn write_atomically<E: From<io::Error>>(
 /// The final target of links, whether or not it exists.
 fn followed(path: &Path) -> PathBuf {
     /// The same limit as in Linux.
-    const MOST_LINKS: usize = 40;
+    const MAX_LINKS: usize = 40;
     let mut path = path.to_path_buf();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         let Ok(next) = path.read_link() else { break };
         path = path.parent().unwrap_or(Path::new("")).join(next);
     }

@@ -1,18 +1,21 @@
-//! Pair files (`*.uvpair`): a safetensors container with both meshes and the pieces that correspond.
+//! Pair files (`*.uvpair`): a safetensors container with both meshes and the pieces that
+//! correspond.
 //!
-//! - The header's `__metadata__` MUST hold the key `uvgraft` with a JSON object as its text: `version`,
-//!   `checksum`, `generator`, `note`, and `source` and `target` with `name`, `fingerprint`, `parts`.
-//! - For each side there MUST be the tensors `SIDE.positions` (f32, `[vertices, 3]`), `SIDE.uv` (f32,
-//!   `[coordinates, 2]`, origin at the top left), `SIDE.corners` (u32, `[corners, 2]`: vertex and UV
-//!   index, polygon after polygon) and `SIDE.sizes` (u32, `[polygons]`: corners of each).
-//! - `pieces` (u32, `[pieces, 2]`: target face, source face, ascending by target face) and `pieces.corners` (u8,
-//!   `[pieces, 3]`: the source face's corner for each of the target face's, or `3, 3, 3` for a part) MUST be there;
-//!   faces count the triangles of the polygons' fans.
-//! - If there are parts, `parts` (f64, `[parts, 18]`) MUST be there: for each, in the order of the pieces, the weights
-//!   of the target face's corners at the part's three corners, then those of the source face's.
+//! - The header's `__metadata__` MUST hold the key `uvgraft` with a JSON object as its text:
+//!   `version`, `checksum`, `generator`, `note`, and `source` and `target` with `name`,
+//!   `fingerprint`, `parts`.
+//! - For each side there MUST be the tensors `SIDE.positions` (f32, `[vertices, 3]`), `SIDE.uv`
+//!   (f32, `[coordinates, 2]`, origin at the top left), `SIDE.corners` (u32, `[corners, 2]`: vertex
+//!   and UV index, polygon after polygon) and `SIDE.sizes` (u32, `[polygons]`: corners of each).
+//! - `pieces` (u32, `[pieces, 2]`: target face, source face, ascending by target face) and
+//!   `pieces.corners` (u8, `[pieces, 3]`: the source face's corner for each of the target face's,
+//!   or `3, 3, 3` for a part) MUST be present; faces count the triangles of the polygons' fans.
+//! - If there are parts, `parts` (f64, `[parts, 18]`) MUST be present: for each, in the order of
+//!   the pieces, the weights of the target face's corners at the part's three corners, then those
+//!   of the source face's.
 //! - Version 1 has `links` and `links.corners` instead: the same tensors, without parts.
 //! - `checksum` MUST be the SHA-256 of the whole file with the checksum's 64 digits set to `0`.
-//! - Other tensors and keys MAY be there; readers of this version ignore them.
+//! - Other tensors and keys MAY be present; readers of this version ignore them.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -25,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft::{Corner, Extent, Mesh, MeshError, MeshPart, Pair, PairError, Piece, Weights};
 
-use crate::input::{ReadError, read_file};
+use crate::input::{ReadError, beginning, read_file};
 use crate::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
@@ -55,7 +58,7 @@ pub struct PairFile {
 #[non_exhaustive]
 pub enum PairFileError {
     /// Not a pair file.
-    #[error("not a pair file: starts with {found:02x?}")]
+    #[error("not a pair file: {}", beginning(found))]
     Magic {
         /// The first bytes.
         found: Vec<u8>,
@@ -69,10 +72,10 @@ pub enum PairFileError {
         /// The version that the file states.
         found: u32,
     },
-    /// Checked before anything is allocated, so a bad header cannot ask for gigabytes.
-    #[error("truncated pair file: header must have {needed} bytes, got {actual}")]
+    /// Checked before anything is allocated, so that a bad header cannot request gigabytes.
+    #[error("truncated pair file: must have {needed} bytes, got {actual}")]
     Truncated {
-        /// Size stated by the header.
+        /// Size according to the header.
         needed: u64,
         /// Size of the file.
         actual: u64,
@@ -537,7 +540,7 @@ mod tests {
         assert_eq!(bytes, encode(&file()).unwrap());
     }
 
-    /// The file, with the second of its faces in two parts.
+    /// The file, with its second face in two parts.
     fn with_parts() -> PairFile {
         let file = file();
         let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -571,7 +574,7 @@ mod tests {
         assert_eq!([&*file.source_name, &*file.target_name], ["head.obj", "body.obj"]);
         let wanted = [Piece::whole(0, 1, [0, 1, 2]), Piece::whole(1, 0, [2, 0, 1])];
         assert_eq!(file.pair.pieces().collect::<Vec<_>>(), wanted);
-        // Written again, it is a file of the newest version, with the same pair.
+        // When written again, the same pair is in the newest version.
         assert_eq!(decode(&encode(&file).unwrap()).unwrap(), file);
     }
 
@@ -593,7 +596,9 @@ mod tests {
     #[test]
     fn tells_foreign_and_newer_files() {
         let error = |bytes: &[u8]| decode(bytes).unwrap_err().to_string();
-        assert!(error(b"\x89PNG\r\n\x1a\n....").contains("not a pair file: starts with [89, 50"));
+        assert!(
+            error(b"\x89PNG\r\n\x1a\n....").contains(r#"not a pair file: starts with "\x89PNG"#)
+        );
         assert!(error(b"").contains("not a pair file"));
         let huge = [&u64::MAX.to_le_bytes()[..], b"{}"].concat();
         assert!(error(&huge).contains("truncated"));

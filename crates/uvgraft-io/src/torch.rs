@@ -14,7 +14,7 @@ use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
 use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Collector;
-use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES};
+use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES};
 use crate::arrays::named::NamedArrays;
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
@@ -50,7 +50,7 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
         let found = format!("a file that starts with `{}`", shown(bytes));
         return Err(foreign(if bytes.is_empty() { "an empty file" } else { &found }));
     }
-    from_archive(&mut ArchiveInMemory::open(bytes, MOST_UNPACKED_BYTES)?)
+    from_archive(&mut ArchiveInMemory::open(bytes, MAX_UNPACKED_BYTES)?)
 }
 
 /// Reads the tensors of a file; see [`parse`].

@@ -22,17 +22,17 @@ use crate::vertex_list::{VertexListError, vertices_of};
 pub const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// Maximum number of groups in a file; body models have some dozens.
-pub const MOST_GROUPS: usize = 4096;
+pub const MAX_GROUPS: usize = 4096;
 
 /// Maximum total number of indices. A pickle may contain one list under many names, so the size of
 /// the file is no bound.
-pub const MOST_IDS: usize = 1 << 24;
+pub const MAX_IDS: usize = 1 << 24;
 
 /// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 256;
 
 /// Maximum number of names listed in an error.
-const MOST_LISTED: usize = 64;
+const MAX_LISTED: usize = 64;
 
 /// Why vertex groups were rejected. Entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -48,14 +48,14 @@ pub enum VertexGroupsError {
     #[error(transparent)]
     Pickle(#[from] PickleError),
     /// The JSON is damaged, or has another structure.
-    #[error("JSON: {problem}")]
+    #[error("invalid JSON: {problem}")]
     Json {
         /// What is wrong, and where.
         problem: String,
     },
     /// The pickle does not hold a dict.
     #[error("the pickle must hold a dict of vertex indices by name, got {found}")]
-    NoDict {
+    NotADict {
         /// What it holds.
         found: &'static str,
     },
@@ -142,8 +142,8 @@ impl VertexGroups {
         ids: impl FnOnce() -> Result<Vec<i64>, String>,
     ) -> Result<(), VertexGroupsError> {
         self.ids = self.ids.saturating_add(count);
-        if self.ids > MOST_IDS {
-            return Err(VertexGroupsError::TooMany { what: "vertex indices", most: MOST_IDS });
+        if self.ids > MAX_IDS {
+            return Err(VertexGroupsError::TooMany { what: "vertex indices", most: MAX_IDS });
         }
         let name = name.to_owned();
         let ids = ids().map_err(|found| VertexGroupsError::Ids { name: name.clone(), found })?;
@@ -204,9 +204,9 @@ pub fn read_group(
 fn from_pickle(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     let pickle = pickle::parse(bytes)?;
     let root = pickle.root();
-    let entries = root.entries().ok_or(VertexGroupsError::NoDict { found: root.kind() })?;
-    if entries.len() > MOST_GROUPS {
-        return Err(VertexGroupsError::TooMany { what: "groups", most: MOST_GROUPS });
+    let entries = root.entries().ok_or(VertexGroupsError::NotADict { found: root.kind() })?;
+    if entries.len() > MAX_GROUPS {
+        return Err(VertexGroupsError::TooMany { what: "groups", most: MAX_GROUPS });
     }
     let mut groups = VertexGroups::default();
     for (index, (name, ids)) in entries.enumerate() {
@@ -275,8 +275,8 @@ impl<'de> Visitor<'de> for JsonGroups {
             let group = groups.groups.len() + 1;
             let added = if name.len() > LONGEST_NAME {
                 Err(VertexGroupsError::Name { group, found: "a longer one" })
-            } else if group > MOST_GROUPS {
-                Err(VertexGroupsError::TooMany { what: "groups", most: MOST_GROUPS })
+            } else if group > MAX_GROUPS {
+                Err(VertexGroupsError::TooMany { what: "groups", most: MAX_GROUPS })
             } else {
                 groups.add(&name, ids.len(), || Ok(ids))
             };
@@ -289,9 +289,9 @@ impl<'de> Visitor<'de> for JsonGroups {
 /// Names for a message: printable, and not too many.
 fn listed(names: &[String]) -> String {
     let mut text: Vec<String> =
-        names.iter().take(MOST_LISTED).map(|name| format!("`{}`", name.escape_debug())).collect();
-    if names.len() > MOST_LISTED {
-        text.push(format!("{} more", names.len() - MOST_LISTED));
+        names.iter().take(MAX_LISTED).map(|name| format!("`{}`", name.escape_debug())).collect();
+    if names.len() > MAX_LISTED {
+        text.push(format!("{} more", names.len() - MAX_LISTED));
     }
     text.join(", ")
 }

@@ -1,4 +1,4 @@
-//! Giving up all outputs, which a process does once; so this test has a program of its own.
+//! Abandoning all outputs, which a process does only once; so this test has its own binary.
 
 use std::io::{ErrorKind, Write};
 

@@ -1,4 +1,4 @@
-//! Files of arrays that nobody should write: cut short, larger than they say, and programs.
+//! Malicious array files: truncated, larger than stated, and programs.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
@@ -91,13 +91,13 @@ fn with_field(mut bytes: Vec<u8>, local: usize, central: usize, value: u32) -> V
 fn archives_unpack_to_what_they_say() {
     let sound = npz(&[("a.npy", &npy("'|u1'", "(9000,)", &[7; 9000]))]);
     assert_eq!(arrays::parse(&sound).unwrap().get("a").unwrap().shape(), [9000]);
-    // More than it says: what comes out is counted, not believed.
+    // More than stated: the unpacked bytes are counted, whatever the header says.
     let less = with_field(sound.clone(), 22, 24, 100);
     assert!(error(&less).starts_with("array `a.npy`: "), "{}", error(&less));
-    // Less than it says, as far as so few bytes can grow.
+    // Less than stated, within what so few bytes can expand to.
     let more = with_field(sound.clone(), 22, 24, 10_000);
     assert!(error(&more).starts_with("array `a.npy`: "), "{}", error(&more));
-    // More than they can: nothing is reserved for it.
+    // More than they can expand to: nothing is reserved for it.
     let claimed = with_field(sound.clone(), 22, 24, 1 << 29);
     assert!(
         error(&claimed).contains("compressed bytes cannot expand to 536870912"),
@@ -148,7 +148,7 @@ fn shapes_that_do_not_fit() {
     assert!(entry("'<f4'", &axes, &[]).contains("shape must have"));
     assert!(entry("'<U1'", "()", &[0, 0, 0x11, 0]).contains("invalid character"));
     assert!(error(&npz(&[("a.npy", b"text")])).contains("must be an NPY array, got `text`"));
-    // What is sound and no array of numbers is left out.
+    // Valid values other than numeric arrays are skipped.
     for (descr, shape, values, reason) in [
         ("'<c8'", "(1,)", 8, "an array of dtype `<c8`"),
         ("[('x', '<f4')]", "(1,)", 4, "a structured array"),
@@ -173,19 +173,19 @@ fn programs_are_refused_by_name() {
         let wanted = format!("refused: the pickle imports {}, ", name.replace('\n', "."));
         assert!(error(bytes.as_bytes()).starts_with(&wanted), "{}", error(bytes.as_bytes()));
     }
-    // Only known classes are made, of nothing but `object`.
+    // Only known classes are created, and only based on `object`.
     let other = b"ccopy_reg\n_reconstructor\n(cnumpy\ndtype\nc__builtin__\nobject\nNtR.";
     assert!(error(other).contains("unknown class"), "{}", error(other));
     let base = b"ccopy_reg\n_reconstructor\n(cchumpy.ch\nCh\ncnumpy\ndtype\nNtR.";
     assert!(error(base).contains("unsupported call of Reconstructor"), "{}", error(base));
 }
 
-/// A pickle of a dict that holds what some instructions make, under the name `a`.
+/// A pickle of a dict that has the result of some instructions under the name `a`.
 fn pickle(value: &[u8]) -> Vec<u8> {
     [&b"\x80\x02}U\x01a"[..], value, b"s."].concat()
 }
 
-/// Instructions for an array of 64-bit integers of one axis.
+/// Instructions for a one-dimensional array of 64-bit integers.
 fn list(numbers: &[i64]) -> Vec<u8> {
     let mut bytes = b"cnumpy.core.numeric\n_frombuffer\n(U".to_vec();
     bytes.push(8 * numbers.len() as u8);
@@ -196,7 +196,7 @@ fn list(numbers: &[i64]) -> Vec<u8> {
     bytes
 }
 
-/// An object with attributes, by the instructions that make them.
+/// An object with attributes, given the instructions that create them.
 fn object(class: &str, attributes: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut bytes = format!("c{class}\n)\x00}}(").into_bytes();
     let newobj = bytes.iter().position(|&byte| byte == 0).unwrap();
@@ -225,7 +225,7 @@ fn columns(shape: &[u8], starts: &[i64], rows: &[i64], data: &[i64]) -> Vec<u8> 
 fn sparse_matrices_that_are_not_what_they_say() {
     let shape = b"K\x02K\x02\x86";
     let sound = arrays::parse(&columns(shape, &[0, 1, 3], &[1, 0, 0], &[5, 6, 7])).unwrap();
-    // Two numbers in one place are added up.
+    // Two values at the same coordinates are summed.
     assert_eq!(sound.get("a").unwrap().f64s()[..], [0.0, 13.0, 5.0, 0.0]);
     // More was reserved than is used.
     let spare = arrays::parse(&columns(shape, &[0, 1, 1], &[1, 9], &[5, 6])).unwrap();
@@ -275,7 +275,7 @@ fn chumpy_arrays_that_are_not_what_they_say() {
         assert!(found.contains(wanted), "{found}");
     }
     assert!(error(&pickle(&object("chumpy.ch\nCh", &[]))).contains("must have an `x`"));
-    // An object that holds itself.
+    // An object that contains itself.
     let own = pickle(b"cchumpy.ch\nCh\n)\x81q\0}U\x01xh\0sb");
     let found = arrays::parse(&own).unwrap();
     assert_eq!(found.left_out("a"), Some("arrays nested too deeply in lists or objects"));
@@ -286,14 +286,14 @@ fn what_holds_itself_or_doubles_ends() {
     let own = arrays::parse(b"\x80\x02}q\0U\x01ah\0s.").unwrap();
     let left: Vec<&str> = own.names().collect();
     assert!(left.is_empty(), "{left:?}");
-    // Each dict holds the one before twice, 40 times over.
+    // Each dict contains the previous one twice, 40 levels deep.
     let mut doubled = b"\x80\x02}q\0".to_vec();
     for _ in 0..40 {
         doubled.extend(b"0}(U\x01ah\0U\x01bh\0uq\0");
     }
     doubled.push(b'.');
     assert!(error(&doubled).ends_with(" names"), "{}", error(&doubled));
-    // The same of lists, and of objects.
+    // The same with lists, and with objects.
     let mut doubled = b"(K\x01K\x01lq\0".to_vec();
     doubled.extend(b"0(h\0h\0lq\0".repeat(12));
     assert_eq!(arrays::parse(&pickle(&doubled)).unwrap().get("a").unwrap().shape().len(), 13);
@@ -363,7 +363,7 @@ fn tensors_stay_in_their_storage() {
     }
     let short = torch::parse(&tensor(b"K\0", b")", b")", &storage[..20])).unwrap_err().to_string();
     assert!(short.contains("a storage of 6 values of 4 bytes cannot have 20 bytes"), "{short}");
-    // Only files of torch's may refer to what lies outside of a pickle.
+    // Only torch files may refer to data outside of a pickle.
     let outside = pickle(b"K\x01Q");
     assert!(error(&outside).contains("unsupported instruction 0x51"));
     let missing = archive(&[("data.pkl", &outside)], CompressionMethod::Stored);
@@ -383,7 +383,7 @@ fn other_files_are_told_apart() {
     ] {
         assert!(error(bytes).contains(wanted), "{}, not {wanted}", error(bytes));
     }
-    // A list by itself is an array without a name.
+    // A bare list is an array without a name.
     assert_eq!(arrays::parse(b"]q\0.").unwrap().get("").unwrap().shape(), [0]);
     let mut arrays = NamedArrays::new();
     arrays.insert("a", NumericArray::new_i64(vec![], vec![1]).unwrap());

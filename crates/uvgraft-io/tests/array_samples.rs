@@ -1,4 +1,4 @@
-//! Files of arrays that NumPy, SciPy, chumpy and torch wrote; `array_samples/make.py` tells how.
+//! Array files written by NumPy, SciPy, chumpy and torch, by means of `array_samples/make.py`.
 
 use std::path::{Path, PathBuf};
 
@@ -114,8 +114,8 @@ fn other_files_of_torch_are_refused_by_name() {
     }
 }
 
-/// The dump's colours are a ramp of u in red and of v in green, from 0.1 to 0.9, and its opacity is
-/// the sigmoid of a value whose sigmoid goes from 0.2 to 0.8. Its tensors lie in one storage.
+/// The dump's colours are ramps from 0.1 to 0.9, of u in red and of v in green; its opacity is a
+/// value whose sigmoid runs from 0.2 to 0.8. All its tensors are in one storage.
 #[test]
 fn a_dump_of_fate() {
     for size in [8, 16] {
@@ -129,7 +129,7 @@ fn a_dump_of_fate() {
                 // The sample went through atanh and back, in floats.
                 assert!((found - wanted).abs() < 1e-6, "{size} {at}: {found}, not {wanted}");
             }
-            // Between its texels the opacity is linear before the sigmoid, not after.
+            // Between its texels the opacity is interpolated before the sigmoid, not after.
             let found = confidence.get(at, 0, 0);
             assert!((found - (0.2 + 0.6 * centre)).abs() < 3e-3, "{size} {at}: {found}");
         }

@@ -1,4 +1,4 @@
-//! Images in bands of rows are the same images.
+//! Images read and written in bands of rows equal those processed as a whole.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
@@ -17,7 +17,7 @@ const CHANNELS: [Channels; 4] =
 const DEPTHS: [Depth; 3] = [Depth::U8, Depth::U16, Depth::F32];
 const BANDS: [u32; 4] = [1, 3, 7, 1000];
 
-/// Noise, flat parts and slopes.
+/// Noise, flat areas and gradients.
 fn texture(size: Size, channels: Channels, depth: Depth, encoding: Encoding) -> Texture {
     let mut random = fastrand::Rng::with_seed(u64::from(size.width) << 32 | u64::from(size.height));
     let unit: Vec<f32> = (0..size.texels() * channels.count())
@@ -66,7 +66,7 @@ fn encode_whole(image: &Image, format: Format, options: &WriteOptions) -> Encode
     Ok((out.into_inner(), written.losses))
 }
 
-/// Reads all bands, handing each back, and compares them with the whole.
+/// Reads all bands, recycling each, and compares them with the whole image.
 fn check_bands(name: &str, bytes: &[u8], whole: &Image) {
     for band in BANDS {
         let mut decoder = BandDecoder::new(bytes).unwrap();
@@ -195,8 +195,8 @@ fn a_file_appears_when_it_is_finished() {
     }
 }
 
-/// Large enough for several pieces that are compressed at the same time, and rows that fall across
-/// their borders.
+/// Large enough for several pieces compressed at the same time, and with bands that straddle their
+/// boundaries.
 #[test]
 fn threads_and_bands_do_not_show() {
     for (channels, depth) in [(Channels::Rgb, Depth::U8), (Channels::Rgba, Depth::U16)] {
@@ -215,7 +215,7 @@ fn threads_and_bands_do_not_show() {
     }
 }
 
-/// Sizes around those of eight bytes, of samples and of pieces.
+/// Sizes around multiples of eight bytes, of the sampling step and of pieces.
 #[test]
 fn every_width_comes_back() {
     for width in (1..40).chain([341, 683, 2047, 2048, 2049, 32_768]) {
@@ -242,7 +242,7 @@ fn a_cut_is_found_out_before_any_row() {
     assert!(error.contains("cut.png: truncated PNG"), "{error}");
 }
 
-/// Bands say of damaged files what the whole says of them.
+/// Reading a damaged file in bands gives the same errors as reading it as a whole.
 #[test]
 fn damage_is_found_out_by_the_last_row() {
     let mut random = fastrand::Rng::with_seed(8);

@@ -1,4 +1,4 @@
-//! Files that are cut short, damaged or lying: an error each time, at once, and never a panic.
+//! Truncated, damaged or malicious files: always an immediate error, never a panic.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
@@ -60,7 +60,7 @@ fn no_cut_passes_for_a_whole_image() {
         let whole = decode(&bytes).unwrap();
         for cut in 0..bytes.len() {
             if let Ok(image) = decode(&bytes[..cut]) {
-                // The tags of a TIFF may follow its texels and be padded; nothing is missing then.
+                // The tags of a TIFF may follow its texels and be padded; then nothing is missing.
                 assert!(
                     name.ends_with("tif") && image == whole,
                     "{name} cut to {cut} of {}",
@@ -76,7 +76,7 @@ fn a_cut_is_called_a_cut() {
     for (name, bytes) in seeds() {
         let cut = &bytes[..bytes.len() * 2 / 3];
         match decode(cut) {
-            Err(ImageError::CutShort { .. }) => {}
+            Err(ImageError::Truncated { .. }) => {}
             other => panic!("{name}: {:?}", other.map(|_| "an image")),
         }
     }
@@ -93,7 +93,7 @@ fn damage_never_panics_or_stalls() {
         for round in 0..rounds {
             let mut bytes = seed.clone();
             for _ in 0..random.usize(1..6) {
-                // Half of the damage goes to the header, where it hurts most.
+                // Half of the damage hits the header, where it does most harm.
                 let end = if random.bool() { bytes.len() } else { bytes.len().min(128) };
                 let at = random.usize(..end);
                 match random.u8(..4) {
@@ -122,7 +122,7 @@ fn damage_never_panics_or_stalls() {
     assert!(start.elapsed() < Duration::from_secs(120));
 }
 
-/// Puts numbers in the place of the size of a small file.
+/// Replaces the size in the header of a small file.
 fn with_size(format: Format, side: u32) -> Vec<u8> {
     let texture =
         Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
@@ -142,7 +142,7 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
             bytes[at + 2..at + 4].copy_from_slice(&(side.min(65_535) as u16).to_be_bytes());
         }
         Format::WebP => {
-            // An extended header in front of the image; sides are stored less 1, in 24 bits.
+            // An extended header before the image; sides are stored minus 1, in 24 bits.
             let side = (side - 1).to_le_bytes();
             let mut chunk = b"VP8X\x0a\0\0\0\0\0\0\0".to_vec();
             chunk.extend(&side[..3]);
@@ -152,7 +152,7 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
             bytes[4..8].copy_from_slice(&length);
         }
         Format::Tiff => {
-            // Width, height and rows in a strip: all of them.
+            // Width, height and rows per strip, all three.
             for tag in [256u16, 257, 278] {
                 let mut entry = tag.to_le_bytes().to_vec();
                 entry.extend([4, 0, 1, 0, 0, 0]);
@@ -187,7 +187,7 @@ fn lies_about_the_size_are_found_out_at_once() {
                 format!("{format} must have at most 32768 texels a side, got {side}×{side}");
             assert_eq!(error.to_string(), wanted);
         }
-        // Allowed sides; all of it is allocated lazily or not at all.
+        // The sides are allowed; memory is allocated lazily or not at all.
         let bytes = with_size(format, 30_000);
         assert!(decode(&bytes).is_err(), "{format}");
         assert!(start.elapsed() < Duration::from_secs(2), "{format}: {:?}", start.elapsed());

@@ -1,4 +1,4 @@
-//! What is written is what is read back, for every format, depth and set of channels.
+//! Files read back as they were written, in every format, depth and set of channels.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
@@ -33,7 +33,7 @@ fn encoded(image: &Image, format: Format, compress: bool) -> (Vec<u8>, Vec<Loss>
     (out.into_inner(), written.losses)
 }
 
-/// The encoding that a format holds at a depth, or `None` where it does not hold that depth.
+/// The encoding of a format at a depth, or `None` if it does not support that depth.
 fn native(format: Format, depth: Depth) -> Option<Encoding> {
     match (format, depth) {
         (Format::Jpeg, _) => None,
@@ -53,7 +53,7 @@ fn lossless_formats_give_back_every_value_and_the_profile() {
                 let Some(encoding) = native(format, depth) else { continue };
                 let mut texture = random_texture(size, channels, depth, encoding);
                 if format == Format::Exr && channels.has_alpha() {
-                    // Premultiplied in the file: exact where opacity is a power of two.
+                    // Premultiplied in the file: exact where alpha is a power of two.
                     let TexelsMut::F32(values) = texture.texels_mut() else { unreachable!() };
                     for (index, texel) in values.chunks_exact_mut(channels.count()).enumerate() {
                         texel[channels.count() - 1] = [1.0, 0.5, 0.125][index % 3];
@@ -181,7 +181,7 @@ fn data_with_opacity_is_not_premultiplied() {
         Texture::filled(Size::square(1), Channels::Rgba, Encoding::Data, Depth::F32, &values);
     let (bytes, losses) = encoded(&texture.unwrap().into(), Format::Exr, false);
     assert_eq!(losses, []);
-    // Reading cannot know, and divides.
+    // The reader cannot know, and divides.
     assert_eq!(decode(&bytes).unwrap().texture.get(0, 0, 0), 1.5);
 }
 

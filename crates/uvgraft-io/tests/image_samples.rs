@@ -1,4 +1,4 @@
-//! Images from other programs: every kind that is read, and a clear message for those that are not.
+//! Images from other programs: every supported variant, and clear errors for the others.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
@@ -15,7 +15,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(folder.join(name)).unwrap()
 }
 
-/// Reads a sample whose header must promise what the texture then is.
+/// Reads a sample, and checks that the header agrees with the texture.
 fn sample(name: &str) -> Texture {
     let bytes = bytes(name);
     let image = decode(&bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -37,7 +37,7 @@ fn alpha(x: u32, y: u32) -> f32 {
     (255 - 10 * x - 3 * y) as f32 / 255.0
 }
 
-/// Compares every value with what `wanted` says about `(x, y, channel)`.
+/// Compares every value with the result of `wanted` for `(x, y, channel)`.
 fn check(name: &str, texture: &Texture, tolerance: f32, wanted: impl Fn(u32, u32, usize) -> f32) {
     assert_eq!(texture.size(), SIZE, "{name}");
     for (x, y) in (0..SIZE.height).flat_map(|y| (0..SIZE.width).map(move |x| (x, y))) {
@@ -57,7 +57,7 @@ fn exact_samples_are_read_exactly() {
         ("oriented.tif", Channels::Rgb, Depth::U8),
         ("oriented.webp", Channels::Rgb, Depth::U8),
     ] {
-        // Tag 6: what is stored lies on its left side.
+        // Tag 6: the stored image lies on its left side.
         let texture = sample(name);
         assert_eq!(
             (texture.size(), texture.channels(), texture.depth()),
@@ -194,7 +194,7 @@ fn what_makes_no_texture_is_refused_with_a_reason() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     for error in [read(&path).unwrap_err(), read_header(&path).unwrap_err()] {
         let message = error.to_string();
-        let wanted = "Cargo.toml: not an image (must be PNG, JPEG, WebP, TIFF, EXR): starts with \"[package\"";
+        let wanted = "Cargo.toml: not a supported image (PNG, JPEG, WebP, TIFF, EXR): starts with \"[package\"";
         assert!(message.ends_with(wanted), "{message}");
     }
     assert!(decode(b"").unwrap_err().to_string().ends_with("the file is empty"));

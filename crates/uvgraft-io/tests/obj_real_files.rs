@@ -1,5 +1,5 @@
-//! Body models as their users have them. They may not be passed on, so they are found through the
-//! environment, and without it there is nothing to test.
+//! Body models as published. They may not be redistributed, so an environment variable names their
+//! folder; without it there is nothing to test.
 
 use std::path::PathBuf;
 

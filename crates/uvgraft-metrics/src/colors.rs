@@ -1,4 +1,4 @@
-//! The colours of a texture, as metrics see them.
+//! Texture colours in the form that metrics compare.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
@@ -6,8 +6,8 @@ use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use super::MetricError;
 
 /// The colours of a texture as a display shows them: RGB with the sRGB transfer function, 1.0 for
-/// white, laid over black where the texture is not opaque. Grey counts as three equal values, data
-/// as if it were colour.
+/// white, composited over black where the texture is not opaque. Grey becomes three equal values,
+/// and data is treated as if it were colour.
 #[derive(Debug, Clone)]
 pub struct Colors {
     size: Size,
@@ -48,7 +48,7 @@ impl Colors {
         self.size
     }
 
-    /// The values, row by row, three for each texel.
+    /// The values, row-major, three per texel.
     pub fn values(&self) -> &[f32] {
         &self.values
     }

@@ -1,10 +1,11 @@
-//! Sums over the differences of two pictures, for the metrics that are a mean of them.
+//! Sums over per-channel differences, for metrics that are a mean of them.
 
 use uvgraft::threads::map_indices;
 
 use super::{Colors, Mask, MetricError, same_size};
 
-/// Rows that are summed together. Part of the result in its last digits, so never a tuning option.
+/// Rows that are summed in one block. Affects the last digits of the result, so it is not
+/// a tuning option.
 const ROWS: usize = 64;
 
 /// The mean of `of(difference)` over texels and channels, in `f64`.

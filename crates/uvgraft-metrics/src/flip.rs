@@ -1,4 +1,4 @@
-//! FLIP, what alternating between two pictures lets one see.
+//! FLIP: the difference seen when alternating between two pictures.
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: "FLIP: A Difference Evaluator
 //! for Alternating Images", 2020, in the authors' C++ implementation through the crate `nv-flip`.
@@ -8,23 +8,23 @@ use uvgraft::threads::map_indices;
 
 use super::{Colors, Mask, MetricError, same_size};
 
-/// Rows that are evaluated together. The implementation keeps some 100 bytes a texel, which a whole
-/// texture would multiply to gigabytes.
+/// Rows that are evaluated in one block. The implementation needs some 100 bytes per texel, which
+/// would be gigabytes for a whole texture.
 const ROWS: usize = 128;
 
-/// Rows above and below that an error depends on: at [`PIXELS_PER_DEGREE`] the spatial filter
-/// reaches 10 texels far, the feature filter 9.
+/// Rows above and below that affect an error: at [`PIXELS_PER_DEGREE`] the spatial filter has a
+/// radius of 10 texels, the feature filter of 9.
 const HALO: usize = 10;
 
-/// The viewing distance: 0.7 m from a display of 3840 texels on 0.7 m, FLIP's own default.
+/// Viewing conditions: 0.7 m from a display 3840 texels and 0.7 m wide, FLIP's default.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
-/// LDR-FLIP at 67 texels per degree of the visual field: the mean of its error map, over the mask's
-/// texels where there is one.
+/// LDR-FLIP at 67 texels per degree of visual angle: the mean of its error map, over the mask if
+/// there is one.
 ///
-/// 0.0 for identical pictures up to 1.0; lower is better. Pictures are taken at 8 bits, as a
-/// display shows them; values outside `0.0..=1.0` are clamped. Filters reach 10 texels beyond the
-/// mask.
+/// 0.0 for identical pictures up to 1.0; lower is better. Pictures are quantised to 8 bits, as a
+/// display shows them; values outside `0.0..=1.0` are clamped. The filters read up to 10 texels
+/// beyond the mask.
 ///
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size.
@@ -59,7 +59,7 @@ pub fn flip(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricEr
     Ok(sums.iter().sum::<f64>() / count as f64)
 }
 
-/// Some rows as the implementation takes them.
+/// A range of rows in the implementation's image type.
 fn picture(colors: &Colors, rows: std::ops::Range<usize>) -> nv_flip::FlipImageRgb8 {
     let width = colors.size().width;
     let values = rows.start * width as usize * 3..rows.end * width as usize * 3;
@@ -72,7 +72,8 @@ mod tests {
     use super::super::testing::{colors, mask, noise};
     use super::*;
 
-    /// Blocks must not show: the same map as all rows at once, to the bit.
+    /// The block size must not affect the result: the same map, to the bit, as from
+    /// all rows at once.
     #[test]
     fn blocks_do_not_show() {
         let size = (50, 300);
@@ -92,7 +93,7 @@ mod tests {
         let same = noise((30, 30), 1);
         assert_eq!(flip(&same, &same, None).unwrap(), 0.0);
         let (green, blue) = ([0, 255, 0].repeat(900), [0, 0, 255].repeat(900));
-        // The largest distance of colours within sRGB, which the scale's top is made from.
+        // The largest colour difference within sRGB, which defines the top of the scale.
         let largest = flip(&colors((30, 30), &green), &colors((30, 30), &blue), None).unwrap();
         assert!((largest - 1.0).abs() < 1e-3, "{largest}");
     }

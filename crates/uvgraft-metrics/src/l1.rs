@@ -4,8 +4,8 @@ use super::{Colors, Mask, MetricError, difference};
 
 /// The mean absolute error: the mean of `|a - b|` over the mask's texels and the three channels.
 ///
-/// 0.0 for identical pictures, 1.0 for black against white; lower is better. One level of 8 bits is
-/// 1/255. Values outside `0.0..=1.0` count as they are.
+/// 0.0 for identical pictures, 1.0 for black against white; lower is better. One 8-bit level is
+/// 1/255. Values outside `0.0..=1.0` are not clamped.
 ///
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size.
@@ -18,7 +18,8 @@ mod tests {
     use super::super::testing::{colors, mask};
     use super::*;
 
-    /// Differences of 51 and 102 levels in one channel of two texels, of 255 in all of a third.
+    /// Differences of 51 and 102 levels in one channel of two texels, and of 255 in all channels of
+    /// a third.
     #[test]
     fn by_hand() {
         let a = colors((2, 2), &[0, 0, 0, 0, 102, 0, 255, 255, 255, 9, 9, 9]);

@@ -1,6 +1,6 @@
-//! How alike two textures are.
+//! Similarity of two textures.
 //!
-//! Every metric takes two [`Colors`] of one size and, where only a part counts, a [`Mask`].
+//! Every metric takes two [`Colors`] of equal size and, to compare only a part, a [`Mask`].
 //!
 //! | | better | identical | feature |
 //! |---|---|---|---|
@@ -11,8 +11,9 @@
 //! | `flip` | lower | 0 | `flip` |
 //! | `lpips` | lower | 0 | `lpips`, and weights |
 //!
-//! [`seams`] measures how visible seams and rims are in one texture, and [`baseline`] has the methods that were
-//! used before, to compare with. How different two colours are is [`uvgraft::color::delta_e`].
+//! [`seams`] measures the visibility of seams and region boundaries in one texture. [`baseline`]
+//! has earlier transfer methods for comparison. For the difference of two colours see
+//! [`uvgraft::color::delta_e`].
 //!
 //! Results do not depend on the number of threads.
 
@@ -47,11 +48,11 @@ pub use ssim::{ssim, ssim_uniform};
 #[cfg(feature = "ssimulacra2")]
 pub use ssimulacra2::ssimulacra2;
 
-/// Why two textures were not compared.
+/// Why two textures could not be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MetricError {
-    /// Something has another size than the first texture.
+    /// A texture or mask differs in size from the first texture.
     #[error("the {what} must have the size of the first texture, {wanted}, got {found}")]
     Size {
         /// `"second texture"` or `"mask"`.
@@ -61,35 +62,35 @@ pub enum MetricError {
         /// The first texture's size.
         wanted: Size,
     },
-    /// The mask selects no texel that the metric could use.
+    /// The mask selects no texel that the metric can use.
     #[error("the mask selects no texel{0}")]
     EmptyMask(
-        /// Empty, or where the metric does not look.
+        /// Empty, or the restriction that the metric adds.
         &'static str,
     ),
-    /// A texture, or what a mask cuts out of it, is too small for a metric.
-    #[error("{metric} needs at least {least} texels a side, got {found}")]
+    /// A texture, or the part that a mask selects, is too small for the metric.
+    #[error("{metric} needs images of at least {least} texels per side, got {found}")]
     TooSmall {
         /// The metric.
         metric: &'static str,
-        /// The shortest side that it takes.
+        /// The shortest side that the metric accepts.
         least: u32,
-        /// The size that there is.
+        /// The actual size.
         found: Size,
     },
-    /// A value so far from what a display shows that a metric's own numbers would overflow.
-    #[error("texel ({x}, {y}) exceeds the range of {metric}, from -{most} to {most}")]
+    /// A value so far outside the displayable range that the metric would overflow.
+    #[error("texel ({x}, {y}) is outside the range of {metric}, -{most} to {most}")]
     OutOfRange {
         /// The metric.
         metric: &'static str,
-        /// The largest value that it takes, and the least with a minus; white is 1.
+        /// The largest magnitude that the metric accepts; white is 1.
         most: u32,
         /// Column.
         x: u32,
         /// Row.
         y: u32,
     },
-    /// A value that is no number, or infinite.
+    /// A value is NaN or infinite.
     #[error("texel ({x}, {y}) is NaN or infinite")]
     NotFinite {
         /// Column.
@@ -99,7 +100,7 @@ pub enum MetricError {
     },
 }
 
-/// Checks that two textures and a mask have one size.
+/// Checks that two textures and a mask have the same size.
 pub(crate) fn same_size(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<(), MetricError> {
     let wanted = a.size();
     let others = [("second texture", Some(b.size())), ("mask", mask.map(Mask::size))];

@@ -1,11 +1,11 @@
-//! Which texels count.
+//! Selection of the texels that a metric compares.
 
 use uvgraft::map::SamplingMap;
 use uvgraft::texture::{Size, Texture};
 
 use super::MetricError;
 
-/// The texels that a metric looks at, at least one.
+/// The texels that a metric compares; at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
     size: Size,
@@ -16,7 +16,7 @@ impl Mask {
     /// The texels whose first channel is at least one half.
     ///
     /// # Errors
-    /// [`MetricError::EmptyMask`] if there is none.
+    /// [`MetricError::EmptyMask`] if there are none.
     pub fn from_texture(texture: &Texture) -> Result<Self, MetricError> {
         let size = texture.size();
         let selected = (0..size.height)
@@ -25,10 +25,10 @@ impl Mask {
         Self::new(size, selected)
     }
 
-    /// The texels that a map fills inside the islands; not the gutter.
+    /// The texels that a map fills inside UV islands, without the gutter.
     ///
     /// # Errors
-    /// [`MetricError::EmptyMask`] if there is none.
+    /// [`MetricError::EmptyMask`] if there are none.
     pub fn from_map(map: &SamplingMap) -> Result<Self, MetricError> {
         Self::from_texture(&map.mask())
     }
@@ -45,12 +45,12 @@ impl Mask {
         self.size
     }
 
-    /// Whether each texel counts, row by row.
+    /// Whether each texel is selected, row-major.
     pub fn selected(&self) -> &[bool] {
         &self.selected
     }
 
-    /// How many texels count.
+    /// Number of selected texels.
     pub fn count(&self) -> usize {
         self.selected.iter().filter(|selected| **selected).count()
     }

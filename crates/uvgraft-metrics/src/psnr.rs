@@ -5,7 +5,7 @@ use super::{Colors, Mask, MetricError, difference};
 /// The peak signal-to-noise ratio in decibels, over the mask's texels and the three channels.
 ///
 /// Higher is better; identical pictures give infinity. Values are sRGB-encoded with a peak of 1.0;
-/// those of linear pictures were converted, because a ratio of linear values is not comparable.
+/// linear textures are converted first, because a ratio of linear values would not be comparable.
 ///
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size.
@@ -14,7 +14,7 @@ use super::{Colors, Mask, MetricError, difference};
 /// `10 log10(1 / MSE)`, as scikit-image's `peak_signal_noise_ratio` with `data_range=1`.
 pub fn psnr(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricError> {
     let mean_square = difference::mean(a, b, mask, |difference| difference * difference)?;
-    // Not negated: the logarithm of 1.0 would become -0.0 for black against white.
+    // A negated logarithm would be -0.0 for black against white, where the mean square is 1.0.
     Ok(10.0 * mean_square.recip().log10())
 }
 

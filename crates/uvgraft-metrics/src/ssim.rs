@@ -1,12 +1,13 @@
 //! Structural similarity.
 //!
 //! Wang, Bovik, Sheikh, Simoncelli: "Image Quality Assessment: From Error Visibility to Structural
-//! Similarity", 2004, in the two forms that scikit-image's `structural_similarity` is mostly called
-//! in, each channel on its own.
+//! Similarity", 2004, in the two variants of scikit-image's `structural_similarity` that are most
+//! common, each channel separately.
 //!
-//! Means, squares and products are filtered along rows, then down columns, in pieces of the picture
-//! that fit a processor's cache. Only texels whose window lies inside the picture count, so nothing
-//! is ever read beside it.
+//! With means `m`, variances `v` and the covariance `c` under a window, the similarity is
+//! `(2 ma mb + C1) (2 c + C2) / ((ma² + mb² + C1) (va + vb + C2))`. Means, squares and products are
+//! filtered along rows, then down columns, in tiles of the picture that fit a processor's cache.
+//! Only texels whose window lies inside the picture count, so nothing is read outside it.
 
 use uvgraft::threads::map_indices;
 
@@ -15,28 +16,30 @@ use super::{Colors, Mask, MetricError, same_size};
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Texels of a piece: its rows make up for the rows above that it filters again, and one filtered
-/// row of its columns is small. Part of the result in its last digits, so never a tuning option.
-const PIECE_ROWS: usize = 128;
-const PIECE_COLUMNS: usize = 256;
+/// Size of a tile: enough rows to amortise the rows above it that are filtered again, and few
+/// enough columns that one filtered row is small. Affects the last digits of the result, so it is
+/// not a tuning option.
+const TILE_ROWS: usize = 128;
+const TILE_COLUMNS: usize = 256;
 
-/// Local statistics that SSIM needs: both means, the sum of both squares, the product.
+/// Local statistics for SSIM: both means, the sum of both mean squares, the mean product.
 const STATISTICS: usize = 4;
 
-/// SSIM with a Gaussian window of 11 texels, sigma 1.5, as Wang and others propose.
+/// SSIM with a Gaussian window of 11 texels, sigma 1.5, as proposed by Wang et al.
 ///
-/// 1.0 for identical pictures, lower is worse, down to -1.0. The mean over channels and the texels
-/// whose window lies inside the picture: not the outermost five. With a mask, over those of the
-/// mask's texels; their windows still reach beyond the mask.
+/// 1.0 for identical pictures, lower is worse, down to -1.0. The mean runs over channels and over
+/// texels whose window lies inside the picture, which leaves out the outermost five. With a mask it
+/// runs over those that the mask selects; their windows still extend beyond the mask.
 ///
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size, [`MetricError::TooSmall`]
-/// below 11 texels a side, [`MetricError::EmptyMask`] if the mask selects border texels alone.
+/// below 11 texels a side, [`MetricError::EmptyMask`] if the mask selects only texels near the
+/// picture's edge.
 ///
 /// # Source
-/// scikit-image's `structural_similarity` with `gaussian_weights=True, sigma=1.5,
-/// use_sample_covariance=False, data_range=1, channel_axis=-1`; with a mask the mean of its full
-/// map.
+/// scikit-image's `structural_similarity` with
+/// `gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=1, channel_axis=-1`;
+/// with a mask, the mean of its full map.
 pub fn ssim(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricError> {
     mean_ssim(a, b, mask, &Window::gaussian())
 }
@@ -49,16 +52,16 @@ pub fn ssim(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricEr
 /// As [`ssim`], with 7 texels instead of 11.
 ///
 /// # Source
-/// scikit-image's `structural_similarity` with `data_range=1, channel_axis=-1`; with a mask the
+/// scikit-image's `structural_similarity` with `data_range=1, channel_axis=-1`; with a mask, the
 /// mean of its full map.
 pub fn ssim_uniform(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricError> {
     mean_ssim(a, b, mask, &Window::uniform())
 }
 
-/// A separable window and what variances under it are multiplied by.
+/// A separable window, and the factor for variances under it.
 struct Window {
     metric: &'static str,
-    /// From the middle outwards; the other half is the same.
+    /// From the centre outwards; the other half is symmetric.
     weights: Vec<f64>,
     covariance_norm: f64,
 }
@@ -73,7 +76,7 @@ impl Window {
     }
 
     fn uniform() -> Self {
-        // Of the 49 values of a sample one degree of freedom goes to its mean.
+        // Sample covariance: one of the 49 degrees of freedom goes to the mean.
         let covariance_norm = 49.0 / 48.0;
         Self { metric: "SSIM with a uniform window", weights: vec![1.0 / 7.0; 4], covariance_norm }
     }
@@ -82,7 +85,7 @@ impl Window {
         self.weights.len() - 1
     }
 
-    /// The similarity that the statistics of one window give.
+    /// The similarity from the statistics of one window.
     fn similarity(&self, [mean_a, mean_b, squares, product]: [f64; STATISTICS]) -> f64 {
         let (means, mean_squares) = (mean_a * mean_b, mean_a * mean_a + mean_b * mean_b);
         let covariance = self.covariance_norm * (product - means);
@@ -105,19 +108,19 @@ fn mean_ssim(
         let (metric, least) = (window.metric, border as u32 + 1);
         return Err(MetricError::TooSmall { metric, least, found: size });
     }
-    // Texels whose window lies inside are counted from the first of them.
+    // Positions are relative to the first texel whose window lies inside.
     let (columns, rows) = (width - border, height - border);
-    let across = columns.div_ceil(PIECE_COLUMNS);
-    let pieces = across * rows.div_ceil(PIECE_ROWS);
-    let sums = map_indices(pieces, |piece| {
-        let (left, top) = (piece % across * PIECE_COLUMNS, piece / across * PIECE_ROWS);
-        let piece = Piece {
+    let across = columns.div_ceil(TILE_COLUMNS);
+    let tiles = across * rows.div_ceil(TILE_ROWS);
+    let sums = map_indices(tiles, |tile| {
+        let (left, top) = (tile % across * TILE_COLUMNS, tile / across * TILE_ROWS);
+        let tile = Tile {
             left,
             top,
-            columns: PIECE_COLUMNS.min(columns - left),
-            rows: PIECE_ROWS.min(rows - top),
+            columns: TILE_COLUMNS.min(columns - left),
+            rows: TILE_ROWS.min(rows - top),
         };
-        piece.sum(a, b, mask, window)
+        tile.sum(a, b, mask, window)
     });
     let (sum, texels) = sums
         .into_iter()
@@ -128,16 +131,19 @@ fn mean_ssim(
     Ok(sum / (texels as f64 * 3.0))
 }
 
-/// A rectangle of windows, by the top left texel of the first.
-struct Piece {
+/// A rectangle of windows, positioned by the top left texel of the first.
+struct Tile {
     left: usize,
     top: usize,
     columns: usize,
     rows: usize,
 }
 
-impl Piece {
-    /// The sum of similarities over channels and texels, and the number of these texels.
+impl Tile {
+    /// The sum of similarities over channels and selected texels, and the number of these texels.
+    ///
+    /// A ring buffer holds the rows under the window, already filtered horizontally, so that each
+    /// row of the picture is filtered only once for each tile.
     fn sum(&self, a: &Colors, b: &Colors, mask: Option<&Mask>, window: &Window) -> (f64, usize) {
         let (width, radius) = (a.size().width as usize, window.radius());
         let taps = 2 * radius + 1;
@@ -145,13 +151,13 @@ impl Piece {
             let start = (self.top + row + radius) * width + self.left + radius;
             mask.map(|mask| &mask.selected()[start..start + self.columns])
         };
-        let counts = |row: &usize| selected(*row).is_none_or(|row| row.contains(&true));
-        if !(0..self.rows).any(|row| counts(&row)) {
+        let is_needed = |row: &usize| selected(*row).is_none_or(|row| row.contains(&true));
+        if !(0..self.rows).any(|row| is_needed(&row)) {
             return (0.0, 0);
         }
         let values = self.columns * 3;
         let stride = values * STATISTICS;
-        // The rows that a window covers, each filtered along the row, in a ring.
+        // A ring buffer of the rows that a window covers, each filtered along the row.
         let mut ring = vec![0.0; taps * stride];
         let mut products = vec![0.0; (values + 6 * radius) * STATISTICS];
         let mut filtered = vec![0.0; stride];
@@ -162,7 +168,7 @@ impl Piece {
             multiply(&a.values()[row.clone()], &b.values()[row], &mut products);
             let slot = y % taps;
             along_row(&products, window, &mut ring[slot * stride..(slot + 1) * stride]);
-            let Some(row) = y.checked_sub(2 * radius).filter(counts) else { continue };
+            let Some(row) = y.checked_sub(2 * radius).filter(is_needed) else { continue };
             down_columns(&ring, row, window, &mut filtered);
             let plane = |statistic: usize| &filtered[statistic * values..(statistic + 1) * values];
             let [mean_a, mean_b, squares, product] = [0, 1, 2, 3].map(plane);
@@ -184,7 +190,7 @@ impl Piece {
     }
 }
 
-/// What the statistics are filtered from, one after the other.
+/// The values from which the statistics are filtered, one plane after the other.
 fn multiply(a: &[f32], b: &[f32], out: &mut [f64]) {
     let length = a.len();
     let (means, squares_and_products) = out.split_at_mut(2 * length);
@@ -199,7 +205,8 @@ fn multiply(a: &[f32], b: &[f32], out: &mut [f64]) {
     }
 }
 
-/// Filters each statistic along a row of texels; the result is shorter by the window's reach.
+/// Filters each statistic along a row of texels; the result is shorter by twice the
+/// window's radius.
 fn along_row(products: &[f64], window: &Window, out: &mut [f64]) {
     let radius = window.radius();
     let (length, values) = (products.len() / STATISTICS, out.len() / STATISTICS);
@@ -216,7 +223,7 @@ fn along_row(products: &[f64], window: &Window, out: &mut [f64]) {
     }
 }
 
-/// Filters the ring's rows, of which the one with number `first` is the window's uppermost.
+/// Filters down the rows of the ring; row `first` of the tile is the top row of the window.
 fn down_columns(ring: &[f64], first: usize, window: &Window, out: &mut [f64]) {
     let radius = window.radius();
     let taps = 2 * radius + 1;
@@ -230,7 +237,7 @@ fn down_columns(ring: &[f64], first: usize, window: &Window, out: &mut [f64]) {
     }
 }
 
-/// `out += weight * (a + b)`; a function of its own so that it is compiled to vector instructions.
+/// `out += weight * (a + b)`; a separate function so that it is compiled to vector instructions.
 fn add_weighted(out: &mut [f64], weight: f64, a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out += weight * (a + b);
@@ -242,7 +249,7 @@ mod tests {
     use super::super::testing::{colors, mask, noise};
     use super::*;
 
-    /// The definition, texel by texel: the specification that the separable filter is tested with.
+    /// The definition, texel by texel: the specification for the separable filter.
     fn reference(
         a: &Colors,
         b: &Colors,
@@ -286,7 +293,7 @@ mod tests {
         falloff(i) * falloff(j) / (sum * sum)
     }
 
-    /// Sizes with one window, with seams between pieces, and with pieces of one row or column.
+    /// Sizes with one window, with seams between tiles, and with tiles of one row or column.
     #[test]
     fn equal_to_the_definition() {
         for (width, height) in [(11, 11), (13, 30), (267, 14), (14, 139), (530, 19)] {
@@ -315,7 +322,7 @@ mod tests {
         assert!((found - wanted).abs() < 1e-12, "{found}, {wanted}");
     }
 
-    /// Two flat pictures: no structure, so the luminance term alone is left.
+    /// Two flat pictures have no structure, so only the luminance term remains.
     #[test]
     fn by_hand() {
         let (a, b) = (colors((12, 12), &[51; 432]), colors((12, 12), &[102; 432]));

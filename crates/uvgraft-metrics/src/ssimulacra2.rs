@@ -1,9 +1,9 @@
 //! SSIMULACRA 2, a perceptual score for compressed pictures.
 //!
 //! Sneyers: <https://github.com/cloudinary/ssimulacra2>, through the crate `fast-ssim2`. The other
-//! permissively licensed crate, `ssimulacra2` 0.5.1, brings as many dependencies and takes four
-//! times as long for two textures of 4096² (12.5 s instead of 3), with 2 GB instead of 0.5. Their
-//! scores differ by less than 0.02 points there.
+//! permissively licensed crate, `ssimulacra2` 0.5.1, has as many dependencies and takes four times
+//! as long for two 4096² textures (12.5 s instead of 3), with 2 GB instead of 0.5. Their scores
+//! differ by less than 0.02 points there.
 
 use std::borrow::Cow;
 
@@ -12,22 +12,21 @@ use uvgraft::texture::{Size, Value};
 
 use super::{Colors, Mask, MetricError, same_size};
 
-/// The shortest side that the score is defined for.
-const LEAST: u32 = 8;
+/// The shortest side for which the score is defined.
+const MIN: u32 = 8;
 
-/// Rows that are scored together, and rows beside them that are read along. Part of the score in
-/// its second decimal: with all rows of 4096² at once, the filter's rounding adds up to 0.07 points
-/// less, and it takes 1.4 GB more.
+/// Rows that are scored in one strip, and halo rows above and below it. Affects the second decimal
+/// of the score: with all rows of 4096² at once, rounding in the filter lowers it by up to 0.07
+/// points, and it takes 1.4 GB more.
 const STRIP: (usize, usize) = (256, 96);
 
-/// The score of SSIMULACRA 2 for `b` as a copy of `a`: 100.0 for identical pictures, 90 where
-/// hardly anybody sees a difference side by side, 50 for medium quality, below 0.0 for more than
-/// that is made for. Not symmetric.
+/// The SSIMULACRA 2 score of `b` as a copy of `a`: 100.0 for identical pictures, 90 where hardly
+/// anybody sees a difference side by side, 50 for medium quality, below 0.0 beyond the range that
+/// it is made for. Not symmetric.
 ///
-/// Values outside `0.0..=1.0` are clamped. With a mask, texels outside it are given the first
-/// picture's values, and both pictures are cropped to the mask's bounding box. Whatever of that box
-/// the mask leaves out counts as identical and raises the score, so scores of different masks are
-/// not comparable.
+/// Values outside `0.0..=1.0` are clamped. With a mask, texels outside it get the first picture's
+/// values, and both pictures are cropped to the mask's bounding box. Unselected texels within that
+/// box count as identical and raise the score, so scores with different masks are not comparable.
 ///
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size, [`MetricError::TooSmall`] if
@@ -38,13 +37,13 @@ pub fn ssimulacra2(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, M
         None => (a.size(), [a, b].map(|colors| Cow::Borrowed(colors.values()))),
         Some(mask) => cropped(a, b, mask),
     };
-    if size.width.min(size.height) < LEAST {
+    if size.width.min(size.height) < MIN {
         let metric =
             if mask.is_some() { "SSIMULACRA 2 within a mask's bounds" } else { "SSIMULACRA 2" };
-        return Err(MetricError::TooSmall { metric, least: LEAST, found: size });
+        return Err(MetricError::TooSmall { metric, least: MIN, found: size });
     }
-    // The crate keeps copies of what it is given: 8 bits, which most textures have, save it 1 GB at
-    // 4096² over floats.
+    // The crate keeps copies of its input: 8 bits, which most textures have, save 1 GB at 4096²
+    // compared with floats.
     let at_8_bits = at_8_bits(&a).zip(at_8_bits(&b));
     let (values, format) = match &at_8_bits {
         Some((a, b)) => ([&a[..], &b[..]], PixelDescriptor::RGB8_SRGB),
@@ -65,8 +64,8 @@ pub fn ssimulacra2(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, M
     Ok(score.expect("two pictures of one size, large enough, without opacity"))
 }
 
-/// The values at 8 bits, where that loses nothing but what rounding made of them as floats; a step
-/// of 16 bits is 0.0039 levels.
+/// The values at 8 bits, if that is lossless up to the rounding of float conversion; a 16-bit step
+/// is 0.0039 8-bit levels.
 fn at_8_bits(values: &[f32]) -> Option<Vec<u8>> {
     let level_of = |&value: &f32| {
         let level = u8::from_unit(value);
@@ -77,7 +76,7 @@ fn at_8_bits(values: &[f32]) -> Option<Vec<u8>> {
 
 type Values<'a> = Cow<'a, [f32]>;
 
-/// Both pictures within the mask's bounding box, the first one's values outside the mask.
+/// Both pictures within the mask's bounding box, with the first one's values outside the mask.
 fn cropped<'a>(a: &Colors, b: &Colors, mask: &Mask) -> (Size, [Values<'a>; 2]) {
     let width = a.size().width as usize;
     let row_of = |row: usize| &mask.selected()[row * width..(row + 1) * width];
@@ -117,7 +116,7 @@ mod tests {
         assert!(ssimulacra2(&a, &noise((40, 33), 2), None).unwrap() < 20.0);
     }
 
-    /// Pictures of more than 8 bits take another way into the crate.
+    /// Pictures with more than 8 bits take a different path into the crate.
     #[test]
     fn depths_agree() {
         let levels: Vec<u8> = (0..=255).collect();
@@ -149,7 +148,7 @@ mod tests {
         };
         let found = ssimulacra2(&a, &b, Some(&mask((40, 33), inside))).unwrap();
         assert_eq!(found, ssimulacra2(&cut(&a), &cut(&b), None).unwrap());
-        // Half the texels differ, so the score is between this one and 100.
+        // Half of the texels differ, so the score lies between this one and 100.
         let half = mask((40, 33), |x, y| inside(x, y) && (x, y) != (4, 6) && x % 2 == 1);
         let diluted = ssimulacra2(&a, &b, Some(&half)).unwrap();
         assert!(found < diluted && diluted < 100.0, "{found}, {diluted}");

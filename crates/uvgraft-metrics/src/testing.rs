@@ -1,4 +1,4 @@
-//! Small pictures and masks for the metrics' unit tests.
+//! Small pictures and masks for unit tests of the metrics.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels, Texture};
@@ -12,14 +12,14 @@ pub(super) fn colors((width, height): (u32, u32), values: &[u8]) -> Colors {
     Colors::new(Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()).unwrap()
 }
 
-/// Colours without a pattern, the same for the same seed.
+/// Random colours, deterministic for each seed.
 pub(super) fn noise((width, height): (u32, u32), seed: u64) -> Colors {
     let mut random = fastrand::Rng::with_seed(seed);
     let values: Vec<u8> = (0..width * height * 3).map(|_| random.u8(..)).collect();
     colors((width, height), &values)
 }
 
-/// The texels at which `selected(x, y)`.
+/// The texels for which `selected(x, y)` is true.
 pub(super) fn mask((width, height): (u32, u32), selected: impl Fn(u32, u32) -> bool) -> Mask {
     let values: Vec<u8> = (0..width * height)
         .map(|index| if selected(index % width, index / width) { 255 } else { 0 })

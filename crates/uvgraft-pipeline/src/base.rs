@@ -7,16 +7,16 @@ use std::sync::{Mutex, PoisonError};
 use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, TexelFormat, Texture};
 use uvgraft_io::image::{self, BandReader, ReadError};
 
+use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
-use crate::onto::Onto;
 
-/// How a base is to be loaded.
+/// Options for loading a base.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BaseOrder<'a> {
     /// An image, a colour, or nothing.
-    pub(crate) onto: Option<&'a Onto>,
-    /// The size that an image is brought to.
+    pub(crate) onto: Option<&'a BaseSource>,
+    /// Size to resize an image to.
     pub(crate) size: Option<Size>,
     pub(crate) values: Values,
     pub(crate) filter: Filter,
@@ -28,7 +28,7 @@ pub(crate) struct BaseOrder<'a> {
 impl BaseOrder<'_> {
     /// Checks what [`Base::new`] requires, as far as possible without decoding.
     pub(crate) fn check(&self) -> Result<()> {
-        match self.onto.and_then(Onto::path) {
+        match self.onto.and_then(BaseSource::path) {
             // A pipe can be read only once.
             Some(path) if path.exists() && !path.is_file() => Ok(()),
             Some(path) => {
@@ -44,7 +44,7 @@ impl BaseOrder<'_> {
                 "a map without a base image must have a size: add --size N, or --onto ROLE=IMAGE \
                  for each map"
             } else {
-                "without a base image the result needs a size: give --size N or --onto IMAGE"
+                "without a base image the result must have a size: use --size N or --onto IMAGE"
             })
         })
     }
@@ -60,39 +60,39 @@ enum Content {
     /// An image decoded while it is composited, once.
     File {
         reader: Mutex<Option<BandReader>>,
-        known: Known,
+        known: ImageInfo,
     },
     /// A decoded image that is reused.
     Image {
         texture: Texture,
-        known: Known,
+        known: ImageInfo,
     },
     Color([f32; 4]),
 }
 
 /// Metadata of a base image.
-struct Known {
+struct ImageInfo {
     name: String,
     format: TexelFormat,
     icc: Option<Vec<u8>>,
 }
 
 impl Base {
-    /// - `again`: whether several textures are composited onto it, or its colours are analysed
-    ///   first.
+    /// - `again`: keep an image in memory, because several textures are composited onto it, or
+    ///   because its colours are analysed first.
     pub(crate) fn new(order: &BaseOrder<'_>, again: bool) -> Result<Self> {
         let BaseOrder { onto, size: wanted, values, filter, averaging, .. } = *order;
-        let Some(Onto::Image(path)) = onto else {
+        let Some(BaseSource::Image(path)) = onto else {
             let unit = match onto {
-                Some(Onto::Color(unit)) => *unit,
-                _ => values.nothing(),
+                Some(BaseSource::Color(unit)) => *unit,
+                _ => values.default_base(),
             };
             return Ok(Self { content: Content::Color(unit), size: order.size_without_image()? });
         };
         let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
-        let format = values.meant(reader.spec().format());
+        let format = values.reinterpret(reader.spec().format());
         let name = path.display().to_string();
-        let known = Known { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
+        let known = ImageInfo { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
         let found = reader.spec().size;
         let size = wanted.unwrap_or(found);
         if !again && size == found {
@@ -137,7 +137,7 @@ impl Base {
         }
     }
 
-    fn known(&self) -> Option<&Known> {
+    fn known(&self) -> Option<&ImageInfo> {
         match &self.content {
             Content::File { known, .. } | Content::Image { known, .. } => Some(known),
             Content::Color(_) => None,
@@ -148,12 +148,13 @@ impl Base {
         self.known().is_some()
     }
 
-    /// How an image's values are stored; a colour adopts the format of the source.
+    /// Storage type of an image's values; `None` for a colour, which adopts the format of the
+    /// source.
     pub(crate) fn depth(&self) -> Option<Depth> {
         self.known().map(|known| known.format.depth)
     }
 
-    /// Whether a colour is partly transparent.
+    /// Whether it is a colour that is partly transparent.
     pub(crate) fn is_clear_color(&self) -> bool {
         matches!(&self.content, Content::Color([.., alpha]) if *alpha < 1.0)
     }

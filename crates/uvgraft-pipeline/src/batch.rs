@@ -50,20 +50,20 @@ pub(crate) fn run(
             .or_work()
             .map_err(|failure| failure.context("cannot start threads"))?;
         loop {
-            let mut place = lock(&next);
-            let index = *place;
+            let mut next = lock(&next);
+            let index = *next;
             let Some(job) = jobs.get(index) else { return Ok(()) };
             if worker.observer.is_cancelled() {
                 return Ok(());
             }
-            *place += 1;
+            *next += 1;
             // Waiting for memory blocks the other threads, so that large textures get their turn.
-            let taken = memory.take(bytes_needed(job, worker));
-            drop(place);
+            let reserved = memory.take(bytes_needed(job, worker));
+            drop(next);
             let made_from = manifest.and_then(|manifest| manifest.made_from(job));
             lock(&report).begin(job);
             let outcome = pool.install(|| worker.carry(job, false));
-            drop(taken);
+            drop(reserved);
             lock(&report).add(index, outcome, made_from);
         }
     };
@@ -77,7 +77,8 @@ pub(crate) fn run(
     report.into_inner().unwrap_or_else(PoisonError::into_inner).finish()
 }
 
-/// Approximate upper bound of the bytes needed for a texture. Unreadable files fail soon enough.
+/// Approximate upper bound of the bytes needed for a texture. Unreadable files need hardly any,
+/// since they fail early.
 fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     /// Bands of rows, and the queue to the encoder.
     const BANDS: u64 = 24 << 20;
@@ -106,46 +107,46 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
 
 /// A memory budget shared by all textures.
 struct Memory {
-    most: u64,
+    limit: u64,
     used: Mutex<u64>,
     freed: Condvar,
 }
 
 /// A share of the budget, returned on drop.
-struct Taken<'a> {
+struct Reservation<'a> {
     memory: &'a Memory,
     bytes: u64,
 }
 
 impl Memory {
-    fn new(most: u64) -> Self {
-        Self { most, used: Mutex::new(0), freed: Condvar::new() }
+    fn new(limit: u64) -> Self {
+        Self { limit, used: Mutex::new(0), freed: Condvar::new() }
     }
 
     /// Waits for a share of the budget. A request beyond the whole budget is granted alone.
-    fn take(&self, bytes: u64) -> Taken<'_> {
-        let bytes = bytes.min(self.most);
-        let fits = |used: &mut u64| *used > 0 && *used + bytes > self.most;
+    fn take(&self, bytes: u64) -> Reservation<'_> {
+        let bytes = bytes.min(self.limit);
+        let fits = |used: &mut u64| *used > 0 && *used + bytes > self.limit;
         let used = self.freed.wait_while(lock(&self.used), fits);
         *used.unwrap_or_else(PoisonError::into_inner) += bytes;
-        Taken { memory: self, bytes }
+        Reservation { memory: self, bytes }
     }
 }
 
-impl Drop for Taken<'_> {
+impl Drop for Reservation<'_> {
     fn drop(&mut self) {
         *lock(&self.memory.used) -= self.bytes;
         self.memory.freed.notify_all();
     }
 }
 
-/// Collects the outcomes of the textures and reports them in order.
+/// Collects the outcomes of textures and reports them in order.
 struct Report<'a> {
     jobs: &'a [Job],
     manifest: Option<&'a Manifest<'a>>,
     observer: &'a dyn Observer,
     waiting: BTreeMap<usize, Outcome>,
-    told: usize,
+    reported: usize,
     done: Transferred,
 }
 
@@ -157,7 +158,7 @@ impl<'a> Report<'a> {
     ) -> Self {
         observer.event(Event::BatchStarted { textures: jobs.len() });
         let (waiting, done) = (BTreeMap::new(), Transferred::default());
-        Self { jobs, manifest, observer, waiting, told: 0, done }
+        Self { jobs, manifest, observer, waiting, reported: 0, done }
     }
 
     fn begin(&self, job: &Job) {
@@ -170,18 +171,18 @@ impl<'a> Report<'a> {
             (self.manifest, made_from, &outcome.result)
             && let Err(failure) = manifest.record(&self.jobs[index], made_from)
         {
-            outcome.said.warnings.push(failure.to_string());
+            outcome.log.warnings.push(failure.to_string());
         }
         self.observer.event(Event::TextureEnded);
         self.waiting.insert(index, outcome);
-        while let Some(Outcome { result, said }) = self.waiting.remove(&self.told) {
-            let Job { source, output } = &self.jobs[self.told];
-            self.told += 1;
+        while let Some(Outcome { result, log }) = self.waiting.remove(&self.reported) {
+            let Job { source, output } = &self.jobs[self.reported];
+            self.reported += 1;
             // A cancellation is reported once, at the end.
-            let is_told = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
-            if is_told {
+            let is_shown = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
+            if is_shown {
                 let result = result.as_ref().map(Option::as_ref);
-                let (notes, warnings) = (&said.notes[..], &said.warnings[..]);
+                let (notes, warnings) = (&log.notes[..], &log.warnings[..]);
                 self.observer.event(Event::TextureReport {
                     source,
                     output,
@@ -202,7 +203,7 @@ impl<'a> Report<'a> {
         self.observer.event(Event::BatchEnded { textures, written });
         let mut failures = self.done.failures.iter();
         // Only textures remain at this point.
-        let some_left = self.told < self.jobs.len();
+        let some_left = self.reported < self.jobs.len();
         if some_left || failures.any(|failure| failure.fault() == Fault::Cancelled) {
             return Err(Failure::cancelled());
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use uvgraft::blend::Side;
 use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
 use uvgraft::fill::{self, FillError};
-use uvgraft::{Direction, Labels, Texture, Toning};
+use uvgraft::{Direction, Labels, Texture, ToneCorrection};
 use uvgraft_io::image;
 
 use crate::failure::{Blame, Failure, Result};
@@ -19,9 +19,9 @@ use crate::region::Region;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Blending {
-    /// Distance over which the base fades into the texture, inwards from the border of the region.
+    /// Distance over which the texture fades into the base, inwards from the region's boundary.
     pub feather: Length,
-    /// Whether a membrane carries the tone of one side across the border to the other.
+    /// Whether a membrane carries the tone of one side across the boundary to the other.
     pub membrane: bool,
     /// Whether the skin of one side is matched to the other's mean and covariance.
     pub match_skin: bool,
@@ -33,12 +33,12 @@ pub struct Blending {
     pub labels: Option<PathBuf>,
     /// Whether cloth and background at the neck stay in the region.
     pub keep_all: bool,
-    /// Width of the gutter in which the skin of the base changes too, in texels.
+    /// Width in texels of the gutter in which the base's skin changes too.
     pub gutter_px: u32,
 }
 
 impl Default for Blending {
-    /// A hard border without colour changes.
+    /// A hard edge without colour changes.
     fn default() -> Self {
         let BlendOptions { membrane, match_skin, tone, gutter_px, .. } = BlendOptions::default();
         let feather = Length::millimeters(0.0);
@@ -62,7 +62,7 @@ impl Blending {
     }
 
     /// Whether the labels of textures matter.
-    pub fn asks_for_labels(&self) -> bool {
+    pub fn needs_labels(&self) -> bool {
         self.needs_colors() || self.feather != Length::millimeters(0.0)
     }
 
@@ -70,7 +70,7 @@ impl Blending {
     ///
     /// - `region`: the part of the linked surface to use.
     /// - `known`: the known texels of textures. With a feather, or if `ends_at_mask`, the region
-    ///   ends at the border of their mask: maps without opacity have no other way to end there.
+    ///   ends at the boundary of their mask: maps without alpha cannot end there in any other way.
     /// - `observer`: receives a note if a mesh unit was assumed.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl Blending {
             let known = domain.painted(side_from(domain.direction()), texture);
             let known =
                 known.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-            selection = selection.within(&known).or_input()?;
+            selection = selection.intersection(&known).or_input()?;
         }
         let skin = self.skin.as_ref().map(|path| image::read(path).or_input()).transpose()?;
         let mut options = BlendOptions::default();
@@ -116,8 +116,8 @@ impl Blending {
     }
 }
 
-/// The share of a texture excluded from the region, as a message; `None` if negligible.
-pub fn left_out(toning: &Toning) -> Option<String> {
+/// A message with the share of a texture excluded from the region; `None` if it is negligible.
+pub fn exclusion_note(toning: &ToneCorrection) -> Option<String> {
     let share = toning.report().left_out;
     (toning.narrowed().is_some() && share > 5e-4).then(|| {
         format!(
@@ -166,21 +166,20 @@ impl KnownTexels {
         Ok(Self { mask: mask.map(read).transpose()?, mean: mean.map(read).transpose()? })
     }
 
-    /// The same, with the mask that comes with a texture; a mask set by the options takes
-    /// precedence.
+    /// Adds the mask that comes with a texture; a mask set by the options takes precedence.
     #[must_use]
-    pub fn or_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
+    pub fn with_default_mask(mut self, texture: Option<Texture>, path: &Path) -> Self {
         let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
         self.mask = self.mask.or(brought);
         self
     }
 
-    /// Whether textures get an opacity that their files do not have.
-    pub fn adds_opacity(&self) -> bool {
+    /// Whether textures get an alpha channel that their files do not have.
+    pub fn adds_alpha(&self) -> bool {
         self.mask.is_some() && self.mean.is_none()
     }
 
-    /// A texture with unknown texels filled, or with an alpha channel that marks them.
+    /// Fills the unknown texels of a texture, or marks them in its alpha channel.
     ///
     /// - `path`: the texture's file, for messages.
     ///

@@ -14,7 +14,7 @@ pub enum Fault {
     Cancelled,
 }
 
-/// Why something failed. The message names the file, what it must be, and what it is.
+/// Why something failed. The message names the file, what was required, and what was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failure {
     fault: Fault,
@@ -59,7 +59,7 @@ impl Display for Failure {
 
 impl Error for Failure {}
 
-/// Assigns the fault of an error.
+/// Classifies an error by fault.
 pub(crate) trait Blame<T> {
     /// The user's fault.
     fn or_input(self) -> Result<T>;

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_told_apart() {
+    fn texts_are_delimited() {
         let of = |texts: &[&str]| {
             let mut fingerprint = Fingerprint::new();
             texts.iter().for_each(|text| fingerprint.add(text));

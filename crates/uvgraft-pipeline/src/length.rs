@@ -53,7 +53,7 @@ impl Length {
     /// Parses a number with a unit such as `15mm`, or without one for the unit of the mesh.
     ///
     /// # Errors
-    /// What the text must be.
+    /// The requirements that the text does not meet.
     pub fn parse(text: &str) -> Result<Self, String> {
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let unit = match &text[digits.len()..] {
@@ -74,7 +74,7 @@ impl Length {
     /// As [`Length::parse`], but at least 0.
     ///
     /// # Errors
-    /// What the text must be.
+    /// The requirements that the text does not meet.
     pub fn parse_distance(text: &str) -> Result<Self, String> {
         Self::parse(text).and_then(|length| {
             if length.value >= 0.0 { Ok(length) } else { Err(format!("{}, at least 0", wanted())) }
@@ -100,9 +100,9 @@ fn wanted() -> String {
         .into()
 }
 
-/// The note for a mesh without a unit, when one is assumed.
+/// The note that a unit was assumed for a mesh.
 ///
-/// - `extent`: of the mesh, in that unit.
+/// - `extent`: of the mesh, in the assumed unit.
 pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
     let longest = extent * unit.meters();
     let size = if longest >= 1.0 {
@@ -111,8 +111,8 @@ pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
         format!("{:.1} cm", longest * 100.0)
     };
     format!(
-        "the mesh has no unit; assuming {}, which makes it {size} across at its widest; use \
-         --unit to change this",
+        "the mesh has no unit; assuming {}, which makes its largest dimension {size}; use --unit \
+         to change this",
         unit.name()
     )
 }

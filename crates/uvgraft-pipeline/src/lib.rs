@@ -6,16 +6,16 @@
 //! and outputs that are up to date can be skipped, based on fingerprints of everything they are
 //! made from.
 //!
-//! Outputs are checked before any work starts, written to temporary files beside their targets and
+//! Outputs are checked before any work starts, written to temporary files next to their targets and
 //! renamed into place. An [`Observer`] follows the progress and may cancel it. A [`Failure`] states
 //! whose fault it is.
 //!
 //! ```no_run
-//! use uvgraft_pipeline::{Inputs, Onto, Transfer};
+//! use uvgraft_pipeline::{Inputs, BaseSource, Transfer};
 //!
 //! let inputs = Inputs::Textures {
 //!     sources: vec!["faces/".into()],
-//!     onto: Some(Onto::Image("body.png".into())),
+//!     onto: Some(BaseSource::Image("body.png".into())),
 //!     values: Default::default(),
 //! };
 //! let done = Transfer::new("head_to_body.uvpair", inputs, "bodies/").run(&())?;
@@ -26,6 +26,7 @@
 #![forbid(unsafe_code)]
 
 mod base;
+mod base_source;
 mod batch;
 mod blending;
 mod failure;
@@ -35,7 +36,6 @@ mod manifest;
 mod material;
 mod non_finite;
 mod observer;
-mod onto;
 mod outputs;
 mod plan;
 mod region;
@@ -44,13 +44,13 @@ mod stream;
 mod transfer;
 mod worker;
 
-pub use blending::{Blending, KnownTexels, left_out};
+pub use base_source::BaseSource;
+pub use blending::{Blending, KnownTexels, exclusion_note};
 pub use failure::{Failure, Fault, Result};
 pub use length::{Length, Unit};
 pub use material::{Role, Values};
 pub use non_finite::without_non_finite;
 pub use observer::{Event, Observer};
-pub use onto::Onto;
 pub use outputs::Outputs;
 pub use region::{Grow, Region, RegionPart};
 pub use transfer::{Existing, Inputs, MaterialMap, Transfer, Transferred};

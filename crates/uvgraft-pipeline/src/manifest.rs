@@ -5,7 +5,7 @@
 //! name, the fingerprint of everything it was made from, and the SHA-256 of the file. A later line
 //! for a name replaces earlier ones, and malformed lines are skipped, so that several processes may
 //! append to one manifest, and a killed process damages at most its last line. File times are
-//! ignored: they tell when a file was written, not what it contains.
+//! ignored: they say when a file was written, not what it contains.
 
 use std::collections::HashMap;
 use std::fs::OpenOptions;
@@ -42,7 +42,7 @@ struct Entry {
 }
 
 impl<'a> Manifest<'a> {
-    /// The manifest beside an output; empty if the file does not exist.
+    /// The manifest next to an output; empty if the file does not exist.
     ///
     /// - `shared`: what all outputs are made from, apart from their own source.
     pub(crate) fn beside(output: &Path, shared: &'a Fingerprint) -> Result<Self> {
@@ -68,7 +68,7 @@ impl<'a> Manifest<'a> {
     /// current inputs and options.
     pub(crate) fn is_up_to_date(&self, job: &Job) -> bool {
         let Some(entry) = self.entries.get(&name(job)) else { return false };
-        // The source first: it is usually smaller.
+        // The source first: it is usually the smaller file.
         self.made_from(job).is_some_and(|made_from| made_from == entry.made_from)
             && file_digest(&job.output).is_ok_and(|digest| digest == entry.sha256)
     }

@@ -16,11 +16,11 @@ pub enum Values {
     Albedo,
     /// Another colour.
     Color,
-    /// Data, which is never colour-managed and has no opacity.
+    /// Data, which is never colour-managed and has no alpha.
     Data,
     /// Tangent-space normals.
     Normals,
-    /// Data processed as floats if the output format supports them.
+    /// Data that is processed as floats if the output format supports them.
     Displacement,
 }
 
@@ -79,7 +79,7 @@ impl Role {
         self.name
     }
 
-    /// What its values are.
+    /// What its values mean.
     pub const fn values(self) -> Values {
         self.values
     }
@@ -103,11 +103,11 @@ impl Values {
         }
     }
 
-    /// The default base, as values with 1.0 for full.
-    pub(crate) fn nothing(self) -> [f32; 4] {
+    /// Colour of the default base, 1.0 for full intensity.
+    pub(crate) fn default_base(self) -> [f32; 4] {
         match self {
             Self::Normals => [0.5, 0.5, 1.0, 1.0],
-            // Data has no channel for transparency.
+            // Data has no alpha channel, so the base cannot be transparent.
             Self::Data | Self::Displacement => [0.0, 0.0, 0.0, 1.0],
             Self::Albedo | Self::Color => [0.0; 4],
         }
@@ -119,8 +119,8 @@ impl Values {
         if self.is_data() { Filter::Bilinear } else { Filter::default() }
     }
 
-    /// The format that a texture is interpreted as.
-    pub(crate) fn meant(self, format: TexelFormat) -> TexelFormat {
+    /// The format with the encoding that the values imply.
+    pub(crate) fn reinterpret(self, format: TexelFormat) -> TexelFormat {
         if self.is_data() { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
     }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use uvgraft::{Encoding, Texture};
 
-/// A texture with its NaN and infinite texels marked as unknown, as by
-/// [`Texture::without_non_finite`], and a warning if there are any.
+/// Replaces NaN and infinite texels as [`Texture::without_non_finite`] does, and returns a warning
+/// if there were any.
 ///
 /// - `path`: the file, for the warning.
 pub fn without_non_finite(texture: Texture, path: &Path) -> (Texture, Option<String>) {

@@ -17,7 +17,7 @@ impl Outputs {
         Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: HashSet::new() }
     }
 
-    /// Checks that an output can be written, and is neither an input nor another output.
+    /// Checks that an output can be written and is neither an input nor another output.
     ///
     /// # Errors
     /// The reason, as the fault of the input.
@@ -25,7 +25,7 @@ impl Outputs {
         let name = output.display();
         if output.is_dir() {
             return Err(Failure::input(format!(
-                "cannot write {name}: is a folder, must be a file"
+                "cannot write {name}: must be a file, but is a folder"
             )));
         }
         // Renaming the output into place would replace a device or a pipe by a file.
@@ -43,7 +43,7 @@ impl Outputs {
         }
         if self.accepted.contains(&resolved) {
             return Err(Failure::input(format!(
-                "{name} is the name of two outputs; choose different names"
+                "two outputs have the name {name}; choose different names"
             )));
         }
         can_write_into(folder_of(output))
@@ -81,7 +81,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Where a path leads to, whether or not the file exists.
+/// The canonical path, whether or not the file exists.
 fn resolve(path: &Path) -> PathBuf {
     if let Ok(resolved) = path.canonicalize() {
         return resolved;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use uvgraft_io::image::Format;
 
+use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
-use crate::onto::Onto;
 use crate::transfer::{Inputs, MaterialMap, Transfer};
 
 /// A texture to transfer and its output.
@@ -17,15 +17,15 @@ pub(crate) struct Job {
     pub(crate) output: PathBuf,
 }
 
-/// Textures processed alike, with a common base.
+/// Textures that are processed alike and share a base.
 #[derive(Debug)]
 pub(crate) struct Batch {
     pub(crate) values: Values,
-    pub(crate) onto: Option<Onto>,
+    pub(crate) onto: Option<BaseSource>,
     pub(crate) jobs: Vec<Job>,
 }
 
-/// All jobs, and the output folder to create.
+/// All batches, and the output folder to create.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) batches: Vec<Batch>,
@@ -117,7 +117,7 @@ fn jobs_of_textures(
     let says_file = Format::from_path(output).is_some() && !says_folder;
     if is_new && (output.exists() || says_file) {
         return Err(Failure::input(format!(
-            "with several sources, the output must be a folder, got {}",
+            "with several textures or a folder, the output must be a folder, got {}",
             output.display()
         )));
     }
@@ -158,8 +158,8 @@ fn jobs_of_textures(
     Ok((jobs, is_new.then(|| output.to_path_buf())))
 }
 
-/// The image files of a folder by their extension, sorted. Hidden files are skipped: some systems
-/// put a `._face.png`, which is not an image, beside each `face.png`.
+/// The image files of a folder, recognised by extension and sorted. Hidden files are skipped: some
+/// systems put a `._face.png`, which is not an image, next to each `face.png`.
 fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = folder.read_dir().and_then(Iterator::collect::<std::result::Result<Vec<_>, _>>);
     let entries = entries.or_input().map_err(|failure| {

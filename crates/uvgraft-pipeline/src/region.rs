@@ -112,13 +112,13 @@ impl Region {
                 Grow::By(length) => Growth::Length(length.in_unit(unit)),
                 Grow::Rings(rings) => Growth::Rings(rings),
             };
-            selection = selection.within(&linked).or_input()?.grown(by);
+            selection = selection.intersection(&linked).or_input()?.grown(by);
         }
         // Exclusions come last, so that growing does not bring them back.
         if let Some(excluded) = united(domain, &self.exclude)? {
-            selection = selection.without(&excluded).or_input()?;
+            selection = selection.difference(&excluded).or_input()?;
         }
-        selection.within(&linked).or_input()
+        selection.intersection(&linked).or_input()
     }
 }
 
@@ -127,7 +127,7 @@ fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection
     for part in parts {
         let part = selection(domain, part)?;
         all = Some(match all {
-            Some(all) => all.and(&part).or_input()?,
+            Some(all) => all.union(&part).or_input()?,
             None => part,
         });
     }
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_by_their_text() {
+    fn parts_are_parsed() {
         let part = |side, path: &str, names: &[&str]| RegionPart {
             side,
             path: path.into(),

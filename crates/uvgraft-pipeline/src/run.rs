@@ -10,6 +10,7 @@ use uvgraft_io::image::{self, Format, Image};
 use uvgraft_io::pair_file::{self, PairFile};
 
 use crate::base::{Base, BaseOrder};
+use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
 use crate::failure::{Blame, Failure, Result};
@@ -17,7 +18,6 @@ use crate::fingerprint::Fingerprint;
 use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
-use crate::onto::Onto;
 use crate::outputs::{self, Outputs};
 use crate::plan::{Batch, Plan, format_of};
 use crate::region::RegionPart;
@@ -55,7 +55,7 @@ impl Transfer {
         let keeps = self.existing == Existing::KeepUpToDate;
         let up_to_date = keeps.then_some(done.up_to_date);
         observer.event(Event::Planned { textures: planned, up_to_date });
-        if keeps && left == 0 && self.mask.is_none() && self.also_written.is_empty() {
+        if keeps && left == 0 && self.mask.is_none() && self.extra_outputs.is_empty() {
             return Ok(done);
         }
 
@@ -99,7 +99,7 @@ impl Transfer {
             };
             let carried = batch::run(&worker, &batch.jobs, manifest.as_ref())?;
             if carried.written > 0 || left == 0 {
-                // The same for all textures: that of the first one transferred.
+                // The mask of the first texture transferred stands for all.
                 if let Some(path) = mask.take() {
                     let mask = Image::from(worker.mask()?);
                     for loss in losses(image::write(&mask, path, &self.write), path)? {
@@ -184,16 +184,16 @@ impl Transfer {
             }
             outputs.check(mask)?;
         }
-        self.also_written.iter().chain(&self.draw_labels).try_for_each(|path| outputs.check(path))
+        self.extra_outputs.iter().chain(&self.draw_labels).try_for_each(|path| outputs.check(path))
     }
 
-    /// The files that all textures depend on, apart from their own source.
+    /// The files that textures depend on, apart from their own source.
     fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
         let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
         self.common_inputs().into_iter().chain(bases).collect()
     }
 
-    /// The files that everything depends on.
+    /// The files that all batches depend on.
     fn common_inputs(&self) -> Vec<&Path> {
         let blending = self.blending.as_ref();
         let skin = blending.and_then(|blending| blending.skin.as_ref());
@@ -212,19 +212,19 @@ impl Transfer {
         }
         let shared = || -> std::io::Result<Fingerprint> {
             let mut shared = Fingerprint::new();
-            shared.add(&self.asked_for());
+            shared.add(&self.options_text());
             self.common_inputs().into_iter().try_for_each(|path| shared.add_file(path))?;
             Ok(shared)
         };
         let shared = shared();
         let of_batch = |batch: &Batch| {
-            // A missing file is reported where it is read; until then its fingerprint matches no
-            // other.
+            // A missing file is reported where it is read; without a fingerprint nothing is
+            // skipped.
             let mut fingerprint = shared.as_ref().ok()?.clone();
             fingerprint.add(&format!("{:?}", batch.values));
             match &batch.onto {
-                Some(Onto::Image(path)) => fingerprint.add_file(path).ok()?,
-                Some(Onto::Color(unit)) => fingerprint.add(&format!("{unit:?}")),
+                Some(BaseSource::Image(path)) => fingerprint.add_file(path).ok()?,
+                Some(BaseSource::Color(unit)) => fingerprint.add(&format!("{unit:?}")),
                 None => {}
             }
             Some(fingerprint)
@@ -234,14 +234,14 @@ impl Transfer {
 
     /// All options that affect a result, as text; the content of files is added to the fingerprint
     /// separately.
-    fn asked_for(&self) -> String {
+    fn options_text(&self) -> String {
         let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
         let Self { region, blending, source_mask, fill, write, .. } = self;
         let parts = |parts: &[RegionPart]| {
             parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
         };
-        // A hard border without a tone change equals no blending.
-        let blending = blending.as_ref().filter(|blending| blending.asks_for_labels());
+        // A hard edge without a tone change is the same as no blending.
+        let blending = blending.as_ref().filter(|blending| blending.needs_labels());
         let blending =
             blending.map(|blending| {
                 let Blending {
@@ -258,7 +258,7 @@ impl Transfer {
                 (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
             });
         let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
-        // With a blend, maps of materials end where the mask does.
+        // With a blend, material maps end at the boundary of the mask.
         let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
         let masks = (source_mask.is_some(), fill.is_some(), ends_at_mask);
         format!(
@@ -299,7 +299,7 @@ impl Transfer {
     /// The material map whose labels apply to all maps, if labels matter and no label image is
     /// given.
     fn labelled_map(&self) -> Option<&PathBuf> {
-        let asks = |blending: &Blending| blending.asks_for_labels() && blending.labels.is_none();
+        let asks = |blending: &Blending| blending.needs_labels() && blending.labels.is_none();
         match &self.inputs {
             Inputs::Material(maps) if self.blending.as_ref().is_some_and(asks) => {
                 maps.iter().find(|map| map.role.values().is_toned()).map(|map| &map.source)
@@ -308,9 +308,9 @@ impl Transfer {
         }
     }
 
-    /// The only texture, if its labels can be detected while its base is decoded: that takes longer
-    /// than decoding the texture twice. If the skin of the base is needed too, both are detected
-    /// together later.
+    /// The only texture, if its labels can be detected while its base is decoded: judged by file
+    /// size, the base must take longer to decode than the texture does twice. If the skin of the
+    /// base is needed too, both are detected together later.
     fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Path> {
         let asks = |blending: &Blending| {
             blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
@@ -341,7 +341,7 @@ impl Transfer {
             }
         };
         let (Some(source), Some(blend)) = (source, blend) else {
-            return Err(Failure::input("--labels needs blended colours: add --blend"));
+            return Err(Failure::input("--labels requires --blend"));
         };
         let texture = image::read(source).or_input()?.texture;
         let domain = blend.domain();
@@ -372,7 +372,7 @@ impl Transfer {
     }
 }
 
-/// The manifest beside the outputs of each batch, if fingerprints are requested.
+/// The manifest next to the outputs of each batch, if fingerprints are requested.
 fn manifests<'a>(
     plan: &Plan,
     fingerprints: &'a [Option<Fingerprint>],

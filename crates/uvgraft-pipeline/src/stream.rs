@@ -14,7 +14,8 @@ use crate::observer::Observer;
 /// the source is prepared.
 const AHEAD: usize = 48 << 20;
 
-/// Approximate bytes of a band: enough rows for every thread of a pool, few enough for the caches.
+/// Approximate size of a band in bytes: enough rows for every thread of a pool, few enough for the
+/// caches.
 const BAND: usize = 2 << 20;
 
 /// Number of rows in a band of a base.
@@ -129,7 +130,7 @@ fn encode(
 ) -> std::result::Result<Written, WriteError> {
     for band in bands {
         writer.push(&band)?;
-        // Nobody returns buffers once everything is decoded.
+        // Fails harmlessly once everything is decoded and buffers are no longer reused.
         let _ = used.send(band);
     }
     writer.finish()

@@ -9,10 +9,10 @@ use uvgraft::{
 use uvgraft_io::image::WriteOptions;
 use uvgraft_io::pair_file::PairFile;
 
+use crate::base_source::BaseSource;
 use crate::blending::Blending;
 use crate::failure::{Failure, Fault};
 use crate::material::{Role, Values};
-use crate::onto::Onto;
 use crate::region::Region;
 
 /// Which textures are transferred.
@@ -23,7 +23,7 @@ pub enum Inputs {
         /// Image files, and folders of them.
         sources: Vec<PathBuf>,
         /// Their base; without one, [`Transfer::size`] is required.
-        onto: Option<Onto>,
+        onto: Option<BaseSource>,
         /// What their values mean.
         values: Values,
     },
@@ -39,7 +39,7 @@ pub struct MaterialMap {
     /// The image file.
     pub source: PathBuf,
     /// Its base; without one, [`Transfer::size`] is required.
-    pub onto: Option<Onto>,
+    pub onto: Option<BaseSource>,
 }
 
 /// What happens to existing outputs.
@@ -50,7 +50,7 @@ pub enum Existing {
     Replace,
     /// Outputs that are up to date are skipped: those unchanged since they were written, from
     /// inputs with the same content, with the same options, by this version. A record is kept in
-    /// `.uvgraft-manifest.jsonl` beside them; outputs without one are overwritten.
+    /// `.uvgraft-manifest.jsonl` next to them; outputs without one are overwritten.
     KeepUpToDate,
 }
 
@@ -104,7 +104,7 @@ pub struct Transfer {
     /// would exceed it.
     pub memory: u64,
     /// Files that the caller writes itself, to be checked along with the outputs.
-    pub also_written: Vec<PathBuf>,
+    pub extra_outputs: Vec<PathBuf>,
 }
 
 /// The result of a transfer.
@@ -157,7 +157,7 @@ impl Transfer {
             existing: Existing::default(),
             jobs: None,
             memory: 2 << 30,
-            also_written: Vec::new(),
+            extra_outputs: Vec::new(),
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
-use uvgraft::{Blend, FitSummary, Graft, Pair, Size, Sizes, TexelFormat, Texture, Toning};
+use uvgraft::{Blend, FitSummary, Graft, Pair, Size, Sizes, TexelFormat, Texture, ToneCorrection};
 use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, Written,
 };
@@ -58,12 +58,12 @@ pub(crate) struct Outcome {
     /// Summary of the fit, if the texture was fitted.
     pub(crate) result: Result<Option<FitSummary>>,
     /// Notes and warnings.
-    pub(crate) said: Said,
+    pub(crate) log: Log,
 }
 
 /// Messages about a texture.
 #[derive(Debug, Default)]
-pub(crate) struct Said {
+pub(crate) struct Log {
     pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
@@ -71,28 +71,30 @@ pub(crate) struct Said {
 impl TransferWorker<'_> {
     /// Transfers a texture.
     ///
-    /// - `alone`: whether no other texture is processed meanwhile, so that decoding, sampling and
-    ///   encoding overlap.
+    /// - `alone`: whether no other texture is processed at the same time, so that decoding,
+    ///   sampling and encoding should overlap.
     pub(crate) fn carry(&self, job: &Job, alone: bool) -> Outcome {
-        let mut said = Said::default();
-        let result = self.try_carry(job, alone, &mut said);
-        Outcome { result, said }
+        let mut log = Log::default();
+        let result = self.try_carry(job, alone, &mut log);
+        Outcome { result, log }
     }
 
-    fn try_carry(&self, job: &Job, alone: bool, said: &mut Said) -> Result<Option<FitSummary>> {
+    /// Decodes the source while the graft is prepared, finds the tone, and streams the base through
+    /// the overlay band by band.
+    fn try_carry(&self, job: &Job, alone: bool, log: &mut Log) -> Result<Option<FitSummary>> {
         stream::check(self.observer)?;
         let source = BandReader::open(&job.source).or_input()?;
         let found = source.spec().format();
         let depth = self.values.depth(found.depth, &job.output);
-        let format = self.values.meant(TexelFormat { depth, ..found });
-        said.warnings.extend(self.base.mismatch(source.icc(), &job.source));
+        let format = self.values.reinterpret(TexelFormat { depth, ..found });
+        log.warnings.extend(self.base.mismatch(source.icc(), &job.source));
         let (base, mut icc) = self.base.under(format, source.icc());
         let channels = format.channels.union(base.channels);
         // A profile is for greyscale or for RGB; readers reject images with the wrong kind.
         let owner = if self.base.is_image() { base } else { format };
         if channels.has_color() != owner.channels.has_color() && icc.take().is_some() {
             let warning = "ICC profile dropped: it is for greyscale, but the result is in colour";
-            said.warnings.push(format!("{}: {warning}", job.output.display()));
+            log.warnings.push(format!("{}: {warning}", job.output.display()));
         }
         if channels.has_alpha() && Format::from_path(&job.output) == Some(Format::Jpeg) {
             return Err(self.needs_alpha(&job.output));
@@ -129,8 +131,8 @@ impl TransferWorker<'_> {
                 (prepare(), read())
             };
             let ((texture, failure), graft) = (texture?, graft?);
-            // The decoder may have run ahead of what is needed: damage there does not concern this
-            // texture, whichever was faster.
+            // The decoder may have read further than needed, depending on timing; damage in rows
+            // that are not needed must not matter.
             if let Some((row, error)) = failure
                 && row < self.source_rows_end(&graft)
             {
@@ -139,19 +141,19 @@ impl TransferWorker<'_> {
             let texture = texture.converted(found.channels, depth).with_encoding(format.encoding);
             let (texture, unknown) = without_non_finite(texture, &job.source);
             let lacks_texels = unknown.is_some();
-            said.warnings.extend(unknown);
+            log.warnings.extend(unknown);
             let texture = self.known.complete(texture, self.values, &job.source)?;
-            let toning = self.toning(&graft, &texture, base, &job.source, said)?;
+            let toning = self.toning(&graft, &texture, base, &job.source, log)?;
             let (mut overlay, fit) = self.overlay(&graft, texture, base, &job.source)?;
             if let Some(toning) = &toning {
                 overlay = if self.values.is_toned() {
-                    overlay.toned(toning).or_work()?
+                    overlay.with_tone(toning).or_work()?
                 } else {
-                    overlay.narrowed(toning).or_work()?
+                    overlay.with_exclusion(toning).or_work()?
                 };
-                self.note_found(job, toning, &overlay);
+                self.store_analysis(job, toning, &overlay);
             }
-            if (self.known.adds_opacity() || lacks_texels) && !channels.has_alpha() {
+            if (self.known.adds_alpha() || lacks_texels) && !channels.has_alpha() {
                 overlay = overlay.opaque();
             }
             let spec = TextureSpec::new(self.base.size(), overlay.format());
@@ -168,7 +170,7 @@ impl TransferWorker<'_> {
             };
             Ok((written, fit))
         })?;
-        said.warnings.extend(losses(written, &job.output)?);
+        log.warnings.extend(losses(written, &job.output)?);
         Ok(fit)
     }
 
@@ -185,49 +187,50 @@ impl TransferWorker<'_> {
         ))
     }
 
-    /// The toning of a texture and its base, and what is excluded from the texture. Failure to find
-    /// a tone is a warning.
+    /// Estimates the tone of a texture on its base, and what to exclude from the texture. If no
+    /// tone can be estimated, this is a warning.
     fn toning(
         &self,
         graft: &Graft,
         texture: &Texture,
         base: TexelFormat,
         path: &Path,
-        said: &mut Said,
-    ) -> Result<Option<Toning>> {
-        let Some(blend) = graft.blend().filter(|blend| blend.options().asks_for_labels()) else {
+        log: &mut Log,
+    ) -> Result<Option<ToneCorrection>> {
+        let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
             return Ok(None);
         };
         if !self.values.is_toned() {
-            // Labels come from the albedo, if at all.
-            return Ok(if blend.has_labels() { graft.narrowing(texture) } else { None });
+            // Other maps take labels from the albedo, if it has any.
+            return Ok(if blend.has_labels() { graft.exclusion(texture) } else { None });
         }
         let toning = if blend.options().needs_colors() {
             let colors = self.base.colors()?;
             graft.toning(texture, &colors, base).unwrap_or_else(|why| {
                 let warning = format!("{}: {why}; colours left unchanged", path.display());
-                said.warnings.push(warning);
-                graft.narrowing(texture)
+                log.warnings.push(warning);
+                graft.exclusion(texture)
             })
         } else {
-            graft.narrowing(texture)
+            graft.exclusion(texture)
         };
         if let Some(toning) = &toning {
             let name = path.display();
-            said.notes.extend(blending::left_out(toning).map(|note| format!("{name}: {note}")));
+            log.notes
+                .extend(blending::exclusion_note(toning).map(|note| format!("{name}: {note}")));
             let warnings = toning.report().warnings().into_iter();
-            said.warnings.extend(warnings.map(|warning| format!("{name}: {warning}")));
+            log.warnings.extend(warnings.map(|warning| format!("{name}: {warning}")));
         }
         Ok(toning)
     }
 
     /// Stores the analysis of the first texture.
-    fn note_found(&self, job: &Job, toning: &Toning, overlay: &uvgraft::Overlay) {
+    fn store_analysis(&self, job: &Job, toning: &ToneCorrection, overlay: &uvgraft::Overlay) {
         let (first, found) = &self.first;
         if *first == job.source {
             let narrowed = toning.narrowed().cloned();
-            let wants_mask = narrowed.is_some() && self.transfer.mask.is_some();
-            let mask = wants_mask.then(|| overlay.mask());
+            let needs_mask = narrowed.is_some() && self.transfer.mask.is_some();
+            let mask = needs_mask.then(|| overlay.mask());
             let _ = found.set(FirstTexture { narrowed, mask });
         }
     }
@@ -252,7 +255,7 @@ impl TransferWorker<'_> {
         overlay.or_input().map_err(|failure| failure.context(path.display()))
     }
 
-    /// The end of the rows of a texture that are needed.
+    /// One past the last row of a texture that is needed.
     fn source_rows_end(&self, graft: &Graft) -> u32 {
         if self.transfer.fit.is_some() {
             graft.sizes().from.height
@@ -261,13 +264,13 @@ impl TransferWorker<'_> {
         }
     }
 
-    /// The graft for textures of `size`, built for the first of them while the others wait.
+    /// The graft for textures of `size`, built once while other threads wait for it.
     fn graft(&self, size: Size) -> Result<Arc<Graft>> {
-        let place = {
+        let cell = {
             let mut grafts = self.grafts.by_size.lock().unwrap_or_else(PoisonError::into_inner);
             grafts.entry(size).or_default().clone()
         };
-        place.get_or_init(|| self.make_graft(size).map(Arc::new)).clone()
+        cell.get_or_init(|| self.make_graft(size).map(Arc::new)).clone()
     }
 
     fn make_graft(&self, size: Size) -> Result<Graft> {
@@ -295,8 +298,8 @@ impl TransferWorker<'_> {
         builder.build().or_work()
     }
 
-    /// The coverage mask, the same for textures of every size, without what is excluded from the
-    /// first one.
+    /// The coverage mask without what is excluded from the first texture; the same for every
+    /// texture size.
     pub(crate) fn mask(&self) -> Result<Texture> {
         if let Some(mask) = self.first.1.get().and_then(|found| found.mask.clone()) {
             return Ok(mask);
@@ -309,13 +312,13 @@ impl TransferWorker<'_> {
     }
 }
 
-/// Losses of a written file, as warnings; its errors sorted by whose fault they are.
+/// The losses of a written file as warnings, or its error, classified by fault.
 pub(crate) fn losses(
     written: std::result::Result<Written, WriteError>,
     path: &Path,
 ) -> Result<Vec<String>> {
     let written = written.map_err(|error| match error {
-        // The path was checked to be writable before: by now the disk is full, or gone.
+        // Outputs were checked to be writable, so by now the disk is full or gone.
         WriteError::Encode { reason: EncodeError::Io(_), .. } => Failure::work(error),
         error => Failure::input(error),
     })?;

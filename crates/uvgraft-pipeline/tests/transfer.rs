@@ -1,4 +1,4 @@
-//! Transfers from files to files, as a library.
+//! File-to-file transfers through the library API.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -11,10 +11,12 @@ use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texels, T
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
-    Blending, Event, Existing, Fault, Inputs, MaterialMap, Observer, Onto, Role, Transfer, Values,
+    BaseSource, Blending, Event, Existing, Fault, Inputs, MaterialMap, Observer, Role, Transfer,
+    Values,
 };
 
-/// A folder with a pair of squares, one upright and one on its side, and textures.
+/// A temporary folder with a pair of squares, one upright and one rotated by a quarter turn, and
+/// with textures.
 struct Desk(tempfile::TempDir);
 
 impl Desk {
@@ -52,28 +54,28 @@ impl Desk {
     fn transfer(&self, sources: &[&str], output: &str) -> Transfer {
         let inputs = Inputs::Textures {
             sources: sources.iter().map(|name| self.path(name)).collect(),
-            onto: Some(Onto::Image(self.path("base.png"))),
+            onto: Some(BaseSource::Image(self.path("base.png"))),
             values: Values::Albedo,
         };
         Transfer::new(self.path("my.uvpair"), inputs, self.path(output))
     }
 
-    fn middle(&self, name: &str) -> f32 {
+    fn center(&self, name: &str) -> f32 {
         let texture = image::read(&self.path(name)).unwrap().texture;
         texture.get(texture.size().width / 2, texture.size().height / 2, 0)
     }
 }
 
-/// Keeps what it is told, and cancels when so many textures have begun.
+/// Records events, and cancels once `cancels_at` textures have started.
 struct Log {
-    told: Mutex<Vec<String>>,
-    begun: AtomicUsize,
+    lines: Mutex<Vec<String>>,
+    started: AtomicUsize,
     cancels_at: usize,
 }
 
 impl Log {
     fn new(cancels_at: usize) -> Self {
-        Self { told: Mutex::default(), begun: AtomicUsize::new(0), cancels_at }
+        Self { lines: Mutex::default(), started: AtomicUsize::new(0), cancels_at }
     }
 }
 
@@ -82,7 +84,7 @@ impl Observer for Log {
         let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
         let text = match event {
             Event::TextureStarted { .. } => {
-                self.begun.fetch_add(1, Ordering::SeqCst);
+                self.started.fetch_add(1, Ordering::SeqCst);
                 return;
             }
             Event::Planned { textures, up_to_date } => format!("{textures} {up_to_date:?}"),
@@ -98,16 +100,16 @@ impl Observer for Log {
             }
             _ => return,
         };
-        self.told.lock().unwrap().push(text);
+        self.lines.lock().unwrap().push(text);
     }
 
     fn is_cancelled(&self) -> bool {
-        self.begun.load(Ordering::SeqCst) >= self.cancels_at
+        self.started.load(Ordering::SeqCst) >= self.cancels_at
     }
 }
 
 #[test]
-fn textures_are_carried_and_told_in_their_order() {
+fn textures_are_transferred_and_reported_in_order() {
     let desk = Desk::new();
     for (name, red) in [("a.png", 0.8), ("c.png", 0.6)] {
         desk.paint(name, 32, [red, 0.5, 0.5]);
@@ -119,20 +121,23 @@ fn textures_are_carried_and_told_in_their_order() {
         transfer.jobs = Some(jobs);
         let done = transfer.run(&log).unwrap();
         assert_eq!((done.written, done.failures.len(), done.worst()), (2, 1, Some(Fault::Input)));
-        assert!(done.failures[0].to_string().contains("b.png: not an image"));
-        let told = log.told.into_inner().unwrap();
+        assert!(done.failures[0].to_string().contains("b.png: not a supported image"));
+        let told = log.lines.into_inner().unwrap();
         assert_eq!(told[0], "3 None");
         assert_eq!(told[1], "a.png done");
-        assert!(told[2].starts_with("b.png ") && told[2].contains("not an image"), "{told:?}");
+        assert!(
+            told[2].starts_with("b.png ") && told[2].contains("not a supported image"),
+            "{told:?}"
+        );
         assert_eq!(told[3..], ["c.png done"]);
-        assert_eq!(desk.middle("out/a.png"), 0.8);
-        assert_eq!(desk.middle("out/c.png"), 0.6);
+        assert_eq!(desk.center("out/a.png"), 0.8);
+        assert_eq!(desk.center("out/c.png"), 0.6);
         assert!(!desk.path("out/b.png").exists());
     }
 }
 
 #[test]
-fn what_is_cancelled_leaves_what_was_there() {
+fn cancelling_keeps_existing_outputs() {
     let desk = Desk::new();
     let names = ["a.png", "b.png", "c.png", "d.png"];
     for name in names {
@@ -156,22 +161,22 @@ fn what_is_cancelled_leaves_what_was_there() {
             assert_eq!(std::fs::read(&file).unwrap(), b"before", "{}", file.display());
         }
     }
-    // Cancelled before anything is begun: then nothing is, and no folder is made.
+    // Cancelled before the start: no texture starts, and no folder is created.
     for existing in [Existing::Replace, Existing::KeepUpToDate] {
         let mut transfer = desk.transfer(&names, "new");
         transfer.existing = existing;
         let log = Log::new(0);
         assert_eq!(transfer.run(&log).unwrap_err().fault(), Fault::Cancelled);
-        assert_eq!(log.begun.into_inner(), 0);
+        assert_eq!(log.started.into_inner(), 0);
         assert!(!desk.path("new").exists());
     }
-    // What is left is not begun any more.
+    // The remaining textures are not started.
     let mut transfer = desk.transfer(&names, "some");
     transfer.jobs = Some(1);
     let log = Log::new(2);
     assert_eq!(transfer.run(&log).unwrap_err().fault(), Fault::Cancelled);
-    assert_eq!(log.begun.into_inner(), 2);
-    // One that was done before stays done, and is not done again.
+    assert_eq!(log.started.into_inner(), 2);
+    // Finished textures are kept and not repeated.
     let mut transfer = desk.transfer(&names, "out");
     transfer.jobs = Some(1);
     transfer.existing = Existing::KeepUpToDate;
@@ -196,7 +201,7 @@ fn failures_say_whose_fault_they_are() {
     assert!(missing.contains("none.uvpair: "), "{missing}");
     let folder = fails(&|transfer| transfer.output = desk.path("none/out.png"));
     assert!(folder.contains("does not exist"), "{folder}");
-    let taken = fails(&|transfer| transfer.also_written.push(desk.path("a.png")));
+    let taken = fails(&|transfer| transfer.extra_outputs.push(desk.path("a.png")));
     assert!(taken.contains("also an input"), "{taken}");
     let mask = fails(&|transfer| transfer.mask = Some(desk.path("mask.jpg")));
     assert!(mask.contains("must not be a JPEG file"), "{mask}");
@@ -221,7 +226,7 @@ fn failures_say_whose_fault_they_are() {
         deeper.contains("cannot create the folder") && deeper.contains("does not exist"),
         "{deeper}"
     );
-    // A file of a batch, which stops no other.
+    // An unknown role is refused, listing the known ones.
     assert!(Role::named("banana").unwrap_err().to_string().contains("must be one of albedo"));
 }
 
@@ -233,15 +238,15 @@ fn fits_and_materials() {
     transfer.fit = Some(FitOptions::default().max_steps(3));
     let log = Log::new(usize::MAX);
     assert_eq!(transfer.run(&log).unwrap().written, 1);
-    assert!(log.told.into_inner().unwrap().contains(&"a.png 0".to_owned()));
-    assert_eq!(desk.middle("fitted.png"), 0.8);
+    assert!(log.lines.into_inner().unwrap().contains(&"a.png 0".to_owned()));
+    assert_eq!(desk.center("fitted.png"), 0.8);
 
     let map = |role, onto| MaterialMap {
         role: Role::named(role).unwrap(),
         source: desk.path("a.png"),
         onto,
     };
-    let base = Onto::Image(desk.path("base.png"));
+    let base = BaseSource::Image(desk.path("base.png"));
     let maps = vec![map("albedo", Some(base)), map("roughness", None)];
     let mut transfer =
         Transfer::new(desk.path("my.uvpair"), Inputs::Material(maps), desk.path("material"));
@@ -251,10 +256,10 @@ fn fits_and_materials() {
     transfer.blending = Some(blending);
     let done = transfer.run(&()).unwrap();
     assert_eq!((done.written, done.blend.is_some()), (2, true));
-    assert_eq!(desk.middle("material/roughness.png"), 0.8);
+    assert_eq!(desk.center("material/roughness.png"), 0.8);
 }
 
-/// Keeps the warnings.
+/// Records warnings.
 #[derive(Default)]
 struct Warnings(Mutex<Vec<String>>);
 
@@ -266,9 +271,9 @@ impl Observer for Warnings {
     }
 }
 
-/// A NaN is a texel that is not known: it does not spread, and is told of.
+/// NaN marks an unknown texel: it does not spread, and causes a warning.
 #[test]
-fn what_is_not_finite_is_unknown() {
+fn non_finite_texels_are_unknown() {
     let desk = Desk::new();
     let spots = |k: u32| (12..15).contains(&(k % 32)) && (14..17).contains(&(k / 32));
     let save = |name: &str, spot: f32| {
@@ -319,26 +324,27 @@ fn what_is_not_finite_is_unknown() {
         assert!(none.is_empty(), "{none:?}");
         for source in ["nan.exr", "infinite.tif"] {
             let (carried, warnings) = carry(source, Values::Albedo, fit);
-            let told = format!("{source}: 9 texels are NaN or infinite; showing the base there");
-            assert!(warnings.len() == 1 && warnings[0].contains(&told), "{warnings:?}");
+            let warning = format!("{source}: 9 texels are NaN or infinite; showing the base there");
+            assert!(warnings.len() == 1 && warnings[0].contains(&warning), "{warnings:?}");
             let Texels::F32(values) = carried.texels() else { panic!("floats") };
             assert!(values.iter().all(|value| value.is_finite()));
-            // The base's green, 0.3, as light; and a hole of 4.5 texels a side with what a filter adds.
+            // The base's green of 0.3 in linear light. The hole has 4.5 texels a side, plus the
+            // filter's support.
             let hole =
                 (0..48 * 48).filter(|k| (carried.get(k % 48, k / 48, 1) - 0.0732).abs() < 2e-3);
             let at_middle =
                 hole.filter(|k| (12..36).contains(&(k % 48)) && (12..36).contains(&(k / 48)));
             assert!(at_middle.count() >= 9, "{source}");
             let differing = differing(&carried, &whole);
-            // At most what the window of the filter takes in around the spot: nine source texels a side.
+            // At most the filter's support around the spot: nine source texels a side.
             assert!((12..=14 * 14).contains(&differing), "{source}: {differing}");
         }
-        // Of what knows nothing the base is left.
+        // A texture without any known texel leaves the base.
         let (nothing, warnings) = carry("nothing.exr", Values::Albedo, fit);
         assert!(warnings[0].contains("nothing.exr: 64 texels are NaN"), "{warnings:?}");
         let green = |texture: &Texture, k: u32| texture.get(k % 48, k / 48, 1);
         assert!((0..48 * 48).all(|k| (green(&nothing, k) - 0.0732).abs() < 2e-3));
-        // Data have no opacity, and take what is nearest.
+        // Data has no alpha; unknown texels take the nearest value.
         let (whole, _) = carry("whole.exr", Values::Data, fit);
         let (carried, warnings) = carry("nan.exr", Values::Data, fit);
         assert!(

@@ -1,42 +1,42 @@
-//! Cameras, and the homogeneous coordinates in which perspective is affine.
+//! Cameras, and the homogeneous coordinates in which perspective projection is linear.
 
 use glam::{Vec3, vec3};
 use uvgraft::Size;
 
-/// From where a mesh is seen. Angles are in degrees, lengths in the mesh's unit.
+/// An orthographic view of a mesh. Angles are in degrees, lengths in mesh units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// How far the camera has gone around the mesh: 0 in front (on +Z), 90 on +X.
+    /// Azimuth of the camera: 0 in front (on +Z), 90 on +X.
     pub azimuth: f32,
-    /// How far the camera is above the horizon, from -89 to 89; more is clamped.
+    /// Elevation of the camera above the horizon, clamped to -89..=89.
     pub elevation: f32,
-    /// The point in the middle of the picture.
+    /// The point at the centre of the picture.
     pub target: [f32; 3],
     /// Height of the region that fills the picture.
     pub height: f32,
-    /// Whether the mesh stands on a floor that takes its shadow; seen from above only.
+    /// Whether the mesh stands on a floor that receives its shadow; visible only from above.
     pub floor: bool,
 }
 
-/// A camera as other renderers know it: three.js's `PerspectiveCamera` with the same numbers shows
-/// the same.
+/// A perspective camera in the convention of three.js: a `PerspectiveCamera` with the same values
+/// shows the same picture.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Perspective {
-    /// Where it is.
+    /// Position of the camera.
     pub eye: [f32; 3],
-    /// What is in the middle of the picture; not where it is itself.
+    /// The point at the centre of the picture; must differ from `eye`.
     pub target: [f32; 3],
-    /// What is up in the picture; not the direction of sight.
+    /// Up direction in the picture; must not be parallel to the viewing direction.
     pub up: [f32; 3],
-    /// Angle between the picture's upper and lower edge, in degrees.
+    /// Vertical field of view, in degrees.
     pub fov_y: f32,
-    /// Nothing nearer is seen; above 0.
+    /// Distance of the near plane; above 0.
     pub near: f32,
-    /// Nothing farther is seen.
+    /// Distance of the far plane.
     pub far: f32,
 }
 
-/// What a camera is to show.
+/// The axis-aligned bounding box that a camera is to show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// The smallest coordinates.
@@ -46,7 +46,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box around points that are finite; `None` where there are none.
+    /// The bounding box of the finite points; `None` if there are none.
     pub fn of(points: impl IntoIterator<Item = [f32; 3]>) -> Option<Self> {
         points
             .into_iter()
@@ -55,7 +55,7 @@ impl Bounds {
             .reduce(Self::union)
     }
 
-    /// The box around both.
+    /// The bounding box of both boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self {
@@ -64,8 +64,8 @@ impl Bounds {
         }
     }
 
-    /// The point in the middle.
-    pub fn middle(&self) -> [f32; 3] {
+    /// The centre of the box.
+    pub fn center(&self) -> [f32; 3] {
         [0, 1, 2].map(|k| 0.5 * (self.low[k] + self.high[k]))
     }
 
@@ -84,13 +84,18 @@ impl Bounds {
 }
 
 impl Perspective {
-    /// A camera outside of a box that just has it all in the picture, with a margin around it.
+    /// A camera outside a box that frames all of it, with a margin.
     ///
     /// - `azimuth`: degrees around the box: 0 in front (on +Z), 90 on +X.
-    /// - `elevation`: degrees above the horizon, from -89 to 89; more is clamped.
-    /// - `fov_y`: degrees, from 1 to 120; more is clamped.
-    /// - `aspect`: the picture's width for a height of 1.
-    /// - `zoom`: how many times as large as to fill the picture; above 0.
+    /// - `elevation`: degrees above the horizon, clamped to -89..=89.
+    /// - `fov_y`: vertical field of view in degrees, clamped to 1..=120.
+    /// - `aspect`: width of the picture divided by its height.
+    /// - `zoom`: magnification relative to filling the picture; above 0.
+    ///
+    /// For a corner at `q` from the centre, the camera must be at least
+    /// `q·towards + max(|q·up| / t, |q·right| / (t * aspect))` away, `t` being the tangent of
+    /// half the field of view, reduced by the margin. The largest of these over the eight corners
+    /// is the distance.
     pub fn framing(
         bounds: &Bounds,
         azimuth: f32,
@@ -104,9 +109,9 @@ impl Perspective {
         let towards = from_angles(azimuth, elevation);
         let right = vec3(0.0, 1.0, 0.0).cross(towards).normalize_or_zero();
         let up = towards.cross(right);
-        let middle = Vec3::from(bounds.middle());
+        let middle = Vec3::from(bounds.center());
         let tangent = (0.5 * fov_y).to_radians().tan() / MARGIN;
-        // How far away each corner still is in the picture.
+        // The nearest distance at which every corner is still in the picture.
         let mut distance = f32::MIN_POSITIVE;
         for corner in bounds.corners() {
             let q = corner - middle;
@@ -115,8 +120,8 @@ impl Perspective {
             distance = distance.max(q.dot(towards) + high.max(wide));
         }
         let radius = bounds.radius().max(1e-6);
-        // A zoom narrows the view and leaves the camera where it is, or it would end up inside; below 1 it
-        // steps back, for views have an end.
+        // Zooming in narrows the field of view and leaves the camera in place, or it would end up
+        // inside the box. Zooming out moves the camera back, since the field of view is limited.
         let zoom = zoom.max(1e-3);
         let distance = (distance / zoom.min(1.0)).max(0.02 * radius);
         let half = (0.5 * fov_y).to_radians().tan() / zoom.max(1.0);
@@ -131,14 +136,14 @@ impl Perspective {
         }
     }
 
-    /// How far the eye is from the target.
+    /// Distance from the eye to the target.
     pub fn distance(&self) -> f32 {
         (Vec3::from(self.eye) - Vec3::from(self.target)).length()
     }
 
-    /// The same camera, moved to and fro until it is as far from its target as another one.
+    /// The same camera, moved along its viewing direction to the distance of another camera.
     #[must_use]
-    pub fn as_far_as(&self, other: &Self) -> Self {
+    pub fn at_distance_of(&self, other: &Self) -> Self {
         let (eye, target) = (Vec3::from(self.eye), Vec3::from(self.target));
         let eye = target + (eye - target).normalize_or_zero() * other.distance();
         Self { eye: eye.into(), near: other.near, far: other.far, ..*self }
@@ -151,21 +156,21 @@ fn from_angles(azimuth: f32, elevation: f32) -> Vec3 {
     vec3(sin * flat, rise, cos * flat)
 }
 
-/// A point on its way to the screen: `(x / w, y / w)` are samples.
+/// A point before the perspective divide: `(x / w, y / w)` are sample coordinates.
 pub(crate) type Homogeneous = [f64; 3];
 
-/// Projects to sample coordinates, and to depth that grows towards the camera and is affine on the
-/// screen.
+/// Projects to sample coordinates, and to a depth that grows towards the camera and is affine on
+/// the screen.
 #[derive(Debug, Clone)]
 pub(crate) struct Camera {
     pub right: Vec3,
     pub up: Vec3,
-    /// From what is in the middle of the picture to the camera.
+    /// Unit vector from the target to the camera.
     pub towards: Vec3,
-    /// The eye where there is perspective, and what is in the middle where there is none.
+    /// The eye with perspective, the target without.
     origin: Vec3,
     lens: Lens,
-    middle: [f32; 2],
+    centre: [f32; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -174,18 +179,18 @@ enum Lens {
         unit_per_px: f32,
     },
     Perspective {
-        /// The screen's distance, in samples.
+        /// Focal length, in samples.
         focal_px: f32,
         near: f32,
         far: f32,
     },
 }
 
-/// A line of sight, from the camera on.
+/// A viewing ray that starts at the camera.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sight {
+pub(crate) struct Ray {
     pub origin: Vec3,
-    /// Of any length.
+    /// Not normalised.
     pub direction: Vec3,
 }
 
@@ -196,13 +201,13 @@ impl Camera {
         Self::looking(towards, view.target.into(), unit_per_px, size)
     }
 
-    /// Seen without perspective from the direction `towards`, `target` in the middle.
+    /// Orthographic view from the direction `towards`, with `target` at the centre.
     pub fn looking(towards: Vec3, target: Vec3, unit_per_px: f32, size: Size) -> Self {
         let lens = Lens::Orthographic { unit_per_px };
         Self::new(towards, vec3(0.0, 1.0, 0.0), target, lens, size)
     }
 
-    /// Seen without perspective from below, X to the left and Z downwards on the screen.
+    /// Orthographic view from below, with X to the left and Z downwards on the screen.
     pub fn from_below(target: Vec3, unit_per_px: f32, size: Size) -> Self {
         let lens = Lens::Orthographic { unit_per_px };
         Self::new(vec3(0.0, -1.0, 0.0), vec3(0.0, 0.0, -1.0), target, lens, size)
@@ -219,14 +224,14 @@ impl Camera {
 
     fn new(towards: Vec3, up: Vec3, origin: Vec3, lens: Lens, size: Size) -> Self {
         let right = up.cross(towards).normalize_or_zero();
-        let middle = [size.width as f32 * 0.5, size.height as f32 * 0.5];
-        Self { right, up: towards.cross(right), towards, origin, lens, middle }
+        let centre = [size.width as f32 * 0.5, size.height as f32 * 0.5];
+        Self { right, up: towards.cross(right), towards, origin, lens, centre }
     }
 
     pub fn homogeneous(&self, p: Vec3) -> Homogeneous {
         let q = p - self.origin;
         let (x, y) = (f64::from(q.dot(self.right)), f64::from(q.dot(self.up)));
-        let [left, top] = self.middle.map(f64::from);
+        let [left, top] = self.centre.map(f64::from);
         match self.lens {
             Lens::Orthographic { unit_per_px } => {
                 let unit = f64::from(unit_per_px);
@@ -239,7 +244,8 @@ impl Camera {
         }
     }
 
-    /// Depth of a point with its `w`.
+    /// Depth of a point whose homogeneous coordinate is `w`: 1 / w with perspective, which is
+    /// affine on the screen.
     pub fn depth_of(&self, p: Vec3, w: f64) -> f64 {
         match self.lens {
             Lens::Orthographic { .. } => f64::from((p - self.origin).dot(self.towards)),
@@ -247,7 +253,7 @@ impl Camera {
         }
     }
 
-    /// The smallest `w` that is seen, and the least depth.
+    /// The near limit of `w`, and the smallest visible depth.
     pub fn limits(&self) -> (f64, f32) {
         match self.lens {
             Lens::Orthographic { .. } => (0.0, f32::NEG_INFINITY),
@@ -255,7 +261,7 @@ impl Camera {
         }
     }
 
-    /// How far towards the camera something of a depth is, in the mesh's unit.
+    /// Position along the axis towards the camera at a depth, in mesh units.
     pub fn height_of(&self, depth: f32) -> f32 {
         match self.lens {
             Lens::Orthographic { .. } => depth,
@@ -264,7 +270,7 @@ impl Camera {
         }
     }
 
-    /// How long a sample is at a depth.
+    /// Size of a sample at a depth, in mesh units.
     pub fn unit_per_px(&self, depth: f32) -> f32 {
         match self.lens {
             Lens::Orthographic { unit_per_px } => unit_per_px,
@@ -272,7 +278,7 @@ impl Camera {
         }
     }
 
-    /// From a point to the camera; of unit length.
+    /// Unit vector from a point to the camera.
     pub fn towards_from(&self, p: Vec3) -> Vec3 {
         match self.lens {
             Lens::Orthographic { .. } => self.towards,
@@ -280,26 +286,26 @@ impl Camera {
         }
     }
 
-    pub fn sight(&self, x: f32, y: f32) -> Sight {
-        let (dx, dy) = (x - self.middle[0], self.middle[1] - y);
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        let (dx, dy) = (x - self.centre[0], self.centre[1] - y);
         let across = self.right * dx + self.up * dy;
         match self.lens {
             Lens::Orthographic { unit_per_px } => {
-                Sight { origin: self.origin + across * unit_per_px, direction: -self.towards }
+                Ray { origin: self.origin + across * unit_per_px, direction: -self.towards }
             }
             Lens::Perspective { focal_px, .. } => {
-                Sight { origin: self.origin, direction: across - self.towards * focal_px }
+                Ray { origin: self.origin, direction: across - self.towards * focal_px }
             }
         }
     }
 
-    /// The middle and the radius of what is seen around a point on the way through the picture's
-    /// middle.
+    /// Centre and radius of the visible region around a point, after projecting the point onto the
+    /// optical axis.
     pub fn seen_around(&self, point: Vec3) -> (Vec3, f32) {
-        let [half_width, half_height] = self.middle;
+        let [half_width, half_height] = self.centre;
         let half = half_width.max(half_height);
         let away = (point - self.origin).dot(self.towards);
-        let middle = match self.lens {
+        let centre = match self.lens {
             Lens::Orthographic { .. } => self.origin + self.towards * away,
             Lens::Perspective { near, .. } => self.origin + self.towards * away.min(-near),
         };
@@ -307,7 +313,7 @@ impl Camera {
             Lens::Orthographic { .. } => 0.0,
             Lens::Perspective { near, .. } => 1.0 / (-away).max(near),
         };
-        (middle, half * self.unit_per_px(depth))
+        (centre, half * self.unit_per_px(depth))
     }
 }
 
@@ -331,8 +337,8 @@ mod tests {
         assert!((x / w - 125.0).abs() < 1e-4 && (y / w - 25.0).abs() < 1e-4, "{x} {y} {w}");
         assert_eq!(camera.height_of(camera.depth_of(vec3(1.0, 2.0, 2.0), w) as f32), -2.0);
         assert!((camera.unit_per_px(0.5) - 0.04).abs() < 1e-6);
-        let sight = camera.sight(125.0, 25.0);
-        let hit = sight.origin + sight.direction * (2.0 / 50.0);
+        let ray = camera.ray(125.0, 25.0);
+        let hit = ray.origin + ray.direction * (2.0 / 50.0);
         assert!((hit - vec3(1.0, 2.0, 2.0)).length() < 1e-5, "{hit:?}");
     }
 

@@ -1,54 +1,62 @@
-//! The floor under a mesh: how much light its shadow leaves, as a small picture seen from above.
+//! The floor under a mesh: the fraction of light that its shadow leaves, as a small texture seen
+//! from above.
 //!
-//! Three shadows make it up: the key light's, softened; a wide and faint one under everything, for the
-//! sky that the mesh hides; and a narrow one where it touches the floor.
+//! It combines three shadows: the key light's, softened; a wide, faint one under the whole
+//! mesh, for the part of the sky that the mesh hides; and a narrow contact shadow where it
+//! touches the floor.
 
 use glam::{Vec3, vec3};
 use uvgraft::Size;
 use uvgraft::easing::smoothstep;
 
-use super::camera::{Camera, Sight};
+use super::camera::{Camera, Ray};
 use super::geometry::Geometry;
 use super::projection::project;
 use super::visibility::DepthBuffer;
 
-/// Cells of the picture along each side.
+/// Side of the shadow texture, in cells.
 const SIDE: u32 = 320;
 
 #[derive(Debug)]
 pub(crate) struct Floor {
     height: f32,
-    middle: Vec3,
+    centre: Vec3,
     radius: f32,
-    /// Row by row along Z, each along X.
+    /// Remaining light of each cell, row-major: rows along Z, columns along X.
     light: Vec<f32>,
 }
 
 impl Floor {
-    /// - `lit`: the part of the key light that reaches a point.
-    /// - `metre`: how long a metre is in the mesh's unit.
+    /// Each shadow darkens the floor by a factor `1 - strength * s`. For the key light `s` is its
+    /// blocked fraction; for the contact and the sky shadow `s = exp(-gap / length)`, where `gap`
+    /// is the height of the mesh above the cell (from a depth buffer seen from below) and `length`
+    /// 3 cm and 90 cm. All three are blurred before they are multiplied.
+    ///
+    /// - `lit`: the fraction of the key light that reaches a point.
+    /// - `metre`: length of one metre in mesh units.
     pub fn new(geometry: &Geometry, height: f32, metre: f32, lit: impl Fn(Vec3) -> f32) -> Self {
         let (low, high) = geometry.bounds();
-        let middle = low.lerp_monotonic(high, 0.5);
-        let middle = vec3(middle.x, height, middle.z);
+        let centre = low.lerp_monotonic(high, 0.5);
+        let centre = vec3(centre.x, height, centre.z);
         let (dx, dz) = (high.x - low.x, high.z - low.z);
         let radius = 0.5 * (high - low).length().max(1e-6) + 0.3 * dx.hypot(dz);
         let cell = 2.0 * radius / SIDE as f32;
         let size = Size::square(SIDE);
 
-        // Seen from below Z runs down the screen, so rows are in its order, and X to the left, so columns are not.
-        let camera = Camera::from_below(middle, cell, size);
+        // Seen from below, Z runs down the screen and X to the left: rows match, columns are
+        // mirrored.
+        let camera = Camera::from_below(centre, cell, size);
         let parts = project(&camera, &geometry.positions, &geometry.faces, size, |_| true);
         let below = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
-        let place = |column: i32, row: i32| {
+        let point = |column: i32, row: i32| {
             let at = |index: i32| (index as f32 + 0.5) * cell - radius;
-            middle + vec3(at(column), 0.0, at(row))
+            centre + vec3(at(column), 0.0, at(row))
         };
         let mut key = Vec::with_capacity(size.texels());
         let (mut touching, mut hanging) = (key.clone(), key.clone());
         for row in 0..SIDE as i32 {
             for column in 0..SIDE as i32 {
-                key.push(1.0 - lit(place(column, row)));
+                key.push(1.0 - lit(point(column, row)));
                 let gap = (-below.depth(SIDE as i32 - 1 - column, row)).max(0.0) / metre;
                 touching.push((-gap / 0.03).exp());
                 hanging.push((-gap / 0.9).exp());
@@ -60,26 +68,27 @@ impl Floor {
         let light = (0..size.texels())
             .map(|k| (1.0 - 0.5 * key[k]) * (1.0 - 0.55 * touching[k]) * (1.0 - 0.42 * hanging[k]))
             .collect();
-        Self { height, middle, radius, light }
+        Self { height, centre, radius, light }
     }
 
-    /// How bright the floor is where a line of sight meets it: 1 out of the shadow, and where no floor
-    /// is seen.
-    pub fn brightness(&self, sight: &Sight) -> f32 {
-        let fall = -sight.direction.normalize_or_zero().y;
-        let along = (sight.origin.y - self.height) / -sight.direction.y;
+    /// Brightness of the floor where a viewing ray meets it: 1 outside the shadow, and where the
+    /// ray does not meet the floor. The shadow fades out towards the edge of the texture and at
+    /// grazing angles.
+    pub fn brightness(&self, ray: &Ray) -> f32 {
+        let fall = -ray.direction.normalize_or_zero().y;
+        let along = (ray.origin.y - self.height) / -ray.direction.y;
         if fall < 0.01 || along <= 0.0 {
             return 1.0;
         }
-        let p = sight.origin + sight.direction * along;
-        let away = (p - self.middle).length() / self.radius;
+        let p = ray.origin + ray.direction * along;
+        let away = (p - self.centre).length() / self.radius;
         let near = smoothstep(0.98, 0.5, away) * smoothstep(0.01, 0.05, fall);
         if near == 0.0 {
             return 1.0;
         }
         let cells = 0.5 * SIDE as f32 / self.radius;
-        let at = |value: f32, middle: f32| (value - middle + self.radius) * cells - 0.5;
-        let (x, y) = (at(p.x, self.middle.x), at(p.z, self.middle.z));
+        let at = |value: f32, centre: f32| (value - centre + self.radius) * cells - 0.5;
+        let (x, y) = (at(p.x, self.centre.x), at(p.z, self.centre.z));
         let (left, top) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - top);
         let cell = |dx: i32, dy: i32| {
@@ -92,19 +101,19 @@ impl Floor {
     }
 }
 
-/// Three means over a square, which come close to a Gaussian of standard deviation `sigma`, in cells.
+/// Three box blurs, which approximate a Gaussian with standard deviation `sigma`, in cells.
 fn blurred(mut values: Vec<f32>, sigma: f32) -> Vec<f32> {
     let side = SIDE as usize;
-    // A mean over 2r + 1 cells has the variance r(r + 1)/3; three of them have three times that.
-    let reach =
+    // A box of 2r + 1 cells has variance r(r + 1)/3; three passes have three times that.
+    let radius =
         ((sigma * sigma + 0.25).sqrt() - 0.5).round().clamp(0.0, SIDE as f32 / 4.0) as usize;
     for _ in 0..3 {
         for (start, step) in (0..side).map(|k| (k * side, 1)).chain((0..side).map(|k| (k, side))) {
             let line: Vec<f32> = (0..side).map(|k| values[start + k * step]).collect();
             for k in 0..side {
-                let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(side));
+                let (from, to) = (k.saturating_sub(radius), (k + radius + 1).min(side));
                 let sum: f32 = line[from..to].iter().sum();
-                values[start + k * step] = sum / (2 * reach + 1) as f32;
+                values[start + k * step] = sum / (2 * radius + 1) as f32;
             }
         }
     }
@@ -119,7 +128,8 @@ mod tests {
 
     #[test]
     fn what_touches_the_floor_darkens_it_where_it_stands() {
-        // A sole, and an arm that makes the whole lie to one side and before it.
+        // A sole on the floor, and a raised arm that makes the bounds extend to one
+        // side and forward.
         let sole = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.0, 0.3], [0.0, 0.0, 0.3]];
         let arm = [[0.8, 1.0, 0.9], [0.9, 1.0, 0.9], [0.9, 1.0, 1.0], [0.8, 1.0, 1.0]];
         let positions = [sole, arm].concat();
@@ -127,8 +137,8 @@ mod tests {
         let mesh = Mesh::from_triangles(positions, vec![[0.0; 2]; 8], &faces, &faces).unwrap();
         let floor = Floor::new(&Geometry::of_mesh(&mesh, &[0; 4]), 0.0, 1.0, |_| 1.0);
         let brightness = |x: f32, z: f32| {
-            let sight = Sight { origin: vec3(x, 1.0, z), direction: vec3(0.0, -1.0, 0.0) };
-            floor.brightness(&sight)
+            let ray = Ray { origin: vec3(x, 1.0, z), direction: vec3(0.0, -1.0, 0.0) };
+            floor.brightness(&ray)
         };
         assert!(brightness(0.05, 0.15) < 0.5, "{}", brightness(0.05, 0.15));
         for [x, z] in [[0.85, 0.15], [0.05, 0.85], [-0.2, 0.15], [0.3, 0.15], [0.05, -0.2]] {
@@ -146,7 +156,7 @@ mod tests {
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
         let variance: f32 =
             (0..side * side).map(|k| spread[k] * ((k % side) as f32 - 150.0).powi(2)).sum();
-        // Reaches are whole numbers: 4 or 5 stand for 20 or 30 where 25 is wanted.
+        // Radii are integers: 4 or 5 give a variance of 20 or 30 instead of 25.
         assert!((19.0..31.0).contains(&variance), "{variance}");
     }
 }

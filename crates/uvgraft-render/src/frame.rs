@@ -3,7 +3,7 @@
 use glam::Vec3;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, Value, threads};
-use uvgraft_gltf::scene::Alpha;
+use uvgraft_gltf::scene::AlphaMode;
 
 use super::camera::{Camera, Homogeneous};
 use super::floor::Floor;
@@ -18,37 +18,38 @@ use super::surface::{Lookup, Surface};
 use super::tangents::{Tangent, bumped, tangents};
 use super::visibility::{BAND, DepthBuffer, EMPTY, bands};
 
-/// Everything that a pixel's colour follows from.
+/// Everything that determines a pixel's colour.
 pub(super) struct Frame<'a> {
     surfaces: &'a [Surface],
     mipmaps: &'a [Mipmap],
     geometry: Geometry,
     homogeneous: Vec<Homogeneous>,
-    /// Empty without normal maps.
+    /// Empty if no surface has a normal map.
     tangents: Vec<Tangent>,
     camera: Camera,
     options: RenderOptions,
     size: Size,
     opaque: DepthBuffer,
-    /// What one sees through, and which of it touches each band of rows.
+    /// Blended triangles, and the indices of those that touch each band of rows.
     translucent: Vec<Projected>,
     bands: Vec<Vec<u32>>,
-    light: Option<Light>,
+    light: Option<Lighting>,
 }
 
-/// What only a lit picture has.
-struct Light {
+/// State that only lit pictures need.
+struct Lighting {
     lights: Lights,
-    /// A pixel's share of the sky.
+    /// For each pixel, the visible fraction of the sky (ambient occlusion).
     occlusion: Vec<f32>,
     floor: Option<Floor>,
 }
 
-/// A colour in linear light, times its opacity.
+/// A colour in linear light multiplied by its alpha, and the alpha.
 type Premultiplied = [f32; 4];
 
 impl<'a> Frame<'a> {
-    /// - `camera`: for `options.samples` times as many samples along each side as `size` has pixels.
+    /// - `camera`: for the supersampled picture, `options.samples` samples along each
+    ///   side of a pixel.
     pub fn new(
         surfaces: &'a [Surface],
         mipmaps: &'a [Mipmap],
@@ -63,13 +64,14 @@ impl<'a> Frame<'a> {
         });
         let faces_us = |face: usize| {
             let surface = &surfaces[geometry.faces[face].surface as usize];
-            surface.double_sided || {
+            surface.material.double_sided || {
                 let [a, ..] = geometry.corners(face);
                 geometry.normal_of(face).dot(camera.towards_from(a)) > 0.0
             }
         };
-        let is_blended =
-            |face: usize| surfaces[geometry.faces[face].surface as usize].alpha == Alpha::Blend;
+        let is_blended = |face: usize| {
+            surfaces[geometry.faces[face].surface as usize].material.alpha == AlphaMode::Blend
+        };
         let visible = |blended: bool| {
             let keep = |face: usize| is_blended(face) == blended && faces_us(face);
             project(&camera, &geometry.positions, &geometry.faces, fine, keep)
@@ -78,7 +80,7 @@ impl<'a> Frame<'a> {
         let least = camera.limits().1;
         let is_there = |face: u32, x: u32, y: u32| {
             let surface = &surfaces[geometry.faces[face as usize].surface as usize];
-            let Alpha::Mask(cutoff) = surface.alpha else { return true };
+            let AlphaMode::Mask(cutoff) = surface.material.alpha else { return true };
             let at = [x as f32 + 0.5, y as f32 + 0.5];
             let Some(point) = Point::new(&geometry, &homogeneous, face, at, 1.0) else {
                 return false;
@@ -88,7 +90,7 @@ impl<'a> Frame<'a> {
         let opaque = DepthBuffer::new(&solid, fine, least, is_there);
         let light = options.lit.then(|| {
             let casts = |face: usize| !is_blended(face);
-            Light::new(&camera, &geometry, casts, &opaque, options.floor, size)
+            Lighting::new(&camera, &geometry, casts, &opaque, options.floor, size)
         });
         let bands = bands(&translucent, fine.height);
         let tangents = if options.lit { tangents(&geometry, surfaces) } else { Vec::new() };
@@ -113,7 +115,8 @@ impl<'a> Frame<'a> {
         let channels = if transparent { Channels::Rgba } else { Channels::Rgb };
         let width = self.size.width as usize;
         let mut texels = vec![0_u8; self.size.texels() * channels.count()];
-        // As many rows as a band of samples has.
+        // One chunk has as many rows as a band of samples, so that each chunk needs
+        // one set of layers.
         let rows = (BAND / self.options.samples) as usize;
         threads::for_each_chunk(&mut texels, width * channels.count() * rows, |band, texels| {
             let layers = self.layers(band);
@@ -135,7 +138,7 @@ impl<'a> Frame<'a> {
             .expect("the buffer was made for this size")
     }
 
-    /// What one sees through in a band of rows, if there is anything.
+    /// The translucent layers of a band of rows; `None` if nothing translucent touches it.
     fn layers(&self, band: usize) -> Option<Layers> {
         let indices = self.bands.get(band).filter(|indices| !indices.is_empty())?;
         let height = self.size.height * self.options.samples;
@@ -146,7 +149,11 @@ impl<'a> Frame<'a> {
         Some(Layers::new(&self.translucent, indices.iter(), &self.opaque, least, rows, width))
     }
 
-    /// The mean of a pixel's samples.
+    /// The mean of a pixel's samples: the opaque surface or background, with translucent layers
+    /// composited over it from back to front (premultiplied "over", Porter and Duff 1984).
+    ///
+    /// Each quarter of a pixel is shaded once for each face that shows in it, not once for each
+    /// sample: edges are antialiased by visibility, textures by their footprint.
     fn pixel(
         &self,
         x: u32,
@@ -183,7 +190,8 @@ impl<'a> Frame<'a> {
         sum
     }
 
-    /// Colours of all faces that some samples show, each once, in the middle of where it shows.
+    /// Shades every face that shows in these samples, once each, at the centroid of the samples
+    /// that show it.
     fn shade(
         &self,
         samples: impl Iterator<Item = (u32, u32)>,
@@ -220,7 +228,7 @@ impl<'a> Frame<'a> {
     fn surface_color(&self, face: u32, at: [f32; 2], (x, y): (u32, u32)) -> Premultiplied {
         let corners = self.geometry.faces[face as usize];
         let surface = &self.surfaces[corners.surface as usize];
-        // Colours are means over a quarter of a pixel.
+        // The texture footprint is a quarter of a pixel.
         let step = f64::from(self.options.samples / 2);
         let Some(point) = Point::new(&self.geometry, &self.homogeneous, face, at, step) else {
             return [0.0; 4];
@@ -229,9 +237,10 @@ impl<'a> Frame<'a> {
         let albedo = [r, g, b];
         let footprint = |coordinates| point.footprint(&self.geometry, coordinates);
         let lookup = Lookup { mipmaps: self.mipmaps, footprint: &footprint };
-        let alpha = if surface.alpha == Alpha::Blend { a.clamp(0.0, 1.0) } else { 1.0 };
+        let alpha =
+            if surface.material.alpha == AlphaMode::Blend { a.clamp(0.0, 1.0) } else { 1.0 };
         let [r, g, b] = match &self.light {
-            Some(light) if !surface.unlit => {
+            Some(light) if !surface.material.unlit => {
                 let position = point.mixed(corners.vertices, &self.geometry.positions);
                 let towards = self.camera.towards_from(position);
                 let mut normal = point.mixed(corners.vertices, &self.geometry.normals);
@@ -239,11 +248,14 @@ impl<'a> Frame<'a> {
                     let tangent = point.tangent(corners.vertices, &self.tangents);
                     normal = bumped(bump, normal.normalize_or_zero(), tangent);
                 }
-                // The mean of the corners' normals knows of the side that is meant as the front.
+                // Vertex normals point out of the front of a face. Seen from the back,
+                // they are flipped.
                 if self.geometry.normal_of(face as usize).dot(towards) < 0.0 {
                     normal = -normal;
                 }
                 let mut normal = normal.normalize_or_zero();
+                // Interpolated normals may still face away from the camera near silhouettes: bend
+                // them back.
                 if normal.dot(towards) < 0.0 {
                     normal = (normal - towards * (1.02 * normal.dot(towards))).normalize_or_zero();
                 }
@@ -260,13 +272,13 @@ impl<'a> Frame<'a> {
         [r * alpha, g * alpha, b * alpha, alpha]
     }
 
-    /// What is seen where there is no surface.
+    /// The background and the floor's shadow on it.
     fn behind(&self, x: u32, y: u32) -> Premultiplied {
         let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
         let samples = self.options.samples as f32;
         let floor = self.light.as_ref().and_then(|light| light.floor.as_ref());
         let brightness = floor
-            .map_or(1.0, |floor| floor.brightness(&self.camera.sight(px * samples, py * samples)));
+            .map_or(1.0, |floor| floor.brightness(&self.camera.ray(px * samples, py * samples)));
         let (width, height) = (self.size.width as f32, self.size.height as f32);
         let color = match self.options.background {
             Background::Studio => backdrop(px / width, py / height),
@@ -278,16 +290,16 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// A face's colour over a part of a pixel.
+/// The colour of a face within a quarter of a pixel.
 struct Shade {
     face: u32,
-    /// The sum of the samples that show it, and their number.
+    /// Sum of the positions of the samples that show it, and their number.
     at: [f32; 2],
     count: f32,
     color: Premultiplied,
 }
 
-impl Light {
+impl Lighting {
     fn new(
         camera: &Camera,
         geometry: &Geometry,
@@ -297,19 +309,20 @@ impl Light {
         size: Size,
     ) -> Self {
         let (low, high) = geometry.bounds();
-        let (middle, radius) = (low.lerp_monotonic(high, 0.5), 0.5 * (high - low).length());
-        // Files are in metres; what is no person's size is taken for a model of one.
+        let (centre, radius) = (low.lerp_monotonic(high, 0.5), 0.5 * (high - low).length());
+        // Files are in metres. If the radius is not that of a person (0.1 to 4 m), the scene is
+        // taken for a scale model of one, and its radius for a metre.
         let metre = if (0.1..4.0).contains(&radius) { 1.0 } else { radius.max(1e-6) };
-        let (seen, extent) = camera.seen_around(middle);
-        // Room for what casts shadows into the picture, and for what is deeper than wide.
+        let (seen, extent) = camera.seen_around(centre);
+        // Margin for shadow casters outside the picture, and for scenes deeper than wide.
         let extent = 1.6 * extent;
-        let seen = if extent < radius { (seen, extent) } else { (middle, radius) };
+        let seen = if extent < radius { (seen, extent) } else { (centre, radius) };
         let lights = Lights::new(camera, geometry, &casts, seen, metre);
         let floor = floor.map(|height| {
-            // All of the shadow, whatever is in the picture.
+            // The floor needs the whole shadow, whatever part of the scene is in the picture.
             let up = Vec3 { x: 0.0, y: 1.0, z: 0.0 };
             let whole = if seen.1 < radius {
-                Some(Lights::new(camera, geometry, &casts, (middle, radius), metre))
+                Some(Lights::new(camera, geometry, &casts, (centre, radius), metre))
             } else {
                 None
             };
@@ -320,16 +333,16 @@ impl Light {
     }
 }
 
-/// A point of a face, as it is seen.
+/// A visible point of a face, with its barycentric weights.
 struct Point {
     face: u32,
     weights: [f32; 3],
-    /// A step farther to the right, and one farther down.
-    beside: [[f32; 3]; 2],
+    /// Weights one step to the right, and one step down.
+    shifted: [[f32; 3]; 2],
 }
 
 impl Point {
-    /// - `step`: samples over which colours are means.
+    /// - `step`: width of the texture footprint, in samples.
     fn new(
         geometry: &Geometry,
         homogeneous: &[Homogeneous],
@@ -341,10 +354,11 @@ impl Point {
             geometry.faces[face as usize].vertices.map(|vertex| homogeneous[vertex as usize]);
         let [x, y] = at.map(f64::from);
         let here = weights(corners, x, y)?;
-        let beside = [(step, 0.0), (0.0, step)];
-        // Beyond the horizon a face goes on behind the camera; there the other side is looked at.
-        let beside = beside.map(|(dx, dy)| weights(corners, x + dx, y + dy).unwrap_or(here));
-        Some(Self { face, weights: here, beside })
+        let shifted = [(step, 0.0), (0.0, step)];
+        // Beyond the face's horizon the weights belong to a point behind the camera. Exactly on it
+        // they are not finite: the footprint then has no extent in that direction.
+        let shifted = shifted.map(|(dx, dy)| weights(corners, x + dx, y + dy).unwrap_or(here));
+        Some(Self { face, weights: here, shifted })
     }
 
     fn mixed(&self, vertices: [u32; 3], values: &[Vec3]) -> Vec3 {
@@ -355,25 +369,25 @@ impl Point {
     fn tangent(&self, vertices: [u32; 3], tangents: &[Tangent]) -> Tangent {
         let [a, b, c] = vertices.map(|vertex| tangents[vertex as usize]);
         let weights = self.weights;
-        // Sides do not mix: where they differ, a triangle takes its first corner's.
+        // Handedness is not interpolated: where corners differ, the first one's is used.
         (a.0 * weights[0] + b.0 * weights[1] + c.0 * weights[2], a.1)
     }
 
-    /// The part of a texture that is seen here.
+    /// The footprint in the texture.
     fn footprint(&self, geometry: &Geometry, coordinates: usize) -> Footprint {
         let corners = geometry.corner_uv(self.face as usize, coordinates);
         let uv = |weights: [f32; 3]| {
             [0, 1].map(|k| (0..3).map(|corner| weights[corner] * corners[corner][k]).sum::<f32>())
         };
         let here = uv(self.weights);
-        let along = self.beside.map(|weights| {
+        let along = self.shifted.map(|weights| {
             let there = uv(weights);
             [there[0] - here[0], there[1] - here[1]]
         });
         Footprint { uv: here, along_x: along[0], along_y: along[1] }
     }
 
-    /// Linear colour and opacity of a surface here.
+    /// Linear colour and alpha of a surface.
     fn color(&self, geometry: &Geometry, surface: &Surface, mipmaps: &[Mipmap]) -> [f32; 4] {
         let footprint = |coordinates| self.footprint(geometry, coordinates);
         let mut color = surface.albedo(&Lookup { mipmaps, footprint: &footprint });

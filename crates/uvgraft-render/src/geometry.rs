@@ -1,9 +1,9 @@
-//! All triangles of a picture in one list, with what is needed at their corners.
+//! All triangles of a picture in one list, with their vertex attributes.
 
 use glam::Vec3;
 use uvgraft::Mesh;
 use uvgraft_avatar::normals::vertex_normals;
-use uvgraft_gltf::scene::Drawn;
+use uvgraft_gltf::scene::PosedPrimitive;
 
 use super::camera::Bounds;
 use super::surface::Surface;
@@ -12,10 +12,10 @@ use super::surface::Surface;
 pub(crate) struct Geometry {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
-    /// Empty, or one for each position.
+    /// Empty, or one colour for each position.
     pub colors: Vec<[f32; 4]>,
     pub uv: Vec<[f32; 2]>,
-    /// Further coordinates, each as long as `uv`.
+    /// Further sets of texture coordinates, each as long as `uv`.
     pub more_uv: Vec<Vec<[f32; 2]>>,
     pub faces: Vec<Face>,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Face {
 }
 
 impl Geometry {
-    /// A mesh, with the surface of every triangle.
+    /// A mesh, with the surface index of every triangle.
     pub fn of_mesh(mesh: &Mesh, surfaces: &[u32]) -> Self {
         let faces = mesh.faces().iter().zip(mesh.uv_faces()).zip(surfaces);
         Self {
@@ -43,8 +43,10 @@ impl Geometry {
         }
     }
 
-    /// What a scene shows. Triangles with a corner that is no place, or of no surface, are left out.
-    pub fn of_drawn(drawn: &[Drawn], surfaces: &[Surface]) -> Self {
+    /// The drawn primitives of a scene. Triangles with a corner that is missing or not finite are
+    /// left out, and so are those without a surface. Missing normals and texture coordinates are
+    /// zero, missing colours white.
+    pub fn of_primitives(drawn: &[PosedPrimitive], surfaces: &[Surface]) -> Self {
         let sets = drawn.iter().map(|piece| piece.more_uv.len()).max().unwrap_or(0);
         let mut all = Self { more_uv: vec![Vec::new(); sets], ..Self::default() };
         let colored = drawn.iter().any(|piece| piece.colors.is_some());
@@ -83,7 +85,8 @@ impl Geometry {
         all
     }
 
-    /// Texture coordinates of a triangle's corners: its first ones, or others by their number.
+    /// Texture coordinates of a triangle's corners. Set 0 is `uv`, the others are in `more_uv`; a
+    /// set that does not exist falls back to `uv`.
     pub fn corner_uv(&self, face: usize, coordinates: usize) -> [[f32; 2]; 3] {
         let more = coordinates.checked_sub(1).and_then(|set| self.more_uv.get(set));
         let uv = more.unwrap_or(&self.uv);
@@ -94,13 +97,13 @@ impl Geometry {
         self.faces[face].vertices.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// Square to a triangle, out of its front, as long as twice its area.
+    /// Normal of a triangle on its front side, with twice the triangle's area as length.
     pub fn normal_of(&self, face: usize) -> Vec3 {
         let [a, b, c] = self.corners(face);
         (b - a).cross(c - a)
     }
 
-    /// The box around all triangles; a point where there are none.
+    /// The bounding box of all triangles; the origin if there are none.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let used = self.faces.iter().flat_map(|face| face.vertices);
         let points = used.map(|vertex| self.positions[vertex as usize].into());

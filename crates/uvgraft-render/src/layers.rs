@@ -1,20 +1,20 @@
-//! Surfaces that one sees through, sample by sample: the nearest few in front of what is opaque.
+//! Translucent surfaces, sample by sample: the nearest few in front of the opaque one.
 
 use std::ops::Range;
 
 use super::projection::Projected;
 use super::visibility::{DepthBuffer, EMPTY};
 
-/// Surfaces over each other that are kept; of more, the farthest are left out.
-pub(crate) const MOST: usize = 6;
+/// Layers kept at a sample; if there are more, the farthest are dropped.
+pub(crate) const MAX_LAYERS: usize = 6;
 
-/// The layers of some rows of samples.
+/// The layers of a range of sample rows.
 #[derive(Debug)]
 pub(crate) struct Layers {
     rows: Range<u32>,
     width: usize,
-    /// From the nearest to the farthest.
-    layers: Vec<[Layer; MOST]>,
+    /// For each sample, from nearest to farthest.
+    layers: Vec<[Layer; MAX_LAYERS]>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -26,8 +26,8 @@ struct Layer {
 const NONE: Layer = Layer { depth: f32::NEG_INFINITY, face: EMPTY };
 
 impl Layers {
-    /// - `indices`: of the triangles that touch the rows.
-    /// - `least`: depth from which on something is seen.
+    /// - `indices`: triangles that touch the rows.
+    /// - `least`: smallest visible depth.
     pub fn new<'a>(
         projected: &[Projected],
         indices: impl Iterator<Item = &'a u32>,
@@ -36,7 +36,7 @@ impl Layers {
         rows: Range<u32>,
         width: usize,
     ) -> Self {
-        let mut layers = vec![[NONE; MOST]; rows.len() * width];
+        let mut layers = vec![[NONE; MAX_LAYERS]; rows.len() * width];
         for &index in indices {
             let part = &projected[index as usize];
             for (row, span) in part.scan.spans(&rows) {
@@ -47,11 +47,11 @@ impl Layers {
                     }
                     let sample = (row - rows.start) as usize * width + column as usize;
                     let layers = &mut layers[sample];
-                    // Of two at the same depth, what came first lies above.
-                    let place = layers.partition_point(|layer| layer.depth >= depth);
-                    if place < MOST {
-                        layers[place..].rotate_right(1);
-                        layers[place] = Layer { depth, face: part.face };
+                    // At equal depth, the triangle that was drawn first is in front.
+                    let slot = layers.partition_point(|layer| layer.depth >= depth);
+                    if slot < MAX_LAYERS {
+                        layers[slot..].rotate_right(1);
+                        layers[slot] = Layer { depth, face: part.face };
                     }
                 }
             }
@@ -59,7 +59,7 @@ impl Layers {
         Self { rows, width, layers }
     }
 
-    /// The faces over a sample, from the farthest to the nearest.
+    /// The faces at a sample, from farthest to nearest.
     pub fn over(&self, x: u32, y: u32) -> impl Iterator<Item = u32> {
         let sample = (y - self.rows.start) as usize * self.width + x as usize;
         self.layers[sample].iter().rev().map(|layer| layer.face).filter(|&face| face != EMPTY)

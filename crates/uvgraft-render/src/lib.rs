@@ -1,8 +1,8 @@
-//! A small offline renderer: textured meshes in soft studio light, or in none.
+//! A small offline renderer: textured meshes, unlit or in soft studio light.
 //!
-//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel; colours are computed for each
-//! triangle in each quarter of a pixel. Light comes from a key with a shadow map, a fill, a rim light
-//! and the sky, with occlusion estimated from the depth buffer.
+//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel; each face is shaded once in
+//! each quarter of a pixel. Lighting is a key light with a shadow map, a fill light, a rim light
+//! and the sky, with ambient occlusion estimated from the depth buffer.
 
 #![forbid(unsafe_code)]
 
@@ -26,7 +26,7 @@ mod thumbnail;
 mod visibility;
 
 use uvgraft::{Mesh, MeshPart, Size, Texture};
-use uvgraft_gltf::scene::{Drawn, Material, Scene};
+use uvgraft_gltf::scene::{Material, PosedPrimitive, Scene};
 
 use self::camera::Camera;
 pub use self::camera::{Bounds, Perspective, View};
@@ -38,9 +38,9 @@ pub use self::shading::Shading;
 use self::surface::{Needed, Role, Surface};
 pub use self::thumbnail::{ThumbnailError, thumbnail};
 
-/// Renders a mesh with its texture: 8-bit sRGB.
+/// Renders a mesh with its texture, as 8-bit sRGB.
 ///
-/// - `shading`: of each of the mesh's parts; triangles in none of them are matt.
+/// - `shading`: shading of each part of the mesh; triangles in no part are matt.
 ///
 /// # Panics
 /// If `size` has no texels or a side longer than [`Texture::MAX_SIDE`].
@@ -70,7 +70,7 @@ pub fn render(
     Frame::new(&surfaces, &mipmaps, geometry, camera, options, size).picture()
 }
 
-/// Draws scenes that share materials and textures.
+/// Renders scenes that share materials and textures.
 #[derive(Debug)]
 pub struct Renderer {
     surfaces: Vec<Surface>,
@@ -78,9 +78,9 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Prepares textures for lookups.
+    /// Prepares textures for sampling.
     ///
-    /// - `materials`: refer to `textures` by their numbers.
+    /// - `materials`: refer to `textures` by index.
     pub fn new(materials: &[Material], textures: &[Texture]) -> Self {
         let mut needed = Needed::default();
         let surface = |material| Surface::new(material, textures.len(), &mut needed);
@@ -92,20 +92,20 @@ impl Renderer {
         Self { surfaces, mipmaps: needed.0.into_iter().map(mipmap).collect() }
     }
 
-    /// For everything in a scene.
-    pub fn of(scene: &Scene) -> Self {
+    /// A renderer for the materials and textures of a scene.
+    pub fn for_scene(scene: &Scene) -> Self {
         Self::new(scene.materials(), scene.textures())
     }
 
-    /// Draws a picture: 8-bit sRGB, with opacity where the background is transparent.
+    /// Renders a picture as 8-bit sRGB, with an alpha channel if the background is transparent.
     ///
-    /// What has no place, no material or no area is not seen.
+    /// Triangles with non-finite positions, without a material or without area are not drawn.
     ///
     /// # Panics
     /// If `size` has no texels or a side longer than a quarter of [`Texture::MAX_SIDE`].
     pub fn render(
         &self,
-        drawn: &[Drawn],
+        drawn: &[PosedPrimitive],
         camera: &Perspective,
         options: &RenderOptions,
         size: Size,
@@ -116,7 +116,7 @@ impl Renderer {
         );
         let samples = if options.samples >= 4 { 4 } else { 2 };
         let options = RenderOptions { samples, ..*options };
-        let geometry = Geometry::of_drawn(drawn, &self.surfaces);
+        let geometry = Geometry::of_primitives(drawn, &self.surfaces);
         let fine = Size::new(size.width * samples, size.height * samples);
         let camera = Camera::perspective(camera, fine);
         Frame::new(&self.surfaces, &self.mipmaps, geometry, camera, options, size).picture()

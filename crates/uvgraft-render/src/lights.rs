@@ -1,4 +1,4 @@
-//! Studio lights, their shadows, and what they make of a surface.
+//! Studio lights, their shadows, and the reflection model.
 
 use glam::Vec3;
 use uvgraft::Size;
@@ -10,7 +10,7 @@ use super::projection::project;
 use super::shading::{Paint, Shading};
 use super::visibility::DepthBuffer;
 
-/// What stands beside the camera, and the shadows of its brightest light.
+/// Lights that move with the camera, and the shadow map of the key light.
 #[derive(Debug)]
 pub(crate) struct Lights {
     key: Vec3,
@@ -18,7 +18,7 @@ pub(crate) struct Lights {
     rim: Vec3,
     shadow_camera: Camera,
     shadow: DepthBuffer,
-    /// Soft edges are as wide everywhere: half of it in texels of the shadow map.
+    /// Half the width of soft shadow edges, in texels of the shadow map: the same width everywhere.
     softness: f32,
     bias: f32,
 }
@@ -26,10 +26,12 @@ pub(crate) struct Lights {
 const SHADOW_SIDE: u32 = 2048;
 
 impl Lights {
-    /// Lights that stand beside the camera, the key's shadows cast by all opaque faces.
+    /// Lights at fixed directions relative to the camera; the faces in `casts` cast the key
+    /// light's shadow.
     ///
-    /// - `seen`: middle and radius of what is in the picture; shadows elsewhere are missing.
-    /// - `metre`: how long a metre is in the mesh's unit.
+    /// - `seen`: centre and radius of the region that the shadow map covers; nothing outside
+    ///   it is shadowed.
+    /// - `metre`: length of one metre in mesh units.
     pub fn new(
         camera: &Camera,
         geometry: &Geometry,
@@ -37,10 +39,10 @@ impl Lights {
         seen: (Vec3, f32),
         metre: f32,
     ) -> Self {
-        let beside = |x: f32, y: f32, z: f32| {
+        let world = |x: f32, y: f32, z: f32| {
             (camera.right * x + camera.up * y + camera.towards * z).normalize_or_zero()
         };
-        let key = beside(-0.55, 0.62, 0.75);
+        let key = world(-0.55, 0.62, 0.75);
         let size = Size::square(SHADOW_SIDE);
         let unit_per_px = (2.0 * seen.1 / SHADOW_SIDE as f32).max(f32::MIN_POSITIVE);
         let shadow_camera = Camera::looking(key, seen.0, unit_per_px, size);
@@ -48,8 +50,8 @@ impl Lights {
         let shadow = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
         Self {
             key,
-            fill: beside(0.85, 0.1, 0.6),
-            rim: beside(0.75, 0.45, -0.62),
+            fill: world(0.85, 0.1, 0.6),
+            rim: world(0.75, 0.45, -0.62),
             shadow_camera,
             shadow,
             softness: (0.0022 * metre / unit_per_px).clamp(1.0, 6.0),
@@ -59,8 +61,14 @@ impl Lights {
 
     /// Light that leaves a point towards the camera; linear in and out.
     ///
-    /// - `towards`: from the point to the camera.
-    /// - `open`: the share of the sky that is not hidden by what is near.
+    /// Diffuse light wraps around by `w`, for each channel: `max(0, (n·l + w) / (1 + w))`, since
+    /// skin scatters red light into the shade. Highlights are `(n·h)^sharpness` (Blinn 1977), with
+    /// a sheen towards the silhouette. Surfaces with gloss values from a file (`glint`) use a
+    /// normalised lobe instead and reflect a two-colour sky; the mirrored fraction is removed from
+    /// their diffuse part.
+    ///
+    /// - `towards`: unit vector from the point to the camera.
+    /// - `open`: the fraction of the sky that nearby geometry leaves visible.
     pub fn shade(
         &self,
         paint: &Paint,
@@ -75,7 +83,7 @@ impl Lights {
         const SKY: [f32; 3] = [0.36, 0.38, 0.42];
         const GROUND: [f32; 3] = [0.23, 0.19, 0.17];
         let Paint { shading, albedo, glint: mirrored } = *paint;
-        // Where the light only grazes, a cast shadow would draw a hard edge into the soft one.
+        // Near the terminator a cast shadow would draw a hard edge into the soft falloff.
         let grazing = smoothstep(0.35, -0.1, normal.dot(self.key));
         let lit = self.lit(position, normal);
         let lit = lit + (1.0 - lit) * 0.8 * grazing;
@@ -91,7 +99,7 @@ impl Lights {
         if mirrored.is_some() {
             glint = 0.0;
         }
-        // The sky's share of what is mirrored.
+        // The sky's fraction of the mirrored surroundings.
         let above = 0.5 + 0.5 * (normal * (2.0 * normal.dot(towards)) - towards).y;
         let up = 0.5 + 0.5 * normal.y;
         let rim = normal.dot(self.rim).max(0.0) * (1.0 - facing).powi(2);
@@ -99,7 +107,7 @@ impl Lights {
         let shade = 0.35 + 0.65 * open;
         [0, 1, 2].map(|k| {
             let around = |light: Vec3| ((normal.dot(light) + wrap[k]) / (1.0 + wrap[k])).max(0.0);
-            // Shadows on skin keep a little of the light that has crept through it.
+            // Shadows on skin keep a little light, which has scattered through it.
             let reached = lit + (1.0 - lit) * 0.25 * wrap[k];
             let light = KEY[k] * around(self.key) * reached * (0.6 + 0.4 * open)
                 + FILL[k] * around(self.fill) * shade
@@ -112,11 +120,15 @@ impl Lights {
         })
     }
 
-    /// The part of the key light that reaches a point, with soft edges.
+    /// The fraction of the key light that reaches a point, with soft edges.
     ///
-    /// - `normal`: of what lies there, so that it casts no shadow on itself.
+    /// Percentage-closer filtering (Reeves et al. 1987): depth comparisons, not depths, are
+    /// averaged, here over a square of bilinear taps. The point is raised along its normal and the
+    /// depth biased, or the surface would shadow itself.
+    ///
+    /// - `normal`: normal of the surface at the point.
     pub fn lit(&self, position: Vec3, normal: Vec3) -> f32 {
-        /// Taps along each side.
+        /// Taps along each side of the square.
         const TAPS: i32 = 6;
         let raised = position + normal * self.bias;
         let [x, y, w] = self.shadow_camera.homogeneous(raised);
@@ -147,7 +159,7 @@ impl Lights {
     }
 }
 
-/// Keeps what is brighter than white from clipping hard.
+/// Compresses values above the knee smoothly towards white, so that highlights do not clip hard.
 fn soft(value: f32) -> f32 {
     const KNEE: f32 = 0.75;
     if value < KNEE {

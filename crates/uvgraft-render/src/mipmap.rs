@@ -1,14 +1,15 @@
-//! A texture with smaller copies, for lookups over an area.
+//! Textures with smaller copies, for sampling over an area.
 //!
 //! # Source
-//! Williams, "Pyramidal Parametrics", 1983. Long areas are covered by several lookups along them, as
-//! in McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping", 1999.
+//! Williams, "Pyramidal Parametrics", 1983. Long footprints are covered by several samples along
+//! their longer axis, as in McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic
+//! Texture Mapping", 1999.
 
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Texels, Texture, Value, threads};
 use uvgraft_gltf::scene::{TextureUse, Wrap};
 
-/// Levels with 8 bits in sRGB, and opacity; means are of light.
+/// Levels as 8-bit sRGB with alpha; colours are averaged in linear light.
 #[derive(Debug)]
 pub(crate) struct Mipmap {
     levels: Vec<Level>,
@@ -22,7 +23,7 @@ struct Level {
     texels: Vec<[u8; 4]>,
 }
 
-/// A place in a texture, and how far it goes while one sample is crossed to the right and downwards.
+/// A point in a texture, and its derivatives per sample to the right and downwards.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footprint {
     pub uv: [f32; 2],
@@ -30,19 +31,20 @@ pub(crate) struct Footprint {
     pub along_y: [f32; 2],
 }
 
-/// Lookups along the longer side of a footprint.
-const MOST_TAPS: f32 = 8.0;
+/// Maximum number of samples along the longer axis of a footprint.
+const MAX_TAPS: f32 = 8.0;
 
-/// Steps of the table from light to 8-bit sRGB: so fine that all 256 values are hit.
+/// Size of the table from linear light to 8-bit sRGB: fine enough that all 256 values occur.
 const STEPS: usize = 1 << 13;
 
 impl Mipmap {
-    /// Of a picture: what is between texels is mixed as light.
+    /// For colours: texels are interpolated in linear light.
     pub fn new(texture: &Texture) -> Self {
         Self::by(texture, rgba(texture), linear_from_srgb, srgb_from_linear)
     }
 
-    /// Of numbers, such as normals: they are mixed as they stand, whatever opacity the texture has.
+    /// For data such as normals: values are interpolated as stored, and the texture's
+    /// alpha is ignored.
     pub fn of_data(texture: &Texture) -> Self {
         let mut texels = rgba(&texture.clone().with_encoding(Encoding::Data));
         texels.iter_mut().for_each(|texel| texel[3] = 255);
@@ -69,7 +71,11 @@ impl Mipmap {
         Self { levels, linear }
     }
 
-    /// The colour in linear light and the opacity over a footprint.
+    /// Linear colour and alpha over a footprint.
+    ///
+    /// A single trilinear lookup would be blurred across the footprint or aliased along it. Instead
+    /// `ceil(long / short)` lookups, at most [`MAX_TAPS`], are spread along the longer axis, each
+    /// at level `log2(long / taps)`.
     pub fn sample(&self, footprint: &Footprint, texture: &TextureUse) -> [f32; 4] {
         let finest = &self.levels[0];
         let (width, height) = (finest.width as f32, finest.height as f32);
@@ -87,8 +93,8 @@ impl Mipmap {
         if long <= 1.0 {
             return self.at(footprint.uv, 0.0, texture);
         }
-        // A footprint shorter than a texel is as good as one of that length.
-        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MOST_TAPS);
+        // The short axis counts as at least one texel: finer detail does not exist.
+        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MAX_TAPS);
         let level = (long / taps).max(1.0).log2();
         let mut sum = [0.0; 4];
         for tap in 0..taps as u32 {
@@ -100,7 +106,7 @@ impl Mipmap {
         sum.map(|value| value / taps)
     }
 
-    /// Between the two levels nearest to one that is no whole number.
+    /// Interpolates linearly between the two levels around a fractional one.
     fn at(&self, uv: [f32; 2], level: f32, texture: &TextureUse) -> [f32; 4] {
         let last = self.levels.len() - 1;
         let lower = (level as usize).min(last);
@@ -115,7 +121,8 @@ impl Mipmap {
 }
 
 impl Level {
-    /// Half as wide and high, rounded down. Colours count by their opacity.
+    /// Half as wide and high, rounded down. Colours are averaged with their alpha as weight, so
+    /// that the colour of transparent texels does not bleed in.
     fn halved(&self, linear: &[f32], encoded: &[u8]) -> Option<Self> {
         if self.width.max(self.height) < 2 {
             return None;
@@ -177,8 +184,8 @@ impl Level {
     }
 }
 
-/// Which texels of `count` a texel of `smaller` covers, and their shares of it: two where `count` is
-/// even, and parts of three where it is odd.
+/// The texels of a row of `count` that a texel of the `smaller` row covers, with their weights: two
+/// texels where `count` is even; where it is odd, one whole and parts of two others.
 fn shares(index: usize, count: usize, smaller: usize) -> [(usize, f32); 3] {
     if count == 1 {
         return [(0, 1.0), (0, 0.0), (0, 0.0)];
@@ -205,8 +212,8 @@ fn wrapped(index: i64, count: usize, wrap: Wrap) -> usize {
     index as usize
 }
 
-/// The texels with 8 bits in sRGB; grey counts for all three colours, and what has no opacity is
-/// opaque.
+/// The texels as 8-bit RGBA, linear light encoded as sRGB. Grey is copied to all three colours;
+/// without an alpha channel texels are opaque.
 fn rgba(texture: &Texture) -> Vec<[u8; 4]> {
     fn collect<T: Value>(values: &[T], channels: Channels, encoding: Encoding) -> Vec<[u8; 4]> {
         let order = if channels.has_color() { [0, 1, 2] } else { [0, 0, 0] };
@@ -251,7 +258,7 @@ mod tests {
 
     #[test]
     fn the_whole_texture_has_its_mean_light() {
-        // Light of 0 and 1, half and half, also where halving is uneven.
+        // Light of 0 and 1 in equal parts, also where the size is odd.
         for (size, values) in [
             (Size::new(2, 1), vec![0, 255]),
             (Size::new(4, 3), [0, 255, 255, 0].repeat(3)),
@@ -259,11 +266,11 @@ mod tests {
         ] {
             let mipmap = grey(size, &values);
             let all = mipmap.sample(&over([0.5; 2], [1.0, 0.0], [0.0, 1.0]), &PLAIN);
-            // A level rounds to 8 bits, which are 0.009 apart here.
+            // A level is rounded to 8 bits, in steps of 0.009 here.
             assert!((all[1] - 0.5).abs() < 0.01, "{size}: {all:?}");
             assert_eq!(all[3], 1.0);
         }
-        // A row of five: the middle one belongs to both halves.
+        // A row of five: the centre texel belongs to both halves.
         let five = grey(Size::new(5, 1), &[0, 0, 255, 0, 0]);
         assert_eq!((five.levels[1].width, five.levels.len()), (2, 3));
         let (left, right) = (five.levels[1].texels[0][0], five.levels[1].texels[1][0]);

@@ -1,14 +1,14 @@
-//! How pictures are made.
+//! Rendering options.
 
-/// How a picture is made.
+/// How a picture is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
-    /// Whether there is light at all. Without it every surface has the plain colour of its texture,
-    /// and there are no shadows.
+    /// Whether the scene is lit. Unlit, every surface has the plain colour of its texture and there
+    /// are no shadows.
     pub lit: bool,
-    /// What is behind everything.
+    /// The background.
     pub background: Background,
-    /// Height of a floor that takes shadows, if there is one; seen from above only.
+    /// Height of a floor that receives shadows, if there is one; visible only from above.
     pub floor: Option<f32>,
     /// Samples along each side of a pixel: 2, or 4 for smoother edges.
     pub samples: u32,
@@ -20,13 +20,13 @@ impl Default for RenderOptions {
     }
 }
 
-/// What is behind everything.
+/// What is behind the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Background {
-    /// A neutral backdrop that is brighter in the middle.
+    /// A neutral backdrop, brighter at the centre.
     Studio,
     /// One colour, sRGB.
     Plain([u8; 3]),
-    /// Nothing: the picture has opacity. A floor's shadow is black that one sees through.
+    /// Nothing: the picture has an alpha channel. A floor's shadow is translucent black.
     Transparent,
 }

@@ -1,8 +1,8 @@
-//! Triangles on the screen: clipped, ready to be scanned, and which point of them is seen where.
+//! Triangles on the screen: clipped, ready to be scanned, with barycentric weights for each sample.
 //!
 //! # Source
 //! Sutherland and Hodgman, "Reentrant Polygon Clipping", 1974; Olano and Greer, "Triangle Scan
-//! Conversion using 2D Homogeneous Coordinates", 1997, for the weights of corners.
+//! Conversion using 2D Homogeneous Coordinates", 1997, for the barycentric weights.
 
 use glam::Vec3;
 use uvgraft::raster::ScanTriangle;
@@ -11,7 +11,7 @@ use uvgraft::{Size, threads};
 use super::camera::{Camera, Homogeneous};
 use super::geometry::Face;
 
-/// A triangle on the screen, or a part of one that is cut off at the near plane.
+/// A triangle on the screen, or a part of one that was clipped at the near plane.
 #[derive(Debug)]
 pub(crate) struct Projected {
     pub face: u32,
@@ -25,9 +25,13 @@ impl Projected {
     }
 }
 
-/// The parts of faces that are on the screen, in the order of the faces.
+/// The parts of faces on the screen, in face order.
 ///
-/// - `keep`: whether a face is wanted at all.
+/// Faces are clipped at the near plane before the perspective divide: behind the camera `w` is
+/// negative and points would be mirrored onto the screen. A clipped face has up to four corners and
+/// is split into a fan.
+///
+/// - `keep`: whether to draw a face.
 pub(crate) fn project(
     camera: &Camera,
     positions: &[Vec3],
@@ -35,7 +39,7 @@ pub(crate) fn project(
     size: Size,
     keep: impl Fn(usize) -> bool + Sync,
 ) -> Vec<Projected> {
-    /// Faces in a piece of work.
+    /// Faces per task.
     const CHUNK: usize = 512;
     let homogeneous =
         threads::map_indices(positions.len(), |vertex| camera.homogeneous(positions[vertex]));
@@ -73,7 +77,7 @@ struct Corner {
     p: Vec3,
 }
 
-/// The polygon that is left of a triangle in front of the near plane: up to four corners.
+/// The part of a triangle in front of the near plane, a polygon of up to four corners.
 fn clipped(corners: [Corner; 3], near: f64) -> Vec<Corner> {
     if corners.iter().all(|corner| corner.at[2] >= near) {
         return corners.to_vec();
@@ -100,10 +104,14 @@ fn on_screen(camera: &Camera, corner: &Corner) -> [f64; 3] {
     [x / w, y / w, camera.depth_of(corner.p, w)]
 }
 
-/// How much of each corner is in the point that is seen at a sample; they sum to 1. `None` where the
-/// triangle is seen from its edge.
+/// Perspective-correct barycentric weights of the point that is visible at a sample; they sum to 1.
+/// `None` where the triangle is seen edge-on.
+///
+/// Corner `a` has the weight `cross(b, c)`, divided by the sum of all three, where `a`, `b` and `c`
+/// are homogeneous and relative to the sample. No perspective divide is needed, so this also holds
+/// for faces that cross the camera plane.
 pub(crate) fn weights(corners: [Homogeneous; 3], x: f64, y: f64) -> Option<[f32; 3]> {
-    // Seen from the sample, so that nothing large is subtracted from something large.
+    // Relative to the sample, so that no large values are subtracted from each other.
     let [a, b, c] = corners.map(|[cx, cy, w]| [cx - x * w, cy - y * w]);
     let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
     let parts = [cross(b, c), cross(c, a), cross(a, b)];
@@ -112,8 +120,8 @@ pub(crate) fn weights(corners: [Homogeneous; 3], x: f64, y: f64) -> Option<[f32;
     weights.iter().all(|weight| weight.is_finite()).then_some(weights)
 }
 
-/// Depth as an affine function of the sample, kept within that of the corners: where a sliver is seen
-/// from its edge, its slope is noise.
+/// Depth as an affine function of the sample, clamped to the range of the corners: the slope of a
+/// sliver seen edge-on is noise.
 #[derive(Debug)]
 struct Plane {
     origin: [f64; 3],
@@ -146,7 +154,7 @@ mod tests {
     use super::*;
     use crate::camera::Perspective;
 
-    /// A camera at the origin that looks along -Z, one unit of height at distance 1 being 100 samples.
+    /// A camera at the origin that looks along -Z; at distance 1, one unit is 100 samples.
     fn camera(size: Size) -> Camera {
         let fov_y = 2.0 * (0.5 * size.height as f32 / 100.0).atan().to_degrees();
         let (eye, target, up) = ([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
@@ -155,11 +163,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_halfway_is_nearer_than_half() {
+    fn the_screen_midpoint_is_nearer_than_half() {
         let size = Size::square(200);
         let camera = camera(size);
-        // From (-1, 0, -2) at sample 50 to (3, 0, -6) at sample 150: seen in the middle, at x = 0, is
-        // a quarter of the way.
+        // From (-1, 0, -2) at sample 50 to (3, 0, -6) at sample 150: the point at the centre of the
+        // screen, x = 0, is a quarter of the way along.
         let corners = [vec3(-1.0, 0.0, -2.0), vec3(3.0, 0.0, -6.0), vec3(-1.0, 1.0, -2.0)];
         let corners = corners.map(|p| camera.homogeneous(p));
         let [a, b, c] = weights(corners, 100.0, 100.0).unwrap();
@@ -195,14 +203,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_the_near_plane_is_cut_off() {
+    fn faces_are_clipped_at_the_near_plane() {
         let size = Size::square(200);
         let camera = camera(size);
         // A floor at y = -1 from far ahead to behind the camera.
         let positions = [vec3(-50.0, -1.0, -50.0), vec3(50.0, -1.0, -50.0), vec3(0.0, -1.0, 50.0)];
         let faces = [Face { vertices: [0, 1, 2], uv: [0; 3], surface: 0 }];
         let projected = project(&camera, &positions, &faces, size, |_| true);
-        // Four corners make two triangles, which cover all below the far edge at sample 102.
+        // The four corners make two triangles, which cover everything below the far
+        // edge at sample 102.
         assert_eq!(projected.len(), 2);
         let covers =
             |x: u32, y: u32| projected.iter().filter(|part| part.scan.span(y).contains(&x)).count();

@@ -1,23 +1,23 @@
-//! How surfaces reflect light.
+//! Reflection models of surfaces.
 
 /// How a surface reflects light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shading {
-    /// Diffuse, with hardly a highlight.
+    /// Diffuse, with almost no highlight.
     #[default]
     Matt,
-    /// Broad highlights; light wraps around into the shade, red most.
+    /// Broad highlights; light wraps around into the shade, red the most.
     Skin,
     /// Small, bright highlights.
     Eye,
-    /// Highlights of the hair's own colour.
+    /// Highlights in the hair's own colour.
     Hair,
     /// Faint, broad highlights.
     Leather,
 }
 
 impl Shading {
-    /// The shading of a name, in lower case: `matt`, `skin`, `eye`, `hair` or `leather`.
+    /// The shading with a lower-case name: `matt`, `skin`, `eye`, `hair` or `leather`.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "matt" => Self::Matt,
@@ -29,7 +29,7 @@ impl Shading {
         })
     }
 
-    /// Strength and sharpness of highlights.
+    /// Strength and exponent of highlights.
     pub(crate) fn gloss(self) -> (f32, f32) {
         match self {
             Self::Matt => (0.015, 8.0),
@@ -40,7 +40,8 @@ impl Shading {
         }
     }
 
-    /// How far light creeps around into the shade, for red, green and blue: skin glows red there.
+    /// How far diffuse light wraps around into the shade, in red, green and blue: skin
+    /// glows red there.
     pub(crate) fn wrap(self) -> [f32; 3] {
         match self {
             Self::Skin => [0.42, 0.22, 0.16],
@@ -50,7 +51,7 @@ impl Shading {
     }
 }
 
-/// Highlights that a file describes, as Blinn and Phong do.
+/// Specular highlights from a file's material, as a Blinn-Phong lobe.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Glint {
     pub color: [f32; 3],
@@ -58,31 +59,33 @@ pub(crate) struct Glint {
 }
 
 impl Glint {
-    /// - `color`: linear, of light that is mirrored straight on.
-    /// - `glossiness`: from 0 to 1; the roughness is what is missing to 1, squared.
+    /// - `color`: linear specular colour at normal incidence.
+    /// - `glossiness`: from 0 to 1; the roughness is `(1 - glossiness)^2`.
     pub fn new(color: [f32; 3], glossiness: f32) -> Self {
         let roughness = (1.0 - glossiness.clamp(0.0, 1.0)).powi(2);
-        // Where both have the same width; mirrors show lights that have some size.
+        // `2 / roughness^2 - 2` gives the lobe the width of a microfacet lobe of that roughness.
+        // The roughness has a lower limit, since even a mirror shows lights of a finite size.
         let sharpness = 2.0 / (roughness * roughness).max(1e-3) - 2.0;
         Self { color: color.map(|value| value.clamp(0.0, 1.0)), sharpness: sharpness.max(1.0) }
     }
 
-    /// What is left of light for the surface's own colour.
+    /// The fraction of light left for diffuse reflection.
     pub fn rest(&self) -> f32 {
         1.0 - self.color.iter().fold(0.0, |most: f32, &value| most.max(value))
     }
 
-    /// The part of a light that is mirrored to where the half-way vector is seen from.
+    /// Reflected fraction of a light, for the cosine between normal and half-way vector; normalised
+    /// by `(sharpness + 2) / 8`.
     pub fn peak(&self, facing_half: f32) -> f32 {
         (self.sharpness + 2.0) / 8.0 * facing_half.max(0.0).powf(self.sharpness)
     }
 }
 
-/// A surface's own colour, and what it mirrors.
+/// The diffuse colour of a surface and its highlights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Paint {
     pub shading: Shading,
     pub albedo: [f32; 3],
-    /// In place of the shading's highlights.
+    /// Replaces the highlights of `shading`.
     pub glint: Option<Glint>,
 }

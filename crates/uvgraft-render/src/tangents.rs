@@ -1,8 +1,8 @@
-//! Directions along U and against V at each vertex, which normal maps are relative to.
+//! Tangent frames for normal maps: the directions along U and against V at each vertex.
 //!
-//! They are made for each pose from positions and coordinates, as means over the triangles around a
-//! vertex weighted by angle and then made square to its normal at each pixel, which is what MikkTSpace
-//! does but for how it groups triangles.
+//! They are computed for each pose from positions and texture coordinates: angle-weighted means
+//! over the triangles around a vertex, made orthogonal to the normal at each pixel. This is what
+//! MikkTSpace does, except for the way it groups triangles.
 //!
 //! # Source
 //! Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008, section 4.
@@ -12,22 +12,22 @@ use glam::Vec3;
 use super::geometry::Geometry;
 use super::surface::Surface;
 
-/// Along U, of any length, and 1 or -1: to which side V goes up.
+/// Direction along U, not normalised, and the handedness: 1 or -1, the side on which V goes up.
 pub(crate) type Tangent = (Vec3, f32);
 
-/// One for each vertex; empty where no surface has a normal map.
+/// A tangent for each vertex; empty if no surface has a normal map.
 pub(crate) fn tangents(geometry: &Geometry, surfaces: &[Surface]) -> Vec<Tangent> {
-    if surfaces.iter().all(|surface| surface.normal.is_none()) {
+    if surfaces.iter().all(|surface| surface.material.normal.is_none()) {
         return Vec::new();
     }
     let mut sums = vec![[Vec3::default(); 2]; geometry.positions.len()];
     for (face, corners) in geometry.faces.iter().enumerate() {
-        let Some(normal) = surfaces[corners.surface as usize].normal else { continue };
+        let Some(normal) = surfaces[corners.surface as usize].material.normal else { continue };
         let uv = geometry.corner_uv(face, normal.texture.coordinates);
-        let places = geometry.corners(face);
-        let Some(along) = directions(places, uv) else { continue };
+        let points = geometry.corners(face);
+        let Some(along) = directions(points, uv) else { continue };
         for k in 0..3 {
-            let (a, b) = (places[(k + 1) % 3] - places[k], places[(k + 2) % 3] - places[k]);
+            let (a, b) = (points[(k + 1) % 3] - points[k], points[(k + 2) % 3] - points[k]);
             let angle = a.cross(b).length().atan2(a.dot(b));
             let sum = &mut sums[corners.vertices[k] as usize];
             *sum = [0, 1].map(|at| sum[at] + along[at] * angle);
@@ -39,7 +39,7 @@ pub(crate) fn tangents(geometry: &Geometry, surfaces: &[Surface]) -> Vec<Tangent
         .collect()
 }
 
-/// Unit vectors along U and against V in a triangle; nothing where it has no area in the texture.
+/// Unit vectors along U and against V in a triangle; `None` if its UV triangle has no area.
 fn directions([a, b, c]: [Vec3; 3], uv: [[f32; 2]; 3]) -> Option<[Vec3; 2]> {
     let (ab, ac) = (b - a, c - a);
     let step = |k: usize, axis: usize| uv[k][axis] - uv[0][axis];
@@ -53,13 +53,13 @@ fn directions([a, b, c]: [Vec3; 3], uv: [[f32; 2]; 3]) -> Option<[Vec3; 2]> {
     Some([along_u.normalize_or_zero(), -along_v.normalize_or_zero()])
 }
 
-/// A normal of a map in the world.
+/// A normal-map value transformed from tangent space to world space.
 ///
-/// - `normal`: the surface's, of unit length.
+/// - `normal`: unit normal of the surface.
 pub(crate) fn bumped(bump: Vec3, normal: Vec3, (along, side): Tangent) -> Vec3 {
     let along = (along - normal * normal.dot(along)).normalize_or_zero();
     let up = normal.cross(along) * side;
     let bumped = along * bump.x + up * bump.y + normal * bump.z;
-    // A map that says nothing leaves the surface as it is.
+    // A map value of zero leaves the normal unchanged.
     if bumped.dot(bumped) > 0.0 { bumped.normalize_or_zero() } else { normal }
 }

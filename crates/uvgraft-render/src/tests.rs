@@ -1,11 +1,11 @@
 //! The renderer as a whole.
 
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_gltf::scene::{Alpha, Posing, TextureUse, Wrap};
+use uvgraft_gltf::scene::{AlphaMode, PoseRequest, TextureUse, Wrap};
 
 use super::*;
 
-/// The figure's face, from slightly beside.
+/// The figure's face, slightly from the side.
 const FACE: View =
     View { azimuth: 18.0, elevation: 4.0, target: [0.0, 1.615, 0.01], height: 0.36, floor: false };
 
@@ -37,12 +37,12 @@ fn shows_a_face_where_the_mannequin_has_none() {
     assert!(differing(&plain, &empty) > size.texels() / 3);
 }
 
-/// The strip of the tests of scenes.
+/// The strip of the scene tests.
 fn strip() -> Scene {
     Scene::read(&uvgraft_tests::strip::Strip::new().glb()).unwrap()
 }
 
-/// From straight ahead: heights 0 to 2 fill the picture at the distance of the strip.
+/// Straight ahead: at the distance of the strip, heights 0 to 2 fill the picture.
 pub(super) fn ahead() -> Perspective {
     let (eye, target, up) = ([0.0, 1.0, 4.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]);
     let fov_y = 2.0 * 0.25_f32.atan().to_degrees();
@@ -61,10 +61,10 @@ pub(super) fn texel(picture: &Texture, x: u32, y: u32) -> Vec<u8> {
 #[test]
 fn without_light_colours_are_the_textures_own() {
     let scene = strip();
-    let drawn = scene.pose(&Posing::default()).unwrap();
+    let drawn = scene.pose(&PoseRequest::default()).unwrap();
     let options = unlit(Background::Plain([9, 8, 7]));
-    let picture = Renderer::of(&scene).render(&drawn, &ahead(), &options, Size::square(40));
-    // The strip is half as wide as the picture, and as high.
+    let picture = Renderer::for_scene(&scene).render(&drawn, &ahead(), &options, Size::square(40));
+    // The strip is half as wide as the picture and equally high.
     for (at, wanted) in [
         ((11, 1), [255, 0, 0]),
         ((28, 18), [0, 255, 0]),
@@ -78,29 +78,29 @@ fn without_light_colours_are_the_textures_own() {
 }
 
 #[test]
-fn a_transparent_picture_has_opacity_where_something_is() {
+fn a_transparent_picture_has_alpha_where_something_is_drawn() {
     let scene = strip();
-    let drawn = scene.pose(&Posing::default()).unwrap();
-    // A pixel's width to the left, so that an edge goes through the middle of a pixel.
+    let drawn = scene.pose(&PoseRequest::default()).unwrap();
+    // Shifted by half a pixel, so that an edge runs through pixel centres.
     let mut camera = ahead();
     camera.eye[0] += 0.025;
     camera.target[0] += 0.025;
     let options = unlit(Background::Transparent);
-    let picture = Renderer::of(&scene).render(&drawn, &camera, &options, Size::square(40));
+    let picture = Renderer::for_scene(&scene).render(&drawn, &camera, &options, Size::square(40));
     assert_eq!(picture.channels(), uvgraft::Channels::Rgba);
     assert_eq!(texel(&picture, 20, 5)[3], 255);
     assert_eq!(texel(&picture, 3, 5), [0, 0, 0, 0]);
-    // Half covered, and not darkened by what is not there.
+    // Half covered, without darkening by the empty half.
     assert_eq!(texel(&picture, 9, 5), [255, 0, 0, 128]);
 }
 
 #[test]
 fn a_surface_that_leans_back_is_drawn_in_perspective() {
     // A ramp from (±1, -1, 1) to (±1, 1, -3) under a texture whose lower half is black, seen from
-    // (0, 0, 3): its middle, at height 0 and distance 4, is seen at height 0; but its border between
-    // black and white, if it were affine on the screen, would lie between heights -1/2 and 1/6.
+    // (0, 0, 3). Its centre, at height 0 and distance 4, appears at height 0. With affine
+    // interpolation the edge between black and white would lie between heights -1/2 and 1/6.
     let uv: Vec<[f32; 2]> = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
-    let drawn = Drawn {
+    let drawn = PosedPrimitive {
         positions: vec![[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -3.0], [-1.0, 1.0, -3.0]],
         normals: vec![[0.0, 0.9, 0.45]; 4],
         uv: uv.into(),
@@ -130,16 +130,17 @@ fn a_surface_that_leans_back_is_drawn_in_perspective() {
     let renderer = Renderer::new(&[material], &[texture.unwrap()]);
     let picture =
         renderer.render(&[drawn], &camera, &unlit(Background::Plain([99; 3])), Size::square(120));
-    // Rows are 1/60 high; row 60 begins at height 0. Affine, the border would be at row 70.
+    // Rows are 1/60 high; row 60 begins at height 0. With affine interpolation the edge would be at
+    // row 70.
     for (row, wanted) in [(52, 255), (58, 255), (61, 0), (68, 0), (80, 0)] {
         assert_eq!(texel(&picture, 60, row), [wanted; 3], "row {row}");
     }
     assert_eq!(texel(&picture, 60, 48), [99; 3]);
 }
 
-/// A square at a depth, of one colour.
-pub(super) fn square(z: f32, material: usize) -> Drawn {
-    Drawn {
+/// A square of one colour at a given depth.
+pub(super) fn square(z: f32, material: usize) -> PosedPrimitive {
+    PosedPrimitive {
         positions: [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]]
             .map(|[x, y]| [x, y, z])
             .to_vec(),
@@ -152,36 +153,36 @@ pub(super) fn square(z: f32, material: usize) -> Drawn {
     }
 }
 
-fn plain(color: [f32; 4], alpha: Alpha) -> Material {
+fn plain(color: [f32; 4], alpha: AlphaMode) -> Material {
     Material { color, alpha, ..Material::default() }
 }
 
 #[test]
-fn surfaces_that_one_sees_through_mix_from_behind() {
+fn translucent_surfaces_blend_from_back_to_front() {
     let materials = [
-        plain([1.0, 0.0, 0.0, 0.5], Alpha::Blend),
-        plain([0.0, 0.0, 1.0, 0.25], Alpha::Blend),
-        plain([0.0, 1.0, 0.0, 0.1], Alpha::Opaque),
-        plain([1.0, 1.0, 1.0, 0.4], Alpha::Mask(0.5)),
+        plain([1.0, 0.0, 0.0, 0.5], AlphaMode::Blend),
+        plain([0.0, 0.0, 1.0, 0.25], AlphaMode::Blend),
+        plain([0.0, 1.0, 0.0, 0.1], AlphaMode::Opaque),
+        plain([1.0, 1.0, 1.0, 0.4], AlphaMode::Mask(0.5)),
     ];
     let renderer = Renderer::new(&materials, &[]);
     let options = unlit(Background::Plain([0; 3]));
-    let color = |drawn: &[Drawn]| {
+    let color = |drawn: &[PosedPrimitive]| {
         let picture = renderer.render(drawn, &ahead(), &options, Size::square(4));
         [0, 1, 2].map(|k| uvgraft::color::linear_from_srgb(picture.get(1, 1, k)))
     };
     let near = |found: [f32; 3], wanted: [f32; 3]| {
-        // Rounded to 8 bits, which are at most 0.009 of light apart.
+        // Rounded to 8 bits, in steps of at most 0.009 in linear light.
         assert!((0..3).all(|k| (found[k] - wanted[k]).abs() < 0.005), "{found:?} {wanted:?}");
     };
-    // Green behind a quarter of blue behind half of red, in whatever order they are drawn.
+    // Green behind a quarter of blue behind half of red, in any drawing order.
     let wanted = [0.5, 0.375, 0.125];
     near(color(&[square(0.0, 0), square(-1.0, 1), square(-2.0, 2)]), wanted);
     near(color(&[square(-2.0, 2), square(-1.0, 1), square(0.0, 0)]), wanted);
-    // What is behind an opaque surface is not seen, and what a mask cuts away is not there.
+    // Surfaces behind an opaque one are hidden, and masked-out texels are absent.
     near(color(&[square(0.0, 2), square(-1.0, 0)]), [0.0, 1.0, 0.0]);
     near(color(&[square(0.0, 3), square(-1.0, 2)]), [0.0, 1.0, 0.0]);
-    // On a clear background what is left of the light shows as opacity.
+    // On a transparent background the remaining transmittance becomes alpha.
     let options = unlit(Background::Transparent);
     let picture = renderer.render(&[square(0.0, 0)], &ahead(), &options, Size::square(4));
     assert_eq!(texel(&picture, 1, 1), [255, 0, 0, 128]);
@@ -189,7 +190,7 @@ fn surfaces_that_one_sees_through_mix_from_behind() {
 
 #[test]
 fn backs_are_seen_only_where_the_material_has_two_sides() {
-    let mut material = plain([1.0, 0.0, 0.0, 1.0], Alpha::Opaque);
+    let mut material = plain([1.0, 0.0, 0.0, 1.0], AlphaMode::Opaque);
     let mut back = square(0.0, 0);
     back.triangles = vec![[0, 2, 1], [0, 3, 2]].into();
     let options = unlit(Background::Plain([0; 3]));
@@ -204,10 +205,10 @@ fn backs_are_seen_only_where_the_material_has_two_sides() {
 #[test]
 fn a_figure_stands_in_light_with_its_shadow_on_the_floor() {
     let scene = strip();
-    let drawn = scene.pose(&Posing::default()).unwrap();
+    let drawn = scene.pose(&PoseRequest::default()).unwrap();
     let bounds = Bounds::of(drawn[0].positions.iter().copied()).unwrap();
     let camera = Perspective::framing(&bounds, 30.0, 35.0, 30.0, 1.0, 0.7);
-    let renderer = Renderer::of(&scene);
+    let renderer = Renderer::for_scene(&scene);
     let draw = |floor| {
         let options = RenderOptions {
             floor,
@@ -224,7 +225,7 @@ fn a_figure_stands_in_light_with_its_shadow_on_the_floor() {
     });
     let darker = darker.count();
     assert!(darker > 40, "{darker}");
-    // Corners of the picture are far from it.
+    // The picture's corners are far from the shadow.
     assert_eq!(texel(&with, 0, 0), [255; 3]);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
     assert_eq!(pool.install(|| draw(Some(0.0))), with);
@@ -233,15 +234,18 @@ fn a_figure_stands_in_light_with_its_shadow_on_the_floor() {
 }
 
 #[test]
-fn scenes_without_sense_give_a_picture_all_the_same() {
+fn malformed_scenes_still_give_a_picture() {
     let bad = [f32::NAN, f32::INFINITY, 1e38, -1e38, 0.0, 1e-38];
-    let materials = [Material::default(), plain([1.0; 4], Alpha::Blend)];
+    let materials = [Material::default(), plain([1.0; 4], AlphaMode::Blend)];
     let renderer = Renderer::new(&materials, &[]);
     for a in bad {
         for b in bad {
             let positions = vec![[a, b, 0.0], [b, a, a], [1.0, 0.0, b], [0.0, 2.0, 0.0]];
-            let mut drawn: Vec<Drawn> = (0..3)
-                .map(|material| Drawn { positions: positions.clone(), ..square(0.0, material) })
+            let mut drawn: Vec<PosedPrimitive> = (0..3)
+                .map(|material| PosedPrimitive {
+                    positions: positions.clone(),
+                    ..square(0.0, material)
+                })
                 .collect();
             drawn[1].normals.clear();
             drawn[1].uv = vec![[a, b]].into();

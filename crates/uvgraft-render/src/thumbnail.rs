@@ -1,36 +1,37 @@
-//! Thumbnails: a picture of an avatar's head, as lists of avatars show it.
+//! Thumbnails: a picture of an avatar's head, for lists of avatars.
 
 use glam::Vec3;
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
 use uvgraft_gltf::glb::{self, AvatarMaterial, Export, GlbError};
-use uvgraft_gltf::scene::{Posing, PosingError, Scene, SceneError};
+use uvgraft_gltf::scene::{PoseRequest, PoseRequestError, Scene, SceneError};
 
 use crate::{Bounds, Perspective, RenderOptions, Renderer};
 
-/// Why there is no picture.
+/// Why a thumbnail could not be rendered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ThumbnailError {
-    /// The avatar is not sound.
+    /// The avatar cannot be written as a GLB file.
     #[error(transparent)]
     Glb(#[from] GlbError),
-    /// The renderer knows no textures like these.
+    /// The renderer cannot read the avatar as a scene, for example because of textures in an
+    /// unsupported format.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The avatar cannot be posed.
     #[error(transparent)]
-    Posing(#[from] PosingError),
+    PoseRequest(#[from] PoseRequestError),
 }
 
-/// Draws an avatar's head at rest, from slightly beside, in a square of `side` texels; all of an avatar that has no
-/// head.
+/// Renders an avatar's head in the rest pose, slightly from the side, as a square of `side` texels.
+/// An avatar without a head is shown as a whole.
 ///
 /// - `materials`: as for [`glb::write()`], in formats that the renderer reads: PNG, JPEG and WebP.
 ///
 /// # Errors
-/// [`ThumbnailError`] if the avatar cannot be drawn.
+/// [`ThumbnailError`] if the avatar cannot be rendered.
 ///
 /// # Panics
 /// If `side` is 0, or larger than a quarter of [`Texture::MAX_SIDE`].
@@ -47,13 +48,14 @@ pub fn thumbnail(
     let bounds = head(avatar).or_else(|| Bounds::of(avatar.mesh.positions().iter().copied()));
     let bounds = bounds.unwrap_or(Bounds { low: [-1.0; 3], high: [1.0; 3] });
     let camera = Perspective::framing(&bounds, AZIMUTH, ELEVATION, FOV_Y, 1.0, 1.0);
-    let drawn = scene.pose(&Posing::default())?;
-    // Four times as many samples would take four times as long, and nobody materials that closely.
+    let drawn = scene.pose(&PoseRequest::default())?;
+    // 4 × 4 samples would take four times as long, for a difference nobody sees at this size.
     let options = RenderOptions { samples: 2, ..RenderOptions::default() };
-    Ok(Renderer::of(&scene).render(&drawn, &camera, &options, Size::square(side)))
+    Ok(Renderer::for_scene(&scene).render(&drawn, &camera, &options, Size::square(side)))
 }
 
-/// The box of what follows the head more than anything else, with some of the neck.
+/// The bounding box of the vertices that mostly follow the head, extended downwards to include some
+/// of the neck.
 fn head(avatar: &Avatar) -> Option<Bounds> {
     let head = avatar.skeleton.human(HumanBone::Head)?;
     let joints = avatar.skeleton.joints();

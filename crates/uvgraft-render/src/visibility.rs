@@ -1,4 +1,4 @@
-//! Which triangle is in front at every sample, and how open its surroundings are.
+//! The visible triangle at every sample, and screen-space ambient occlusion.
 
 use std::f32::consts::TAU;
 
@@ -19,10 +19,10 @@ pub(crate) struct DepthBuffer {
     faces: Vec<u32>,
 }
 
-/// Rows in a piece of work.
+/// Rows per task.
 pub(crate) const BAND: u32 = 32;
 
-/// Which of the triangles touch each band of rows, in their order.
+/// The triangles that touch each band of rows, in ascending index order.
 pub(crate) fn bands(projected: &[Projected], height: u32) -> Vec<Vec<u32>> {
     let mut bands = vec![Vec::new(); height.div_ceil(BAND) as usize];
     for (index, part) in projected.iter().enumerate() {
@@ -35,8 +35,8 @@ pub(crate) fn bands(projected: &[Projected], height: u32) -> Vec<Vec<u32>> {
 }
 
 impl DepthBuffer {
-    /// - `least`: depth from which on something is seen.
-    /// - `is_there`: whether a face has a surface at a sample at all.
+    /// - `least`: smallest visible depth.
+    /// - `is_there`: whether a face is solid at a sample, for alpha masks.
     pub fn new(
         projected: &[Projected],
         size: Size,
@@ -76,17 +76,23 @@ impl DepthBuffer {
         self.faces[(y * self.size.width + x) as usize]
     }
 
-    /// Depth at a sample; nothing is infinitely far away. Clamped to the edge.
+    /// Depth at a sample; empty samples are infinitely far away. Coordinates are clamped to the
+    /// edge.
     pub fn depth(&self, x: i32, y: i32) -> f32 {
         let x = x.clamp(0, self.size.width as i32 - 1) as usize;
         let y = y.clamp(0, self.size.height as i32 - 1) as usize;
         self.depths[y * self.size.width as usize + x]
     }
 
-    /// For each pixel of a coarser picture of the same view, how open its surroundings are: 1 where
+    /// Screen-space ambient occlusion for each pixel of a coarser picture of the same view: 1 where
     /// nothing is in front, towards 0 in folds.
     ///
-    /// - `metre`: how long a metre is in the mesh's unit.
+    /// Each pixel compares its depth with 14 taps on a spiral around it (golden-angle steps of 2.4
+    /// radians), out to about 5 cm. The fraction it loses grows with the slope from pixel to tap.
+    /// Each pixel of a 4 × 4 tile rotates the spiral by another random angle, and a blur over the
+    /// tile then averages the pattern away.
+    ///
+    /// - `metre`: length of one metre in mesh units.
     pub fn occlusion(&self, camera: &Camera, metre: f32, size: Size) -> Vec<f32> {
         const TAPS: usize = 14;
         let scale = (self.size.width / size.width) as i32;
@@ -104,7 +110,7 @@ impl DepthBuffer {
                 let mut hidden = 0.0;
                 for tap in 0..TAPS {
                     let angle = turn + tap as f32 * 2.4;
-                    // From a few millimetres to a few centimetres.
+                    // Radii from a few millimetres to a few centimetres.
                     let reach = metre * (0.004 + 0.05 * ((tap as f32 + 0.5) / TAPS as f32).powi(2));
                     let steps = reach / unit_per_px;
                     let there = camera.height_of(self.depth(
@@ -112,7 +118,7 @@ impl DepthBuffer {
                         cy + (angle.sin() * steps) as i32,
                     ));
                     let rise = (there - here) / reach;
-                    // What is far in front casts no such shade.
+                    // Surfaces far in front do not occlude.
                     hidden += smoothstep(0.15, 1.3, rise) * smoothstep(4.0, 2.0, rise);
                 }
                 *open = 1.0 - hidden / TAPS as f32;
@@ -121,7 +127,8 @@ impl DepthBuffer {
         self.smoothed(&open, camera, 0.008 * metre, scale, size)
     }
 
-    /// Evens out the pattern that the turned taps leave, which repeats every 4 × 4 pixels.
+    /// Averages over the 4 × 4 pixels in which the tap rotation repeats, skipping pixels at another
+    /// depth (by `near` or more) so that silhouettes do not bleed.
     fn smoothed(
         &self,
         open: &[f32],

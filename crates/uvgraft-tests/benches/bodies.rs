@@ -1,4 +1,4 @@
-//! Times of body models at SMPL-X's size: 10,475 vertices, 486 pose features, 55 joints.
+//! Benchmarks of body models at SMPL-X's size: 10,475 vertices, 486 pose features, 55 joints.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use uvgraft_avatar::body::{BodyKind, BodyModel};
@@ -21,7 +21,7 @@ fn bodies(criterion: &mut Criterion) {
     let shape = bodies::shape(1, 10, 10);
     let shaped = model.shaped(&shape).expect("a sound shape");
     let poses: Vec<Pose> = (0..FRAMES).map(|seed| bodies::pose(kind, seed).to_pose()).collect();
-    // Hands, jaw and eyes at rest, as in motions of the body alone.
+    // Hands, jaw and eyes at rest, as in body-only motions.
     let body_only: Vec<Pose> = poses.iter().cloned().map(resting_hands).collect();
 
     let mut group = criterion.benchmark_group("body");
@@ -33,7 +33,7 @@ fn bodies(criterion: &mut Criterion) {
         bencher.iter(|| model.shaped(&whole).expect("a sound shape"));
     });
     for (name, poses) in [("all joints", &poses), ("22 joints", &body_only)] {
-        // Poses take turns, so that none meets its own values in the cache.
+        // Cycle through the poses, so that no frame finds its own values in the cache.
         let mut turn = poses.iter().cycle();
         group.throughput(Throughput::Elements(1));
         group.bench_function(format!("one frame, {name}"), |bencher| {

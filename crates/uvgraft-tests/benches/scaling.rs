@@ -1,5 +1,5 @@
-//! How times grow with textures and meshes: tables in Markdown, medians of several runs. What a texel
-//! or a triangle takes should not grow with their number, but for what caches make of it.
+//! How run times scale with texture and mesh size: Markdown tables, medians of several runs. The
+//! time per texel or triangle should stay constant, cache effects aside.
 
 #![allow(clippy::print_stdout, reason = "tables are what this is for")]
 
@@ -12,7 +12,7 @@ use uvgraft::{
 };
 use uvgraft_tests::synthetic;
 
-/// The median time of `runs` runs, in milliseconds; `prepare` is not counted.
+/// The median time of `runs` runs of `work`, in milliseconds; `prepare` is not timed.
 fn median_ms<T, R>(
     runs: usize,
     mut prepare: impl FnMut() -> T,
@@ -32,7 +32,7 @@ fn median_ms<T, R>(
     times[runs / 2]
 }
 
-/// From a texture of one size to one of the same size, by one pair.
+/// Transfers between textures of the same size, for one pair.
 fn textures() {
     let pair = synthetic::sheets(20_000);
     println!(
@@ -72,7 +72,7 @@ fn textures() {
     }
 }
 
-/// Maps of one size, for meshes of more and more triangles.
+/// Maps of one size, for meshes with more and more triangles.
 fn meshes() {
     let size = Size::square(2048);
     println!("\n| triangles | map of {size} | ns per triangle and covered texel |");

@@ -1,5 +1,5 @@
-//! Times of each stage at 2048² and 4096²: on the real pair if `UVGRAFT_DATA` names its folder, else
-//! on a synthetic one.
+//! Benchmarks of each stage at 2048² and 4096²: on the real pair if `UVGRAFT_DATA` names the data
+//! folder, else on a synthetic one.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -52,7 +52,7 @@ fn transfers(criterion: &mut Criterion, pair: &Arc<Pair>) {
             let sizes = Sizes { from: source_size, to: target_size };
             let graft = Graft::builder(Arc::clone(pair), sizes).direction(direction);
             let graft = graft.filter(filter).build().expect("sound sizes");
-            // Copies of the textures are made outside the measured part.
+            // The textures are cloned outside the measured part.
             group.bench_function(format!("{direction:?} {filter}"), |bencher| {
                 bencher.iter_batched(
                     || (source.clone(), base.clone()),
@@ -61,7 +61,7 @@ fn transfers(criterion: &mut Criterion, pair: &Arc<Pair>) {
                 );
             });
         }
-        // The scalar specification, to compare with.
+        // The scalar reference, for comparison.
         let (Texels::U8(values), Texels::U8(base)) = (source.texels(), base.texels()) else {
             unreachable!("8-bit textures")
         };
@@ -87,7 +87,7 @@ fn transfers(criterion: &mut Criterion, pair: &Arc<Pair>) {
     group.finish();
 }
 
-/// `H` and `Hᵀ` between floats, once each being a step of a fit.
+/// `H` and `Hᵀ` on float textures; a fit applies each once per step.
 fn operators(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let mut group = criterion.benchmark_group("operator");
     for filter in [Filter::Bilinear, Filter::Lanczos3] {
@@ -105,7 +105,7 @@ fn operators(criterion: &mut Criterion, pair: &Arc<Pair>) {
     group.finish();
 }
 
-/// What blending adds to a transfer, and what it is prepared by, once for a pair and region.
+/// The cost that blending adds to a transfer, and of its preparation, once per pair and region.
 fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let mut group = criterion.benchmark_group("blend");
     let source = synthetic::detailed(SOURCE, 1);
@@ -115,7 +115,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     let builder = Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
         .filter(Filter::Bilinear);
     let whole = domain.linked();
-    // A fiftieth of the mesh, about: 2 cm of a body.
+    // A hundredth of the mesh's extent: about 2 cm on a body.
     let feather = domain.extent() * 0.01;
     let plain = BlendOptions::default();
     let membrane = plain.feather(feather).membrane();
@@ -140,7 +140,9 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
                     let toning = graft.toning(&source, &base, base.format()).ok().flatten();
                     let overlay = graft.overlay(source, base.format()).expect("its size");
                     match &toning {
-                        Some(toning) => overlay.toned(toning).expect("found for it").lay(0, base),
+                        Some(toning) => {
+                            overlay.with_tone(toning).expect("found for it").lay(0, base)
+                        }
                         None => overlay.lay(0, base),
                     }
                 },
@@ -148,7 +150,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
             );
         });
     }
-    // What a face shows, and the skin of the body where that changes: of textures that show skin at all.
+    // Finding the tone, which needs textures that show skin.
     let skin = |size: Size| {
         let mut rng = fastrand::Rng::with_seed(5);
         let texel = |_| [200_u8, 150, 120].map(|level| level + rng.u8(..8));
@@ -177,7 +179,7 @@ fn blends(criterion: &mut Criterion, pair: &Arc<Pair>) {
     group.finish();
 }
 
-/// Turning the normals of a target that has been filtered.
+/// Rotating the normals of a filtered target.
 fn normals(criterion: &mut Criterion, pair: &Pair) {
     let mut group = criterion.benchmark_group("normals");
     for direction in [Direction::Forward, Direction::Reverse] {

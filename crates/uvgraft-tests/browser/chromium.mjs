@@ -1,4 +1,4 @@
-// Starts Chromium, without a window and drawing in software, so that pictures are the same everywhere.
+// Starts Chromium, headless and with software rendering, so that pictures are the same everywhere.
 
 import { existsSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -7,15 +7,15 @@ import { fileURLToPath } from "node:url";
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 
-/// Where scripts/install-browser.sh put packages.
+/// The folder in which scripts/install-browser.sh installs packages.
 export const folder = process.env.UVGRAFT_BROWSER_PACKAGES ?? path.join(here, "../../../target/browser");
 
-/// Packages by their names.
+/// Loads packages by name.
 export const packages = createRequire(path.join(folder, "any.js"));
 
 const NAMES = ["chromium", "chromium-browser", "google-chrome"];
 
-/// Where Chromium is.
+/// Path of Chromium.
 export function executable() {
   if (process.env.UVGRAFT_CHROMIUM) return process.env.UVGRAFT_CHROMIUM;
   const places = (process.env.PATH ?? "").split(path.delimiter);
@@ -24,7 +24,7 @@ export function executable() {
   return found;
 }
 
-/// Calls `use` with a page of a browser with an empty profile, and closes it after.
+/// Calls `use` with a page in a browser with an empty profile, then closes the browser.
 export async function withPage({ width = 1280, height = 800 }, use) {
   const { chromium } = packages("playwright-core");
   const browser = await chromium.launch({
@@ -37,7 +37,7 @@ export async function withPage({ width = 1280, height = 800 }, use) {
       "--disable-background-networking",
       "--disable-component-update",
       "--disable-sync",
-      // WebGL by SwiftShader, wherever it runs.
+      // WebGL by SwiftShader, on any machine.
       "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader",
       "--ignore-gpu-blocklist",
@@ -45,12 +45,12 @@ export async function withPage({ width = 1280, height = 800 }, use) {
     ],
   });
   try {
-    // A fresh context has a profile of its own that nothing is kept of.
+    // A new context has its own temporary profile.
     const context = await browser.newContext({
       viewport: { width, height },
       deviceScaleFactor: 1,
       acceptDownloads: true,
-      // Clips do not play before somebody wants them to.
+      // Clips do not start to play by themselves.
       reducedMotion: "reduce",
     });
     return await use(await context.newPage(), context);
@@ -59,12 +59,12 @@ export async function withPage({ width = 1280, height = 800 }, use) {
   }
 }
 
-/// Collects what goes wrong in a page.
+/// Collects the errors and warnings of a page.
 export function errorsOf(page) {
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => {
-    // Drawing in software is slow when pixels are read, of which Chromium warns.
+    // Chromium warns that reading pixels is slow with software rendering.
     const isExpected = /GPU stall due to ReadPixels/.test(message.text());
     if (["error", "warning"].includes(message.type()) && !isExpected) errors.push(`${message.type()}: ${message.text()}`);
   });

@@ -1,14 +1,14 @@
-// Pictures of an avatar by three.js and three-vrm, and what they find in it.
+// Pictures of an avatar by three.js and three-vrm, and their report on its contents.
 //
 // Takes {file, shots: [{output, width, height, camera: {eye, target, up, fovY}, background, unlit, clip, time,
-// pose: {bone: [x, y, z, w]}, expressions: {name: weight}}]}. `background` is a colour as CSS writes it, or
-// left out for a transparent one; `clip` is a name or number; poses are of three-vrm's normalized bones, or
-// of joints by their names in a file that is no VRM (then local rotations as they stand in the file); `fovY`
-// is degrees. Every shot starts from rest.
+// pose: {bone: [x, y, z, w]}, expressions: {name: weight}}]}. `background` is a CSS colour, transparent
+// if omitted; `clip` is a name or index; poses are rotations of three-vrm's normalized bones, or, in a file
+// that is not a VRM, local rotations of joints by name, as stored in the file; `fovY` is in degrees. Every
+// shot starts from rest.
 //
-// Gives {isVrm, meta, humanoid: [bone], expressions, animations: [{name, duration}], morphTargets: {mesh:
-// [name]}, materials, shots: [{bones: {name: [x, y, z]}, joints: {name: [x, y, z]}}], errors}: positions are in
-// the world, in metres, of humanoid bones and of all joints of skins; `errors` is what the console said.
+// Returns {isVrm, meta, humanoid: [bone], expressions, animations: [{name, duration}], morphTargets: {mesh:
+// [name]}, materials, shots: [{bones: {name: [x, y, z]}, joints: {name: [x, y, z]}}], errors}: world
+// positions in metres of the humanoid bones and of all joints of skins; `errors` holds console messages.
 
 import { readFile, writeFile } from "node:fs/promises";
 import path from "node:path";
@@ -22,7 +22,7 @@ export async function shoot({ file, shots = [] }) {
   const here = path.dirname(fileURLToPath(import.meta.url));
   return withPage({ width: 320, height: 240 }, async (page) => {
     const errors = errorsOf(page);
-    // There is no server: the browser's requests are answered from files.
+    // There is no server: requests are answered from files.
     await page.route("**/*", async (route) => {
       const { origin, pathname } = new URL(route.request().url());
       const name = pathname.startsWith("/node_modules/") ? path.join(folder, pathname) : path.join(here, "page", pathname);

@@ -1,7 +1,7 @@
 // Khronos' glTF validator.
 //
-// Takes {files: [path, ...]}, gives a list of {file, errors, warnings, infos, hints, generator, messages},
-// of which the messages are {severity, code, message, pointer}; severity 0 is an error, 3 a hint.
+// Takes {files: [path, ...]}, returns a list of {file, errors, warnings, infos, hints, generator, messages},
+// where messages are {severity, code, message, pointer}; severity 0 is an error, 3 a hint.
 
 import { readFileSync } from "node:fs";
 import { packages } from "./chromium.mjs";

@@ -1,15 +1,15 @@
-// Opens a page that `uvgraft view` wrote, from its file, and uses it as a person would.
+// Opens a page written by `uvgraft view` from its file, and interacts with it like a user.
 //
 // Takes {file, width, height, steps: [step]}, where a step is one of
 //   {click: selector}, {key: "h"}, {choose: selector, value}, {slide: selector, value},
 //   {drop: file} (drops a picture onto the page),
 //   {call: name, args: [...]} (of window.uvgraft),
 //   {screenshot: file} (of the whole page),
-//   {picture: file, width, height, transparent} (by the page's own screenshots),
-//   {download: selector, output: file} (clicks, and keeps what is downloaded).
-// Gives {info, results, title, errors, requests}: `results` has what each `call` gave and null for other
-// steps, `errors` is what the console said, `requests` is every address that was asked for beside the
-// page's own file and what the page made itself (blob: and data:).
+//   {picture: file, width, height, transparent} (by the page's own picture function),
+//   {download: selector, output: file} (clicks, and saves the download).
+// Returns {info, results, title, errors, requests}: `results` has the return value of each `call` and null
+// for other steps, `errors` holds console messages, `requests` all requested addresses except the page's own
+// file and those that it made itself (blob: and data:).
 
 import { readFile, writeFile } from "node:fs/promises";
 import path from "node:path";

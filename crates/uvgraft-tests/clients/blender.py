@@ -1,4 +1,4 @@
-"""What Blender makes of a GLB or VRM file, as one line of JSON.
+"""Reports the contents of a GLB or VRM file as imported by Blender, as one line of JSON.
 
 blender --background --factory-startup --python blender.py -- FILE
 """
@@ -9,13 +9,13 @@ import sys
 import bpy
 import numpy
 
-# Debian's Blender 3.4 reads glTF by a name that Debian's NumPy 1.24 no longer has.
+# The glTF importer of Debian's Blender 3.4 uses a name that Debian's NumPy 1.24 no longer has.
 if "bool" not in numpy.__dict__:
     numpy.bool = bool
 
 file = sys.argv[sys.argv.index("--") + 1]
 bpy.ops.wm.read_factory_settings(use_empty=True)
-# A VRM file is a glTF file by another name, which Blender goes by.
+# A VRM file is a glTF file with another extension.
 bpy.ops.import_scene.gltf(filepath=file)
 
 armatures = [item for item in bpy.data.objects if item.type == "ARMATURE"]

@@ -1,9 +1,10 @@
-//! Measures how faces look on bodies, and draws them:
+//! Measures how faces look on bodies, and renders them:
 //! `cargo run --release -p uvgraft-tests --example looks -- --sheet looks.png`
 //!
-//! With `UVGRAFT_DATA` real meshes, faces and bodies are there too. `--faces` and `--bodies` choose by parts of
-//! names, separated by semicolons; `--textures FOLDER` writes what was painted. The sheet shows each face on each body pasted, in the
-//! body's tone, and the body in the face's.
+//! With `UVGRAFT_DATA`, real meshes, faces and bodies are included. `--faces` and `--bodies` select
+//! by substrings of the names, separated by semicolons; `--textures FOLDER` writes the painted
+//! textures. The sheet shows each face on each body: pasted, in the body's tone, and with the body
+//! in the face's tone.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "the table is the output")]
 
@@ -144,7 +145,7 @@ fn sheet(rows: &[Vec<Texture>]) -> Texture {
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values)).expect("some cells")
 }
 
-/// Labels as colours.
+/// Labels as false colours.
 fn colored(truth: &Labels) -> Texture {
     let color = |label: Label| match label {
         Label::Other => [0, 0, 0],
@@ -163,6 +164,6 @@ fn colored(truth: &Labels) -> Texture {
 
 fn write(texture: &Texture, path: &Path) {
     let image = Image::from(texture.clone());
-    // Nothing is lost in 8-bit PNG files.
+    // 8-bit PNG files lose nothing.
     let _ = image::write(&image, path, &WriteOptions::default()).expect("a folder to write to");
 }

@@ -11,7 +11,7 @@ use uvgraft_tests::photographs::mosaic;
 #[expect(clippy::print_stderr, reason = "the only output there is")]
 fn main() -> ExitCode {
     let Some(path) = std::env::args().nth(1) else {
-        eprintln!("wanted the name of the image to write");
+        eprintln!("usage: mosaic OUT.png");
         return ExitCode::from(2);
     };
     let Some(texture) = mosaic(Size::square(4096)) else { return ExitCode::FAILURE };

@@ -1,7 +1,7 @@
-//! Made-up models of the real kinds and sizes, parameters and motions for them, by integer arithmetic
-//! alone, and what the Python package `smplx` says about them.
+//! Synthetic body models of the real kinds and sizes, parameters and motions for them, all from
+//! integer arithmetic, and the results of the Python package `smplx` for them.
 //!
-//! The same arithmetic is in `fixtures/bodies.py`, so no model needs to be stored.
+//! `fixtures/bodies.py` repeats the arithmetic, so no model needs to be stored.
 
 use std::collections::HashMap;
 
@@ -26,43 +26,43 @@ const PLACE: u32 = 24;
 const MOTION: u32 = 25;
 const PATH: u32 = 26;
 
-/// One set of parameters and what `smplx` makes of it, in micrometres.
+/// One set of parameters and smplx's result for it, in micrometres.
 #[derive(Debug, Deserialize)]
 pub struct Case {
-    /// Which model, by smplx's name.
+    /// The model, by its name in smplx.
     pub kind: String,
-    /// How many of the model's components of shape it was given.
+    /// Number of shape components in the model's arrays.
     pub columns: usize,
-    /// Which parameters.
+    /// Seed of the parameters.
     pub seed: u32,
-    /// How many betas.
+    /// Number of betas.
     pub betas: usize,
-    /// How many coefficients of expression.
+    /// Number of expression coefficients.
     pub expression: usize,
-    /// How many coefficients pose each hand; nothing for joints.
+    /// Number of PCA coefficients that pose each hand; `None` if the joints do.
     pub hand_components: Option<usize>,
-    /// Whether the mean poses of hands are left out.
+    /// Whether the hands' mean poses are left out.
     pub flat_hand_mean: bool,
-    /// All joints.
+    /// Positions of all joints.
     pub joints: Vec<i32>,
-    /// As many as there are of the vertices, evenly.
+    /// Positions of evenly spaced vertices.
     pub vertices: Vec<i32>,
 }
 
-/// A motion and where `smplx` puts joints and vertices in each frame, in micrometres, Z up.
+/// A motion and smplx's positions of joints and vertices in each frame, in micrometres, Z up.
 #[derive(Debug, Deserialize)]
 pub struct MotionCase {
-    /// Which model, by smplx's name.
+    /// The model, by its name in smplx.
     pub kind: String,
-    /// How many frames.
+    /// Number of frames.
     pub frames: usize,
-    /// All joints of each frame.
+    /// Positions of all joints in each frame.
     pub joints: Vec<Vec<i32>>,
-    /// As many as there are of the vertices, evenly.
+    /// Positions of evenly spaced vertices in each frame.
     pub vertices: Vec<Vec<i32>>,
 }
 
-/// What `fixtures/bodies.py` wrote.
+/// The file that `fixtures/bodies.py` writes.
 #[derive(Debug, Deserialize)]
 pub struct Fixtures {
     /// Single poses.
@@ -71,16 +71,16 @@ pub struct Fixtures {
     pub clips: Vec<MotionCase>,
 }
 
-/// What `smplx` says.
+/// The results of `smplx`.
 ///
 /// # Panics
-/// If the file is not what the script writes.
+/// If the file is not in the script's format.
 pub fn fixtures() -> Fixtures {
     let json = include_str!("../fixtures/bodies.json");
     serde_json::from_str(json).expect("fixtures as the script writes them")
 }
 
-/// The kind by smplx's name.
+/// The kind by its name in smplx.
 ///
 /// # Panics
 /// If the name is unknown.
@@ -93,7 +93,7 @@ fn key(kind: BodyKind) -> &'static str {
     ["smpl", "smplh", "smplx", "flame"][kind as usize]
 }
 
-/// Parents and places in millimetres of a kind's joints at rest.
+/// Parents of a kind's joints, and their rest positions in millimetres.
 pub(crate) fn rest(kind: BodyKind) -> Vec<(i64, [i64; 3])> {
     type Entry = (String, i64, i64, i64, i64);
     let json = include_str!("../fixtures/bodies_rest.json");
@@ -102,7 +102,7 @@ pub(crate) fn rest(kind: BodyKind) -> Vec<(i64, [i64; 3])> {
     all[key(kind)].iter().map(|&(_, parent, x, y, z)| (parent, [x, y, z])).collect()
 }
 
-/// The arrays of a model's file: real keys, sizes and ranges, and a shape that is only a cloud
+/// The arrays of a model file: real keys, sizes and ranges; the shape is only a cloud of points
 /// around each joint.
 ///
 /// # Panics
@@ -116,7 +116,7 @@ pub fn synthetic_model(kind: BodyKind) -> NamedArrays {
     synthetic_model_with(kind, components)
 }
 
-/// [`synthetic_model`] with only so many components of shape.
+/// [`synthetic_model`] with only the first `components` shape components.
 ///
 /// # Panics
 /// Never.
@@ -188,7 +188,7 @@ pub fn synthetic_model_with(kind: BodyKind, components: usize) -> NamedArrays {
         let array = NumericArray::new_i64(shape.to_vec(), values);
         arrays.insert(name, array.expect("as many values as the shape says"));
     };
-    // The root's parent as files have it: -1 without a sign.
+    // The root's parent as in the published files: -1 as an unsigned 32-bit integer.
     let parents = rest.iter().map(|&(parent, _)| if parent < 0 { 0xffff_ffff } else { parent });
     integers("kintree_table", &[2, joints], parents.chain(0..joints as i64).collect());
     let triangles = match kind {
@@ -202,13 +202,13 @@ pub fn synthetic_model_with(kind: BodyKind, components: usize) -> NamedArrays {
     arrays
 }
 
-/// A number from -most to most, in parts of `unit`.
+/// A pseudo-random number in `-most..=most`, divided by `unit`.
 fn between(at: usize, purpose: u32, first: u32, second: u32, most: i64, unit: f64) -> f32 {
     let draw = hashed(at as i64, i64::from(first), i64::from(second), purpose);
     ((draw % (2 * most + 1) - most) as f64 / unit) as f32
 }
 
-/// A shape by its seed.
+/// A shape from a seed.
 pub fn shape(seed: u32, betas: usize, expression: usize) -> Shape {
     let values = |count: usize, purpose| {
         (0..count).map(|at| between(at, purpose, seed, 0, 2000, 1000.0)).collect()
@@ -216,7 +216,7 @@ pub fn shape(seed: u32, betas: usize, expression: usize) -> Shape {
     Shape { betas: values(betas, BETAS), expression: values(expression, EXPRESSION) }
 }
 
-/// A pose by its seed; the root turns most.
+/// A pose from a seed; the root has the largest rotation.
 pub fn pose(kind: BodyKind, seed: u32) -> BodyPose {
     let turn = |joint: usize| {
         let (second, most) = if joint == 0 { (1, 2000) } else { (0, 600) };
@@ -228,10 +228,10 @@ pub fn pose(kind: BodyKind, seed: u32) -> BodyPose {
     }
 }
 
-/// The pose of a case, hands and all.
+/// The pose of a case, including its hands.
 ///
 /// # Panics
-/// If the model has not the components that the case asks for.
+/// If the model lacks components that the case needs.
 pub fn posed_hands(model: &BodyModel, case: &Case) -> BodyPose {
     let mut pose = pose(model.kind(), case.seed);
     if let Some(count) = case.hand_components {
@@ -244,7 +244,7 @@ pub fn posed_hands(model: &BodyModel, case: &Case) -> BodyPose {
     if case.flat_hand_mean { pose } else { pose.with_hand_means(model).expect("the model's pose") }
 }
 
-/// A motion in AMASS's form, Z up, 120 frames a second: from one key to another every eight frames.
+/// A motion in AMASS's format, Z up, 120 frames a second, linear between keys eight frames apart.
 ///
 /// # Panics
 /// Never.

@@ -1,7 +1,7 @@
-//! Avatars in a browser, and under Khronos' validator: what `browser/browser.mjs` does, for tests.
+//! Loads avatars in a browser and runs Khronos' glTF validator, by means of `browser/browser.mjs`.
 //!
-//! `scripts/install-browser.sh` installs what that needs. Tests skip visibly where it is missing; where
-//! `CI` is set they fail.
+//! `scripts/install-browser.sh` installs what that needs. Tests skip visibly where it is missing;
+//! where `CI` is set they fail.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// One browser at a time: tests run at once, and each browser draws with all processors.
+/// One browser at a time: tests run in parallel, and each browser renders on all cores.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// Node with its packages, and Chromium.
@@ -19,22 +19,22 @@ pub struct Browser {
     script: PathBuf,
 }
 
-/// What the validator says about a file.
+/// The validator's report on a file.
 #[derive(Debug, Deserialize)]
 pub struct Validation {
-    /// Rules of glTF that are broken.
+    /// Number of violations of the glTF specification.
     pub errors: u32,
-    /// What is likely wrong.
+    /// Number of likely mistakes.
     pub warnings: u32,
-    /// Each message; the first hundred.
+    /// The messages, at most a hundred.
     pub messages: Vec<Value>,
 }
 
 impl Browser {
-    /// `None`, with a message, where something is not installed.
+    /// `None`, with a message, if something is not installed.
     ///
     /// # Panics
-    /// If it is not, and `CI` is set.
+    /// If something is not installed and `CI` is set.
     pub fn find() -> Option<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("browser/browser.mjs");
         let browser = Self { script };
@@ -52,35 +52,35 @@ impl Browser {
         }
     }
 
-    /// What Khronos' validator says about GLB files, in their order.
+    /// Validates GLB files with Khronos' validator; one report per file, in order.
     ///
     /// # Panics
-    /// If it cannot be run, as all below.
+    /// If it cannot be run; the methods below panic likewise.
     pub fn validate(&self, files: &[&Path]) -> Vec<Validation> {
         let found = self.run("validate", &json!({ "files": files }));
         serde_json::from_value(found.expect("a report")).expect("a report as validate.mjs gives it")
     }
 
-    /// Loads a GLB or VRM with three.js and three-vrm and takes pictures of it.
+    /// Loads a GLB or VRM with three.js and three-vrm and takes screenshots of it.
     ///
-    /// - `shots`: as `browser/shoot.mjs` takes them; it also tells what comes back.
+    /// - `shots`: as described in `browser/shoot.mjs`, along with the result.
     pub fn shoot(&self, file: &Path, shots: &Value) -> Value {
         self.run("shoot", &json!({ "file": file, "shots": shots })).expect("pictures")
     }
 
-    /// Opens a page of `uvgraft view` from its file, and uses it.
+    /// Opens a page written by `uvgraft view` from its file, and interacts with it.
     ///
-    /// - `steps`: as `browser/viewer.mjs` takes them; it also tells what comes back.
+    /// - `steps`: as described in `browser/viewer.mjs`, along with the result.
     pub fn view(&self, page: &Path, steps: &Value) -> Value {
-        let wanted = json!({ "file": page, "width": 900, "height": 600, "steps": steps });
-        self.run("viewer", &wanted).expect("a page that works")
+        let request = json!({ "file": page, "width": 900, "height": 600, "steps": steps });
+        self.run("viewer", &request).expect("a page that works")
     }
 
-    fn run(&self, command: &str, wanted: &Value) -> Result<Value, String> {
+    fn run(&self, command: &str, request: &Value) -> Result<Value, String> {
         let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let output = Command::new("node")
             .arg(&self.script)
-            .args([command, &wanted.to_string()])
+            .args([command, &request.to_string()])
             .output()
             .map_err(|error| format!("node: {error}; "))?;
         if !output.status.success() {

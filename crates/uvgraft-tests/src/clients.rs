@@ -1,7 +1,8 @@
-//! Avatars in programs that people open them with: Blender and Godot, without a window.
+//! Loads avatars in the programs that people open them with: Blender and Godot, both headless.
 //!
-//! `scripts/install-clients.sh` installs them and `make test-clients` asks for them by `UVGRAFT_CLIENTS`; elsewhere
-//! their tests skip visibly, for Blender alone is half a gigabyte.
+//! `scripts/install-clients.sh` installs them, and `make test-clients` enables their tests by
+//! setting `UVGRAFT_CLIENTS`; elsewhere these skip visibly, since Blender alone takes half a
+//! gigabyte.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -10,26 +11,26 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-/// How long an import may take.
+/// Time limit for an import.
 const IMPORT_AT_MOST: Duration = Duration::from_secs(120);
 
-/// What a program found in a file.
+/// What a program reports about a file.
 #[derive(Debug, Deserialize)]
 pub struct Loaded {
-    /// Joints of all skeletons.
+    /// Number of joints in all skeletons.
     pub bones: usize,
-    /// Triangles of all meshes.
+    /// Number of triangles in all meshes.
     pub triangles: usize,
     /// Names of morph targets, sorted.
     pub morphs: Vec<String>,
     /// Names of animations, sorted.
     pub animations: Vec<String>,
-    /// Materials.
+    /// Number of materials.
     pub materials: usize,
-    /// Pictures, where the program says so.
+    /// Number of images, if the program reports it.
     #[serde(default)]
     pub images: Option<usize>,
-    /// The lowest vertex at rest, in metres, where the program says so.
+    /// Height of the lowest vertex at rest, in metres, if the program reports it.
     #[serde(default)]
     pub lowest_m: Option<f32>,
 }
@@ -51,10 +52,10 @@ impl Client {
         }
     }
 
-    /// Itself, if tests were asked to use it; else `None`, with a message.
+    /// Itself if its tests are enabled and it is installed; else `None`, with a message.
     ///
     /// # Panics
-    /// If it was asked for and is not there.
+    /// If its tests are enabled and `CI` is set, but it is not installed.
     pub fn find(self) -> Option<Self> {
         let program = self.program();
         if std::env::var_os("UVGRAFT_CLIENTS").is_none() {
@@ -77,10 +78,10 @@ impl Client {
 
     /// Loads a GLB or VRM file.
     ///
-    /// - `folder`: an empty one, for what the program leaves.
+    /// - `folder`: an empty folder for the program's own files.
     ///
     /// # Panics
-    /// If it fails to.
+    /// If loading fails.
     pub fn load(self, file: &Path, folder: &Path) -> Loaded {
         let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients");
         let output = match self {
@@ -116,9 +117,10 @@ impl Client {
     }
 }
 
-/// Imports a Godot project's files, which its editor does when it opens one.
+/// Imports a Godot project's files, as the editor does when it opens a project.
 ///
-/// The editor's `--quit` may wait for ever, so it is stopped when what it writes last is there.
+/// The editor may hang in spite of `--quit`, so it is killed once the files that it writes last
+/// exist.
 fn import(program: &str, project: &Path) {
     let mut editor = Command::new(program)
         .arg("--path")
@@ -142,7 +144,7 @@ fn import(program: &str, project: &Path) {
         }
         sleep(Duration::from_millis(50));
     }
-    // Fails where it has ended by itself.
+    // Fails if the editor has exited by itself.
     let _ = editor.kill();
     editor.wait().expect("an editor that can be waited for");
     assert!(is_imported(), "{program} imported nothing in {:?}", begin.elapsed());

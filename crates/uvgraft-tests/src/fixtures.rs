@@ -1,26 +1,26 @@
-//! Reference values of metrics, made by `fixtures/metrics.py` with other implementations.
+//! Reference values of metrics, computed by `fixtures/metrics.py` with other implementations.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// Two pictures, what of them counts, and what other implementations say of them.
+/// Two pictures, an optional mask, and the values that other implementations give for them.
 #[derive(Debug, Deserialize)]
 pub struct Case {
-    /// What [`crate::pictures::picture`] paints or reads.
+    /// Name of the first picture, for [`crate::pictures::picture`].
     pub picture: String,
-    /// What [`crate::pictures::distorted`] does to it.
+    /// Name of the distortion that makes the second, for [`crate::pictures::distorted`].
     pub distortion: String,
-    /// What [`crate::pictures::mask`] leaves of it; nothing for all.
+    /// Name of the mask, for [`crate::pictures::mask`]; `None` for the whole picture.
     pub mask: Option<String>,
-    /// Values by the metrics' names; not every implementation takes masks.
+    /// Values by metric name; not every implementation supports masks.
     pub values: BTreeMap<String, f64>,
 }
 
 /// All cases.
 ///
 /// # Panics
-/// If the file is not what the script writes.
+/// If the file is not in the script's format.
 pub fn metrics() -> Vec<Case> {
     #[derive(Deserialize)]
     struct Fixtures {

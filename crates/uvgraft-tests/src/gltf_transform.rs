@@ -1,5 +1,5 @@
-//! gltf-transform, which writes files as they are in the wild: compressed by Draco or meshoptimizer, with
-//! other images. `scripts/install-browser.sh` installs it.
+//! gltf-transform, which makes files like those in the wild: compressed with Draco or
+//! meshoptimizer, with other image formats. `scripts/install-browser.sh` installs it.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,10 +11,10 @@ pub struct GltfTransform {
 }
 
 impl GltfTransform {
-    /// `None`, with a message, where it is not installed.
+    /// `None`, with a message, if it is not installed.
     ///
     /// # Panics
-    /// If it is not, and `CI` is set.
+    /// If it is not installed and `CI` is set.
     pub fn find() -> Option<Self> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let script = root.join("target/browser/node_modules/@gltf-transform/cli/bin/cli.js");
@@ -31,7 +31,7 @@ impl GltfTransform {
         None
     }
 
-    /// Runs a command of it, such as `draco`, from one file to another.
+    /// Runs one of its commands, such as `draco`, from one file to another.
     ///
     /// # Panics
     /// If it fails.

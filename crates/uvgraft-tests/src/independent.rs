@@ -1,23 +1,23 @@
-//! A transfer written a second time, plainly: barycentric coordinates in 64 bits for every texel in
-//! every triangle's bounding box, then bilinear sampling. It shares nothing with the map or the
-//! kernels but the pieces and the stated conventions.
+//! A second, naive implementation of the transfer: barycentric coordinates in 64 bits for every
+//! texel in every triangle's bounding box, then bilinear sampling. It shares nothing with the map
+//! or the kernels except the pieces and the stated conventions.
 
 use uvgraft::{Direction, Extent, Pair, Size, Texels, Texture};
 
-/// What the plain implementation finds for one texel.
+/// The naive implementation's result for one texel.
 #[derive(Clone, Copy, Default)]
-pub struct Found {
-    /// The value in levels, red, green, blue.
+pub struct Texel {
+    /// The value in 8-bit levels: red, green, blue.
     pub value: [f64; 3],
-    /// Triangles of the target, linked or not, that hold the texel's centre.
+    /// Number of target triangles, linked or not, that contain the texel's centre.
     pub covering: u32,
-    /// Whether a linked triangle holds the centre well inside.
+    /// Whether a linked triangle contains the centre.
     pub linked: bool,
-    /// Whether every texel that was read lies inside the source's islands.
+    /// Whether all texels read lie inside the source's islands.
     pub inside_source: bool,
 }
 
-/// Barycentric coordinates of a point in a triangle, `None` without area.
+/// Barycentric coordinates of a point in a triangle; `None` if the triangle has no area.
 fn barycentric(point: [f64; 2], [a, b, c]: [[f64; 2]; 3]) -> Option<[f64; 3]> {
     let cross = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
@@ -36,7 +36,7 @@ fn scaled(triangle: [[f32; 2]; 3], size: Size) -> [[f64; 2]; 3] {
         .map(|[u, v]| [f64::from(u) * f64::from(size.width), f64::from(v) * f64::from(size.height)])
 }
 
-/// Calls `visit` with every texel whose centre is in the bounding box of a triangle.
+/// Calls `visit` with every texel that overlaps a triangle's bounding box.
 fn box_texels(triangle: [[f64; 2]; 3], size: Size, mut visit: impl FnMut(u32, u32)) {
     let bounds = |axis: usize, count: u32| {
         let values = triangle.map(|corner| corner[axis]);
@@ -51,11 +51,16 @@ fn box_texels(triangle: [[f64; 2]; 3], size: Size, mut visit: impl FnMut(u32, u3
     }
 }
 
-/// Transfers an 8-bit RGB texture bilinearly, as many samples per texel as it spans source texels.
+/// Transfers an 8-bit RGB texture bilinearly, supersampled where a texel spans several source
+/// texels.
+///
+/// Along each axis of the target, a texel takes as many samples as a step of one texel covers
+/// source texels, rounded and clamped to `1..=16`; its value is their mean. Where triangles
+/// overlap, the last linked one wins.
 ///
 /// # Panics
-/// If the texture is not 8-bit RGB, or a piece is no whole triangle.
-pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size) -> Vec<Found> {
+/// If the texture is not 8-bit RGB, or a piece is not a whole triangle.
+pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size) -> Vec<Texel> {
     let Texels::U8(values) = source.texels() else { panic!("8 bits") };
     assert_eq!(source.channels().count(), 3);
     let (from, to) = (pair.from(direction), pair.to(direction));
@@ -70,7 +75,7 @@ pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size)
             }
         });
     }
-    // A texel of the source, or the nearest there is.
+    // Index of a source texel, clamped to the texture.
     let texel = |x: f64, y: f64| -> usize {
         let x = x.clamp(0.0, f64::from(source_size.width - 1)) as usize;
         let y = y.clamp(0.0, f64::from(source_size.height - 1)) as usize;
@@ -85,7 +90,7 @@ pub fn transfer(pair: &Pair, direction: Direction, source: &Texture, size: Size)
         };
         piece_of[face as usize].get_or_insert((piece, corners));
     }
-    let mut found = vec![Found::default(); size.texels()];
+    let mut found = vec![Texel::default(); size.texels()];
     for face in 0..to.faces().len() {
         let triangle = scaled(to.uv_triangle(face), size);
         let source_triangle = piece_of[face].map(|(piece, permutation)| {

@@ -1,5 +1,5 @@
-//! What the tests and benches share: synthetic pairs and textures, real data where there is some,
-//! and an independent implementation to compare with.
+//! Shared by the tests and benches: synthetic pairs and textures, real data where available, and an
+//! independent implementation to compare with.
 
 #![forbid(unsafe_code)]
 
@@ -22,7 +22,7 @@ pub mod strip;
 pub mod synthetic;
 pub mod walkers;
 
-/// Runs the example of the book's page on the library as a doc test.
+/// Runs the example on the book's library page as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/src/library.md")]
 pub struct LibraryPage;

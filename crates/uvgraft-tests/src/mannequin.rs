@@ -1,5 +1,5 @@
-//! A figure of fifteen boxes in as many colours, whose pictures can be told beforehand: a box follows
-//! one joint alone, and shows one colour.
+//! A figure of fifteen boxes in as many colours, whose pictures are predictable: each box follows a
+//! single joint and shows a single colour.
 
 use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture};
 use uvgraft_avatar::Avatar;
@@ -10,8 +10,8 @@ use uvgraft_gltf::glb::{
     AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
 };
 
-/// Bone, joint's name, the number of its parent, where its box starts and ends, half the box's width.
-/// The names are SMPL's, the bones those that a VRM must have. In metres.
+/// Bone, joint name, index of its parent, start and end of its box, half the box's width; in
+/// metres. The names are SMPL's, the bones those that VRM requires.
 type Part = (HumanBone, &'static str, Option<usize>, [f32; 3], [f32; 3], f32);
 
 const PARTS: [Part; 15] = {
@@ -39,11 +39,11 @@ const PARTS: [Part; 15] = {
 const CELLS: usize = 4;
 const CELL: usize = 16;
 
-/// How far the expression "happy" takes the head, in metres.
+/// Offset of the head by the expression "happy", in metres.
 const ASIDE: [f32; 3] = [0.25, 0.0, 0.0];
 
-/// The figure, in T-pose: an expression "happy" that takes its head to its left, and a clip "bow" of
-/// one second with frames at 0, 0.5 and 1.
+/// The figure, in T-pose: an expression "happy" that moves its head to its left, and a clip "bow"
+/// of one second with frames at 0, 0.5 and 1 s.
 pub fn avatar() -> Avatar {
     let (mut positions, mut uv, mut faces, mut uv_faces) = (vec![], vec![], vec![], vec![]);
     for (number, &(_, _, _, start, end, half)) in PARTS.iter().enumerate() {
@@ -55,14 +55,14 @@ pub fn avatar() -> Avatar {
                 if corner >> axis & 1 == 0 { low - margin } else { high + margin }
             }));
         }
-        // The middle of the cell, where filtering meets no other colour.
+        // The centre of the cell, where filtering reaches no other colour.
         let cell = [number % CELLS, number / CELLS].map(|k| k as f32);
         uv.extend(
             [[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]].map(|[u, v]: [f32; 2]| {
                 [(cell[0] + u) / CELLS as f32, (cell[1] + v) / CELLS as f32]
             }),
         );
-        // Corners have bit 0 for x, 1 for y, 2 for z; seen from outside, counterclockwise.
+        // Bits of a corner: 0 for x, 1 for y, 2 for z. Counterclockwise seen from outside.
         let sides =
             [[4, 5, 7, 6], [1, 0, 2, 3], [5, 1, 3, 7], [0, 4, 6, 2], [6, 7, 3, 2], [0, 1, 5, 4]];
         for side in sides.map(|side: [u32; 4]| side.map(|corner| number as u32 * 8 + corner)) {
@@ -95,8 +95,8 @@ pub fn avatar() -> Avatar {
     }
 }
 
-/// A pose in which every box can be seen from the front: limbs bent about all axes, more for a larger
-/// `amount` up to 1, and the whole moved.
+/// A pose in which every box is visible from the front: limbs bent about all axes, more for a
+/// larger `amount` up to 1, and the whole figure translated.
 pub fn pose(amount: f32) -> Pose {
     let mut turns = [[0.0f32; 3]; PARTS.len()];
     for (bone, turn) in [
@@ -119,18 +119,18 @@ pub fn pose(amount: f32) -> Pose {
     Pose::from_axis_angles([0.05 * amount, 0.02 * amount, -0.1 * amount], &turns)
 }
 
-/// The number of a bone's joint, box and cell.
+/// The index of a bone's joint, box and cell.
 fn number(bone: HumanBone) -> usize {
     PARTS.iter().position(|part| part.0 == bone).expect("a bone of the mannequin")
 }
 
-/// The colour of a box by its number; no two are alike.
+/// The colour of a box by its index; no two are alike.
 pub fn color(number: usize) -> [u8; 3] {
     let number = number as u8;
     [40 + number % 4 * 60, 40 + number / 4 * 60, 230 - number * 12]
 }
 
-/// The texture with all colours, PNG.
+/// The texture with all colours, as PNG.
 pub fn texture() -> Picture {
     let side = CELLS * CELL;
     let texels = (0..side * side).flat_map(|at| {
@@ -140,7 +140,7 @@ pub fn texture() -> Picture {
     encoded(side as u32, texels.collect())
 }
 
-/// A texture of one colour alone, PNG.
+/// A texture of a single colour, as PNG.
 pub fn plain(color: [u8; 3]) -> Picture {
     encoded(8, color.repeat(64))
 }
@@ -162,7 +162,7 @@ pub fn file(is_vrm: bool) -> Vec<u8> {
     write(&avatar(), &AvatarMaterial::new(texture()), &export).expect("a sound avatar").bytes
 }
 
-/// Where the middles of the boxes' fronts are in a pose, and with the expression by its weight.
+/// Centres of the boxes' front faces in a pose, with a weight for the expression "happy".
 pub fn fronts(avatar: &Avatar, pose: &Pose, happy: f32) -> Vec<[f32; 3]> {
     let positions = avatar.posed(pose, &[happy]).expect("a sound pose");
     let front =

@@ -1,4 +1,4 @@
-//! Avatars with mouths, and what is wrong where teeth or walls come out of a head or show through it.
+//! Avatars with mouths, and checks for teeth or walls that come out of a head or show through it.
 
 use std::f32::consts::TAU;
 
@@ -10,23 +10,23 @@ use uvgraft_avatar::mouth::Mouth;
 use uvgraft_avatar::rig::{HumanBone, Morph, Pose};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 
 use crate::made_up::{self, Entanglement, MadeUp};
 
-/// An avatar before and after it got a mouth.
+/// An avatar before and after it was given a mouth.
 #[derive(Debug, Clone)]
 pub struct Subject {
-    /// What it is.
+    /// Name in messages.
     pub name: &'static str,
-    /// As its body has it.
+    /// Without the mouth.
     pub before: Avatar,
-    /// With its mouth.
+    /// With the mouth.
     pub after: Avatar,
 }
 
-/// A face: morphs and their weights, and how far the jaw's joint is turned, in radians.
+/// An expression: morphs with their weights, and the rotation of the jaw's joint in radians.
 #[derive(Debug, Clone, Copy)]
 pub struct Face<'a>(pub &'a [(&'a str, f32)], pub f32);
 
@@ -34,17 +34,17 @@ impl Subject {
     /// Gives an avatar a mouth.
     ///
     /// # Panics
-    /// If it has no open lips.
+    /// If the avatar's lips are closed.
     pub fn new(name: &'static str, before: Avatar) -> Self {
         let mouth = Mouth::fit(&before).unwrap_or_else(|why| panic!("{name}: {why}"));
         let after = mouth.attach(before.clone()).expect("a mesh that is not too large");
         Self { name, before, after }
     }
 
-    /// The figure, and with real data SMPL-X and FLAME with known movements as morphs.
+    /// The figure and, with real data, SMPL-X and FLAME with known movements as morphs.
     ///
     /// # Panics
-    /// If a model is not sound.
+    /// If a model is invalid.
     pub fn all() -> Vec<Self> {
         let few = Entanglement { components: 20, ..Entanglement::default() };
         let mut all = vec![Self::new("figure", Figure::new().avatar())];
@@ -53,28 +53,28 @@ impl Subject {
         all
     }
 
-    /// With real data SMPL-X and FLAME as avatars have them, with expressions that were solved.
+    /// With real data, SMPL-X and FLAME avatars with solved expressions.
     ///
     /// # Panics
-    /// If a model is not sound.
+    /// If a model is invalid.
     pub fn expressive() -> Vec<Self> {
-        let way = Entanglement::default();
-        let models = [("SMPL-X", made_up::smplx(&way)), ("FLAME", made_up::flame(&way))];
+        let full = Entanglement::default();
+        let models = [("SMPL-X", made_up::smplx(&full)), ("FLAME", made_up::flame(&full))];
         let subject = |(name, made_up): (&'static str, Option<MadeUp>)| {
             let made_up = made_up?;
             let model = BodyModel::from_arrays(&made_up.arrays).expect("a model");
             let shaped = model.shaped(&Shape::default()).expect("the mean shape");
             let mut avatar = shaped.avatar(made_up.mesh).expect("the model's own mesh");
-            shaped.give_expressions(&mut avatar).expect("a sound jaw");
+            shaped.add_expressions(&mut avatar).expect("a sound jaw");
             Some(Self::new(name, avatar))
         };
         models.into_iter().filter_map(subject).collect()
     }
 
-    /// Where the vertices are.
+    /// Positions of the vertices.
     ///
     /// # Panics
-    /// If a pose is not sound.
+    /// If the pose is invalid.
     pub fn posed(&self, face: Face<'_>) -> Vec<Vec3> {
         let weight = |morph: &Morph| {
             face.0.iter().find(|(name, _)| *name == morph.name).map_or(0.0, |&(_, weight)| weight)
@@ -90,9 +90,10 @@ impl Subject {
         posed.into_iter().map(Vec3::from).collect()
     }
 
-    /// The mouth's vertices that are outside the head, with how much of their surroundings is inside: 1 within a
-    /// closed surface, 0 outside. The surface is the head's own, with the rim of the lips closed by a fan. Teeth are
-    /// seen through the lips, so what is just before the fan is within the mouth all the same.
+    /// The mouth's vertices that are outside the head, with their winding numbers: 1 within a
+    /// closed surface, 0 outside. The surface is the head's own, with the boundary of the lips
+    /// closed by a fan. Teeth are visible through the lips, so vertices slightly in front of the
+    /// fan are within the mouth all the same.
     pub fn outside(&self, face: Face<'_>) -> Vec<(usize, f32)> {
         let places = self.posed(face);
         let own = self.before.mesh.positions().len();
@@ -108,28 +109,28 @@ impl Subject {
             .filter(|edge| edge.iter().all(|&vertex| (vertex as usize) < own))
             .map(|edge| edge.map(|vertex| places[vertex as usize]))
             .collect();
-        let middle = rim.iter().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32;
-        let fan: Vec<[Vec3; 3]> = rim.into_iter().map(|[a, b]| [a, b, middle]).collect();
+        let centre = rim.iter().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32;
+        let fan: Vec<[Vec3; 3]> = rim.into_iter().map(|[a, b]| [a, b, centre]).collect();
         surface.extend_from_slice(&fan);
-        // What is far away is small, seen from the mouth.
-        surface.retain(|corners| corners[0].distance(middle) < HEAD_M);
+        // Distant triangles subtend small solid angles at the mouth.
+        surface.retain(|corners| corners[0].distance(centre) < HEAD_M);
         let is_in_opening =
             |place: Vec3| fan.iter().any(|corners| distance(place, corners) < OPENING_M);
         (own..places.len())
-            .step_by(EACH)
+            .step_by(STRIDE)
             .map(|vertex| (vertex, winding(&surface, places[vertex])))
             .filter(|&(vertex, winding)| winding < 0.5 && !is_in_opening(places[vertex]))
             .collect()
     }
 
-    /// How many pixels of pictures of the mouth from 24 sides show what is behind the head: those at which there
-    /// is a surface, but only the backs of triangles.
+    /// Number of pixels, in pictures of the mouth from 24 directions, that show the background
+    /// through the head: only back faces cover them.
     ///
     /// # Panics
-    /// If the avatar cannot be drawn.
+    /// If the avatar cannot be rendered.
     pub fn seen_through(avatar: &Avatar, faces: &[Face<'_>]) -> usize {
         let scenes = [false, true].map(|double_sided| scene(avatar, double_sided));
-        let renderers = [Renderer::of(&scenes[0]), Renderer::of(&scenes[1])];
+        let renderers = [Renderer::for_scene(&scenes[0]), Renderer::for_scene(&scenes[1])];
         let anatomy = Anatomy::find(&avatar.mesh).expect("a head");
         let mouth = anatomy.point(Landmark::Mouth).expect("a mouth");
         let target = mouth.map(|value| value as f32);
@@ -141,10 +142,10 @@ impl Subject {
         };
         let mut pixels = 0;
         for face in faces {
-            let posing = Posing {
+            let posing = PoseRequest {
                 weights: face.0.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect(),
                 rotations: vec![("jaw".to_owned(), [face.1.to_degrees(), 0.0, 0.0])],
-                ..Posing::default()
+                ..PoseRequest::default()
             };
             let drawn = [0, 1].map(|k: usize| scenes[k].pose(&posing).expect("a sound pose"));
             for view in 0..24 {
@@ -159,8 +160,8 @@ impl Subject {
     }
 }
 
-/// Eight sides, from one ear to the other, each from below, level and from above. Farther behind, shoulders and
-/// sleeves are in the way.
+/// Eight directions from ear to ear, each from below, level and from above. Farther behind,
+/// shoulders and sleeves are in the way.
 fn camera(target: [f32; 3], view: u16) -> Perspective {
     let azimuth = (f32::from(view % 8) - 3.5) * 24.0_f32.to_radians();
     let elevation = (f32::from(view / 8) - 1.0) * 28.0_f32.to_radians();
@@ -182,7 +183,7 @@ fn scene(avatar: &Avatar, double_sided: bool) -> Scene {
     Scene::read(&file.bytes).expect("a file of ours")
 }
 
-/// Pixels that are all background in the first picture and all surface in the second.
+/// Pixels that are pure background in the first picture and pure surface in the second.
 fn differing([single, double]: &[Texture; 2]) -> usize {
     let Size { width, height } = single.size();
     let is_background = |picture: &Texture, x, y| {
@@ -208,14 +209,16 @@ fn avatar(made_up: &MadeUp) -> Avatar {
     avatar
 }
 
-/// What of a body counts as its head, and which of the mouth's vertices are looked at: one of so many.
+/// Distance from the mouth within which triangles belong to the head, and the stride at which the
+/// mouth's vertices are checked.
 const HEAD_M: f32 = 0.25;
-const EACH: usize = 3;
+const STRIDE: usize = 3;
 
-/// Lips are thicker than what teeth may stand before their rim.
+/// Teeth may be this far in front of the lips' boundary; lips are thicker.
 const OPENING_M: f32 = 0.004;
 
-/// How far a place is from a triangle: from its plane above it, else from its nearest edge.
+/// Distance of a point from a triangle: from its plane if the projection is inside, else from its
+/// nearest edge.
 fn distance(place: Vec3, &[a, b, c]: &[Vec3; 3]) -> f32 {
     let normal = (b - a).cross(c - a);
     let inside = |from: Vec3, to: Vec3| (to - from).cross(place - from).dot(normal) >= 0.0;
@@ -229,10 +232,11 @@ fn distance(place: Vec3, &[a, b, c]: &[Vec3; 3]) -> f32 {
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// The generalized winding number of triangles around a place.
+/// The generalised winding number of a surface around a point: the sum of the triangles' solid
+/// angles over 4π.
 ///
-/// Based on Jacobson et al., "Robust Inside-Outside Segmentation using Generalized Winding Numbers", 2013, with the
-/// solid angle after Van Oosterom and Strackee, 1983.
+/// Based on Jacobson et al., "Robust Inside-Outside Segmentation using Generalized Winding
+/// Numbers", 2013, with the solid angle after Van Oosterom and Strackee, 1983.
 fn winding(surface: &[[Vec3; 3]], place: Vec3) -> f32 {
     let angle = |corners: &[Vec3; 3]| {
         let [a, b, c] = corners.map(|corner| corner - place);

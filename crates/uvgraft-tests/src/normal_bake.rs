@@ -1,29 +1,29 @@
-//! Normal maps baked from geometry that is known exactly: a detail as a function of the place in space,
-//! measured at each texel's centre along the frame there. Written apart from what turns normals;
-//! shared are the frames at corners (MikkTSpace), which are a convention.
+//! Normal maps baked from exactly known geometry: detail that is a function of the position in
+//! space, evaluated at each texel's centre in the frame there. Independent of the code that rotates
+//! normals; they share only the corner frames (MikkTSpace), which are a convention.
 
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{Extent, Mesh, NormalY, Pair, Size, TangentFrame, TangentFrames};
 
 type Vector = [f64; 3];
 
-/// What a corner of a triangle is on the surface that is baked: where, and its smooth normal.
+/// A triangle's corner on the baked surface: its position and smooth normal.
 #[derive(Debug, Clone, Copy)]
 pub struct Spot {
-    /// Place in the space of the pair's target.
+    /// Position in the space of the pair's target.
     pub place: Vector,
     /// Smooth normal there.
     pub normal: Vector,
 }
 
-/// For each triangle of a mesh its corners' spots, where it has any.
+/// The spots of each triangle's corners, if it has any.
 pub type Spots = Vec<Option<[Spot; 3]>>;
 
-/// The pairs of triangles that are linked, the target's first, and which corner of the source's each of the
-/// target's is.
+/// The linked triangles, the target's first, and the source corner that corresponds to each target
+/// corner.
 ///
 /// # Panics
-/// If a piece is no whole triangle.
+/// If a piece is not a whole triangle.
 pub fn linked_faces(pair: &Pair) -> impl Iterator<Item = ([usize; 2], [usize; 3])> {
     pair.pieces().map(|piece| {
         let Extent::Whole(corners) = piece.extent else { panic!("whole triangles") };
@@ -31,10 +31,10 @@ pub fn linked_faces(pair: &Pair) -> impl Iterator<Item = ([usize; 2], [usize; 3]
     })
 }
 
-/// The spots of the linked triangles of both meshes of a pair: those of the target's surface.
+/// The spots of the linked triangles of both meshes of a pair, on the target's surface.
 ///
 /// # Panics
-/// If a piece is no whole triangle.
+/// If a piece is not a whole triangle.
 pub fn spots(pair: &Pair) -> (Spots, Spots) {
     let target = pair.target();
     let frames = TangentFrames::new(target);
@@ -59,14 +59,14 @@ pub fn spots(pair: &Pair) -> (Spots, Spots) {
 pub struct Baked {
     /// `[height * width]`, encoded; flat where nothing was baked.
     pub texels: Vec<[f32; 3]>,
-    /// Triangles that share texels with others.
+    /// Whether each triangle shares texels with others.
     pub is_shared: Vec<bool>,
 }
 
 /// Bakes the detail of a surface into a mesh's layout.
 ///
-/// - `own`: for a triangle, a place and a normal there, both in the target's space, the normal in the
-///   mesh's own space.
+/// - `own`: maps a triangle, a position and a normal, both in the target's space, to the normal in
+///   the mesh's own space.
 pub fn bake(
     mesh: &Mesh,
     spots: &Spots,
@@ -103,11 +103,11 @@ pub fn bake(
     Baked { texels, is_shared }
 }
 
-/// The rotation of each linked triangle from the target's space to the source's: that of its first edge
-/// and its plane.
+/// The rotation of each linked triangle from the target's space to the source's: that of its first
+/// edge and its plane.
 ///
 /// # Panics
-/// If a piece is no whole triangle.
+/// If a piece is not a whole triangle.
 pub fn face_rotations(pair: &Pair) -> Vec<Option<[Vector; 3]>> {
     let axes = |mesh: &Mesh, vertices: [u32; 3]| {
         let [a, b, c] = vertices.map(|vertex| mesh.positions()[vertex as usize].map(f64::from));
@@ -128,13 +128,13 @@ pub fn face_rotations(pair: &Pair) -> Vec<Option<[Vector; 3]>> {
     rotations
 }
 
-/// A vector times a matrix of rows.
+/// The product of a matrix, given by its rows, and a vector.
 pub fn rotated(matrix: &[Vector; 3], vector: Vector) -> Vector {
     matrix.map(|row| dot(row, vector))
 }
 
-/// The normal of a surface with wrinkles of a few centimetres on a surface of about a metre, leaning
-/// by up to 50°.
+/// The normal of a surface of about a metre with wrinkles of a few centimetres, tilted by up to
+/// 50°.
 pub fn detailed(place: Vector, normal: Vector) -> Vector {
     let [x, y, z] = place.map(|value| value * 9.0);
     let lean = [(y + 0.5 * z).sin(), (z + x).cos(), (x - 0.7 * y).sin()];
@@ -142,12 +142,12 @@ pub fn detailed(place: Vector, normal: Vector) -> Vector {
     unit([0, 1, 2].map(|k| normal[k] + 0.7 * lean[k]))
 }
 
-/// An object normal along an interpolated frame, by Cramer's rule. Where the mesh faces the other way
-/// than the surface, it sees its back.
+/// An object-space normal in an interpolated frame, by Cramer's rule. If the mesh faces away from
+/// the surface, the normal is flipped: it sees the surface's back.
 fn measured(frames: &[TangentFrame; 3], weights: [f64; 3], normal: Vector) -> Vector {
-    let wide = |vector: [f32; 3]| vector.map(f64::from);
-    let n = mix(weights, [0, 1, 2].map(|k| wide(frames[k].normal)));
-    let t = mix(weights, [0, 1, 2].map(|k| wide(frames[k].tangent)));
+    let to_f64 = |vector: [f32; 3]| vector.map(f64::from);
+    let n = mix(weights, [0, 1, 2].map(|k| to_f64(frames[k].normal)));
+    let t = mix(weights, [0, 1, 2].map(|k| to_f64(frames[k].tangent)));
     let b = cross(n, t).map(|value| value * f64::from(frames[0].sign));
     let side = dot(normal, n).signum();
     let normal = normal.map(|value| value * side);

@@ -1,19 +1,19 @@
-//! A large texture put together from photographs at their own resolution, so that it has their detail
-//! down to single texels.
+//! A large texture assembled from photographs at their own resolution, so that it has detail down
+//! to single texels.
 
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 
 use crate::downloads::photograph;
 
-/// What the patches are cut from.
+/// The photographs that patches are cut from.
 pub const NAMES: [&str; 8] =
     ["astronaut", "coffee", "chelsea", "motorcycle_left", "ihc", "gravel", "grass", "brick"];
 
 /// Side of a patch, in texels.
 const PATCH: u32 = 300;
 
-/// Patches of all photographs side by side, the same for the same size; 8-bit RGB. `None`, with a
-/// message, if the photographs were not fetched.
+/// Patches of all photographs side by side, always the same for a size; 8-bit RGB. `None`, with a
+/// message, if the photographs have not been fetched.
 ///
 /// # Panics
 /// If a photograph is smaller than a patch.
@@ -41,7 +41,7 @@ pub fn mosaic(size: Size) -> Option<Texture> {
                 values[target..target + width * 3].copy_from_slice(&from[source..][..width * 3]);
             }
         }
-        // Rows of patches do not line up.
+        // Stagger the photographs from row to row.
         next += 3;
     }
     let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values));

@@ -1,14 +1,15 @@
-//! Pictures, distortions and masks of the metrics' reference values, by integer arithmetic alone.
+//! Pictures, distortions and masks for the metrics' reference values, from integer arithmetic
+//! alone.
 //!
-//! The same arithmetic is in `fixtures/pictures.py`, so no picture needs to be stored.
+//! `fixtures/pictures.py` repeats the arithmetic, so no picture needs to be stored.
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_metrics::Mask;
 
 use crate::downloads;
 
-/// A picture by its name in the fixtures; `None`, with a message, for a photograph that was not
-/// fetched.
+/// A picture by its name in the fixtures; `None`, with a message, for a photograph that has not
+/// been fetched.
 ///
 /// # Panics
 /// If the name is unknown.
@@ -39,7 +40,7 @@ pub fn picture(name: &str) -> Option<Texture> {
     })
 }
 
-/// A picture after a distortion by its name in the fixtures.
+/// A picture with a distortion applied, by its name in the fixtures.
 ///
 /// # Panics
 /// If the name is unknown, or the picture is not 8-bit RGB.
@@ -82,7 +83,7 @@ pub fn mask(size: Size, name: &str) -> Mask {
     Mask::from_texture(&texture).expect("masks that select something")
 }
 
-/// An 8-bit picture from a function of column, row and channel, clamped.
+/// An 8-bit picture given by a function of column, row and channel, clamped.
 fn paint(size: Size, value: impl Fn(i64, i64, i64) -> i64) -> Texture {
     let (width, count) = (i64::from(size.width), size.texels() as i64 * 3);
     let values = (0..count)
@@ -92,7 +93,7 @@ fn paint(size: Size, value: impl Fn(i64, i64, i64) -> i64) -> Texture {
     Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values)).expect("as many values")
 }
 
-/// A number of 32 bits for each place, without a visible pattern.
+/// A 32-bit hash of position, channel and seed, without a visible pattern.
 pub(crate) fn hashed(x: i64, y: i64, channel: i64, seed: u32) -> i64 {
     let mut value = (x as u32)
         .wrapping_mul(0x9e37_79b1)

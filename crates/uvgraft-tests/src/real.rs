@@ -1,11 +1,11 @@
-//! Real meshes, which their licences keep out of the repository. `UVGRAFT_DATA` names the folder.
+//! Real meshes, which their licences keep out of the repository; `UVGRAFT_DATA` names their folder.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use uvgraft::Pair;
 
-/// The folder of real data; `None`, with a message, if the environment names none.
+/// The folder of real data; `None`, with a message, if `UVGRAFT_DATA` is not set.
 pub fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("UVGRAFT_DATA").map(PathBuf::from);
     if folder.is_none() {
@@ -20,7 +20,7 @@ pub fn folder() -> Option<PathBuf> {
 /// FLAME as the source and SMPL-X as the target, linked by their vertex ids.
 ///
 /// # Panics
-/// If the folder does not hold the files that it should.
+/// If a file in the folder is missing or invalid.
 pub fn flame_to_smplx() -> Option<Arc<Pair>> {
     let folder = folder()?;
     let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");

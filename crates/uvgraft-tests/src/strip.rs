@@ -1,16 +1,16 @@
-//! A small avatar for tests, built by hand: a strip that is 1 wide and 2 high, with a joint at its
-//! foot and one in its middle.
+//! A small hand-built avatar for tests: a strip that is 1 wide and 2 high, with a joint at its foot
+//! and one half-way up.
 //!
-//! Vertices 0 to 5 lie at heights 0, 0, 1, 1, 2, 2, left (x = -0.5) then right. The foot belongs to
-//! joint 0, the top to joint 1, the middle to both halves. The morph target `bulge` moves the middle
-//! by 0.5 along Z. The clip `bend` turns joint 1 by 90° about Z in one second. The texture has four
-//! texels: red, green in the upper row, blue, white in the lower one.
+//! Vertices 0 to 5 lie at heights 0, 0, 1, 1, 2, 2, left (x = -0.5) then right. The foot follows
+//! joint 0, the top joint 1, and the vertices half-way up both equally. The morph target `bulge`
+//! moves these by 0.5 along Z. The clip `bend` rotates joint 1 by 90° about Z in one second. The
+//! texture has four texels: red and green in the upper row, blue and white in the lower one.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
 use serde_json::{Value, json};
 
-/// A texture of 2 × 2 texels as PNG: a zlib stream of one stored block.
+/// A texture of 2 × 2 texels as PNG, whose zlib stream is one stored block.
 pub fn texture() -> Vec<u8> {
     let rows: [u8; 14] = [0, 255, 0, 0, 0, 255, 0, 0, 0, 0, 255, 255, 255, 255];
     let mut zlib = vec![0x78, 1, 1, 14, 0, !14, 0xff];
@@ -24,7 +24,7 @@ pub fn texture() -> Vec<u8> {
     png(2, 2, &zlib)
 }
 
-/// A PNG of 8-bit RGB whose header says any size.
+/// An 8-bit RGB PNG with any size in its header.
 pub fn png(width: u32, height: u32, zlib: &[u8]) -> Vec<u8> {
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut chunk = |name: &[u8; 4], data: &[u8]| {
@@ -51,7 +51,7 @@ fn crc(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// A file in the making: its JSON and its binary chunk.
+/// A file under construction: its JSON and its binary chunk.
 #[derive(Debug, Clone)]
 pub struct Strip {
     /// The JSON chunk.
@@ -60,23 +60,23 @@ pub struct Strip {
     pub binary: Vec<u8>,
 }
 
-/// The accessor of the positions.
+/// Accessor of the positions.
 pub const POSITIONS: usize = 0;
-/// The accessor of the texture coordinates.
+/// Accessor of the texture coordinates.
 pub const UV: usize = 1;
-/// The accessor of the joints.
+/// Accessor of the joints.
 pub const JOINTS: usize = 2;
-/// The accessor of the weights.
+/// Accessor of the weights.
 pub const WEIGHTS: usize = 3;
-/// The accessor of the triangles' indices.
+/// Accessor of the triangles' indices.
 pub const INDICES: usize = 4;
-/// The accessor of the morph target's offsets.
+/// Accessor of the morph target's offsets.
 pub const BULGE: usize = 5;
-/// The accessor of the inverse bind matrices.
+/// Accessor of the inverse bind matrices.
 pub const INVERSE_BIND: usize = 6;
-/// The accessor of the clip's times.
+/// Accessor of the clip's times.
 pub const TIMES: usize = 7;
-/// The accessor of the clip's rotations.
+/// Accessor of the clip's rotations.
 pub const TURNS: usize = 8;
 
 impl Default for Strip {
@@ -86,7 +86,7 @@ impl Default for Strip {
 }
 
 impl Strip {
-    /// The strip as the module describes it.
+    /// The strip described in the module documentation.
     pub fn new() -> Self {
         let mut strip = Self {
             json: json!({
@@ -169,7 +169,7 @@ impl Strip {
         strip
     }
 
-    /// Adds bytes and an accessor to them.
+    /// Adds bytes and an accessor for them.
     pub fn add(&mut self, bytes: &[u8], component: u32, count: usize, shape: &str) -> usize {
         let view = self.view(bytes);
         let accessor = json!({
@@ -178,7 +178,7 @@ impl Strip {
         push(&mut self.json["accessors"], accessor)
     }
 
-    /// Adds bytes and a view of them.
+    /// Adds bytes and a buffer view of them.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         let offset = self.binary.len();
         self.binary.extend(bytes);
@@ -188,7 +188,7 @@ impl Strip {
         push(&mut self.json["bufferViews"], view)
     }
 
-    /// The same with its JSON changed.
+    /// The same with one JSON value replaced.
     pub fn with(mut self, pointer: &str, value: Value) -> Self {
         let (parent, key) = pointer.rsplit_once('/').unwrap();
         match self.json.pointer_mut(parent).unwrap() {
@@ -199,7 +199,7 @@ impl Strip {
         self
     }
 
-    /// The same with four bytes of an accessor's data changed.
+    /// The same with four bytes of an accessor's data replaced.
     pub fn with_bytes(mut self, accessor: usize, offset: usize, bytes: [u8; 4]) -> Self {
         let view = self.json["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize;
         let start = self.json["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use uvgraft::{Channels, Encoding, Mesh, Pair, Size, Texels, Texture};
 
-/// Squares of the sheet along one side.
+/// Squares along one side of the sheet.
 const SHEET: u32 = 20;
-/// Triangles of an eye.
+/// Triangles per eye.
 const EYE: u32 = 24;
 
-/// A pair with everything that makes pairs hard, in the way of a head and a body.
+/// A pair with everything that makes pairs difficult, like a head and a body.
 ///
 /// - A warped sheet: one island in the target, two in the source.
-/// - Two eyes: discs of their own in the source, one on top of the other in the target, the second
-///   with a slightly bumpier outline.
-/// - Faces of the target that nothing is linked to: a strip beside the sheet and one joined to it.
+/// - Two eyes: separate discs in the source, on top of each other in the target, the second with a
+///   slightly bumpier outline.
+/// - Unlinked faces in the target: a strip next to the sheet and one joined to it.
 /// - Vertices in another order, faces that start at other corners, every fifth wound the other way.
 pub fn pair() -> Arc<Pair> {
     let mut source = Builder::default();
@@ -34,7 +34,7 @@ pub fn pair() -> Arc<Pair> {
     for (row, column) in (0..SHEET).flat_map(|row| (0..SHEET).map(move |column| (row, column))) {
         let ring = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| [column + dx, row + dy]);
         let vertices = ring.map(|[x, y]| y * across + x);
-        // The source is cut down the middle; the right half lies on its side.
+        // The source is cut down the centre line; the right half lies on its side.
         let source_uv = ring.map(|[x, y]| {
             let [s, t] = jittered(x, y);
             if column < half {
@@ -73,7 +73,7 @@ pub fn pair() -> Arc<Pair> {
         next += EYE + 1;
     }
     let linked_vertices = next;
-    // A strip apart, and one that continues the sheet at its lower edge.
+    // A separate strip, and one that continues the sheet at its lower edge.
     for k in 0..SHEET {
         let x = 0.05 + 0.9 * f64::from(k) / f64::from(SHEET);
         let width = 0.9 / f64::from(SHEET);
@@ -94,7 +94,7 @@ pub fn pair() -> Arc<Pair> {
         next += 2;
     }
 
-    // Other numbers for the target's vertices, other starts and windings for its faces.
+    // Other indices for the target's vertices, other first corners and windings for its faces.
     let renumber = |vertex: u32| (vertex * 7 + 3) % next;
     assert!(!next.is_multiple_of(7), "multiplying by 7 must be a permutation");
     let vertex_map: Vec<i64> =
@@ -104,15 +104,15 @@ pub fn pair() -> Arc<Pair> {
     Arc::new(pair.expect("a sound pair"))
 }
 
-/// A pair of about as many triangles as wanted, and with much of its layouts covered: six bent sheets,
-/// beside one another in the target and turned and in another order in the source. Vertices and
-/// faces are shuffled, as no cache would like them.
+/// A pair of about `triangles` triangles that covers much of its layouts: six bent sheets, side by
+/// side in the target, rotated and reordered in the source. Vertices and faces are shuffled, the
+/// worst case for caches.
 pub fn sheets(triangles: usize) -> Arc<Pair> {
     const SHEETS: u32 = 6;
     let side = ((triangles as f64 / f64::from(SHEETS * 2)).sqrt().round() as u32).max(1);
     let (across, count) = (side + 1, SHEETS * (side + 1) * (side + 1));
     let mut rng = fastrand::Rng::with_seed(21);
-    // Place number `place` of a layout, three beside each other, two below each other.
+    // Maps into cell `place` of a layout with three columns and two rows.
     let bent = |place: u32, [s, t]: [f64; 2]| {
         let (s, t) = (s + 0.03 * (t * 8.0).sin(), t + 0.02 * (s * 11.0).cos());
         let (column, row) = (f64::from(place % 3), f64::from(place / 3));
@@ -155,7 +155,7 @@ pub fn sheets(triangles: usize) -> Arc<Pair> {
     Arc::new(Pair::by_vertex_map(source, target, &vertex_map).expect("a sound pair"))
 }
 
-/// A mesh of one square that fills the texture but for a margin of `inset`.
+/// A mesh of one square that fills the texture except for a margin of `inset`.
 pub fn square(inset: f32) -> Mesh {
     let (low, high) = (inset, 1.0 - inset);
     let uv = vec![[low, low], [high, low], [high, high], [low, high]];
@@ -164,8 +164,8 @@ pub fn square(inset: f32) -> Mesh {
     Mesh::from_triangles(positions, uv, &faces, &faces).expect("a sound mesh")
 }
 
-/// An opaque 8-bit RGB picture with detail of all sizes down to the single texel, as photographs
-/// have it: noise in octaves, and shapes with hard edges.
+/// An opaque 8-bit RGB picture with detail at all scales down to the single texel, like a
+/// photograph: noise in octaves, and shapes with hard edges.
 pub fn detailed(size: Size, seed: u64) -> Texture {
     let mut values = vec![128.0f32; size.texels() * 3];
     let width = size.width as usize;
@@ -175,7 +175,8 @@ pub fn detailed(size: Size, seed: u64) -> Texture {
         let knots: Vec<[f32; 3]> = (0..columns * (size.height as usize / cell + 2))
             .map(|_| std::array::from_fn(|_| rng.f32() - 0.5))
             .collect();
-        // Photographs have about equal contrast at every size, less where the lens ends.
+        // Photographs have about equal contrast at every scale, less at the lens's resolution
+        // limit.
         let contrast = if cell == 1 { 8.0 } else { 40.0 };
         for (y, row) in values.chunks_exact_mut(width * 3).enumerate() {
             let (knot_y, t) = (y / cell, (y % cell) as f32 / cell as f32);
@@ -214,7 +215,7 @@ pub fn detailed(size: Size, seed: u64) -> Texture {
     Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).expect("a sound texture")
 }
 
-/// Corners that find their vertex and UV coordinate by value.
+/// Triangles whose corners each have their own UV coordinate.
 #[derive(Default)]
 struct Builder {
     uv: Vec<[f32; 2]>,
@@ -235,7 +236,7 @@ impl Builder {
         self.uv_faces.push([first, first + 1, first + 2]);
     }
 
-    /// A UV coordinate of a vertex.
+    /// The UV coordinate of one of a vertex's corners.
     fn uv_of(&self, vertex: u32) -> [f64; 2] {
         let corner = self.faces.as_flattened().iter().position(|&other| other == vertex);
         let corner = corner.expect("a vertex that a face uses");
@@ -264,8 +265,8 @@ impl Builder {
     }
 }
 
-/// A pair of a curved surface in nine charts: upright in the target, turned by all kinds of angles in
-/// the source, every second one mirrored. Both meshes have the same vertices in the same places.
+/// A pair of a curved surface in nine charts: upright in the target, rotated by various angles in
+/// the source, every second one mirrored. Both meshes have the same vertices at the same positions.
 pub fn turned_charts() -> Arc<Pair> {
     /// Charts along one side, and squares along one side of each.
     const CHARTS: u32 = 3;
@@ -309,7 +310,7 @@ pub fn turned_charts() -> Arc<Pair> {
     Arc::new(pair.expect("a sound pair"))
 }
 
-/// A mesh with other positions and, if wanted, all faces wound the other way.
+/// A mesh with other positions and, if `rewind`, all faces wound the other way.
 pub fn posed(mesh: &Mesh, rewind: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let positions = mesh
         .positions()

@@ -1,6 +1,6 @@
-//! Bodies of the SMPL family with legs, soles and hands to look at: the demo's figure as a model of each
-//! kind, whose shapes change what matters for standing and walking, and recordings of people with such
-//! shapes.
+//! Body models of the SMPL family with legs, soles and hands: the demo's figure as a model of each
+//! kind, with shapes that vary what matters for standing and walking, and recordings of people with
+//! such shapes.
 
 use glam::{DMat4, DVec4, Quat, Vec3};
 use uvgraft_avatar::Avatar;
@@ -11,15 +11,15 @@ use uvgraft_io::arrays::{NamedArrays, NumericArray};
 
 use crate::bodies;
 
-/// Components of shape: size, legs, girth, shins, feet, arms, soles, and a bend to the side.
+/// Shape components: size, legs, girth, shins, feet, arms, soles, and a bend to the side.
 pub const SHAPES: usize = 8;
-/// Where the model's origin is in the figure, so that it does not stand on y = 0.
+/// Position of the model's origin in the figure, so that the model does not stand on y = 0.
 const ORIGIN: Vec3 = Vec3::new(0.02, 1.2, -0.05);
-/// As many vertices say where a joint is.
+/// Number of vertices that a joint is regressed from.
 const NEAR: usize = 400;
 
-/// The arrays of a model's file, without correctives: the figure in T-pose, with the kind's joints where
-/// the figure has the same bones.
+/// The arrays of a model file without pose correctives: the figure in T-pose, with the kind's
+/// joints at the figure's bones of the same name.
 ///
 /// # Panics
 /// Never.
@@ -56,7 +56,7 @@ pub fn model(kind: BodyKind) -> NamedArrays {
     let mut regressor = vec![0.0; joints * vertices];
     for (joint, row) in regressor.chunks_mut(vertices).enumerate() {
         let bone = bones[joint].unwrap_or(HumanBone::LeftMiddleProximal);
-        // The ends of SMPL's hands are no bones.
+        // SMPL's hand joints are not humanoid bones; the middle finger stands in for them.
         let bone = match (bones[joint], joint) {
             (None, 23) => HumanBone::RightMiddleProximal,
             _ => bone,
@@ -81,7 +81,7 @@ pub fn model(kind: BodyKind) -> NamedArrays {
     arrays
 }
 
-/// The bone that each joint of a kind is.
+/// The humanoid bone of each joint of a kind.
 fn bones(kind: BodyKind) -> Vec<Option<HumanBone>> {
     let arrays = bodies::synthetic_model_with(kind, 2);
     let model = BodyModel::from_arrays(&arrays).expect("a sound model");
@@ -89,7 +89,7 @@ fn bones(kind: BodyKind) -> Vec<Option<HumanBone>> {
     shaped.skeleton().joints().iter().map(|joint| joint.human).collect()
 }
 
-/// The joint of a kind that a joint of the figure is, or that is above it.
+/// The joint of a kind for a joint of the figure: the same bone, or the nearest ancestor's.
 fn follower(figure: &Avatar, joint: usize, bones: &[Option<HumanBone>]) -> usize {
     let joints = figure.skeleton.joints();
     let mut above = std::iter::successors(Some(joint), |&at| joints[at].parent);
@@ -98,7 +98,8 @@ fn follower(figure: &Avatar, joint: usize, bones: &[Option<HumanBone>]) -> usize
         .unwrap_or(0)
 }
 
-/// How components move a point of the figure, in metres. All are linear within limbs.
+/// Offsets of a point of the figure by the shape components, in metres. All are linear within
+/// limbs.
 fn offsets(place: Vec3) -> [Vec3; SHAPES] {
     let [x, y, z] = place.to_array();
     let below = |height: f32| (y - height).min(0.0);
@@ -115,15 +116,15 @@ fn offsets(place: Vec3) -> [Vec3; SHAPES] {
     ]
 }
 
-/// Parts of vertices that sum to 1 and to a place: the smallest such.
+/// Weights of vertices that sum to 1 and reproduce a point: the smallest such.
 fn parts(place: Vec3, positions: &[Vec3]) -> Vec<(usize, f32)> {
     let mut near: Vec<usize> = (0..positions.len()).collect();
     let distance = |&at: &usize| positions[at].distance_squared(place);
     near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     near.truncate(NEAR);
-    // With a row (x, y, z, 1) for each: of all w with Aᵀ w = b the shortest is A (AᵀA)⁻¹ b.
+    // With a row (x, y, z, 1) of A per vertex, the shortest w with Aᵀ w = b is A (AᵀA)⁻¹ b.
     let row = |at: usize| (positions[at] - place).extend(1.0).as_dvec4();
-    // Nearly none of it would do too, where all vertices lie in one plane.
+    // Regularised, since AᵀA is singular if all vertices lie in one plane.
     let mut square = DMat4::IDENTITY * 1e-9;
     for &at in &near {
         let row = row(at);
@@ -133,15 +134,15 @@ fn parts(place: Vec3, positions: &[Vec3]) -> Vec<(usize, f32)> {
     near.iter().map(|&at| (at, row(at).dot(solved) as f32)).collect()
 }
 
-/// A clip as AMASS would have it, recorded of somebody: Z up, or Y up.
+/// A clip in AMASS's format, as if recorded of somebody: Z up, or Y up.
 ///
 /// - `shaped`: the person, in the model's space.
-/// - `clip`: of an avatar of that person that stands on the floor, wherever.
-/// - `moved`: where the recording's origin is from the clip's, and how far it is turned about the
+/// - `clip`: a clip of an avatar of that person, which stands on the floor at any position.
+/// - `moved`: offset of the recording's origin from the clip's, and its rotation about the
 ///   vertical, in radians.
 ///
 /// # Panics
-/// If the clip is not the person's.
+/// If the clip does not belong to the person.
 pub fn recorded(
     shaped: &Shaped<'_>,
     avatar: &Avatar,
@@ -180,8 +181,8 @@ pub fn recorded(
     arrays
 }
 
-/// A clip of the figure that gets on: its walk is in place, as on a belt of this speed, and the others
-/// stand.
+/// A clip of the figure that travels: the walk, which is in place, moves forwards at the speed of
+/// its treadmill; the other clips stay in place.
 pub fn forwards(clip: &Clip) -> Clip {
     const BELT: f32 = 1.12 / 1.2;
     let mut clip = clip.clone();
@@ -193,7 +194,7 @@ pub fn forwards(clip: &Clip) -> Clip {
     clip
 }
 
-/// Coefficients by a seed, each from -2 to 2.
+/// Coefficients from a seed, each from -2 to 2.
 pub fn betas(seed: u32) -> Vec<f32> {
     bodies::shape(seed, SHAPES, 0).betas
 }

@@ -9,7 +9,7 @@ use uvgraft::{
 };
 use uvgraft_tests::{independent, real, synthetic};
 
-/// Bilinear values must agree to one level of 255, which is rounding.
+/// Bilinear values must agree within one level of 255, which covers rounding.
 const TOLERANCE: f64 = 1.0;
 
 fn agree(pair: &Arc<Pair>, direction: Direction, source_size: Size, target_size: Size) {

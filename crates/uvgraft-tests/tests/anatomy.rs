@@ -4,10 +4,11 @@ use uvgraft::{Anatomy, Area, Landmark, Mesh};
 use uvgraft_figure::Figure;
 use uvgraft_tests::real;
 
-/// Landmarks as seen in front and side views, in the head's coordinates.
+/// Landmarks read off front and side views, in the head's coordinates.
 type Seen = [(Landmark, [f64; 3])];
 
-/// For reading positions off a picture, and for where on a rounded chin the foremost point is.
+/// Allows for reading positions off a picture, and for the flat curvature around a rounded chin's
+/// foremost point.
 const TOLERANCE: f64 = 0.17;
 
 fn check(name: &str, mesh: &Mesh, seen: &Seen) -> Anatomy {
@@ -53,7 +54,7 @@ fn the_figure() {
         assert!(total(&head, area) == 0.0, "a head has no {area:?}");
         assert!(total(&body, area) > 100.0, "a body has {area:?}");
     }
-    // The head is part of the body, under other numbers.
+    // The head is part of the body, under other vertex indices.
     for area in [Area::Cheeks, Area::Nose, Area::Lips, Area::Brows, Area::Eyes] {
         let pairs = figure.vertex_map.iter().enumerate();
         let differences = pairs.map(|(vertex, &other)| {

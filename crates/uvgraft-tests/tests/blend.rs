@@ -1,4 +1,4 @@
-//! Blending: what must hold for any region, texture and layout.
+//! Blending: properties that hold for any region, texture and layout.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -8,15 +8,15 @@ use uvgraft::blend::{Growth, Side};
 use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Channels, Content, Depth, Direction, Encoding,
     Filter, Graft, GraftBuilder, GraftError, Mesh, NormalOptions, Overlap, Overlay, Pair,
-    Selection, Size, Sizes, Texels, Texture, Tone, Toning,
+    Selection, Size, Sizes, Texels, Texture, Tone, ToneCorrection,
 };
 use uvgraft_tests::synthetic;
 
 const FORWARD: Direction = Direction::Forward;
 
-/// A square sheet that `place` takes to where it is, `side` squares along each side, in one island or
-/// cut into two down the middle, the right one upside down; with one vertex for each place or, at the
-/// cut, two.
+/// A square sheet of `side` squares along each side. Its layout is one island, or two if it is cut
+/// along the centre line, with the right one upside down; the vertices on the cut may be split in
+/// two.
 struct Sheet {
     side: u32,
     is_cut: bool,
@@ -69,7 +69,7 @@ impl Sheet {
         Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap()
     }
 
-    /// The vertices whose place in the sheet is wanted.
+    /// The vertices whose position in the sheet satisfies `is_wanted`.
     fn vertices(&self, is_wanted: impl Fn([f64; 2]) -> bool) -> Vec<u32> {
         let across = self.side + 1;
         let unit = |k: u32| f64::from(k) / f64::from(self.side);
@@ -84,7 +84,7 @@ impl Sheet {
     }
 }
 
-/// A mesh that is linked to itself.
+/// A mesh linked to itself.
 fn to_itself(mesh: &Mesh) -> Arc<Pair> {
     let map: Vec<i64> = (0..mesh.positions().len() as i64).collect();
     Arc::new(Pair::by_vertex_map(mesh.clone(), mesh.clone(), &map).unwrap())
@@ -94,7 +94,7 @@ fn flat([x, y]: [f64; 2]) -> [f64; 3] {
     [x, y, 0.0]
 }
 
-/// A graft of what is selected, between squares of one size.
+/// A graft of a region, between square textures of one size.
 fn blended(region: &Selection, options: BlendOptions, side: u32) -> GraftBuilder {
     let size = Size::square(side);
     Graft::builder(Arc::clone(region.domain().pair()), Sizes { from: size, to: size })
@@ -102,14 +102,14 @@ fn blended(region: &Selection, options: BlendOptions, side: u32) -> GraftBuilder
         .blend(options)
 }
 
-/// How much of a texture there is at each texel.
+/// The weight of the source at each texel.
 fn weights(region: &Selection, options: BlendOptions, side: u32) -> Result<Texture, GraftError> {
     Ok(blended(region, options, side).gutter_px(0).build()?.mask())
 }
 
-fn toned(overlay: Overlay, toning: Option<&Toning>) -> Overlay {
+fn toned(overlay: Overlay, toning: Option<&ToneCorrection>) -> Overlay {
     match toning {
-        Some(toning) => overlay.toned(toning).unwrap(),
+        Some(toning) => overlay.with_tone(toning).unwrap(),
         None => overlay,
     }
 }
@@ -129,7 +129,7 @@ fn feathered(feather: f64) -> BlendOptions {
     BlendOptions::default().feather(feather)
 }
 
-/// The share of a feather that a weight stands for.
+/// The inverse of smoothstep: the share of the feather that corresponds to a weight.
 fn share(weight: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
@@ -139,7 +139,7 @@ fn share(weight: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// A texture with every kind of trouble that its format allows.
+/// A texture with every difficulty that its format allows: noise at all scales and partial alpha.
 fn noise(size: Size, channels: Channels, depth: Depth, seed: u64) -> Texture {
     let mut rng = fastrand::Rng::with_seed(seed);
     let picture = synthetic::detailed(size, seed);
@@ -159,7 +159,7 @@ fn noise(size: Size, channels: Channels, depth: Depth, seed: u64) -> Texture {
     Texture::new(size, channels, encoding, floats).unwrap().converted(channels, depth)
 }
 
-/// Whether laying over bands of some height gives the rows of the whole.
+/// Whether laying over bands of a given height yields the same rows as the whole.
 fn bands_are_rows(overlay: &Overlay, base: &Texture, height: u32) -> bool {
     let whole = overlay.lay(0, base.clone()).unwrap();
     (0..base.size().height).step_by(height as usize).all(|first| {
@@ -169,7 +169,7 @@ fn bands_are_rows(overlay: &Overlay, base: &Texture, height: u32) -> bool {
 }
 
 #[test]
-fn neither_bands_nor_threads_show() {
+fn bands_and_threads_do_not_change_the_result() {
     let pair = synthetic::pair();
     let (source_size, size) = (Size::new(201, 170), Size::new(190, 233));
     let mask = picture(64, |[u, v]| [if (u - 0.3).hypot(v - 0.3) < 0.25 { 255 } else { 0 }; 3]);
@@ -210,7 +210,7 @@ fn neither_bands_nor_threads_show() {
                     let source = noise(source_size, of_source, depth, 5);
                     let base = noise(size, of_base, depth, 6);
                     let overlay = graft.overlay(&source, base.format()).unwrap();
-                    // Noise is not skin; then there is no tone, but everything else.
+                    // Noise is not skin; then there is no tone, but the rest of the blend applies.
                     let toning = graft.toning(&source, &base, base.format());
                     let overlay = toned(overlay, toning.ok().flatten().as_ref());
                     let whole = overlay.lay(0, base.clone()).unwrap();
@@ -236,7 +236,7 @@ fn neither_bands_nor_threads_show() {
 
 #[test]
 fn distances_are_those_on_a_sphere() {
-    // All but the poles, which are open borders; the region is what is south of 45 degrees north.
+    // All of a sphere but its poles, which are open boundaries; the region lies south of 45° north.
     let sheet = Sheet { side: 48, ..Sheet::WHOLE };
     let angles = |[s, t]: [f64; 2]| [s * 3.0, 0.2 + t * 2.6];
     let radius = 1e-4;
@@ -261,7 +261,7 @@ fn distances_are_those_on_a_sphere() {
             continue;
         }
         let wanted = radius * (angles([0.0, t])[1] - rim);
-        // Rounded weights tell distances badly where they hardly change.
+        // Rounded weights are a poor measure of distance where they hardly change.
         if (12..244).contains(&weight) {
             let found = share(f64::from(weight) / 255.0) * feather;
             let far = (found - wanted).abs();
@@ -301,7 +301,7 @@ fn a_painted_outline_is_followed() {
         }
         let mean = sum / f64::from(count);
         assert!(count > 5000, "{count}");
-        // In squares' sides.
+        // In units of a square's side.
         assert!(worst < 0.35 && mean < 0.1, "{side}: {worst} {mean}");
     }
 }
@@ -327,14 +327,15 @@ fn island_borders_and_split_vertices_do_not_show() {
     let mut most = 0.0_f64;
     for k in 0..400 {
         let t = 0.02 + 0.96 * f64::from(k) / 400.0;
-        // Texels to the left and to the right of the cut, half a texel away or a little more.
+        // Texels to the left and to the right of the cut, half a texel or slightly more away from
+        // it.
         let away = 0.7 / f64::from(side);
         let v = 0.05 + 0.9 * t;
         let left = at(&cut_weights, [0.48 - away, v]);
         let right = at(&cut_weights, [0.97 - away, 1.0 - v]);
         let both = at(&whole_weights, [0.5, v]);
         most = most.max(both);
-        // A texel is 0.002 and more where the sheet is steep; weights grow by up to 1.5 in 0.3.
+        // A texel spans 0.002, more where the sheet is steep; weights grow by up to 1.5 over 0.3.
         assert!((left - right).abs() < 0.03, "{left} {right} at {t}");
         assert!((left - both).abs() < 0.03, "{left} {both} at {t}");
     }
@@ -342,14 +343,14 @@ fn island_borders_and_split_vertices_do_not_show() {
 }
 
 #[test]
-fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
+fn equal_boundaries_change_nothing_and_the_feather_ends() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
     let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
     let inside = sheet.vertices(|[x, y]| (x - 0.5).hypot(y - 0.5) < 0.4);
     let region = domain.vertices(Side::Target, &inside).unwrap();
     let size = Size::square(256);
-    // Detail in the middle, one colour at the rim: detail there would be a difference.
+    // Detail in the centre, one colour at the boundary, where detail would make a difference.
     let detail = synthetic::detailed(size, 3);
     let source = picture(256, |[u, v]| {
         let [x, y] = [u, v].map(|value| (value * 256.0) as u32);
@@ -365,7 +366,8 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
         for (found, wanted) in bytes(&result).iter().zip(bytes(&source)) {
             assert!(found.abs_diff(*wanted) <= 1, "membrane: {membrane}");
         }
-        // Nothing of another base is left where all is the source, and all of it beyond the rim.
+        // Where the weight is full, nothing of another base remains; beyond the boundary, all of it
+        // does.
         let other = source.clone().into_texels();
         let Texels::U8(mut values) = other else { panic!("8 bits") };
         let weights = graft.mask();
@@ -384,7 +386,7 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
             if *weight == 0 {
                 assert_eq!(found, wanted);
             } else if !membrane {
-                // A weight of 255 may be one of 254.5, which leaves less than a level.
+                // A weight of 255 may stand for 254.5, which leaves less than a level.
                 let far = (0..3).map(|k| found[k].abs_diff(wanted[k])).max();
                 assert!(far <= Some(1), "{found:?} {wanted:?} {weight}");
             }
@@ -392,9 +394,9 @@ fn equal_rims_change_nothing_and_beyond_the_feather_all_is_the_source() {
     }
 }
 
-/// A face on a body in another tone, and hair or a collar along a quarter of the rim.
+/// A face on a body of another tone, with hair or a collar along a quarter of the boundary.
 #[test]
-fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
+fn hair_on_a_quarter_of_the_boundary_changes_little_elsewhere() {
     let sheet = Sheet { side: 32, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
     let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
@@ -432,10 +434,10 @@ fn hair_on_a_quarter_of_the_rim_changes_little_elsewhere() {
     }
 }
 
-/// Where the weight is nothing the base stays, where it is all the source does, whatever the other
-/// one holds.
+/// Where the weight is 0 the base is kept and where it is full the source is, whatever values the
+/// other one holds.
 #[test]
-fn what_is_not_finite_stays_on_its_side() {
+fn non_finite_values_stay_on_their_side() {
     let sheet = Sheet::WHOLE;
     let pair = to_itself(&sheet.mesh(flat));
     let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
@@ -465,7 +467,8 @@ fn what_is_not_finite_stays_on_its_side() {
                     let from_middle = (u - 0.5).hypot(v - 0.5);
                     if from_middle < 0.15 {
                         assert_eq!(weights.get(x, y, 0), 1.0);
-                        // Of the base there is nothing; with a membrane, twice as light.
+                        // Nothing of the base remains; with a membrane, the source is twice as
+                        // light.
                         let wanted = if membrane { 0.5 } else { 0.25 };
                         let found = over_wild.get(x, y, 1);
                         assert!((found - wanted).abs() < 0.01, "{found} over {wild}");
@@ -482,7 +485,7 @@ fn what_is_not_finite_stays_on_its_side() {
 }
 
 #[test]
-fn options_that_make_no_sense_do_no_harm() {
+fn senseless_options_do_no_harm() {
     let sheet = Sheet { side: 6, ..Sheet::WHOLE };
     let pair = to_itself(&sheet.mesh(flat));
     let domain = BlendDomain::new(Arc::clone(&pair), FORWARD);
@@ -506,9 +509,9 @@ fn options_that_make_no_sense_do_no_harm() {
     }
 }
 
-/// Of two islands on one place the last is clear; the mean has the first one's colour.
+/// Of two islands in the same place the last is transparent; the mean has the colour of the first.
 #[test]
-fn what_is_clear_has_no_color_in_a_mean() {
+fn transparent_texels_add_no_color_to_a_mean() {
     let uv = |left: f32| [[left, 0.3], [left + 0.3, 0.3], [left + 0.3, 0.6], [left, 0.6]];
     let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
     let square = |lefts: [f32; 2]| {
@@ -531,13 +534,13 @@ fn what_is_clear_has_no_color_in_a_mean() {
     let result = graft.apply(&source, clear.unwrap()).unwrap();
     let at = |texture: &Texture| [0, 1, 2, 3].map(|k| (texture.get(28, 28, k) * 255.0).round());
     assert_eq!(at(&result), [200.0, 100.0, 50.0, 128.0]);
-    // Blended over something it is half of both.
+    // Blended over a base, it is half of each.
     let blended = builder.blend(feathered(0.0)).build().unwrap();
     let result = blended.apply(source, picture(64, |_| [100; 3])).unwrap();
     assert_eq!(at(&result), [150.0, 100.0, 75.0, 255.0]);
 }
 
-/// A grey texture gets the base's statistics as one with three equal channels does.
+/// A grey texture is matched to the base's statistics like one with three equal channels.
 #[test]
 fn grey_is_matched_as_equal_channels_are() {
     let sheet = Sheet::WHOLE;
@@ -568,7 +571,7 @@ fn grey_is_matched_as_equal_channels_are() {
     }
 }
 
-/// Selections give the same region as whole triangles and by levels.
+/// A region is the same whether it is selected as whole triangles or by levels.
 #[test]
 fn triangles_in_corners_of_the_region_are_kept() {
     let sheet = Sheet { side: 8, ..Sheet::WHOLE };
@@ -581,9 +584,9 @@ fn triangles_in_corners_of_the_region_are_kept() {
         |selection: &Selection| Blend::new(selection, feathered(0.0)).unwrap().touched().to_vec();
     let count =
         |selection: &Selection| touched(selection).iter().filter(|&&touched| touched).count();
-    let leveled = faces.within(&white).unwrap();
+    let leveled = faces.intersection(&white).unwrap();
     assert_eq!(count(&leveled), count(&faces));
-    assert_eq!(count(&white.without(&faces).unwrap()), 2 * 8 * 8 - count(&faces));
+    assert_eq!(count(&white.difference(&faces).unwrap()), 2 * 8 * 8 - count(&faces));
     for rings in [-2, -1, 1, 2] {
         let [leveled, wanted] = [&leveled, &faces].map(|it| it.grown(Growth::Rings(rings)));
         assert_eq!(touched(&leveled), touched(&wanted), "{rings}");

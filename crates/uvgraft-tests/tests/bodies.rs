@@ -7,35 +7,37 @@ use std::io::Cursor;
 
 use uvgraft::Mesh;
 use uvgraft_avatar::body::{BodyError, BodyKind, BodyModel, BodyPose, Gender, Shape, Side};
-use uvgraft_avatar::motion::{ClipOptions, Ground, Motion, MotionError, Up};
+use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion, MotionError, UpAxis};
 use uvgraft_avatar::rig::{ExpressionPreset, HumanBone, Pose};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_tests::{bodies, real};
 
-/// In metres. Both compute in 32-bit floats and add in other orders; fixtures are rounded to a
-/// micrometre. 1.3 µm were found.
+/// In metres. Both implementations compute in 32-bit floats and sum in different orders; the
+/// fixtures are rounded to a micrometre. The largest difference found was 1.3 µm.
 const TOLERANCE_M: f32 = 1e-5;
 
 fn model(kind: BodyKind) -> BodyModel {
     BodyModel::from_arrays(&bodies::synthetic_model(kind)).unwrap()
 }
 
-/// The largest difference of a coordinate, in metres.
+/// The largest difference between coordinates, in metres.
 fn farthest(found: impl IntoIterator<Item = [f32; 3]>, wanted_um: &[i32]) -> f32 {
     let found: Vec<f32> = found.into_iter().flatten().collect();
     assert_eq!(found.len(), wanted_um.len());
     let apart =
         |(found, &wanted): (&f32, &i32)| (f64::from(*found) - f64::from(wanted) / 1e6).abs();
-    found.iter().zip(wanted_um).map(apart).fold(0.0, f64::max) as f32
+    let farthest = found.iter().zip(wanted_um).map(apart).fold(0.0, f64::max);
+    println!("largest difference: {:.2} µm", farthest * 1e6);
+    farthest as f32
 }
 
-/// As many of some points as the fixtures have, evenly.
+/// `count` evenly spaced points, as in the fixtures.
 fn some(points: &[[f32; 3]], count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|at| points[at * points.len() / count]).collect()
 }
 
 #[test]
-fn as_smplx_says() {
+fn poses_equal_those_of_smplx() {
     let mut largest: BTreeMap<String, f32> = BTreeMap::new();
     let mut models: BTreeMap<(String, usize), BodyModel> = BTreeMap::new();
     for case in bodies::fixtures().cases {
@@ -61,9 +63,13 @@ fn as_smplx_says() {
 }
 
 #[test]
-fn motions_play_as_smplx_says() {
-    let all =
-        ClipOptions { fps: None, ground: Ground::Keep, up: Some(Up::Z), ..ClipOptions::default() };
+fn motions_equal_those_of_smplx() {
+    let all = ClipOptions {
+        fps: None,
+        ground: GroundMode::Keep,
+        up: Some(UpAxis::Z),
+        ..ClipOptions::default()
+    };
     for case in bodies::fixtures().clips {
         let kind = bodies::kind(&case.kind);
         let model = model(kind);
@@ -96,7 +102,7 @@ fn motions_play_as_smplx_says() {
 }
 
 #[test]
-fn fast_and_plain_agree_and_threads_do_not_show() {
+fn posing_equals_the_reference_on_any_number_of_threads() {
     let model = model(BodyKind::Flame);
     let shaped = model.shaped(&bodies::shape(3, 20, 5)).unwrap();
     let poses: Vec<Pose> =
@@ -112,7 +118,7 @@ fn fast_and_plain_agree_and_threads_do_not_show() {
         let plain = shaped.posed_reference(pose).unwrap();
         let apart = |(a, b): (&f32, &f32)| (a - b).abs();
         let pairs = together.as_flattened().iter().zip(plain.as_flattened());
-        // A blend of matrices against a blend of points, metres from the origin, in 32-bit floats.
+        // Blended matrices against blended points, metres from the origin, in 32-bit floats.
         assert!(pairs.map(apart).fold(0.0, f32::max) < 2e-6);
     }
 }
@@ -134,7 +140,7 @@ fn at_rest_a_template_stays_and_its_joints_are_between_its_vertices() {
     let component = arrays.get("shapedirs").unwrap().f32s()[1];
     let moved = model.shaped(&shape).unwrap().positions()[0][0];
     assert_eq!(moved, template[0] + 2.0 * component);
-    // The head's joint is within the cloud around it, of 6 cm.
+    // The head's joint lies within the cloud around it, which has a radius of 6 cm.
     let head = shaped.skeleton().human(HumanBone::Head).unwrap();
     let [x, y, z] = shaped.skeleton().joints()[head].position;
     let near = |found: f32, wanted: f32| (found - wanted).abs() < 0.06;
@@ -237,7 +243,7 @@ fn broken_models_are_refused() {
     let error = refused("kintree_table", integers(&[2, 5], vec![-1, 0, 1, 1, 1, 0, 2, 1, 3, 4]));
     assert!(error.starts_with("`kintree_table` must hold indices"), "{error}");
     assert!(error.ends_with("got 2 at index 6"), "{error}");
-    // Every way to say that the root has no parent.
+    // All encodings of a root without a parent.
     for root in [-1, 0, 0xffff_ffff] {
         let mut arrays = base.clone();
         arrays.insert("kintree_table", tree([root, 0, 1, 1, 1]));
@@ -245,7 +251,8 @@ fn broken_models_are_refused() {
     }
 }
 
-/// A mesh of a model's triangles, their corners turned on by one, with a layout of its own.
+/// A mesh of a model's triangles, reordered and each starting at its next corner, with its own
+/// layout.
 fn mesh(model: &BodyModel) -> Mesh {
     let turned: Vec<[u32; 3]> =
         model.triangles().iter().rev().map(|&[a, b, c]| [b, c, a]).collect();
@@ -267,17 +274,17 @@ fn a_mesh_of_the_same_triangles_becomes_an_avatar() {
     assert_eq!((avatar.morphs.len(), avatar.expressions.len()), (0, 0));
 }
 
-/// A cloud of vertices shows no face, so its components are morphs as they are.
+/// A cloud of vertices shows no face, so its components are exported as morphs.
 #[test]
 fn components_are_morphs_where_no_face_can_be_measured() {
     let model = model(BodyKind::SmplX);
     let shaped = model.shaped(&bodies::shape(1, 10, 0)).unwrap();
     let mut avatar = shaped.avatar(mesh(&model)).unwrap();
-    let told = shaped.give_expressions(&mut avatar).unwrap();
+    let told = shaped.add_expressions(&mut avatar).unwrap();
     assert!(told.unmeasured.is_some());
     let names: Vec<&str> = avatar.morphs.iter().map(|morph| morph.name.as_str()).take(11).collect();
     assert_eq!((names[0], names[9], names[10]), ("expression_00", "expression_09", "jaw_open"));
-    // A weight of 1 is a coefficient of 1, up to the joints that move with it.
+    // A weight of 1 is a coefficient of 1, except for the joints that move with it.
     let mut expression = vec![0.0; 4];
     expression[3] = 1.0;
     let smiling = Shape { expression, ..bodies::shape(1, 10, 0) };
@@ -287,7 +294,7 @@ fn components_are_morphs_where_no_face_can_be_measured() {
     let apart = |(a, b): (&f32, &f32)| (a - b).abs();
     let pairs = morphed.as_flattened().iter().zip(smiling.positions().as_flattened());
     assert!(pairs.map(apart).fold(0.0, f32::max) < 2e-6);
-    // The jaw by morph is the jaw by joint.
+    // The jaw opened by its morph equals the jaw opened by its joint.
     let aa = &avatar.expressions[0];
     assert_eq!((aa.preset, &aa.morphs[..]), (Some(ExpressionPreset::Aa), &[(10, 1.0)][..]));
     let mut open = BodyPose::rest(&model);
@@ -299,7 +306,7 @@ fn components_are_morphs_where_no_face_can_be_measured() {
     assert!(pairs.map(apart).fold(0.0, f32::max) < 2e-6);
 }
 
-/// The published mesh, with a made-up model of its triangles.
+/// The published mesh, with a synthetic model of its triangles.
 #[test]
 fn the_real_mesh_becomes_an_avatar() {
     let Some(pair) = real::flame_to_smplx() else { return };
@@ -356,7 +363,7 @@ fn other_meshes_are_refused() {
 }
 
 #[test]
-fn an_avatar_tells_how_far_it_is_without_correctives() {
+fn the_error_without_correctives_is_measured() {
     let mut arrays = bodies::synthetic_model(BodyKind::Smpl);
     let motion = Motion::from_arrays(&bodies::synthetic_motion(BodyKind::Smpl, 5)).unwrap();
     let apart = |arrays: &NamedArrays| {
@@ -367,16 +374,16 @@ fn an_avatar_tells_how_far_it_is_without_correctives() {
             .unwrap();
         let avatar = shaped.avatar(mesh(&model)).unwrap();
         assert!(avatar.morphs.is_empty());
-        shaped.apart(&avatar, &clip).unwrap()
+        shaped.deviation(&avatar, &clip).unwrap()
     };
     let with = apart(&arrays);
-    // 207 features of about 0.15, each ±2 mm at random: centimetres.
+    // 207 features of about 0.15, each ±2 mm at random: centimetres in total.
     assert!(with.mean_mm > 1.0 && with.max_mm > with.mean_mm && with.max_mm < 100.0, "{with:?}");
     let shape = [6890, 3, 207];
     let none = NumericArray::new_f32(shape.to_vec(), vec![0.0; 6890 * 3 * 207]).unwrap();
     arrays.insert("posedirs", none);
     let without = apart(&arrays);
-    // Rounding in metres from the origin.
+    // Rounding, metres from the origin.
     assert!(without.max_mm < 0.005, "{without:?}");
 }
 
@@ -391,7 +398,7 @@ fn motions_of_smaller_bodies_play_on_larger_ones() {
         let motion = Motion::from_arrays(&bodies::synthetic_motion(kind, 3)).unwrap();
         let (clip, report) = motion.clip(shaped.skeleton(), "c", &options).unwrap();
         assert_eq!((report.missing, report.still.len()), (missing, still));
-        // A finger of SMPL-H is three joints later in SMPL-X.
+        // Finger joints of SMPL-H come three joints later in SMPL-X.
         let own = model(kind).shaped(&Shape::default()).map(|own| own.skeleton().clone()).unwrap();
         let (own, _) = motion.clip(&own, "c", &options).unwrap();
         for (clip, own) in clip.poses.iter().zip(&own.poses) {

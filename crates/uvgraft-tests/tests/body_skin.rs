@@ -1,4 +1,5 @@
-//! Which texels of a body's texture are skin: on the synthetic figure, whose parts name their material, and on real bodies.
+//! Which texels of a body's texture are labelled as skin: on the synthetic figure, whose parts name
+//! their material, and on real bodies.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -23,16 +24,16 @@ enum Shown {
     Skin,
     Cloth,
     Shoe,
-    /// The head, whose own labels say more, and what is painted on fingers.
+    /// The head, which has finer labels, and the paint on fingers.
     Other,
 }
 
-/// The figure's body with a face, and what each texel shows.
+/// The figure's body with a face, and the content of each texel.
 struct Scene {
     figure: Figure,
     colors: Vec<Color>,
     shown: Vec<Shown>,
-    /// Where each texel is, in metres.
+    /// Position of each texel's triangle, in metres.
     at: Vec<[f32; 3]>,
 }
 
@@ -75,7 +76,7 @@ impl Scene {
                 for row in triangle.rows() {
                     for x in triangle.span(row) {
                         let texel = row as usize * SIDE + x as usize;
-                        // Sleeves are painted on the arms.
+                        // Sleeves are painted onto the arms.
                         let [r, _, b] = self.colors[texel];
                         let is_painted = shown == Shown::Skin && r < 1.2 * b;
                         self.shown[texel] = if is_painted { Shown::Cloth } else { shown };
@@ -86,13 +87,13 @@ impl Scene {
         }
     }
 
-    /// With every colour as a function of it, of what it shows and of where it is.
+    /// The colours repainted: a function of colour, content, position and texel.
     fn painted(&self, paint: impl Fn(Color, Shown, [f32; 3], usize) -> Color) -> Vec<Color> {
         let texels = 0..self.colors.len();
         texels.map(|k| paint(self.colors[k], self.shown[k], self.at[k], k)).collect()
     }
 
-    /// How much of the skin is found, and how much of the cloth is taken for skin.
+    /// Share of the skin that is found, and of the cloth that is mistaken for skin.
     fn found(&self, colors: &[Color]) -> [f64; 2] {
         let texels = colors.iter().flat_map(|rgb| rgb.map(|value| (value * 255.0 + 0.5) as u8));
         let texels = Texels::U8(texels.collect());
@@ -133,7 +134,7 @@ fn assert_found(what: &str, [skin, cloth]: [f64; 2]) {
 }
 
 #[test]
-fn skin_is_told_from_clothes() {
+fn skin_is_separated_from_clothes() {
     let scene = Scene::new();
     assert_found("as it is", scene.found(&scene.colors));
 }
@@ -189,7 +190,8 @@ fn soft_shadows_and_noise_do_not_stop_skin() {
     assert_found("shaded", scene.found(&colors));
 }
 
-/// Sleeves, neck, arms and legs of the figure are meshes of their own, and each has shades of its own here.
+/// Sleeves, neck, arms and legs of the figure are separate shells, and here each is shaded
+/// differently.
 #[test]
 fn skin_goes_on_from_shell_to_shell() {
     let figure = Figure::new();
@@ -204,14 +206,14 @@ fn skin_goes_on_from_shell_to_shell() {
             skin as f64 / of.count() as f64
         };
         let [skin, cloth] = [share(Label::Skin), share(Label::Cloth)];
-        // Little of a neckline is wider than what is close to its edge.
+        // Little of a neckline is farther from its edge than the margin.
         let least = if look.clothing.shirt.is_some() { 0.85 } else { 0.95 };
         assert!(skin > least, "{}: {:.1} % of the skin", look.name, skin * 100.0);
         assert!(cloth < 0.02, "{}: {:.1} % of the cloth", look.name, cloth * 100.0);
     }
 }
 
-/// Legs that are paler than hands, and islands whose edges have bled.
+/// Bodies whose legs are paler than their hands, and whose island edges bleed.
 #[test]
 fn real_bodies_without_clothes_are_skin_all_over() {
     let (Some(pair), Some(folder)) = (real::flame_to_smplx(), real::folder()) else { return };

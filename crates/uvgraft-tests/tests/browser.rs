@@ -1,6 +1,6 @@
-//! Files of ours in other people's programs: Khronos' validator, three.js and three-vrm in Chromium, and
-//! the page of `uvgraft view` there. A mannequin shows whether joints and colours are where they are by
-//! our own arithmetic.
+//! Our files in third-party programs: Khronos' validator, three.js and three-vrm in Chromium, and
+//! the page of `uvgraft view` there. A mannequin shows whether joints and colours are where our own
+//! arithmetic puts them.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -14,10 +14,10 @@ use uvgraft_tests::browser::Browser;
 use uvgraft_tests::mannequin;
 use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
 
-/// Joints are sums and products of a few numbers below 2 in 32 bits, and rotations in files are rounded
-/// to 1e-7.
+/// Joint positions are sums and products of a few numbers below 2 in 32 bits, and rotations in
+/// files are rounded to 1e-7.
 const JOINT_TOLERANCE: f64 = 2e-6;
-/// Levels: sRGB textures are decoded to light and encoded again.
+/// In levels: sRGB textures are decoded to linear light and encoded again.
 const COLOR_TOLERANCE: u8 = 2;
 
 const SIZE: [u32; 2] = [480, 640];
@@ -28,7 +28,7 @@ fn camera() -> Value {
     json!({ "eye": EYE, "target": [0, 1, 0], "fovY": FIELD_OF_VIEW })
 }
 
-/// The pixel that a point falls on.
+/// The pixel that a point projects to.
 fn pixel([x, y, z]: [f32; 3]) -> [u32; 2] {
     let [width, height] = SIZE.map(|side| side as f32);
     let scale = height / 2.0 / (FIELD_OF_VIEW / 2.0).to_radians().tan() / (EYE[2] - z);
@@ -36,7 +36,7 @@ fn pixel([x, y, z]: [f32; 3]) -> [u32; 2] {
     at.map(|value| value as u32)
 }
 
-/// Asserts what colour the fronts of the boxes have in a picture without light.
+/// Asserts the colours of the boxes' fronts in an unlit picture.
 fn check_colors(picture: &Path, fronts: &[[f32; 3]], color: impl Fn(usize) -> [u8; 3]) {
     let picture = uvgraft_io::image::read(picture).unwrap().texture;
     assert_eq!([picture.size().width, picture.size().height], SIZE);
@@ -50,7 +50,7 @@ fn check_colors(picture: &Path, fronts: &[[f32; 3]], color: impl Fn(usize) -> [u
     }
 }
 
-/// Asserts where joints are, by their names or their bones' names.
+/// Asserts the positions of joints, looked up by their names or their bones' names.
 fn check_joints(found: &Value, pose: &Pose, by_bone: bool) {
     let avatar = mannequin::avatar();
     let motions = avatar.skeleton.motions(pose).unwrap();
@@ -65,7 +65,7 @@ fn check_joints(found: &Value, pose: &Pose, by_bone: bool) {
     }
 }
 
-/// A pose as three-vrm's normalized bones take it.
+/// A pose in the form of three-vrm's normalized bones.
 fn rotations(pose: &Pose) -> Value {
     let avatar = mannequin::avatar();
     let joints = avatar.skeleton.joints().iter();
@@ -73,7 +73,7 @@ fn rotations(pose: &Pose) -> Value {
     pairs.map(|(joint, q)| (joint.human.unwrap().name().to_owned(), json!(q))).collect()
 }
 
-/// The translation is not part of what humanoid bones are told.
+/// Humanoid bones are not given the translation.
 fn in_place(pose: Pose) -> Pose {
     Pose { translation: [0.0; 3], ..pose }
 }
@@ -85,7 +85,7 @@ fn write(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 #[test]
-fn the_validator_has_nothing_to_say() {
+fn the_validator_reports_nothing() {
     let Some(browser) = Browser::find() else { return };
     let folder = tempfile::tempdir().unwrap();
     let glb = write(&folder, "me.glb", &mannequin::file(false));
@@ -123,7 +123,7 @@ fn three_js_shows_a_glb_as_it_is() {
     assert_eq!(found["errors"], json!([]));
     assert_eq!(found["isVrm"], false);
     assert_eq!(found["animations"], json!([{ "name": "bow", "duration": 1 }]));
-    // three.js numbers names that it meets twice, as the node's and the mesh's are.
+    // three.js appends numbers to duplicate names, such as the node's and the mesh's here.
     let morphs: Vec<&Value> = found["morphTargets"].as_object().unwrap().values().collect();
     assert_eq!(morphs, [&json!(["aside"])]);
     let avatar = mannequin::avatar();
@@ -165,7 +165,7 @@ fn three_vrm_poses_a_vrm_as_we_do() {
     check_colors(&output, &mannequin::fronts(&avatar, &pose, 0.6), mannequin::color);
 }
 
-/// A page with the mannequin and two textures; nothing, with a message, if the viewer was not built.
+/// A page with the mannequin and two textures; `None`, with a message, if the viewer is not built.
 fn page(folder: &TempDir, is_vrm: bool, name: &str) -> Option<PathBuf> {
     let Some(html) = PAGE else {
         let reason = "this build has no viewer; scripts/build-viewer.sh makes it, and the feature \
@@ -240,7 +240,7 @@ fn the_viewer_shows_poses_motions_expressions_and_textures() {
         let end = mannequin::pose(1.0);
         check_joints(&results[8], &end, true);
         check_colors(&picture("green.png"), &front(&end, 0.0), |_| [30, 160, 60]);
-        // It stands in T-pose at rest.
+        // At rest it stands in T-pose.
         check_joints(&results[14], &rest, true);
         check_colors(&picture("t.png"), &front(&rest, 0.0), mannequin::color);
     }
@@ -285,8 +285,8 @@ fn the_viewers_controls_work() {
     let textures = &results[21]["textures"];
     assert_eq!(*textures, json!(["As in the file", "me.vrm", "green", "blue.png"]));
 
-    // On white, the whole figure is the dropped picture's blue: boxes, and between edges and white
-    // nothing but mixes of both.
+    // On white, the whole figure has the dropped picture's blue: only the two colours and, along
+    // edges, their mixtures appear.
     let picture = uvgraft_io::image::read(&saved).unwrap().texture;
     assert_eq!([picture.size().width, picture.size().height], [1024; 2]);
     let Texels::U8(values) = picture.texels() else { panic!("8 bits") };

@@ -1,5 +1,5 @@
-//! The demo's figure as GLB and VRM in Chromium, posed by three.js and three-vrm, beside pictures of our
-//! own renderer with the same camera.
+//! The demo's figure as GLB and VRM in Chromium, posed by three.js and three-vrm, compared with
+//! pictures by our own renderer with the same camera.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -13,22 +13,22 @@ use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{
     AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
 };
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_metrics::{Colors, ssim};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 use uvgraft_tests::browser::Browser;
 
 const SIZE: Size = Size::new(450, 600);
-/// No colour of the figure comes near it, so its silhouette can be told.
+/// No colour of the figure is close to it, so that silhouettes can be separated.
 const BACKGROUND: [u8; 3] = [255, 0, 255];
-/// Metres. three.js skins with 32-bit sums over chains of up to ten joints.
+/// In metres. three.js skins with 32-bit sums over chains of up to ten joints.
 const BONE_TOLERANCE: f64 = 1e-5;
 
-/// A picture: its camera, and what stands in it by our renderer's and by the browser's names.
+/// A picture: its camera, and the same pose described for our renderer and for the browser.
 struct Shot {
     name: &'static str,
     camera: Perspective,
-    posing: Posing,
+    posing: PoseRequest,
     browser: Value,
 }
 
@@ -36,7 +36,7 @@ fn camera(eye: [f32; 3], target: [f32; 3]) -> Perspective {
     Perspective { eye, target, up: [0.0, 1.0, 0.0], fov_y: 30.0, near: 0.05, far: 20.0 }
 }
 
-/// All of it from beside, and its head.
+/// The whole figure from an angle, and its head.
 fn cameras() -> [Perspective; 2] {
     [camera([1.4, 1.2, 3.4], [0.0, 0.9, 0.0]), camera([0.2, 1.65, 0.8], [0.0, 1.62, 0.0])]
 }
@@ -49,7 +49,7 @@ fn file(avatar: &Avatar, is_vrm: bool) -> Vec<u8> {
     write(avatar, &AvatarMaterial::new(color), &export).unwrap().bytes
 }
 
-/// Compares the browser's picture with ours; gives how much of both silhouettes is shared, and SSIM.
+/// Compares the browser's picture with ours: intersection over union of the silhouettes, and SSIM.
 fn likeness(scene: &Scene, shot: &Shot, picture: &Path) -> (f64, f64) {
     let options = RenderOptions {
         lit: false,
@@ -57,10 +57,10 @@ fn likeness(scene: &Scene, shot: &Shot, picture: &Path) -> (f64, f64) {
         ..RenderOptions::default()
     };
     let drawn = scene.pose(&shot.posing).unwrap();
-    let ours = Renderer::of(scene).render(&drawn, &shot.camera, &options, SIZE);
+    let ours = Renderer::for_scene(scene).render(&drawn, &shot.camera, &options, SIZE);
     let theirs = uvgraft_io::image::read(picture).unwrap().texture;
     let theirs = theirs.converted(Channels::Rgb, Depth::U8);
-    // Edges are mixed with the background; more than half of such a pixel has to be the figure's.
+    // Edges are blended with the background; more than half of such a pixel must be the figure's.
     let silhouette = |texture: &Texture| -> Vec<bool> {
         let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
         let far = |v: &[u8]| v.iter().zip(BACKGROUND).map(|(&a, b)| u32::from(a.abs_diff(b))).sum();
@@ -80,7 +80,8 @@ fn likeness(scene: &Scene, shot: &Shot, picture: &Path) -> (f64, f64) {
     (both as f64 / any as f64, ssim(&ours, &theirs, None).unwrap())
 }
 
-/// Takes all pictures in the browser, and asserts that ours look like them. Gives what it found.
+/// Takes all pictures in the browser and asserts that ours match them. Returns the browser's
+/// report.
 fn compare(browser: &Browser, bytes: &[u8], name: &str, shots: &[Shot]) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join(name);
@@ -104,15 +105,15 @@ fn compare(browser: &Browser, bytes: &[u8], name: &str, shots: &[Shot]) -> Value
     let scene = Scene::read(bytes).unwrap();
     for shot in shots {
         let (shared, ssim) = likeness(&scene, shot, &picture(shot));
-        // Both draw with several samples a pixel, but not at the same places, and both choose the
-        // texture's levels in their own way.
+        // Both take several samples per pixel, but at different positions, and select mip levels
+        // differently.
         assert!(shared > 0.99, "{name} {}: silhouettes share {shared}", shot.name);
         assert!(ssim > 0.97, "{name} {}: SSIM {ssim}", shot.name);
     }
     found
 }
 
-/// Degrees about one axis, as both sides take it.
+/// A rotation about one axis in degrees, in our form and in the browser's.
 fn turn(bone: &str, axis: usize, degrees: f32) -> ((String, [f32; 3]), (String, Value)) {
     let (sin, cos) = (degrees.to_radians() / 2.0).sin_cos();
     let (mut angles, mut quaternion) = ([0.0; 3], [0.0, 0.0, 0.0, cos]);
@@ -144,17 +145,17 @@ fn a_vrm_looks_alike_in_three_vrm_and_in_our_renderer() {
     let weights = vec![("happy".to_owned(), 1.0), ("blink".to_owned(), 0.5)];
     let expressions = json!({ "happy": 1.0, "blink": 0.5 });
     let shots = [
-        Shot { name: "rest", camera: body, posing: Posing::default(), browser: json!({}) },
+        Shot { name: "rest", camera: body, posing: PoseRequest::default(), browser: json!({}) },
         Shot {
             name: "posed",
             camera: body,
-            posing: Posing { rotations, ..Posing::default() },
+            posing: PoseRequest { rotations, ..PoseRequest::default() },
             browser: json!({ "pose": pose }),
         },
         Shot {
             name: "face",
             camera: head,
-            posing: Posing { weights, ..Posing::default() },
+            posing: PoseRequest { weights, ..PoseRequest::default() },
             browser: json!({ "expressions": expressions }),
         },
     ];
@@ -190,7 +191,7 @@ fn clips_of_a_glb_look_alike_in_three_js_and_in_our_renderer() {
         shots.push(Shot {
             name,
             camera,
-            posing: Posing { clip: Some((clip, seconds)), ..Posing::default() },
+            posing: PoseRequest { clip: Some((clip, seconds)), ..PoseRequest::default() },
             browser: json!({ "clip": frames.name, "time": seconds }),
         });
     }

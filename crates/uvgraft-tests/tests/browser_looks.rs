@@ -1,5 +1,5 @@
-//! Materials of avatars in Chromium: three.js and three-vrm draw each look, with and without a normal map and with a head of
-//! its own, and complain of nothing.
+//! Avatar materials in Chromium: three.js and three-vrm draw each style, with and without a normal
+//! map and a separate head material, without any error.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -8,7 +8,7 @@ use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{
-    AvatarMaterial, Export, Permissions, Picture, PictureFormat, Style, VrmMeta, write,
+    AvatarMaterial, Export, Permissions, Picture, PictureFormat, ShadingModel, VrmMeta, write,
 };
 use uvgraft_tests::browser::Browser;
 
@@ -19,14 +19,14 @@ fn flat() -> Picture {
     Picture::encode(texture, PictureFormat::Png, 90).unwrap()
 }
 
-/// Its upper triangles are a second material's.
+/// The avatar with a second material for its upper triangles.
 fn divided(avatar: &Avatar) -> Avatar {
     let height = |face: &[u32; 3]| avatar.mesh.positions()[face[0] as usize][1];
     let materials = avatar.mesh.faces().iter().map(|face| u8::from(height(face) > 1.5));
     Avatar { materials: materials.collect(), ..avatar.clone() }
 }
 
-/// What three.js finds in a file, and a picture of the head.
+/// The report of three.js on a file, and a picture of the head.
 fn shoot(browser: &Browser, bytes: &[u8], name: &str) -> (Value, Texture) {
     let folder = tempfile::tempdir().unwrap();
     let (file, picture) = (folder.path().join(name), folder.path().join("picture.png"));
@@ -41,13 +41,13 @@ fn shoot(browser: &Browser, bytes: &[u8], name: &str) -> (Value, Texture) {
 }
 
 #[test]
-fn all_looks_are_drawn() {
+fn all_styles_are_drawn() {
     let Some(browser) = Browser::find() else { return };
     let figure = Figure::new();
     let (avatar, color) = (figure.avatar(), paint_body(&figure, Size::square(512)));
     let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
     let meta = VrmMeta::new("figure", vec!["uvgraft".to_owned()], Permissions::EVERYONE);
-    for style in [Style::Pbr, Style::MToon, Style::Unlit] {
+    for style in [ShadingModel::Pbr, ShadingModel::MToon, ShadingModel::Unlit] {
         for (normal, is_divided) in [(None, false), (Some(flat()), true)] {
             let looks = AvatarMaterial { style, normal, ..AvatarMaterial::new(color.clone()) };
             let head = AvatarMaterial { name: "head".to_owned(), is_head: true, ..looks.clone() };
@@ -61,7 +61,7 @@ fn all_looks_are_drawn() {
             assert_eq!(found["errors"], json!([]), "{style:?} {is_divided}");
             let materials = found["materials"].as_array().unwrap().len();
             assert_eq!(materials, 1 + usize::from(is_divided), "{style:?}");
-            // The face is skin, and not the background.
+            // The face shows skin, not the background.
             let [red, green, blue] = [0, 1, 2].map(|channel| picture.get(100, 95, channel));
             assert!(
                 red > green && green > 0.2 && red > blue + 0.05,

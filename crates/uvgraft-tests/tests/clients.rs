@@ -1,4 +1,4 @@
-//! Avatars as Blender and Godot load them: everything that we wrote is there.
+//! Avatars as loaded by Blender and Godot: everything we wrote is present.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -13,7 +13,7 @@ use uvgraft_gltf::glb::{
 use uvgraft_tests::clients::{Client, Loaded};
 use uvgraft_tests::made_up::{self, Entanglement};
 
-/// The figure, and with real data SMPL-X with its expressions; both with a mouth.
+/// The figure and, with real data, SMPL-X with its expressions; both with a mouth.
 fn avatars() -> Vec<(&'static str, Avatar)> {
     let with_mouth = |avatar: Avatar| Mouth::fit(&avatar).unwrap().attach(avatar).unwrap();
     let mut avatars = vec![("figure", with_mouth(Figure::new().avatar().standing().unwrap()))];
@@ -21,7 +21,7 @@ fn avatars() -> Vec<(&'static str, Avatar)> {
         let model = BodyModel::from_arrays(&made.arrays).unwrap();
         let shaped = model.shaped(&Shape::default()).unwrap();
         let mut avatar = shaped.avatar(made.mesh).unwrap();
-        shaped.give_expressions(&mut avatar).unwrap();
+        shaped.add_expressions(&mut avatar).unwrap();
         avatars.push(("SMPL-X", with_mouth(avatar.standing().unwrap())));
     }
     avatars
@@ -55,7 +55,7 @@ fn all_is_there(client: Client) {
             assert_eq!(found.morphs, morphs, "{case}");
             assert_eq!(found.animations.len(), avatar.clips.len(), "{case}");
             assert_eq!(found.materials, 1, "{case}");
-            // Triangles without area may be left out by readers.
+            // Importers may drop triangles without area.
             let lost = avatar.mesh.faces().len() - found.triangles.min(avatar.mesh.faces().len());
             assert!(lost * 500 < found.triangles, "{case}");
             if let Some(lowest_m) = found.lowest_m {

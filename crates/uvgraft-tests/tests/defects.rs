@@ -47,8 +47,8 @@ fn noise(size: Size, channels: Channels, depth: Depth) -> Texture {
     Texture::new(size, channels, Encoding::Srgb, texels).unwrap()
 }
 
-/// An identical mesh gives the identical image: no half-texel shift, no dropped alpha, no dropped
-/// bits, at any size.
+/// An identical mesh yields an identical image: no half-texel shift, no lost alpha or bits, at any
+/// size.
 #[test]
 fn identity_is_exact_in_every_format() {
     let pair = square_to_itself(0.0);
@@ -68,7 +68,7 @@ fn identity_is_exact_in_every_format() {
                         else {
                             panic!("float")
                         };
-                        // Opacity is at most 1.
+                        // Alpha is at most 1.
                         let alpha = channels.has_alpha();
                         for (k, (a, b)) in a.iter().zip(b).enumerate() {
                             let last = k % channels.count() == channels.count() - 1;
@@ -99,7 +99,7 @@ fn identity_of_a_real_layout_changes_nothing_inside_islands() {
     assert!(bytes(&result) == bytes(&texture));
 }
 
-/// Two eyes share a disc. It belongs to one of them, with a fringe, so that filtering never mixes
+/// Two eyes share a disc. It belongs to one of them, with a fringe, so that filtering never blends
 /// in the other.
 #[test]
 fn overlapping_eyes_never_speckle() {
@@ -124,8 +124,8 @@ fn overlapping_eyes_never_speckle() {
     }
 }
 
-/// A constant colour stays constant up to the last texel of the gutter, though the source's
-/// background and the base are of other colours; and no gap opens beside the linked region.
+/// A constant colour stays constant up to the last texel of the gutter, although the source's
+/// background and the base have other colours; and no gap opens along the linked region.
 fn carries_skin_alone(
     pair: &Arc<Pair>,
     direction: Direction,
@@ -135,7 +135,7 @@ fn carries_skin_alone(
 ) {
     const SKIN: [u8; 3] = [200, 150, 120];
     const GREEN: [u8; 3] = [0, 255, 0];
-    // Skin on the islands, magenta beside them.
+    // Skin on the islands, magenta around them.
     let islands = islands_mask(pair.from(direction), source_size);
     let texels = islands.iter().flat_map(|&inside| if inside { SKIN } else { [255, 0, 255] });
     let source =
@@ -153,14 +153,14 @@ fn carries_skin_alone(
         }
         assert_eq!(value, GREEN, "{filter} {direction:?} {size}: bleeding at {texel}");
         assert!(!linked(texel), "{filter} {direction:?} {size}: a hole at {texel}");
-        // Whether any texel is so within a radius, along both axes.
+        // Whether a texel within a radius, along both axes, satisfies `is`.
         let near = |radius: usize, is: &dyn Fn(usize) -> bool| {
             let (x, y) = (texel % width, texel / width);
             (y.saturating_sub(radius)..=(y + radius).min(size.height as usize - 1)).any(|y| {
                 (x.saturating_sub(radius)..=(x + radius).min(width - 1)).any(|x| is(y * width + x))
             })
         };
-        // Beside a triangle that is not linked a texel may rightly be the base's.
+        // Next to an unlinked triangle a texel may rightly show the base.
         let foreign = near(3, &|other| covered[other] && !linked(other));
         let gap = !covered[texel] && !foreign && near(2, &linked);
         assert!(!gap, "{filter} {direction:?} {size}: a gap at {texel}");
@@ -194,11 +194,11 @@ fn nothing_bleeds_in_and_no_gap_opens_on_real_meshes() {
     let (head, body) = (Size::square(2048), Size::square(4096));
     carries_skin_alone(&pair, Direction::Forward, head, body, Filter::Lanczos3);
     carries_skin_alone(&pair, Direction::Reverse, body, head, Filter::Lanczos3);
-    // Eightfold minification, with the widest footprints.
+    // Eightfold minification, with the largest footprints.
     carries_skin_alone(&pair, Direction::Reverse, body, Size::square(512), Filter::Lanczos3);
 }
 
-/// Which texels a layout covers.
+/// The texels that a layout covers.
 fn islands_mask(mesh: &Mesh, size: Size) -> Vec<bool> {
     let mut covered = vec![false; size.texels()];
     let scale = [f64::from(size.width), f64::from(size.height)];
@@ -215,10 +215,10 @@ fn islands_mask(mesh: &Mesh, size: Size) -> Vec<bool> {
     covered
 }
 
-/// The gutter carries on what the island shows, no farther than asked, and never over texels that
-/// another triangle owns.
+/// The gutter extends the island's content by the requested width, never over texels that another
+/// triangle owns.
 #[test]
-fn the_gutter_has_the_width_that_was_asked_for() {
+fn the_gutter_has_the_requested_width() {
     let pair = square_to_itself(0.25);
     let size = Size::square(64);
     for gutter in [0, 1, 5, 12] {
@@ -239,7 +239,7 @@ fn the_gutter_has_the_width_that_was_asked_for() {
     }
 }
 
-/// One-texel stripes shrunk eightfold are grey, not stripes of another width.
+/// One-texel stripes minified eightfold turn grey, not into wider stripes.
 #[test]
 fn small_targets_do_not_alias() {
     let pair = square_to_itself(0.0);
@@ -263,9 +263,9 @@ fn small_targets_do_not_alias() {
     assert!(contrast(&aliased) > 200, "the test must see aliasing: {}", contrast(&aliased));
 }
 
-/// Source opacity decides how much of the base shows; colour under no opacity never leaks.
+/// Source alpha controls how much of the base shows; colour under zero alpha never leaks.
 #[test]
-fn opacity_is_filtered_premultiplied() {
+fn alpha_is_filtered_premultiplied() {
     let pair = square_to_itself(0.0);
     let (size, target) = (Size::square(8), Size::square(64));
     // Opaque white on the left, transparent black on the right.
@@ -285,11 +285,11 @@ fn opacity_is_filtered_premultiplied() {
     assert!(row.windows(2).all(|pair| pair[1][1] <= pair[0][1]));
 }
 
-/// Opacity of 1 costs no level of colour and stays 1, whatever rows hold that are not read.
+/// Alpha of 1 costs no colour levels and stays 1, whatever the unread rows hold.
 #[test]
-fn full_opacity_changes_no_color() {
+fn full_alpha_changes_no_color() {
     let whole = synthetic::square(0.0);
-    // Reads the upper half.
+    // The source's layout covers the upper part only.
     let half = {
         let uv = whole.uv().iter().map(|&[u, v]| [u, v * 0.4]).collect();
         let faces: Vec<[u32; 3]> = vec![[0, 1, 2], [0, 2, 3]];
@@ -327,9 +327,9 @@ fn full_opacity_changes_no_color() {
     }
 }
 
-/// Cubic filters undershoot beside an edge of opacity; no dark halo may show for it.
+/// Cubic filters undershoot next to an edge in alpha; this must not cause a dark halo.
 #[test]
-fn edges_of_opacity_have_no_halo() {
+fn edges_of_alpha_have_no_halo() {
     let pair = square_to_itself(0.0);
     let (size, target) = (Size::square(16), Size::square(64));
     let texels = (0..256).flat_map(|texel| if texel % 16 < 8 { [255; 4] } else { [0; 4] });
@@ -355,7 +355,7 @@ fn packed_data_is_replaced_channel_by_channel() {
         let plain = graft(&pair, size, size, filter, 0);
         assert_eq!(plain.apply(data(&packed), data(&base)).unwrap(), data(&packed));
         assert_ne!(plain.apply(&packed, &base).unwrap(), packed);
-        // What textures are can be said of the transfer, too.
+        // The content can be declared for the transfer as well as by the textures.
         let of_data = builder(&pair, size, size, filter, 0).content(Content::Data).build().unwrap();
         assert_eq!(of_data.apply(&packed, &base).unwrap(), data(&packed));
     }
@@ -379,7 +379,7 @@ fn the_greater_depth_wins() {
     assert_eq!(float.depth(), Depth::F32);
 }
 
-/// Under linear light the mean of black and white is the grey of half the light.
+/// In linear light, the mean of black and white is the grey of half the light.
 #[test]
 fn linear_light_averages_light() {
     let pair = square_to_itself(0.0);

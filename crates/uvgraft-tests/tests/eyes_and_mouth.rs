@@ -1,4 +1,4 @@
-//! What textures do not know of eyes and mouths: behind the lids, and between closed lips.
+//! Areas of eyes and mouths that a texture lacks: behind the lids, and between closed lips.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -19,7 +19,7 @@ fn rgb(size: Size, color: impl Fn(u32, u32) -> [u8; 3]) -> Texture {
     Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()
 }
 
-/// Rows and columns of the runs that are of some triangles of the target.
+/// Rows and columns of the runs of selected target triangles.
 fn runs_of(graft: &Graft, is_wanted: impl Fn(u32) -> bool) -> Vec<(u32, Range<u32>)> {
     let map = graft.map();
     let rows = (0..map.size().height).flat_map(|y| map.row(y).iter().map(move |run| (y, run)));
@@ -27,7 +27,8 @@ fn runs_of(graft: &Graft, is_wanted: impl Fn(u32) -> bool) -> Vec<(u32, Range<u3
     wanted.map(|(y, run)| (y, run.x..run.x + run.len)).collect()
 }
 
-/// What a capture holds behind the lids, where it knows nothing, is seen through neither of two eyes on one disc.
+/// Texels behind the lids, unknown in a capture, show through neither of two eyes that share a
+/// disc.
 #[test]
 fn eyes_show_nothing_of_what_is_beside_them_in_a_capture() {
     let Some(pair) = real::flame_to_smplx() else { return };
@@ -41,7 +42,7 @@ fn eyes_show_nothing_of_what_is_beside_them_in_a_capture() {
             is_known[first..first + run.len as usize].fill(true);
         }
     }
-    // Cyan beside islands, and two texels into them.
+    // Cyan around the islands and two texels into them.
     let face = rgb(size, |x, y| {
         let is_inner = [(-2, 0), (2, 0), (0, -2), (0, 2), (0, 0)].into_iter().all(|(dx, dy)| {
             let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
@@ -73,18 +74,19 @@ fn eyes_show_nothing_of_what_is_beside_them_in_a_capture() {
                 }
             }
             assert!(seen > 500, "{seen} texels of eyes");
-            // Single ones where the disc of the back of an eye, a dozen texels wide, ends.
+            // A few remain at the edge of the disc of an eye's back, which is a dozen texels wide.
             assert!(cyan * 200 < seen, "{prefer:?}, {overlap:?}: {cyan} of {seen} texels");
         }
     }
 }
 
-/// The slit of a closed mouth is an open circle in the other layout; detail along it would be shards across that.
+/// The slit of a closed mouth is an open circle in the other layout; detail along the slit would
+/// become shards across the circle.
 #[test]
 fn the_inside_of_a_mouth_has_no_shards() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let size = Size::square(1024);
-    // Columns of two tones that are twenty levels apart: lips have their detail too.
+    // Columns of two tones twenty levels apart: lips have detail, too.
     let body = rgb(size, |x, _| if x % 4 < 2 { SKIN } else { SKIN.map(|level| level - 20) });
     let head = rgb(size, |_, _| SKIN);
     let target = pair.to(Direction::Reverse);

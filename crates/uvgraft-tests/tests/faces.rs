@@ -1,33 +1,33 @@
-//! Expressions of made-up body models do what they are named after, and little else.
+//! Expressions of synthetic body models do what they are named after, and little else.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::body::{BodyModel, Expressiveness, Shape};
+use uvgraft_avatar::body::{BodyModel, ExpressionReport, Shape};
 use uvgraft_avatar::face::{Face, Measures};
 use uvgraft_avatar::rig::ExpressionPreset as Preset;
 use uvgraft_tests::made_up::{self, Entanglement, MadeUp};
 
 /// One millimetre, in metres.
 const MM: f32 = 1e-3;
-/// What may change along with an expression, as a part of its own change.
+/// Largest side effect of an expression, as a share of its own effect.
 const OTHERS: f32 = 0.2;
-/// How far left and right may be from mirror images.
+/// Largest deviation between left and mirrored right.
 const MIRROR_M: f32 = 1.0 * MM;
 
-/// A body with expressions, and what measures it.
-struct Person {
+/// A body with expressions, and the face that measures it.
+struct Performer {
     avatar: Avatar,
     face: Face,
-    told: Expressiveness,
+    told: ExpressionReport,
 }
 
-impl Person {
+impl Performer {
     fn new(made: &MadeUp, shape: &Shape) -> Self {
         let model = BodyModel::from_arrays(&made.arrays).unwrap();
         let shaped = model.shaped(shape).unwrap();
         let mut avatar = shaped.avatar(made.mesh.clone()).unwrap();
-        let told = shaped.give_expressions(&mut avatar).unwrap();
+        let told = shaped.add_expressions(&mut avatar).unwrap();
         avatar.check().unwrap();
         let face = Face::find(&avatar.mesh).unwrap();
         Self { avatar, face, told }
@@ -37,7 +37,7 @@ impl Person {
         self.avatar.expressions.iter().any(|expression| expression.preset == Some(preset))
     }
 
-    /// Where vertices are with an expression in full.
+    /// Vertex positions with an expression at full weight.
     fn shown(&self, preset: Preset) -> Vec<[f32; 3]> {
         let mut expressions = self.avatar.expressions.iter();
         let expression = expressions.find(|expression| expression.preset == Some(preset)).unwrap();
@@ -48,14 +48,14 @@ impl Person {
         positions
     }
 
-    /// By how much an expression changes what is measured.
+    /// Changes of the measures by an expression.
     fn change(&self, preset: Preset) -> Change {
         let before = self.face.measure(self.avatar.mesh.positions());
         Change::between(&before, &self.face.measure(&self.shown(preset)))
     }
 }
 
-/// Differences of measures, in metres.
+/// Differences between measures, in metres.
 #[derive(Debug)]
 struct Change {
     lids: [f32; 2],
@@ -96,22 +96,23 @@ impl Change {
     }
 }
 
-/// The models that can do everything: entangled in two ways, with noise and with few components, and of other shapes.
-fn able() -> Vec<(String, Person)> {
+/// Models capable of all expressions: different mixtures, with noise and with few components, in
+/// two shapes.
+fn able() -> Vec<(String, Performer)> {
     let shapes =
         [Shape::default(), Shape { betas: vec![1.5, -2.0, 1.0, -1.0, 2.0], ..Shape::default() }];
-    let ways = [
+    let mixes = [
         Entanglement::default(),
         Entanglement { seed: 2, noise: 5e-5, ..Entanglement::default() },
         Entanglement { seed: 3, components: 20, ..Entanglement::default() },
     ];
     let mut people = Vec::new();
-    for way in &ways {
-        for (name, made) in [("SMPL-X", made_up::smplx(way)), ("FLAME", made_up::flame(way))] {
+    for mix in &mixes {
+        for (name, made) in [("SMPL-X", made_up::smplx(mix)), ("FLAME", made_up::flame(mix))] {
             let Some(made) = made else { return Vec::new() };
             for shape in &shapes {
-                let name = format!("{name} {} {:?}", way.seed, shape.betas);
-                people.push((name, Person::new(&made, shape)));
+                let name = format!("{name} {} {:?}", mix.seed, shape.betas);
+                people.push((name, Performer::new(&made, shape)));
             }
         }
     }
@@ -181,7 +182,7 @@ fn left_and_right_are_mirror_images() {
         ] {
             let (one, other) = (person.shown(preset), person.shown(other));
             let mut worst = 0.0_f32;
-            // Templates are symmetric to some micrometres; shapes are not asked to be.
+            // Templates are symmetric to a few micrometres; shapes need not be.
             for vertex in (0..rest.len()).filter(|&vertex| one[vertex] != rest[vertex]).step_by(5) {
                 let [x, y, z] = rest[vertex];
                 let mirrored = (0..rest.len()).find(|&at| {
@@ -199,11 +200,11 @@ fn left_and_right_are_mirror_images() {
 }
 
 #[test]
-fn what_a_model_cannot_do_is_told_and_left_out() {
+fn impossible_expressions_are_reported_and_left_out() {
     let without = vec!["blink", "squint", "eyes"];
-    let way = Entanglement { seed: 4, without, ..Entanglement::default() };
-    for made in [made_up::smplx(&way), made_up::flame(&way)].into_iter().flatten() {
-        let person = Person::new(&made, &Shape::default());
+    let mix = Entanglement { seed: 4, without, ..Entanglement::default() };
+    for made in [made_up::smplx(&mix), made_up::flame(&mix)].into_iter().flatten() {
+        let person = Performer::new(&made, &Shape::default());
         for preset in [Preset::BlinkLeft, Preset::BlinkRight] {
             assert!(!person.has(preset));
             let told = person.told.shortfalls.iter().find(|told| told.preset == preset).unwrap();
@@ -217,9 +218,9 @@ fn what_a_model_cannot_do_is_told_and_left_out() {
 #[test]
 fn all_of_vrms_presets_are_there() {
     let Some(made) = made_up::smplx(&Entanglement::default()) else { return };
-    let person = Person::new(&made, &Shape::default());
+    let person = Performer::new(&made, &Shape::default());
     assert_eq!((person.avatar.morphs.len(), person.avatar.expressions.len()), (16, 18));
-    // Eyes turn about their centres: up is up, and the person's left is +X.
+    // Eyes rotate about their centres: up is up, and the person's left is +X.
     let pupil = |positions: &[[f32; 3]]| {
         let foremost = person.avatar.mesh.positions().iter().enumerate();
         let eye =

@@ -1,4 +1,4 @@
-//! Textures that are solved for rather than sampled.
+//! Textures fitted by solving rather than sampled.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -18,7 +18,7 @@ fn base(channels: Channels, depth: Depth) -> Texture {
     Texture::filled(TARGET, channels, Encoding::Srgb, depth, unit).unwrap()
 }
 
-/// From the target's layout to the source's.
+/// A graft from the target's layout to the source's.
 fn reverse(pair: &Arc<Pair>, filter: Filter) -> Graft {
     Graft::builder(Arc::clone(pair), Sizes { from: SOURCE, to: TARGET })
         .direction(Direction::Reverse)
@@ -31,7 +31,7 @@ fn forward(pair: &Arc<Pair>, from: Size, to: Size, filter: Filter) -> Graft {
     Graft::builder(Arc::clone(pair), Sizes { from, to }).filter(filter).build().unwrap()
 }
 
-/// A texture that is solved for, laid over a base.
+/// A fitted texture laid over a base.
 fn fitted(
     graft: &Graft,
     texture: &Texture,
@@ -45,7 +45,7 @@ fn fitted(
 
 fn ignore(_: FitProgress) {}
 
-/// Root mean square difference over the texels that are carried back, 1.0 for black to white.
+/// Root mean square difference over the texels carried back; 1.0 from black to white.
 fn rms_back(pair: &Arc<Pair>, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
     let back = Graft::builder(Arc::clone(pair), Sizes { from: TARGET, to: SOURCE })
         .filter(filter)
@@ -70,7 +70,7 @@ fn rms_back(pair: &Arc<Pair>, filter: Filter, carried: &Texture, original: &Text
 fn reads_back_better_with_every_filter_and_says_how_well() {
     let pair = synthetic::pair();
     let texture = synthetic::detailed(SOURCE, 3);
-    // A sharper filter leaves less to gain, and half of this texture's detail is too fine for all.
+    // A sharper filter leaves less to gain, and half of this texture's detail is too fine for any.
     for (filter, most) in
         [(Filter::Bilinear, 0.9), (Filter::CatmullRom, 0.97), (Filter::Lanczos3, 0.98)]
     {
@@ -91,14 +91,14 @@ fn reads_back_better_with_every_filter_and_says_how_well() {
         let summary = found.summary;
         assert_eq!((summary.sampled_rms, summary.fitted_rms), (first.rms, last.rms));
         assert_eq!(summary.steps, last.step);
-        // What is said is before rounding to 8 bits and clamping.
+        // The reported values precede rounding to 8 bits and clamping.
         assert!((first.rms - before).abs() < 0.02 * before, "{} and {before}", first.rms);
         assert!((last.rms - after).abs() < 0.05 * after, "{} and {after}", last.rms);
     }
 }
 
 #[test]
-fn what_the_map_does_not_reach_is_the_base() {
+fn unmapped_texels_keep_the_base() {
     let pair = synthetic::pair();
     let graft = reverse(&pair, Filter::default());
     let base = synthetic::detailed(TARGET, 8);
@@ -121,7 +121,7 @@ fn what_the_map_does_not_reach_is_the_base() {
     assert!(beside > 1000, "{beside}");
 }
 
-/// A square of two triangles, one of which the source has.
+/// A square of two triangles; the source has one of them.
 fn half_linked() -> Arc<Pair> {
     let uv = vec![[0.1, 0.1], [0.9, 0.12], [0.88, 0.9], [0.1, 0.9]];
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -136,9 +136,10 @@ fn half_linked() -> Arc<Pair> {
     Arc::new(Pair::by_vertex_map(source.unwrap(), target.unwrap(), &[0, 1, 2]).unwrap())
 }
 
-/// The border of the links may lie inside an island; what is beside it is not made up for.
+/// The boundary of the linked area may lie inside an island; the fit must not compensate for texels
+/// beyond it.
 #[test]
-fn one_colour_stays_one_colour_whatever_the_base() {
+fn a_constant_colour_ignores_the_base() {
     let pair = half_linked();
     let texture = |size, value: f32| {
         Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::F32, &[value]).unwrap()
@@ -161,9 +162,9 @@ fn one_colour_stays_one_colour_whatever_the_base() {
     }
 }
 
-/// Where two islands of the target lie on each other, the one that owns the texels decides.
+/// Where two target islands overlap, the one that owns the texels determines the fit.
 #[test]
-fn an_island_that_lost_its_texels_has_no_say() {
+fn hidden_islands_do_not_affect_the_fit() {
     let separate = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.4], [0.6, 0.6], [1.0, 0.6], [1.0, 1.0]];
     let stacked = [[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9]];
     let faces = [[0, 1, 2], [3, 4, 5]];
@@ -173,7 +174,7 @@ fn an_island_that_lost_its_texels_has_no_say() {
     let ids = [0, 1, 2, 3, 4, 5];
     let pair = Arc::new(Pair::by_vertex_map(mesh(separate), mesh(stacked), &ids).unwrap());
     let size = Size::square(100);
-    // White on the first, black on the second.
+    // White on the first island, black on the second.
     let values = (0..size.texels()).map(|k| if k / 100 < 50 { 255 } else { 0 }).collect();
     let source = Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap();
     let base = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[1.0]).unwrap();
@@ -184,7 +185,7 @@ fn an_island_that_lost_its_texels_has_no_say() {
 }
 
 #[test]
-fn values_that_are_no_numbers_are_refused() {
+fn non_finite_values_are_refused() {
     let pair = half_linked();
     let size = Size::square(40);
     let mut values = vec![0.5; size.texels()];
@@ -196,7 +197,7 @@ fn values_that_are_no_numbers_are_refused() {
 }
 
 #[test]
-fn no_steps_give_what_sampling_gives() {
+fn zero_steps_equal_sampling() {
     let pair = synthetic::pair();
     let graft = reverse(&pair, Filter::default());
     let no_steps = FitOptions::default().max_steps(0);
@@ -247,7 +248,7 @@ fn opaque_and_clear_parts_stay_so() {
     let pair = synthetic::pair();
     let mut texture = synthetic::detailed(SOURCE, 3).converted(Channels::Rgba, Depth::U8);
     let TexelsMut::U8(values) = texture.texels_mut() else { panic!("8 bits") };
-    // Opaque on the left, clear on the right, where colours are garbage.
+    // Opaque on the left, transparent on the right, where the colours are garbage.
     for (k, texel) in values.chunks_exact_mut(4).enumerate() {
         if k % SOURCE.width as usize > 256 {
             texel.copy_from_slice(&[255, 0, 255, 0]);
@@ -292,8 +293,9 @@ fn the_transpose_is_the_adjoint_on_real_meshes() {
     }
 }
 
-/// Where texels are about as dense on both sides, a bilinear filter sees fine stripes here and not there. What it
-/// cannot see is not to be made up: a fit that does so is farther from the texture that its source was made from.
+/// Where both sides have about the same texel density, a bilinear filter sees fine stripes at some
+/// positions and misses them at others. A fit must not invent what the filter misses: that would
+/// take it away from the texture that its source was made from.
 #[test]
 fn a_bilinear_fit_does_not_ring() {
     let pair = synthetic::pair();

@@ -1,4 +1,4 @@
-//! What a graft refuses, and how it says so.
+//! Inputs that a graft refuses, and the errors it returns.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -8,7 +8,7 @@ use uvgraft::blend::{Growth, RegionError, Side};
 use uvgraft::{
     Blend, BlendDomain, BlendOptions, Channels, Content, Depth, Direction, Encoding, Extent,
     Filter, FitOptions, Graft, GraftBuilder, GraftError, NormalOptions, Overlap, Pair, Piece, Size,
-    Sizes, Texels, Texture, TextureError, ToningError,
+    Sizes, Texels, Texture, TextureError, ToneError,
 };
 use uvgraft_tests::synthetic;
 
@@ -51,7 +51,7 @@ fn textures_of_other_sizes() {
 }
 
 #[test]
-fn sizes_that_no_texture_has() {
+fn impossible_texture_sizes() {
     let pair = synthetic::pair();
     let most = Texture::MAX_SIDE;
     for (bad, is_empty) in
@@ -69,14 +69,14 @@ fn sizes_that_no_texture_has() {
 }
 
 #[test]
-fn regions_of_something_else() {
+fn regions_of_other_pairs() {
     let (pair, other) = (synthetic::pair(), synthetic::turned_charts());
     let linked =
         |pair: &Arc<Pair>, direction| BlendDomain::new(Arc::clone(pair), direction).linked();
     let here = linked(&pair, Direction::Forward);
     for (region, wanted) in [
         (here.clone(), None),
-        // As good as the same.
+        // A clone of the pair is accepted.
         (linked(&Arc::new(Pair::clone(&pair)), Direction::Forward), None),
         (linked(&pair, Direction::Reverse), Some("this pair and Reverse")),
         (linked(&other, Direction::Forward), Some("another pair and Forward")),
@@ -93,20 +93,20 @@ fn regions_of_something_else() {
         let blend = Arc::new(Blend::new(&region, BlendOptions::default()).unwrap());
         assert_eq!(text(builder(&pair).shared_blend(blend).build()), refused("blend"));
         let is_refused = |result| matches!(result, Err(RegionError::Domain));
-        assert_eq!(is_refused(here.within(&region)), wanted.is_some());
-        assert_eq!(is_refused(region.and(&here)), wanted.is_some());
-        assert_eq!(is_refused(region.without(&here)), wanted.is_some());
+        assert_eq!(is_refused(here.intersection(&region)), wanted.is_some());
+        assert_eq!(is_refused(region.union(&here)), wanted.is_some());
+        assert_eq!(is_refused(region.difference(&here)), wanted.is_some());
     }
 }
 
 #[test]
-fn tones_of_something_else() {
+fn tones_of_other_regions() {
     let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));
     let half = (0..64 * 64).map(|k| if k % 64 + k / 64 < 64 { 255 } else { 0 });
     let half = Texels::U8(half.collect());
     let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
     let charts = synthetic::turned_charts();
-    // The same meshes, less of them linked.
+    // The same meshes with one link fewer.
     let (source, target) = (charts.source().clone(), charts.target().clone());
     let fewer = charts.pieces().take(charts.piece_count() - 1);
     let other = Arc::new(Pair::from_pieces(source, target, fewer).unwrap());
@@ -118,8 +118,8 @@ fn tones_of_something_else() {
     });
     let tone = |graft: &Graft| graft.toning(&texture, &base, base.format()).unwrap().unwrap();
     let overlay = here.overlay(&texture, base.format()).unwrap();
-    assert!(overlay.clone().toned(&tone(&here)).is_ok());
-    assert_eq!(overlay.toned(&tone(&there)).map(drop), Err(ToningError::Domain));
+    assert!(overlay.clone().with_tone(&tone(&here)).is_ok());
+    assert_eq!(overlay.with_tone(&tone(&there)).map(drop), Err(ToneError::Domain));
 }
 
 #[test]
@@ -147,19 +147,19 @@ fn region_of_pieces_that_fill_no_triangle() {
         Texels::U8(values) => values.iter().filter(|&&value| value == 255).count(),
         _ => unreachable!("masks have 8 bits"),
     };
-    // Slivers are left out of surfaces that are cut, and what is there is carried.
+    // Cut surfaces omit slivers; the rest is carried.
     let most = blended(0.999).unwrap().mask();
     assert!(white(&most) * 100 >= white(&whole) * 98 && white(&most) <= white(&whole));
     assert!(builder(&shrunk(0.9)).build().is_ok());
     let error = blended(0.9).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the region is empty: no whole triangle is linked in it, only parts of triangles"
+        "the region is empty: it contains no wholly linked triangle, only parts of triangles"
     );
 }
 
 #[test]
-fn regions_without_anything() {
+fn empty_regions() {
     let pair = synthetic::turned_charts();
     let linked = BlendDomain::new(Arc::clone(&pair), Direction::Forward).linked();
     let domain = linked.domain();
@@ -167,7 +167,7 @@ fn regions_without_anything() {
     let half = Texels::U8(half.collect());
     let half = Texture::new(FROM, Channels::Grey, Encoding::Data, half).unwrap();
     let half = domain.painted(Side::Target, &half).unwrap();
-    for region in [linked.without(&linked).unwrap(), half.grown(Growth::Length(-1e6))] {
+    for region in [linked.difference(&linked).unwrap(), half.grown(Growth::Length(-1e6))] {
         let error = builder(&pair).region(region).build().unwrap_err();
         assert!(matches!(error, GraftError::Region(RegionError::Empty(_))), "{error}");
     }
@@ -192,14 +192,14 @@ fn normals_without_three_channels() {
         assert_eq!(graft.apply(&texture, &base), Err(GraftError::Channels { found }));
     }
     for channels in [Channels::Rgb, Channels::Rgba] {
-        // A base of one channel gets all three.
+        // A single-channel base is converted to three channels.
         let result = graft.apply(filled(FROM, channels), filled(TO, Channels::Grey)).unwrap();
         assert_eq!(result.channels(), channels);
     }
 }
 
 #[test]
-fn fits_of_what_cannot_be_solved_for() {
+fn unsolvable_fits() {
     let pair = synthetic::pair();
     let texture = filled(FROM, Channels::Rgb);
     for (builder, reason) in [
@@ -214,7 +214,7 @@ fn fits_of_what_cannot_be_solved_for() {
     let graft = builder(&pair).build().unwrap();
     let options = FitOptions::default();
     for bad in [
-        options.least_gain(f64::NAN),
+        options.min_gain(f64::NAN),
         options.regularization(f32::NAN),
         options.regularization(-1.0),
         options.regularization(f32::INFINITY),
@@ -224,7 +224,7 @@ fn fits_of_what_cannot_be_solved_for() {
         let error = graft.fit(&texture, texture.format(), &bad, &mut |_| {}).map(drop).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");
     }
-    // Where nothing overlaps there is one island to solve for everywhere.
+    // Without overlaps, averaging is no obstacle: every texel has a single island to solve for.
     let alone = builder(&synthetic::turned_charts()).overlap(Overlap::Average).build().unwrap();
     assert_eq!(fit(&alone, &texture), Ok(()));
     let graft = builder(&pair).build().unwrap();
@@ -238,15 +238,15 @@ fn fits_of_what_cannot_be_solved_for() {
 }
 
 #[test]
-fn tones_where_there_is_no_rim() {
-    // All of this surface is carried, so there is nothing around it to take a tone from.
+fn tones_without_a_boundary() {
+    // The whole surface is carried, so there is nothing around it to take a tone from.
     let pair = synthetic::turned_charts();
     let graft = builder(&pair).blend(BlendOptions::default().membrane()).build().unwrap();
     let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));
-    let refused = GraftError::Toning(ToningError::NoRim);
+    let refused = GraftError::ToneCorrection(ToneError::NoBoundary);
     assert_eq!(graft.apply(&texture, &base), Err(refused));
-    assert!(matches!(graft.toning(&texture, &base, base.format()), Err(ToningError::NoRim)));
-    // It can be laid over as it is.
+    assert!(matches!(graft.toning(&texture, &base, base.format()), Err(ToneError::NoBoundary)));
+    // It can be laid over without toning.
     let overlay = graft.overlay(&texture, base.format()).unwrap();
     assert_eq!(overlay.lay(0, base.clone()).unwrap().size(), TO);
     // Neither normals nor data have a tone.

@@ -1,4 +1,4 @@
-//! Meshes of hundreds of thousands of triangles give the same sound maps as small ones.
+//! Meshes of hundreds of thousands of triangles give maps as correct as small ones.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -20,7 +20,8 @@ fn every_texel_of_a_large_mesh_is_in_its_triangle() {
         corners.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
     };
 
-    // Pieces come in the order of target faces, and so do patches: one each, then the gutter's.
+    // Pieces are in the order of target faces, and so are patches: one per piece, then the
+    // gutter's.
     let owned: Vec<&Patch> = map.patches()[..pair.piece_count()].iter().collect();
     for (piece, patch) in pair.pieces().zip(&owned) {
         assert_eq!(patch.face, piece.target);
@@ -58,7 +59,7 @@ fn every_texel_of_a_large_mesh_is_in_its_triangle() {
     assert_eq!((linked, gutter), (map.stats().linked, map.stats().gutter));
     assert_eq!(map.stats().overlapping, 0);
     assert_eq!(linked, map.stats().covered);
-    // Six sheets of 88 % by 88 % of their places, and some texels around each.
+    // Six sheets cover 88 % by 88 % of their cells, plus a few texels around each.
     let share = linked as f64 / size.texels() as f64;
     assert!((share - 0.88 * 0.88).abs() < 0.01, "{share}");
     assert!(gutter > 10_000);

@@ -1,4 +1,5 @@
-//! Faces on bodies as people would judge them: the person stays the person, and the body's cloth stays as it is.
+//! Faces on bodies, judged as people would: the person stays recognisable, and the body's clothes
+//! unchanged.
 
 use std::sync::Arc;
 
@@ -6,17 +7,18 @@ use uvgraft::{Labels, Tone};
 use uvgraft_tests::looks::measure::{self, Bench, Figures};
 use uvgraft_tests::looks::subjects::{BODY, Outcome, Subject, subjects, transfer};
 
-/// How many bodies each face is tried on.
+/// Number of bodies that each face is tried on.
 const BODIES_A_FACE: usize = 3;
 
-/// A shirt of skin's own hue, whose edge cannot be seen all around, takes part in the body's tone.
+/// A shirt in the skin's own hue, without a visible edge all around, follows the body's tone.
 const LIKE_SKIN: &str = "brown shirt";
-/// Whose teeth are told by light alone.
+/// Its teeth are recognisable by lightness alone.
 const WITHOUT_COLOR: &str = "grey capture";
-/// Shirts that reach over the region's rim at the nape: a neck without a collar is cut off there.
+/// Shirts that extend over the region's boundary at the nape: a neck without a collar is cut off
+/// there.
 const OVER_RIM: [&str; 3] = ["long sleeves", "beige shirt", "pink shirt"];
 
-/// What is out of bounds, in words; what is known to be is left out, and docs/src/looks.md names it.
+/// The measurements out of bounds, in words, except for known ones, which docs/src/looks.md lists.
 fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     let mut faults = Vec::new();
     let mut check = |name: &str, value: Option<f64>, most: f64| {
@@ -33,7 +35,7 @@ fn faults(figures: &Figures, face: &str, body: &str) -> Vec<String> {
     check("brows", figures.brow.as_ref().map(|shift| shift.median), 3.0);
     check("eyes", figures.eye.as_ref().map(|shift| shift.median), 2.0);
     if face != WITHOUT_COLOR {
-        // Of the few texels that a mouth has most are at its edge.
+        // Most of a mouth's few texels are at its edge.
         check("teeth", figures.mouth.as_ref().map(|shift| shift.median), 5.5);
     }
     check("clipped", figures.clipped_high, 0.01);

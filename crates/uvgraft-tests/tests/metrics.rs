@@ -1,4 +1,4 @@
-//! Metrics against what other implementations say: `fixtures/metrics.json`.
+//! Metrics against other implementations: `fixtures/metrics.json`.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -10,23 +10,24 @@ use uvgraft_tests::{pictures, synthetic};
 
 type Metric = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
 
-/// Metrics by their names in the fixtures, with the difference that is allowed.
+/// Metrics by their names in the fixtures, with the allowed difference.
 const METRICS: &[(&str, Metric, f64)] = &[
-    // Sums of floats; what is left of the difference is that pictures are read as 32-bit floats.
+    // Sums of floats; the remaining difference is that pictures are read as 32-bit floats.
     ("l1", metrics::l1, 1e-6),
     ("psnr", metrics::psnr, 1e-4),
     ("ssim", metrics::ssim, 1e-6),
     ("ssim-uniform", metrics::ssim_uniform, 1e-6),
-    // Points out of 100. The other implementation blurs with a true Gaussian, this one with the
-    // recursive filter of the metric's author; 0.6 was found.
+    // In points out of 100. The other implementation blurs with a true Gaussian, this one with the
+    // recursive filter of the metric's author; the largest difference found was 0.6.
     ("ssimulacra2", metrics::ssimulacra2, 1.0),
-    // The same authors' code in two versions, both in 32-bit floats; 5e-5 was found.
+    // The same authors' code in two versions, both in 32-bit floats; the largest difference was
+    // 5e-5.
     #[cfg(feature = "flip")]
     ("flip", metrics::flip, 1e-4),
 ];
 
 #[test]
-fn as_other_implementations_say() {
+fn scores_equal_those_of_other_implementations() {
     let mut largest: BTreeMap<&str, f64> = BTreeMap::new();
     let mut pictures: BTreeMap<&str, Option<_>> = BTreeMap::new();
     let cases = fixtures::metrics();
@@ -37,7 +38,7 @@ fn as_other_implementations_say() {
         let b = Colors::new(pictures::distorted(&original, distortion)).unwrap();
         let a = Colors::new(original).unwrap();
         for (name, metric, tolerance) in METRICS {
-            // Not every implementation takes masks.
+            // Not every implementation supports masks.
             let Some(wanted) = values.get(*name) else { continue };
             let found = metric(&a, &b, mask.as_ref()).unwrap();
             let difference = (found - wanted).abs();

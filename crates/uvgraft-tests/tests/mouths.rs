@@ -1,5 +1,5 @@
-//! Mouths of the figure, and with real data of SMPL-X and FLAME: nothing comes out of faces, whatever they do, and
-//! nothing shows through them.
+//! Mouths of the figure and, with real data, of SMPL-X and FLAME: whatever the faces do, nothing
+//! comes out of them or shows through them.
 
 use glam::Vec3;
 use uvgraft_avatar::Avatar;
@@ -7,7 +7,7 @@ use uvgraft_avatar::rig::Morph;
 use uvgraft_gltf::preset::{Preset, QUEST};
 use uvgraft_tests::mouths::{Face, Subject};
 
-/// Jaws that are closed, in speech and wide.
+/// Jaw rotations: closed, in speech, and wide.
 const JAWS: [f32; 4] = [0.0, 0.06, 0.15, 0.3];
 
 #[test]
@@ -52,7 +52,7 @@ fn nothing_shows_through_a_face() {
         let after = Subject::seen_through(&subject.after, &faces);
         assert_eq!(after, 0, "{}", subject.name);
         if subject.name != "figure" {
-            // The test sees what it looks for.
+            // Check that the test detects holes.
             let before = Subject::seen_through(&subject.before, &faces[1..2]);
             assert!(before > 20, "{}: {before}", subject.name);
         }
@@ -66,7 +66,7 @@ fn nothing_shows_through_expressions() {
             subject.after.morphs.iter().map(|morph| morph.name.clone()).collect();
         let weights: Vec<[(&str, f32); 1]> =
             names.iter().map(|name| [(name.as_str(), 1.0)]).collect();
-        // Closed, and with the jaw turned in speech.
+        // Jaw closed, and rotated as in speech.
         let faces: Vec<Face<'_>> =
             weights.iter().flat_map(|face| [Face(face, 0.0), Face(face, 0.12)]).collect();
         assert_eq!(faces.len(), 32, "{}", subject.name);
@@ -91,7 +91,8 @@ fn presets_keep_mouths() {
     }
 }
 
-/// How much of a face turns over in a morph, in square metres: slivers that face the wrong way, for nothing turns so far.
+/// Area of a face that turns over in a morph, in square metres: slivers that end up facing the
+/// wrong way, since nothing rotates that far.
 fn turned_over(avatar: &Avatar, morph: &Morph) -> f32 {
     let rest = avatar.mesh.positions();
     let mut moved = rest.to_vec();

@@ -16,8 +16,8 @@ use uvgraft_tests::{real, synthetic};
 
 type Vector = [f64; 3];
 
-/// Baked at half a thousand texels, wrinkles are sampled finely enough for bilinear filtering; what is
-/// left are the kinks of frames between triangles that a window of four texels reaches over.
+/// Baked at about five hundred texels, wrinkles are sampled finely enough for bilinear filtering;
+/// the remaining errors are kinks of the frames between triangles within a filter's four texels.
 const MEDIAN_DEGREES: f64 = 1.0;
 const P99_DEGREES: f64 = 3.0;
 
@@ -32,7 +32,7 @@ fn quantised(texture: &Texture) -> Texture {
     Texture::new(texture.size(), Channels::Rgb, Encoding::Data, Texels::F32(levels)).unwrap()
 }
 
-/// What a transfer makes of a map over a flat one.
+/// The result of a transfer of a map over a flat one.
 fn carried(graft: &Graft, source: &Texture) -> Vec<f32> {
     let base = [0.5, 0.5, 1.0];
     let size = graft.sizes().to;
@@ -51,17 +51,17 @@ fn bilinear(pair: &Arc<Pair>, direction: Direction, size: Size, content: Content
         .unwrap()
 }
 
-/// Filters normals, and leaves them as they are.
+/// Filters normals without rotating them.
 fn copying(pair: &Arc<Pair>, direction: Direction, size: Size) -> Graft {
     bilinear(pair, direction, size, Content::Data)
 }
 
-/// Filters normals, and turns them.
+/// Filters normals and rotates them.
 fn turning(pair: &Arc<Pair>, direction: Direction, size: Size) -> Graft {
     bilinear(pair, direction, size, Content::Normals(NormalOptions::default()))
 }
 
-/// A pair whose both layouts have been baked.
+/// A pair with both layouts baked.
 struct Scene {
     pair: Arc<Pair>,
     size: Size,
@@ -70,8 +70,8 @@ struct Scene {
 }
 
 impl Scene {
-    /// - `own`: for a triangle of the source, a place and a normal there, both in the target's space,
-    ///   the normal in the source's space.
+    /// - `own`: maps a triangle of the source, a position and a normal, both in the target's space,
+    ///   to the normal in the source's space.
     fn new(pair: Arc<Pair>, size: Size, own: impl Fn(usize, Vector, Vector) -> Vector) -> Self {
         let (of_source, of_target): (Spots, Spots) = spots(&pair);
         let source = bake(pair.source(), &of_source, size, NormalY::OpenGl, own);
@@ -90,7 +90,7 @@ impl Scene {
         }
     }
 
-    /// Angles to what was baked directly: without turning, turned, and turned from 8 bits.
+    /// Angles to the directly baked map: without rotation, rotated, and rotated from 8 bits.
     fn compare(&self, direction: Direction) -> [Errors; 3] {
         let (from, to) = self.sides(direction);
         let copying = copying(&self.pair, direction, self.size);
@@ -102,7 +102,7 @@ impl Scene {
     }
 
     fn errors(&self, graft: &Graft, values: &[f32], wanted: &Baked) -> Errors {
-        // Where several triangles share texels, only one of them was baked.
+        // Where triangles share texels, only one of them was baked.
         let mut is_shared = wanted.is_shared.clone();
         for ([target, source], _) in linked_faces(&self.pair) {
             match graft.direction() {
@@ -147,7 +147,7 @@ impl Errors {
     }
 }
 
-/// - `copied`: what copying does at least, in the median and at p99.
+/// - `copied`: lower bounds of the errors of copying, median and p99.
 #[expect(clippy::print_stdout, reason = "figures of a test, shown where it fails")]
 fn assert_carries(name: &str, scene: &Scene, copied: [f64; 2]) {
     for direction in [Direction::Forward, Direction::Reverse] {
@@ -178,14 +178,15 @@ fn figure() -> Arc<Pair> {
 
 #[test]
 fn the_figure_keeps_its_surface() {
-    // Most of it lies the same way in both layouts; hair and the back of the head are turned.
+    // Most of it has the same orientation in both layouts; hair and the back of the head are
+    // rotated.
     assert_carries("figure", &Scene::same(figure(), Size::square(2048)), [0.0, 90.0]);
 }
 
 #[test]
 fn the_real_pair_keeps_its_surface() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    // Both layouts on one shape, so that nothing but the layouts differs.
+    // Both layouts on one shape, so that they alone differ.
     let mut places = vec![None; pair.source().positions().len()];
     for ([target, source], corners) in linked_faces(&pair) {
         let vertices = pair.target().faces()[target];
@@ -203,16 +204,17 @@ fn the_real_pair_keeps_its_surface() {
     let same = Scene::same(Arc::new(same.unwrap()), Size::square(2048));
     assert_carries("real layouts", &same, [3.0, 20.0]);
 
-    // The meshes as they are: two heads of nearly the same shape, held at another angle.
+    // The unmodified meshes: two heads of nearly the same shape, held at different angles.
     let rotations = face_rotations(&pair);
     let own = |face: usize, _, normal| rotated(&rotations[face].unwrap(), normal);
     let scene = Scene::new(pair, Size::square(2048), own);
     for direction in [Direction::Forward, Direction::Reverse] {
         let [naive, turned, _] = scene.compare(direction);
         println!("real {direction:?}: {naive:?}\n  {turned:?}");
-        // Their shapes differ by degrees, and so do the frames of triangles, some of them folded.
+        // The shapes differ by degrees, and so do the frames of triangles, some of which are
+        // folded.
         turned.assert_below("real", 2.5, 25.0);
-        // What is flat on one is nearly flat on the other.
+        // A flat map on one is nearly flat on the other.
         let graft = turning(&scene.pair, direction, scene.size);
         let flat = vec![[0.5, 0.5, 1.0]; scene.size.texels()];
         let values = carried(&graft, &texture(scene.size, &flat));
@@ -223,7 +225,7 @@ fn the_real_pair_keeps_its_surface() {
     }
 }
 
-/// The pair with another source: other positions, and maybe all faces wound the other way.
+/// The pair with another source: other positions and, if `rewind`, all faces wound the other way.
 fn with_source(pair: &Pair, rewind: bool, place: impl Fn(Vector) -> Vector) -> Arc<Pair> {
     let placed = synthetic::posed(pair.source(), rewind, place);
     let mut vertex_map = vec![-1; placed.positions().len()];
@@ -237,7 +239,7 @@ fn with_source(pair: &Pair, rewind: bool, place: impl Fn(Vector) -> Vector) -> A
     Arc::new(Pair::by_vertex_map(placed, pair.target().clone(), &vertex_map).unwrap())
 }
 
-/// Turned by quarters around two axes and by 0.6 around a third.
+/// Rotated by quarter turns about two axes and by 0.6 radians about a third.
 fn turn([x, y, z]: Vector) -> Vector {
     let (sin, cos) = 0.6f64.sin_cos();
     let [x, y, z] = [z, x, y];
@@ -255,7 +257,7 @@ fn a_mesh_that_is_placed_differently_has_the_same_map() {
     let size = Size::square(512);
     let scene = Scene::new(Arc::clone(&placed), size, |_, _, normal| turn(normal));
     assert_carries("placed", &scene, [20.0, 90.0]);
-    // Texel by texel it is what the unplaced mesh has: rounding of positions aside.
+    // Texel by texel it equals the result for the original mesh, up to rounding of positions.
     let source = texture(size, &scene.source.texels);
     let [a, b] =
         [&pair, &placed].map(|pair| carried(&turning(pair, Direction::Forward, size), &source));
@@ -274,7 +276,7 @@ fn a_mesh_that_is_wound_the_other_way_has_its_normals_turned_around() {
 fn a_mirror_image_is_recognised() {
     let pair = figure();
     let mirrored = |[x, y, z]: Vector| [x, y, -z];
-    // Files that are mirrored usually keep the front in front; either will do.
+    // Mirrored files usually keep their front faces in front, but either winding works.
     for rewind in [true, false] {
         let pair = with_source(&pair, rewind, mirrored);
         let scene = Scene::new(pair, Size::square(1024), |_, _, normal| mirrored(normal));
@@ -286,8 +288,8 @@ fn a_mirror_image_is_recognised() {
 
 #[test]
 fn a_bent_mesh_is_followed_part_by_part() {
-    // Bent around an axis along y by 2.5 radians from one side to the other: lengths in the plane
-    // x-y stay, but for what height adds.
+    // Bent around an axis along y by 2.5 radians from one side to the other: lengths in the x-y
+    // plane are preserved, except for the effect of height.
     const RADIUS: f64 = 0.4;
     let place = |[x, y, z]: Vector| {
         let (sin, cos) = (x / RADIUS).sin_cos();
@@ -298,7 +300,7 @@ fn a_bent_mesh_is_followed_part_by_part() {
         let (sin, cos) = (x / RADIUS).sin_cos();
         [cos * nx + sin * nz, ny, cos * nz - sin * nx]
     };
-    // Low in both poses, so that they differ by rotations nearly.
+    // Flat in both poses, so that they differ by little more than rotations.
     let pair = synthetic::turned_charts();
     let low = synthetic::posed(pair.target(), false, |[x, y, z]| [x, y, 0.15 * z]);
     let vertex_map: Vec<i64> = (0..low.positions().len() as i64).collect();
@@ -308,13 +310,13 @@ fn a_bent_mesh_is_followed_part_by_part() {
     for direction in [Direction::Forward, Direction::Reverse] {
         let [_, turned, _] = scene.compare(direction);
         println!("{direction:?} {turned:?}");
-        // Bending stretches the outside of what has a height.
+        // Bending stretches the outside of raised parts.
         turned.assert_below("bent", 1.0, 4.0);
     }
 }
 
 #[test]
-fn green_counts_as_it_is_said_to() {
+fn green_follows_the_convention() {
     let pair = synthetic::turned_charts();
     let size = Size::square(256);
     let (of_source, _) = spots(&pair);
@@ -346,7 +348,7 @@ fn green_counts_as_it_is_said_to() {
     }
 }
 
-/// One square, upright in the source; the target is given.
+/// One square, upright in the source, with the given target layout.
 fn square_to(target_uv: [[f32; 2]; 4]) -> Arc<Pair> {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let faces = [[0, 1, 2], [0, 2, 3]];
@@ -358,16 +360,16 @@ fn square_to(target_uv: [[f32; 2]; 4]) -> Arc<Pair> {
 
 #[test]
 fn a_square_by_hand_with_its_gutter() {
-    // Leaning to the right by 0.6, and up by 0.
+    // Tilted to the right by 0.6, and up by 0.
     let right = [0.8, 0.5, 0.9];
     let cases = [
-        // As it was.
+        // Unchanged.
         ([[0.1, 0.9], [0.9, 0.9], [0.9, 0.1], [0.1, 0.1]], [0.8, 0.5, 0.9]),
-        // What was to the right is at the top: leaning up.
+        // The right side is now at the top: tilted up.
         ([[0.9, 0.9], [0.9, 0.1], [0.1, 0.1], [0.1, 0.9]], [0.5, 0.8, 0.9]),
-        // Mirrored: leaning to the left.
+        // Mirrored: tilted to the left.
         ([[0.9, 0.9], [0.1, 0.9], [0.1, 0.1], [0.9, 0.1]], [0.2, 0.5, 0.9]),
-        // Mirrored and turned: what was to the right is at the bottom.
+        // Mirrored and rotated: the right side is now at the bottom.
         ([[0.1, 0.1], [0.1, 0.9], [0.9, 0.9], [0.9, 0.1]], [0.5, 0.2, 0.9]),
     ];
     for (target, wanted) in cases {
@@ -416,7 +418,7 @@ fn bands_and_opacity_do_not_show() {
 }
 
 #[test]
-fn the_gutter_continues_what_is_beside_it() {
+fn the_gutter_continues_its_island() {
     let pair = synthetic::turned_charts();
     let scene = Scene::same(pair, Size::square(512));
     let graft = turning(&scene.pair, Direction::Forward, scene.size);
@@ -438,12 +440,12 @@ fn the_gutter_continues_what_is_beside_it() {
         assert!(lengths.into_iter().all(|length| (length - 1.0).abs() < 1e-5));
     }
     assert!(jumps.len() > 1000);
-    // From one texel to the next wrinkles turn by up to a degree, and frames with the surface.
+    // Between adjacent texels wrinkles rotate by up to a degree, and frames with the surface.
     let worst = jumps.iter().copied().fold(0.0, f64::max);
     assert!(worst < 2.5, "{worst}° from one texel to the next");
 }
 
-/// Triangles of few places and coordinates, some enormous, with most that can be wrong.
+/// Random triangles of few vertices and UV coordinates, some enormous, with most possible defects.
 fn broken(rng: &mut fastrand::Rng, size: f32) -> Mesh {
     let positions = (0..12).map(|_| [(); 3].map(|()| (rng.f32() - 0.5) * size)).collect();
     let uv = (0..12).map(|_| [rng.f32(), (rng.f32() * 4.0).floor() / 4.0]).collect();
@@ -458,7 +460,7 @@ fn broken_meshes_and_texels_give_normals_all_the_same() {
     for size in [0.0, 1e-38, 1.0, 1e20, 3e38] {
         let source = broken(&mut rng, size);
         let target = synthetic::posed(&broken(&mut rng, size), false, |at| at);
-        // The same triangles in both, at other places and coordinates.
+        // The same triangles in both, with other positions and UV coordinates.
         let source = Mesh::from_triangles(
             source.positions().to_vec(),
             source.uv().to_vec(),

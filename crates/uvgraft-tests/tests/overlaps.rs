@@ -1,4 +1,4 @@
-//! Islands of the target that lie on top of each other: one is seen, whole, and it can be chosen.
+//! Target islands that lie on top of each other: one is shown, whole, and it can be chosen.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -32,7 +32,7 @@ fn texels(texture: &Texture) -> &[[u8; 3]] {
     values.as_chunks().0
 }
 
-/// Whether the centre of each texel is within some texels of a box in UV.
+/// Whether the centre of a texel is within `radius` texels of a box in UV.
 fn near_box([low, high]: [[f32; 2]; 2], size: Size, radius: u32) -> impl Fn(usize) -> bool {
     let [width, height] = [size.width, size.height].map(|side| side as f32);
     move |texel| {
@@ -66,13 +66,13 @@ fn either_eye_can_be_seen_whole() {
         let size = Size::square(side);
         let [by_face, left, right] = [Prefer::First, Prefer::Left, Prefer::Right]
             .map(|prefer| carried(&pair, prefer, &source, size));
-        // The disc has a radius of a tenth.
+        // The disc has a radius of 0.1.
         let disc = std::f32::consts::PI * (0.1 * side as f32).powi(2);
         let shows = |result: &Texture, color: [u8; 3], other: [u8; 3]| {
             let count = |color| texels(result).iter().filter(|&&texel| texel == color).count();
             count(color) as f32 > disc && count(other) == 0
         };
-        // Without a wish the first eye has the disc.
+        // Without a preference the first eye has the disc.
         assert!(
             texels(&by_face).iter().filter(|&&texel| texel == first).count() as f32 > 0.98 * disc
         );
@@ -86,7 +86,7 @@ fn either_eye_can_be_seen_whole() {
     }
 }
 
-/// Which of the synthetic target's eyes is to the left, and which to the right.
+/// Indices of the synthetic target's left and right eye.
 fn eyes_by_x(pair: &Pair) -> [usize; 2] {
     let target = pair.target();
     // Their triangles are those in the disc, the first eye's first.
@@ -134,7 +134,7 @@ fn either_eye_of_a_real_body_can_be_seen() {
     }
     let size = Size::square(2048);
     let in_disc = near_box(disc, size, GUTTER);
-    // Neither eye has a texel where the other is wanted, the gutter included.
+    // The hidden eye has no texel at all, the gutter included.
     for (prefer, hidden) in [(Prefer::Left, right), (Prefer::Right, left)] {
         let map = SamplingMap::new(&pair, Direction::Forward, size, &map_options(prefer));
         let island = |patch: u32| islands.of_faces()[map.patches()[patch as usize].face as usize];
@@ -152,8 +152,8 @@ fn either_eye_of_a_real_body_can_be_seen() {
     }
     // The disc has 54,730 texels at 4096², a quarter of them here, and noise seldom agrees.
     assert!(differing > 13_000, "{differing}");
-    // The left eye's faces come first, so it is what is shown by default; but beside the two edges
-    // at which the discs differ, the gutter by default is the right eye's.
+    // The left eye's faces come first, so it is shown by default; but along the two edges where the
+    // discs differ, the default gutter belongs to the right eye.
     let map = SamplingMap::new(&pair, Direction::Forward, size, &map_options(Prefer::Left));
     let mask = map.mask();
     let Texels::U8(mask) = mask.texels() else { panic!("8 bits") };
@@ -165,7 +165,7 @@ fn either_eye_of_a_real_body_can_be_seen() {
     assert!(changed < 300, "{changed}");
 }
 
-/// What lies beneath is the other eye, and no more than the disc with its gutter.
+/// Beneath lies the other eye, and nothing beyond the disc with its gutter.
 #[test]
 fn the_other_eye_lies_beneath() {
     let Some(pair) = real::flame_to_smplx() else { return };
@@ -180,7 +180,7 @@ fn the_other_eye_lies_beneath() {
         .map(|run| islands.of_faces()[beneath.patches()[run.patch as usize].face as usize])
         .collect();
     assert!(found.iter().all(|island| *island == found[0]));
-    // The two orders differ in nothing else, so the left eye is read where the map of it reads it.
+    // The two orders differ in nothing else, so the left eye is read as in its own map.
     for row in 0..size.height {
         for run in beneath.row(row) {
             let at = [f64::from(run.x) + 0.5, f64::from(row) + 0.5];

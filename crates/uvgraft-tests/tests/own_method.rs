@@ -1,4 +1,4 @@
-//! A method of finding correspondences that the library does not have, in a file of its own.
+//! A method of finding correspondences that the library does not have, implemented in its own file.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use uvgraft::{Direction, Filter, Graft, Mesh, Pair, Size, Sizes, Texture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
 
-/// A mesh with its triangles in another order, and each beginning at another corner.
+/// A mesh with its triangles in another order, each starting at a random corner.
 fn shuffled(mesh: &Mesh, seed: u64) -> Mesh {
     let mut rng = fastrand::Rng::with_seed(seed);
     let mut faces: Vec<([u32; 3], [u32; 3])> =
@@ -26,10 +26,10 @@ fn shuffled(mesh: &Mesh, seed: u64) -> Mesh {
 }
 
 #[test]
-fn places_tell_as_much_as_a_vertex_map() {
+fn positions_link_as_well_as_a_vertex_map() {
     let figure = Figure::new();
     let vertex_map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
-    // Polygons that were triangulated alike, as they are by a vertex map.
+    // Polygons triangulated alike in both meshes, as by a vertex map.
     let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &vertex_map).unwrap();
     let [head, body] =
         [(pair.source(), 1), (pair.target(), 2)].map(|(mesh, seed)| shuffled(mesh, seed));

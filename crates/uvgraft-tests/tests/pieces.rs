@@ -1,5 +1,5 @@
-//! Pieces of triangles: wherever a triangle is cut, what is carried stays the same, and triangulations that
-//! differ are no obstacle.
+//! Pieces of triangles: wherever a triangle is cut, the result stays the same, and different
+//! triangulations are no obstacle.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -19,7 +19,7 @@ const DIRECTIONS: [Direction; 2] = [Direction::Forward, Direction::Reverse];
 
 /// The same pair with all of its pieces cut.
 ///
-/// - `parts`: of one triangle.
+/// - `parts`: returns the parts of one triangle.
 fn cut(pair: &Pair, mut parts: impl FnMut() -> Vec<[Weights; 3]>) -> Arc<Pair> {
     let pieces = pair.pieces().flat_map(|piece| {
         let Extent::Whole(corners) = piece.extent else { panic!("whole triangles") };
@@ -36,7 +36,7 @@ fn cut(pair: &Pair, mut parts: impl FnMut() -> Vec<[Weights; 3]>) -> Arc<Pair> {
     Arc::new(Pair::from_pieces(pair.source().clone(), pair.target().clone(), pieces).unwrap())
 }
 
-/// Each triangle cut into three at a point anywhere inside.
+/// Cuts each triangle into three at a random interior point.
 fn in_three(pair: &Pair) -> Arc<Pair> {
     let mut rng = fastrand::Rng::with_seed(13);
     cut(pair, || {
@@ -46,7 +46,8 @@ fn in_three(pair: &Pair) -> Arc<Pair> {
     })
 }
 
-/// Each triangle cut into four at the middles of its edges, where its neighbours are cut as well.
+/// Cuts each triangle into four at the midpoints of its edges, where its neighbours are cut as
+/// well.
 fn in_four(pair: &Pair) -> Arc<Pair> {
     let middle = |k: usize| [0, 1, 2].map(|axis| if axis == k { 0.0 } else { 0.5 });
     let parts = vec![
@@ -58,7 +59,7 @@ fn in_four(pair: &Pair) -> Arc<Pair> {
     cut(pair, || parts.clone())
 }
 
-/// A pair as it is, and cut in every way.
+/// A pair in its original form, and cut in different ways.
 struct Variants {
     whole: Arc<Pair>,
     cut: Vec<(&'static str, Arc<Pair>)>,
@@ -70,7 +71,7 @@ impl Variants {
         Self { whole, cut }
     }
 
-    /// Hands the same twice to `check`: of the pair as it is, and of each that is cut.
+    /// Calls `check` with the results of `find` for each cut pair and for the original.
     fn compare<R>(&self, find: impl Fn(&Arc<Pair>) -> R, check: impl Fn(&str, &R, &R)) {
         let wanted = find(&self.whole);
         for (name, pair) in &self.cut {
@@ -87,7 +88,7 @@ fn builder(pair: &Arc<Pair>, direction: Direction, [from, to]: [Size; 2]) -> Gra
     Graft::builder(Arc::clone(pair), Sizes { from, to }).direction(direction)
 }
 
-/// A picture of any format, with opacity of all kinds where it has any.
+/// A picture in any format, with alpha of 0, 1 and in between if it has any.
 fn picture(size: Size, seed: u64, channels: Channels, depth: Depth) -> Texture {
     let mut rng = fastrand::Rng::with_seed(seed);
     let mut texture = synthetic::detailed(size, seed).converted(channels, Depth::F32);
@@ -105,7 +106,7 @@ fn plain(size: Size, seed: u64) -> Texture {
     picture(size, seed, Channels::Rgb, Depth::U8)
 }
 
-/// The greatest difference of two textures' values, 1.0 for black to white.
+/// The greatest difference between two textures' values; 1.0 from black to white.
 fn difference(a: &Texture, b: &Texture) -> f32 {
     assert_eq!(a.format(), b.format());
     let size = a.size();
@@ -163,14 +164,14 @@ fn cuts_do_not_show_in_pictures() {
 #[test]
 fn cuts_do_not_show_where_islands_overlap() {
     let variants = Variants::of(synthetic::pair());
-    let ways = [
+    let cases = [
         (Prefer::First, Overlap::First),
         (Prefer::Left, Overlap::First),
         (Prefer::Right, Overlap::First),
         (Prefer::First, Overlap::Average),
         (Prefer::Left, Overlap::Average),
     ];
-    for (prefer, overlap) in ways {
+    for (prefer, overlap) in cases {
         for [from, to] in [[512, 300], [200, 1000]] {
             let carried = |pair: &Arc<Pair>| {
                 let sizes = [Size::square(from), Size::square(to)];
@@ -229,7 +230,7 @@ fn cuts_do_not_show_in_the_matrix_and_in_fits() {
     }
 }
 
-/// Normals of length 1, pointing anywhere in front.
+/// Unit normals that point anywhere in front.
 fn normals(size: Size, depth: Depth) -> Texture {
     let mut rng = fastrand::Rng::with_seed(8);
     let values = (0..size.texels()).flat_map(|_| {
@@ -262,7 +263,7 @@ fn compare_normals(variants: &Variants, sizes: [Size; 2]) {
 #[test]
 fn cuts_do_not_show_in_normals() {
     compare_normals(&Variants::of(synthetic::turned_charts()), SMALL);
-    // Bent otherwise in the source, so that each vertex is turned by its own angle.
+    // Bent differently in the source, so that each vertex is rotated by its own angle.
     let pair = synthetic::turned_charts();
     let bent = synthetic::posed(pair.source(), false, |[x, y, z]| {
         let (sin, cos) = (2.0 * x).sin_cos();
@@ -319,11 +320,11 @@ fn cuts_do_not_show_in_blends_and_at_seams() {
                     .unwrap();
                 let Sizes { from, to } = graft.sizes();
                 let (source, base) = (plain(from, 5), plain(to, 6));
-                // Of all of the surface there is no rim.
+                // A region of the whole surface has no boundary.
                 let toning = graft.toning(&source, &base, base.format());
                 let overlay = graft.overlay(source, base.format()).unwrap();
                 let overlay = match toning.as_ref().ok().and_then(Option::as_ref) {
-                    Some(toning) => overlay.toned(toning).unwrap(),
+                    Some(toning) => overlay.with_tone(toning).unwrap(),
                     None => overlay,
                 };
                 let result = overlay.lay(0, base).unwrap();
@@ -397,7 +398,7 @@ fn cuts_do_not_show_on_real_meshes() {
     compare_normals(&variants, sizes);
 }
 
-/// Texels that a map reaches, each once.
+/// The texels that a map reaches; asserts that each is reached once.
 fn reached(graft: &Graft) -> Vec<bool> {
     let size = graft.sizes().to;
     let mut reached = vec![false; size.texels()];
@@ -413,9 +414,9 @@ fn reached(graft: &Graft) -> Vec<bool> {
     reached
 }
 
-/// Of each triangle two thirds, one, or nothing.
+/// Two thirds, one third or nothing of each triangle.
 #[test]
-fn what_no_piece_covers_is_the_base() {
+fn uncovered_texels_keep_the_base() {
     let whole = synthetic::pair();
     let mut rng = fastrand::Rng::with_seed(3);
     let pieces: Vec<Piece> = in_three(&whole).pieces().filter(|_| rng.u8(..3) > 0).collect();
@@ -440,7 +441,7 @@ fn what_no_piece_covers_is_the_base() {
                 assert!(mask.get(x, y, 0) <= all.get(x, y, 0));
                 kept += u32::from(in_part);
                 lost += u32::from(in_whole && !in_part);
-                // Around a corner of an island the gutter may continue another of the two edges there.
+                // Around an island's corner the gutter may extend the other of the two edges there.
                 if in_part && mask.get(x, y, 0) == 0.0 {
                     continue;
                 }
@@ -461,11 +462,11 @@ fn what_no_piece_covers_is_the_base() {
     let (report, of_whole) = (PairReport::new(&partial, sizes), PairReport::new(&whole, sizes));
     assert_eq!(report.links, partial.piece_count());
     assert!(report.target.linked <= of_whole.target.linked);
-    // A twenty-seventh of the triangles has lost everything.
+    // A twenty-seventh of the triangles has lost all its pieces.
     assert!(report.target.linked * 10 > of_whole.target.linked * 9);
     assert!(report.target.texels.linked * 2 > of_whole.target.texels.linked);
     assert!(report.forward_density.unwrap().median > 0.0);
-    // Nothing else falls over: what is linked in part only is no part of a region of whole triangles.
+    // Other code copes, too: a partly linked triangle is not part of a region of whole triangles.
     let graft = builder(&partial, Direction::Forward, SMALL).blend(BlendOptions::default());
     let graft = graft.build().unwrap();
     assert!(graft.map().stats().linked > 0);
@@ -473,11 +474,11 @@ fn what_no_piece_covers_is_the_base() {
     graft.fit(source, base.format(), &FitOptions::default(), &mut |_| {}).unwrap();
 }
 
-/// A piece owns what those before it left, whether it is a part or a whole.
+/// A piece owns what earlier ones left, whether it is a part or a whole triangle.
 #[test]
 fn the_first_of_several_pieces_owns() {
     let square = synthetic::square(0.0);
-    // Off the middle, so that its edges run through no texel's centre.
+    // Off the centre, so that its edges pass through no texel centre.
     let half = [CORNERS[0], CORNERS[1], [0.5363, 0.0, 0.4637]];
     let part = Piece::part((0, half), (1, half));
     let whole = Piece::whole(0, 0, [0, 1, 2]);
@@ -508,7 +509,7 @@ fn the_first_of_several_pieces_owns() {
 
 type Point = [f64; 2];
 
-/// Where two lines between corners of a square of any shape cross: how far along each.
+/// Where the diagonals of a quadrilateral cross, as parameters along each.
 fn crossing([a, b, c, d]: [Point; 4]) -> [f64; 2] {
     let (p, q) = ([c[0] - a[0], c[1] - a[1]], [d[0] - b[0], d[1] - b[1]]);
     let offset = [b[0] - a[0], b[1] - a[1]];
@@ -525,8 +526,8 @@ fn quad(corners: [Point; 4], uv: [Point; 4], faces: &[[u32; 3]; 2]) -> Mesh {
     Mesh::from_triangles(positions, uv, faces, faces).unwrap()
 }
 
-/// Two squares of one shape, cut along different diagonals: four pieces, and where each of their corners
-/// lies in both layouts.
+/// Two quads of one shape, split along different diagonals: four pieces, with the position of their
+/// corners in both layouts.
 fn diagonals(shape: [Point; 4], source_uv: [Point; 4], target_uv: [Point; 4]) -> Arc<Pair> {
     let source = quad(shape, source_uv, &[[0, 1, 2], [0, 2, 3]]);
     let target = quad(shape, target_uv, &[[0, 1, 3], [1, 2, 3]]);
@@ -552,7 +553,7 @@ fn diagonals(shape: [Point; 4], source_uv: [Point; 4], target_uv: [Point; 4]) ->
     Arc::new(Pair::from_pieces(source, target, pieces).unwrap())
 }
 
-/// Where a texel of the layout that is filled lies in the one that is read, by the pieces.
+/// The position in the source layout of a point of the target layout, computed from the pieces.
 fn position(pair: &Pair, direction: Direction, uv: Point) -> Option<Point> {
     pair.pieces().find_map(|piece| {
         let [target, source] = piece.uv(pair.target(), pair.source());
@@ -577,7 +578,7 @@ fn different_diagonals_carry_a_ramp_exactly() {
     let inset = [[0.1, 0.2], [0.8, 0.2], [0.8, 0.9], [0.1, 0.9]];
     let shape = [[0.0, 0.0], [1.3, -0.2], [1.0, 1.0], [-0.1, 0.7]];
     let skewed = [[0.15, 0.2], [0.9, 0.1], [0.7, 0.85], [0.1, 0.9]];
-    // A texture in the unit's own layout is no more than the square; all diagonals cross in the middle.
+    // With the unit square as shape both layouts are affine and the diagonals cross in the centre.
     for (shape, source_uv, target_uv, is_straight) in [
         (unit, inset, on_its_side, true),
         (unit, on_its_side, inset, true),
@@ -603,7 +604,7 @@ fn different_diagonals_carry_a_ramp_exactly() {
             let ramp = Texture::new(from, Channels::Grey, Encoding::Srgb, ramp).unwrap();
             let black = Texture::filled(to, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.0]);
             let result = graft.apply(ramp, black.unwrap()).unwrap();
-            // All of both faces is filled, without a hole along the diagonals.
+            // Both faces are filled completely, without a hole along the diagonals.
             let is_reached = reached(&graft);
             assert_eq!(graft.map().stats().linked, graft.map().stats().covered);
             let mut compared = 0;
@@ -616,7 +617,7 @@ fn different_diagonals_carry_a_ramp_exactly() {
                     continue;
                 };
                 assert!(is_reached, "a hole at ({x}, {y})");
-                // Beside the edge of the square its nearest texel is read, which is no ramp.
+                // Near the edge of the square its nearest texel is read, which breaks the ramp.
                 let near = [-1.0, 1.0].into_iter().flat_map(|away: f64| {
                     let away = away * 4.5 / f64::from(from.width);
                     [[at[0] + away, at[1]], [at[0], at[1] + away]]
@@ -627,12 +628,12 @@ fn different_diagonals_carry_a_ramp_exactly() {
                 }
                 compared += 1;
                 let found = f64::from(result.get(x, y, 0) * 255.0);
-                // The texel nearest to a position is half a texel away, at most.
+                // The texel nearest to a position is at most half a texel away.
                 let allowed = if filter == Filter::Nearest { 1.6 } else { 1.0 };
                 let off = (found - level(at)).abs();
                 assert!(off <= allowed, "{direction:?}, {filter}, ({x}, {y}): {off}");
                 if is_straight {
-                    // No diagonal is seen: it is one ramp across all of the square.
+                    // The diagonals are invisible: one ramp runs across the whole square.
                     let straight = straight(&pair, direction, uv);
                     assert!((level(straight) - level(at)).abs() < 1e-3);
                 }
@@ -642,7 +643,7 @@ fn different_diagonals_carry_a_ramp_exactly() {
     }
 }
 
-/// Where a texel lies by the three corners 0, 1 and 3 of both layouts alone.
+/// The position of a texel computed from the three corners 0, 1 and 3 of both layouts alone.
 fn straight(pair: &Pair, direction: Direction, [u, v]: Point) -> Point {
     let [from, to] = [pair.from(direction), pair.to(direction)]
         .map(|mesh| [0, 1, 3].map(|corner: usize| mesh.uv()[corner].map(f64::from)));

@@ -40,7 +40,7 @@ impl RoundTrip {
         let there = Graft::builder(Arc::clone(pair), Sizes { from: size, to: via })
             .direction(Direction::Reverse)
             .filter(filter);
-        // On the way back the gutter would replace what the original has beside its islands.
+        // On the way back, a gutter would replace the original's texels around its islands.
         let back = Graft::builder(Arc::clone(pair), Sizes { from: via, to: size })
             .filter(filter)
             .gutter_px(0);
@@ -100,11 +100,11 @@ fn five_round_trips_do_not_change_the_brightness() {
     }
     let drift = [&own, &reference].map(|result| mean(result) - mean(&texture));
     assert!(drift[0].abs() < 0.1, "drift of {:.3} levels", drift[0]);
-    // The test can see a drift: truncation loses half a level in each of ten transfers.
+    // Check that the test detects drift: truncation loses half a level in each of ten transfers.
     assert!(drift[1] < -2.5, "the reference drifts by {:.3} levels", drift[1]);
 }
 
-/// The scores that round trips are judged by.
+/// The scores for round trips.
 #[derive(Debug, Clone, Copy)]
 struct Scores {
     psnr: f64,

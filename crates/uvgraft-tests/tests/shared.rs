@@ -1,4 +1,4 @@
-//! What is prepared once can be kept anywhere and used by several threads at once.
+//! Prepared objects can be stored anywhere and shared by several threads at once.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -16,7 +16,7 @@ const FROM: Size = Size::new(200, 260);
 const TO: Size = Size::new(330, 290);
 
 static PAIR: LazyLock<Arc<Pair>> = LazyLock::new(synthetic::pair);
-/// One with a shape, which blends have to have.
+/// A pair whose meshes have an actual shape, which blends require.
 static CHARTS: LazyLock<Arc<Pair>> = LazyLock::new(synthetic::turned_charts);
 static GRAFT: LazyLock<Graft> = LazyLock::new(|| blended(FROM).build().unwrap());
 
@@ -26,16 +26,16 @@ fn builder(from: Size) -> GraftBuilder {
 
 /// The upper left half of a surface, with a membrane.
 fn blended(from: Size) -> GraftBuilder {
-    let ground = BlendDomain::new(Arc::clone(&CHARTS), Direction::Forward);
+    let domain = BlendDomain::new(Arc::clone(&CHARTS), Direction::Forward);
     let half = (0..64 * 64).map(|k| if k % 64 + k / 64 < 64 { 255 } else { 0 });
     let half = Texels::U8(half.collect());
     let half = Texture::new(Size::square(64), Channels::Grey, Encoding::Data, half).unwrap();
     Graft::builder(Arc::clone(&CHARTS), Sizes { from, to: TO })
-        .region(ground.painted(Side::Target, &half).unwrap())
+        .region(domain.painted(Side::Target, &half).unwrap())
         .blend(BlendOptions::default().feather(0.1).membrane())
 }
 
-/// What four threads find at once.
+/// The results of four simultaneous threads.
 fn at_once<R: Send>(find: impl Fn(u64) -> R + Sync) -> Vec<R> {
     thread::scope(|scope| {
         let threads: Vec<_> = (0..4)
@@ -60,7 +60,7 @@ fn a_static_graft_is_applied_by_four_threads() {
         (0..4).map(|seed| carried(&blended(FROM).build().unwrap(), seed)).collect();
     assert!(alone[0] != alone[1]);
     assert!(at_once(|seed| carried(&GRAFT, seed)) == alone);
-    // A clone is no other.
+    // A clone behaves the same.
     assert!(at_once(|seed| carried(&GRAFT.clone(), seed)) == alone);
 }
 
@@ -68,11 +68,11 @@ fn a_static_graft_is_applied_by_four_threads() {
 fn an_overlay_is_laid_over_bands_by_four_threads() {
     let (texture, base) = (synthetic::detailed(FROM, 1), synthetic::detailed(TO, 2));
     let toning = GRAFT.toning(&texture, &base, base.format()).unwrap().unwrap();
-    let sampled = GRAFT.overlay(&texture, base.format()).unwrap().toned(&toning).unwrap();
+    let sampled = GRAFT.overlay(&texture, base.format()).unwrap().with_tone(&toning).unwrap();
     let plain = builder(FROM).build().unwrap();
     let options = FitOptions::default().max_steps(3);
     let solved = plain.fit(&texture, base.format(), &options, &mut |_| {}).unwrap().overlay;
-    // It outlives what it was made by.
+    // It outlives the graft that made it.
     drop(plain);
     let check = |overlay: &Overlay| {
         let whole = overlay.lay(0, base.clone()).unwrap();
@@ -135,7 +135,7 @@ fn another_texture_size_gives_what_a_new_graft_gives() {
         assert!(a == b);
         assert!(resized.apply(synthetic::detailed(FROM, 5), &base).is_err());
     }
-    // What was solved for one size is no help for another.
+    // A fit prepared for one size must not be reused for another.
     let graft = builder(FROM).build().unwrap();
     let fitted = |graft: &Graft, from| {
         let options = FitOptions::default().max_steps(2);

@@ -1,5 +1,5 @@
-//! How well skin is told from what else a body's texture shows, on the synthetic figure, whose parts
-//! name their material.
+//! How well skin is separated from the rest of a body's texture, on the synthetic figure, whose
+//! parts name their material.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -19,16 +19,16 @@ fn colors(texture: &Texture) -> Vec<Color> {
     texels.map(|texel| texel.map(|value| f32::from(value) / 255.0)).collect()
 }
 
-/// What a texel of the body shows.
+/// The content of a texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shown {
-    /// Chest and arms without the hands' redness.
+    /// Chest and arms, without the hands' redness.
     Skin,
     /// Redder, with nails.
     Finger,
-    /// Skin with features, or nothing where no face was carried over.
+    /// Skin with features; blank if no face was carried over.
     Head,
-    /// The same for eyes.
+    /// Eyes; blank if no face was carried over.
     Eye,
     Hair,
     Cloth,
@@ -49,16 +49,16 @@ impl Shown {
     }
 }
 
-/// The body's texture by what it shows.
+/// The texels of the body's texture, with their content.
 #[derive(Clone)]
 struct Body {
     texels: Vec<(Shown, Color)>,
-    /// The skin beside the head: what a face's border meets.
+    /// The skin adjacent to the head, which a face's boundary meets.
     seeds: Vec<Color>,
 }
 
 impl Body {
-    /// With a bare head, or with the face and the hair carried over.
+    /// With a blank head, or with the face and the hair carried over.
     fn new(with_face: bool) -> Self {
         let figure = Figure::new();
         let size = Size::square(1024);
@@ -96,7 +96,7 @@ impl Body {
         Self { texels, seeds }
     }
 
-    /// With other skin.
+    /// With another complexion.
     fn recolored(&self, gain: Color, lift: f32) -> Self {
         let levels = |color: Color| -> Color {
             std::array::from_fn(|channel| {
@@ -118,8 +118,8 @@ impl Body {
         self.texels.iter().filter(move |(shown, _)| *shown == wanted).map(|(_, color)| *color)
     }
 
-    /// Estimated from the border and a sample of the whole body. Of the border's colours, a share may be
-    /// of navy cloth and of hair.
+    /// Estimated from the boundary's colours and a sample of the whole body. The given shares of
+    /// the boundary's colours are replaced by navy cloth and hair.
     fn model(&self, collar: f32, hair: f32) -> SkinModel {
         let mut seeds = self.seeds.clone();
         let count = |share: f32| (self.seeds.len() as f32 * share / (1.0 - collar - hair)) as usize;
@@ -131,7 +131,7 @@ impl Body {
     }
 }
 
-/// Mean weight, and the weight that 5 % are below.
+/// Mean weight, and the 5th percentile.
 fn weights(model: &SkinModel, colors: impl Iterator<Item = Color>) -> (f32, f32) {
     let mut weights: Vec<f32> = colors.map(|color| model.weight(color)).collect();
     weights.sort_unstable_by(f32::total_cmp);
@@ -139,7 +139,7 @@ fn weights(model: &SkinModel, colors: impl Iterator<Item = Color>) -> (f32, f32)
     (mean, weights[weights.len() / 20])
 }
 
-/// A name, gains of the channels, and what is added to all of them.
+/// Name, gains of the channels, and an offset added to all of them.
 const COMPLEXIONS: [(&str, Color, f32); 7] = [
     ("its own", [1.0; 3], 0.0),
     ("in half the light", [0.5; 3], 0.0),
@@ -150,9 +150,9 @@ const COMPLEXIONS: [(&str, Color, f32); 7] = [
     ("green", [0.40, 1.00, 0.50], 0.0),
 ];
 
-/// Whatever complexion the body has, and with a third of the border's colours being something else.
+/// For any complexion, even if a third of the boundary's colours are not skin.
 #[test]
-fn skin_is_told_from_everything_else() {
+fn skin_is_separated_from_everything_else() {
     let body = Body::new(false);
     for (name, gain, lift) in COMPLEXIONS {
         let body = body.recolored(gain, lift);
@@ -160,7 +160,7 @@ fn skin_is_told_from_everything_else() {
             let model = body.model(collar, hair);
             let (mean, low) = weights(&model, body.of(Shown::Skin));
             assert!(mean > 0.99 && low > 0.99, "{name}: skin {mean}, {low}");
-            // Fingertips are flushed, and a tenth of a finger is nail and its rim.
+            // Fingertips are flushed, and a tenth of a finger is nail and its edge.
             let (mean, low) = weights(&model, body.of(Shown::Finger));
             assert!(mean > 0.94 && low > 0.5, "{name}: fingers {mean}, {low}");
             for other in [Shown::Cloth, Shown::Shoe, Shown::Hair, Shown::Eye] {
@@ -171,9 +171,10 @@ fn skin_is_told_from_everything_else() {
     }
 }
 
-/// Baked light scales light, not what sRGB stores, and the border knows nothing of it.
+/// Baked lighting scales linear light rather than sRGB values, and the boundary has no sample of
+/// it.
 #[test]
-fn shadows_are_no_other_skin() {
+fn shadowed_skin_is_skin() {
     let body = Body::new(false);
     let model = body.model(0.0, 0.0);
     for (light, least) in [(1.3, 0.99), (0.7, 0.99), (0.5, 0.99), (0.35, 0.9), (0.25, 0.4)] {
@@ -184,10 +185,10 @@ fn shadows_are_no_other_skin() {
     }
 }
 
-/// With a face and hair on the body. Dark skin is as brown as the hair, and pale skin as pink as the eyes'
-/// corners: see below.
+/// With a face and hair on the body. Excludes dark skin, which is as brown as the hair, and pale
+/// skin, as pink as the corners of the eyes: see below.
 #[test]
-fn hair_and_eyes_are_no_skin() {
+fn hair_and_eyes_are_not_skin() {
     let body = Body::new(true);
     let complexions =
         COMPLEXIONS.into_iter().filter(|(name, ..)| !name.contains("dark") && *name != "pale");
@@ -203,29 +204,29 @@ fn hair_and_eyes_are_no_skin() {
     }
 }
 
-/// Colour is all that there is to tell by.
+/// Limits of classification by colour alone.
 #[test]
-fn what_has_skins_color_is_taken_for_skin() {
+fn anything_in_the_skins_color_is_skin() {
     let body = Body::new(true);
-    // Brown hair beside skin of the same brown.
+    // Brown hair with skin of the same brown.
     let dark = body.recolored([0.50, 0.42, 0.36], 0.0);
     let (hair, _) = weights(&dark.model(0.0, 0.0), dark.of(Shown::Hair));
     assert!((0.05..0.3).contains(&hair), "{hair}");
-    // Corners of eyes beside pale skin.
+    // Corners of the eyes with pale skin.
     let pale = body.recolored([0.75, 0.80, 0.85], 0.22);
     let (eyes, _) = weights(&pale.model(0.0, 0.0), pale.of(Shown::Eye));
     assert!((0.2..0.5).contains(&eyes), "{eyes}");
-    // A shirt of skin's colour, a little lighter, whose threads and folds do not help.
+    // A slightly lighter shirt in the skin's colour, without threads or folds to distinguish it.
     let beige = body.of(Shown::Skin).map(|color| color.map(|value| value * 1.08));
     let (shirt, _) = weights(&body.model(0.0, 0.0), beige);
     assert!(shirt > 0.99, "{shirt}");
-    // More than half of the border being something else, that is what counts.
+    // If most of the boundary is something else, that is taken for skin.
     let navy = body.model(0.6, 0.0);
     let (skin, _) = weights(&navy, body.of(Shown::Skin));
     assert!(skin < 0.01, "{skin}");
 }
 
-/// Features of the face as it is painted, nails included: which of them would change with the skin.
+/// Painted features of the face, and nails: which of them change along with the skin.
 #[test]
 fn lips_and_polish_stay_and_nails_change() {
     let model = Body::new(false).model(0.0, 0.0);
@@ -245,7 +246,7 @@ fn lips_and_polish_stay_and_nails_change() {
     assert!(nail > 0.9, "{nail}");
 }
 
-/// Skin takes the mean of another, and what is told from it stays.
+/// Skin takes the mean of another complexion, and everything else stays.
 #[test]
 fn skin_takes_anothers_colors() {
     let body = Body::new(false);
@@ -274,9 +275,9 @@ fn skin_takes_anothers_colors() {
     }
 }
 
-/// A photographed face over a white and blue shirt; a third of the seeds are the shirt.
+/// A photographed face above a white and blue shirt; a third of the seeds are the shirt.
 #[test]
-fn skin_of_a_photograph_is_told_from_hair_and_shirt() {
+fn skin_of_a_photograph_is_separated_from_hair_and_shirt() {
     let Some(folder) = real::folder() else { return };
     let image = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap();
     let size = image.texture.size();

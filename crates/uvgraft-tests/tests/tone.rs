@@ -1,4 +1,4 @@
-//! The tone of painted faces on painted bodies, whose colours are known.
+//! The tone of painted faces on painted bodies with known colours.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -10,7 +10,7 @@ use uvgraft::{
     Pair, Size, Sizes, Texels, Texture, Tone,
 };
 use uvgraft_figure::Figure;
-use uvgraft_metrics::seams::{PastedFace, SeamError, ToneMatch, ToneReferences, measure_tone};
+use uvgraft_metrics::seams::{SeamError, ToneMatch, ToneReferences, TransferredFace, measure_tone};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{
     BodyFrame, BodyLook, Collar, FaceLook, HeadFrame, Label, Labels, LayoutSpots, SkinTone,
@@ -18,13 +18,13 @@ use uvgraft_tests::looks::{
 
 const SIZES: Sizes = Sizes { from: Size::square(384), to: Size::square(768) };
 
-/// A brown face, and a body of very light skin.
+/// A brown face, and a body with very light skin.
 struct Stage {
     pair: Arc<Pair>,
     cut: CutMesh,
     anatomy: Anatomy,
     face: Texture,
-    pasted: PastedFace,
+    pasted: TransferredFace,
     base: Texture,
 }
 
@@ -38,7 +38,7 @@ impl Stage {
         let body = BodyLook::new("very light", SkinTone::VERY_LIGHT);
         let base = body.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture;
         let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
-        let pasted = PastedFace::new(&domain, &face, SIZES.to).unwrap();
+        let pasted = TransferredFace::new(&domain, &face, SIZES.to).unwrap();
         let blend = Blend::new(&domain.linked(), BlendOptions::default()).unwrap();
         let cut = blend.cut().unwrap();
         let anatomy = Anatomy::find(&cut.mesh).unwrap();
@@ -68,7 +68,7 @@ impl Stage {
 }
 
 #[test]
-fn a_blend_without_tone_is_found_out() {
+fn a_blend_without_tone_is_detected() {
     let stage = Stage::new();
     let feather = BlendOptions::default().feather(0.01);
     let measured = |options| stage.measured(&stage.carried(options), stage.all()).unwrap();
@@ -79,8 +79,8 @@ fn a_blend_without_tone_is_found_out() {
         assert!((2.0..16.0).contains(&own.delta_e()), "{tone:?}");
         assert!(tone.hair_shift.unwrap() < 1.0 && !tone.is_clipped(), "{tone:?}");
     }
-    assert!(!plain.is_toned() && plain.excess().unwrap() > 8.0, "{plain:?}");
-    assert!(toned.is_toned(), "{toned:?}");
+    assert!(!plain.matches_body() && plain.excess().unwrap() > 8.0, "{plain:?}");
+    assert!(toned.matches_body(), "{toned:?}");
 }
 
 #[test]
@@ -95,18 +95,18 @@ fn a_body_in_a_face_s_tone_keeps_its_contrast() {
 }
 
 #[test]
-fn what_is_not_given_is_not_known() {
+fn missing_references_leave_measures_empty() {
     let stage = Stage::new();
     let texture = stage.carried(BlendOptions::default());
     let alone = stage.measured(&texture, ToneReferences::default()).unwrap();
     assert!(alone.skin.is_some() && alone.own.is_none() && alone.hair_shift.is_none());
-    // Nothing of a plain paste is full, labels or not.
+    // Nothing in a plain paste is clipped, with labels or without.
     assert!(alone.clipped.unwrap() < 0.01, "{alone:?}");
     let nothing = vec![false; stage.cut.inside.len()];
     let nothing =
         measure_tone(&stage.cut.mesh, &stage.anatomy, &texture, &nothing, stage.all()).unwrap();
     assert_eq!((nothing.clipped, nothing.hair_shift), (None, None));
-    // A face that is itself is not shifted.
+    // A face compared with itself shows no shift.
     let own = stage.measured(&texture, stage.all()).unwrap();
     assert!(own.hair_shift.unwrap() < 0.5 && own.clipped == Some(0.0), "{own:?}");
 }
@@ -122,7 +122,7 @@ fn burnt_skin_is_clipped_skin() {
 }
 
 #[test]
-fn refused() {
+fn mismatched_inputs_are_refused() {
     let stage = Stage::new();
     let of = |size, encoding| {
         Texture::filled(size, Channels::Rgb, encoding, Depth::U8, &[0.5; 3]).unwrap()
@@ -148,7 +148,7 @@ fn refused() {
     assert!(matches!(short, Err(SeamError::Region { found: 1, .. })));
 }
 
-/// Colours at the middles of the cheeks' triangles.
+/// Colours at the centroids of the cheeks' triangles.
 fn cheeks(stage: &Stage, texture: &Texture) -> Vec<[f32; 3]> {
     let mesh = &stage.cut.mesh;
     let weights = stage.anatomy.area(Area::Cheeks);
@@ -169,7 +169,7 @@ fn mean(colors: &[[f32; 3]]) -> [f32; 3] {
     [0, 1, 2].map(|k| colors.iter().map(|color| color[k]).sum::<f32>() / colors.len() as f32)
 }
 
-/// A stage whose body wears the face already.
+/// A stage whose body has the same face already.
 fn worn() -> Stage {
     let mut stage = Stage::new();
     let layout = LayoutSpots::new(stage.pair.target(), SIZES.to);
@@ -179,7 +179,7 @@ fn worn() -> Stage {
     stage
 }
 
-/// With each value as a function of it, of its texel and of its channel; rounded.
+/// With each value replaced by a function of value, texel and channel, rounded.
 fn recolored(texture: &Texture, value: impl Fn(f32, [u32; 2], usize) -> f32) -> Texture {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
     let width = texture.size().width as usize;
@@ -230,7 +230,7 @@ fn a_ramp_of_light_keeps_its_contrast() {
     }
 }
 
-/// The same at 16 bits, or as floats.
+/// The same texture at 16 bits, or as floats.
 fn deeper(texture: &Texture, depth: Depth) -> Texture {
     let Texels::U8(values) = texture.texels() else { panic!("8 bits") };
     let texels = match depth {
@@ -266,13 +266,14 @@ fn depths_do_not_matter() {
                         .map(|k| (found.get(x, y, k).clamp(0.0, 1.0) - plain.get(x, y, k)).abs())
                 })
                 .fold(0.0, f32::max);
-            // Floats keep what filters make more than full, where there is no tone. Of 8 bits a level is rounded before its gain, which is up to 3, and after it.
+            // Without a tone, floats keep the filters' overshoot. At 8 bits a level is rounded
+            // before its gain of up to 3, and after it.
             assert!(most * 255.0 < 2.5, "{depth:?}, {options:?}: {} levels", most * 255.0);
         }
     }
 }
 
-/// With skin that becomes brighter towards the cloth below it.
+/// The face with its skin brightened towards the cloth below it.
 fn lit_by_cloth(face: &Texture, truth: &Labels, reach: u32) -> Texture {
     let Size { width, height } = face.size();
     let label = |x: u32, y: u32| truth.of_texels[(y * width + x) as usize];

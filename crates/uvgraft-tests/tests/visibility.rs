@@ -1,4 +1,4 @@
-//! How visible the border of a carried face is, on a body whose skin is another.
+//! Visibility of the boundary of a carried face, on a body with another skin.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -14,8 +14,8 @@ use uvgraft_tests::real;
 
 const SIZE: Size = Size::square(2048);
 
-/// Skin with spots of some millimetres and shades of some centimetres, the same wherever islands
-/// are cut.
+/// Skin with spots of a few millimetres and shades of a few centimetres, continuous across UV
+/// seams.
 fn skin(mesh: &Mesh, color: [f64; 3]) -> Texture {
     let map = SamplingMap::of_layout(mesh, SIZE, &MapOptions::default());
     let mut values = vec![32_768_u16; SIZE.texels() * 3];
@@ -31,7 +31,7 @@ fn skin(mesh: &Mesh, color: [f64; 3]) -> Texture {
                 let at = [f64::from(x) + 0.5 - a[0], f64::from(row) + 0.5 - a[1]];
                 let s = (at[0] * (c[1] - a[1]) - (c[0] - a[0]) * at[1]) / determinant;
                 let t = ((b[0] - a[0]) * at[1] - at[0] * (b[1] - a[1])) / determinant;
-                // In the gutter not far beyond the edge.
+                // Extrapolates into the gutter, not far beyond the edge.
                 let (s, t) = (s.clamp(-0.2, 1.2), t.clamp(-0.2, 1.2));
                 let place = [0, 1, 2].map(|axis| {
                     let [p, q, r] = corners.map(|corner| f64::from(corner[axis]));
@@ -51,7 +51,7 @@ fn skin(mesh: &Mesh, color: [f64; 3]) -> Texture {
     Texture::new(SIZE, Channels::Rgb, Encoding::Srgb, Texels::U16(values)).unwrap()
 }
 
-/// What is seen at the rim and the UV seams of a face that is carried onto a body; of the latter those
+/// Visibility of the boundary and the UV seams of a face carried onto a body; the seams are those
 /// of the whole body.
 struct Seen {
     /// At one texel from the edge.
@@ -62,7 +62,7 @@ struct Seen {
 }
 
 fn seen(domain: &BlendDomain, face: &Texture, body: &Texture, options: BlendOptions) -> Seen {
-    // The photograph's collar is left out.
+    // Excludes the photograph's collar.
     let region = domain.linked().grown(Growth::Length(-0.075));
     let graft = Graft::builder(Arc::clone(domain.pair()), Sizes { from: face.size(), to: SIZE })
         .filter(Filter::Bilinear)
@@ -80,7 +80,7 @@ fn seen(domain: &BlendDomain, face: &Texture, body: &Texture, options: BlendOpti
 }
 
 #[test]
-fn nobody_finds_the_border() {
+fn the_boundary_is_invisible() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let folder = real::folder().unwrap();
     let face = uvgraft_io::image::read(&folder.join("flame_face_texture.png")).unwrap().texture;
@@ -99,11 +99,12 @@ fn nobody_finds_the_border() {
         let toned = seen(&domain, &face, &body, membrane);
         let (near, far) = (toned.near.rim.delta_e.unwrap(), toned.far.rim.delta_e.unwrap());
         assert!(near.median < 1.0 && near.p95 < 3.0, "{color:?} membrane: {near:?}");
-        // Spots and pores of both count at that distance, and what is left of the collar at the nape.
+        // At that distance spots and pores of both sides contribute, and the rest of the collar at
+        // the nape.
         assert!(far.median < 1.5, "{color:?} membrane at 3 mm: {far:?}");
         assert!(far.p95 < 0.7 * of_feather.p95, "{color:?}: {far:?}, feathered {of_feather:?}");
 
-        // The other side gives way: skin around the rim, which is all that this body has.
+        // Here the body gives way: skin around the boundary, which is all that this body has.
         let source = seen(&domain, &face, &body, membrane.tone(Tone::Source));
         let near = source.near.rim.delta_e.unwrap();
         assert!(near.median < 1.0 && near.p95 < 3.0, "{color:?} the body's skin: {near:?}");
@@ -115,7 +116,8 @@ fn nobody_finds_the_border() {
 fn no_seam_comes_from_blending() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
-    // Both are painted without a seam, so whatever is seen beyond their own is the blend's.
+    // Both are painted without a seam, so anything visible beyond their own seams comes from the
+    // blend.
     let face = skin(pair.source(), [0.85, 0.66, 0.56]);
     let body = skin(pair.target(), [0.42, 0.28, 0.2]);
     let none = vec![false; pair.target().faces().len()];
@@ -123,13 +125,14 @@ fn no_seam_comes_from_blending() {
         let report = measure(pair.target(), texture, &none, &SeamOptions::default()).unwrap();
         report.uv_seams.delta_e.unwrap()
     };
-    // Lighter skin has the greater contrast, so a body that takes on its tone is compared with that.
+    // Lighter skin has the greater contrast, so a body that takes on its tone is compared with
+    // that.
     let like_face = skin(pair.target(), [0.85, 0.66, 0.56]);
     for (tone, own) in [(Tone::Base, of(&body)), (Tone::Source, of(&like_face))] {
         let options = BlendOptions::default().feather(0.01).membrane().tone(tone);
         let found = seen(&domain, &face, &body, options).near;
         let steps = found.uv_seams.delta_e.unwrap();
-        // A twentieth of the least difference that can be seen, for what is filtered.
+        // A twentieth of the smallest visible difference, as an allowance for filtering.
         assert!(
             steps.median <= own.median + 0.05 && steps.p95 <= own.p95 + 0.05,
             "{tone:?}: {steps:?}, the body's own {own:?}"

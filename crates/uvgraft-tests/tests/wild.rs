@@ -1,4 +1,4 @@
-//! The demo's figure as other programs compress it, beside the plain file.
+//! The demo's figure as compressed by other programs, compared with the plain file.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
@@ -7,24 +7,24 @@ use std::path::Path;
 use uvgraft::{Size, Texture};
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{AvatarMaterial, Export, Picture, PictureFormat, write};
-use uvgraft_gltf::scene::{Posing, Scene, whole};
+use uvgraft_gltf::scene::{PoseRequest, Scene, whole};
 use uvgraft_metrics::{Colors, ssim};
 use uvgraft_render::{Bounds, Perspective, RenderOptions, Renderer};
 use uvgraft_tests::gltf_transform::GltfTransform;
 
 const SIZE: Size = Size::new(300, 400);
-/// Draco keeps 14 bits of places in the body's box, which is a ninth of a millimetre, WebP its quality of 80.
-const LEAST_SSIM: f64 = 0.99;
+/// Draco keeps 14 bits per position in the body's box, a ninth of a millimetre; WebP has quality 80.
+const MIN_SSIM: f64 = 0.99;
 
 /// The figure in the middle of its wave, and its head.
 fn pictures(path: &Path) -> Vec<Texture> {
     let scene = Scene::load(path).unwrap();
-    let renderer = Renderer::of(&scene);
+    let renderer = Renderer::for_scene(&scene);
     let clip = scene.clips().iter().position(|clip| clip.name == "wave");
-    let posing = Posing { clip: clip.map(|clip| (clip, 1.0)), ..Posing::default() };
+    let posing = PoseRequest { clip: clip.map(|clip| (clip, 1.0)), ..PoseRequest::default() };
     let drawn = scene.pose(&posing).unwrap();
     let all = drawn.iter().flat_map(|piece| piece.positions.iter().copied());
-    let around = scene.around("head", &posing).unwrap();
+    let around = scene.extent("head", &posing).unwrap();
     let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
     [Bounds::of(all), Bounds::of(around.points)]
         .map(|bounds| {
@@ -53,14 +53,14 @@ fn compressed_files_look_like_plain_ones() {
     ] {
         let path = folder.path().join(name);
         program.run(command, &plain, &path);
-        // As it is, and as it goes into a page.
+        // The file, and its form for embedding in a page.
         let page = folder.path().join(format!("{name}.page.glb"));
         std::fs::write(&page, whole(&path).unwrap()).unwrap();
         for path in [path, page] {
             for (ours, theirs) in wanted.iter().zip(pictures(&path)) {
                 let [ours, theirs] = [ours.clone(), theirs].map(|t| Colors::new(t).unwrap());
                 let likeness = ssim(&ours, &theirs, None).unwrap();
-                assert!(likeness >= LEAST_SSIM, "{}: SSIM {likeness}", path.display());
+                assert!(likeness >= MIN_SSIM, "{}: SSIM {likeness}", path.display());
             }
         }
     }

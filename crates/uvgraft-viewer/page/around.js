@@ -1,15 +1,17 @@
-// What a bone or a node moves, for the camera: the same choice that `uvgraft render --look-at` makes.
+// The region that a bone or a node moves, for aiming the camera; the same rule as
+// `uvgraft render --look-at`.
 
 import { Box3, Vector3 } from "three";
 
-/// Bones that begin a part of the body of its own; what hangs on others, such as fingers, goes with the
-/// bone above.
+/// Bones that start a body part; every other bone, such
+/// as a finger's, belongs to the part of its parent.
 const PARTS = ["hips", "spine", "chest", "upperChest", "neck", "head"];
 for (const side of ["left", "right"]) {
   for (const bone of ["Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot"]) PARTS.push(side + bone);
 }
 
-/// The box around what a bone (by VRM's name) or a node moves, as it stands now; null for no such name.
+/// Bounding box of what a bone (by its VRM name) or a node
+/// moves, in the current pose; null if the name is unknown.
 export function around(root, rig, name) {
   const bone = rig.bones.get(name)?.node;
   const target = bone ?? root.getObjectByName(name);
@@ -27,14 +29,14 @@ export function around(root, rig, name) {
     if (mesh.isMesh) vertices(mesh, own, (place) => box.expandByPoint(place));
   });
   if (box.isEmpty()) {
-    // A joint that moves nothing: an eighth of the figure around it.
+    // A joint that moves no vertices: use a box around it of an eighth of the figure's size.
     const whole = new Box3().setFromObject(root, true).getSize(new Vector3()).length();
     box.setFromCenterAndSize(target.getWorldPosition(new Vector3()), new Vector3(1, 1, 1).multiplyScalar(whole / 8));
   }
   return box;
 }
 
-/// Calls with the place of each vertex that is mostly theirs.
+/// Calls `call` with the position of each vertex that `own` nodes influence by more than half.
 function vertices(mesh, own, call) {
   const { position, skinIndex, skinWeight } = mesh.geometry.attributes;
   const bones = mesh.isSkinnedMesh ? mesh.skeleton.bones.map((bone) => own.has(bone)) : null;

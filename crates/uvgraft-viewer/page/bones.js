@@ -1,4 +1,4 @@
-// What a humanoid's bones are called: VRM's names for all, with those of SMPL's family and Mixamo's.
+// Bone names of humanoids: VRM names mapped to those of the SMPL family and Mixamo.
 
 const FINGERS = { Index: "index", Middle: "middle", Ring: "ring", Little: "pinky" };
 const JOINTS = ["Proximal", "Intermediate", "Distal"];
@@ -37,8 +37,8 @@ for (const [side, Side] of [["left", "Left"], ["right", "Right"]]) {
   }
 }
 
-/// Nodes by VRM's names for their bones. What a VRM says of itself counts; otherwise the one of the
-/// three vocabularies that names most joints of the file.
+/// Nodes by VRM bone name. A VRM file defines them itself; otherwise the vocabulary, of the three,
+/// that matches most joints of the file is used.
 export function findBones(root, vrm) {
   const found = new Map();
   if (vrm) {
@@ -50,9 +50,9 @@ export function findBones(root, vrm) {
   }
   const byName = new Map();
   root.traverse((node) => {
-    // Exporters put namespaces before names, of which the loader removes the colon.
+    // Exporters prepend namespaces, whose colon the loader removes.
     const name = node.name.replace(/^mixamorig\d*/, "");
-    // A joint before a mesh of the same name.
+    // Prefer a joint to a mesh of the same name.
     if (!byName.has(name) || node.isBone) byName.set(name, node);
   });
   const count = (k) => NAMES.filter((names) => byName.has(names[k])).length;

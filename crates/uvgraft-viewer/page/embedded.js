@@ -1,6 +1,7 @@
-// What `uvgraft view` put into the page: a JSON block of names, and blocks of base64.
+// Reads what `uvgraft view` embedded in the page: a JSON block of names, and blocks of base64.
 
-/// {name, textures: [{name, type}], lookAt}; names are text of any kind, `lookAt` is a name, a box or null.
+/// {name, textures: [{name, type}], lookAt}; names may
+/// be any text, `lookAt` is a name, a box or null.
 export function about() {
   return JSON.parse(document.getElementById("about-data").textContent);
 }
@@ -9,12 +10,12 @@ export function modelBytes() {
   return decode(take("model-data"));
 }
 
-/// The picture number `index` of `about().textures`.
+/// The image of `about().textures[index]`.
 export function textureBlob(index, type) {
   return new Blob([decode(take(`texture-data-${index}`))], { type });
 }
 
-/// The text of a block. The block goes, because the text would stay in memory with it.
+/// Takes the text of a block and removes the block, which would keep its text in memory.
 function take(id) {
   const block = document.getElementById(id);
   const text = block.textContent;
@@ -26,7 +27,7 @@ function decode(text) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
   const padding = text.endsWith("==") ? 2 : text.endsWith("=") ? 1 : 0;
   const bytes = new Uint8Array((text.length / 4) * 3 - padding);
-  // In pieces, so that there is no second text of the whole.
+  // Decode in chunks, to avoid a second copy of the whole text.
   const PIECE = 1 << 20;
   for (let from = 0, to = 0; from < text.length; from += PIECE) {
     const piece = atob(text.slice(from, from + PIECE));

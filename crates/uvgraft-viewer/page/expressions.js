@@ -1,9 +1,9 @@
-// Expressions: a VRM's own, otherwise the morph targets of all meshes by their names.
+// Expressions: those that a VRM defines, otherwise the morph targets of all meshes by name.
 
 export class Expressions {
   constructor(root, vrm) {
     this.manager = vrm?.expressionManager ?? null;
-    /// name → weight, 0 to 1
+    /// Name → weight in 0..1.
     this.weights = new Map();
     this.meshes = [];
     root.traverse((node) => {
@@ -32,8 +32,9 @@ export class Expressions {
     return true;
   }
 
-  /// Once a frame, after a motion moved the face: expressions that are set win over it. While none is,
-  /// the motion's stays, which updating a VRM's expressions would clear.
+  /// To be called once a frame, after animation moved the face: expressions
+  /// that are set override the animation. While none is set, the VRM's
+  /// expressions are not updated, since that would clear the animation.
   update() {
     for (const [name, weight] of this.weights) if (weight > 0) this.set(name, weight);
   }

@@ -1,4 +1,4 @@
-// What the camera looks at: the whole figure as it stands now, or its head.
+// Boxes to frame with the camera: the whole figure in its current pose, or its head.
 
 import { Box3, Vector3 } from "three";
 
@@ -8,25 +8,26 @@ export function boxed(box) {
   return { centre: box.getCenter(new Vector3()), width: size.x, height: size.y, depth: size.z };
 }
 
-/// The same of the whole figure.
+/// Box of the whole figure.
 export function body(root) {
   root.updateWorldMatrix(true, true);
   const box = new Box3().setFromObject(root, true);
   const size = box.getSize(new Vector3());
-  // Seen from any side, it is at most this wide.
+  // Upper limit of the width seen from any side.
   return { ...boxed(box), width: Math.max(size.x, size.z) };
 }
 
-/// No body is as small as that, in metres, and no head as tall.
+/// Height in metres that separates busts from bodies: no body is that short, and no head that tall.
 const BUST = 0.6;
 
-/// The same of the head: what is above its joint, or the neck's, or the top of a body without either.
+/// Box of the head: what is above the joint of the head
+/// or the neck, or the top of a body that has neither.
 export function head(root, rig) {
   const whole = body(root);
-  // FLAME's head turns about its neck.
+  // FLAME's head rotates about its neck.
   const bone = rig.bones.get("head") ?? rig.bones.get("neck");
   if (bone) {
-    // A hand may be above the head, so the height is the one at rest.
+    // Use the height at rest: in the current pose a hand may be above the head.
     const height = Math.max(root.userData.restTop - bone.at.y, 1e-3);
     const centre = bone.node.getWorldPosition(new Vector3()).add(new Vector3(0, height * 0.42, 0));
     return { centre, width: height * 1.35, height: height * 1.6 };

@@ -1,20 +1,24 @@
-// `window.uvgraft`: the page by script, for tests and for consoles.
+// `window.uvgraft`: scripting interface of the page, for tests and the console.
 //
-// - `ready`: a promise of `info()`, once the figure is drawn; rejected if it could not be.
+// - `ready`: a promise of `info()`, fulfilled once
+//   the figure is drawn, or rejected if it cannot be.
 // - `info()`: {name, isVrm, clips: [{name, duration}], poses, expressions, parts, textures}.
-// - `bones()`: where the humanoid's bones are now, {"leftHand": [x, y, z], …}, by VRM's names; metres.
-// - `setPose("wave")`, or `setPose({leftUpperArm: [x, y, z, w], …})`: rotations relative to the parent
-//   bone in axes that are aligned with the world at rest. Ends a motion.
-// - `setExpression("happy", 0.7)`; `setTime(1.5)` or `setTime(1.5, "walk")`: seconds, paused there.
-// - `setCamera({eye: [x, y, z], target: [x, y, z], up: [0, 1, 0], fovY: 28})`: metres,
-//   degrees; what is left out stays. The camera follows the figure no more then.
-// - `lookAt("leftHand")`, by VRM's name of a bone or any node's, or `lookAt([x, y, z, x, y, z])`: a box.
-// - `setUnlit(true)`, `setBackground("#ffffff")`, `setGround(false)`, `setTexture(1)`: a texture by its
-//   number in `info().textures`, of which 0 is the file's own.
+// - `bones()`: current positions of the humanoid's bones,
+//   {"leftHand": [x, y, z], …}, by VRM name; metres.
+// - `setPose("wave")`, or `setPose({leftUpperArm: [x, y, z, w], …})`: rotations relative to the
+//   parent bone, in axes that are aligned with the world at rest. Stops a motion.
+// - `setExpression("happy", 0.7)`; `setTime(1.5)` or
+//   `setTime(1.5, "walk")`: pauses at a time in seconds.
+// - `setCamera({eye: [x, y, z], target: [x, y, z], up: [0, 1, 0], fovY: 28})`: metres and degrees;
+//   omitted values stay. The camera stops following the figure.
+// - `lookAt("leftHand")`: a bone by its VRM name, or
+//   any node; or `lookAt([x, y, z, x, y, z])`: a box.
+// - `setUnlit(true)`, `setBackground("#ffffff")`, `setGround(false)`, `setTexture(1)`: a texture by
+//   its index in `info().textures`, of which 0 is the file's own.
 // - `screenshot(width, height, {transparent: true})`: a data URL of a PNG.
 //
-// All but `ready` are there when it is fulfilled, throw a RangeError for names that there are none of,
-// and take effect at once.
+// Everything except `ready` becomes available when `ready` is fulfilled, throws a RangeError for
+// unknown names, and takes effect immediately.
 
 export function expose(ready) {
   window.uvgraft = { ready };

@@ -1,10 +1,10 @@
-// What the figure wears: materials as in the file or without light, wires, and other textures.
+// Appearance of the figure: materials as in the file or unlit, wireframe, and other textures.
 
 import { MeshBasicMaterial, SRGBColorSpace, Texture } from "three";
 
 export class Looks {
   constructor(root) {
-    /// Materials of the file, each with its twin that no light changes, and what it covers.
+    /// Materials of the file, each with an unlit copy and the number of triangles that it covers.
     this.parts = [];
     this.meshes = [];
     const parts = new Map();
@@ -18,13 +18,14 @@ export class Looks {
         parts.get(material).triangles += (index ?? attributes.position).count / 3 / own.length;
       }
     });
-    // Outlines of toon materials and the like have no name of their own to choose them by.
+    // Largest first. Outlines of toon materials and the
+    // like are not offered for choice: they have no name.
     this.parts = [...parts.values()].sort((a, b) => b.triangles - a.triangles);
     this.byMaterial = parts;
     this.isUnlit = false;
   }
 
-  /// Parts whose texture can be swapped, the largest first.
+  /// Parts whose texture can be replaced, the largest first.
   get textured() {
     return this.parts.filter(({ material, original }) => original && !material.isOutline);
   }
@@ -44,14 +45,14 @@ export class Looks {
     }
   }
 
-  /// Gives a part another texture, or its own again for `null`.
+  /// Gives a part another texture, or its original one for `null`.
   setTexture(part, image) {
     const { material, unlit, original } = part;
     const before = material.map;
     const texture = image ? dressed(image, original) : original;
     material.map = texture;
     unlit.map = texture;
-    // Toon materials shade with a second picture of the same skin.
+    // Toon materials have a second texture of the same surface for shade.
     if ("shadeMultiplyTexture" in material) {
       part.shade ??= material.shadeMultiplyTexture;
       material.shadeMultiplyTexture = image ? texture : part.shade;
@@ -69,7 +70,7 @@ function unlit(material) {
   });
 }
 
-/// A texture of an image that is sampled as another one is.
+/// A texture of an image with the sampling parameters of another one.
 function dressed(image, like) {
   const texture = new Texture(image);
   texture.flipY = false;

@@ -1,4 +1,4 @@
-// Loads what the page holds and shows it.
+// Loads what is embedded in the page and shows it.
 
 import { about, modelBytes } from "./embedded.js";
 import { expose, fill } from "./hook.js";
@@ -15,7 +15,7 @@ async function start() {
   try {
     stage = new Stage(document.getElementById("stage"));
   } catch (error) {
-    throw new Error("This browser has no WebGL 2, which the avatar is drawn with.", { cause: error });
+    throw new Error("This browser does not support WebGL 2, which the viewer requires.", { cause: error });
   }
   const viewer = new Viewer(stage, await load(modelBytes()));
   const wardrobe = new Wardrobe(viewer, textures);
@@ -30,7 +30,7 @@ async function start() {
   if (lookAt) viewer.lookAt(lookAt);
   let before = performance.now();
   const tick = (now) => {
-    // After a while in the background, motion goes on where it was.
+    // After a while in the background, continue from where the motion stopped.
     viewer.advance(Math.min((now - before) / 1000, 0.1));
     before = now;
     requestAnimationFrame(tick);

@@ -1,4 +1,4 @@
-// Loads a GLB or VRM, and tells what is in it.
+// Loads a GLB or VRM, and lists facts about it.
 
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { VRMLoaderPlugin, VRMUtils } from "@pixiv/three-vrm";
@@ -9,19 +9,19 @@ export async function load(bytes) {
   loader.register((parser) => new VRMLoaderPlugin(parser));
   const gltf = await loader.parseAsync(bytes.buffer, "");
   const vrm = gltf.userData.vrm ?? null;
-  // VRM 0 looks along -Z, everything else along +Z.
+  // VRM 0 faces -Z, everything else +Z.
   if (vrm) VRMUtils.rotateVRM0(vrm);
   const root = vrm?.scene ?? gltf.scene;
   root.traverse((node) => {
     if (!node.isMesh) return;
     node.castShadow = true;
-    // The bounds of a skinned mesh are those at rest.
+    // Bounds of a skinned mesh are those of the rest pose.
     node.frustumCulled = false;
   });
   return { root, clips: gltf.animations, vrm, json: gltf.parser.json };
 }
 
-/// Lines for the page's part about the file: [what, value].
+/// Rows for the section about the file: [label, value].
 export function facts({ root, clips, vrm, json }) {
   let triangles = 0;
   const joints = new Set();

@@ -1,4 +1,4 @@
-// Playing the clips of a file.
+// Playback of a file's clips.
 
 import { AnimationMixer } from "three";
 
@@ -19,7 +19,7 @@ export class Motion {
     return this.action?.time ?? 0;
   }
 
-  /// Takes a clip by its number or name, or none: then everything is as it was before.
+  /// Selects a clip by index or name, or none, which restores the state before any clip.
   choose(which) {
     this.mixer.stopAllAction();
     const clip = this.clips[which] ?? this.clips.find(({ name }) => name === which) ?? null;
@@ -30,14 +30,14 @@ export class Motion {
     return clip !== null;
   }
 
-  /// Puts the clip to a time in seconds; times beyond its end are its end.
+  /// Sets the time in seconds, clamped to the clip.
   seek(seconds) {
     if (!this.action) return;
     this.action.time = Math.min(Math.max(seconds, 0), this.duration);
     this.mixer.update(0);
   }
 
-  /// Goes on by a time in seconds, around at the end. Whether anything moved.
+  /// Advances by a time in seconds, looping at the end. Returns whether a clip is playing.
   advance(seconds) {
     if (!this.playing || !this.action) return false;
     this.mixer.update(seconds * this.speed);

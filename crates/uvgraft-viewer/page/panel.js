@@ -1,4 +1,5 @@
-// The controls, bound to the viewer. Names of files and of what is in them are only ever set as text.
+// The controls of the viewer. Names of files and of their
+// content are only ever set as text, never as HTML.
 
 import { facts } from "./model.js";
 import { save } from "./picture.js";
@@ -32,7 +33,7 @@ export class Panel {
     this.toggle(matchMedia("(min-width: 760px)").matches);
   }
 
-  /// Shows a message for a while, or until there is another one.
+  /// Shows a message for a while, or until the next one.
   say(text) {
     const message = find("message");
     message.classList.add("brief");
@@ -191,7 +192,7 @@ export class Panel {
     viewer.play(!viewer.motion.playing);
   }
 
-  // One key for each frequent wish, where no control wants the key for itself.
+  // A key for each frequent action, unless the focused control uses that key itself.
   #keys() {
     const click = (id) => () => find(id).click();
     const keys = {
@@ -213,7 +214,7 @@ export class Panel {
       event.preventDefault();
       action();
     });
-    // Without a mouse: arrows turn the camera, plus and minus come closer and go.
+    // For use without a mouse: arrows orbit the camera, plus and minus move it closer and away.
     this.viewer.stage.canvas.addEventListener("keydown", (event) => {
       const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
       const turn = turns[event.key];

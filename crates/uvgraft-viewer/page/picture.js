@@ -1,6 +1,6 @@
-// Backgrounds, and pictures with them.
+// Backgrounds, and images composited onto them.
 
-/// Colours from the middle of the floor outwards; one colour alone for a plain one.
+/// Gradient colours from the centre outwards; a single colour for a plain background.
 const BACKGROUNDS = {
   studio: ["#8b9098", "#5d636c", "#3d4249"],
   white: ["#ffffff"],
@@ -14,7 +14,7 @@ export function backdrop(name) {
   return colors.length === 1 ? colors[0] : `radial-gradient(circle farthest-corner at 50% 45%, ${colors.join(", ")})`;
 }
 
-/// Lays a transparent canvas over a background.
+/// Composites a transparent canvas onto a background.
 export function laid(canvas, name) {
   const { width, height } = canvas;
   const context = canvas.getContext("2d");
@@ -35,6 +35,6 @@ export async function save(canvas, name) {
   link.href = URL.createObjectURL(blob);
   link.download = name;
   link.click();
-  // Not at once: the download begins after this task.
+  // Not immediately: the download starts after this task.
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

@@ -1,14 +1,14 @@
-// Poses that mean the same whatever pose the figure was bound in: limbs are told where to point.
+// Poses that do not depend on the bind pose: they define directions of limbs.
 
 import { Quaternion, Vector3 } from "three";
 
-/// What a limb's direction is measured towards.
+/// The joint that a limb points to.
 const NEXT = { UpperArm: "LowerArm", LowerArm: "Hand", Hand: "MiddleProximal", UpperLeg: "LowerLeg", LowerLeg: "Foot" };
 
 const HANGING = { UpperArm: [0.2, -1, 0.0], LowerArm: [0.1, -1, 0.18], Hand: [0.02, -1, 0.1] };
 
-// Directions are the left side's, mirrored for the right one: x is outwards, y up, z forwards.
-// `turn` is degrees about x, y and z; `curl` is degrees for each joint of the fingers.
+// Directions are for the left side and mirrored for the right: x is outwards, y up, z forwards.
+// `turn` is in degrees about x, y and z; `curl` in degrees for each finger joint.
 export const POSES = {
   rest: { title: "Rest" },
   t: { title: "T", both: { UpperArm: [1, 0, 0], LowerArm: [1, 0, 0], Hand: [1, 0, 0] } },
@@ -40,7 +40,7 @@ export const POSES = {
   },
 };
 
-/// Rotations of a pose for a rig, as `Rig.turn` takes them.
+/// Rotations of a pose for a rig, as input to `Rig.turn`.
 export function rotationsOf(pose, rig) {
   const aims = {};
   for (const [side, mirror] of [["left", 1], ["right", -1]]) {
@@ -51,7 +51,7 @@ export function rotationsOf(pose, rig) {
       };
     }
   }
-  // How far each bone's axes are turned against the world, parents first.
+  // World rotation of each bone's axes, computed parents first.
   const turned = new Map();
   const rotations = {};
   const visit = (name) => {
@@ -85,7 +85,7 @@ function localTurn(pose, name) {
   const finger = /^(left|right)(Index|Middle|Ring|Little)/.exec(name);
   const curl = finger && (pose.curl?.[finger[1]] ?? pose.curl);
   if (typeof curl !== "number") return null;
-  // Arms are bound at the sides with palms down or inwards, so fingers bend about the axis ahead.
+  // Arms are bound at the sides with palms down or inwards, so fingers bend about the forward axis.
   const angle = (finger[1] === "left" ? -curl : curl) * radians;
   return new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), angle);
 }

@@ -1,7 +1,7 @@
-// Turning a humanoid's bones from the pose it was bound in.
+// Rotates a humanoid's bones from the bind pose.
 //
-// A rotation here is what VRM calls normalized: relative to the parent bone, in axes that are
-// aligned with the world at rest, whatever the axes of the file's nodes are.
+// Rotations are what VRM calls normalized: relative to the parent bone, in axes that are aligned
+// with the world at rest, whatever the axes of the file's nodes.
 
 import { Quaternion, Vector3 } from "three";
 import { findBones } from "./bones.js";
@@ -24,7 +24,7 @@ export class Rig {
     for (const bone of this.bones.values()) bone.parent = this.#parentOf(bone.node);
   }
 
-  /// Whether there is enough of a humanoid to pose.
+  /// Whether it has the bones that poses need.
   get canPose() {
     return ["head", "leftUpperArm", "rightUpperArm"].every((name) => this.bones.has(name));
   }
@@ -36,13 +36,13 @@ export class Rig {
     return null;
   }
 
-  /// Puts all bones as they were at rest.
+  /// Restores the rest pose.
   rest() {
     this.root.position.y = this.rootHeight;
     for (const { node, rest } of this.bones.values()) node.quaternion.copy(rest);
   }
 
-  /// Rests, then turns bones; names that the rig lacks are passed over.
+  /// Sets rotations relative to the rest pose; names that the rig lacks are ignored.
   turn(rotations) {
     this.rest();
     for (const [name, rotation] of Object.entries(rotations)) {
@@ -53,7 +53,7 @@ export class Rig {
     }
   }
 
-  /// Lets the figure down, or lifts it, so that its lower foot is as high as at rest.
+  /// Lowers or lifts the figure so that its lower foot is at its height in the rest pose.
   stand() {
     const heights = ["leftFoot", "rightFoot", "leftToes", "rightToes"]
       .map((name) => this.bones.get(name))
@@ -62,13 +62,13 @@ export class Rig {
     if (heights.length) this.root.position.y -= Math.min(...heights);
   }
 
-  /// The direction from a bone to another at rest.
+  /// The direction from one bone to another in the rest pose.
   direction(from, to) {
     const [a, b] = [this.bones.get(from), this.bones.get(to)];
     return a && b ? b.at.clone().sub(a.at).normalize() : null;
   }
 
-  /// Where each bone is now: name → [x, y, z] in the world.
+  /// Current positions of all bones: name → [x, y, z] in the world.
   positions() {
     const found = {};
     for (const [name, { node }] of this.bones) {

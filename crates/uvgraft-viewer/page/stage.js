@@ -1,4 +1,4 @@
-// The camera, the studio's lights and the ground. It draws when something changed, not all the time.
+// Camera, studio lights and ground. Draws on changes only, not continuously.
 
 import {
   AmbientLight, Box3, CircleGeometry, Color, DirectionalLight, Group, HemisphereLight, Mesh, PerspectiveCamera,
@@ -6,18 +6,18 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-/// Degrees from top to bottom.
+/// Vertical field of view, in degrees.
 const FIELD_OF_VIEW = 28;
 
 export class Stage {
   constructor(place) {
     this.place = place;
-    // Backgrounds are the page's, behind a transparent picture.
+    // The page draws the background, behind a transparent canvas.
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setClearAlpha(0);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
-    // Only when the figure moved: to blur it costs more than all else on a phone.
+    // Only when the figure moved: on a phone, blurring the shadow costs more than everything else.
     this.renderer.shadowMap.autoUpdate = false;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
@@ -36,7 +36,7 @@ export class Stage {
     new ResizeObserver(() => this.#fill()).observe(place);
   }
 
-  /// Puts the figure onto the stage, and light around it.
+  /// Puts the figure on the stage and lights it.
   show(root) {
     this.root = root;
     this.scene.add(root);
@@ -53,7 +53,7 @@ export class Stage {
     this.scene.add(this.skeleton);
   }
 
-  /// Lights and the ground go with the figure to where it is, and the camera too if wanted.
+  /// Moves the lights and the ground to where the figure is, and the camera too if `withCamera`.
   follow(x, z, withCamera) {
     const step = new Vector3(x, 0, z).sub(this.extras.position);
     if (step.lengthSq() === 0) return;
@@ -63,8 +63,9 @@ export class Stage {
     this.controls.target.add(step);
   }
 
-  // A key from the person's front left with a shadow, a fill from the other side, and light from
-  // behind that parts the figure from the ground.
+  // Three-point lighting: a key light with a shadow from the front, to
+  // the left of the person, a fill light from the other side, and a
+  // rim light from behind that separates the figure from the background.
   #light() {
     const { radius, centre, box } = this;
     const at = (x, y, z) => new Vector3(x, y, z).multiplyScalar(radius * 2.5).add(centre);
@@ -80,7 +81,7 @@ export class Stage {
     lamp("#e6eeff", 0.7, -0.9, 0.25, 0.7);
     lamp("#ffffff", 0.9, -0.3, 0.7, -1);
     key.castShadow = true;
-    // Soft: only the ground shows it.
+    // Soft, since only the ground receives it.
     key.shadow.mapSize.set(1024, 1024);
     key.shadow.radius = 4;
     key.shadow.blurSamples = 8;
@@ -88,7 +89,7 @@ export class Stage {
     const wide = radius * 2;
     Object.assign(key.shadow.camera, { left: -wide, right: wide, top: wide, bottom: -wide, near: 0, far: radius * 8 });
 
-    // No wider than what the shadow's picture shows: its edges would be seen.
+    // Not beyond the area that the shadow map covers, whose edges would be visible.
     this.ground = new Mesh(new CircleGeometry(wide * 0.95, 48), new ShadowMaterial({ opacity: 0.34 }));
     this.ground.rotation.x = -Math.PI / 2;
     this.ground.position.set(centre.x, box.min.y - radius * 1e-3, centre.z);
@@ -96,35 +97,36 @@ export class Stage {
     this.extras.add(this.ground);
   }
 
-  /// Looks at a box from the front, with some air around it, above what covers the stage's lower edge.
+  /// Frames a box from the front, with a margin, above what covers the lower edge of the stage.
   ///
-  /// - `covered`: how much that is, in pixels.
+  /// - `covered`: height of the covered strip, in pixels.
   frame({ centre, width, height, depth = 0 }, { fromAbove = 0.04, covered = 0 } = {}) {
     const [across, down] = this.#size();
     const free = Math.max(1 - covered / down, 0.3);
     const half = Math.tan((FIELD_OF_VIEW / 2) * (Math.PI / 180));
-    // Height of what is seen at the box.
+    // Visible height at the distance of the box.
     const seen = 1.12 * Math.max(height / free, (width * down) / across);
     const target = centre.clone().add(new Vector3(0, (-seen * (1 - free)) / 2, 0));
-    // What is nearer than the middle of the box is larger, and still has to be seen.
+    // Its front is nearer than its centre and appears larger, but has to be visible too.
     const distance = seen / 2 / half + depth / 2;
     const eye = target.clone().add(new Vector3(0, fromAbove * distance, distance));
     this.setCamera({ eye: eye.toArray(), target: target.toArray(), up: [0, 1, 0], fovY: FIELD_OF_VIEW });
   }
 
-  /// {eye, target, up, fovY}: metres, and degrees from top to bottom; what is left out stays.
+  /// {eye, target, up, fovY}: metres, and degrees for
+  /// the vertical field of view; omitted values stay.
   setCamera({ eye, target, up, fovY }) {
     if (up) this.camera.up.fromArray(up);
     if (eye) this.camera.position.fromArray(eye);
     if (target) this.controls.target.fromArray(target);
     if (fovY) this.camera.fov = fovY;
     this.controls.update();
-    // Without this, motion that a drag left over would go on.
+    // Stops motion left over from a drag.
     this.camera.lookAt(this.controls.target);
     this.draw();
   }
 
-  /// Turns the camera around what it looks at, by angles in radians to the right and down.
+  /// Orbits the camera around its target, by angles in radians to the right and down.
   orbit(right, down) {
     const offset = this.camera.position.clone().sub(this.controls.target);
     const at = new Spherical().setFromVector3(offset);
@@ -134,7 +136,7 @@ export class Stage {
     this.setCamera({ eye: offset.add(this.controls.target).toArray() });
   }
 
-  /// Moves the camera so that its distance is so many times what it was.
+  /// Multiplies the camera's distance from its target by a factor.
   approach(factor) {
     const { target } = this.controls;
     this.setCamera({ eye: this.camera.position.clone().sub(target).multiplyScalar(factor).add(target).toArray() });
@@ -144,7 +146,7 @@ export class Stage {
     this.isStale = true;
   }
 
-  /// Draws, because the figure is another or elsewhere.
+  /// Redraws with shadows, after the figure changed or moved.
   drawFigure() {
     this.renderer.shadowMap.needsUpdate = true;
     this.draw();
@@ -156,7 +158,7 @@ export class Stage {
     this.drawFigure();
   }
 
-  /// Draws if something changed since.
+  /// Draws if anything changed since the last time.
   render() {
     this.controls.update();
     if (!this.isStale) return;
@@ -165,7 +167,7 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
   }
 
-  /// A picture of a size of its own, as a canvas with a transparent background.
+  /// An image of any size, as a canvas with a transparent background.
   picture(width, height) {
     this.renderer.setPixelRatio(1);
     this.renderer.setSize(width, height, false);
@@ -174,13 +176,13 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
     const copy = document.createElement("canvas");
     Object.assign(copy, { width, height });
-    // What was drawn is there until this task ends.
+    // The drawing buffer is valid until this task ends.
     copy.getContext("2d").drawImage(this.canvas, 0, 0);
     this.#fill();
     return copy;
   }
 
-  /// Planes before and behind the figure, as near as they can be, so that depth is exact.
+  /// Puts the clip planes as close to the figure as possible, for depth precision.
   #clip() {
     const distance = this.camera.position.distanceTo(this.centre ?? new Vector3());
     const radius = this.radius ?? 1;

@@ -1,4 +1,4 @@
-// The viewer without its controls: one figure on a stage, and all that can be done with it.
+// The viewer without its controls: one figure on a stage, and everything that can be done with it.
 
 import { Box3, Quaternion, Vector3 } from "three";
 import { around } from "./around.js";
@@ -23,9 +23,9 @@ export class Viewer extends EventTarget {
     stage.show(root);
     root.userData.restTop = stage.box.max.y;
     this.pose = "rest";
-    /// Whether the camera goes with the figure.
+    /// Whether the camera follows the figure.
     this.isFollowing = true;
-    /// Pixels at the stage's lower edge that controls cover.
+    /// Height in pixels of the strip at the stage's lower edge that controls cover.
     this.covered = 0;
     this.setBackground("studio");
     this.frame("body");
@@ -36,7 +36,7 @@ export class Viewer extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  /// A pose by its name, or rotations by VRM's names for bones: [x, y, z, w] or quaternions.
+  /// Sets a pose by its name, or rotations by VRM bone name: [x, y, z, w] or quaternions.
   setPose(pose) {
     const isNamed = typeof pose === "string";
     if (isNamed && !Object.hasOwn(POSES, pose)) throw new RangeError(`no pose ${pose}, only ${Object.keys(POSES).join(", ")}`);
@@ -66,7 +66,7 @@ export class Viewer extends EventTarget {
     this.#changed();
   }
 
-  /// Pauses at a time in seconds, in a clip by its number or name where one is given.
+  /// Pauses at a time in seconds, in the clip with the given index or name if any.
   setTime(seconds, clip) {
     if (clip !== undefined || !this.motion.action) this.setClip(clip ?? 0);
     this.motion.playing = false;
@@ -91,7 +91,7 @@ export class Viewer extends EventTarget {
     this.#changed();
   }
 
-  /// Puts the camera somewhere, as `Stage.setCamera` does, where it stays.
+  /// Sets the camera as `Stage.setCamera` does, and stops it from following the figure.
   setCamera(camera) {
     this.isFollowing = false;
     this.stage.setCamera(camera);
@@ -107,7 +107,7 @@ export class Viewer extends EventTarget {
     this.#changed();
   }
 
-  /// One of the backgrounds, or a colour as CSS writes it.
+  /// Sets one of the backgrounds by name, or a CSS colour.
   setBackground(name) {
     this.background = name;
     this.stage.place.style.setProperty("--backdrop", backdrop(name));
@@ -119,7 +119,7 @@ export class Viewer extends EventTarget {
     this.#changed();
   }
 
-  /// "body" or "head".
+  /// Frames the "body" or the "head".
   frame(what) {
     this.isFollowing = true;
     const { root } = this.model;
@@ -130,7 +130,7 @@ export class Viewer extends EventTarget {
     });
   }
 
-  /// Aims the camera at a bone (by VRM's name), a node, or a box: [x, y, z, x, y, z] in metres.
+  /// Aims the camera at a bone (by its VRM name), a node, or a box: [x, y, z, x, y, z] in metres.
   lookAt(what) {
     const { root } = this.model;
     const box = Array.isArray(what)
@@ -141,13 +141,13 @@ export class Viewer extends EventTarget {
     this.stage.frame(frames.boxed(box), { fromAbove: 0, covered: this.covered });
   }
 
-  /// A canvas of the picture, with the background unless it is to be transparent.
+  /// An image as a canvas, with the background unless `transparent`.
   picture(width, height, { transparent = false } = {}) {
     const canvas = this.stage.picture(width, height);
     return transparent ? canvas : laid(canvas, this.background);
   }
 
-  /// Goes on by a time in seconds.
+  /// Advances the animation by a time in seconds, and draws.
   advance(seconds) {
     const { vrm } = this.model;
     if (this.motion.advance(seconds)) {
@@ -161,7 +161,7 @@ export class Viewer extends EventTarget {
     this.stage.render();
   }
 
-  // What follows the bones and the face: constraints, eyes, hair that swings.
+  // Updates what depends on the bones and the face: constraints, eyes, swinging hair.
   #settle(seconds = 0) {
     const { vrm } = this.model;
     this.expressions.update();

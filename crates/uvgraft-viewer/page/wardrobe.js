@@ -1,4 +1,4 @@
-// Textures to choose from: the file's own, those that came with the page, those that were dropped.
+// Textures to choose from: the file's own, those embedded in the page, and dropped ones.
 
 import { textureBlob } from "./embedded.js";
 
@@ -10,7 +10,7 @@ export class Wardrobe extends EventTarget {
       part, worn: 0, name: part.material.name || `part ${index + 1}`,
     }));
     this.chosenPart = 0;
-    /// [{name, image}]; images are decoded when they are first worn.
+    /// [{name, image}]; images are decoded when first used.
     this.textures = [
       { name: "As in the file", image: null },
       ...embedded.map(({ name, type }, index) => ({ name, blob: textureBlob(index, type) })),
@@ -30,7 +30,7 @@ export class Wardrobe extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  /// Puts a texture onto the chosen part; rejected if it is no picture.
+  /// Applies a texture to the chosen part; rejects if it is not an image.
   async wear(index) {
     const texture = this.textures[index];
     const chosen = this.parts[this.chosenPart];
@@ -45,7 +45,7 @@ export class Wardrobe extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  /// Adds a picture file and wears it.
+  /// Adds an image file and applies it.
   async add(file) {
     this.textures.push({ name: file.name, blob: file });
     try {

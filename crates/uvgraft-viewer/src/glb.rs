@@ -1,9 +1,9 @@
-//! What a GLB must be like for the page to show it.
+//! Checks that the page can show a GLB.
 
 use serde::Deserialize;
 use uvgraft_gltf::container::{self, ContainerError};
 
-/// A GLB whose header, length and JSON are as they should be, and that needs nothing which the page lacks.
+/// A GLB with a valid header, length and JSON, which requires nothing that the page lacks.
 #[derive(Debug, Clone, Copy)]
 pub struct Glb<'a>(&'a [u8]);
 
@@ -11,39 +11,37 @@ pub struct Glb<'a>(&'a [u8]);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlbError {
-    /// The container is damaged, or the file is of another kind.
+    /// The container is damaged, or the file is of another type.
     #[error(transparent)]
     Container(#[from] ContainerError),
-    /// The header's length is not the file's.
-    #[error("the GLB header must give the length of the file, {actual} bytes, got {found}")]
+    /// The length in the header is not that of the file.
+    #[error("the length in the GLB header must be that of the file, {actual} bytes, got {found}")]
     Length {
-        /// What the header says.
+        /// Length in the header.
         found: u64,
-        /// The file's length.
+        /// Length of the file.
         actual: u64,
     },
     /// The JSON cannot be read.
-    #[error("its JSON cannot be read: {0}")]
+    #[error("cannot parse the JSON chunk: {0}")]
     Json(#[from] serde_json::Error),
-    /// A part of it is in another file.
-    #[error(
-        "{what} is the file `{uri}`, which a page of one file cannot load; wanted a GLB that holds it"
-    )]
+    /// Part of its data is in another file.
+    #[error("{what} is in the external file `{uri}`; a GLB must contain all its data to be viewed")]
     External {
-        /// Such as `image 0`.
+        /// What is external, such as `image 0`.
         what: String,
-        /// Where it is.
+        /// The URI of the other file.
         uri: String,
     },
-    /// The file cannot be shown without an extension that the page does not know.
-    #[error("it requires {name}, which the viewer does not read; write it without")]
+    /// The file requires an extension that the page does not support.
+    #[error("the file requires {name}, which the viewer does not support; export it without")]
     Extension {
         /// The extension's name.
         name: String,
     },
 }
 
-/// Extensions that need a decoder, of which the page has none.
+/// Extensions that need a decoder that the page does not have.
 const NOT_READ: [&str; 4] = [
     "KHR_draco_mesh_compression",
     "KHR_texture_basisu",
@@ -70,8 +68,7 @@ impl<'a> Glb<'a> {
     /// Checks a file.
     ///
     /// # Errors
-    /// [`GlbError`] with what was found. Meshes and images are not looked into: the page says what is
-    /// wrong with those.
+    /// [`GlbError`]. Meshes and images are not checked: the page reports errors in them.
     pub fn new(bytes: &'a [u8]) -> Result<Self, GlbError> {
         let glb = container::Glb::read(bytes)?;
         let (found, actual) = (glb.length as u64, bytes.len() as u64);
@@ -117,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn sound_files_are_taken_whole() {
+    fn valid_files_are_accepted() {
         let json = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4},{"uri":"data:,x"}],
             "extensionsRequired":["KHR_texture_transform"]}"#;
         let bytes = glb(json);
@@ -125,26 +122,26 @@ mod tests {
     }
 
     #[test]
-    fn other_files_are_refused_with_what_was_found() {
+    fn invalid_files_are_refused_with_a_reason() {
         assert!(refused(b"\x89PNG").starts_with("not a GLB file"), "{}", refused(b"\x89PNG"));
         assert_eq!(refused(b"glTF\x01\0\0\0"), "the GLB version must be 2, got 1");
         let whole = glb("{}");
-        assert!(refused(&whole[..21]).contains("must have bytes up to 22, the file ends at 21"));
+        assert!(refused(&whole[..21]).contains("ends at byte 22, but the file has 21 bytes"));
         let longer = [&whole[..], b"more"].concat();
         assert!(refused(&longer).ends_with("26 bytes, got 22"), "{}", refused(&longer));
         let mut bytes = whole.clone();
         bytes[12] = 3;
-        assert!(refused(&bytes).contains("a chunk of the GLB must have bytes up to 23"));
+        assert!(refused(&bytes).contains("a chunk of the GLB ends at byte 23"));
         bytes[12] = 2;
         bytes[16] = b'B';
         assert!(refused(&bytes).contains("no JSON chunk"));
-        assert!(refused(&glb("{")).contains("JSON cannot be read"));
+        assert!(refused(&glb("{")).contains("cannot parse the JSON chunk"));
     }
 
     #[test]
     fn files_that_the_page_cannot_show_are_refused_by_name() {
         let external = glb(r#"{"images":[{"bufferView":0},{"uri":"skin.png"}]}"#);
-        assert!(refused(&external).starts_with("image 1 is the file `skin.png`"));
+        assert!(refused(&external).starts_with("image 1 is in the external file `skin.png`"));
         let basis = glb(r#"{"extensionsRequired":["KHR_texture_basisu"]}"#);
         assert!(refused(&basis).contains("requires KHR_texture_basisu"));
     }

@@ -1,8 +1,8 @@
-//! One self-contained HTML page that shows an avatar: whoever opens it needs no network and no server.
+//! One self-contained HTML page that shows an avatar and opens without a network or a server.
 //!
-//! The page is written in `page/` (JavaScript, three.js), made into one file by
-//! `scripts/build-viewer.sh` and held by this crate with the feature `bundled`. [`Page`] puts an avatar
-//! and further textures into it.
+//! The source of the page is in `page/` (JavaScript, three.js). `scripts/build-viewer.sh` bundles
+//! it into one file, which this crate embeds with the feature `bundled`. [`Page`] adds an avatar
+//! and further textures to it.
 
 #![forbid(unsafe_code)]
 
@@ -14,7 +14,7 @@ pub use glb::{Glb, GlbError};
 pub use page::{LookAt, Page, Template, TemplateError};
 pub use picture::Picture;
 
-/// The page without an avatar; nothing without the feature `bundled`.
+/// The page without an avatar; `None` without the feature `bundled`.
 pub const PAGE: Option<&str> = page_text();
 
 #[cfg(feature = "bundled")]

@@ -1,4 +1,4 @@
-//! Puts an avatar into the page.
+//! Embeds an avatar in the page.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::{Glb, Picture};
 
-/// The page's markup, cut where data goes.
+/// The page's markup, split where data is inserted.
 #[derive(Debug, Clone, Copy)]
 pub struct Template<'a> {
     before_title: &'a str,
@@ -16,11 +16,11 @@ pub struct Template<'a> {
     rest: &'a str,
 }
 
-/// A page that data cannot be put into.
+/// A page into which data cannot be inserted.
 #[derive(Debug, thiserror::Error)]
-#[error("the viewer's page has no `{mark}`")]
+#[error("the viewer page lacks the placeholder `{mark}`")]
 pub struct TemplateError {
-    /// What is missing.
+    /// The missing placeholder.
     pub mark: &'static str,
 }
 
@@ -28,10 +28,10 @@ const TITLE: &str = "<!-- uvgraft:title -->";
 const DATA: &str = "<!-- uvgraft:data -->";
 
 impl<'a> Template<'a> {
-    /// Takes a page, such as [`crate::PAGE`].
+    /// Splits a page, such as [`crate::PAGE`], at its placeholders.
     ///
     /// # Errors
-    /// [`TemplateError`] if it has no place for the title or the data.
+    /// [`TemplateError`] if a placeholder, for the title or for the data, is missing.
     pub fn new(html: &'a str) -> Result<Self, TemplateError> {
         let (before_title, rest) = html.split_once(TITLE).ok_or(TemplateError { mark: TITLE })?;
         let (before_data, rest) = rest.split_once(DATA).ok_or(TemplateError { mark: DATA })?;
@@ -39,24 +39,24 @@ impl<'a> Template<'a> {
     }
 }
 
-/// An avatar and textures to choose from. Names are shown, and may be any text.
+/// An avatar and a choice of textures. Names are displayed and may be any text.
 #[derive(Debug)]
 pub struct Page<'a> {
-    /// What the avatar is called, such as its file's name.
+    /// Name of the avatar, such as its file name.
     pub name: &'a str,
     /// The avatar.
     pub model: Glb<'a>,
-    /// Textures beside its own, each with a name.
+    /// Further textures, each with a name.
     pub textures: Vec<(&'a str, Picture<'a>)>,
-    /// What the camera looks at first; all of the avatar if nothing.
+    /// What the camera is aimed at first; the whole avatar if `None`.
     pub look_at: Option<LookAt<'a>>,
 }
 
-/// What a camera looks at.
+/// A target for the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum LookAt<'a> {
-    /// A bone by VRM's name, or any node by its name.
+    /// A bone by its VRM name, or any node by its name.
     Named(&'a str),
     /// Two corners of a box, in metres.
     Box([f32; 6]),
@@ -78,11 +78,11 @@ struct TextureAbout<'a> {
 }
 
 impl Page<'_> {
-    /// Writes the page as UTF-8: names as JSON, files as base64, each in a script element that no
-    /// browser runs.
+    /// Writes the page as UTF-8: names as JSON, files as base64, each in a script element that
+    /// browsers do not execute.
     ///
     /// # Errors
-    /// What writing gives.
+    /// Those of writing to `out`.
     pub fn write(&self, template: &Template<'_>, out: &mut impl Write) -> io::Result<()> {
         out.write_all(template.before_title.as_bytes())?;
         write!(out, "<title>{}</title>", escaped(self.name))?;
@@ -95,8 +95,8 @@ impl Page<'_> {
                 .collect(),
             look_at: self.look_at,
         };
-        // In JSON, `<` is only ever part of a text, where it may be written by its number. Without it,
-        // nothing ends the element.
+        // In JSON, `<` occurs only inside strings, where it may be escaped. Without it, nothing can
+        // close the element.
         let json = serde_json::to_string(&about)?.replace('<', "\\u003c");
         writeln!(out, "<script type=\"application/json\" id=\"about-data\">{json}</script>")?;
         block("model-data", self.model.bytes(), out)?;
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_is_told_by_name_or_box() {
+    fn camera_targets_are_names_or_boxes() {
         let told = |look_at| serde_json::to_string(&look_at).unwrap();
         assert_eq!(told(LookAt::Named("leftHand")), r#""leftHand""#);
         assert_eq!(told(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])), "[0.0,1.0,0.0,1.0,2.0,0.5]");
@@ -172,20 +172,20 @@ mod tests {
     }
 
     #[test]
-    fn marks_in_names_are_names() {
+    fn placeholders_in_names_stay_text() {
         let html = written(DATA, TITLE);
         assert_eq!(html.matches("model-data").count(), 1);
         assert!(html.starts_with("<head><title>&lt;!-- uvgraft:data --></title>"), "{html}");
     }
 
     #[test]
-    fn pages_without_a_place_for_data_are_refused() {
+    fn pages_without_placeholders_are_refused() {
         assert!(Template::new("<p>").unwrap_err().to_string().contains("uvgraft:title"));
         assert!(Template::new(TITLE).unwrap_err().to_string().contains("uvgraft:data"));
     }
 
     #[test]
-    fn the_page_that_the_program_holds_takes_data() {
+    fn the_embedded_page_takes_data() {
         if let Some(page) = crate::PAGE {
             let template = Template::new(page).unwrap();
             assert!(template.before_title.contains("default-src 'none'"));

@@ -1,6 +1,6 @@
-//! Pictures that every browser shows.
+//! Image files in formats that every browser supports.
 
-/// A picture file's bytes, known by how they begin.
+/// The bytes of an image file, whose format is detected from its signature.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture<'a> {
     bytes: &'a [u8],
@@ -8,10 +8,10 @@ pub struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    /// The file extensions of what is taken, for messages.
-    pub const KINDS: &'static str = ".png, .jpg or .webp";
+    /// File extensions of the supported formats, for messages.
+    pub const EXTENSIONS: &'static str = ".png, .jpg or .webp";
 
-    /// Takes PNG, JPEG and WebP; nothing for other files. What follows the beginning is not looked at.
+    /// Accepts PNG, JPEG and WebP, else `None`. Only the signature is checked.
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let media_type = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
             "image/png"
@@ -30,7 +30,7 @@ impl<'a> Picture<'a> {
         self.bytes
     }
 
-    /// Such as `image/png`.
+    /// Media type, such as `image/png`.
     pub fn media_type(&self) -> &'static str {
         self.media_type
     }
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_are_told_by_their_beginnings() {
+    fn formats_are_detected_from_signatures() {
         let kind = |bytes| Picture::new(bytes).map(|picture| picture.media_type());
         assert_eq!(kind(b"\x89PNG\r\n\x1a\n..."), Some("image/png"));
         assert_eq!(kind(b"\xff\xd8\xff\xe0"), Some("image/jpeg"));

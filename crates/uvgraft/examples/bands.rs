@@ -1,4 +1,4 @@
-//! Lays a texture over a base that is never in memory whole, band by band:
+//! Lays a texture over a base, band by band, without ever holding the whole base in memory:
 //! `cargo run --release -p uvgraft --example bands -- body.png`
 
 use std::error::Error;
@@ -8,10 +8,10 @@ use uvgraft::{Channels, Depth, Encoding, Graft, Pair, Size, Sizes, TexelFormat, 
 use uvgraft_figure::{Figure, paint_head};
 use uvgraft_io::image::{BandWriter, TextureSpec, WriteOptions};
 
-/// Rows of a band.
+/// Rows per band.
 const ROWS: u32 = 256;
 
-/// - `path`: the image that is written.
+/// - `path`: the image to write.
 pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     let figure = Figure::new();
     let face = paint_head(&figure, Size::square(1024));
@@ -20,14 +20,14 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     let size = Size::square(4096);
     let graft = Graft::builder(pair, Sizes { from: face.size(), to: size }).build()?;
 
-    // An overlay is a texture that is ready for bases of one format; what it makes of them has another one if
-    // the texture has more channels or more bits.
+    // An overlay is a texture prepared for bases of one format. The format of its results differs
+    // if the texture has more channels or a greater depth.
     let base = TexelFormat { channels: Channels::Rgb, depth: Depth::U8, encoding: Encoding::Srgb };
     let overlay = graft.overlay(face, base)?;
     let spec = TextureSpec::new(size, overlay.format());
     let mut writer = BandWriter::create(path, spec, None, &WriteOptions::default())?;
     for first_row in (0..size.height).step_by(ROWS as usize) {
-        // One colour; the bands of an image are read by `uvgraft_io::image::BandReader`.
+        // A single colour here; `uvgraft_io::image::BandReader` reads the bands of an image.
         let band = Size::new(size.width, ROWS.min(size.height - first_row));
         let band = Texture::filled(band, base.channels, base.encoding, base.depth, &[0.3; 3])?;
         writer.push(&overlay.lay(first_row, band)?)?;

@@ -1,4 +1,4 @@
-//! Carries a face to a body whose skin has another tone, so that nobody finds where it ends:
+//! Carries a face to a body with a different skin tone, without a visible seam:
 //! `cargo run --release -p uvgraft --example blend -- body.png`
 
 use std::error::Error;
@@ -10,7 +10,7 @@ use uvgraft::{BlendDomain, BlendOptions, Direction, Graft, Pair, Size, Sizes};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
-/// - `path`: the image that is written.
+/// - `path`: the image to write.
 pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     let figure = Figure::new();
     let face = paint_head(&figure, Size::square(1024));
@@ -18,12 +18,13 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     let vertex_map: Vec<i64> = figure.vertex_map.iter().map(|&vertex| vertex.into()).collect();
     let pair = Arc::new(Pair::by_vertex_map(figure.head, figure.body, &vertex_map)?);
 
-    // Everything that is linked but the lower end of the neck: regions are made of vertices, of painted masks,
-    // and of other regions. Lengths are in the mesh's unit, metres here.
+    // Everything linked except the lower end of the neck. Regions are made from vertices, painted
+    // masks and other regions. Lengths are in the mesh's unit, here metres.
     let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     let region = domain.linked().grown(Growth::Length(-0.01));
 
-    // Along the region's rim the face takes on the tone of the body's skin, and within a centimetre it gives way.
+    // Match the face to the tone of the body's skin along the region's boundary, and fade it out
+    // over one centimetre.
     let options = BlendOptions::default().membrane().feather(0.01);
     let graft = Graft::builder(pair, Sizes { from: face.size(), to: body.size() })
         .region(region)

@@ -1,5 +1,5 @@
-//! Solves for the texture of a head that shows on the body what the body's own texture shows there:
-//! `cargo run --release -p uvgraft --example fit -- head.png`
+//! Solves for the head texture that best reproduces the body's own texture when applied to the
+//! body: `cargo run --release -p uvgraft --example fit -- head.png`
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use uvgraft::{
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 
-/// How the fit went.
+/// Returns the outcome of the fit.
 ///
-/// - `path`: the image that is written.
+/// - `path`: the image to write.
 pub fn run(path: &Path) -> Result<FitSummary, Box<dyn Error>> {
-    // A body that has a face.
+    // Make a body with a face.
     let figure = Figure::new();
     let size = Size::square(1024);
     let (face, body) = (paint_head(&figure, size), paint_body(&figure, size));
@@ -24,8 +24,8 @@ pub fn run(path: &Path) -> Result<FitSummary, Box<dyn Error>> {
     let there = Graft::builder(Arc::clone(&pair), Sizes { from: face.size(), to: body.size() });
     let body = there.build()?.apply(face, body)?;
 
-    // From the body's layout back to the head's, at a quarter of the texels. Sampling blurs there, and once more
-    // where the result is used; a fit makes up for both.
+    // Go back from the body's layout to the head's, at a quarter of the texels. Sampling blurs once
+    // here and once more where the result is used; a fit compensates for both.
     let head = Size::square(512);
     let back = Graft::builder(pair, Sizes { from: body.size(), to: head })
         .direction(Direction::Reverse)

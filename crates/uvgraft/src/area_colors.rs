@@ -1,4 +1,4 @@
-//! Colours that a texture shows in areas of a head, and what is typical of them.
+//! Colours of a texture within anatomical areas of a head, and their typical values.
 
 use crate::anatomy::{Anatomy, Area};
 use crate::color::Encoding;
@@ -9,13 +9,13 @@ use crate::sampler::Sampler;
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
-/// Red, green and blue, sRGB; 1.0 for full.
+/// Red, green and blue, sRGB; 1.0 is full intensity.
 type Rgb = [f32; 3];
 
-/// With fewer colours an area says nothing.
-const LEAST_SAMPLES: usize = 24;
+/// Minimum number of colours for an estimate.
+const MIN_SAMPLES: usize = 24;
 
-/// Where each quarter of a triangle has its middle.
+/// Barycentric centroids of the four congruent sub-triangles of a triangle.
 const QUARTERS: [[f64; 3]; 4] = {
     const SIX: f64 = 1.0 / 6.0;
     const TWO_THIRDS: f64 = 2.0 / 3.0;
@@ -23,7 +23,10 @@ const QUARTERS: [[f64; 3]; 4] = {
     [[TWO_THIRDS, SIX, SIX], [SIX, TWO_THIRDS, SIX], [SIX, SIX, TWO_THIRDS], [THIRD, THIRD, THIRD]]
 };
 
-/// Colours of a texture in an area, four of each triangle.
+/// Colours of a texture in an area, at up to four samples in each triangle whose corner weights in
+/// the area average at least 0.5.
+///
+/// - `is_wanted`: keeps a sample; gets its UV coordinates.
 pub fn of_area(
     mesh: &Mesh,
     anatomy: &Anatomy,
@@ -39,7 +42,11 @@ pub fn of_area(
     of_faces(mesh, texture, &faces, |_, _, uv| is_wanted(uv))
 }
 
-/// Colours of a texture at those places of some triangles that are wanted.
+/// Colours of a texture at up to four samples in each of `faces`.
+///
+/// - `is_wanted`: keeps a sample; gets its face, its barycentric weights and its UV coordinates.
+///
+/// Samples with an alpha below 0.5 or a value that is not finite are skipped.
 pub(crate) fn of_faces(
     mesh: &Mesh,
     texture: &Texture,
@@ -50,26 +57,27 @@ pub(crate) fn of_faces(
     let of_face = |index: usize| {
         let face = faces[index];
         let corners = wide(mesh.uv_triangle(face));
-        let places = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
-        let wanted = places.filter(|&(weights, uv)| is_wanted(face, weights, uv));
-        let colors = wanted.map(|(_, uv)| sampler.rgba_as(uv, Encoding::Srgb));
-        let known =
+        let samples = QUARTERS.into_iter().map(|weights| (weights, mixed(&corners, weights)));
+        let kept = samples.filter(|&(weights, uv)| is_wanted(face, weights, uv));
+        let colors = kept.map(|(_, uv)| sampler.rgba_as(uv, Encoding::Srgb));
+        let opaque =
             colors.filter(|rgba| rgba[3] >= 0.5 && rgba.iter().all(|value| value.is_finite()));
-        known.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
+        opaque.map(|[r, g, b, _]| [r, g, b]).collect::<Vec<Rgb>>()
     };
     map_indices(faces.len(), of_face).concat()
 }
 
-/// The colours that are near the median in CIELAB; nothing if they are too few.
+/// The colours close to their median in CIELAB: within three times the median distance from it, or
+/// 8 if that is more. `None` for fewer than 24 colours.
 pub fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
-    if colors.len() < LEAST_SAMPLES {
+    if colors.len() < MIN_SAMPLES {
         return None;
     }
     let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
     let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
-    let far = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
-    let reach = (3.0 * median(labs.iter().map(far).collect())).max(8.0);
-    let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| far(lab) <= reach);
+    let dist = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
+    let reach = (3.0 * median(labs.iter().map(dist).collect())).max(8.0);
+    let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| dist(lab) <= reach);
     Some(kept.map(|(rgb, _)| rgb).collect())
 }
 

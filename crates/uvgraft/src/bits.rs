@@ -1,13 +1,13 @@
-//! Sets of small numbers, one bit each: how columns of a row are put in order without sorting.
+//! Bit sets of small integers: they put the columns of a row in order without sorting.
 
 use std::ops::Range;
 
-/// How many words hold `count` bits.
+/// Number of words that hold `count` bits.
 pub(crate) fn words(count: u32) -> usize {
     count.div_ceil(64) as usize
 }
 
-/// The bits of `range` in word number `word`, which it touches.
+/// The bits of `range` in the word at index `word`, which the range must overlap.
 fn mask(range: &Range<u32>, word: usize) -> u64 {
     let first = word as u32 * 64;
     let from = range.start.saturating_sub(first);
@@ -15,7 +15,7 @@ fn mask(range: &Range<u32>, word: usize) -> u64 {
     (u64::MAX << from) & (u64::MAX >> beyond)
 }
 
-/// The words that a range that is not empty touches.
+/// The indices of the words that a non-empty range overlaps.
 fn touched(range: &Range<u32>) -> Range<usize> {
     range.start as usize / 64..(range.end as usize - 1) / 64 + 1
 }
@@ -37,7 +37,7 @@ pub(crate) fn insert_range(set: &mut [u64], range: &Range<u32>) {
     }
 }
 
-/// Adds a range that is not empty; whether any number of it was there.
+/// Adds a non-empty range; returns whether any member of it was present before.
 #[inline]
 pub(crate) fn claim(set: &mut [u64], range: &Range<u32>) -> bool {
     // Most ranges lie within a word.
@@ -48,7 +48,7 @@ pub(crate) fn claim(set: &mut [u64], range: &Range<u32>) -> bool {
     if words.len() == 1 { taken } else { claim_rest(set, range) || taken }
 }
 
-/// As [`claim`], of all words that the range touches but the first.
+/// As [`claim`], for all words that the range overlaps except the first.
 #[inline(never)]
 fn claim_rest(set: &mut [u64], range: &Range<u32>) -> bool {
     let words = touched(range);
@@ -61,20 +61,20 @@ fn claim_rest(set: &mut [u64], range: &Range<u32>) -> bool {
     taken != 0
 }
 
-/// Whether any number of a range is in the set.
+/// Whether the set contains any number of a range.
 pub(crate) fn meets(set: &[u64], range: &Range<u32>) -> bool {
     !range.is_empty() && touched(range).any(|word| set[word] & mask(range, word) != 0)
 }
 
-/// Adds all numbers of another set.
+/// Adds all members of another set.
 pub(crate) fn unite(set: &mut [u64], other: &[u64]) {
     for (word, other) in set.iter_mut().zip(other) {
         *word |= other;
     }
 }
 
-/// The numbers in the set, in order.
-pub(crate) fn numbers(set: &[u64]) -> impl Iterator<Item = u32> {
+/// The members in ascending order.
+pub(crate) fn members(set: &[u64]) -> impl Iterator<Item = u32> {
     set.iter().zip(0..).flat_map(|(&word, index)| {
         let mut rest = word;
         std::iter::from_fn(move || {
@@ -85,19 +85,19 @@ pub(crate) fn numbers(set: &[u64]) -> impl Iterator<Item = u32> {
     })
 }
 
-/// The set as ranges that do not touch, in order.
+/// The set as disjoint, non-adjacent ranges in ascending order.
 pub(crate) fn ranges(set: &[u64]) -> impl Iterator<Item = Range<u32>> {
     stretches(set, true, set.len() as u32 * 64)
 }
 
-/// What of `0..count` is not in the set, in order.
+/// The ranges of `0..count` that are not in the set, in ascending order.
 pub(crate) fn gaps(set: &[u64], count: u32) -> impl Iterator<Item = Range<u32>> {
     stretches(set, false, count)
 }
 
-/// The numbers below `count` that are in the set, or are not, as ranges.
+/// The maximal ranges below `count` whose numbers are all in the set (`inside`), or all not in it.
 fn stretches(set: &[u64], inside: bool, count: u32) -> impl Iterator<Item = Range<u32>> {
-    // The next number from `start` on that is in the set, or that is not.
+    // The first number from `start` on that is in the set (`wanted`), or that is not.
     let next = move |start: u32, wanted: bool| {
         let mut word = start as usize / 64;
         let mut from = u64::MAX << (start % 64);
@@ -132,8 +132,8 @@ mod tests {
         }
         insert(&mut set, 255);
         assert_eq!(ranges(&set).collect::<Vec<_>>(), [3..6, 60..130, 190..200, 255..256]);
-        assert_eq!(numbers(&set).count(), 3 + 70 + 10 + 1);
-        assert!(numbers(&set).is_sorted() && numbers(&set).all(|number| contains(&set, number)));
+        assert_eq!(members(&set).count(), 3 + 70 + 10 + 1);
+        assert!(members(&set).is_sorted() && members(&set).all(|number| contains(&set, number)));
         assert!(meets(&set, &(0..4)) && meets(&set, &(129..190)) && meets(&set, &(6..61)));
         assert!(!meets(&set, &(130..190)) && !meets(&set, &(60..60)) && !contains(&set, 6));
         let gaps = |set: &[u64]| gaps(set, 250).collect::<Vec<_>>();
@@ -148,6 +148,6 @@ mod tests {
     fn a_set_is_united_with_another() {
         let mut set = [1, 0];
         unite(&mut set, &[2, 1]);
-        assert_eq!(numbers(&set).collect::<Vec<_>>(), [0, 1, 64]);
+        assert_eq!(members(&set).collect::<Vec<_>>(), [0, 1, 64]);
     }
 }

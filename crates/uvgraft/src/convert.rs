@@ -4,14 +4,14 @@ use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use crate::texture::{Channels, Depth, Texels, TexelsMut, Texture, Value};
 use crate::threads::for_each_chunk;
 
-/// Values that one piece of work converts.
+/// Values converted per work item.
 const CHUNK: usize = 1 << 16;
 
 impl Texture {
-    /// The same picture with other channels and another depth.
+    /// Converts the texture to other channels and another depth.
     ///
-    /// Missing colour repeats the grey value, missing opacity is full. Colour becomes grey by
-    /// Rec. 709 weights on the values as they are, and opacity is dropped. Fewer bits round to
+    /// Grey is replicated to RGB, and missing alpha becomes 1. Colour is reduced to grey by
+    /// Rec. 709 weights on the encoded values, and surplus alpha is dropped. Fewer bits round to
     /// nearest; integers clamp to `0.0..=1.0`.
     #[must_use]
     pub fn converted(self, channels: Channels, depth: Depth) -> Self {
@@ -33,8 +33,9 @@ impl Texture {
         Self::new(size, channels, encoding, texels).expect("as many texels as before")
     }
 
-    /// The same colours under another transfer function. Data, or a texture that becomes data, is
-    /// only named anew. Colours are converted as 32-bit floats, which the result keeps.
+    /// Converts the colours to another transfer function. From or to [`Encoding::Data`] the
+    /// texture is only relabelled. Colours are converted as 32-bit floats, and the result
+    /// stays in that depth.
     #[must_use]
     pub fn encoded_as(self, encoding: Encoding) -> Self {
         let transfer: fn(f32) -> f32 = match (self.encoding(), encoding) {
@@ -59,10 +60,11 @@ impl Texture {
     }
 }
 
+/// Converts channels and depth in one pass over the texels, in parallel chunks.
 fn convert<A: Value, B: Value>(values: &[A], from: Channels, to: Channels) -> Vec<B> {
     let (from_count, to_count) = (from.count(), to.count());
     let mut out = vec![B::default(); values.len() / from_count * to_count];
-    // 8 to 16 bits is a multiplication by 257, and back a division: exact in 32-bit floats.
+    // 8 to 16 bits multiplies by 257, and back divides by it: both exact in 32-bit floats.
     let scale = B::ONE.to_level() / A::ONE.to_level();
     let value = |value: A| B::from_level(value.to_level() * scale);
     let texels = CHUNK / 4;
@@ -112,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn more_bits_and_back_is_exact() {
+    fn widening_and_back_is_exact() {
         let all = texture(Channels::Grey, (0..=255).collect());
         for depth in [Depth::U16, Depth::F32] {
             let more = all.clone().converted(Channels::Grey, depth);

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-/// The direction of a vector; `None` for one that has none, being zero or not finite.
+/// The normalised vector; `None` if it is zero or not finite.
 ///
-/// [`DVec3::try_normalize`] loses very short and very long vectors.
+/// [`DVec3::try_normalize`] fails for very short and very long vectors.
 pub(crate) fn direction(vector: DVec3) -> Option<DVec3> {
-    // Scaled first: squares of small and large numbers leave the range.
+    // Scale first: the squares of very small and very large components under- or overflow.
     let largest = vector.abs().max_element();
     if !(vector.is_finite() && largest > 0.0) {
         return None;
@@ -15,7 +15,7 @@ pub(crate) fn direction(vector: DVec3) -> Option<DVec3> {
     Some(scaled / scaled.length())
 }
 
-/// A direction at right angles to another.
+/// A unit vector perpendicular to `to`.
 pub(crate) fn perpendicular(to: DVec3) -> DVec3 {
     let axis = DVec3::AXES[to.abs().min_position()];
     direction(to.cross(axis)).unwrap_or(DVec3::X)

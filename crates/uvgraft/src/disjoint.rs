@@ -1,6 +1,9 @@
-//! Which things hang together, by what joins two of them at a time.
+//! Disjoint-set forest (union-find), used to find connected components.
 
-/// Things numbered from 0, in sets that grow as they are joined.
+/// A partition of the items `0..count` into sets that can be merged.
+///
+/// Path halving in [`DisjointSets::root`]; a set is represented by its lowest item, so the result
+/// doesn't depend on the order of the joins.
 ///
 /// # Example
 /// ```
@@ -15,28 +18,28 @@ pub struct DisjointSets {
 }
 
 impl DisjointSets {
-    /// Each thing is a set of its own.
+    /// Puts each of `count` items into a set by itself.
     pub fn new(count: u32) -> Self {
         Self { parents: (0..count).collect() }
     }
 
-    /// The lowest thing of the set that one is in, which stands for it.
+    /// The lowest item of the set that contains `item`, which represents the set.
     ///
     /// # Panics
-    /// If there is no such thing.
-    pub fn root(&mut self, mut thing: u32) -> u32 {
-        while self.parents[thing as usize] != thing {
-            let above = self.parents[self.parents[thing as usize] as usize];
-            self.parents[thing as usize] = above;
-            thing = above;
+    /// If `item` is out of range.
+    pub fn root(&mut self, mut item: u32) -> u32 {
+        while self.parents[item as usize] != item {
+            let next = self.parents[self.parents[item as usize] as usize];
+            self.parents[item as usize] = next;
+            item = next;
         }
-        thing
+        item
     }
 
-    /// Makes one set of those that two things are in.
+    /// Merges the sets that contain `a` and `b`.
     ///
     /// # Panics
-    /// If there is no such thing.
+    /// If either is out of range.
     pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);

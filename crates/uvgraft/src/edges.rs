@@ -1,7 +1,7 @@
-//! Which triangles meet at which edges of the surface.
+//! Edge adjacency of a mesh's triangles.
 //!
-//! Vertices count as one where they are one point of the surface, so meshes whose vertices are split
-//! at UV seams are whole again.
+//! Built on the welded points of the surface, so triangles are adjacent across UV seams even where
+//! the mesh's vertices are split.
 
 use glam::{DVec3, Vec3};
 
@@ -9,54 +9,54 @@ use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::texture::Size;
 
-/// A triangle's edge: number `3 * face + corner` runs from that corner to the next.
+/// A directed edge of a triangle: index `3 * face + corner` runs from that corner to the next.
 pub type HalfEdge = u32;
 
-/// No edge.
-pub const NONE: HalfEdge = u32::MAX;
+/// No half-edge.
+pub const NO_HALF_EDGE: HalfEdge = u32::MAX;
 
-/// More triangles than this at one edge are not paired; a sound mesh has two.
-const MOST_AT_AN_EDGE: usize = 16;
+/// Triangles beyond this number at one edge are not paired; a manifold mesh has two.
+const MAX_AT_AN_EDGE: usize = 16;
 
-/// The edges of a mesh that two triangles share.
+/// Edge adjacency of a mesh: the edges that two triangles share.
 #[derive(Debug)]
 pub struct Edges {
-    /// `[faces]` for each corner, which point of the surface it is.
+    /// `[faces]`: the surface point at each corner.
     pub vertices: Vec<[u32; 3]>,
-    /// How many points there are.
+    /// Number of surface points.
     pub vertex_count: usize,
-    /// Edges with a triangle on both sides, in the order of their first triangle's edge.
+    /// Edges with a triangle on both sides, in ascending order of their first half-edge.
     pub shared: Vec<SharedEdge>,
-    /// `[3 * faces]` for each triangle's edge the one on its other side, or [`NONE`].
+    /// `[3 * faces]`: the opposite half-edge of each half-edge, or [`NO_HALF_EDGE`].
     pub opposite: Vec<HalfEdge>,
-    /// Edges of triangles without a triangle on the other side.
+    /// Number of half-edges without an opposite.
     pub single: usize,
-    /// Triangles that have one point at two corners; they are passed over.
+    /// Number of degenerate triangles, with the same point at two corners; they are skipped.
     pub collapsed: usize,
 }
 
 /// An edge that two triangles share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SharedEdge {
-    /// The edge in each of them, the lower one first.
+    /// The half-edge of each triangle, the lower index first.
     pub halves: [HalfEdge; 2],
-    /// Whether the two run along it in opposite directions, as they do where both wind alike.
+    /// Whether the two run in opposite directions, as they do where the windings are consistent.
     pub opposed: bool,
 }
 
 impl SharedEdge {
-    /// The same edge with its sides changed.
-    pub fn turned(self) -> Self {
+    /// The same edge with its sides swapped.
+    pub fn swapped(self) -> Self {
         Self { halves: [self.halves[1], self.halves[0]], ..self }
     }
 
-    /// A place along it, on each of its triangles' edges.
-    pub fn places(&self, at: f64) -> [(HalfEdge, f64); 2] {
+    /// The point at `at`, 0 to 1 along the first half-edge, as a parameter of both half-edges.
+    pub fn at(&self, at: f64) -> [(HalfEdge, f64); 2] {
         let second = if self.opposed { 1.0 - at } else { at };
         [(self.halves[0], at), (self.halves[1], second)]
     }
 
-    /// On each side, the UV coordinates of the edge's ends, in the order of its first triangle.
+    /// The UV coordinates of the edge's ends on each side, in the order of the first half-edge.
     pub fn uv(&self, mesh: &Mesh) -> [[[f32; 2]; 2]; 2] {
         let [first, second] = self.halves.map(|half| {
             let corners = mesh.uv_triangle(half as usize / 3);
@@ -65,20 +65,20 @@ impl SharedEdge {
         [first, if self.opposed { [second[1], second[0]] } else { second }]
     }
 
-    /// The positions of its ends, in the order of its first triangle.
+    /// The positions of its ends, in the order of the first half-edge.
     pub fn positions(&self, mesh: &Mesh) -> [[f32; 3]; 2] {
         let half = self.halves[0] as usize;
         let face = mesh.faces()[half / 3];
         [face[half % 3], face[(half % 3 + 1) % 3]].map(|vertex| mesh.positions()[vertex as usize])
     }
 
-    /// Its length, in the unit of the mesh.
+    /// Its length, in the mesh's unit.
     pub fn length(&self, mesh: &Mesh) -> f64 {
         let [a, b] = self.positions(mesh).map(|position| Vec3::from(position).as_dvec3());
         a.distance(b)
     }
 
-    /// Its length in texels, on the side that has more of them.
+    /// Its length in texels, on the side where it is longer.
     pub fn texels(&self, mesh: &Mesh, size: Size) -> f64 {
         let length = |[a, b]: [[f32; 2]; 2]| {
             let [x, y] = [0, 1].map(|k| f64::from(b[k]) - f64::from(a[k]));
@@ -92,10 +92,10 @@ impl SharedEdge {
 impl Edges {
     /// Finds the edges of a mesh.
     ///
-    /// Where more than two triangles meet at an edge, those are paired first that name the same two
-    /// vertices, which the mesh itself thus says to be neighbours; then those that run along the edge
-    /// in opposite directions; then those that lie flattest to each other. A triangle that is left
-    /// over has nothing on its other side.
+    /// Where more than two triangles meet at an edge, they are paired greedily: first those
+    /// that use the same two vertices, which are neighbours in the mesh itself; then those with
+    /// opposite directions along the edge; then those with the flattest dihedral angle. A
+    /// triangle left over has no opposite.
     pub fn new(mesh: &Mesh) -> Self {
         let surface = Surface::new(mesh);
         let (vertices, vertex_count) = (surface.triangles().to_vec(), surface.positions().len());
@@ -112,14 +112,14 @@ impl Edges {
         }
         keyed.sort_unstable();
         let from = |half: HalfEdge| vertices[half as usize / 3][half as usize % 3];
-        let mut opposite = vec![NONE; vertices.len() * 3];
+        let mut opposite = vec![NO_HALF_EDGE; vertices.len() * 3];
         let mut shared = Vec::with_capacity(keyed.len() / 2);
-        let mut crowd = Vec::new();
+        let mut halves = Vec::new();
         for group in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            crowd.clear();
-            crowd.extend(group.iter().map(|&(_, _, half)| half));
-            crowd.truncate(MOST_AT_AN_EDGE);
-            for [a, b] in pairs(mesh, &crowd, from) {
+            halves.clear();
+            halves.extend(group.iter().map(|&(_, _, half)| half));
+            halves.truncate(MAX_AT_AN_EDGE);
+            for [a, b] in pairs(mesh, &halves, from) {
                 opposite[a as usize] = b;
                 opposite[b as usize] = a;
                 shared.push(SharedEdge { halves: [a, b], opposed: from(a) != from(b) });
@@ -131,14 +131,14 @@ impl Edges {
         Self { vertices, vertex_count, shared, opposite, single, collapsed }
     }
 
-    /// The two ends of a triangle's edge.
+    /// The surface points at the ends of a half-edge.
     pub fn ends(&self, half: HalfEdge) -> [u32; 2] {
         let corners = self.vertices[half as usize / 3];
         [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]]
     }
 }
 
-/// Pairs the triangles that meet at one edge, each with one other at most.
+/// Pairs the half-edges at one edge, each with at most one other.
 fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Vec<[HalfEdge; 2]> {
     if let &[a, b] = halves {
         return vec![[a, b]];
@@ -152,7 +152,7 @@ fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Ve
     let mut candidates = Vec::new();
     for (index, &a) in halves.iter().enumerate() {
         for &b in &halves[index + 1..] {
-            let [x, y] = [a, b].map(|half| away(mesh, half));
+            let [x, y] = [a, b].map(|half| inward(mesh, half));
             let fold = x.dot(y);
             candidates.push((vertices(a) != vertices(b), from(a) == from(b), fold, [a, b]));
         }
@@ -170,8 +170,8 @@ fn pairs(mesh: &Mesh, halves: &[HalfEdge], from: impl Fn(HalfEdge) -> u32) -> Ve
     pairs
 }
 
-/// The direction from an edge into its triangle, of length 1; 0 for a triangle without area.
-fn away(mesh: &Mesh, half: HalfEdge) -> DVec3 {
+/// The unit vector from an edge into its triangle, normal to the edge; 0 for a degenerate triangle.
+fn inward(mesh: &Mesh, half: HalfEdge) -> DVec3 {
     let (face, corner) = (half as usize / 3, half as usize % 3);
     let [a, b, c] = [0, 1, 2].map(|k| {
         let vertex = mesh.faces()[face][(corner + k) % 3];
@@ -197,8 +197,8 @@ mod tests {
     }
 
     #[test]
-    fn split_vertices_are_one() {
-        // The diagonal of a square, its ends repeated for each half; one zero is negative.
+    fn split_vertices_are_merged() {
+        // The diagonal of a square, its ends duplicated for each half; one zero is negative.
         let positions = [
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],
@@ -211,9 +211,9 @@ mod tests {
         assert_eq!(found(&edges), [([2, 3], true)]);
         assert_eq!(edges.ends(2), [edges.vertices[0][2], edges.vertices[0][0]]);
         assert_eq!(edges.ends(3), [edges.vertices[0][0], edges.vertices[0][2]]);
-        assert_eq!(edges.opposite, [NONE, NONE, 3, 2, NONE, NONE]);
+        assert_eq!(edges.opposite, [NO_HALF_EDGE, NO_HALF_EDGE, 3, 2, NO_HALF_EDGE, NO_HALF_EDGE]);
         assert_eq!((edges.single, edges.collapsed, edges.vertex_count), (4, 0, 4));
-        // The same, one of them turned over.
+        // The same with one triangle flipped.
         let edges = Edges::new(&mesh(&positions, &[[0, 1, 2], [4, 3, 5]]));
         assert_eq!(found(&edges), [([2, 3], false)]);
     }
@@ -226,18 +226,18 @@ mod tests {
     #[test]
     fn the_flattest_are_paired() {
         let cross = crowd([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
-        // All wind so that any two could be neighbours.
+        // Windings allow any two to be neighbours.
         let edges = Edges::new(&mesh(&cross, &[[0, 1, 2], [0, 1, 3], [1, 0, 4], [1, 0, 5]]));
         assert_eq!(found(&edges), [([0, 6], true), ([3, 9], true)]);
-        // Three: the odd one has nothing on its other side.
+        // Three: the odd one has no opposite.
         let edges = Edges::new(&mesh(&cross, &[[0, 1, 3], [0, 1, 2], [1, 0, 4]]));
         assert_eq!(found(&edges), [([3, 6], true)]);
         assert_eq!(edges.single, 7);
     }
 
     #[test]
-    fn what_the_mesh_says_comes_first() {
-        // Flattest would be 0 with 2; but 0 and 1 name the same vertices, and so do 2 and 3.
+    fn shared_vertices_take_precedence() {
+        // Flattest would be 0 with 2, but 0 and 1 use the same vertices, and so do 2 and 3.
         let mut positions =
             crowd([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
         positions.extend_from_within(0..2);
@@ -247,8 +247,8 @@ mod tests {
     }
 
     #[test]
-    fn collapsed_triangles_are_passed_over() {
-        // Between two triangles lies one that has the same position twice.
+    fn degenerate_triangles_are_skipped() {
+        // A triangle with a repeated position lies between the other two.
         let positions =
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let edges = Edges::new(&mesh(&positions, &[[0, 1, 2], [0, 3, 1], [1, 3, 4]]));
@@ -257,10 +257,10 @@ mod tests {
     }
 
     #[test]
-    fn thousands_of_triangles_at_one_edge_take_no_time() {
+    fn thousands_of_triangles_at_one_edge_are_fast() {
         let positions = crowd([[1.0, 0.0, 0.0]; 4]);
         let edges = Edges::new(&mesh(&positions, &vec![[0, 1, 2]; 20_000]));
-        assert!(edges.shared.len() <= 3 * MOST_AT_AN_EDGE / 2);
+        assert!(edges.shared.len() <= 3 * MAX_AT_AN_EDGE / 2);
         assert_eq!(edges.single + 2 * edges.shared.len(), 60_000);
     }
 }

@@ -1,5 +1,5 @@
-//! What a texture lacks, taken from a mean texture in the same layout: most face textures that are
-//! made from photographs know nothing of the back of the head.
+//! Fills the unknown areas of a texture from a mean texture in the same layout: most face textures
+//! made from photographs have no data for the back of the head.
 
 use crate::color::Encoding;
 use crate::filter::Filter;
@@ -7,14 +7,14 @@ use crate::formats::Averaging;
 use crate::texture::{Channels, Depth, Size, Texels, TexelsMut, Texture, TextureError, Value};
 use crate::threads::for_each_chunk;
 
-/// Texels that one piece of work mixes.
+/// Texels per parallel task.
 const CHUNK: usize = 1 << 14;
 
 /// Why a texture was not filled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FillError {
-    /// Two pictures of one layout may differ in size, but not in shape.
+    /// Two textures of one layout may differ in size, but not in aspect ratio.
     #[error("{what} must have the aspect ratio of the source, which is {wanted}, got {found}")]
     Shape {
         /// `"the confidence mask"` or `"the mean texture"`.
@@ -24,30 +24,32 @@ pub enum FillError {
         /// The source's size.
         wanted: Size,
     },
-    /// No channel of data is opacity.
-    #[error("a confidence mask needs a source with opacity, got data")]
+    /// A texture of data has no alpha channel.
+    #[error("a confidence mask must be used with a colour source, got data")]
     Data,
-    /// It cannot be brought to the source's size.
+    /// The mean texture or the mask could not be resized, or the result not be made.
     #[error(transparent)]
     Texture(#[from] TextureError),
 }
 
-/// Mixes a texture with a mean texture by how much is known of each texel: its opacity, times a
-/// confidence mask.
+/// Blends a texture over a mean texture, weighted by how well each texel is known: its alpha times
+/// a confidence mask.
 ///
-/// - `source`: what is known; in [`Encoding::Data`] no channel is opacity, and all are mixed.
-/// - `confidence`: grey, 1.0 for what is certain, of any size with the source's shape; resized
-///   bilinearly. Colours count by their Rec. 709 grey and opacity does not; NaN is 0.
-/// - `mean`: of any size with the source's shape, and in any format. It is resized as transfers
-///   filter, and brought to the source's encoding, colour or grey, and depth.
+/// - `source`: the texture to fill. In [`Encoding::Data`] no channel is alpha, and all channels are
+///   blended.
+/// - `confidence`: grey, 1.0 for certain texels; any size with the source's aspect ratio, resized
+///   bilinearly. Colours are reduced to their Rec. 709 grey, alpha is ignored, and NaN is 0.
+/// - `mean`: any size with the source's aspect ratio, any format. It is resized with the default
+///   filter of transfers and converted to the source's encoding, colour or grey, and depth.
 ///
-/// The result has the source's size, depth and encoding, and opacity only if `mean` has; then the
-/// source is laid over `mean`. Values are `c · source + (1 − c) · mean` as they are encoded, rounded
-/// to nearest; where `c` is 1 they are the source's to the bit, and where it is 0 the mean's.
+/// The result has the source's size, depth and encoding. It has alpha only if `mean` has; the
+/// source is then composited over `mean`. With the weight `c` of a texel, encoded values are
+/// `c · source + (1 − c) · mean`, rounded to nearest; `c = 1` keeps the source and `c = 0` the mean
+/// bit for bit.
 ///
 /// # Errors
-/// [`FillError::Shape`] if the ratio of width to height is another, by more than rounding a side to
-/// whole texels makes it; [`FillError::Texture`] if there is no memory for another size.
+/// [`FillError::Shape`] if aspect ratios differ by more than rounding the sides to whole texels
+/// explains; [`FillError::Texture`] if there is not enough memory to resize.
 pub fn fill(
     source: Texture,
     confidence: Option<&Texture>,
@@ -89,13 +91,13 @@ pub fn fill(
     Ok(Texture::new(size, to, encoding, texels)?)
 }
 
-/// A texture whose opacity is multiplied by a confidence mask; one without opacity gets it.
+/// Multiplies a texture's alpha by a confidence mask; a texture without alpha gets one.
 ///
 /// - `mask`: as `confidence` in [`fill`].
 ///
 /// # Errors
-/// [`FillError::Shape`] and [`FillError::Texture`] as [`fill`], [`FillError::Data`] if the source is
-/// data.
+/// [`FillError::Shape`] and [`FillError::Texture`] as in [`fill`], [`FillError::Data`] if the
+/// source is data.
 pub fn with_confidence(source: Texture, mask: &Texture) -> Result<Texture, FillError> {
     fn multiply<T: Value>(values: &mut [T], channels: usize, mask: &[f32]) {
         for_each_chunk(values, CHUNK * channels, |chunk, values| {
@@ -121,18 +123,18 @@ pub fn with_confidence(source: Texture, mask: &Texture) -> Result<Texture, FillE
     Ok(texture)
 }
 
-/// One value for each texel of a texture of `size`, from 0 to 1.
+/// The mask resized to `size`: one value in `0.0..=1.0` for each texel.
 fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<f32>, FillError> {
-    /// More than rounding takes from a sum of weights: what is certain stays so.
+    /// More than the rounding error of a sum of weights; certain texels stay exactly 0 or 1.
     const ROUNDING: f32 = 1e-6;
     check_shape("the confidence mask", mask.size(), size)?;
     let is_resized = mask.size() != size;
     let mut mask = mask.clone().converted(Channels::Grey, Depth::F32).with_encoding(Encoding::Data);
-    // Before it is resized too: one NaN would spoil the texels around it.
-    change(&mut mask, unit);
+    // Clamp before resizing: one NaN would spoil all texels around it.
+    map_values(&mut mask, unit);
     let mut mask = mask.resized(size, Filter::Bilinear, Averaging::Encoded)?;
     if is_resized {
-        change(&mut mask, |value| match value {
+        map_values(&mut mask, |value| match value {
             value if value < ROUNDING => 0.0,
             value if value > 1.0 - ROUNDING => 1.0,
             value => value,
@@ -142,8 +144,8 @@ fn resized_mask(mask: &Texture, size: Size) -> Result<Vec<f32>, FillError> {
     Ok(values)
 }
 
-/// Replaces each value of a float texture.
-fn change(texture: &mut Texture, by: impl Fn(f32) -> f32 + Send + Sync) {
+/// Maps each value of a float texture.
+fn map_values(texture: &mut Texture, by: impl Fn(f32) -> f32 + Send + Sync) {
     if let TexelsMut::F32(values) = texture.texels_mut() {
         for_each_chunk(values, CHUNK, |_, values| {
             values.iter_mut().for_each(|value| *value = by(*value));
@@ -156,7 +158,7 @@ fn unit(value: f32) -> f32 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
-/// Whether two sizes have one ratio of width to height, within a texel of the longest side.
+/// Checks that two sizes have the same aspect ratio, within a texel of the longest side.
 fn check_shape(what: &'static str, found: Size, wanted: Size) -> Result<(), FillError> {
     let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
     let difference =
@@ -169,7 +171,7 @@ fn check_shape(what: &'static str, found: Size, wanted: Size) -> Result<(), Fill
     }
 }
 
-/// Values in a texel, and whether the last of them is opacity.
+/// Values in a texel of the source and of the result, and whether their last one is alpha.
 #[derive(Clone, Copy)]
 struct TexelLayout {
     source: usize,
@@ -179,7 +181,7 @@ struct TexelLayout {
 }
 
 impl TexelLayout {
-    /// Lays the source over the mean, which is in the result's layout.
+    /// Composites the source over the mean, which already has the result's channels.
     fn mix<T: Value>(self, source: &[T], confidence: Option<&[f32]>, mut mean: Vec<T>) -> Vec<T> {
         for_each_chunk(&mut mean, CHUNK * self.result, |chunk, mean| {
             let first = chunk * CHUNK;
@@ -194,6 +196,9 @@ impl TexelLayout {
         mean
     }
 
+    /// Source-over compositing (Porter and Duff 1984) of values that are not premultiplied, with
+    /// the source's alpha times its confidence. The weights 0 and 1 copy values, to keep them
+    /// bit-exact.
     #[inline(always)]
     fn mix_texel<T: Value>(self, source: &[T], confidence: f32, texel: &mut [T]) {
         let opacity = if self.source_alpha { unit(source[self.source - 1].to_unit()) } else { 1.0 };
@@ -210,9 +215,9 @@ impl TexelLayout {
         }
         let mut share = known;
         if let [alpha] = alpha {
-            let both = known + (1.0 - known) * unit(alpha.to_unit());
-            share = known / both;
-            *alpha = T::from_unit(both);
+            let covered = known + (1.0 - known) * unit(alpha.to_unit());
+            share = known / covered;
+            *alpha = T::from_unit(covered);
         }
         for (color, &source) in colors.iter_mut().zip(source) {
             *color = T::from_level(share * source.to_level() + (1.0 - share) * color.to_level());
@@ -234,14 +239,14 @@ mod tests {
     }
 
     #[test]
-    fn bytes_mix_by_opacity_and_confidence() {
+    fn bytes_blend_by_alpha_and_confidence() {
         let source = row(
             Channels::Rgba,
             [[10, 20, 30, 255], [10, 20, 30, 0], [200, 100, 0, 51], [200, 100, 0, 255]].concat(),
         );
         let mean = row(Channels::Rgb, [[100, 50, 251]; 4].concat());
         let filled = fill(source.clone(), None, &mean).unwrap();
-        // A fifth of 200 and four of 100 are 120; 20 + 40; 0 + 200.8.
+        // 20 % of 200 and 80 % of 100 are 120; 20 + 40; 0 + 200.8.
         let wanted = [[10, 20, 30], [100, 50, 251], [120, 60, 201], [200, 100, 0]].concat();
         assert_eq!(filled, row(Channels::Rgb, wanted));
         let mask = grey(&[255, 255, 127, 0]);
@@ -258,7 +263,7 @@ mod tests {
         let source = Texture::new(size, Channels::GreyAlpha, Encoding::Srgb, source).unwrap();
         let mean = row(Channels::Rgb, vec![100; 9]);
         let filled = fill(source, None, &mean).unwrap();
-        // 100 of 255 are 25,700 of 65,535; a fifth of 40,000 and four of these are 28,560.
+        // 100 of 255 is 25,700 of 65,535; 20 % of 40,000 and 80 % of 25,700 are 28,560.
         assert_eq!(*filled.texels(), Texels::U16(vec![1, 25_700, 28_560]));
         assert_eq!(filled.channels(), Channels::Grey);
 
@@ -271,13 +276,13 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_brought_to_the_source() {
+    fn the_mean_is_converted_to_the_source_format() {
         let source = row(Channels::Rgba, [[1, 2, 3, 255], [0, 0, 0, 0]].concat().repeat(8));
         let source = {
             let texels = source.into_texels();
             Texture::new(Size::square(4), Channels::Rgba, Encoding::Srgb, texels).unwrap()
         };
-        // What light of 0.6038273 is encoded as is 0.8, which is 204 of 255.
+        // Linear 0.6038273 is 0.8 in sRGB, which is 204 of 255.
         let mean = Texture::filled(
             Size::square(9),
             Channels::Grey,
@@ -291,12 +296,12 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_with_opacity_lies_beneath() {
+    fn a_mean_with_alpha_lies_beneath() {
         let source = row(Channels::GreyAlpha, vec![200, 255, 200, 0, 200, 51, 200, 51]);
         let mean = row(Channels::GreyAlpha, vec![9, 7, 9, 7, 50, 0, 50, 51]);
         let filled = fill(source, None, &mean).unwrap();
-        // Of 0.2 over 0 all is the source's; 0.2 over 0.2 covers 0.36, five ninths of it the source:
-        // 200 · 5/9 + 50 · 4/9 = 133.3.
+        // 0.2 over 0 is all source; 0.2 over 0.2 covers 0.36, five ninths of it source: 200 · 5/9 +
+        // 50 · 4/9 = 133.3.
         let wanted = vec![200, 255, 9, 7, 200, 51, 133, 92];
         assert_eq!(filled, row(Channels::GreyAlpha, wanted));
     }
@@ -313,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn confidence_lowers_opacity() {
+    fn confidence_lowers_alpha() {
         let mask = grey(&[255, 0, 51]);
         let opaque = with_confidence(grey(&[9, 8, 7]), &mask).unwrap();
         assert_eq!(opaque, row(Channels::GreyAlpha, vec![9, 255, 8, 0, 7, 51]));
@@ -344,7 +349,7 @@ mod tests {
         let size = Size::square(side);
         let mixed = fill(filled(size, 1.0), Some(&mask.unwrap()), &filled(size, 0.0)).unwrap();
         for x in 0..side {
-            // Constant up to the centres of the mask's texels, a straight line between them.
+            // Constant up to the centres of the mask's texels, linear between them.
             let wanted = ((x as f32 + 0.5) / 32.0 - 0.5).clamp(0.0, 1.0);
             // Positions are rounded to 2⁻³² texels, values to 24 bits.
             assert!((mixed.get(x, 40, 0) - wanted).abs() < 1e-6, "{x}");
@@ -352,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_certain_stays_as_it_is() {
+    fn certain_texels_stay_bit_exact() {
         let size = Size::new(30, 17);
         let values: Vec<f32> = (0..size.texels()).map(|k| (k as f32).sqrt()).collect();
         let texels = Texels::F32(values.clone());
@@ -375,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn other_shapes_are_refused() {
+    fn other_aspect_ratios_are_refused() {
         let sized = |width, height| {
             let size = Size::new(width, height);
             Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]).unwrap()
@@ -388,12 +393,12 @@ mod tests {
         let refused = fill(sized(64, 64), Some(&sized(8, 16)), &sized(8, 8)).unwrap_err();
         assert!(refused.to_string().starts_with("the confidence mask must have"));
         assert!(with_confidence(sized(30, 10), &sized(30, 30)).is_err());
-        // A third of 1000 is no whole number.
+        // A third of 1000 is not a whole number.
         assert!(fill(sized(1000, 333), Some(&sized(300, 100)), &sized(3, 1)).is_ok());
     }
 
     #[test]
-    fn threads_do_not_show() {
+    fn results_do_not_depend_on_threads() {
         let mut rng = fastrand::Rng::with_seed(4);
         let size = Size::new(311, 207);
         let mut noise = |channels: Channels| {
@@ -407,7 +412,7 @@ mod tests {
         };
         let [one, four] = [with(1), with(4)];
         assert!(one == four);
-        // The last texel is mixed with its own confidence, wherever its piece of work starts.
+        // The last texel is blended with its own confidence, wherever its chunk starts.
         let known = source.get(310, 206, 3) * mask.get(310, 206, 0);
         let alpha = known + (1.0 - known) * mean.get(310, 206, 3);
         assert!((one.get(310, 206, 3) - alpha).abs() < 0.51 / 255.0);

@@ -1,4 +1,4 @@
-//! Interpolation filters: how many texels they read on each axis, and with which weights.
+//! Interpolation filters: their support in texels on each axis, and their weights.
 
 use std::sync::LazyLock;
 
@@ -7,25 +7,26 @@ use std::sync::LazyLock;
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Filter {
-    /// The texel that contains the position; for masks of labels. Never blends, nowhere.
+    /// The texel that contains the position. For label masks: it never blends values.
     Nearest,
     /// Two texels on each axis.
     Bilinear,
-    /// Four texels on each axis: the cubic through the texels with slopes from their neighbours.
+    /// Four texels on each axis: the interpolating cubic with slopes from neighbouring texels.
     CatmullRom,
-    /// Six texels on each axis: a sinc under a wider sinc. It kept most in round trips of photographs.
+    /// Six texels on each axis: a sinc windowed by a wider sinc. Of all filters it preserved the
+    /// most in round trips of photographs.
     #[default]
     Lanczos3,
 }
 
-/// The most texels that a filter reads on one axis.
+/// Maximum number of texels that a filter reads on one axis.
 pub const MAX_TAPS: usize = 6;
 
 impl Filter {
     /// All filters, from the fastest to the slowest.
     pub const ALL: [Self; 4] = [Self::Nearest, Self::Bilinear, Self::CatmullRom, Self::Lanczos3];
 
-    /// How many texels it reads on one axis.
+    /// Number of texels that the filter reads on one axis.
     pub const fn taps(self) -> usize {
         match self {
             Self::Nearest => Nearest::TAPS,
@@ -35,15 +36,15 @@ impl Filter {
         }
     }
 
-    /// The weights of the texels around a position on one axis; the first [`Filter::taps`] count,
-    /// and add up to 1 within rounding.
+    /// The weights of the texels around a position on one axis. Only the first [`Filter::taps`] are
+    /// used; they sum to 1 within rounding.
     ///
-    /// - `fraction`: `0.0..=1.0`, how far the position lies beyond the centre of the last texel
-    ///   before it, which is texel number `taps / 2 - 1`.
+    /// - `fraction`: `0.0..=1.0`, the distance of the position from the centre of the last texel
+    ///   before it, which is the tap with index `(taps - 1) / 2`.
     ///
     /// # Source
-    /// Catmull and Rom 1974 as the cubic with B = 0, C = 1/2 of Mitchell and Netravali 1988;
-    /// Lanczos as in Turkowski 1990, divided by its sum, which is not quite 1.
+    /// Catmull and Rom 1974, as the cubic with B = 0, C = 1/2 of Mitchell and Netravali 1988.
+    /// Lanczos as in Turkowski 1990, divided by the sum of its weights, which is not exactly 1.
     pub fn weights(self, fraction: f32) -> [f32; MAX_TAPS] {
         match self {
             Self::Nearest => Nearest::weights(fraction),
@@ -54,7 +55,7 @@ impl Filter {
     }
 }
 
-/// A filter as a type, for kernels that are compiled for its number of taps.
+/// A filter as a type, so that kernels are monomorphised for its number of taps.
 pub(crate) trait Taps: Copy + Send + Sync {
     /// See [`Filter::taps`].
     const TAPS: usize;
@@ -120,7 +121,7 @@ impl Taps for Lanczos3 {
     }
 }
 
-/// Phases of the Lanczos table. Linear interpolation between 1024 of them is within 2e-6 of the
+/// Phases of the Lanczos table. Linear interpolation between 1024 phases is within 2e-6 of the
 /// formula, which costs twelve sines.
 const LANCZOS_PHASES: usize = 1024;
 
@@ -132,6 +133,8 @@ static LANCZOS: LazyLock<Box<[[f32; MAX_TAPS]; LANCZOS_PHASES + 1]>> = LazyLock:
     table
 });
 
+/// The weights `sinc(x) · sinc(x / 3)` of the six taps, normalised to sum to 1. Without that, a
+/// constant image would ripple with the phase.
 fn lanczos3_exact(fraction: f64) -> [f32; MAX_TAPS] {
     use std::f64::consts::PI;
     let raw: [f64; MAX_TAPS] = std::array::from_fn(|k| {
@@ -139,7 +142,7 @@ fn lanczos3_exact(fraction: f64) -> [f32; MAX_TAPS] {
         if x == 0.0 {
             1.0
         } else if fraction == 0.0 || fraction == 1.0 {
-            // The sine of a multiple of π is not quite 0 in floating point.
+            // In floating point the sine of a multiple of π is not exactly 0.
             0.0
         } else {
             3.0 * (PI * x).sin() * (PI * x / 3.0).sin() / (PI * PI * x * x)

@@ -1,14 +1,16 @@
-//! The texture that reads back best, rather than the one that sampling gives.
+//! Solves for the texture that reads back best, instead of the one that sampling gives.
 //!
-//! Carrying a texture `s` from one layout to another and back through `H` loses what sampling blurs
-//! twice. The texture `f` with the least `‖H f − s‖²` is found by conjugate gradients on the normal
-//! equations (CGLS, Hestenes and Stiefel 1952, in the form of Björck 1996), started from the sampled
-//! texture `f₀` and held to it by `λ ‖f − f₀‖²` where `H` sees little or nothing.
+//! Carrying a texture `s` from one layout to another and reading it back through `H` loses detail,
+//! since it is filtered twice. The texture `f` that minimises `‖H f − s‖²` is found by conjugate
+//! gradients on the normal equations (CGLS, Hestenes and Stiefel 1952, in the form of Björck 1996),
+//! started from the sampled texture `f₀` and held to it by `λ ‖f − f₀‖²` where `H` sees little or
+//! nothing.
 //!
-//! Halfway between texels a bilinear filter sees nothing of stripes one texel wide, and on a texel all of
-//! them. Where texels are about as dense on both sides that alternates from place to place, and a solution
-//! that makes up for all that is lost rings in time with it. `μ ‖∇(f − f₀)‖²` holds back just that: it
-//! weighs most for stripes, and most where few texels are read.
+//! Sampled halfway between texels, a bilinear filter cancels stripes one texel wide; sampled at
+//! texel centres it passes them unchanged. Where both layouts have about the same texel density the
+//! two cases alternate across the surface, and a solution that makes up for the whole loss rings
+//! with the same period. `μ ‖∇(f − f₀)‖²` damps exactly this: its weight is greatest for stripes,
+//! and greatest relative to the data where few texels are read.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,46 +21,48 @@ use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region, corn
 use crate::operator::Operator;
 use crate::piece::FacePiece;
 use crate::resample::load;
-use crate::resampler::{Resampler, Way};
+use crate::resampler::{MapInputs, Resampler};
 use crate::texture::{Depth, Texels, Texture};
 use crate::threads::{for_each_chunk, map_indices};
 
-/// When a fit ends, and how strongly it is held to what was sampled.
+/// Stopping criteria and regularisation of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct FitOptions {
-    /// The most steps that are taken.
+    /// Maximum number of steps.
     pub max_steps: u32,
-    /// A step that lowers the error by less than this share of it is the last.
-    pub least_gain: f64,
-    /// `λ`: how much a texel's distance from its sampled value counts beside what it is seen with,
-    /// which is about the number of texels that read it. 0 leaves what `H` barely sees to noise.
+    /// The fit stops after a step that lowers the error by less than this fraction.
+    pub min_gain: f64,
+    /// `λ`: weight of a texel's squared distance from its sampled value, relative to the weight of
+    /// its data, which is about the number of texels that read it. With 0, texels that `H` barely
+    /// sees are left to noise.
     pub regularization: f32,
-    /// `μ`: how much differences between neighbours of what is changed count beside what a texel is seen with.
-    /// `None` takes what suits the filter: 0.1 for the bilinear one, and nothing for those that are sharper.
+    /// `μ`: weight of squared differences between neighbours of the correction `f − f₀`, relative
+    /// to the same weight of the data. `None` picks a default for the filter: 0.1 for the bilinear
+    /// one, 0 for sharper ones.
     pub smoothness: Option<f32>,
 }
 
 impl FitOptions {
-    /// The same with so many steps at most.
+    /// Sets the maximum number of steps.
     #[must_use]
     pub const fn max_steps(self, max_steps: u32) -> Self {
         Self { max_steps, ..self }
     }
 
-    /// The same with another least gain of a step.
+    /// Sets the least relative gain of a step.
     #[must_use]
-    pub const fn least_gain(self, least_gain: f64) -> Self {
-        Self { least_gain, ..self }
+    pub const fn min_gain(self, min_gain: f64) -> Self {
+        Self { min_gain, ..self }
     }
 
-    /// The same with another `λ`.
+    /// Sets `λ`.
     #[must_use]
     pub const fn regularization(self, regularization: f32) -> Self {
         Self { regularization, ..self }
     }
 
-    /// The same with another `μ`.
+    /// Sets `μ`.
     #[must_use]
     pub const fn smoothness(self, smoothness: f32) -> Self {
         Self { smoothness: Some(smoothness), ..self }
@@ -67,65 +71,66 @@ impl FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { max_steps: 32, least_gain: 0.005, regularization: 0.02, smoothness: None }
+        Self { max_steps: 32, min_gain: 0.005, regularization: 0.02, smoothness: None }
     }
 }
 
-/// `μ` of a filter.
+/// Default `μ` of a filter.
 fn default_smoothness(filter: Filter) -> f32 {
     match filter {
-        // From 0.1 on a fitted texture has no more noise than the sampled one has error: against the
-        // texture that a face was baked from, fits without it were worse than sampling at 1024².
+        // From 0.1 on, a fitted texture has no more noise than the sampled one has error. Measured
+        // against the texture that a face was baked from, fits without it were worse than sampling
+        // at 1024².
         Filter::Nearest | Filter::Bilinear => 0.1,
-        // These see nearly everything up to stripes of a texel and a half, and what `μ` takes from the
-        // noise it takes from the detail as well.
+        // These pass nearly everything up to stripes of a texel and a half; here `μ` takes as much
+        // from the detail as from the noise.
         Filter::CatmullRom | Filter::Lanczos3 => 0.0,
     }
 }
 
-/// How far a fit has come.
+/// Progress of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct FitProgress {
     /// Steps done; 0 is the sampled texture.
     pub step: u32,
-    /// The most steps that there can be.
+    /// Maximum number of steps.
     pub max_steps: u32,
-    /// Root mean square of `H f − s` over the texels that are met ([`FitSummary::share_met`]) and their
-    /// channels, before values are rounded and clamped to the format; 1.0 for the difference between
-    /// black and white.
+    /// Root mean square of `H f − s` over the channels of the texels in the equations
+    /// ([`FitSummary::share_met`]), before values are rounded and clamped to the format; 1.0 is the
+    /// difference between black and white.
     pub rms: f64,
 }
 
-/// How a fit went.
+/// Outcome of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct FitSummary {
-    /// Steps that were taken.
+    /// Steps taken.
     pub steps: u32,
     /// [`FitProgress::rms`] of the sampled texture.
     pub sampled_rms: f64,
     /// [`FitProgress::rms`] of the fitted texture.
     pub fitted_rms: f64,
-    /// Which share of the source's linked texels is met by the fit, from 0 to 1. The rest reads what
-    /// another island of the target's layout owns, where islands overlap.
+    /// Fraction of the source's linked texels that have an equation, from 0 to 1. The others read
+    /// texels that another island of the target's layout owns, where islands overlap.
     pub share_met: f64,
 }
 
-/// What fits of textures of one size are solved with: made once, used for any number of textures.
+/// The linear system for fits of one texture size: built once, reused for any number of textures.
 #[derive(Debug)]
 pub(crate) struct FitSystem {
-    there: Arc<Resampler>,
+    sampling: Arc<Resampler>,
     back: Operator,
-    /// What is solved for: the texels of the result that pieces own.
+    /// Unknowns: the texels of the result that pieces own.
     unknowns: Region,
-    /// What is to be met: the texels of the source that read them.
+    /// Equations: the texels of the source that read them.
     equations: Region,
 }
 
-/// Why a texture was not fitted.
+/// The texture has a value that is NaN or infinite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NotFinite {
     /// Column and row of the texel.
@@ -133,22 +138,23 @@ pub(crate) struct NotFinite {
 }
 
 impl FitSystem {
-    /// - `there`: what the fit starts from. The result is meant to be read with its filter.
-    /// - `way`: that of `there`.
-    pub fn new(way: &Way<'_>, there: Arc<Resampler>) -> Self {
-        let unknowns = Region::linked(there.map(), |_| true);
-        // The gutter is no part of what has to be met; nor is what lies beside the unknowns, islands
-        // or not: whatever the base holds there, the border must not make up for it.
-        let back = Way {
+    /// - `sampling`: gives the starting point `f₀`. The result is meant to be read with the same
+    ///   filter.
+    /// - `way`: that of `sampling`.
+    pub fn new(way: &MapInputs<'_>, sampling: Arc<Resampler>) -> Self {
+        let unknowns = Region::linked(sampling.map(), |_| true);
+        // No equations for the gutter, nor for anything outside the unknowns, island or not: texels
+        // at their boundary must not compensate for whatever the base holds there.
+        let back = MapInputs {
             direction: way.direction.opposite(),
-            target_size: there.source_size(),
+            target_size: sampling.source_size(),
             map: MapOptions::with_gutter(0).prefer(way.map.prefer),
             ..*way
         };
-        let back = Arc::new(Resampler::reading(&back, &unknowns, there.filter()));
+        let back = Arc::new(Resampler::reading(&back, &unknowns, sampling.filter()));
         let lost = lost_pieces(way);
         let equations = Region::linked(back.map(), |patch| !lost[patch.piece as usize]);
-        Self { there, back: Operator::new(back), unknowns, equations }
+        Self { sampling, back: Operator::new(back), unknowns, equations }
     }
 
     /// See [`FitSummary::share_met`].
@@ -157,8 +163,8 @@ impl FitSystem {
         if linked == 0 { 1.0 } else { self.equations.texels() as f64 / linked as f64 }
     }
 
-    /// Solves for a texture: the premultiplied values of every texel of the target, 1.0 for white. The gutter
-    /// stays as it was sampled.
+    /// Solves for a texture: the premultiplied values of every texel of the target, 1.0 for white.
+    /// The gutter stays as sampled.
     ///
     /// - `progress`: called before the first step and after each.
     pub fn solve(
@@ -174,7 +180,7 @@ impl FitSystem {
         let Texels::F32(source) = source.into_texels() else { unreachable!("converted") };
         if let Some(index) = source.iter().position(|value| !value.is_finite()) {
             let (texel, width) =
-                (index / channels.count(), self.there.source_size().width as usize);
+                (index / channels.count(), self.sampling.source_size().width as usize);
             return Err(NotFinite { texel: [(texel % width) as u32, (texel / width) as u32] });
         }
         let mut summary = None;
@@ -189,7 +195,7 @@ impl FitSystem {
             progress(now);
         };
         let problem = Problem { system: self, options };
-        let layer = match (channels.count(), formats.has_opacity()) {
+        let layer = match (channels.count(), formats.has_alpha()) {
             (1, _) => problem.solve::<1, false>(source, &mut report),
             (2, false) => problem.solve::<2, false>(source, &mut report),
             (2, true) => problem.solve::<2, true>(source, &mut report),
@@ -201,100 +207,110 @@ impl FitSystem {
     }
 }
 
-/// A system and how far it is solved.
+/// A fit of one texture.
 struct Problem<'a> {
     system: &'a FitSystem,
     options: &'a FitOptions,
 }
 
 impl Problem<'_> {
-    /// The fitted texture, premultiplied, with the gutter as it was sampled.
-    fn solve<const C: usize, const OPACITY: bool>(
+    /// Minimises `‖H (f₀ + δ) − s‖² + λ ‖δ‖² + μ ‖∇δ‖²` by CGLS and returns `f₀ + δ`,
+    /// premultiplied, with the gutter as sampled.
+    ///
+    /// CGLS needs only products with `H` and `Hᵀ`; neither `H` nor `HᵀH` is stored. Solving for the
+    /// correction `δ` leaves texels that `H` does not see at `f₀`. The fit stops at the least gain,
+    /// or if the curvature along a step is not positive and finite. `alpha`, `beta` and `gamma` are
+    /// the step length, the conjugation factor and the squared norm of the gradient.
+    ///
+    /// - `source`: `s`, not premultiplied.
+    fn solve<const C: usize, const ALPHA: bool>(
         &self,
-        mut seen: Vec<f32>,
+        mut source: Vec<f32>,
         progress: &mut dyn FnMut(FitProgress),
     ) -> Vec<f32> {
-        if OPACITY {
-            for texel in seen.chunks_exact_mut(C) {
-                let levels = load::<f32, C, OPACITY>(texel);
+        if ALPHA {
+            for texel in source.chunks_exact_mut(C) {
+                let levels = load::<f32, C, ALPHA>(texel);
                 texel.copy_from_slice(&levels);
             }
         }
-        let FitSystem { there, back, unknowns, equations } = self.system;
+        let FitSystem { sampling, back, unknowns, equations } = self.system;
         let count = unknowns.size().texels() * C;
         let mut fitted = vec![0.0; count];
-        there.fill_floats::<C>(&mut seen, &mut fitted);
+        sampling.fill_floats::<C>(&mut source, &mut fitted);
 
-        // What is left to explain, where there is something: s − H f₀.
+        // The residual `s − H f₀`, where there is an equation.
         let mut step = fitted.clone();
-        let mut made = vec![0.0; equations.size().texels() * C];
-        back.resampler().fill_floats::<C>(&mut step, &mut made);
-        let mut rest = vec![0.0; made.len()];
-        equations.update::<C>(&mut rest, &seen, |_, seen| seen);
-        equations.update::<C>(&mut rest, &made, |rest, made| rest - made);
-        drop(seen);
+        let mut product = vec![0.0; equations.size().texels() * C];
+        back.resampler().fill_floats::<C>(&mut step, &mut product);
+        let mut residual = vec![0.0; product.len()];
+        equations.update::<C>(&mut residual, &source, |_, source| source);
+        equations.update::<C>(&mut residual, &product, |residual, product| residual - product);
+        drop(source);
 
         let lambda = self.options.regularization;
         let smoothness =
-            self.options.smoothness.unwrap_or_else(|| default_smoothness(there.filter()));
-        // λ ‖f − f₀‖² + μ ‖∇(f − f₀)‖².
-        let held = |moved: &[f32]| {
-            let far = f64::from(lambda) * unknowns.dot::<C>(moved, moved);
-            let rough = if smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(moved) };
-            far + f64::from(smoothness) * rough
+            self.options.smoothness.unwrap_or_else(|| default_smoothness(sampling.filter()));
+        // Regularisation of the correction: `λ ‖δ‖² + μ ‖∇δ‖²`.
+        let penalty = |delta: &[f32]| {
+            let offset = f64::from(lambda) * unknowns.dot::<C>(delta, delta);
+            let rough = if smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(delta) };
+            offset + f64::from(smoothness) * rough
         };
         let terms = (equations.texels() * C).max(1) as f64;
-        let mut squares = equations.dot::<C>(&rest, &rest);
+        let mut squares = equations.dot::<C>(&residual, &residual);
         let mut report = |step: u32, squares: f64| {
             let rms = (squares / terms).sqrt();
             progress(FitProgress { step, max_steps: self.options.max_steps, rms });
         };
         report(0, squares);
-        let mut moved = vec![0.0; count];
+        let mut delta = vec![0.0; count];
         let mut gradient = vec![0.0; count];
         step.fill(0.0);
-        let (mut error, mut steepness) = (squares, 0.0);
+        let (mut error, mut gamma) = (squares, 0.0);
         for number in 1..=self.options.max_steps {
-            // Downhill: Hᵀ rest − λ moved − μ ∇ᵀ∇ moved, then turned to be conjugate to the steps before.
+            // Negative gradient `Hᵀ residual − λ δ − μ ∇ᵀ∇ δ`, made conjugate to the previous
+            // steps.
             gradient.fill(0.0);
-            back.add_transposed_to::<C>(&rest, &mut gradient);
-            unknowns.update::<C>(&mut gradient, &moved, |pull, moved| pull - lambda * moved);
+            back.add_transposed_to::<C>(&residual, &mut gradient);
+            unknowns.update::<C>(&mut gradient, &delta, |g, delta| g - lambda * delta);
             if smoothness > 0.0 {
-                unknowns.smooth::<C>(&moved, &mut gradient, smoothness);
+                unknowns.smooth::<C>(&delta, &mut gradient, smoothness);
             }
-            let before = steepness;
-            steepness = unknowns.dot::<C>(&gradient, &gradient);
-            if steepness == 0.0 {
+            let last_gamma = gamma;
+            gamma = unknowns.dot::<C>(&gradient, &gradient);
+            if gamma == 0.0 {
                 break;
             }
-            let turn = if number == 1 { 0.0 } else { (steepness / before) as f32 };
-            unknowns.update::<C>(&mut step, &gradient, |step, pull| pull + turn * step);
+            let beta = if number == 1 { 0.0 } else { (gamma / last_gamma) as f32 };
+            unknowns.update::<C>(&mut step, &gradient, |step, g| g + beta * step);
 
-            // As far as the error falls. Padding writes beside the unknowns, where nothing looks.
-            back.resampler().fill_floats::<C>(&mut step, &mut made);
-            let bend = equations.dot::<C>(&made, &made) + held(&step);
-            if bend.is_nan() || bend <= 0.0 || bend.is_infinite() {
+            // Exact line search. Padding writes outside the unknowns, where nothing reads.
+            back.resampler().fill_floats::<C>(&mut step, &mut product);
+            let curvature = equations.dot::<C>(&product, &product) + penalty(&step);
+            if curvature.is_nan() || curvature <= 0.0 || curvature.is_infinite() {
                 break;
             }
-            let along = (steepness / bend) as f32;
-            unknowns.update::<C>(&mut moved, &step, |moved, step| moved + along * step);
-            equations.update::<C>(&mut rest, &made, |rest, made| rest - along * made);
-            squares = equations.dot::<C>(&rest, &rest);
+            let alpha = (gamma / curvature) as f32;
+            unknowns.update::<C>(&mut delta, &step, |delta, step| delta + alpha * step);
+            equations.update::<C>(&mut residual, &product, |r, product| r - alpha * product);
+            squares = equations.dot::<C>(&residual, &residual);
             report(number, squares);
             let was = error;
-            error = squares + held(&moved);
-            if was - error < self.options.least_gain * was {
+            error = squares + penalty(&delta);
+            if was - error < self.options.min_gain * was {
                 break;
             }
         }
-        unknowns.update::<C>(&mut fitted, &moved, |fitted, moved| fitted + moved);
+        unknowns.update::<C>(&mut fitted, &delta, |fitted, delta| fitted + delta);
         fitted
     }
 }
 
-/// Which pieces of the way back read texels that another island of the target's layout owns: where islands
-/// overlap, such as two eyes on one disc, the one that lost its texels has no say.
-fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
+/// Which pieces of the opposite direction read texels that another island of the target's layout
+/// owns. Where islands overlap, such as two eyes on one disc, the one that lost its texels must not
+/// enter the equations.
+fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
     let target = way.pair.to(way.direction);
     let precedence = Precedence::new(target, way.map.prefer);
     let coverage = Coverage::new(&LayoutTriangles::new(target, way.target_size), &precedence);
@@ -305,8 +321,8 @@ fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
     let island_of = |face: u32| precedence.of_faces()[face as usize];
     let is_lost = |piece: &FacePiece| {
         let face = piece.from;
-        // By the middle of the whole face, however it is cut: a part at an island's rim may have its middle where
-        // nobody owns anything.
+        // Test the centroid of the whole face, however it is cut: the centroid of a part at an
+        // island's edge may lie where no island owns a texel.
         let corners = corners_px(target, face as usize, way.target_size);
         let centre =
             [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
@@ -315,9 +331,9 @@ fn lost_pieces(way: &Way<'_>) -> Vec<bool> {
     back.all().iter().map(is_lost).collect()
 }
 
-/// Vectors of texels with `C` values each, added and multiplied over a region.
+/// Vector operations on texels with `C` values each, restricted to a region.
 impl Region {
-    /// Replaces each value by a function of it and of another vector's.
+    /// Replaces each value by a function of it and of the same element of `others`.
     fn update<const C: usize>(
         &self,
         values: &mut [f32],
@@ -336,8 +352,8 @@ impl Region {
         });
     }
 
-    /// Takes `weight` times the graph Laplacian of `values` from `gradient`: each texel is drawn to those of its
-    /// four neighbours that are in the region too.
+    /// Adds `−weight · L values` to `gradient`, `L` being the graph Laplacian: each texel is pulled
+    /// towards those of its four neighbours that are in the region too.
     fn smooth<const C: usize>(&self, values: &[f32], gradient: &mut [f32], weight: f32) {
         let stride = self.size().width as usize * C;
         for_each_chunk(gradient, stride, |row, gradient| {
@@ -361,7 +377,8 @@ impl Region {
         });
     }
 
-    /// The sum of squared differences between neighbours: values times the Laplacian of [`Region::smooth`].
+    /// Sum of squared differences between neighbours: `xᵀ L x` with the Laplacian of
+    /// [`Region::smooth`].
     fn roughness<const C: usize>(&self, values: &[f32]) -> f64 {
         let stride = self.size().width as usize * C;
         let square = |a: f32, b: f32| f64::from(a - b).powi(2);
@@ -399,7 +416,7 @@ impl Region {
     }
 }
 
-/// Calls `visit` with what two sorted lists of ranges share.
+/// Calls `visit` with each intersection of two sorted lists of ranges.
 fn for_each_shared(a: &[Range<u32>], mut b: &[Range<u32>], mut visit: impl FnMut(Range<u32>)) {
     for range in a {
         b = &b[b.partition_point(|other| other.end <= range.start)..];
@@ -417,7 +434,8 @@ mod tests {
     use crate::piece::Piece;
     use crate::texture::Size;
 
-    /// Of two islands on one place the second looks out a little; its rim has no say either.
+    /// Two overlapping islands, the second protruding a little: its edge must not enter the
+    /// equations either.
     #[test]
     fn parts_of_a_lost_face_are_lost() {
         let faces = [[0, 1, 2], [3, 4, 5]];
@@ -434,7 +452,7 @@ mod tests {
         let parts = parts.map(|part| Piece::part((1, part), (1, part)));
         let pieces = [Piece::whole(0, 0, [0, 1, 2])].into_iter().chain(parts);
         let pair = Pair::from_pieces(source, target, pieces).unwrap();
-        let way = Way {
+        let way = MapInputs {
             pair: &pair,
             direction: Direction::Forward,
             target_size: Size::square(100),

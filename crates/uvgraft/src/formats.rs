@@ -1,29 +1,31 @@
-//! How a texture and a base are brought together: what results are stored as, and worked out in.
+//! How the formats of a texture and a base combine: the format of the result and the working
+//! format.
 
 use crate::color::Encoding;
 use crate::texture::{Channels, Depth, TexelFormat, Texture};
 
-/// What colours are while they are averaged.
+/// The space in which colours are averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Averaging {
-    /// As they are encoded, which keeps round trips exact and is what most tools do.
+    /// As they are encoded: keeps round trips exact, and is what most tools do.
     #[default]
     Encoded,
-    /// Light: sRGB is decoded, averaged and encoded again.
+    /// Linear light: sRGB is decoded, averaged and encoded again.
     Light,
 }
 
-/// What results are stored as, and what they are worked out in.
+/// The stored and the working format of results.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Formats {
     result: TexelFormat,
     /// The channels that a result is stored with.
     stored: Channels,
-    /// Whether colours are worked on as light.
+    /// Whether colours are processed in linear light.
     as_light: bool,
-    /// Whether values are worked on as floats: those of normals, which are turned before they are rounded.
+    /// Whether values are processed as floats: those of normals, which are rotated before they are
+    /// rounded.
     as_floats: bool,
 }
 
@@ -38,44 +40,45 @@ impl Formats {
         Self { result, stored: result.channels, as_light, as_floats: false }
     }
 
-    /// The same for normals.
+    /// The formats for a normal map.
     #[must_use]
     pub fn of_normals(self) -> Self {
         let result = TexelFormat { encoding: Encoding::Data, ..self.result };
         Self { result, as_light: false, as_floats: true, ..self }
     }
 
-    /// The same without opacity in what is stored.
+    /// Stores results without alpha.
     #[must_use]
     pub fn opaque(self) -> Self {
         let has_color = self.result.channels.has_color();
         Self { stored: if has_color { Channels::Rgb } else { Channels::Grey }, ..self }
     }
 
-    /// What results are stored as.
+    /// The format of results.
     pub fn stored(&self) -> TexelFormat {
         TexelFormat { channels: self.stored, ..self.result }
     }
 
-    /// The channels that are worked on.
+    /// The channels in processing.
     pub fn channels(&self) -> Channels {
         self.result.channels
     }
 
-    /// In which encoding values are worked on.
+    /// The encoding in processing.
     pub fn working_encoding(&self) -> Encoding {
         if self.as_light { Encoding::Linear } else { self.result.encoding }
     }
 
-    /// Whether the last channel is opacity; the fourth channel of data is data.
-    pub fn has_opacity(&self) -> bool {
+    /// Whether the last channel is alpha; the fourth channel of data is data.
+    pub fn has_alpha(&self) -> bool {
         self.result.channels.has_alpha() && self.result.encoding != Encoding::Data
     }
 
-    /// Brings a source or a base to the format that both are worked on in.
+    /// Converts a source or a base to the working format of both.
     pub fn working(&self, texture: Texture) -> Texture {
         let Self { result, as_light, as_floats, .. } = *self;
-        // Anything next to data is data: converting one of the two would tear them apart.
+        // Anything combined with data is data: converting only one of the two would make them
+        // incomparable.
         let texture = match result.encoding {
             Encoding::Data => texture,
             encoding => texture.encoded_as(encoding),
@@ -87,7 +90,7 @@ impl Formats {
         texture.converted(result.channels, depth)
     }
 
-    /// Brings a result to what it is stored as.
+    /// Converts a result from the working format to the stored one.
     pub fn restore(&self, texture: Texture) -> Texture {
         let TexelFormat { depth, encoding, .. } = self.result;
         texture.encoded_as(encoding).converted(self.stored, depth)

@@ -1,27 +1,27 @@
-//! UV islands (charts) and their edges.
+//! UV islands (charts) and their boundary edges.
 //!
-//! Two triangles belong to one island when they share a corner: the same vertex at the same UV
-//! coordinate. Indices into the UV list are not asked, because many exporters repeat a coordinate
-//! for every face.
+//! Two triangles belong to the same island when they share a corner: the same vertex at the same UV
+//! coordinate. UV coordinates are compared by value, not by index, because many exporters repeat a
+//! coordinate for every face.
 
 use crate::disjoint::DisjointSets;
 use crate::mesh::{Mesh, doubled_area};
 use crate::piece::wide;
 
-/// The islands of a layout, numbered by their lowest face.
+/// The islands of a layout, in ascending order of their lowest face.
 #[derive(Debug, Clone)]
 pub struct Islands {
     of_face: Vec<u32>,
     first_faces: Vec<u32>,
-    border: Vec<BorderEdge>,
+    border: Vec<BoundaryEdge>,
 }
 
-/// An edge that has triangles on one side only, and one of them.
+/// A boundary edge: one with triangles on one side only, given by one of these triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BorderEdge {
+pub struct BoundaryEdge {
     /// The triangle.
     pub face: u32,
-    /// The edge runs from this corner (0, 1 or 2) of the triangle to the next.
+    /// The edge runs from this corner (0, 1 or 2) of the triangle to the next corner.
     pub corner: u8,
 }
 
@@ -48,7 +48,7 @@ impl Islands {
         Self { of_face, first_faces, border: border(mesh, &corners, count) }
     }
 
-    /// How many islands there are.
+    /// Number of islands.
     pub fn count(&self) -> usize {
         self.first_faces.len()
     }
@@ -58,24 +58,25 @@ impl Islands {
         &self.of_face
     }
 
-    /// The edges at which islands end, in the order of their triangles.
-    pub fn border(&self) -> &[BorderEdge] {
+    /// The boundary edges of the islands, in the order of their triangles.
+    pub fn boundary_edges(&self) -> &[BoundaryEdge] {
         &self.border
     }
 }
 
-/// One number for each distinct pair of vertex and UV coordinate, per corner; and how many there are.
+/// Gives each corner an index that is the same for corners with the same vertex and UV coordinate;
+/// also returns the number of distinct indices.
 fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, u32) {
     let vertices = mesh.faces().as_flattened();
     let uv_indices = mesh.uv_faces().as_flattened();
     let coordinate = |corner: u32| {
-        // Adding 0.0 makes one zero of the two.
+        // Adding 0.0 turns -0.0 into 0.0.
         mesh.uv()[uv_indices[corner as usize] as usize].map(|value| (value + 0.0).to_bits())
     };
     let mut welded = vec![[0; 3]; mesh.faces().len()];
     let mut id = 0;
     let by_vertex = Buckets::new(vertices, mesh.positions().len());
-    for_each_alike(&by_vertex, coordinate, |corners| {
+    for_each_group(&by_vertex, coordinate, |corners| {
         for &(_, corner) in corners {
             welded.as_flattened_mut()[corner as usize] = id;
         }
@@ -84,15 +85,17 @@ fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, u32) {
     (welded, id)
 }
 
-/// The edges with triangles on one side only. Sharing an edge is not enough to be on both: the
-/// halves of a folded chart, or the two faces of a doubled surface, lie on the same side.
-fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BorderEdge> {
-    // Edge number `e` runs from corner number `e` to the next of its face.
+/// The edges with triangles on one side only. Two triangles that share an edge need not lie on
+/// opposite sides of it: the halves of a folded chart, or the two faces of a doubled surface, lie
+/// on the same side. So the signed UV areas decide, not the number of triangles at the edge.
+fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BoundaryEdge> {
+    // Edge `e` runs from corner `e` to the next corner of its face.
     let ends = |edge: u32| {
         let (face, corner) = (edge as usize / 3, edge as usize % 3);
         (corners[face][corner], corners[face][(corner + 1) % 3])
     };
-    // On which side of the edge, seen from its lower to its higher end, its triangle lies.
+    // The sign says on which side of the edge its triangle lies, looking along the edge from its
+    // lower to its higher corner index.
     let areas: Vec<f64> =
         (0..corners.len()).map(|face| doubled_area(wide(mesh.uv_triangle(face)))).collect();
     let side = |edge: u32| {
@@ -104,11 +107,11 @@ fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BorderEdge> {
     let lower_ends: Vec<u32> = corners.iter().flat_map(lower).collect();
     let mut is_border = vec![false; lower_ends.len()];
     let by_lower_end = Buckets::new(&lower_ends, count as usize);
-    for_each_alike(
+    for_each_group(
         &by_lower_end,
         |edge| ends(edge).0.max(ends(edge).1),
         |sharers| {
-            // Triangles without area are on no side.
+            // Triangles without area lie on neither side.
             let on = |sign: f64| sharers.iter().find(|&&(_, edge)| side(edge) * sign > 0.0);
             if let (Some(&(_, edge)), None) | (None, Some(&(_, edge))) = (on(1.0), on(-1.0)) {
                 is_border[edge as usize] = true;
@@ -116,17 +119,17 @@ fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BorderEdge> {
         },
     );
     let border = is_border.into_iter().zip(0u32..).filter(|(is_border, _)| *is_border);
-    border.map(|(_, edge)| BorderEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
+    border.map(|(_, edge)| BoundaryEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
 }
 
-/// Items sorted by a small number, by counting.
+/// Items bucketed by a small integer key with a counting sort.
 struct Buckets {
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl Buckets {
-    /// Sorts the items `0..keys.len()`; every key is below `count`.
+    /// Buckets the items `0..keys.len()`; every key must be below `count`.
     fn new(keys: &[u32], count: usize) -> Self {
         let mut starts = vec![0; count + 1];
         for &key in keys {
@@ -146,8 +149,8 @@ impl Buckets {
     }
 }
 
-/// Calls `visit` with the items of each bucket that have the same key, in the order of the items.
-fn for_each_alike<K: Ord + Copy>(
+/// Calls `visit` with each group of items that share a bucket and a key, in ascending item order.
+fn for_each_group<K: Ord + Copy>(
     buckets: &Buckets,
     key: impl Fn(u32) -> K,
     mut visit: impl FnMut(&[(K, u32)]),
@@ -166,7 +169,7 @@ fn for_each_alike<K: Ord + Copy>(
 mod tests {
     use super::*;
 
-    /// Two triangles of a square on their own UV coordinates each, then a third apart.
+    /// A square of two triangles that do not share UV indices, then a separate third triangle.
     fn mesh(shift: f32) -> Mesh {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let uv = vec![
@@ -190,7 +193,8 @@ mod tests {
         assert_eq!(islands.of_faces(), [0, 0, 1]);
         assert_eq!(islands.count(), 2);
         // The diagonal of the square is shared; the two sides of each triangle remain.
-        let ends: Vec<_> = islands.border().iter().map(|edge| (edge.face, edge.corner)).collect();
+        let ends: Vec<_> =
+            islands.boundary_edges().iter().map(|edge| (edge.face, edge.corner)).collect();
         assert_eq!(ends, [(0, 0), (0, 1), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)]);
     }
 
@@ -198,7 +202,7 @@ mod tests {
     fn a_seam_parts_islands() {
         let islands = Islands::new(&mesh(0.5));
         assert_eq!(islands.of_faces(), [0, 1, 2]);
-        assert_eq!(islands.border().len(), 9);
+        assert_eq!(islands.boundary_edges().len(), 9);
     }
 
     #[test]
@@ -207,13 +211,17 @@ mod tests {
             let uv = vec![[0.2, 0.2], [0.8, 0.2], [0.2, 0.8], [0.8, 0.2], [0.5, 0.2], [0.8, 0.8]];
             let positions = (0..6).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
             let mesh = Mesh::from_triangles(positions, uv, faces, faces).unwrap();
-            Islands::new(&mesh).border().iter().map(|edge| (edge.face, edge.corner)).collect()
+            Islands::new(&mesh)
+                .boundary_edges()
+                .iter()
+                .map(|edge| (edge.face, edge.corner))
+                .collect()
         };
         let all: Vec<(u32, u8)> = vec![(0, 0), (0, 1), (0, 2)];
         assert_eq!(border(&[[0, 1, 2]]), all);
         // A doubled surface, seen from both sides.
         assert_eq!(border(&[[0, 1, 2], [2, 1, 0]]), all);
-        // A triangle without area beside an edge.
+        // A triangle without area along an edge.
         assert_eq!(border(&[[0, 1, 2], [1, 0, 4]]), all);
         // The other half lies on top, as in layouts that are mirrored onto themselves.
         let folded = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1)];

@@ -1,7 +1,8 @@
-//! The layout of a mesh as a coarse grid of texels that know what is beside them on the surface.
+//! A coarse grid of texels over a mesh's layout, with the adjacency of texels on the surface.
 //!
-//! Segmenting a texture needs connectivity: what hangs together, and across how large a step of colour. In the image
-//! alone islands would cut that apart, so texels at UV seams are linked to those on the other side.
+//! Segmenting a texture needs connectivity: which texels are connected, and across how large a
+//! colour step. In image space island boundaries would break that up, so texels at a UV seam are
+//! linked to those on its other side.
 
 use crate::edges::Edges;
 use crate::islands::Islands;
@@ -13,26 +14,26 @@ use crate::threads::{for_each, for_each_chunk};
 /// No texel, or no triangle.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The texels of a grid over a layout, numbered row by row.
+/// A grid of texels over a layout, indexed row by row.
 #[derive(Debug, Clone)]
 pub(crate) struct LayoutGrid {
     size: Size,
-    /// The triangle at each texel's centre.
+    /// The triangle at each texel's centre, or [`NONE`].
     face: Vec<u32>,
-    /// The weights of that triangle's first two corners.
+    /// Barycentric weights of that triangle's first two corners.
     weights: Vec<[f32; 2]>,
-    /// For each texel, as bits, whether those to the left, right, above and below are on the same island, and whether
-    /// any is across a UV seam.
+    /// Per texel, as bits: whether its left, right, upper and lower neighbours are on the same
+    /// island ([`ADJACENT`]), and whether it has neighbours across a UV seam ([`ACROSS_SEAM`]).
     links: Vec<u8>,
-    /// Texels that are beside each other across a UV seam, both ways, sorted.
+    /// Pairs of texels that are adjacent across a UV seam, in both directions, sorted.
     across: Vec<(u32, u32)>,
     /// `texels + 1` offsets into `across`.
     across_starts: Vec<u32>,
 }
 
-/// The bits of links to all four sides, and that of those across seams.
-const BESIDE: u8 = 15;
-const ACROSS: u8 = 16;
+/// The bits of links to all four sides, and the bit of links across seams.
+const ADJACENT: u8 = 15;
+const ACROSS_SEAM: u8 = 16;
 
 impl LayoutGrid {
     /// Rasterises a layout.
@@ -40,7 +41,7 @@ impl LayoutGrid {
         Self::with_edges(mesh, &Edges::new(mesh), size)
     }
 
-    /// As [`LayoutGrid::new`], for a mesh whose edges are known.
+    /// As [`LayoutGrid::new`], with edges that are already computed.
     pub fn with_edges(mesh: &Mesh, edges: &Edges, size: Size) -> Self {
         let map = SamplingMap::of_layout(mesh, size, &MapOptions::with_gutter(0));
         let mut face = vec![NONE; size.texels()];
@@ -87,7 +88,7 @@ impl LayoutGrid {
         grid
     }
 
-    /// How large the grid is.
+    /// The size of the grid.
     pub fn size(&self) -> Size {
         self.size
     }
@@ -97,7 +98,8 @@ impl LayoutGrid {
         &self.face
     }
 
-    /// The texels to the left, right, above and below one on the same island, or [`NONE`].
+    /// The left, right, upper and lower neighbours of a texel on its island; [`NONE`]
+    /// where there is none.
     #[inline]
     pub fn beside(&self, texel: u32) -> [u32; 4] {
         let links = self.links[texel as usize];
@@ -111,23 +113,24 @@ impl LayoutGrid {
         ]
     }
 
-    /// The texels half and all of some steps to a side, if the island goes on as far.
+    /// The texels `STEPS / 2` and `STEPS` steps from a texel to one side, if its island extends
+    /// that far.
     #[inline]
     pub fn along<const STEPS: usize>(&self, texel: u32, side: usize) -> Option<[u32; 2]> {
         let step = [-1, 1, -i64::from(self.size.width), i64::from(self.size.width)][side];
         let at = |steps: usize| i64::from(texel) + step * steps as i64;
-        // What is beyond an edge may be beyond the grid.
-        let goes_on = |steps: usize| {
+        // Beyond an island's edge the index may leave the grid.
+        let continues = |steps: usize| {
             self.links.get(at(steps) as usize).is_some_and(|links| links & 1 << side != 0)
         };
-        (0..STEPS).all(goes_on).then(|| [at(STEPS / 2) as u32, at(STEPS) as u32])
+        (0..STEPS).all(continues).then(|| [at(STEPS / 2) as u32, at(STEPS) as u32])
     }
 
-    /// The texels beside one across a UV seam.
+    /// The neighbours of a texel across UV seams.
     #[inline]
     pub fn across(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
         let texel = texel as usize;
-        let range = if self.links[texel] & ACROSS == 0 {
+        let range = if self.links[texel] & ACROSS_SEAM == 0 {
             0..0
         } else {
             self.across_starts[texel] as usize..self.across_starts[texel + 1] as usize
@@ -135,14 +138,14 @@ impl LayoutGrid {
         self.across[range].iter().map(|&(_, other)| other)
     }
 
-    /// The texels beside one on the surface.
+    /// All neighbours of a texel on the surface.
     #[inline]
     pub fn neighbours(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
         self.beside(texel).into_iter().filter(|&near| near != NONE).chain(self.across(texel))
     }
 
-    /// Visits [`LayoutGrid::neighbours`]: in loops over many texels, nearly all of which are inside islands, this is
-    /// several times as fast.
+    /// Visits [`LayoutGrid::neighbours`]. Several times as fast in loops over many texels, since
+    /// nearly all of them are inside islands.
     #[inline(always)]
     pub fn each_neighbour(&self, texel: u32, mut visit: impl FnMut(u32)) {
         if self.is_inside(texel) {
@@ -155,14 +158,15 @@ impl LayoutGrid {
         }
     }
 
-    /// Values at the vertices of the mesh, linear over its triangles, at the texels; 0 where there is no triangle.
+    /// Interpolates vertex values linearly over triangles and samples them at the texels; 0 where
+    /// there is no triangle.
     pub fn at_texels(&self, mesh: &Mesh, values: &[f32]) -> Vec<f32> {
         let width = self.size.width as usize;
         let mut at_texels = vec![0.0; self.size.texels()];
         for_each_chunk(&mut at_texels, width, |y, row| {
             for (x, out) in row.iter_mut().enumerate() {
                 let value = self.at_texel(mesh, values, y * width + x);
-                // Most areas are small: what is not written is no memory yet.
+                // Most areas are small, and memory is not committed until it is written.
                 if value != 0.0 {
                     *out = value;
                 }
@@ -171,7 +175,7 @@ impl LayoutGrid {
         at_texels
     }
 
-    /// As [`LayoutGrid::at_texels`], at one of them.
+    /// As [`LayoutGrid::at_texels`], at one texel.
     pub fn at_texel(&self, mesh: &Mesh, values: &[f32], texel: usize) -> f32 {
         let face = self.face[texel];
         if face == NONE {
@@ -182,17 +186,19 @@ impl LayoutGrid {
         x * a + y * b + z * (1.0 - a - b)
     }
 
-    /// Whether the island goes on on all sides of a texel, and no seam is near.
+    /// Whether all four neighbours of a texel are on its island and no seam is adjacent.
     #[inline(always)]
     pub fn is_inside(&self, texel: u32) -> bool {
-        self.links[texel as usize] == BESIDE
+        self.links[texel as usize] == ADJACENT
     }
 
-    /// Whether an island ends beside a texel.
+    /// Whether any of a texel's four neighbours is not on its island.
     pub fn is_at_edge(&self, texel: u32) -> bool {
-        self.links[texel as usize] & BESIDE != BESIDE
+        self.links[texel as usize] & ADJACENT != ADJACENT
     }
 
+    /// Links the texels on both sides of every edge that two triangles share on the surface but not
+    /// in the layout, stepping along the edge by at most one texel (up to 4096 steps).
     fn link_seams(&mut self, mesh: &Mesh, edges: &Edges) {
         let mut links = Vec::new();
         for edge in &edges.shared {
@@ -219,7 +225,7 @@ impl LayoutGrid {
         links.dedup();
         let mut starts = vec![0; self.size.texels() + 1];
         for &(from, _) in &links {
-            self.links[from as usize] |= ACROSS;
+            self.links[from as usize] |= ACROSS_SEAM;
             starts[from as usize + 1] += 1;
         }
         for texel in 0..self.size.texels() {
@@ -228,7 +234,8 @@ impl LayoutGrid {
         (self.across, self.across_starts) = (links, starts);
     }
 
-    /// Places along edges, as shares of their length: one for each texel of the longest.
+    /// Sample positions along edges, as fractions of their length: one per texel of the longest
+    /// edge.
     pub fn places_along(&self, edges: &[[[f64; 2]; 2]]) -> impl Iterator<Item = f64> + use<> {
         let size = [self.size.width, self.size.height].map(f64::from);
         let length = |[from, to]: &[[f64; 2]; 2]| {
@@ -239,17 +246,21 @@ impl LayoutGrid {
         (0..steps).map(move |step| (step as f64 + 0.5) / steps as f64)
     }
 
-    /// The texel of a triangle's island that is nearest to a place on one of its edges, among those that touch it.
+    /// The covered texel nearest to a point on a triangle's edge, among the texels that touch the
+    /// edge. Found by stepping from the point towards the triangle's centroid.
+    ///
+    /// - `ends`: UV coordinates of the edge's ends.
+    /// - `along`: position on the edge, `0.0..=1.0`.
     pub fn near(&self, mesh: &Mesh, ends: [[f64; 2]; 2], face: u32, along: f64) -> Option<u32> {
         let size = [self.size.width, self.size.height].map(f64::from);
-        let middle = {
+        let centroid = {
             let uv = mesh.uv_triangle(face as usize).map(|uv| uv.map(f64::from));
             [0, 1].map(|k| uv.iter().map(|uv| uv[k]).sum::<f64>() / 3.0)
         };
         let on_edge = [0, 1].map(|k| ends[0][k] + (ends[1][k] - ends[0][k]) * along);
-        let inward = [0, 1].map(|k| (middle[k] - on_edge[k]) * size[k]);
+        let inward = [0, 1].map(|k| (centroid[k] - on_edge[k]) * size[k]);
         let length = inward[0].hypot(inward[1]).max(1e-12);
-        // Centres of texels lie up to 0.7 of a texel inside.
+        // The centre of a texel that touches the edge lies up to 0.7 texels inside.
         [0.3, 0.8, 1.4].into_iter().find_map(|px: f64| {
             let at = [0, 1].map(|k| on_edge[k] * size[k] + inward[k] / length * px.min(length));
             let is_in = at.iter().zip(size).all(|(&at, size)| (0.0..size).contains(&at));
@@ -259,13 +270,15 @@ impl LayoutGrid {
     }
 }
 
-/// Where the ends of a triangle's edge are in the layout.
+/// UV coordinates of both ends of a half-edge.
 pub(crate) fn ends_uv(mesh: &Mesh, half: u32) -> [[f64; 2]; 2] {
     let (face, corner) = (half as usize / 3, half as usize % 3);
     let uv = mesh.uv_triangle(face);
     [uv[corner], uv[(corner + 1) % 3]].map(|uv| uv.map(f64::from))
 }
 
+/// Barycentric weights of the first two corners at a point; those of the centroid if the
+/// triangle has no area.
 fn barycentric([a, b, c]: [[f64; 2]; 3], at: [f64; 2]) -> [f32; 2] {
     let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     let part = |p: [f64; 2], q: [f64; 2]| {
@@ -279,20 +292,21 @@ fn barycentric([a, b, c]: [[f64; 2]; 3], at: [f64; 2]) -> [f32; 2] {
     }
 }
 
-/// The colours of a texture at the texels of a grid: sRGB values as stored, 1.0 for full.
+/// The colours of a texture at the texels of a grid: sRGB-encoded, 1.0 for full scale.
 #[derive(Debug, Clone)]
 pub(crate) struct GridColors {
     pub rgb: Vec<[f32; 3]>,
-    /// How much there is of the texture: opacity, 0 where values are not finite.
+    /// How much of each texel the texture determines: its mean alpha, where texels with values that
+    /// are not finite contribute 0.
     pub known: Vec<f32>,
 }
 
-/// In each direction at most so many texels of the texture are averaged for one of the grid.
-const MOST_SAMPLES: u32 = 4;
+/// Maximum number of source texels per axis that are averaged for one texel of the grid.
+const MAX_SAMPLES: u32 = 4;
 
 impl GridColors {
-    /// Averages what the texels of a grid span. What lies beside islands bleeds into those at their edges, which take
-    /// the colour of the others around.
+    /// Averages the source texels that each grid texel spans. Background bleeds into texels at the
+    /// edges of islands, so these take the mean colour of their neighbours further inside.
     pub fn new(texture: &Texture, grid: &LayoutGrid) -> Self {
         let mut colors = match texture.texels() {
             Texels::U8(values) => averaged(texture, values, grid),
@@ -300,7 +314,7 @@ impl GridColors {
             Texels::F32(values) => averaged(texture, values, grid),
         };
         let Rings { order, ring } = Rings::new(grid);
-        // From the inside out, so that each ring finds its inner one done.
+        // From the inside out, so that each ring reads a finished inner ring.
         for texel in order.into_iter().rev() {
             let (mut sum, mut opacity, mut count) = ([0.0; 3], 0.0, 0.0);
             for near in grid.beside(texel).into_iter().filter(|&near| near != NONE) {
@@ -324,15 +338,15 @@ impl GridColors {
     }
 }
 
-/// The texels at the edges of islands, ring by ring inwards.
+/// The texels along the edges of islands, in rings from the edge inwards.
 struct Rings {
     order: Vec<u32>,
-    /// For each texel which ring it is of.
+    /// The ring of each texel; `u8::MAX` further inside.
     ring: Vec<u8>,
 }
 
 impl Rings {
-    /// So many texels at the edges of islands are what lies beside them, at worst.
+    /// Number of rings. In the worst case background reaches this many texels into an island.
     const COUNT: u8 = 3;
 
     fn new(grid: &LayoutGrid) -> Self {
@@ -360,7 +374,7 @@ impl Rings {
     }
 }
 
-/// What a grid's texels span of a texture; nothing where there is no triangle.
+/// The mean of the source texels that each grid texel spans; 0 where there is no triangle.
 fn averaged<T: Value>(texture: &Texture, values: &[T], grid: &LayoutGrid) -> GridColors {
     let channels = texture.channels();
     let is_plain = channels.has_color() && !channels.has_alpha() && texture.depth() != Depth::F32;
@@ -383,7 +397,7 @@ fn averaged<T: Value>(texture: &Texture, values: &[T], grid: &LayoutGrid) -> Gri
             (rgb[x], known[x]) = if is_plain {
                 (plain_mean::<T>(&sums, rows.len(), &columns[x]), 1.0)
             } else {
-                mean_of_known(&rows, &columns[x], channels)
+                weighted_mean(&rows, &columns[x], channels)
             };
             if is_linear {
                 rgb[x] = rgb[x].map(crate::color::srgb_from_linear);
@@ -393,7 +407,7 @@ fn averaged<T: Value>(texture: &Texture, values: &[T], grid: &LayoutGrid) -> Gri
     colors
 }
 
-/// The sums of rows, value by value.
+/// The element-wise sum of rows.
 fn sums<T: Value>(rows: &[&[T]]) -> Vec<f32> {
     let mut sums = vec![0.0; rows.first().map_or(0, |row| row.len())];
     for row in rows {
@@ -404,9 +418,9 @@ fn sums<T: Value>(rows: &[&[T]]) -> Vec<f32> {
     sums
 }
 
-/// The mean of opaque colours that are whole numbers.
+/// The mean of opaque colours of an integer texture.
 ///
-/// - `sums`: of so many rows.
+/// - `sums`: the element-wise sum of `rows` rows.
 fn plain_mean<T: Value>(sums: &[f32], rows: usize, columns: &[u32]) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for &column in columns {
@@ -418,8 +432,9 @@ fn plain_mean<T: Value>(sums: &[f32], rows: usize, columns: &[u32]) -> [f32; 3] 
     sum.map(|sum| sum * scale)
 }
 
-/// The mean of colours by their opacity, and how much there is of them.
-fn mean_of_known<T: Value>(rows: &[&[T]], columns: &[u32], channels: Channels) -> ([f32; 3], f32) {
+/// The alpha-weighted mean of colours, and their mean alpha. Texels with values that are not finite
+/// count as transparent.
+fn weighted_mean<T: Value>(rows: &[&[T]], columns: &[u32], channels: Channels) -> ([f32; 3], f32) {
     let count = channels.count();
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for row in rows {
@@ -442,11 +457,12 @@ fn mean_of_known<T: Value>(rows: &[&[T]], columns: &[u32], channels: Channels) -
     (sum.map(|sum| sum / total), total / (rows.len() * columns.len()) as f32)
 }
 
-/// Which rows or columns of `from` the one at an index of `to` spans, some of them.
+/// Up to [`MAX_SAMPLES`] evenly spaced rows or columns of the source (of which there are `from`)
+/// that row or column `index` of the grid (of which there are `to`) spans.
 fn samples(index: u32, from: u32, to: u32) -> Vec<u32> {
     let [first, end] =
         [index, index + 1].map(|index| (u64::from(index) * u64::from(from) / u64::from(to)) as u32);
     let end = end.max(first + 1);
-    let count = (end - first).min(MOST_SAMPLES);
+    let count = (end - first).min(MAX_SAMPLES);
     (0..count).map(|k| first + (2 * k + 1) * (end - first) / (2 * count)).collect()
 }

@@ -1,8 +1,9 @@
 //! Carries textures between meshes with different UV layouts.
 //!
-//! Two meshes and the [`Piece`]s of their triangles that correspond make a [`Pair`]. A [`Graft`] is a transfer
-//! that is prepared for one pair, one direction and one pair of sizes: it fills a base texture through a
-//! [`SamplingMap`], runs of texels whose source position is affine along a row, and blends what it filled in.
+//! Two meshes and the [`Piece`]s of their triangles that correspond form a [`Pair`]. A [`Graft`] is
+//! a transfer prepared for one pair, one direction and one pair of sizes: it fills a base texture
+//! through a [`SamplingMap`] (runs of texels whose source position is affine along a row) and
+//! blends the result into the base.
 //!
 //! ```
 //! use uvgraft::{Graft, Mesh, Pair, Sizes, Texture};
@@ -15,8 +16,9 @@
 //! }
 //! ```
 //!
-//! The core knows no files, no clock and no command line. With the feature `threads` (default) rows
-//! are worked on by the caller's rayon pool; results do not depend on it. See [`threads`].
+//! The core does no file access, no timing and no command-line parsing. With the feature `threads`
+//! (default), rows are processed in parallel on the caller's rayon pool; results do not depend on
+//! the number of threads. See [`threads`].
 
 pub mod anatomy;
 pub mod area_colors;
@@ -43,7 +45,6 @@ mod non_finite;
 pub mod normals;
 pub mod operator;
 pub mod overlay;
-pub mod own_layout;
 mod pad;
 pub mod pair;
 pub mod piece;
@@ -56,6 +57,7 @@ mod rotation;
 mod sampler;
 mod simd;
 pub mod skin;
+pub mod source_layout;
 pub mod statistics;
 mod surface;
 pub mod tangents;
@@ -64,7 +66,7 @@ pub mod threads;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{
-    Blend, BlendDomain, BlendOptions, Selection, Tone, ToneReport, Toning, ToningError,
+    Blend, BlendDomain, BlendOptions, Selection, Tone, ToneCorrection, ToneError, ToneReport,
 };
 pub use color::Encoding;
 pub use correspond::LinkError;
@@ -72,18 +74,18 @@ pub use fill::{FillError, fill, with_confidence};
 pub use filter::Filter;
 pub use fit::{FitOptions, FitProgress, FitSummary};
 pub use formats::Averaging;
-pub use graft::{Content, Fitted, Graft, GraftBuilder, GraftError};
+pub use graft::{Content, FittedTransfer, Graft, GraftBuilder, GraftError};
 pub use labels::{Label, LabelError, Labels};
 pub use map::{MapOptions, Prefer, SamplingMap};
 pub use mesh::{Corner, Mesh, MeshError, MeshPart};
 pub use normals::{NormalFrames, NormalOptions, NormalY};
 pub use operator::Operator;
 pub use overlay::{BandError, Overlay};
-pub use own_layout::OwnLayout;
 pub use pair::{Direction, Pair, PairError};
 pub use piece::{Extent, Piece, PieceError, Weights};
 pub use report::PairReport;
 pub use resampler::Overlap;
+pub use source_layout::SourceLayout;
 pub use tangents::{TangentFrame, TangentFrames};
 pub use texture::{
     Channels, Depth, Size, Sizes, TexelFormat, Texels, TexelsMut, Texture, TextureError, Value,

@@ -1,13 +1,13 @@
-//! A polygon mesh with one UV layout: checked when it is made, immutable after.
+//! A polygon mesh with one UV layout: validated on construction, immutable afterwards.
 //!
 //! `uv` has its origin at the top left: `v` grows downwards, like the rows of an image. Readers of
-//! formats whose origin is at the bottom left flip once, at load.
+//! formats with the origin at the bottom left flip `v` once, on loading.
 
 use std::ops::Range;
 
-/// A mesh whose every corner has a position and a UV coordinate.
+/// A mesh with a position and a UV coordinate at every corner.
 ///
-/// Polygons are triangulated as fans around their first corner; [`Mesh::polygon`] gives back the
+/// Polygons are triangulated as fans around their first corner; [`Mesh::polygon`] returns the
 /// triangles of one. Order and indices are those of the input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -29,35 +29,35 @@ pub struct MeshPart {
     pub group: String,
     /// Name of the material, empty where the file names none.
     pub material: String,
-    /// Which polygons.
+    /// Range of polygon indices.
     pub polygons: Range<u32>,
 }
 
-/// Why a mesh was refused. Indices count from 0.
+/// Why a mesh was refused. Indices start at 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// There is nothing to carry a texture.
+    /// There is no surface for a texture.
     #[error("mesh has no faces")]
     NoFaces,
     /// A polygon with fewer than three corners.
     #[error("polygon {polygon} must have at least 3 corners, got {corners}")]
     TooFewCorners {
-        /// Which polygon.
+        /// Index of the polygon.
         polygon: usize,
-        /// How many corners it has.
+        /// Number of its corners.
         corners: usize,
     },
-    /// A corner names a vertex or a UV coordinate that does not exist.
+    /// A corner refers to a vertex or a UV coordinate that does not exist.
     #[error("polygon {polygon} uses {what} {index}, but the mesh has only {count}")]
     Index {
-        /// Which polygon.
+        /// Index of the polygon.
         polygon: usize,
         /// `"vertex"` or `"UV coordinate"`.
         what: &'static str,
-        /// The index that was found.
+        /// The index that is out of range.
         index: u32,
-        /// How many there are.
+        /// Number of vertices or UV coordinates.
         count: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -65,34 +65,34 @@ pub enum MeshError {
     NotFinite {
         /// `"vertex"` or `"UV coordinate"`.
         what: &'static str,
-        /// Which one.
+        /// Its index.
         index: usize,
-        /// What was found.
+        /// The value.
         value: f32,
     },
-    /// As many of one thing as of another are needed.
+    /// Two counts that must be equal are not.
     #[error("mesh must have {wanted} {what}, got {found}")]
     Count {
-        /// What they are.
+        /// What was counted.
         what: &'static str,
-        /// How many there are.
+        /// The actual count.
         found: usize,
-        /// How many there must be.
+        /// The required count.
         wanted: usize,
     },
-    /// More elements than 32-bit indices can name.
+    /// More elements than 32-bit indices can address.
     #[error("mesh must have at most {max} {what}, got {count}")]
     TooLarge {
-        /// What there is too much of.
+        /// What there are too many of.
         what: &'static str,
-        /// How many.
+        /// Their count.
         count: usize,
-        /// The most that is accepted.
+        /// The maximum.
         max: usize,
     },
 }
 
-/// One corner of a polygon: which vertex and which UV coordinate.
+/// One corner of a polygon: its vertex and its UV coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Corner {
     /// Index into the positions.
@@ -101,20 +101,21 @@ pub struct Corner {
     pub uv: u32,
 }
 
-/// More vertices or triangles than this are refused: indices and run tables are 32 bit wide.
+/// Maximum number of vertices or triangles: indices and run tables are 32 bits wide.
 const MAX_ELEMENTS: usize = 1 << 28;
 
 impl Mesh {
-    /// Checks and triangulates polygons.
+    /// Validates and triangulates polygons.
     ///
     /// - `positions`: `[vertices]`, in the mesh's own unit.
     /// - `uv`: `[uv coordinates]`, origin at the top left, `0.0..=1.0` inside the texture.
-    /// - `corners`: the polygons' corners, one polygon after the other.
-    /// - `sizes`: `[polygons]`, the number of corners of each; they add up to `corners.len()`.
+    /// - `corners`: the corners of all polygons, one polygon after the other.
+    /// - `sizes`: `[polygons]`, the number of corners of each; their sum is `corners.len()`.
     ///
     /// # Errors
-    /// [`MeshError`] for no polygon, a polygon of fewer than three corners, an index out of range,
-    /// a coordinate that is not finite, more than 2²⁸ of anything, or `sizes` that do not add up to `corners.len()`.
+    /// [`MeshError`] if there are no polygons, a polygon has fewer than three corners, an index is
+    /// out of range, a coordinate is not finite, there are more than 2²⁸ elements of a kind, or
+    /// `sizes` do not add up to `corners.len()`.
     pub fn from_polygons(
         positions: Vec<[f32; 3]>,
         uv: Vec<[f32; 2]>,
@@ -164,7 +165,7 @@ impl Mesh {
         Ok(Self { positions, uv, faces, uv_faces, polygon_starts, parts: Vec::new() })
     }
 
-    /// Checks a mesh of triangles; see [`Mesh::from_polygons`].
+    /// Validates a mesh of triangles; see [`Mesh::from_polygons`].
     ///
     /// # Errors
     /// As [`Mesh::from_polygons`]; [`MeshError::Count`] if `faces` and `uv_faces` differ in length.
@@ -187,17 +188,18 @@ impl Mesh {
         Self::from_polygons(positions, uv, &corners, &vec![3; faces.len()])
     }
 
-    /// Names the objects, groups and materials of polygons; purely informative.
+    /// Sets the objects, groups and materials of polygons; for information only.
     #[must_use]
     pub fn with_parts(mut self, parts: Vec<MeshPart>) -> Self {
         self.parts = parts;
         self
     }
 
-    /// The same faces and layout in another shape.
+    /// The same faces and layout with other positions.
     ///
     /// # Errors
-    /// [`MeshError::NotFinite`]; [`MeshError::Count`] if there are not as many positions as the mesh has.
+    /// [`MeshError::NotFinite`]; [`MeshError::Count`] if the number of positions differs from the
+    /// mesh's.
     pub fn with_positions(self, positions: Vec<[f32; 3]>) -> Result<Self, MeshError> {
         if positions.len() != self.positions.len() {
             let (found, wanted) = (positions.len(), self.positions.len());
@@ -222,12 +224,12 @@ impl Mesh {
         &self.faces
     }
 
-    /// `[triangles]` of indices into [`Mesh::uv`], corner by corner beside [`Mesh::faces`].
+    /// `[triangles]` of indices into [`Mesh::uv`], parallel to [`Mesh::faces`].
     pub fn uv_faces(&self) -> &[[u32; 3]] {
         &self.uv_faces
     }
 
-    /// How many polygons the triangles come from.
+    /// Number of polygons before triangulation.
     pub fn polygon_count(&self) -> usize {
         self.polygon_starts.len() - 1
     }
@@ -242,7 +244,7 @@ impl Mesh {
         &self.parts
     }
 
-    /// The corners of one polygon in their order, read back from its fan.
+    /// The corners of one polygon in order, recovered from its fan.
     pub fn polygon_corners(&self, polygon: usize) -> Vec<Corner> {
         let fan = self.polygon(polygon);
         let (first, first_uv) = (self.faces[fan.start], self.uv_faces[fan.start]);
@@ -252,7 +254,7 @@ impl Mesh {
         corners
     }
 
-    /// Triangulates one polygon as a fan around its corner number `apex` instead.
+    /// Retriangulates one polygon as a fan around its corner `apex`.
     pub(crate) fn refan(&mut self, polygon: usize, apex: usize) {
         let mut corners = self.polygon_corners(polygon);
         corners.rotate_left(apex);
@@ -267,20 +269,21 @@ impl Mesh {
         self.uv_faces[face].map(|index| self.uv[index as usize])
     }
 
-    /// Whether a triangle has a UV coordinate outside the unit square, by more than rounding and half a texel
-    /// make: by a thousandth. A texture has no texels there; in another UDIM tile another texture may.
+    /// Whether a triangle has a UV coordinate outside the unit square by more than a thousandth,
+    /// which allows for rounding and half a texel. A texture has no texels there; in another UDIM
+    /// tile another texture may.
     pub fn is_outside(&self, face: usize) -> bool {
         !self.uv_triangle(face).as_flattened().iter().all(is_inside)
     }
 
-    /// Whether no triangle can be outside: quicker to find out than asking for each.
+    /// Whether no triangle is outside: faster than testing each.
     pub(crate) fn is_all_inside(&self) -> bool {
-        // Without a way out, since several are compared at once then.
+        // No early exit, so that the compiler can vectorise the comparisons.
         self.uv.as_flattened().iter().fold(true, |all, coordinate| all & is_inside(coordinate))
     }
 }
 
-/// Whether a UV coordinate belongs to the unit square, or is beyond it by no more than is allowed.
+/// Whether a UV coordinate is within the unit square, with a tolerance.
 fn is_inside(coordinate: &f32) -> bool {
     const MARGIN: f32 = 1e-3;
     (*coordinate >= -MARGIN) & (*coordinate <= 1.0 + MARGIN)
@@ -342,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_cannot_be_a_mesh() {
+    fn invalid_meshes_are_refused() {
         let (positions, uv) = square();
         let build = |indices: &[u32], sizes: &[u32]| {
             Mesh::from_polygons(positions.clone(), uv.clone(), &corners(indices), sizes)

@@ -1,20 +1,20 @@
-//! NaNs and infinities in float textures: values that filters must never meet, because a product with them
-//! spoils a whole window.
+//! NaNs and infinities in float textures. Filters must never see them: one such value spoils the
+//! result of every filter window that contains it.
 
 use crate::color::Encoding;
 use crate::texture::{Channels, Depth, Size, Texels, Texture};
 use crate::threads::map_indices;
 
-/// Texels that one piece of work looks at.
+/// Texels per parallel task.
 const CHUNK: usize = 1 << 14;
 
 impl Texture {
-    /// The texture with its unknown texels, those that hold a NaN or an infinity in any channel, made harmless, and
-    /// how many there were. Integer textures and finite ones are given back as they are.
+    /// Replaces unknown texels, those with a NaN or an infinity in any channel, and returns how
+    /// many there were. Integer textures and finite ones are returned unchanged.
     ///
-    /// Unknown colours become black with an opacity of 0, so that what a texture is laid over shows there; a texture
-    /// without opacity gets it. In [`Encoding::Data`] no channel is opacity: unknown texels take the value of one of
-    /// the nearest known ones, counted in steps to one of the four neighbours, or 0 if nothing is known.
+    /// Unknown colours become black with alpha 0, so that the base shows there; a texture without
+    /// alpha gets one. In [`Encoding::Data`] no channel is alpha: an unknown texel takes the value
+    /// of a nearest known one (distance in steps between 4-neighbours), or 0 if no texel is known.
     #[must_use]
     pub fn without_non_finite(self) -> (Self, usize) {
         let Texels::F32(values) = self.texels() else { return (self, 0) };
@@ -46,9 +46,11 @@ impl Texture {
     }
 }
 
-/// Gives unknown texels the values of known neighbours, from the rim of each hole inwards.
+/// Copies known values into unknown texels, from the boundary of each hole inwards: a breadth-first
+/// flood fill, in which each round fills the unknown texels with a known 4-neighbour. A round reads
+/// only texels that were known before it, so the order within a round does not matter.
 ///
-/// - `unknown`: in ascending order.
+/// - `unknown`: in ascending order; values already 0.
 fn spread(values: &mut [f32], channels: Channels, size: Size, mut unknown: Vec<usize>) {
     let (width, count) = (size.width as usize, channels.count());
     let mut is_unknown = vec![false; size.texels()];
@@ -62,27 +64,27 @@ fn spread(values: &mut [f32], channels: Channels, size: Size, mut unknown: Vec<u
             (y + 1 < size.height as usize).then_some(texel + width),
         ]
     };
-    // Each texel of the rim, and the known one that it takes its value from.
-    let mut rim: Vec<(usize, usize)> = Vec::new();
-    let known_beside = |is_unknown: &[bool], texel: usize| {
-        neighbours(texel).into_iter().flatten().find(|&beside| !is_unknown[beside])
+    // The texels to fill in this round, each with the known neighbour that it copies.
+    let mut front: Vec<(usize, usize)> = Vec::new();
+    let known_neighbour = |is_unknown: &[bool], texel: usize| {
+        neighbours(texel).into_iter().flatten().find(|&neighbour| !is_unknown[neighbour])
     };
     for &texel in &unknown {
-        rim.extend(known_beside(&is_unknown, texel).map(|beside| (texel, beside)));
+        front.extend(known_neighbour(&is_unknown, texel).map(|neighbour| (texel, neighbour)));
     }
     unknown.clear();
-    while !rim.is_empty() {
-        for &(texel, beside) in &rim {
-            values.copy_within(beside * count..(beside + 1) * count, texel * count);
+    while !front.is_empty() {
+        for &(texel, neighbour) in &front {
+            values.copy_within(neighbour * count..(neighbour + 1) * count, texel * count);
             is_unknown[texel] = false;
         }
-        let inwards = rim.iter().flat_map(|&(texel, _)| neighbours(texel).into_iter().flatten());
-        unknown.extend(inwards.filter(|&texel| is_unknown[texel]));
+        let next = front.iter().flat_map(|&(texel, _)| neighbours(texel).into_iter().flatten());
+        unknown.extend(next.filter(|&texel| is_unknown[texel]));
         unknown.sort_unstable();
         unknown.dedup();
-        rim.clear();
+        front.clear();
         for texel in unknown.drain(..) {
-            rim.extend(known_beside(&is_unknown, texel).map(|beside| (texel, beside)));
+            front.extend(known_neighbour(&is_unknown, texel).map(|neighbour| (texel, neighbour)));
         }
     }
 }
@@ -100,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_colours_are_clear() {
+    fn unknown_colours_become_transparent() {
         let values = [0.1, 0.2, 0.3, 0.4, NAN, 0.6, 0.7, f32::INFINITY, f32::NEG_INFINITY];
         let colors = texture(3, Channels::Rgb, Encoding::Linear, &values);
         let (cleared, count) = colors.without_non_finite();
@@ -114,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_data_are_the_nearest() {
+    fn unknown_data_take_the_nearest_value() {
         let values = [1.0, NAN, NAN, NAN, 5.0, NAN, NAN, NAN, NAN, NAN];
         let data = texture(5, Channels::Grey, Encoding::Data, &values);
         let wanted = [1.0, 1.0, 1.0, 5.0, 5.0, 1.0, 1.0, 1.0, 5.0, 5.0];
@@ -126,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_finite_stays() {
+    fn finite_textures_stay_unchanged() {
         let colors = texture(1, Channels::Rgb, Encoding::Srgb, &[f32::MAX, -3.0, 0.0]);
         assert_eq!(colors.clone().without_non_finite(), (colors, 0));
         let bytes =

@@ -1,8 +1,8 @@
-//! A transfer as a matrix: `H` takes the source's texels to the target's, `Hᵀ` the other way.
+//! A transfer as a linear operator: `H` maps source texels to target texels, `Hᵀ` is its transpose.
 //!
-//! Padding, filtering and averaging are all linear in the source's values, so a transfer is
-//! `target = H · source` on the texels that its map reaches. With its transpose at hand a texture
-//! can be solved for rather than sampled, and gradients can flow through a transfer.
+//! Padding, filtering and averaging are all linear in the source values, so a transfer is
+//! `target = H · source` on the texels that its map reaches. With the transpose, a texture can be
+//! solved for instead of sampled, and gradients can be propagated through a transfer.
 
 use std::sync::Arc;
 
@@ -10,11 +10,12 @@ use crate::resample::adjoint::Schedule;
 use crate::resampler::Resampler;
 use crate::texture::Size;
 
-/// `H` and `Hᵀ` of a transfer, applied without being written out; from [`Graft::operator`].
+/// Matrix-free `H` and `Hᵀ` of a transfer; from [`Graft::operator`].
 ///
-/// Values are `[height * width * channels]` floats, row-major, channels interleaved, 1 to 4 of them.
-/// Each channel is on its own: opacity is one like others, so colours have to be multiplied by it
-/// before. Where islands overlap, the one that owns a texel is read; a blend is no part of the matrix.
+/// Values are `[height * width * channels]` floats, row-major, with 1 to 4 interleaved channels.
+/// Channels are independent of each other. Alpha is treated like any other channel, so colours have
+/// to be premultiplied. Where islands overlap, the island that owns a texel is read; averaging
+/// overlaps is not part of the matrix.
 ///
 /// [`Graft::operator`]: crate::Graft::operator
 #[derive(Debug, Clone)]
@@ -33,12 +34,12 @@ impl Operator {
         &self.resampler
     }
 
-    /// The size of the textures that `H` reads.
+    /// The size of the source textures.
     pub fn source_size(&self) -> Size {
         self.resampler.source_size()
     }
 
-    /// The size of the textures that `H` makes.
+    /// The size of the target textures.
     pub fn target_size(&self) -> Size {
         self.resampler.map().size()
     }
@@ -46,7 +47,7 @@ impl Operator {
     /// `H · source`. Texels that the map does not reach are 0.
     ///
     /// # Panics
-    /// If `channels` is not 1 to 4, or `source` has another length than its size says.
+    /// If `channels` is not 1 to 4, or the length of `source` does not match the source size.
     pub fn apply(&self, channels: usize, source: &[f32]) -> Vec<f32> {
         let mut source = source.to_vec();
         let mut target = vec![0.0; self.target_size().texels() * channels];
@@ -60,11 +61,11 @@ impl Operator {
         target
     }
 
-    /// `Hᵀ · target`. Source texels that nothing reads are 0, and so are those beside the islands:
-    /// `H` reads the nearest texel inside in their place.
+    /// `Hᵀ · target`. Source texels that nothing reads are 0, and so are those outside the islands,
+    /// since `H` reads the nearest texel inside in their place.
     ///
     /// # Panics
-    /// If `channels` is not 1 to 4, or `target` has another length than its size says.
+    /// If `channels` is not 1 to 4, or the length of `target` does not match the target size.
     pub fn apply_transposed(&self, channels: usize, target: &[f32]) -> Vec<f32> {
         let mut source = vec![0.0; self.source_size().texels() * channels];
         match channels {
@@ -77,12 +78,12 @@ impl Operator {
         source
     }
 
-    /// Adds `Hᵀ · target` to `source`, which is 0 beside the islands.
+    /// Adds `Hᵀ · target` to `source`, which must be 0 outside the islands.
     pub(crate) fn add_transposed_to<const C: usize>(&self, target: &[f32], source: &mut [f32]) {
         let size = self.target_size();
         assert_eq!(target.len(), size.texels() * C, "{size} with {C} channels");
         self.schedule.gather::<C>(self.resampler.map(), target, source);
-        self.resampler.padding().give_back::<C>(source);
+        self.resampler.padding().fill_transposed::<C>(source);
     }
 }
 
@@ -94,16 +95,16 @@ mod tests {
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
     use crate::piece::Piece;
-    use crate::resampler::{Overlap, Way};
+    use crate::resampler::{MapInputs, Overlap};
 
     fn operator(pair: &Pair, source: Size, target_size: Size, filter: Filter) -> Operator {
         let map = MapOptions::with_gutter(2);
-        let way = Way { pair, direction: Direction::Forward, target_size, map };
+        let way = MapInputs { pair, direction: Direction::Forward, target_size, map };
         let maps = way.maps(Overlap::First);
         Operator::new(Arc::new(Resampler::new(&way, maps, source, filter)))
     }
 
-    /// Triangles strewn over both layouts, some shrunk, some beyond the border.
+    /// Triangles scattered over both layouts, some minified, some beyond the edge of the texture.
     fn pair() -> Pair {
         let mut rng = fastrand::Rng::with_seed(3);
         let mut mesh = || {

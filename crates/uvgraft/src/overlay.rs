@@ -1,8 +1,8 @@
-//! A texture that is laid over a base in the other layout, band by band.
+//! A texture prepared to be laid over a base in the other layout, band by band.
 
 use std::sync::Arc;
 
-use crate::blend::{BlendMap, Gains, Smooth, Toning, ToningError};
+use crate::blend::{BlendMap, Gains, Smooth, ToneCorrection, ToneError};
 #[cfg(doc)]
 use crate::color::Encoding;
 use crate::formats::Formats;
@@ -13,10 +13,10 @@ use crate::resampler::{Resampler, Source, TexelShape};
 use crate::texture::{Size, TexelFormat, Texels, TexelsMut, Texture, Value};
 use crate::threads::for_each_chunk;
 
-/// A texture that is ready to be laid over a base, from [`Graft::overlay`] or [`Graft::fit`].
+/// A texture ready to be laid over a base, from [`Graft::overlay`] or [`Graft::fit`].
 ///
-/// The base comes in bands of rows, in any order and as often as wanted, so it never has to be in
-/// memory whole; results do not depend on how it is cut.
+/// The base comes in bands of rows, in any order and any number of times, so it never has to be in
+/// memory as a whole. Results do not depend on how it is divided into bands.
 ///
 /// [`Graft::overlay`]: crate::Graft::overlay
 /// [`Graft::fit`]: crate::Graft::fit
@@ -25,31 +25,31 @@ pub struct Overlay {
     resampler: Arc<Resampler>,
     formats: Formats,
     layer: Layer,
-    /// How it is blended in, and the tone that was found.
+    /// The blend weights at the map's texels, and the colour gains of its tone.
     blend: Option<(Arc<BlendMap>, Gains)>,
-    /// For normal maps: what turns the normals of one layout into those of the other.
+    /// For normal maps: the rotations from the source's tangent frames to the target's.
     normals: Option<(Arc<NormalFrames>, NormalOptions)>,
-    /// Of a blend: what parts have that are next to lines in the texture.
+    /// For blends: smooth colours for parts that are collapsed to lines in the source's layout.
     smooth: Option<Arc<Smooth>>,
 }
 
-/// What is laid over.
+/// What is laid over the base.
 #[derive(Debug, Clone)]
 pub(crate) enum Layer {
-    /// A padded source in the working format.
+    /// A padded source in the working format, to be sampled.
     Sampled(Arc<Source>),
-    /// Premultiplied values of every texel of the target, 1.0 for white.
+    /// Premultiplied values of every texel of the target, 1.0 for white: the result of a fit.
     Solved(Arc<Vec<f32>>),
 }
 
-/// What is laid over, its values at hand.
+/// The values of a [`Layer`] in the working depth.
 #[derive(Clone, Copy)]
 enum Values<'v, T> {
     Sampled { source: &'v [T], is_opaque: bool },
     Solved(&'v [f32]),
 }
 
-/// A band that is no part of the target.
+/// A band that does not lie within the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("a band must lie within the target of {target}, got {found} at row {first_row}")]
 pub struct BandError {
@@ -61,7 +61,8 @@ pub struct BandError {
     pub target: Size,
 }
 
-/// Rows that are sampled before they are blended: enough for every thread, few enough for caches.
+/// Rows that are sampled before they are blended: enough to occupy all threads, few enough for
+/// caches.
 const ROWS_AT_ONCE: usize = 64;
 
 impl Overlay {
@@ -69,54 +70,53 @@ impl Overlay {
         Self { resampler, formats, layer, blend: None, normals: None, smooth: None }
     }
 
-    /// The same of a normal map, in its working format.
-    pub(crate) fn turned(self, frames: Arc<NormalFrames>, options: NormalOptions) -> Self {
+    /// Makes it the overlay of a normal map in its working format.
+    pub(crate) fn of_normals(self, frames: Arc<NormalFrames>, options: NormalOptions) -> Self {
         Self { normals: Some((frames, options)), ..self }
     }
 
-    /// The same, laid over as a blend says: only in its region, with its weights.
+    /// Restricts it to the region of a blend, with its weights.
     pub(crate) fn blended(self, blend: Arc<BlendMap>) -> Self {
         Self { blend: Some((blend, Gains::default())), ..self }
     }
 
-    /// The same with smooth colours where the texture shows next to nothing.
+    /// Uses smooth colours where the source's layout has hardly any texels.
     pub(crate) fn smoothed(self, smooth: Smooth) -> Self {
         Self { smooth: Some(Arc::new(smooth)), ..self }
     }
 
-    /// The same without opacity in the result: what it is laid over has none, and nothing is seen
-    /// through.
+    /// Drops alpha from the result: for an opaque base, through which nothing can be seen.
     #[must_use]
     pub fn opaque(self) -> Self {
         Self { formats: self.formats.opaque(), ..self }
     }
 
-    /// The same in the tone that was found for it by [`Graft::toning`]; without a blend as it is.
+    /// Applies a tone found by [`Graft::toning`]; without a blend nothing changes.
     ///
     /// # Errors
-    /// [`ToningError::Domain`] if it was found for another pair or direction.
+    /// [`ToneError::Domain`] if the tone is for another pair or direction.
     ///
     /// [`Graft::toning`]: crate::Graft::toning
-    pub fn toned(mut self, toning: &Toning) -> Result<Self, ToningError> {
+    pub fn with_tone(mut self, toning: &ToneCorrection) -> Result<Self, ToneError> {
         if let Some((blend, gains)) = &mut self.blend {
             *gains = blend.gains(self.resampler.map(), toning, true)?;
         }
         Ok(self)
     }
 
-    /// The same with what a toning leaves out of the region left out, and no colour changed: for the other maps of a
-    /// material whose colours were toned.
+    /// Leaves out of the region what a toning leaves out, but changes no colour: for the other maps
+    /// of a material whose base colour was toned.
     ///
     /// # Errors
-    /// As [`Overlay::toned`].
-    pub fn narrowed(mut self, toning: &Toning) -> Result<Self, ToningError> {
+    /// As [`Overlay::with_tone`].
+    pub fn with_exclusion(mut self, toning: &ToneCorrection) -> Result<Self, ToneError> {
         if let Some((blend, gains)) = &mut self.blend {
             *gains = blend.gains(self.resampler.map(), toning, false)?;
         }
         Ok(self)
     }
 
-    /// Which texels are carried, as [`Graft::mask`] says it, without those that a toning leaves out.
+    /// The texels that are carried, as in [`Graft::mask`], without those that a toning leaves out.
     ///
     /// [`Graft::mask`]: crate::Graft::mask
     pub fn mask(&self) -> Texture {
@@ -127,26 +127,28 @@ impl Overlay {
         }
     }
 
-    /// What results are stored as: all channels of the source and the base, the greater depth of
-    /// both, and the base's encoding.
+    /// The format of results: all channels of the source and the base, the greater depth of both,
+    /// and the base's encoding.
     pub fn format(&self) -> TexelFormat {
         self.formats.stored()
     }
 
-    /// The size of the bases that it is laid over.
+    /// The size of the bases that it fits.
     pub fn target_size(&self) -> Size {
         self.resampler.map().size()
     }
 
-    /// Lays the texture over a band of the base, whose first row is row `first_row` of the target.
+    /// Lays the texture over a band of the base; row 0 of the band is row `first_row` of the
+    /// target.
     ///
-    /// Where the source is not opaque the base shows through; in [`Encoding::Data`] no channel is
-    /// opacity, and values replace the base's. Texels that the map does not reach are the base's,
-    /// unchanged; but where light is averaged a float base goes to light and back, within rounding. A band is
-    /// taken for one of the format that was announced: one of other channels or depth is converted to it.
+    /// The base shows through where the source is not opaque. In [`Encoding::Data`] no channel is
+    /// alpha, and values replace the base's. Texels outside the map keep the base's value bit for
+    /// bit, except when averaging in linear light: a float base is then converted to linear light
+    /// and back, within rounding. A band whose channels or depth differ from the announced format
+    /// is converted to it.
     ///
     /// # Errors
-    /// [`BandError`] if the band is no part of the target.
+    /// [`BandError`] if the band does not lie within the target.
     pub fn lay(&self, first_row: u32, band: Texture) -> Result<Texture, BandError> {
         let (target, found) = (self.target_size(), band.size());
         let last = first_row.saturating_add(found.height);
@@ -184,6 +186,8 @@ impl Overlay {
         Ok(formats.restore(band))
     }
 
+    /// Lays the texture over a band in the working format. With a blend, rows are first sampled
+    /// into a layer of their own, [`ROWS_AT_ONCE`] at a time, and then blended into the band.
     fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
         let Some((blend, gains)) = &self.blend else {
             return self.fill(first_row, band, values);
@@ -192,19 +196,19 @@ impl Overlay {
         let encoding = self.formats.working_encoding();
         let composition = blend.composition(map, gains, self.normals.is_some(), encoding);
         let base_layer = blend.base_change(gains);
-        let (channels, has_opacity) = (self.formats.channels(), self.formats.has_opacity());
+        let (channels, has_alpha) = (self.formats.channels(), self.formats.has_alpha());
         let width = map.size().width as usize * channels.count();
-        // What has opacity may be unknown there altogether.
-        let smooth = self.smooth.as_ref().filter(|_| !has_opacity);
+        // A texture with alpha may be transparent there altogether.
+        let smooth = self.smooth.as_ref().filter(|_| !has_alpha);
         let (mut layer, mut controls) = (Vec::new(), Vec::new());
         for (index, rows) in band.chunks_mut(width * ROWS_AT_ONCE).enumerate() {
             let first_row = first_row + (index * ROWS_AT_ONCE) as u32;
             if let Some(base_layer) = &base_layer {
-                let hiding = (!has_opacity && !composition.leaves_out).then_some(&composition);
+                let hiding = (!has_alpha && !composition.leaves_out).then_some(&composition);
                 base_layer.lay(channels, encoding, hiding, first_row, rows);
             }
-            // What has opacity is laid over what is there, so nothing must be.
-            if has_opacity {
+            // Alpha is composited over the content of the layer, so the layer must start out empty.
+            if has_alpha {
                 layer.clear();
             }
             layer.resize(rows.len(), T::default());
@@ -219,29 +223,29 @@ impl Overlay {
                     smooth.settle(first_row, &mut controls);
                 }
             }
-            composition.lay(channels, has_opacity, first_row, &layer, rows, &controls);
+            composition.lay(channels, has_alpha, first_row, &layer, rows, &controls);
         }
     }
 
-    /// Turns the normals that were sampled into rows.
+    /// Rotates the sampled normals into the frames of the target's layout, row by row.
     fn turn<T: Value>(&self, map: &SamplingMap, first_row: u32, rows: &mut [T]) {
         if let (Some((frames, options)), Some(rows)) = (&self.normals, T::as_floats_mut(rows)) {
             frames.turn(map, *options, first_row, rows, self.formats.channels());
         }
     }
 
-    /// Lays the layer as it is over rows in the working format.
+    /// Writes the layer, unblended, over rows in the working format.
     fn fill<T: Value>(&self, first_row: u32, rows: &mut [T], values: Values<'_, T>) {
         let channels = self.formats.channels().count();
-        let has_opacity = self.formats.has_opacity();
+        let has_alpha = self.formats.has_alpha();
         match values {
             Values::Sampled { source, is_opaque } => {
-                let shape = TexelShape { channels, has_opacity, is_opaque };
+                let shape = TexelShape { channels, has_alpha, is_opaque };
                 self.resampler.fill(shape, source, first_row, rows, |map, rows| {
                     self.turn(map, first_row, rows);
                 });
             }
-            Values::Solved(layer) => self.copy((channels, has_opacity), layer, first_row, rows),
+            Values::Solved(layer) => self.copy((channels, has_alpha), layer, first_row, rows),
         }
     }
 
@@ -258,8 +262,8 @@ impl Overlay {
     }
 }
 
-/// Lays a layer over a band where a map reaches.
-fn copy<T: Value, const C: usize, const OPACITY: bool>(
+/// Composites a solved layer over a band, at the texels of a map.
+fn copy<T: Value, const C: usize, const ALPHA: bool>(
     map: &SamplingMap,
     layer: &[f32],
     first_row: u32,
@@ -273,7 +277,7 @@ fn copy<T: Value, const C: usize, const OPACITY: bool>(
                 let levels: [f32; C] = std::array::from_fn(|channel| {
                     layer[(row * width + x) * C + channel] * T::ONE.to_level()
                 });
-                store::<T, C, OPACITY>(levels, &mut texels[x * C..][..C]);
+                store::<T, C, ALPHA>(levels, &mut texels[x * C..][..C]);
             }
         }
     });

@@ -1,7 +1,8 @@
-//! Padding of a source texture: what filters read beside its islands.
+//! Padding of a source texture: the texels around its islands that filters read.
 //!
 //! A filter near an island's edge reads texels outside the island, where a texture may hold
-//! anything. They are given the value of the nearest texel inside first, as far as they are read.
+//! anything. Before resampling they are given the value of the nearest texel inside, as far
+//! out as they are read.
 
 use std::ops::Range;
 
@@ -10,24 +11,25 @@ use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
 use crate::texture::{Size, TexelsMut, Texture};
 use crate::threads::map_indices_with;
 
-/// Which texels outside the islands take whose value, for one layout and size.
+/// For one layout and size: which texels outside the islands are padded, and from which texel
+/// inside.
 #[derive(Debug, Clone)]
 pub struct Padding {
     size: Size,
-    /// Blocks of rows, from the top.
+    /// Blocks of rows, from top to bottom.
     blocks: Vec<Block>,
 }
 
-/// Padded texels of some rows.
+/// Padded texels of a block of rows.
 #[derive(Debug, Clone)]
 struct Block {
     stretches: Box<[Stretch]>,
-    /// For each padded texel, how many texels to the right and down the one lies whose value it
+    /// For each padded texel, the offset (right, down), in texels, to the texel whose value it
     /// takes.
     offsets: Box<[[i8; 2]]>,
 }
 
-/// Consecutive texels of a row that are padded.
+/// Consecutive padded texels of a row.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     row: u32,
@@ -36,10 +38,11 @@ struct Stretch {
 }
 
 impl Padding {
-    /// The farthest that padding reaches: offsets have to fit 8 bits, squared distances 16.
+    /// The maximum padding radius: offsets have to fit 8 bits, squared distances 16.
     const MAX_RADIUS: u32 = 96;
 
-    /// For texels in `read` and outside the region, within `radius` of one inside.
+    /// Pads the texels in `read` that are outside the region and within `radius` of
+    /// a texel inside it.
     pub(crate) fn new(region: &Region, radius: u32, read: &Tiles) -> Self {
         assert!(radius <= Self::MAX_RADIUS, "padding of {radius} texels");
         let size = region.size();
@@ -50,12 +53,12 @@ impl Padding {
         Self { size, blocks }
     }
 
-    /// The texture size that this is for.
+    /// The texture size that the padding applies to.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// Gives the texels beside the islands their padding.
+    /// Pads the texels around the islands.
     ///
     /// # Panics
     /// If the texture has another size.
@@ -69,14 +72,14 @@ impl Padding {
         }
     }
 
-    /// As [`Padding::apply`], to plain values with `C` a texel.
+    /// As [`Padding::apply`], for plain values with `C` per texel.
     pub(crate) fn fill<const C: usize>(&self, values: &mut [f32]) {
         self.copy::<_, C>(values);
     }
 
-    /// The transpose of [`Padding::fill`]: what texels beside the islands hold goes to the texels
-    /// whose value they would take, and leaves nothing behind.
-    pub(crate) fn give_back<const C: usize>(&self, values: &mut [f32]) {
+    /// The transpose of [`Padding::fill`]: adds the values of padded texels to the texels that they
+    /// take their value from, and sets the padded texels to 0.
+    pub(crate) fn fill_transposed<const C: usize>(&self, values: &mut [f32]) {
         let (texels, _) = values.as_chunks_mut::<C>();
         self.for_each_copy(|outside, inside| {
             let given = std::mem::replace(&mut texels[outside], [0.0; C]);
@@ -100,7 +103,8 @@ impl Padding {
         self.for_each_copy(|outside, inside| texels[outside] = texels[inside]);
     }
 
-    /// Calls `copy` with the number of each padded texel and that of the one whose value it takes.
+    /// Calls `copy` with the index of each padded texel and the index of the texel whose value it
+    /// takes.
     fn for_each_copy(&self, mut copy: impl FnMut(usize, usize)) {
         let width = self.size.width as isize;
         for block in &self.blocks {
@@ -117,42 +121,45 @@ impl Padding {
     }
 }
 
-/// Finds the nearest covered texels in a block of rows; buffers are kept from block to block.
+/// Finds the nearest covered texels for a block of rows; buffers are reused from block to block.
 ///
-/// Two passes: how far away the nearest covered texel of its own row is from each texel, and of that
-/// and its likes above and below the nearest.
+/// A separable exact Euclidean distance transform, limited to the padding radius. The first pass
+/// finds the nearest covered texel within each row (dx²), the second minimises dx² + dy² over the
+/// rows above and below. A full 2D search per texel would cost the square of the radius.
 #[derive(Default)]
 struct Search {
-    /// Tiles of the block that are read and not covered all over.
+    /// Tiles of the block that are read and not entirely covered.
     open: Vec<u64>,
     gaps: Vec<Range<u32>>,
-    /// Of the rows within the radius of the block.
-    lines: Vec<Vec<Piece>>,
+    /// One for each row within the radius of the block, with one entry per open tile.
+    lines: Vec<Vec<TileRow>>,
     stretches: Vec<Stretch>,
     offsets: Vec<[i8; 2]>,
 }
 
 const WIDTH: usize = TILE as usize;
 
-/// Which covered texel of a row is nearest to each column of an open tile.
+/// For each column of an open tile, the nearest covered texel in one row.
 #[derive(Clone)]
-struct Piece {
+struct TileRow {
     /// Squared distances.
     squared: [i16; WIDTH],
-    /// How many texels to the right it lies.
+    /// Offset to it, in texels to the right.
     right: [i8; WIDTH],
-    /// Whether there is one for any column.
+    /// Whether any column has one.
     any: bool,
 }
 
-impl Piece {
+impl TileRow {
     const EMPTY: Self = Self { squared: [FAR; WIDTH], right: [0; WIDTH], any: false };
 }
 
-/// Farther than any, also after a squared distance was added to it.
+/// Larger than any squared distance, and does not overflow when one is added to it.
 const FAR: i16 = 20_000;
 
 impl Search {
+    /// Pads one block of rows: finds its open tiles, runs the first pass over all rows within the
+    /// radius, and the second pass over the rows of the block.
     fn block(&mut self, region: &Region, radius: u32, read: &[u64], block: u32) -> Block {
         let size = region.size();
         let rows = block * BLOCK_ROWS..((block + 1) * BLOCK_ROWS).min(size.height);
@@ -178,10 +185,10 @@ impl Search {
             for (line, row) in self.lines.iter_mut().zip(near.clone()) {
                 line.clear();
                 let mut ranges = region.row(row as usize);
-                for tile in bits::numbers(&self.open) {
+                for tile in bits::members(&self.open) {
                     let first = ranges.partition_point(|range| range.end + radius <= tile * TILE);
                     ranges = &ranges[first..];
-                    line.push(Piece::new(ranges, tile * TILE, radius));
+                    line.push(TileRow::new(ranges, tile * TILE, radius));
                 }
             }
             for row in rows {
@@ -194,16 +201,16 @@ impl Search {
         }
     }
 
-    /// Pads what lies in the open tiles of a row. Of several texels that are equally near, the one
-    /// whose row is nearest is taken, then the upper, then the left.
+    /// Pads the texels of a row in its open tiles. Ties between equally near texels go to the
+    /// nearest row, then to the upper row, then to the left texel.
     fn row(&mut self, row: u32, near: &Range<u32>, width: u32, radius: u32) {
         let Self { open, lines, stretches, offsets, .. } = self;
         let own = (row - near.start) as usize;
         let above = own.min(radius as usize);
         let below = ((near.end - 1 - row) as usize).min(radius as usize);
         let limit = (radius * radius) as i16;
-        for (tile, index) in bits::numbers(open).zip(0..) {
-            // Texels that are covered themselves are their own nearest.
+        for (tile, index) in bits::members(open).zip(0..) {
+            // A covered texel is its own nearest texel.
             let piece = &lines[own][index];
             let mut best = piece.squared.map(|squared| squared.min(limit + 1));
             let mut downs = [0i16; WIDTH];
@@ -234,16 +241,16 @@ impl Search {
     }
 }
 
-impl Piece {
-    /// - `ranges`: what is covered of the row, but for what is more than `radius` to the left.
-    /// - `start`: the tile's first column.
+impl TileRow {
+    /// - `ranges`: the covered ranges of the row, except those more than `radius` to the left.
+    /// - `start`: first column of the tile.
     fn new(ranges: &[Range<u32>], start: u32, radius: u32) -> Self {
         let mut piece = Self::EMPTY;
         let end = start + TILE;
         let place = |x: u32| (x.clamp(start, end) - start) as usize;
         for range in ranges.iter().take_while(|range| range.start < end + radius) {
             piece.any = true;
-            // The texel to the left was there first, and keeps what is as near to both.
+            // The texel to the left was stored first and wins ties.
             for k in place(range.start.saturating_sub(radius))..place(range.start) {
                 let away = (range.start - start) as i16 - k as i16;
                 if away * away < piece.squared[k] {
@@ -263,10 +270,11 @@ impl Piece {
         piece
     }
 
-    /// Lowers the least squared distances so far to those of this row's texels, and notes where it
-    /// is.
+    /// Lowers the smallest squared distances so far to those of this row's texels, and records the
+    /// row.
     ///
-    /// - `squared_away`: how far away the row is.
+    /// - `squared_away`: squared distance of the row.
+    /// - `down`: signed offset of the row.
     fn offer(
         &self,
         squared_away: i16,
@@ -310,7 +318,7 @@ mod tests {
                 covered[row as usize * 40..][span.start as usize..span.end as usize].fill(true);
             }
         }
-        // Each texel holds its own number; uncovered ones are far off.
+        // Each covered texel holds its own index, uncovered texels hold -1.
         let values: Vec<f32> = (0..size.texels())
             .map(|texel| if covered[texel] { texel as f32 } else { -1.0 })
             .collect();

@@ -1,11 +1,11 @@
-//! Two layouts and the pieces that correspond: what a sampling map of any size is made from.
+//! Two layouts and their corresponding pieces: the input to sampling maps of any size.
 
 use crate::correspond::{LinkError, vertex_map};
 use crate::mesh::Mesh;
 use crate::piece::{FacePieces, Piece, PieceError, Pieces};
 
-/// Two meshes and which parts of their triangles are the same surface. Resolution-free, and the same for both
-/// directions.
+/// Two meshes and the parts of their triangles that represent the same surface. Independent of
+/// texture sizes, and the same for both directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     source: Mesh,
@@ -13,7 +13,7 @@ pub struct Pair {
     pieces: Pieces,
 }
 
-/// Which way a texture is carried.
+/// The direction of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Direction {
@@ -25,7 +25,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The way back.
+    /// The opposite direction.
     #[must_use]
     pub const fn opposite(self) -> Self {
         match self {
@@ -35,26 +35,26 @@ impl Direction {
     }
 }
 
-/// Pieces that do not fit their meshes.
+/// Why pieces do not make a pair.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairError {
-    /// A piece is not sound.
+    /// A piece is invalid.
     #[error("piece {piece}: {reason}")]
     Piece {
-        /// Which piece, from 0.
+        /// Index of the piece.
         piece: usize,
-        /// What is wrong with it.
+        /// The problem.
         #[source]
         reason: PieceError,
     },
-    /// Nothing corresponds.
+    /// No piece is left.
     #[error("no links: none of the {given} pieces lies in the unit square of both layouts")]
     Empty {
         /// How many pieces were given.
         given: usize,
     },
-    /// A piece is there twice.
+    /// A piece is given twice.
     #[error("duplicate piece of target face {target_face} and source face {source_face}")]
     Repeated {
         /// Its target face.
@@ -72,7 +72,7 @@ pub(crate) struct Oriented<'a> {
 }
 
 impl<'a> Oriented<'a> {
-    /// A mesh whose every face is itself.
+    /// A mesh paired with itself, face by face.
     pub fn identity(mesh: &'a Mesh) -> Self {
         Self { from: mesh, to: mesh, pieces: FacePieces::identity(mesh.faces().len()) }
     }
@@ -81,11 +81,12 @@ impl<'a> Oriented<'a> {
 impl Pair {
     /// Links two meshes whose vertices correspond.
     ///
-    /// - `vertex_map`: `[source vertices]`, for each the target vertex it is, or -1 for none.
+    /// - `vertex_map`: `[source vertices]`, for each the corresponding target vertex, or -1 for
+    ///   none.
     ///
-    /// Faces are recognised by their vertices, whatever corner they start at and whichever way they
-    /// wind. Polygons may be triangulated anew where the two meshes chose different diagonals. Triangles
-    /// that lie outside the unit square of their layout are not linked: see [`Pair::from_pieces`].
+    /// Faces are matched by their vertices, whichever corner they start at and whichever way they
+    /// wind. Polygons may be retriangulated where the two meshes chose different diagonals.
+    /// Triangles outside the unit square of their layout are not linked: see [`Pair::from_pieces`].
     ///
     /// # Errors
     /// [`LinkError`] for a map of the wrong length or with entries out of range, or if no face
@@ -104,16 +105,16 @@ impl Pair {
         Ok(Self { source, target, pieces: reached })
     }
 
-    /// A pair of pieces that were found in any way.
+    /// Makes a pair of pieces found by any method.
     ///
-    /// - `pieces`: in any order. Where pieces of one triangle overlap, the first of them owns what they share;
-    ///   what no piece covers stays unlinked.
+    /// - `pieces`: in any order. Where pieces of one triangle overlap, the first of them owns the
+    ///   overlap; areas without a piece stay unlinked.
     ///
-    /// A texture has nothing to give or to take outside the unit square, so pieces whose faces lie there, by
+    /// A texture has no texels outside the unit square, so pieces whose faces extend beyond it, by
     /// more than a thousandth, are left out: [`Mesh::is_outside`].
     ///
     /// # Errors
-    /// [`PairError`] if a piece does not fit the meshes, or is there twice, or if none is left.
+    /// [`PairError`] if a piece does not fit the meshes or is given twice, or if none is left.
     pub fn from_pieces(
         source: Mesh,
         target: Mesh,
@@ -123,8 +124,8 @@ impl Pair {
         Ok(Self { source, target, pieces })
     }
 
-    /// As [`Pair::from_pieces`], with those outside the square too: positions far off are still to be right, since
-    /// slivers lead there.
+    /// As [`Pair::from_pieces`], but keeps pieces outside the unit square: positions far outside
+    /// must be correct too, because slivers extrapolate to them.
     #[cfg(test)]
     pub(crate) fn with_all(
         source: Mesh,
@@ -146,7 +147,7 @@ impl Pair {
         &self.target
     }
 
-    /// The pieces that correspond, in the order of their target face.
+    /// The pieces that correspond, in ascending order of their target face.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
         self.pieces.iter()
     }
@@ -177,7 +178,7 @@ impl Pair {
         Oriented { from, to, pieces: self.face_pieces(direction) }
     }
 
-    /// The pieces by the face that they fill.
+    /// The pieces, grouped by the face that they fill.
     pub(crate) fn face_pieces(&self, direction: Direction) -> FacePieces {
         let faces = self.to(direction).faces().len();
         match direction {
@@ -187,7 +188,7 @@ impl Pair {
     }
 }
 
-/// Pieces in the order of their target faces, less what no texture reaches.
+/// Validates pieces and sorts them by target face, leaving out those that no texture reaches.
 fn checked(
     source: &Mesh,
     target: &Mesh,
@@ -222,7 +223,7 @@ fn checked(
     }
 }
 
-/// Tells whether a texture can reach both faces of a piece.
+/// A test for pieces: whether both faces lie where a texture has texels.
 fn reaches(source: &Mesh, target: &Mesh) -> impl Fn(&Piece) -> bool {
     let has_outside = [source, target].map(|mesh| !mesh.is_all_inside());
     move |piece| {
@@ -248,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_pieces_that_do_not_fit() {
+    fn invalid_pieces_are_refused() {
         let build =
             |pieces: &[Piece]| Pair::from_pieces(triangle(), triangle(), pieces.iter().copied());
         let sound = Piece::whole(0, 0, [2, 1, 0]);
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_the_square_is_not_linked() {
+    fn faces_outside_the_unit_square_are_not_linked() {
         let ids = [0, 1, 2];
         assert_eq!(
             Pair::by_vertex_map(triangle_at(2.0), triangle(), &ids),
@@ -270,7 +271,7 @@ mod tests {
             Pair::by_vertex_map(triangle(), triangle_at(-0.01), &ids),
             Err(LinkError::Outside)
         );
-        // Rounding is not outside.
+        // Within the tolerance for rounding.
         assert!(Pair::by_vertex_map(triangle_at(0.0005), triangle(), &ids).is_ok());
         let whole = Piece::whole(0, 0, [0, 1, 2]);
         let given = |pieces: &[Piece]| {

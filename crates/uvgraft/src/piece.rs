@@ -1,40 +1,40 @@
-//! Pieces: which part of a target triangle is which part of a source triangle.
+//! Pieces: a part of a target triangle and the corresponding part of a source triangle.
 //!
-//! However a correspondence was found, it ends in these. Mostly a piece is all of both triangles; where two
-//! meshes divide a surface differently it is a triangle within each, given by the weights (barycentric
-//! coordinates) of its corners. Polygons are fans of such triangles, so a piece is affine by construction and
-//! means the same in both directions.
+//! Every method of finding correspondences produces pieces. A piece usually spans both triangles
+//! entirely; where two meshes subdivide a surface differently, it is a triangle within each, given
+//! by the barycentric weights of its corners. Polygons are split into fans of such triangles, so a
+//! piece is affine by construction and means the same in both directions.
 
 use std::ops::Range;
 
 use crate::mesh::Mesh;
 
-/// Weights of a triangle's three corners; they add up to 1.
+/// Barycentric weights of a triangle's three corners; they add up to 1.
 pub type Weights = [f64; 3];
 
-/// A part of a target triangle, and the part of a source triangle that it is.
+/// A part of a target triangle and the corresponding part of a source triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Face of the target mesh.
     pub target: u32,
     /// Face of the source mesh.
     pub source: u32,
-    /// How much of both it is.
+    /// The part of both faces that it spans.
     pub extent: Extent,
 }
 
-/// How much of its two triangles a [`Piece`] is.
+/// The part of its two triangles that a [`Piece`] spans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Extent {
-    /// All of both: corner `k` of the target face is corner `corners[k]` of the source face. A permutation of
-    /// 0, 1, 2; an odd one where the windings differ.
+    /// All of both: corner `k` of the target face corresponds to corner `corners[k]` of the source
+    /// face. A permutation of 0, 1, 2; an odd one if the windings differ.
     Whole([u8; 3]),
-    /// A triangle within each, by its three corners: corner `k` lies at `target[k]` in the target face and at
-    /// `source[k]` in the source face.
+    /// A triangle within each, given by its corners: corner `k` is at `target[k]` in the target
+    /// face and at `source[k]` in the source face.
     Part {
-        /// In the target face.
+        /// Corners in the target face.
         target: [Weights; 3],
-        /// In the source face.
+        /// Corners in the source face.
         source: [Weights; 3],
     },
 }
@@ -43,17 +43,17 @@ pub enum Extent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PieceError {
-    /// A face that the mesh does not have.
+    /// A face index out of range.
     #[error("{side} face {found} does not exist: the {side} mesh has {faces} faces")]
     Face {
         /// `"source"` or `"target"`.
         side: &'static str,
-        /// The face that the piece names.
+        /// The piece's face index.
         found: u32,
-        /// Faces of the mesh.
+        /// Number of faces of the mesh.
         faces: usize,
     },
-    /// Corners that are no permutation.
+    /// Corners that are not a permutation.
     #[error("corners must be a permutation of 0, 1, 2, got {0:?}")]
     Corners([u8; 3]),
     /// Weights that lie outside the triangle, or do not add up to 1.
@@ -65,7 +65,7 @@ pub enum PieceError {
 }
 
 impl Piece {
-    /// All of two triangles; see [`Extent::Whole`].
+    /// Two whole triangles; see [`Extent::Whole`].
     pub const fn whole(target: u32, source: u32, corners: [u8; 3]) -> Self {
         Self { target, source, extent: Extent::Whole(corners) }
     }
@@ -76,7 +76,7 @@ impl Piece {
         Self { target: target.0, source: source.0, extent }
     }
 
-    /// Whether the two triangles wind opposite ways.
+    /// Whether the two triangles have opposite windings.
     pub fn flips(&self) -> bool {
         match &self.extent {
             Extent::Whole(corners) => !matches!(corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]),
@@ -84,7 +84,8 @@ impl Piece {
         }
     }
 
-    /// The UV coordinates of its corners in the target's layout and in the source's, in the same order.
+    /// The UV coordinates of its corners, in the target's layout and in the source's, in the same
+    /// order.
     pub fn uv(&self, target: &Mesh, source: &Mesh) -> [[[f64; 2]; 3]; 2] {
         let target_uv = wide(target.uv_triangle(self.target as usize));
         let source_uv = wide(source.uv_triangle(self.source as usize));
@@ -99,7 +100,7 @@ impl Piece {
         }
     }
 
-    /// Checks a piece against the sizes of its meshes.
+    /// Validates a piece against the face counts of its meshes.
     pub(crate) fn check(&self, target_faces: usize, source_faces: usize) -> Result<(), PieceError> {
         for (side, found, faces) in
             [("target", self.target, target_faces), ("source", self.source, source_faces)]
@@ -126,28 +127,28 @@ impl Piece {
     }
 }
 
-/// Whether weights are those of a point of the triangle, but for rounding.
+/// Whether barycentric weights are inside the triangle, within rounding.
 fn is_within(weights: &Weights) -> bool {
     const ROUNDING: f64 = 1e-6;
     let in_range = |weight: &f64| (-ROUNDING..=1.0 + ROUNDING).contains(weight);
     weights.iter().all(in_range) && (weights.iter().sum::<f64>() - 1.0).abs() <= ROUNDING
 }
 
-/// Widens coordinates.
+/// Converts coordinates to `f64`.
 pub(crate) fn wide<const N: usize>(corners: [[f32; N]; 3]) -> [[f64; N]; 3] {
     corners.map(|corner| corner.map(f64::from))
 }
 
-/// The point of a triangle that has these weights.
+/// Interpolates corner values at barycentric weights.
 pub(crate) fn mixed<const N: usize>(corners: &[[f64; N]; 3], weights: Weights) -> [f64; N] {
     std::array::from_fn(|k| (0..3).map(|corner| weights[corner] * corners[corner][k]).sum())
 }
 
-/// Pieces of one pair, a whole one in twelve bytes.
+/// The pieces of a pair, stored compactly: twelve bytes for a whole one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Pieces {
     stored: Vec<Stored>,
-    /// Of those that are parts, in their order.
+    /// Corners of the partial pieces, in the order of `stored`.
     parts: Vec<[[Weights; 3]; 2]>,
 }
 
@@ -155,14 +156,14 @@ pub(crate) struct Pieces {
 struct Stored {
     target: u32,
     source: u32,
-    /// [`PART`] for parts.
+    /// A permutation, or [`PART`] for a partial piece.
     corners: [u8; 3],
 }
 
 const PART: [u8; 3] = [3; 3];
 
 impl Pieces {
-    /// Room for this many whole pieces.
+    /// With capacity for this many whole pieces.
     pub fn with_capacity(pieces: usize) -> Self {
         Self { stored: Vec::with_capacity(pieces), parts: Vec::new() }
     }
@@ -183,7 +184,7 @@ impl Pieces {
         self.stored.len()
     }
 
-    /// The same in the order of the target faces; those of one face stay in theirs.
+    /// Stably sorted by target face.
     pub fn sorted(&self) -> Self {
         let mut all: Vec<Piece> = self.iter().collect();
         all.sort_by_key(|piece| piece.target);
@@ -192,9 +193,9 @@ impl Pieces {
         sorted
     }
 
-    /// The faces of a piece that is there twice, of sorted ones: target, then source.
+    /// Target and source face of a duplicate piece; the pieces must be sorted.
     pub fn repeated(&self) -> Option<[u32; 2]> {
-        // Mostly no face has two.
+        // Fast path: usually no face has two pieces.
         if self.stored.windows(2).all(|pair| pair[0].target != pair[1].target) {
             return None;
         }
@@ -211,23 +212,23 @@ impl Pieces {
         None
     }
 
-    /// How each lies in its target face; parts by their index.
-    fn lying(&self) -> impl ExactSizeIterator<Item = FacePiece> + Clone {
+    /// The pieces as seen from their target faces; parts are numbered in order.
+    fn mapped(&self) -> impl ExactSizeIterator<Item = FacePiece> + Clone {
         let mut parts = 0..;
         self.stored.iter().map(move |&Stored { target: to, source: from, corners }| {
-            let lie = match corners {
-                PART => Lie::Part(parts.next().expect("no end")),
-                corners => Lie::Whole(corners),
+            let mapping = match corners {
+                PART => Mapping::Part(parts.next().expect("no end")),
+                corners => Mapping::Whole(corners),
             };
-            FacePiece { to, from, lie }
+            FacePiece { to, from, mapping }
         })
     }
 
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
-        self.lying().map(|FacePiece { to: target, from: source, lie }| {
-            let extent = match lie {
-                Lie::Whole(corners) => Extent::Whole(corners),
-                Lie::Part(index) => {
+        self.mapped().map(|FacePiece { to: target, from: source, mapping }| {
+            let extent = match mapping {
+                Mapping::Whole(corners) => Extent::Whole(corners),
+                Mapping::Part(index) => {
                     let [target, source] = self.parts[index as usize];
                     Extent::Part { target, source }
                 }
@@ -237,7 +238,7 @@ impl Pieces {
     }
 }
 
-/// The pieces of a pair in one direction, by the face that they fill.
+/// The pieces of a pair in one direction, grouped by the face that they fill.
 #[derive(Debug, Clone)]
 pub(crate) struct FacePieces {
     /// `faces + 1` offsets into `pieces`.
@@ -246,20 +247,20 @@ pub(crate) struct FacePieces {
     parts: Vec<Part>,
 }
 
-/// A piece of a face that is filled.
+/// A piece of a face that is filled, in one direction.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FacePiece {
     /// The face that is filled.
     pub to: u32,
     /// The face that is read.
     pub from: u32,
-    lie: Lie,
+    mapping: Mapping,
 }
 
-/// How a piece lies in its two faces.
+/// How the face that is filled maps to the one that is read.
 #[derive(Debug, Clone, Copy)]
-enum Lie {
-    /// Corner `k` of the filled face is corner `corners[k]` of the one that is read.
+enum Mapping {
+    /// Corner `k` of the filled face corresponds to corner `corners[k]` of the one that is read.
     Whole([u8; 3]),
     /// Index into [`FacePieces::parts`].
     Part(u32),
@@ -272,16 +273,17 @@ pub(crate) struct Part {
     pub to: [Weights; 3],
     /// Its corners in the face that is read.
     pub from: [Weights; 3],
-    /// Where the corners of all of the filled face would lie in the one that is read: `from_of_to[k]` are the
-    /// weights of corner `k`, beyond 0 and 1 where it would lie outside.
+    /// The corners of the whole filled face, extrapolated into the face that is read:
+    /// `from_of_to[k]` are the weights of corner `k`, below 0 or above 1 where it would lie
+    /// outside.
     from_of_to: [Weights; 3],
 }
 
 impl Part {
-    /// `None` for a part without area in the face that is filled.
+    /// `from_of_to = to⁻¹ · from`. `None` for a part without area in the face that is filled.
     fn new(to: [Weights; 3], from: [Weights; 3]) -> Option<Self> {
-        /// Maps of parts are whole numbers of this, so that parts of one triangle that lie alike have one
-        /// and the same map, wherever the triangle was cut.
+        /// Matrices are rounded to multiples of this, so that parts of one triangle with the same
+        /// mapping have bitwise equal matrices, wherever the triangle was cut.
         const GRAIN: f64 = 1.0 / (1_u64 << 40) as f64;
         let inverse = inverse(&to)?;
         let rounded = |value: f64| (value / GRAIN).round() * GRAIN;
@@ -293,8 +295,8 @@ impl Part {
         })
     }
 
-    /// Whether the two faces that it is a part of lie on each other, corner on corner.
-    pub fn takes_corners_to_corners(&self) -> bool {
+    /// Whether the part's mapping takes the corners of one face exactly to those of the other.
+    pub fn maps_corners_exactly(&self) -> bool {
         let ones = self.from_of_to.map(|row| row.iter().position(|&weight| weight == 1.0));
         let is_zero_or_one = |&weight: &f64| weight == 0.0 || weight == 1.0;
         let [a, b, c] = ones;
@@ -305,11 +307,11 @@ impl Part {
             && c != a
     }
 
-    /// Whether a point of the filled face belongs to the part, but for rounding.
+    /// Whether a point of the filled face is inside the part, within rounding.
     fn contains(&self, weights: Weights) -> bool {
         const ROUNDING: f64 = 1e-9;
         inverse(&self.to).is_some_and(|inverse| {
-            // Columns of the inverse take weights in the face to weights in the part.
+            // Weights in the face times the inverse are weights in the part.
             let inside = mixed(&inverse, weights);
             inside.iter().all(|&weight| weight >= -ROUNDING)
         })
@@ -321,7 +323,7 @@ fn determinant([a, b, c]: &[Weights; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// The inverse of a matrix by its rows; `None` if it has none that is finite.
+/// The inverse of a matrix given by its rows; `None` if it is singular or not finite.
 fn inverse(rows: &[Weights; 3]) -> Option<[Weights; 3]> {
     let determinant = determinant(rows);
     let cofactor = |i: usize, k: usize| {
@@ -333,43 +335,45 @@ fn inverse(rows: &[Weights; 3]) -> Option<[Weights; 3]> {
 }
 
 impl FacePieces {
-    /// - `faces`: of the mesh that is filled.
-    /// - `pieces`: in any order; where pieces of one face overlap, the first owns what they share, and a whole
-    ///   one leaves nothing for those after it.
+    /// - `faces`: number of faces of the mesh that is filled.
+    /// - `pieces`: in any order. Where pieces of one face overlap, the first owns the overlap; a
+    ///   whole piece hides all that follow it.
     pub fn forward(faces: usize, pieces: &Pieces) -> Self {
-        Self::new(faces, pieces, pieces.lying(), |part| Part::new(part[0], part[1]))
+        Self::new(faces, pieces, pieces.mapped(), |part| Part::new(part[0], part[1]))
     }
 
-    /// The same for the way back.
+    /// As [`FacePieces::forward`], in the opposite direction.
     pub fn reverse(faces: usize, pieces: &Pieces) -> Self {
-        let reversed = |FacePiece { to, from, lie }| {
-            let lie = match lie {
-                Lie::Whole(corners) => Lie::Whole(inverted(corners)),
+        let reversed = |FacePiece { to, from, mapping }| {
+            let mapping = match mapping {
+                Mapping::Whole(corners) => Mapping::Whole(inverted(corners)),
                 part => part,
             };
-            FacePiece { to: from, from: to, lie }
+            FacePiece { to: from, from: to, mapping }
         };
-        Self::new(faces, pieces, pieces.lying().map(reversed), |part| Part::new(part[1], part[0]))
+        Self::new(faces, pieces, pieces.mapped().map(reversed), |part| Part::new(part[1], part[0]))
     }
 
-    /// Every face by itself.
+    /// Every face paired with itself.
     pub fn identity(faces: usize) -> Self {
-        let lie = Lie::Whole([0, 1, 2]);
-        let pieces = (0..faces as u32).map(|face| FacePiece { to: face, from: face, lie });
+        let mapping = Mapping::Whole([0, 1, 2]);
+        let pieces = (0..faces as u32).map(|face| FacePiece { to: face, from: face, mapping });
         Self { first: (0..=faces as u32).collect(), pieces: pieces.collect(), parts: Vec::new() }
     }
 
-    /// - `lying`: the pieces, turned the way that they are wanted.
-    /// - `part`: a part turned that way, of its corners in the target's and in the source's face; `None` without
-    ///   area in the face that is filled.
+    /// Groups pieces by face with a counting sort, which is stable.
+    ///
+    /// - `mapped`: the pieces in the direction needed.
+    /// - `part`: makes a part in that direction from its corners in the target face and in the
+    ///   source face; `None` if it has no area in the face that is filled.
     fn new(
         faces: usize,
         pieces: &Pieces,
-        lying: impl Iterator<Item = FacePiece> + Clone,
+        mapped: impl Iterator<Item = FacePiece> + Clone,
         part: impl Fn(&[[Weights; 3]; 2]) -> Option<Part>,
     ) -> Self {
         let mut first = vec![0; faces + 1];
-        for piece in lying.clone() {
+        for piece in mapped.clone() {
             first[piece.to as usize + 1] += 1;
         }
         let mut is_one_each = true;
@@ -377,10 +381,10 @@ impl FacePieces {
             is_one_each &= first[face + 1] <= 1;
             first[face + 1] += first[face];
         }
-        let nothing = FacePiece { to: 0, from: 0, lie: Lie::Whole([0; 3]) };
+        let nothing = FacePiece { to: 0, from: 0, mapping: Mapping::Whole([0; 3]) };
         let mut of_faces = vec![nothing; first[faces] as usize];
         let mut next = first.clone();
-        for piece in lying {
+        for piece in mapped {
             let next = &mut next[piece.to as usize];
             of_faces[*next as usize] = piece;
             *next += 1;
@@ -391,16 +395,16 @@ impl FacePieces {
         let mut kept = Self { first: vec![0], pieces: Vec::new(), parts: Vec::new() };
         for range in first.windows(2) {
             for &piece in &of_faces[range[0] as usize..range[1] as usize] {
-                match piece.lie {
-                    Lie::Whole(_) => {
+                match piece.mapping {
+                    Mapping::Whole(_) => {
                         kept.pieces.push(piece);
                         break;
                     }
-                    Lie::Part(index) => {
+                    Mapping::Part(index) => {
                         let Some(part) = part(&pieces.parts[index as usize]) else { continue };
-                        let lie = Lie::Part(kept.parts.len() as u32);
+                        let mapping = Mapping::Part(kept.parts.len() as u32);
                         kept.parts.push(part);
-                        kept.pieces.push(FacePiece { lie, ..piece });
+                        kept.pieces.push(FacePiece { mapping, ..piece });
                     }
                 }
             }
@@ -409,12 +413,12 @@ impl FacePieces {
         kept
     }
 
-    /// All pieces, in the order of the faces that they fill.
+    /// All pieces, in ascending order of the face that they fill.
     pub fn all(&self) -> &[FacePiece] {
         &self.pieces
     }
 
-    /// The numbers of a face's pieces among all.
+    /// The index range of a face's pieces in [`FacePieces::all`].
     pub fn numbers(&self, face: usize) -> Range<usize> {
         self.first[face] as usize..self.first[face + 1] as usize
     }
@@ -424,35 +428,36 @@ impl FacePieces {
         &self.pieces[self.numbers(face)]
     }
 
-    /// How many faces there are, filled or not.
+    /// Number of faces, filled or not.
     pub fn faces(&self) -> usize {
         self.first.len() - 1
     }
 
-    /// The part of its faces that a piece is; `None` if it is all of them.
+    /// The part of its faces that a piece spans; `None` if it spans all of them.
     pub fn part(&self, piece: FacePiece) -> Option<&Part> {
-        match piece.lie {
-            Lie::Whole(_) => None,
-            Lie::Part(index) => Some(&self.parts[index as usize]),
+        match piece.mapping {
+            Mapping::Whole(_) => None,
+            Mapping::Part(index) => Some(&self.parts[index as usize]),
         }
     }
 
-    /// What values at the corners of the face that is read are at the corners of the one that is filled, linear
-    /// between them; beyond the values that are given where a corner would lie outside.
+    /// Transfers corner values of the face that is read to the corners of the face that is filled,
+    /// for linear interpolation over it; extrapolated where a corner maps outside the face that is
+    /// read.
     pub fn at_corners<const N: usize>(
         &self,
         piece: FacePiece,
         from: [[f64; N]; 3],
     ) -> [[f64; N]; 3] {
-        match piece.lie {
-            Lie::Whole(corners) => corners.map(|corner| from[usize::from(corner)]),
-            Lie::Part(index) => {
+        match piece.mapping {
+            Mapping::Whole(corners) => corners.map(|corner| from[usize::from(corner)]),
+            Mapping::Part(index) => {
                 self.parts[index as usize].from_of_to.map(|weights| mixed(&from, weights))
             }
         }
     }
 
-    /// Values at the corners of the face that is read, as they are at a piece's own corners.
+    /// Interpolates corner values of the face that is read at the piece's own corners.
     pub fn at_outline<const N: usize>(
         &self,
         piece: FacePiece,
@@ -464,7 +469,7 @@ impl FacePieces {
         }
     }
 
-    /// Values at the corners of the face that is filled, as they are at a piece's own corners.
+    /// Interpolates corner values of the face that is filled at the piece's own corners.
     pub fn outline<const N: usize>(&self, piece: FacePiece, to: [[f64; N]; 3]) -> [[f64; N]; 3] {
         match self.part(piece) {
             None => to,
@@ -472,13 +477,13 @@ impl FacePieces {
         }
     }
 
-    /// Which share of a face's area a piece is.
+    /// The fraction of a face's area that a piece covers.
     pub fn share(&self, piece: FacePiece) -> f64 {
         self.part(piece).map_or(1.0, |part| determinant(&part.to).abs())
     }
 
-    /// Whether all of a face is filled, but for a hundredth of its area: whoever cuts surfaces into parts leaves
-    /// slivers out.
+    /// Whether pieces cover a face up to a hundredth of its area: methods that cut surfaces into
+    /// parts drop slivers.
     pub fn is_filled(&self, face: usize) -> bool {
         const SLIVERS: f64 = 0.01;
         let mut parts = Vec::new();
@@ -496,7 +501,7 @@ impl FacePieces {
         left.iter().map(|polygon| share_of_face(polygon)).sum::<f64>() <= SLIVERS
     }
 
-    /// The piece that a point of a face belongs to, by its weights.
+    /// The piece that contains a point of a face, given by its weights.
     pub fn at(&self, face: usize, weights: Weights) -> Option<FacePiece> {
         self.of_face(face)
             .iter()
@@ -505,16 +510,17 @@ impl FacePieces {
     }
 }
 
-/// The corners of a face.
+/// The corners of a face, as weights.
 const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// What of a convex polygon in a face lies outside a triangle in it, in convex polygons.
+/// The part of a convex polygon outside a triangle of the same face, as convex polygons: one for
+/// each edge, cut from what is inside the edges before it.
 fn outside(polygon: Vec<Weights>, triangle: &[Weights; 3]) -> Vec<Vec<Weights>> {
     let [a, b, c] = *triangle;
-    let turn = determinant(triangle).signum();
+    let sign = determinant(triangle).signum();
     let (mut outside, mut inside) = (Vec::new(), polygon);
     for [from, to] in [[a, b], [b, c], [c, a]] {
-        let height = |at: &Weights| turn * determinant(&[from, to, *at]);
+        let height = |at: &Weights| sign * determinant(&[from, to, *at]);
         outside.push(clipped(&inside, |at| -height(at)));
         inside = clipped(&inside, height);
     }
@@ -522,7 +528,7 @@ fn outside(polygon: Vec<Weights>, triangle: &[Weights; 3]) -> Vec<Vec<Weights>> 
     outside
 }
 
-/// What of a convex polygon lies where a linear function is not negative.
+/// Clips a convex polygon to where a linear function is not negative (Sutherland and Hodgman 1974).
 fn clipped(polygon: &[Weights], height: impl Fn(&Weights) -> f64) -> Vec<Weights> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
@@ -531,20 +537,20 @@ fn clipped(polygon: &[Weights], height: impl Fn(&Weights) -> f64) -> Vec<Weights
             kept.push(*a);
         }
         if above * next < 0.0 {
-            let way = above / (above - next);
-            kept.push([0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * way));
+            let t = above / (above - next);
+            kept.push([0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * t));
         }
     }
     kept
 }
 
-/// Which share of a face's area a convex polygon in it has.
+/// The area of a convex polygon, as a fraction of its face's.
 fn share_of_face(polygon: &[Weights]) -> f64 {
     let rest = polygon.get(1..).unwrap_or_default();
     rest.windows(2).map(|pair| determinant(&[polygon[0], pair[0], pair[1]]).abs()).sum()
 }
 
-/// The corners for the way back.
+/// The inverse permutation.
 fn inverted(corners: [u8; 3]) -> [u8; 3] {
     let mut inverted = [0; 3];
     for (k, &corner) in (0..).zip(&corners) {
@@ -571,7 +577,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pushed_is_given_back() {
+    fn pieces_round_trip_through_storage() {
         let all = [
             Piece::whole(0, 4, [2, 0, 1]),
             Piece::part((1, CORNERS), (3, [CORNERS[1], CORNERS[2], MIDDLE])),
@@ -592,8 +598,8 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_lie_alike_have_one_map() {
-        // Cut at an odd place, on both sides alike: each third lies as the whole does.
+    fn parts_with_equal_mappings_have_equal_matrices() {
+        // Cut at an arbitrary point, the same on both sides: each third maps as the whole does.
         let cut = [0.211, 0.357, 0.432];
         let parts = [0, 1, 2].map(|k| {
             let corners = [CORNERS[k], CORNERS[(k + 1) % 3], cut];
@@ -604,7 +610,7 @@ mod tests {
         for &piece in found.all() {
             assert_eq!(found.at_corners(piece, uv), uv);
         }
-        assert!(found.parts.iter().all(Part::takes_corners_to_corners));
+        assert!(found.parts.iter().all(Part::maps_corners_exactly));
         assert!(found.is_filled(0));
         assert!(
             (found.all().iter().map(|&piece| found.share(piece)).sum::<f64>() - 1.0).abs() < 1e-12
@@ -630,11 +636,11 @@ mod tests {
         assert!(filled(&[[a, c, b]]));
         assert!(filled(&[[a, on(0, 0.995), c]]));
         assert!(!filled(&[[a, on(0, 0.98), c]]));
-        // Overlapping ones count once: 0.6 and 0.5 leave four tenths.
+        // Overlaps count once: parts of 0.6 and 0.5 leave 0.4.
         assert!(!filled(&[[a, on(0, 0.6), c], [a, on(0, 0.5), c]]));
         assert!(filled(&[[a, on(0, 0.6), c], [on(0, 0.3), b, c]]));
         assert!(filled(&[[c, on(0, 0.6), a], [b, on(0, 0.3), c], [a, MIDDLE, b]]));
-        // Three of the four triangles between the middles of the edges.
+        // Three of the four triangles of a midpoint subdivision.
         let middles = [0, 1, 2].map(|k| on(k, 0.5));
         let [ab, bc, ca] = middles;
         assert!(!filled(&[[a, ab, ca], [b, bc, ab], [c, ca, bc]]));
@@ -642,7 +648,7 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_piece_leaves_nothing_for_those_after_it() {
+    fn a_whole_piece_hides_those_after_it() {
         let half = [CORNERS[0], CORNERS[1], [0.5, 0.0, 0.5]];
         let flat = [CORNERS[0], CORNERS[0], CORNERS[1]];
         let found = FacePieces::forward(
@@ -654,7 +660,7 @@ mod tests {
                 Piece::whole(0, 6, [1, 2, 0]),
             ]),
         );
-        assert!(!found.parts[0].takes_corners_to_corners());
+        assert!(!found.parts[0].maps_corners_exactly());
         let from = |face| found.of_face(face).iter().map(|piece| piece.from).collect::<Vec<_>>();
         assert_eq!([from(0), from(1), from(2)], [vec![5], vec![7], vec![]]);
         assert_eq!([0, 1, 2].map(|face| found.is_filled(face)), [true, false, false]);
@@ -662,7 +668,7 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong_with_a_piece() {
+    fn errors_name_what_is_wrong_with_a_piece() {
         let error = |piece: Piece| piece.check(1, 1).unwrap_err().to_string();
         assert!(error(Piece::whole(1, 0, [0, 1, 2])).starts_with("target face 1 does not exist"));
         assert!(error(Piece::whole(0, 9, [0, 1, 2])).starts_with("source face 9 does not exist"));

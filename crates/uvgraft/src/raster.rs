@@ -1,29 +1,30 @@
-//! Which texels a triangle owns: scanline coverage with the top-left rule.
+//! Scanline rasterisation with the top-left rule: which texels a triangle owns.
 //!
-//! A texel belongs to a triangle when its centre does. On a shared edge the crossing with a row is
-//! computed from the same two points in the same order for both triangles, so it is the same number
-//! for both, and half-open spans give every centre to exactly one of them.
+//! A triangle owns the texels whose centres lie inside it. Two triangles that share an edge compute
+//! its crossing with a row from the same two points in the same order, so both get the same number,
+//! bit for bit, and half-open spans assign every centre to exactly one of them. With rounding
+//! differences instead, seams would show holes or texels that are written twice.
 
 use std::ops::Range;
 
 use crate::texture::Size;
 
-/// A triangle in texel coordinates, ready to tell which texels of a row it owns.
+/// A triangle in texel coordinates, prepared for scan conversion.
 #[derive(Debug, Clone)]
 pub struct ScanTriangle {
-    /// From the top corner to the bottom one.
+    /// From the top corner to the bottom corner.
     long: Edge,
-    /// From the top corner to the middle one.
+    /// From the top corner to the middle corner.
     upper: Edge,
-    /// From the middle corner to the bottom one.
+    /// From the middle corner to the bottom corner.
     lower: Edge,
-    /// Rows above are crossed by the upper edge, rows from here on by the lower.
+    /// Rows above this cross `upper`; rows from here on cross `lower`.
     middle_y: f64,
     rows: Range<u32>,
     width: u32,
 }
 
-/// An edge from its upper to its lower end; upper means smaller y, then smaller x.
+/// An edge from its upper to its lower end, where upper means smaller y, then smaller x.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     top: [f64; 2],
@@ -41,17 +42,17 @@ impl Edge {
 }
 
 impl ScanTriangle {
-    /// Prepares a triangle, clipped to a texture of `size`; `None` if it owns no texel for having
-    /// no area or lying outside all row centres.
+    /// Prepares a triangle for a texture of `size`, clipped to it. `None` if the triangle has no
+    /// area or lies outside all row centres, and so owns no texel.
     ///
-    /// - `corners_px`: finite, in texels, origin at the top left corner of texel `(0, 0)`.
+    /// - `corners_px`: finite, in texels, with the origin at the top left corner of texel `(0, 0)`.
     pub fn new(mut corners_px: [[f64; 2]; 3], size: Size) -> Option<Self> {
         let [a, b, c] = corners_px;
         let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if doubled_area == 0.0 {
             return None;
         }
-        // From the top, then from the left.
+        // Sort from top to bottom, then from left to right.
         for (a, b) in [(0, 1), (1, 2), (0, 1)] {
             let (first, second) = (corners_px[a], corners_px[b]);
             if second[1] < first[1] || (second[1] == first[1] && second[0] < first[0]) {
@@ -70,7 +71,7 @@ impl ScanTriangle {
         })
     }
 
-    /// The rows in which a triangle whose corners have these `y` may own texels.
+    /// The rows in which a triangle with these corner `y` coordinates may own texels.
     pub fn rows_between(corners_y_px: [f64; 3], height: u32) -> Range<u32> {
         let [a, b, c] = corners_y_px;
         centres_between(a.min(b).min(c), a.max(b).max(c), height)
@@ -86,7 +87,7 @@ impl ScanTriangle {
         if self.rows.contains(&row) { self.span_within(row) } else { 0..0 }
     }
 
-    /// The texels that the triangle owns in those of `rows` where it may own some.
+    /// The spans of texels that the triangle owns in `rows`, for the rows where it may own any.
     #[inline]
     pub fn spans(&self, rows: &Range<u32>) -> impl Iterator<Item = (u32, Range<u32>)> {
         let rows = self.rows.start.max(rows.start)..self.rows.end.min(rows.end);
@@ -98,19 +99,20 @@ impl ScanTriangle {
         let y = f64::from(row) + 0.5;
         let short = if y < self.middle_y { &self.upper } else { &self.lower };
         let (a, b) = (self.long.x_at(y), short.x_at(y));
-        // Without branches, and not minding what is no number as `min` and `max` would.
+        // Branch-free, and without the NaN handling of `f64::min` and `f64::max`.
         let left = if a < b { a } else { b };
         let right = if a > b { a } else { b };
         centres_between(left, right, self.width)
     }
 }
 
-/// The texels in `0..count` whose centre `c` has `from <= c < to`; at most 2³¹.
+/// The texels in `0..count` whose centre `c` satisfies `from <= c < to`; `count` is at most 2³¹.
 #[inline]
 fn centres_between(from: f64, to: f64, count: u32) -> Range<u32> {
-    // Adding 2⁵² leaves no bits for a fraction, so that the sum's low bits are the nearest whole
-    // number; what was rounded down is mended. `ceil` is a call where the processor's baseline has
-    // no instruction for it, and casts of floats check for what cannot be here.
+    // Computes `ceil(edge - 0.5)`, clamped to `0..=count`. Adding 2⁵² leaves no bits for a
+    // fraction, so the low bits of the sum hold the nearest integer; if that was rounded down, 1 is
+    // added. `ceil` compiles to a call where the baseline target has no instruction for it, and
+    // float-to-int casts check for values that cannot occur here.
     const WHOLE: f64 = 4_503_599_627_370_496.0;
     let last = f64::from(count);
     let index = |edge: f64| {
@@ -139,7 +141,7 @@ mod tests {
 
     #[test]
     fn centres_on_top_and_left_edges_are_in_and_on_the_others_out() {
-        // A right triangle through the centres (0.5, 0.5), (2.5, 0.5) and (0.5, 2.5).
+        // A right triangle with its corners on the centres (0.5, 0.5), (2.5, 0.5) and (0.5, 2.5).
         let corners = [[0.5, 0.5], [2.5, 0.5], [0.5, 2.5]];
         assert_eq!(owned(corners, Size::square(4)), [(0, 0), (1, 0), (0, 1)]);
     }
@@ -174,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn clips_to_the_texture_and_skips_what_has_no_area() {
+    fn clips_to_the_texture_and_skips_degenerate_triangles() {
         let all = owned([[-1e9, -1e9], [3e9, -1e9], [-1e9, 3e9]], Size::new(3, 2));
         assert_eq!(all.len(), 6);
         assert!(owned([[0.0, 0.0], [3.0, 3.0], [1.0, 1.0]], Size::square(4)).is_empty());

@@ -1,4 +1,4 @@
-//! What a pairing is like, in numbers: enough to tell a good one from a wrong one.
+//! Statistics of a pairing: enough to tell a good one from a wrong one.
 
 use crate::islands::Islands;
 use crate::map::{MapOptions, MapStats, SamplingMap};
@@ -7,55 +7,55 @@ use crate::pair::{Direction, Pair};
 use crate::piece::{Piece, wide};
 use crate::texture::{Size, Sizes};
 
-/// A pair in numbers, at nominal texture sizes.
+/// Statistics of a pair, at nominal texture sizes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PairReport {
-    /// The layout that textures come from.
+    /// The layout that textures are taken from.
     pub source: LayoutReport,
-    /// The layout that textures go to.
+    /// The layout that textures are carried to.
     pub target: LayoutReport,
-    /// Pieces of triangles that correspond: whole triangles, mostly.
+    /// Pieces: corresponding parts of triangles, mostly whole ones.
     pub links: usize,
-    /// Pieces whose corners wind opposite ways in their meshes.
+    /// Pieces whose two triangles have opposite windings.
     pub opposite_windings: usize,
-    /// Pieces under which the picture is mirrored: UV areas of opposite sign, corner by corner.
+    /// Pieces that mirror the image: their UV areas have opposite signs, corner by corner.
     pub mirrored: usize,
-    /// Target texels per source texel along a line, over the pieces. Above 1 the target is the
-    /// finer; `None` if every piece is degenerate.
+    /// Target texels per source texel along a line, over the pieces. Above 1 the target has the
+    /// higher resolution; `None` if every piece is degenerate.
     pub forward_density: Option<Percentiles>,
     /// Source texels per target texel along a line, over the pieces.
     pub reverse_density: Option<Percentiles>,
 }
 
-/// One of a pair's layouts in numbers.
+/// Statistics of one layout of a pair.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct LayoutReport {
-    /// Positions.
+    /// Number of positions.
     pub vertices: usize,
-    /// UV coordinates.
+    /// Number of UV coordinates.
     pub uv_coordinates: usize,
-    /// Triangles.
+    /// Number of triangles.
     pub faces: usize,
-    /// Polygons that the triangles come from.
+    /// Number of polygons before triangulation.
     pub polygons: usize,
-    /// UV islands.
+    /// Number of UV islands.
     pub islands: usize,
     /// Triangles with a counterpart.
     pub linked: usize,
-    /// Linked triangles without UV area: no texture can be on them.
+    /// Linked triangles without UV area, which cannot hold any texture.
     pub degenerate: usize,
-    /// Linked triangles that lie in UV the other way round than the larger part of the mesh.
+    /// Linked triangles whose UV orientation differs from that of the larger part of the mesh.
     pub mirrored: usize,
-    /// Triangles with UV coordinates outside the unit square, where a texture has no texels: none of them is
-    /// linked.
+    /// Triangles with UV coordinates outside the unit square, where a texture has no texels; none
+    /// of them is linked.
     pub outside: usize,
-    /// The texture size that the following numbers are for.
+    /// The texture size that the following statistics are for.
     pub size: Size,
-    /// Texels of a texture that receives a transfer.
+    /// Texel counts of a texture that receives a transfer.
     pub texels: MapStats,
 }
 
@@ -63,20 +63,20 @@ pub struct LayoutReport {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Percentiles {
-    /// The smallest.
+    /// Minimum.
     pub min: f64,
-    /// 5 % are below.
+    /// 5th percentile.
     pub p5: f64,
-    /// Half are below.
+    /// 50th percentile.
     pub median: f64,
-    /// 95 % are below.
+    /// 95th percentile.
     pub p95: f64,
-    /// The largest.
+    /// Maximum.
     pub max: f64,
 }
 
 impl Percentiles {
-    /// Of the finite numbers in `values`, by the nearest rank; `None` if there are none.
+    /// Nearest-rank percentiles of the finite numbers in `values`; `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         values.sort_unstable_by(f64::total_cmp);
@@ -87,9 +87,9 @@ impl Percentiles {
 }
 
 impl PairReport {
-    /// Looks a pair over.
+    /// Computes the statistics of a pair.
     ///
-    /// - `sizes`: of textures in the source's layout and in the target's.
+    /// - `sizes`: of textures in the source's and in the target's layout.
     ///
     /// # Panics
     /// If a side of a size is 0 or beyond [`Texture::MAX_SIDE`](crate::Texture::MAX_SIDE).
@@ -117,13 +117,13 @@ impl PairReport {
 }
 
 impl LayoutReport {
-    /// Of the layout that `direction` leads to.
+    /// For the layout that textures are carried to in `direction`.
     fn new(pair: &Pair, direction: Direction, size: Size) -> Self {
         let mesh = pair.to(direction);
         let areas: Vec<f64> = (0..mesh.faces().len())
             .map(|face| doubled_area(wide(mesh.uv_triangle(face))))
             .collect();
-        let usual: f64 = areas.iter().sum();
+        let total: f64 = areas.iter().sum();
         let pieces = pair.face_pieces(direction);
         let linked_areas = || {
             let faces = areas.iter().enumerate();
@@ -137,7 +137,7 @@ impl LayoutReport {
             islands: Islands::new(mesh).count(),
             linked: linked_areas().count(),
             degenerate: linked_areas().filter(|&area| area == 0.0).count(),
-            mirrored: linked_areas().filter(|&area| area * usual < 0.0).count(),
+            mirrored: linked_areas().filter(|&area| area * total < 0.0).count(),
             outside: (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count(),
             size,
             texels: SamplingMap::new(pair, direction, size, &MapOptions::default()).stats(),
@@ -151,8 +151,9 @@ mod tests {
     use crate::mesh::Mesh;
 
     #[test]
-    fn counts_what_there_is() {
-        // Target: a face twice as dense and mirrored, one without area, one without counterpart.
+    fn reports_count_faces_and_texels() {
+        // Target: a face that is mirrored and twice as dense, one without area, one without
+        // counterpart.
         let positions: Vec<[f32; 3]> = (0..9).map(|vertex| [vertex as f32, 0.0, 0.0]).collect();
         let faces = [[0, 1, 2], [3, 4, 5], [6, 7, 8]];
         let at = |x: f32, y: f32, side: f32| [[x, y], [x + side, y], [x, y + side]];
@@ -176,7 +177,7 @@ mod tests {
         assert_eq!(report.target.outside, 1);
         assert_eq!(report.forward_density.unwrap().max, 2.0);
         assert_eq!(report.reverse_density.unwrap().min, 0.5);
-        // Half of a 32-texel square, the diagonal's centres going to one side.
+        // Half of a 32-texel square; the centres on the diagonal all go to one side.
         assert!((480..=544).contains(&report.target.texels.linked));
     }
 

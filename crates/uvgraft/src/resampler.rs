@@ -1,4 +1,4 @@
-//! What textures of one size are resampled with: the map, where it reads, and what pads the source there.
+//! The resampler for source textures of one size: sampling map, filter paths and source padding.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,56 +16,56 @@ use crate::resample::{self, Paths};
 use crate::texture::{Depth, Size, Texture, Value};
 use crate::threads::{for_each_chunk, map_indices};
 
-/// What shows at texels that several islands of the target cover.
+/// Which value a texel gets when several islands of the target cover it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Overlap {
-    /// The island that owns them: see [`MapOptions::prefer`].
+    /// The value of the island that owns the texel; see [`MapOptions::prefer`].
     #[default]
     First,
-    /// The mean of the first and the last of the islands there.
+    /// The mean of the values of the first and the last island there.
     Average,
 }
 
-/// Which way, and onto what, textures are resampled: all that a map follows from.
+/// The inputs that determine a sampling map.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Way<'a> {
+pub(crate) struct MapInputs<'a> {
     pub pair: &'a Pair,
     pub direction: Direction,
     pub target_size: Size,
     pub map: MapOptions,
 }
 
-/// Resamples textures of one size: made once, used for any number of textures.
+/// Resamples textures of one size; built once and reusable for any number of textures.
 #[derive(Debug, Clone)]
 pub(crate) struct Resampler {
     filter: Filter,
     map: Arc<SamplingMap>,
     paths: Paths,
     source_rows: Range<u32>,
-    /// The tiles of the source that the map reads.
+    /// Source tiles that the map reads.
     tiles: Tiles,
     padding: Padding,
     beneath: Option<Beneath>,
 }
 
-/// What the last of several islands would have at texels that they share.
+/// Resamples the texels shared by several islands as if the last of these islands owned them.
 #[derive(Debug, Clone)]
 struct Beneath {
     map: Arc<SamplingMap>,
     paths: Paths,
 }
 
-/// A source in the working format, padded.
+/// A padded source texture in the working format.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
     pub texture: Texture,
-    /// Whether it is opaque wherever it is read.
+    /// Whether it is opaque wherever the map reads it.
     pub is_opaque: bool,
 }
 
-impl<'a> Way<'a> {
-    /// Builds the map, and that of what lies beneath overlaps where their mean is wanted.
+impl<'a> MapInputs<'a> {
+    /// Builds the map and, for [`Overlap::Average`], the map of the islands beneath overlaps.
     pub fn maps(&self, overlap: Overlap) -> (Arc<SamplingMap>, Option<Arc<SamplingMap>>) {
         let map = SamplingMap::new(self.pair, self.direction, self.target_size, &self.map);
         let beneath = match overlap {
@@ -77,11 +77,11 @@ impl<'a> Way<'a> {
 }
 
 impl Resampler {
-    /// For textures of `source_size`.
+    /// Builds a resampler for textures of `source_size`.
     ///
-    /// - `maps`: those of the way, [`Way::maps`].
+    /// - `map`, `beneath`: from [`MapInputs::maps`].
     pub fn new(
-        way: &Way<'_>,
+        way: &MapInputs<'_>,
         (map, beneath): (Arc<SamplingMap>, Option<Arc<SamplingMap>>),
         source_size: Size,
         filter: Filter,
@@ -103,9 +103,9 @@ impl Resampler {
         Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath }
     }
 
-    /// As [`Resampler::new`], but what lies outside a region of the source is padded, whether islands
-    /// cover it or not.
-    pub fn reading(way: &Way<'_>, region: &Region, filter: Filter) -> Self {
+    /// As [`Resampler::new`], but pads everything outside a region of the source, whether
+    /// islands cover it or not.
+    pub fn reading(way: &MapInputs<'_>, region: &Region, filter: Filter) -> Self {
         let (map, _) = way.maps(Overlap::First);
         let paths = Paths::new(&map, region.size(), filter);
         let reads = Reads::new(&map, way.pair.to(way.direction), &paths);
@@ -115,12 +115,12 @@ impl Resampler {
         Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath: None }
     }
 
-    /// The map that says where each texel comes from.
+    /// The sampling map.
     pub fn map(&self) -> &Arc<SamplingMap> {
         &self.map
     }
 
-    /// The map of what lies beneath overlaps, if their mean is wanted and there are any.
+    /// The map of the islands beneath overlaps, for [`Overlap::Average`] and if there are any.
     pub fn beneath(&self) -> Option<&Arc<SamplingMap>> {
         self.beneath.as_ref().map(|beneath| &beneath.map)
     }
@@ -129,12 +129,12 @@ impl Resampler {
         self.filter
     }
 
-    /// The rows of the source that results depend on; what the others hold does not matter.
+    /// The source rows that results depend on; the contents of all other rows do not matter.
     pub fn source_rows(&self) -> Range<u32> {
         self.source_rows.clone()
     }
 
-    /// The size of the textures that are resampled.
+    /// The size of source textures.
     pub fn source_size(&self) -> Size {
         self.padding.size()
     }
@@ -143,17 +143,17 @@ impl Resampler {
         &self.padding
     }
 
-    /// Brings a source to the working format, and pads it.
+    /// Converts a source texture to the working format and pads it.
     pub fn source(&self, formats: &Formats, texture: Texture) -> Source {
         let mut texture = formats.working(texture);
         self.padding.apply(&mut texture);
-        // Floats would come out a last bit beside 1.
+        // Not for floats: without blending, filtered alpha could end up one ulp away from 1.
         let is_opaque =
-            formats.has_opacity() && texture.depth() != Depth::F32 && self.is_opaque(&texture);
+            formats.has_alpha() && texture.depth() != Depth::F32 && self.is_opaque(&texture);
         Source { texture, is_opaque }
     }
 
-    /// Whether a source's last channel is 1 wherever the map reads.
+    /// Whether the last channel of a source is 1 wherever the map reads.
     fn is_opaque(&self, source: &Texture) -> bool {
         let Size { width, height } = source.size();
         let rows = map_indices(self.tiles.count(), |row| {
@@ -166,39 +166,40 @@ impl Resampler {
         rows.into_iter().all(|is_opaque| is_opaque)
     }
 
-    /// Fills the texels of the map in rows of the target.
+    /// Fills the texels that the map reaches in some rows of the target.
     ///
-    /// - `source`: padded, in the working format, with as many channels as rows have.
-    /// - `turn`: what is done to texels that were sampled through a map, before others are mixed in.
+    /// - `source`: padded, in the working format, with the same channels as `rows`.
+    /// - `adjust`: applied to the texels that were sampled through a map, before they are averaged
+    ///   with those beneath; it rotates tangent-space normals.
     pub fn fill<T: Value>(
         &self,
         shape: TexelShape,
         source: &[T],
         first_row: u32,
         rows: &mut [T],
-        turn: impl Fn(&SamplingMap, &mut [T]),
+        adjust: impl Fn(&SamplingMap, &mut [T]),
     ) {
         let (map, count) = (&*self.map, shape.channels);
         let below = self.beneath.as_ref().filter(|beneath| {
             let height = (rows.len() / count) as u32 / map.size().width;
             (first_row..first_row + height).any(|row| !beneath.map.row(row).is_empty())
         });
-        // What nothing is seen through replaces what is there, at half the cost.
-        let blends = shape.has_opacity && !shape.is_opaque;
+        // Opaque sources replace the base instead of being blended with it, at half the cost.
+        let blends = shape.has_alpha && !shape.is_opaque;
         let Some(below) = below else {
             sample((count, blends), map, &self.paths, source, first_row, rows);
-            return turn(map, rows);
+            return adjust(map, rows);
         };
         let mut others = rows.to_vec();
         sample((count, blends), map, &self.paths, source, first_row, rows);
-        turn(map, rows);
+        adjust(map, rows);
         sample((count, blends), &below.map, &below.paths, source, first_row, &mut others);
-        turn(&below.map, &mut others);
-        average(&below.map, (count, shape.has_opacity), first_row, &others, rows);
+        adjust(&below.map, &mut others);
+        average(&below.map, (count, shape.has_alpha), first_row, &others, rows);
     }
 
-    /// Resamples floats with `C` values a texel, none of them opacity: writes the texels of `target`
-    /// that the map reaches, pads `source`.
+    /// Resamples floats with `C` values per texel, none of them alpha: pads `source` in place and
+    /// writes the texels of `target` that the map reaches.
     pub fn fill_floats<const C: usize>(&self, source: &mut [f32], target: &mut [f32]) {
         let size = self.source_size();
         assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");
@@ -208,19 +209,20 @@ impl Resampler {
     }
 }
 
-/// What a texel is made of.
+/// The channels of a texel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TexelShape {
-    /// How many values it has.
+    /// Number of channels.
     pub channels: usize,
-    /// Whether the last of them is opacity.
-    pub has_opacity: bool,
-    /// Whether that is 1 wherever the source is read.
+    /// Whether the last channel is alpha.
+    pub has_alpha: bool,
+    /// Whether alpha is 1 wherever the source is read.
     pub is_opaque: bool,
 }
 
-/// Fills the texels of a map in rows from `first_row` on; of `format` are the number of channels and
-/// whether the last one is opacity.
+/// Fills the texels that a map reaches in the rows from `first_row` on.
+///
+/// - `format`: the number of channels, and whether the last one is alpha.
 fn sample<T: Value>(
     format: (usize, bool),
     map: &SamplingMap,
@@ -240,8 +242,8 @@ fn sample<T: Value>(
     resample(Level::new(), map, paths, source, first_row, rows);
 }
 
-/// Takes the mean with other rows at the texels of a map; colours count by their opacity. `format` is as
-/// in [`sample`].
+/// Averages `rows` with `others` at the texels of a map. Colours are weighted by their alpha, alpha
+/// itself is averaged evenly. `format` is as in [`sample`].
 fn average<T: Value>(
     map: &SamplingMap,
     format: (usize, bool),
@@ -249,7 +251,7 @@ fn average<T: Value>(
     others: &[T],
     rows: &mut [T],
 ) {
-    let (channels, has_opacity) = format;
+    let (channels, has_alpha) = format;
     let width = map.size().width as usize * channels;
     for_each_chunk(rows, width, |index, texels| {
         for run in map.row(first_row + index as u32) {
@@ -259,7 +261,7 @@ fn average<T: Value>(
             for (texel, other) in texels.zip(others.chunks_exact(channels)) {
                 let opacity = |texel: &[T]| texel[channels - 1].to_level().max(0.0);
                 let share = match (opacity(texel), opacity(other)) {
-                    (ours, theirs) if has_opacity && ours != theirs => theirs / (ours + theirs),
+                    (ours, theirs) if has_alpha && ours != theirs => theirs / (ours + theirs),
                     _ => 0.5,
                 };
                 for (channel, (value, other)) in texel.iter_mut().zip(other).enumerate() {

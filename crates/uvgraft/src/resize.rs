@@ -1,4 +1,4 @@
-//! Another size for a whole texture: the unit square resampled onto itself.
+//! Resizing a whole texture: the unit square resampled onto itself.
 
 use crate::filter::Filter;
 use crate::formats::{Averaging, Formats};
@@ -6,11 +6,11 @@ use crate::map::MapOptions;
 use crate::mesh::Mesh;
 use crate::pair::{Direction, Pair};
 use crate::piece::Piece;
-use crate::resampler::{Overlap, Resampler, TexelShape, Way};
+use crate::resampler::{MapInputs, Overlap, Resampler, TexelShape};
 use crate::texture::{Size, Texels, TexelsMut, Texture, TextureError, Value};
 
 impl Texture {
-    /// The same picture with another number of texels, filtered like a transfer.
+    /// Resizes the texture with the filtering of a transfer.
     ///
     /// # Errors
     /// [`TextureError`] for a size of 0 or beyond [`Texture::MAX_SIDE`].
@@ -33,13 +33,13 @@ impl Texture {
         )?;
         let pair = square();
         let map = MapOptions::with_gutter(0);
-        let way = Way { pair: &pair, direction: Direction::Forward, target_size: size, map };
+        let way = MapInputs { pair: &pair, direction: Direction::Forward, target_size: size, map };
         let resampler = Resampler::new(&way, way.maps(Overlap::First), self.size(), filter);
         let formats = Formats::new(format, format, averaging);
         let source = resampler.source(&formats, self);
         let shape = TexelShape {
             channels: formats.channels().count(),
-            has_opacity: formats.has_opacity(),
+            has_alpha: formats.has_alpha(),
             is_opaque: source.is_opaque,
         };
         fn fill<T: Value>(of: &Resampler, shape: TexelShape, source: &[T], rows: &mut [T]) {
@@ -56,7 +56,7 @@ impl Texture {
     }
 }
 
-/// The unit square and itself.
+/// A pair that maps the unit square to itself.
 fn square() -> Pair {
     let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let faces = [[0, 1, 2], [0, 2, 3]];
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_size() {
+    fn refuses_invalid_sizes() {
         let texel = Texels::U8(vec![1]);
         let one = Texture::new(Size::square(1), Channels::Grey, Encoding::Data, texel).unwrap();
         assert!(one.clone().resized(Size::new(0, 5), Filter::Nearest, Averaging::Encoded).is_err());

@@ -1,22 +1,23 @@
-//! The rotation that takes one set of edges to another best.
+//! The least-squares rotation between two sets of corresponding edges.
 //!
 //! Based on Horn, "Closed-form solution of absolute orientation using unit quaternions" (1987): the
-//! rotation with the least squared error is the eigenvector of a symmetric 4×4 matrix with the
-//! largest eigenvalue. Unlike a singular value decomposition it never gives a reflection, and
-//! edges in one plane determine it. Eigenvectors are Jacobi's, as there is nothing to gain.
+//! unit quaternion of the rotation with the least squared error is the eigenvector with the largest
+//! eigenvalue of a symmetric 4×4 matrix. Unlike a singular value decomposition, this never yields a
+//! reflection, and coplanar edges suffice. Eigenvectors are computed by Jacobi's method; at this
+//! size nothing faster is needed.
 
 use glam::{DMat3, DVec3};
 
-/// More sweeps than any 4×4 matrix takes.
-const MOST_SWEEPS: usize = 32;
+/// More sweeps than any 4×4 matrix needs.
+const MAX_SWEEPS: usize = 32;
 
-/// Sums of products of edges, columns by those that come in and rows by those that come out: all that the
-/// best rotation depends on.
+/// The correlation matrix `Σ to · fromᵀ` of corresponding edges, which determines the best
+/// rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Correlation(DMat3);
 
 impl Correlation {
-    /// Of no edges.
+    /// The correlation of no edges.
     pub const NONE: Self = Self(DMat3::ZERO);
 
     pub fn add(&mut self, from: DVec3, to: DVec3) {
@@ -27,19 +28,20 @@ impl Correlation {
         self.0 += other.0;
     }
 
-    /// The same, counting only in part.
+    /// The same, weighted by `share`.
     pub fn scaled(&self, share: f64) -> Self {
         Self(self.0 * share)
     }
 
-    /// The same with `x` mirrored in what comes in.
+    /// The same, with the `x` of the source edges mirrored.
     pub fn mirrored(&self) -> Self {
         Self(DMat3 { x_axis: -self.0.x_axis, ..self.0 })
     }
 
-    /// The same, with a little of another rotation, which decides what edges leave open: all within
-    /// a line leave the turn around it, none leave everything.
-    pub fn leaning(&self, to: DMat3) -> Self {
+    /// The same, normalised and slightly biased towards the rotation `to`, which decides what the
+    /// edges leave undetermined: the angle around a line if all are collinear, everything if there
+    /// are none.
+    pub fn biased(&self, to: DMat3) -> Self {
         const SHARE: f64 = 1e-6;
         let size: f64 = self.0.to_rows_array().iter().map(|value| value.abs()).sum();
         if !(size.is_finite() && size > 0.0) {
@@ -48,7 +50,8 @@ impl Correlation {
         Self(self.0 / size + to * SHARE)
     }
 
-    /// The best rotation, and how much of the edges it makes agree.
+    /// The best rotation `R`, and the agreement `Σ to · (R from)` that it achieves, which is the
+    /// largest eigenvalue of Horn's matrix.
     pub fn rotation(&self) -> (DMat3, f64) {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.0.to_cols_array_2d();
         let matrix = [
@@ -67,19 +70,20 @@ impl Correlation {
     }
 }
 
-/// The largest eigenvalue of a symmetric matrix and its eigenvector, of length 1.
+/// The largest eigenvalue of a symmetric matrix and its unit eigenvector, by cyclic Jacobi
+/// rotations.
 fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> (f64, [f64; 4]) {
-    // Columns are eigenvectors in the making.
+    // The columns converge to the eigenvectors.
     let mut vectors = [[0.0; 4]; 4];
     for (k, row) in vectors.iter_mut().enumerate() {
         row[k] = 1.0;
     }
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut is_done = true;
         for p in 0..3 {
             for q in p + 1..4 {
                 let off = a[p][q];
-                // Not where it is no number, either.
+                // False for NaN, which ends the sweeps.
                 if off.abs() > f64::EPSILON * 0.01 * (a[p][p].abs() + a[q][q].abs()) {
                     rotate(&mut a, &mut vectors, p, q);
                     is_done = false;
@@ -99,7 +103,7 @@ fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> (f64, [f64; 4]) {
     (a[best][best], vectors.map(|row| row[best]))
 }
 
-/// One step of Jacobi's: makes the element at `(p, q)` zero.
+/// One Jacobi rotation: makes the element at `(p, q)` zero.
 fn rotate(a: &mut [[f64; 4]; 4], vectors: &mut [[f64; 4]; 4], p: usize, q: usize) {
     let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
     let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
@@ -134,12 +138,12 @@ mod tests {
             for axis in [[1.0, 2.0, 3.0], [0.0, 0.0, 1.0], [-1.0, 0.1, 0.0]] {
                 for edges in [&SPACE[..], &SPACE[..2]] {
                     let turn = DMat3::from_axis_angle(DVec3::from(axis).normalize(), angle);
-                    // Sizes of the meshes do not matter.
+                    // The scale of the meshes does not matter.
                     let sum = correlation(edges, |edge| turn * edge * 7e-4);
-                    let (found, _) = sum.leaning(DMat3::IDENTITY).rotation();
+                    let (found, _) = sum.biased(DMat3::IDENTITY).rotation();
                     for test in SPACE {
                         let (found, wanted) = (found * test, turn * test);
-                        // A share of 10⁻⁶ leans to the identity.
+                        // The bias towards the identity is 10⁻⁶.
                         assert!(found.abs_diff_eq(wanted, 1e-4), "{found} {wanted}");
                     }
                 }
@@ -148,10 +152,10 @@ mod tests {
     }
 
     #[test]
-    fn equal_edges_are_not_turned_at_all() {
+    fn equal_edges_give_the_identity() {
         let same = |edge: DVec3| edge;
         for edges in [&SPACE[..], &SPACE[..2], &SPACE[..1], &[]] {
-            let (found, _) = correlation(edges, same).leaning(DMat3::IDENTITY).rotation();
+            let (found, _) = correlation(edges, same).biased(DMat3::IDENTITY).rotation();
             assert_eq!(found, DMat3::IDENTITY);
         }
     }
@@ -161,17 +165,17 @@ mod tests {
         let sum = correlation(&SPACE, |edge| edge.with_z(-edge.z));
         let (rotation, agreement) = sum.mirrored().rotation();
         assert!(agreement > 1.1 * sum.rotation().1);
-        // Mirrored in x and turned by a half circle around y is mirrored in z.
+        // Mirroring in x and rotating by 180° around y equals mirroring in z.
         assert!(((rotation * DVec3::new(-1.0, 2.0, 3.0)).z + 3.0).abs() < 1e-9, "{rotation:?}");
     }
 
     #[test]
-    fn what_is_no_number_is_no_trouble() {
+    fn non_finite_edges_give_the_fallback() {
         let mut sum = Correlation::NONE;
         sum.add(DVec3::new(f64::NAN, 1.0, 0.0), DVec3::ONE);
-        assert_eq!(sum.leaning(DMat3::IDENTITY).rotation().0, DMat3::IDENTITY);
+        assert_eq!(sum.biased(DMat3::IDENTITY).rotation().0, DMat3::IDENTITY);
         let mut sum = Correlation::NONE;
         sum.add(DVec3::splat(1e200), DVec3::splat(1e200));
-        assert_eq!(sum.leaning(DMat3::IDENTITY).rotation().0, DMat3::IDENTITY);
+        assert_eq!(sum.biased(DMat3::IDENTITY).rotation().0, DMat3::IDENTITY);
     }
 }

@@ -1,8 +1,9 @@
-//! Which instructions a kernel is compiled for, chosen when it runs.
+//! Compiles kernels for several SIMD levels and picks one at run time.
 
-/// Runs a kernel with AVX2 if the level has it, else with what every processor of its kind has: SSE2,
-/// NEON, 128 bits of WebAssembly, or nothing. AVX-512 gained nothing here (bilinear 36.5 to 37.5 ms on
-/// one core, Catmull-Rom 56 to 54), and each level is compiled for every format and filter.
+/// Runs a kernel with AVX2 if the level has it, else with the baseline of the architecture: SSE2,
+/// NEON, 128-bit WebAssembly SIMD, or scalar code. AVX-512 is left out: it gained nothing (bilinear
+/// 36.5 to 37.5 ms on one core, Catmull-Rom 56 to 54 ms), and every kernel is compiled for each
+/// level, format and filter.
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $kernel:expr) => {{
         #[cfg(target_arch = "x86_64")]

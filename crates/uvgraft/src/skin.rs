@@ -1,43 +1,45 @@
-//! Which colours of a body's texture are skin.
+//! An estimate of which colours of a body's texture are skin.
 //!
-//! Nothing here knows what colour skin has: the colours along a face's border say so, most of which are
-//! skin. Their densest half gives a first Gaussian, as in the minimum covariance determinant
-//! (Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance determinant estimator",
-//! Technometrics 1999), which weights the seeds for the next one, a few times. Then colours
-//! from all over the body count too, so that it learns what skin is like on hands and legs.
+//! No skin colour is built in: the estimate starts from the colours along the boundary of a face,
+//! most of which are skin. Their densest half gives a first Gaussian, as in the minimum covariance
+//! determinant (Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance
+//! determinant estimator", Technometrics 1999); this weights the seeds for the next Gaussian, a few
+//! times. Later steps also use colours from all over the body, to learn the skin of hands and legs.
 //!
-//! Colours are compared as `(r - g) / (s + d)`, `(b - g) / (s + d)` and `(s - m) / (s + m)`, where `s` is
-//! `r + g + b`, `m` the skin's own, and `d` a little. Light and shadow scale all channels, also as
-//! sRGB stores them (its curve is nearly a power), and leave the first two, the hue, where they are. The third
-//! is close to half the logarithm of how much lighter a colour is, for a division. `d` draws colours
-//! near black, whose hue is noise, towards grey.
+//! Colours are compared as `(r - g) / (s + d)`, `(b - g) / (s + d)` and `(s - m) / (s + m)`, where
+//! `s` is `r + g + b`, `m` the skin's own `s`, and `d` a small constant. Light and shadow scale all
+//! channels, in sRGB too, since its curve is nearly a power, and leave the first two, the hue,
+//! unchanged. The third approximates half the logarithm of the lightness ratio, at the cost of a
+//! division. `d` pulls colours near black, whose hue is noise, towards grey.
 //!
-//! Colour is all there is to tell skin by. A beige shirt beside pale skin looks like skin, and so
-//! does brown hair beside dark skin, and on grey-level textures all that is about as light.
+//! Colour is the only evidence. A beige shirt next to pale skin passes for skin, as does brown hair
+//! next to dark skin, and in grey textures everything of about the same lightness.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::statistics::{moments, quantile};
 
-/// An estimate of which colours are skin.
+/// A Gaussian model of skin colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinModel {
-    /// `m`.
+    /// `m` of the module documentation.
     lightness: f32,
-    /// Where skin is, in hue and lightness.
+    /// Mean of the skin's coordinates: two of hue, one of lightness.
     center: [f32; 3],
-    /// What makes standard deviations of a distance from there; the lower triangle, row by row.
+    /// Whitening matrix, which turns offsets from the mean into standard deviations: the lower
+    /// triangle, row by row.
     whiten: [f32; 6],
 }
 
 /// How a colour differs from skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deviation {
-    /// In hue, in standard deviations. More of the same hue, as where skin shades skin, counts less.
+    /// Distance in hue, in standard deviations. A more saturated colour of the same hue, as where
+    /// skin shades skin, has less weight.
     pub hue: f32,
-    /// How much less saturated it is, in standard deviations; 0 for skin that is grey itself.
+    /// Loss of saturation, in standard deviations; 0 if the skin itself is grey.
     pub pale: f32,
-    /// The logarithm of how much lighter it is.
+    /// Logarithm of the lightness ratio to skin.
     pub light: f32,
 }
 
@@ -45,133 +47,134 @@ pub(crate) struct Deviation {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SkinError {
-    /// Too little to go by.
-    #[error("too few colours along the face's border: must be at least {needed}, got {found}")]
+    /// Too few seeds.
+    #[error("too few colours along the face's boundary: must be at least {needed}, got {found}")]
     TooFew {
-        /// Finite colours among the seeds.
+        /// Number of finite colours among the seeds.
         found: usize,
-        /// How many there have to be.
+        /// Required number.
         needed: usize,
     },
-    /// Not even half of the seeds have something in common.
+    /// Not even half of the seeds are similar.
     #[error(
-        "the colours along the face's border are too different: half of them deviate by up to \
+        "the colours along the face's boundary are too different: half of them deviate by up to \
          {spread:.1} times the tolerance for skin"
     )]
     Scattered {
-        /// How far the nearest half of the seeds reach from their middle; at most 1 for skin.
+        /// Distance from the centre of the seeds within which the nearest half of them lies; at
+        /// most 1 for skin.
         spread: f32,
     },
 }
 
-/// `d`, in units of `s`: below about 5 levels of 8 bits in each channel hue counts little.
+/// `d`, in units of `s`: below about 5 of 255 levels in each channel hue has little weight.
 const DARK: f32 = 0.06;
-/// Added to sums of red, green and blue before their logarithms are compared.
+/// Added to sums of red, green and blue before taking logarithms.
 const SHADE: f32 = 0.03;
-/// Skin less saturated than this, as a length of both hues, is grey: it has no hue of its own.
+/// Skin with a saturation below this (norm of the two hue coordinates) is grey and has no hue.
 const GREY: f32 = 0.02;
-/// How much of a difference counts that makes a colour more saturated than skin.
+/// Weight of that part of a hue difference that makes a colour more saturated than skin.
 const MORE_SATURATED: f32 = 0.4;
-/// The least `m`; blacker skin is as light as this.
-const LEAST_LIGHTNESS: f32 = 0.1;
+/// Lower limit of `m`; darker skin is treated as this light.
+const MIN_LIGHTNESS: f32 = 0.1;
 
-/// Up to so many standard deviations a colour is wholly skin. Palms, knuckles and elbows lie
-/// farther out than the seeds' own spread, so this is wide.
+/// Within this many standard deviations a colour is skin with weight 1. Generous, since palms,
+/// knuckles and elbows lie farther out than the spread of the seeds.
 const NEAR: f32 = 2.5;
-/// From so many on it is not skin at all.
+/// Beyond this many its weight is 0.
 const FAR: f32 = 4.0;
-/// The same while the estimate is made, where what is doubtful must not widen it.
+/// The same two limits during estimation; tighter, so that doubtful colours do not widen the
+/// estimate.
 const SURE: f32 = 1.5;
 const DOUBTFUL: f32 = 3.0;
 
-/// The standard deviation that is added to both hues, as a share of skin's distance from grey, and its
-/// range: blood and sun change the hue of pale skin less than that of saturated skin.
+/// Standard deviation added to both hues, as a fraction of the skin's distance from grey, and its
+/// limits: blood and sun change the hue of pale skin less than that of saturated skin.
 const HUE_TOLERANCE: f64 = 0.1;
 const HUE_RANGE: [f64; 2] = [0.007, 0.011];
-/// The standard deviation that is added to lightness: alone it makes skin of what is 0.6 to 1.7 times
-/// as light, and nothing of what is less than 0.4 or more than 2.3 times as light.
+/// Standard deviation added to lightness. By itself it accepts colours 0.6 to 1.7 times as light as
+/// skin, and rejects those less than 0.4 or more than 2.3 times as light.
 const LIGHTNESS_TOLERANCE: f64 = 0.10;
-/// Colours that are spread farther than this, in standard deviations, do not widen the estimate further.
-const MOST: Vector3<f64> = Vector3::new(0.020, 0.020, 0.06);
-/// How far from the middle of the seeds the nearest half of them may reach.
+/// Upper limits of the colours' own standard deviations; wider spreads are scaled down to these.
+const MAX_SPREAD: Vector3<f64> = Vector3::new(0.020, 0.020, 0.06);
+/// Scale of the distance between the seeds and their centre: the nearest half must lie within 1.
 const REACH: Vector3<f64> = Vector3::new(0.05, 0.05, 0.30);
 
-/// Steps with the seeds alone, and steps with all colours; after three times as many the estimate
-/// is the same to four digits.
+/// Steps with the seeds alone, and then with all colours. Three times as many give the same
+/// estimate to four digits.
 const STEPS: usize = 4;
-/// At most so many seeds are tried as the middle, each against at most so many.
+/// Number of seeds tried as the centre, and number of seeds that each is compared with, at most.
 const CANDIDATES: usize = 128;
 const COMPARED: usize = 2048;
-/// Fewer colours of the body than this that look like skin are no evidence.
-const LEAST_EVIDENCE: f64 = 8.0;
+/// Minimum total weight of the body's colours; less is no evidence.
+const MIN_EVIDENCE: f64 = 8.0;
 
 impl SkinModel {
-    /// With fewer finite seeds there is no estimate.
-    pub const LEAST_SEEDS: usize = 16;
+    /// Minimum number of finite seeds.
+    pub const MIN_SEEDS: usize = 16;
 
-    /// Estimates what skin looks like.
+    /// Estimates the colour of skin.
     ///
-    /// - `seeds`: colours along a face's border, on the body's side. More than half have to be skin; the
-    ///   others may be hair, a collar, anything.
-    /// - `others`: colours from all over the body, of skin and of anything else; may be empty.
+    /// - `seeds`: colours along a face's boundary, on the body's side. More than half have to be
+    ///   skin; the rest may be anything, such as hair or a collar.
+    /// - `others`: colours from all over the body, skin or not; may be empty.
     ///
-    /// All are sRGB values as stored, 1.0 for white. Those that are not finite are passed over, and
-    /// values below 0 count as 0. Some thousands of either are plenty, and take milliseconds. The same
-    /// colours in the same order give the same estimate.
+    /// All are sRGB values as stored, 1.0 for white. Colours that are not finite are skipped, and
+    /// negative values are taken as 0. A few thousand of either are plenty and take milliseconds.
+    /// The result depends only on the colours and their order.
     ///
     /// # Errors
-    /// [`SkinError::TooFew`] below [`SkinModel::LEAST_SEEDS`] finite seeds, [`SkinError::Scattered`] if not
-    /// even half of them are alike.
+    /// [`SkinError::TooFew`] below [`SkinModel::MIN_SEEDS`] finite seeds,
+    /// [`SkinError::Scattered`] if not even half of them are similar.
     pub fn new(seeds: &[[f32; 3]], others: &[[f32; 3]]) -> Result<Self, SkinError> {
         let [seeds, others] = [seeds, others].map(finite);
-        if seeds.len() < Self::LEAST_SEEDS {
-            return Err(SkinError::TooFew { found: seeds.len(), needed: Self::LEAST_SEEDS });
+        if seeds.len() < Self::MIN_SEEDS {
+            return Err(SkinError::TooFew { found: seeds.len(), needed: Self::MIN_SEEDS });
         }
-        let (middle, spread) = densest(&seeds);
+        let (center, spread) = densest(&seeds);
         if spread > 1.0 {
             return Err(SkinError::Scattered { spread: spread as f32 });
         }
-        let lightness = sum(middle).max(LEAST_LIGHTNESS);
-        let middle = place(middle, lightness);
-        let places = |colors: &[[f32; 3]]| -> Vec<Vector3<f64>> {
-            colors.iter().map(|&rgb| place(rgb, lightness)).collect()
+        let lightness = sum(center).max(MIN_LIGHTNESS);
+        let center = point(center, lightness);
+        let points = |colors: &[[f32; 3]]| -> Vec<Vector3<f64>> {
+            colors.iter().map(|&rgb| point(rgb, lightness)).collect()
         };
-        let (seeds, others) = (places(&seeds), places(&others));
+        let (seeds, others) = (points(&seeds), points(&others));
 
-        let half = quantile(seeds.iter().map(|seed| reach(seed, &middle)).collect(), 0.5);
-        let in_half = |seed: &Vector3<f64>| f64::from(reach(seed, &middle) <= half);
-        let mut model = Self::from_moments(lightness, gathered(&seeds, &[], in_half));
+        let half = quantile(seeds.iter().map(|seed| distance(seed, &center)).collect(), 0.5);
+        let in_half = |seed: &Vector3<f64>| f64::from(distance(seed, &center) <= half);
+        let mut model = Self::from_moments(lightness, weighted_moments(&seeds, &[], in_half));
         for _ in 0..STEPS {
-            let next = gathered(&seeds, &[], |at| model.membership(at));
+            let next = weighted_moments(&seeds, &[], |at| model.membership(at));
             model = Self::from_moments(lightness, next);
         }
-        // What the seeds rule out never counts: where skin fades into something else, a chain of
-        // colours would lead there step by step.
+        // Colours that the seeds rule out never get weight: where skin fades into something else,
+        // the estimate would follow the gradient step by step.
         let of_seeds = model;
         for _ in 0..STEPS {
             let in_both = |at: &_| model.membership(at).min(of_seeds.membership(at));
-            let next = gathered(&seeds, &others, in_both);
+            let next = weighted_moments(&seeds, &others, in_both);
             model = Self::from_moments(lightness, next);
         }
         Ok(model)
     }
 
-    /// How far a colour is skin, from 0 to 1, as sRGB stores it: 1 within 2.5 standard deviations of what
-    /// skin looks like, 0 beyond 4, smooth between. 0 for colours that are not finite.
+    /// Weight of an sRGB colour as skin: 1 within 2.5 standard deviations of the model, 0 beyond 4,
+    /// smooth in between; 0 for colours that are not finite.
     ///
-    /// Some forty operations without a branch, which compilers make vectors of in loops over
-    /// texels.
+    /// About forty operations without a branch, which compilers vectorise in loops over texels.
     #[inline(always)]
     pub fn weight(&self, rgb: [f32; 3]) -> f32 {
         fade(self.squared_distance(coordinates(rgb, self.lightness)), NEAR, FAR)
     }
 
-    /// How a colour, as sRGB stores it, differs from skin.
+    /// The difference of an sRGB colour from skin.
     pub(crate) fn deviation(&self, rgb: [f32; 3]) -> Deviation {
         self.deviations()(rgb)
     }
 
-    /// As [`SkinModel::deviation`], for many colours.
+    /// As [`SkinModel::deviation`], with the constants hoisted out, for many colours.
     pub(crate) fn deviations(&self) -> impl Fn([f32; 3]) -> Deviation {
         let model = *self;
         let whole = sum(model.color()) + SHADE;
@@ -198,14 +201,15 @@ impl SkinModel {
         }
     }
 
-    /// How far a colour may be skin in some light, from 0 to 1, where the surroundings speak for it: necks are shaded by
-    /// heads, and shadows on skin are more saturated. Hair and cloth of another hue are not.
+    /// Weight of a colour as skin in other lighting, from 0 to 1, for use where its surroundings
+    /// suggest skin: heads shade necks, and shadows on skin are more saturated. Hair and cloth of
+    /// another hue get 0.
     pub(crate) fn likeness(&self, rgb: [f32; 3]) -> f32 {
         let Deviation { hue, light, .. } = self.deviation(rgb);
         fade(hue * hue, 5.0, 9.0) * fade(light * light, 0.7, 1.2)
     }
 
-    /// The colour in the middle of what is skin.
+    /// The mean skin colour.
     pub fn color(&self) -> [f32; 3] {
         let [x, y, u] = self.center;
         let sum = self.lightness * (1.0 + u) / (1.0 - u);
@@ -214,16 +218,16 @@ impl SkinModel {
         [g + r_over_g, g, g + b_over_g]
     }
 
-    /// How far a place counts as skin while the estimate is made.
+    /// Weight of a colour as skin during estimation, from its coordinates.
     fn membership(&self, at: &Vector3<f64>) -> f64 {
         let at = at.map(|value| value as f32);
         f64::from(fade(self.squared_distance(at.into()), SURE, DOUBTFUL))
     }
 
-    /// In standard deviations.
+    /// Squared Mahalanobis distance from the mean.
     #[inline(always)]
     fn squared_distance(&self, at: [f32; 3]) -> f32 {
-        // Closures would not be compiled for the vectors of the loop around this.
+        // Closures would not be compiled with the vector instructions of the calling loop.
         let x = at[0] - self.center[0];
         let y = at[1] - self.center[1];
         let u = at[2] - self.center[2];
@@ -234,17 +238,18 @@ impl SkinModel {
         a * a + b * b + c * c
     }
 
-    /// The model of a mean and a covariance, which is bounded from both sides.
+    /// The model of a mean and a covariance; the covariance is bounded from above and below.
     fn from_moments(lightness: f32, (mean, covariance): (Vector3<f64>, Matrix3<f64>)) -> Self {
-        // Shrinks axes that are spread too far, which keeps correlations.
+        // Scale down axes with too wide a spread; this keeps correlations.
         let shrink = Vector3::from_fn(|axis, _| {
-            MOST[axis] / covariance[(axis, axis)].max(0.0).sqrt().max(MOST[axis])
+            MAX_SPREAD[axis] / covariance[(axis, axis)].max(0.0).sqrt().max(MAX_SPREAD[axis])
         });
         let shrink = Matrix3::from_diagonal(&shrink);
         let hue = (HUE_TOLERANCE * mean.xy().norm()).clamp(HUE_RANGE[0], HUE_RANGE[1]);
         let tolerance = Vector3::new(hue, hue, LIGHTNESS_TOLERANCE).map(|value| value * value);
         let covariance = shrink * covariance * shrink + Matrix3::from_diagonal(&tolerance);
-        // Positive definite by the tolerance; without that, nothing but the mean would be known.
+        // Positive definite because of the tolerance. If rounding breaks that, fall back to the
+        // tolerance alone.
         let whiten =
             covariance.cholesky().and_then(|factor| factor.l().try_inverse()).unwrap_or_else(
                 || Matrix3::from_diagonal(&tolerance.map(|value| value.sqrt().recip())),
@@ -258,7 +263,7 @@ impl SkinModel {
     }
 }
 
-/// From 1 to 0 while a squared distance goes from that of `near` to that of `far`; 0 for NaN.
+/// Smoothstep from 1 down to 0 as a squared distance goes from `near²` to `far²`; 0 for NaN.
 #[inline(always)]
 fn fade(squared: f32, near: f32, far: f32) -> f32 {
     let inside = (far * far - squared) / (far * far - near * near);
@@ -267,7 +272,7 @@ fn fade(squared: f32, near: f32, far: f32) -> f32 {
     inside * inside * (3.0 - 2.0 * inside)
 }
 
-/// Not `max`, which would make a number of NaN.
+/// Not `max`, which would swallow NaN.
 #[inline(always)]
 fn positive(value: f32) -> f32 {
     if value < 0.0 { 0.0 } else { value }
@@ -277,7 +282,7 @@ fn sum(rgb: [f32; 3]) -> f32 {
     rgb.into_iter().map(positive).sum()
 }
 
-/// Where a colour is beside skin of some lightness.
+/// Hue and lightness of a colour relative to skin of the given lightness; see the module.
 #[inline(always)]
 fn coordinates(rgb: [f32; 3], lightness: f32) -> [f32; 3] {
     let (r, g, b) = (positive(rgb[0]), positive(rgb[1]), positive(rgb[2]));
@@ -286,54 +291,55 @@ fn coordinates(rgb: [f32; 3], lightness: f32) -> [f32; 3] {
     [(r - g) * scale, (b - g) * scale, (sum - lightness) / (sum + lightness)]
 }
 
-fn place(rgb: [f32; 3], lightness: f32) -> Vector3<f64> {
+fn point(rgb: [f32; 3], lightness: f32) -> Vector3<f64> {
     Vector3::from(coordinates(rgb, lightness).map(f64::from))
 }
 
-/// Colours whose sum is finite too.
+/// The colours whose values and sum are finite.
 fn finite(colors: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let is_finite =
         |rgb: &[f32; 3]| rgb.iter().all(|value| value.is_finite()) && sum(*rgb).is_finite();
     colors.iter().copied().filter(is_finite).collect()
 }
 
-/// How far apart two places are; 1 is the most for skin.
-fn reach(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+/// Distance between two colours' coordinates; the limit for skin is 1.
+fn distance(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     (a - b).component_div(&REACH).norm()
 }
 
-/// The seed around which half of all seeds are closest, and how far they reach from it.
+/// The seed with the smallest median distance to all seeds, and that distance.
 fn densest(seeds: &[[f32; 3]]) -> ([f32; 3], f64) {
     let compared = seeds.iter().step_by(seeds.len().div_ceil(COMPARED));
     let candidates = seeds.iter().step_by(seeds.len().div_ceil(CANDIDATES));
-    let reaches = candidates.map(|&candidate| {
-        let lightness = sum(candidate).max(LEAST_LIGHTNESS);
-        let middle = place(candidate, lightness);
-        let reaches = compared.clone().map(|&seed| reach(&place(seed, lightness), &middle));
-        (candidate, quantile(reaches.collect(), 0.5))
+    let distances = candidates.map(|&candidate| {
+        let lightness = sum(candidate).max(MIN_LIGHTNESS);
+        let center = point(candidate, lightness);
+        let distances = compared.clone().map(|&seed| distance(&point(seed, lightness), &center));
+        (candidate, quantile(distances.collect(), 0.5))
     });
-    let nearest = reaches.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    let nearest = distances.min_by(|(_, a), (_, b)| a.total_cmp(b));
     nearest.unwrap_or(([0.0; 3], f64::INFINITY))
 }
 
-/// Mean and covariance of skin. The seeds count as much as all others together, so that a garment of
-/// nearly skin's colour pulls half as far, however much of the body it covers.
-fn gathered(
+/// Mean and covariance of skin. The seeds have as much weight as all other colours together, so
+/// that a garment of nearly the colour of skin shifts them only half as far, however much of the
+/// body it covers.
+fn weighted_moments(
     seeds: &[Vector3<f64>],
     others: &[Vector3<f64>],
     weight: impl Fn(&Vector3<f64>) -> f64,
 ) -> (Vector3<f64>, Matrix3<f64>) {
-    // Sums up to 1, or to nothing where there is too little.
-    let shares = |places: &[Vector3<f64>], least: f64| -> Vec<f64> {
-        let weights: Vec<f64> = places.iter().map(&weight).collect();
+    // Normalised to sum to 1; all 0 if the total weight is below `least`.
+    let shares = |points: &[Vector3<f64>], least: f64| -> Vec<f64> {
+        let weights: Vec<f64> = points.iter().map(&weight).collect();
         let sum: f64 = weights.iter().sum();
         let unit = if sum < least { 0.0 } else { sum.recip() };
         weights.into_iter().map(|weight| weight * unit).collect()
     };
-    // Seeds are near the middle by how they were chosen, so their sum is never nothing.
-    let (of_seeds, of_others) = (shares(seeds, f64::MIN_POSITIVE), shares(others, LEAST_EVIDENCE));
+    // Seeds are near the centre by construction, so their total weight is never zero.
+    let (of_seeds, of_others) = (shares(seeds, f64::MIN_POSITIVE), shares(others, MIN_EVIDENCE));
     let points = seeds.iter().zip(&of_seeds).chain(others.iter().zip(&of_others));
-    moments(points.map(|(place, share)| (*place, *share)))
+    moments(points.map(|(point, share)| (*point, *share)))
 }
 
 #[cfg(test)]
@@ -343,7 +349,7 @@ mod tests {
     const SKIN: [f32; 3] = [0.8, 0.6, 0.5];
     const NAVY: [f32; 3] = [0.12, 0.16, 0.30];
 
-    /// Colours around one, lighter and darker by up to `shade`, each channel off by up to `noise`.
+    /// Colours scaled by up to ±`shade`, each channel with up to ±`noise` added.
     fn around(rgb: [f32; 3], shade: f32, noise: f32, count: usize) -> Vec<[f32; 3]> {
         let mut rng = fastrand::Rng::with_seed(3);
         let colors = std::iter::repeat_with(|| {
@@ -357,7 +363,7 @@ mod tests {
         rgb.map(|value| value * factor)
     }
 
-    /// Uniform seeds leave the tolerances alone, so weights can be told by hand.
+    /// Uniform seeds leave the tolerances as they are, so weights can be computed by hand.
     #[test]
     fn weights_fall_as_stated() {
         let model = SkinModel::new(&[SKIN; 20], &[]).unwrap();
@@ -365,14 +371,14 @@ mod tests {
         for (channel, value) in model.color().into_iter().enumerate() {
             assert!((value - SKIN[channel]).abs() < 1e-6, "{channel}: {value}");
         }
-        // 1.963 times as light is 0.325, or 3.25 deviations of 0.1, and 0.0016 and 0.0008 in hue, of
-        // which 0.011 is a deviation: 10.587 in all. (16 - 10.587) / (16 - 6.25) = 0.5552, and
-        // 0.5552² · (3 - 2 · 0.5552) = 0.5825.
+        // 1.963 times as light is 0.325, or 3.25 standard deviations of 0.1, and the hues differ by
+        // 0.0016 and 0.0008, with a standard deviation of 0.011: 10.587 in all. (16 - 10.587) / (16
+        // - 6.25) = 0.5552, and 0.5552² · (3 - 2 · 0.5552) = 0.5825.
         let weight = model.weight(scaled(SKIN, 1.325 / 0.675));
         assert!((weight - 0.5825).abs() < 1e-3, "{weight}");
         assert_eq!(model.weight(scaled(SKIN, 0.62)), 1.0);
         assert_eq!(model.weight(scaled(SKIN, 0.36)), 0.0);
-        // As far from skin in sRGB as 0.62 of it is, but of another hue.
+        // As far from skin in sRGB as 0.62 times it, but of another hue.
         assert_eq!(model.weight([0.8, 0.6, 0.8]), 0.0);
         assert_eq!(model.weight([0.68, 0.72, 0.5]), 0.0);
     }
@@ -392,7 +398,7 @@ mod tests {
         }
     }
 
-    /// The fewest seeds, of which the fewest may be skin.
+    /// The minimum number of seeds, with the fewest of them skin.
     #[test]
     fn a_few_seeds_are_enough() {
         for strangers in 0..8 {
@@ -420,9 +426,9 @@ mod tests {
         assert_eq!(after.weight(NAVY), 0.0);
     }
 
-    /// Skin that fades into a white shirt must not lead there.
+    /// Skin that fades into a white shirt must not widen the model to the shirt.
     #[test]
-    fn a_chain_of_colors_leads_nowhere() {
+    fn a_gradient_of_colors_does_not_widen_the_model() {
         let seeds = around(SKIN, 0.1, 0.01, 500);
         let cloth = [0.93, 0.91, 0.88];
         let others: Vec<[f32; 3]> = (0..20_000)
@@ -436,7 +442,7 @@ mod tests {
         assert_eq!(model.weight(SKIN), 1.0);
     }
 
-    /// Seeds say what skin is, whatever colour they have; dark, pale, tinted or grey.
+    /// The seeds define skin, whatever their colour: dark, pale, tinted or grey.
     #[test]
     fn any_color_may_be_skin() {
         for skin in [
@@ -448,7 +454,7 @@ mod tests {
             [1.0; 3],
             [0.08, 0.05, 0.04],
         ] {
-            // As noisy as rounding to 8 bits.
+            // Noise like that of rounding to 8 bits.
             let seeds = around(skin, 0.1, 0.002, 300);
             let model = SkinModel::new(&seeds, &seeds).unwrap();
             let least = seeds.iter().map(|&rgb| model.weight(rgb)).fold(1.0, f32::min);
@@ -459,7 +465,7 @@ mod tests {
         }
         let black = SkinModel::new(&[[0.0; 3]; 20], &[]).unwrap();
         assert_eq!((black.weight([0.0; 3]), black.weight([0.2; 3])), (1.0, 0.0));
-        // Without hue lightness tells.
+        // Without a hue only lightness decides.
         let grey = SkinModel::new(&around([0.6; 3], 0.05, 0.004, 300), &[]).unwrap();
         assert_eq!(grey.weight([0.2; 3]), 0.0);
         assert_eq!(grey.weight([0.5; 3]), 1.0);
@@ -483,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_changes_nothing_and_is_no_skin() {
+    fn non_finite_colors_are_ignored_and_not_skin() {
         let seeds = around(SKIN, 0.1, 0.01, 100);
         let model = SkinModel::new(&seeds, &seeds).unwrap();
         let broken = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.8, f32::NEG_INFINITY, f32::NAN]];

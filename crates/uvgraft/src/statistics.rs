@@ -1,57 +1,58 @@
-//! Gives one set of colours the mean and the covariance of another.
+//! Colour statistics transfer: gives one set of colours the mean and covariance of another.
 //!
-//! Of all affine maps that do so this is the one that moves colours least: the linear
-//! Monge-Kantorovich map (Pitié and Kokaram, "The linear Monge-Kantorovitch linear colour mapping
-//! for example-based colour transfer", CVMP 2007). Its matrix is symmetric and positive: it
-//! stretches colours along three axes at right angles and never turns them around their mean.
+//! Of all affine maps that do so, this one moves the colours least: the linear Monge-Kantorovich
+//! map (Pitié and Kokaram, "The linear Monge-Kantorovitch linear colour mapping for example-based
+//! colour transfer", CVMP 2007). Its matrix is symmetric positive definite: it scales colours along
+//! three orthogonal axes and never rotates them around their mean.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// An affine map of colours: `matrix · rgb + offset`.
+/// An affine colour transform: `matrix · rgb + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColorMatch {
     matrix: [[f32; 3]; 3],
     offset: [f32; 3],
 }
 
-/// Why no map of colours was made.
+/// Why no colour transform could be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColorMatchError {
-    /// A mean needs at least one colour.
+    /// One side has no finite colour, so its mean is undefined.
     #[error("none of the {given} samples of the {side} has a finite colour")]
     NoSamples {
         /// `"source"` or `"base"`.
         side: &'static str,
-        /// How many samples there were, none of them finite.
+        /// Number of samples, none of them finite.
         given: usize,
     },
 }
 
 impl ColorMatch {
-    /// The least and the greatest factor by which differences between colours change, in any
-    /// direction. Beyond it contrast would vanish, or the noise of 8 bits show as blotches.
+    /// Limits of the gain, the factor by which colour differences change in any direction. Below,
+    /// contrast would vanish; above, 8-bit quantisation noise would show as blotches.
     pub const GAIN: [f64; 2] = [0.5, 2.0];
-    /// The least and the greatest change of contrast, beside that of a ratio, where contrast is to be kept.
+    /// Limits of the gain in [`ColorMatch::keeping_contrast`], on top of the ratio of the means.
     pub const CONTRAST: [f64; 2] = [0.87, 1.15];
-    /// With fewer finite samples on either side colours are shifted only: a covariance from `n`
-    /// samples is off by about `√(2/n)`, which is a third here.
-    pub const LEAST_FOR_SPREAD: usize = 16;
-    /// The share of samples that means and covariances are taken from; those farthest away are left
-    /// out. Skin as it is sampled holds freckles, brows and strands of hair, a few of a hundred texels
-    /// that would move a mean by several levels. Both sides lose the same share, so for clouds of one
-    /// shape what that takes off the covariances cancels.
+    /// With fewer finite samples on either side, only the mean is matched: a covariance estimated
+    /// from `n` samples has a relative error of about `√(2/n)`, a third at this count.
+    pub const MIN_FOR_SPREAD: usize = 16;
+    /// Fraction of the samples that means and covariances are computed from; the outermost are
+    /// trimmed. Sampled skin contains freckles, brows and strands of hair, a few percent of the
+    /// texels, which would shift the mean by several levels. Both sides are trimmed by the same
+    /// fraction, so the bias of the covariances cancels for distributions of the same shape.
     pub const KEPT: f64 = 0.9;
 
-    /// The map that carries `source`'s mean and covariance onto those of `base`.
+    /// The transform that maps the mean and covariance of `source` to those of `base`.
     ///
-    /// - `source`, `base`: colours, in any number and order; sRGB values as stored, 1.0 for white. Those
-    ///   that are not finite are passed over.
+    /// - `source`, `base`: colours in any number and order; sRGB values as stored, 1.0 for white.
+    ///   Samples that are not finite are skipped.
     ///
-    /// Covariances are matched as far as [`ColorMatch::GAIN`] allows. One level of 8 bits is taken for
-    /// noise: it is added to both spreads, and the flatter side's spread beside it says how far
-    /// the matrix is trusted over a mere shift. So colours that are all the same on one side or both
-    /// give a shift, whatever the other side does.
+    /// Covariances are matched within the limits of [`ColorMatch::GAIN`]. A standard deviation
+    /// of one 8-bit level is treated as noise: its variance is added to both covariances, and
+    /// the matrix is blended with the identity by the signal-to-noise ratio of the side with
+    /// less variance. Hence a side of uniform colour gives a pure shift, whatever the other
+    /// side is like.
     ///
     /// # Errors
     /// [`ColorMatchError::NoSamples`] if a side has no finite colour.
@@ -61,7 +62,7 @@ impl ColorMatch {
                 .ok_or(ColorMatchError::NoSamples { side, given: samples.len() })
         });
         let (from, to) = (from?, to?);
-        let matrix = if from.count.min(to.count) < Self::LEAST_FOR_SPREAD {
+        let matrix = if from.count.min(to.count) < Self::MIN_FOR_SPREAD {
             Matrix3::identity()
         } else {
             stretch(&from.covariance, &to.covariance).unwrap_or_else(Matrix3::identity)
@@ -75,9 +76,13 @@ impl ColorMatch {
         })
     }
 
-    /// The map that carries `source`'s mean onto that of `base` as light and pigment do, by a ratio in each channel, and
-    /// its covariance onto that of `base` only so far that contrast changes by [`ColorMatch::CONTRAST`] at most. For
-    /// skin: a face keeps its freckles and its light, whatever the body's skin is like.
+    /// The transform that maps the mean of `source` to that of `base` by a ratio per channel, as
+    /// light and pigment do, and matches covariances only within [`ColorMatch::CONTRAST`]. For
+    /// skin: a face keeps its freckles and its shading, whatever the body's skin is like.
+    ///
+    /// With `R` the diagonal of the square roots of the ratios, the matrix is `R · B · R`, where
+    /// `B` is `R⁻¹ · M · R⁻¹` for the matrix `M` of [`ColorMatch::new`] with its eigenvalues
+    /// clamped. So it stays symmetric, and `B` holds the change of contrast beyond the ratio.
     ///
     /// # Errors
     /// As [`ColorMatch::new`].
@@ -94,7 +99,7 @@ impl ColorMatch {
         let rows = found.matrix.map(|row| row.map(f64::from));
         let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
         let [least, most] = Self::CONTRAST;
-        let bounded = powered(inverse * matrix * inverse, |gain| gain.clamp(least, most));
+        let bounded = spectral(inverse * matrix * inverse, |gain| gain.clamp(least, most));
         let matrix = scale * bounded.unwrap_or_else(Matrix3::identity) * scale;
         let offset = to.mean - matrix * from.mean;
         Ok(Self {
@@ -105,7 +110,7 @@ impl ColorMatch {
         })
     }
 
-    /// The colour in place of `rgb`. Not clamped: near black and white it may leave `0.0..=1.0`.
+    /// Transforms a colour. Not clamped: results near black and white may leave `0.0..=1.0`.
     #[inline]
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let [r, g, b] = rgb;
@@ -116,61 +121,71 @@ impl ColorMatch {
         [channel(0), channel(1), channel(2)]
     }
 
-    /// The linear part, row by row; symmetric.
+    /// The linear part, row-major; symmetric.
     pub fn matrix(&self) -> [[f32; 3]; 3] {
         self.matrix
     }
 
-    /// What is added after it.
+    /// The translation, added after the linear part.
     pub fn offset(&self) -> [f32; 3] {
         self.offset
     }
 }
 
-/// Variance of what is taken for noise: one level of 8 bits.
+/// Variance that is treated as noise: that of a standard deviation of one 8-bit level.
 const NOISE: f64 = 1.0 / (255.0 * 255.0);
 
-/// The symmetric positive matrix that makes a covariance `to` of a covariance `from`, with bounded
-/// gain, and the closer to the identity the flatter one of them is.
+/// The symmetric positive definite matrix that maps the covariance `from` to `to`, with
+/// clamped gain.
+///
+/// With noise added to `A = from` and `B = to`, it is `A^-½ (A^½ B A^½)^½ A^-½` (Pitié and
+/// Kokaram 2007). Its eigenvalues are the gains; they are clamped, since a nearly flat side
+/// gives extreme ones, and blended with 1 by `v / (v + noise)`, where `v` is the lesser mean
+/// variance: what little covariance such a side has is quantisation noise.
 fn stretch(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let noise = Matrix3::identity() * NOISE;
-    let root = powered(from + noise, f64::sqrt)?;
-    let inverse = powered(from + noise, inverse_root)?;
-    let map = inverse * powered(root * (to + noise) * root, f64::sqrt)? * inverse;
+    let root = spectral(from + noise, f64::sqrt)?;
+    let inverse = spectral(from + noise, inverse_root)?;
+    let map = inverse * spectral(root * (to + noise) * root, f64::sqrt)? * inverse;
     let flatter = from.trace().min(to.trace()).max(0.0) / 3.0;
     let trust = flatter / (flatter + NOISE);
     let [least, most] = ColorMatch::GAIN;
-    powered(map, |gain| 1.0 + trust * (gain.clamp(least, most) - 1.0))
+    spectral(map, |gain| 1.0 + trust * (gain.clamp(least, most) - 1.0))
 }
 
 fn inverse_root(value: f64) -> f64 {
     value.sqrt().recip()
 }
 
-/// A symmetric positive matrix with a function of its eigenvalues in their place. `None` if they are not
-/// found, as with values beyond all bounds.
-fn powered(matrix: Matrix3<f64>, power: impl Fn(f64) -> f64) -> Option<Matrix3<f64>> {
-    const MOST_STEPS: usize = 100;
-    /// Far below noise; what rounding made negative becomes this.
-    const LEAST: f64 = 1e-12;
-    // The decomposition reads one half, and rounding made the halves differ.
+/// Applies a function to the eigenvalues of a symmetric positive matrix. `None` if the
+/// decomposition does not converge, as with values near the limits of floats.
+fn spectral(matrix: Matrix3<f64>, power: impl Fn(f64) -> f64) -> Option<Matrix3<f64>> {
+    const MAX_STEPS: usize = 100;
+    /// Far below noise; raises eigenvalues that rounding made negative or zero.
+    const MIN: f64 = 1e-12;
+    // The decomposition reads one triangle only, and rounding made the two differ.
     let matrix = (matrix + matrix.transpose()) * 0.5;
-    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_STEPS)?;
-    let values = eigen.eigenvalues.map(|value| power(value.max(LEAST)));
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_STEPS)?;
+    let values = eigen.eigenvalues.map(|value| power(value.max(MIN)));
     let axes = eigen.eigenvectors;
     Some(axes * Matrix3::from_diagonal(&values) * axes.transpose())
 }
 
-/// Mean and covariance of the greater part of some points.
+/// Trimmed mean and covariance of some points.
 struct Gaussian {
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// How many finite points there were.
+    /// Number of finite points before trimming.
     count: usize,
 }
 
 impl Gaussian {
-    /// Leaves out the points farthest away. `None` without a finite point.
+    /// Trims outliers. `None` without a finite point.
+    ///
+    /// The nearest half of the points, by deviation from the median scaled by the median absolute
+    /// deviation, gives a first estimate; two concentration steps follow, each taking the
+    /// [`ColorMatch::KEPT`] nearest points in Mahalanobis distance. A plain mean and covariance
+    /// would let outliers inflate the very distance that should reject them.
     fn robust(samples: &[[f32; 3]]) -> Option<Self> {
         let points: Vec<Vector3<f64>> = samples
             .iter()
@@ -180,49 +195,49 @@ impl Gaussian {
         if points.is_empty() {
             return None;
         }
-        // Median and median deviation withstand anything that half of the points are not part of.
+        // Median and median absolute deviation tolerate up to half of the points being outliers.
         let along = |axis: usize| points.iter().map(move |point| point[axis]);
         let median = Vector3::from_fn(|axis, _| quantile(along(axis).collect(), 0.5));
         let scale = Vector3::from_fn(|axis, _| {
             let deviations = along(axis).map(|value| (value - median[axis]).abs()).collect();
             quantile(deviations, 0.5) + NOISE.sqrt()
         });
-        let apart = |point: &Vector3<f64>| (point - median).component_div(&scale).norm_squared();
-        let mut moments = nearest(&points, 0.5, apart);
+        let distance = |point: &Vector3<f64>| (point - median).component_div(&scale).norm_squared();
+        let mut moments = nearest(&points, 0.5, distance);
         for _ in 0..2 {
             let (mean, covariance) = moments;
             let noise = Matrix3::identity() * NOISE;
-            let Some(whiten) = powered(covariance + noise, inverse_root) else { break };
-            let apart = |point: &Vector3<f64>| (whiten * (point - mean)).norm_squared();
-            moments = nearest(&points, ColorMatch::KEPT, apart);
+            let Some(whiten) = spectral(covariance + noise, inverse_root) else { break };
+            let distance = |point: &Vector3<f64>| (whiten * (point - mean)).norm_squared();
+            moments = nearest(&points, ColorMatch::KEPT, distance);
         }
         let (mean, covariance) = moments;
         Some(Self { mean, covariance, count: points.len() })
     }
 }
 
-/// Mean and covariance of the share of points for which `apart` is least, and their equals.
+/// Mean and covariance of the fraction `share` of points with the least `distance`, ties included.
 fn nearest(
     points: &[Vector3<f64>],
     share: f64,
-    apart: impl Fn(&Vector3<f64>) -> f64,
+    distance: impl Fn(&Vector3<f64>) -> f64,
 ) -> (Vector3<f64>, Matrix3<f64>) {
-    let farthest = quantile(points.iter().map(&apart).collect(), share);
-    // What the rounding of 32-bit colours alone tells apart is equal.
+    let farthest = quantile(points.iter().map(&distance).collect(), share);
+    // Distances that differ only by rounding of 32-bit colours count as ties.
     let farthest = farthest * (1.0 + 1e-6);
-    moments(points.iter().map(|point| (*point, f64::from(apart(point) <= farthest))))
+    moments(points.iter().map(|point| (*point, f64::from(distance(point) <= farthest))))
 }
 
-/// The value that a share of all is at or below.
+/// The value that a fraction `share` of all values is at or below.
 ///
 /// # Panics
-/// If there is none.
+/// If `values` is empty.
 pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     let rank = ((values.len() - 1) as f64 * share) as usize;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
-/// Mean and covariance of weighted points; zeros where all weights are.
+/// Mean and covariance of weighted points; zero if all weights are.
 pub(crate) fn moments(
     points: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
 ) -> (Vector3<f64>, Matrix3<f64>) {
@@ -232,10 +247,10 @@ pub(crate) fn moments(
     }
     let sum = points.clone().fold(Vector3::zeros(), |sum, (point, weight)| sum + point * weight);
     let mean: Vector3<f64> = sum / weights;
-    // In a second pass: squares would cancel where points are close together.
+    // Two passes: a difference of squares would cancel where points are close together.
     let covariance = points.fold(Matrix3::zeros(), |sum: Matrix3<f64>, (point, weight)| {
-        let apart = point - mean;
-        sum + apart * apart.transpose() * weight
+        let offset = point - mean;
+        sum + offset * offset.transpose() * weight
     });
     (mean, covariance / weights)
 }
@@ -247,7 +262,7 @@ mod tests {
     /// Normally distributed colours, `mean + mix · z`.
     fn cloud(mean: [f32; 3], mix: [[f32; 3]; 3], count: usize, seed: u64) -> Vec<[f32; 3]> {
         let mut rng = fastrand::Rng::with_seed(seed);
-        // The sum of twelve has variance 1, and is normal enough.
+        // The sum of twelve uniform numbers has variance 1 and is nearly normal.
         let mut normal = || (0..12).map(|_| rng.f32()).sum::<f32>() - 6.0;
         let colors = std::iter::repeat_with(|| {
             let z: [f32; 3] = std::array::from_fn(|_| normal());
@@ -256,7 +271,7 @@ mod tests {
         colors.take(count).collect()
     }
 
-    /// Without trimming.
+    /// Mean and covariance without trimming.
     fn plain(colors: &[[f32; 3]]) -> (Vector3<f64>, Matrix3<f64>) {
         moments(colors.iter().map(|rgb| (Vector3::from(rgb.map(f64::from)), 1.0)))
     }
@@ -265,7 +280,7 @@ mod tests {
         colors.iter().map(|&rgb| map.apply(rgb)).collect()
     }
 
-    /// The largest difference from a matrix with some diagonal.
+    /// The largest absolute difference from a diagonal matrix.
     fn off(matrix: [[f32; 3]; 3], diagonal: [f32; 3]) -> f32 {
         let entries = (0..9).map(|k| {
             let (row, column) = (k / 3, k % 3);
@@ -286,10 +301,10 @@ mod tests {
             let map = ColorMatch::new(&source, &base).unwrap();
             let (mean, covariance) = plain(&mapped(&map, &source));
             let (wanted_mean, wanted) = plain(&base);
-            // The mean of 20,000 colours that are spread over 0.1 is known to 0.0007, on both sides, and
-            // trimmed means stray a little more.
+            // The mean of 20,000 colours with a deviation of 0.1 is accurate to 0.0007 on either
+            // side; trimmed means vary a little more.
             assert!((mean - wanted_mean).amax() < 0.002, "{mean} {wanted_mean}");
-            // Covariances to 1 %, on both sides, trimmed ones less.
+            // Covariances are accurate to 1 % on either side, trimmed ones less so.
             assert!((covariance - wanted).norm() < 0.05 * wanted.norm(), "{covariance} {wanted}");
             let (_, before) = plain(&source);
             assert!((before - wanted).norm() > 0.2 * wanted.norm(), "the test must see a change");
@@ -309,7 +324,7 @@ mod tests {
         }
     }
 
-    /// Grids of three by three by three points: covariances are two thirds of the squares of half their
+    /// Grids of 3 × 3 × 3 points, whose covariance is diagonal: two thirds of the squared half
     /// sides.
     #[test]
     fn agrees_with_hand_computed_gains() {
@@ -324,18 +339,18 @@ mod tests {
         let source = grid([0.5, 0.4, 0.3], [0.10; 3]);
         let base = grid([0.6, 0.4, 0.2], [0.15, 0.08, 0.10]);
         let map = ColorMatch::new(&source, &base).unwrap();
-        // Noise of 1/255 beside 0.08 takes 0.4 % off what differs from 1.
+        // Noise of 1/255 against 0.08 takes 0.4 % off a gain's difference from 1.
         assert!(off(map.matrix(), [1.5, 0.8, 1.0]) < 0.003, "{map:?}");
         let result = map.apply([0.5, 0.4, 0.3]);
         for (value, wanted) in result.into_iter().zip([0.6, 0.4, 0.2]) {
             assert!((value - wanted).abs() < 1e-5, "{result:?}");
         }
-        // Twenty times and a twentieth.
+        // Gains of 20 and 1/20 are clamped.
         let wide = ColorMatch::new(&source, &grid([0.5; 3], [2.0, 0.005, 0.1])).unwrap();
         assert!(off(wide.matrix(), [2.0, 0.5, 1.0]) < 0.005, "{wide:?}");
     }
 
-    /// Stretched along three axes at right angles, never turned.
+    /// Colours are scaled along three orthogonal axes, never rotated.
     #[test]
     fn the_matrix_is_symmetric_and_bounded() {
         for seed in 0..20 {
@@ -364,7 +379,7 @@ mod tests {
         let map = ColorMatch::new(&flat, &other).unwrap();
         let shift = map.offset();
         assert!((shift[0] - 0.05).abs() < 1e-6 && (shift[1] + 0.05).abs() < 1e-6, "{shift:?}");
-        // A spread of one level is half believed.
+        // A standard deviation of one level gives a trust of one half.
         let mut nearly = other.clone();
         nearly.iter_mut().step_by(2).for_each(|rgb| *rgb = rgb.map(|value| value + 2.0 / 255.0));
         let map = ColorMatch::new(&rich, &nearly).unwrap();
@@ -379,23 +394,23 @@ mod tests {
     }
 
     #[test]
-    fn strays_hardly_count() {
+    fn outliers_hardly_matter() {
         let source = cloud([0.7, 0.5, 0.42], WARM, 2000, 5);
         let base = cloud([0.45, 0.38, 0.36], COOL, 2000, 6);
         let clean = ColorMatch::new(&source, &base).unwrap();
         let mut dirty = source.clone();
-        // 8 % of hair and cloth.
+        // Add 8 % hair and cloth.
         dirty.extend(vec![[0.05, 0.04, 0.04]; 100]);
         dirty.extend(vec![[0.1, 0.9, 0.2]; 74]);
         let map = ColorMatch::new(&dirty, &base).unwrap();
         let (a, b) = (clean.apply([0.7, 0.5, 0.42]), map.apply([0.7, 0.5, 0.42]));
         let change = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
-        // Untrimmed, the mean would move by 13 levels of red.
+        // Untrimmed, the mean would move by 13 levels in red.
         assert!(change < 1.5 / 255.0, "{a:?} {b:?}");
     }
 
     #[test]
-    fn what_is_not_finite_is_passed_over() {
+    fn non_finite_samples_are_skipped() {
         let source = cloud([0.7, 0.5, 0.42], WARM, 100, 5);
         let base = cloud([0.45, 0.38, 0.36], COOL, 100, 6);
         let map = ColorMatch::new(&source, &base);
@@ -407,7 +422,7 @@ mod tests {
         assert_eq!(nothing, Err(ColorMatchError::NoSamples { side: "base", given: 3 }));
         let nothing = ColorMatch::new(&[], &base);
         assert_eq!(nothing, Err(ColorMatchError::NoSamples { side: "source", given: 0 }));
-        // Absurd values give absurd maps, but they end.
+        // Absurd values give absurd transforms, but the solver terminates.
         let mut huge = base.clone();
         huge.extend([[f32::MAX; 3], [f32::MIN, 0.0, f32::MAX]].repeat(100));
         assert!(ColorMatch::new(&huge, &base).is_ok());

@@ -1,4 +1,4 @@
-//! A mesh as a surface: which triangles meet at which points, whatever its layout cuts apart.
+//! A mesh as a welded surface: points and their adjacent triangles, ignoring UV seams.
 
 use std::collections::HashMap;
 
@@ -6,20 +6,22 @@ use glam::{DVec3, Vec3};
 
 use crate::mesh::Mesh;
 
-/// The triangles of a mesh over points. Vertices at the same position that lie on open edges are one
-/// point: exporters that split vertices along UV seams do not cut the surface, and sheets that lie on each
-/// other stay two.
+/// The triangles of a mesh over welded points. Vertices on open edges are merged if they
+/// share a position, so vertices that an exporter split along UV seams don't cut the surface.
+/// Interior vertices are never merged, so coincident sheets stay separate.
 #[derive(Debug, Clone)]
 pub(crate) struct Surface {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// `points + 1` offsets into `around`.
     starts: Vec<u32>,
-    /// The triangles at each point.
+    /// The triangles at each point, point by point.
     around: Vec<u32>,
 }
 
 impl Surface {
+    /// Welds vertices on open edges by the bits of their positions, and indexes the triangles
+    /// by point.
     pub fn new(mesh: &Mesh) -> Self {
         let is_open = on_open_edges(mesh);
         let mut known = HashMap::new();
@@ -36,7 +38,7 @@ impl Surface {
                 if !is_open {
                     return push(position);
                 }
-                // Adding 0.0 makes one zero of the two.
+                // Adding 0.0 turns -0.0 into 0.0.
                 let key = position.map(|value| (value + 0.0).to_bits());
                 *known.entry(key).or_insert_with(|| push(position))
             })
@@ -64,12 +66,12 @@ impl Surface {
         Self { positions, triangles, starts, around }
     }
 
-    /// Where the points are.
+    /// The points' positions.
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
-    /// The points of each triangle, corner by corner.
+    /// The points at each triangle's corners.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -80,12 +82,12 @@ impl Surface {
         &self.around[self.starts[point] as usize..self.starts[point + 1] as usize]
     }
 
-    /// Where the corners of a triangle are.
+    /// The positions of a triangle's corners.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|point| self.positions[point as usize])
     }
 
-    /// The distance between two points through space.
+    /// The Euclidean distance between two points.
     pub fn length(&self, a: u32, b: u32) -> f64 {
         self.positions[b as usize].distance(self.positions[a as usize])
     }
@@ -96,14 +98,14 @@ impl Surface {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// The mean length of the triangles' sides.
+    /// The mean side length over all triangles; shared edges count once for each triangle.
     pub fn mean_edge(&self) -> f64 {
         let sides = self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         sides.map(|(a, b)| self.length(a, b)).sum::<f64>() / (3 * self.triangles.len()) as f64
     }
 }
 
-/// For each vertex, whether it is on an edge that has one triangle.
+/// For each vertex, whether it is an end of an open edge, one with a single triangle.
 fn on_open_edges(mesh: &Mesh) -> Vec<bool> {
     let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
     let mut edges: Vec<(u32, u32)> = sides.map(|(a, b)| (a.min(b), a.max(b))).collect();
@@ -121,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vertices_at_one_place_are_one_point() {
+    fn split_vertices_are_merged() {
         let positions =
             vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, -0.0, 0.0], [1.0, 1.0, 0.0]];
         let uv = vec![[0.0; 2]; 5];
@@ -136,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn sheets_on_one_place_stay_two() {
+    fn coincident_sheets_stay_separate() {
         // A tetrahedron twice: no edge is open.
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let positions = [corners, corners].concat();

@@ -1,22 +1,22 @@
-//! Tangent frames: what the three channels of a normal map are measured along.
+//! Tangent frames: the axes that the three channels of a normal map refer to.
 //!
-//! Based on Mikkelsen, "Simulation of Wrinkled Surfaces Revisited" (2008), known as MikkTSpace, by
-//! the crate `bevy_mikktspace`. It is what Blender, Substance, Marmoset, xNormal, Unity and Unreal
-//! bake and draw with, and what glTF 2.0 asks for where a file has no tangents of its own.
+//! Based on Mikkelsen, "Simulation of Wrinkled Surfaces Revisited" (2008), known as MikkTSpace, in
+//! the implementation of the crate `bevy_mikktspace`. Blender, Substance, Marmoset, xNormal, Unity
+//! and Unreal bake and render with it, and glTF 2.0 requires it for files without tangents.
 //!
-//! Conventions, all of them the common ones:
-//! - `v` grows upwards here, as in OBJ, Blender and OpenGL: MikkTSpace is given `1 − v` of a [`Mesh`].
-//!   The tangent then points along `u`, the bitangent to the top of the image. With `v` downwards
-//!   the tangents would be the same, and all bitangents opposite.
-//! - The bitangent is `sign · cross(normal, tangent)`, sign being 1 where a chart is not mirrored.
-//! - Green is the part along the bitangent ("OpenGL", "+Y"). glTF is that too: it stores `1 − v`
-//!   and the sign of the upright layout (`w`), and says that green is up.
-//!   "DirectX" ("−Y") files have the same frames and green inverted.
-//! - Between corners normal and tangent are interpolated linearly and not normalised; the bitangent
-//!   is made from what comes out. Bakers invert exactly that, so decoding has to do it as well.
+//! Conventions, all of them common:
+//! - `v` grows upwards here, as in OBJ, Blender and OpenGL: MikkTSpace gets `1 − v` of a [`Mesh`].
+//!   The tangent then points along `u`, the bitangent towards the top of the image. With `v`
+//!   downwards the tangents would be the same and all bitangents reversed.
+//! - The bitangent is `sign · cross(normal, tangent)`, with sign 1 where a chart is not mirrored.
+//! - Green is the component along the bitangent ("OpenGL", "+Y"). glTF does the same: it stores
+//!   `1 − v` and the sign of the upright layout (`w`), and specifies green as up. "DirectX" ("−Y")
+//!   files have the same frames with green inverted.
+//! - Between corners, normal and tangent are interpolated linearly and not normalised; the
+//!   bitangent is computed from the result. Bakers invert exactly that, so decoding must do it too.
 //!
-//! Meshes here carry no normals of their own: they are smooth everywhere, weighted by angle
-//! (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998).
+//! A [`Mesh`] has no normals. Vertex normals are smooth everywhere, weighted by angle (Thürmer and
+//! Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998).
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -27,19 +27,19 @@ use glam::{DVec3, Vec3};
 use crate::directions::{direction, perpendicular};
 use crate::mesh::Mesh;
 
-/// MikkTSpace compares the triangles at a vertex each with each, by recursion. Triangles at vertices
-/// with more corners than this get a frame of their own.
-const MOST_CORNERS: u32 = 1024;
+/// MikkTSpace compares the triangles around a vertex pairwise and recursively. Triangles at
+/// vertices with more corners than this get their own frame instead.
+const MAX_CORNERS: u32 = 1024;
 
 /// A tangent frame at the corner of a triangle, in the mesh's space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TangentFrame {
-    /// Smooth vertex normal, of length 1.
+    /// Smooth unit vertex normal.
     pub normal: [f32; 3],
-    /// Along `u`, of length 1 and at right angles to the normal.
+    /// Unit tangent along `u`, perpendicular to the normal.
     pub tangent: [f32; 3],
-    /// The bitangent is `sign · cross(normal, tangent)`: 1 or −1 where a chart is mirrored. The same
-    /// at all corners of a triangle that has area.
+    /// Sign of the bitangent `sign · cross(normal, tangent)`: 1, or −1 where a chart is mirrored.
+    /// The same at all corners of a triangle that has area.
     pub sign: f32,
 }
 
@@ -52,11 +52,11 @@ pub struct TangentFrames {
 impl TangentFrames {
     /// Computes normals and tangents of a mesh.
     ///
-    /// Everything has a frame. A corner whose vertex has no normal, because the triangles around it
-    /// have no area or cancel out, takes its triangle's, else +Z. Where MikkTSpace gives no tangent
-    /// (triangles without area in the layout that no other joins, or more than 1024 corners around
-    /// a vertex), it is the triangle's own direction of `u`, and where that does not exist
-    /// either, any direction at right angles to the normal with the sign 1.
+    /// Every corner gets a frame. If a vertex has no normal, because the triangles around it have
+    /// no area or cancel out, its corners take the normals of their triangles, or else +Z. Where
+    /// MikkTSpace gives no tangent (triangles without UV area that are not connected to others, or
+    /// more than 1024 corners around a vertex), the tangent is the triangle's own direction of `u`;
+    /// if that does not exist either, any direction perpendicular to the normal, with the sign 1.
     pub fn new(mesh: &Mesh) -> Self {
         let welded = Welded::new(mesh);
         let normals = corner_normals(mesh, &welded);
@@ -70,13 +70,14 @@ impl TangentFrames {
         Self { faces }
     }
 
-    /// The same with the normals that a mesh is drawn with.
+    /// As [`TangentFrames::new`], with the normals that the mesh is rendered with.
     ///
-    /// - `normals`: `[vertices]`, of any length; a vertex whose normal has none, or is not finite, keeps its smooth one.
+    /// - `normals`: `[vertices]`, not necessarily normalised. A vertex whose normal is missing,
+    ///   zero or not finite keeps its smooth one.
     pub fn with_normals(mesh: &Mesh, normals: &[[f32; 3]]) -> Self {
         let welded = Welded::new(mesh);
         let smooth = corner_normals(mesh, &welded);
-        let shown = |vertex: u32| direction(wide(*normals.get(vertex as usize)?));
+        let shown = |vertex: u32| direction(dvec3(*normals.get(vertex as usize)?));
         let mut faces: Vec<[TangentFrame; 3]> = (0..mesh.faces().len())
             .map(|face| {
                 let own = own_tangent(mesh, face);
@@ -94,21 +95,21 @@ impl TangentFrames {
     }
 }
 
-/// Vertices at the same place are one, whatever seams of the layout or the file made of them.
+/// Vertices merged by position, whether UV seams or the file format split them.
 struct Welded {
-    /// For each corner of each triangle.
+    /// Welded vertex of each corner of each triangle.
     corners: Vec<[u32; 3]>,
     count: usize,
 }
 
 impl Welded {
     fn new(mesh: &Mesh) -> Self {
-        let mut numbers = Numbers::default();
+        let mut ids = Ids::default();
         let vertices: Vec<u32> =
-            mesh.positions().iter().map(|&position| numbers.number(bits(position))).collect();
+            mesh.positions().iter().map(|&position| ids.id(bits(position))).collect();
         let corners =
             mesh.faces().iter().map(|face| face.map(|vertex| vertices[vertex as usize])).collect();
-        Self { corners, count: numbers.0.len() }
+        Self { corners, count: ids.0.len() }
     }
 
     fn is_collapsed(&self, face: usize) -> bool {
@@ -117,36 +118,39 @@ impl Welded {
     }
 }
 
-/// Numbers in the order of first appearance.
-struct Numbers<K>(HashMap<K, u32>);
+/// Assigns consecutive indices in order of first appearance.
+struct Ids<K>(HashMap<K, u32>);
 
-impl<K> Default for Numbers<K> {
+impl<K> Default for Ids<K> {
     fn default() -> Self {
         Self(HashMap::new())
     }
 }
 
-impl<K: Hash + Eq> Numbers<K> {
-    fn number(&mut self, key: K) -> u32 {
+impl<K: Hash + Eq> Ids<K> {
+    fn id(&mut self, key: K) -> u32 {
         let next = self.0.len() as u32;
         *self.0.entry(key).or_insert(next)
     }
 }
 
-/// Equal for equal numbers; adding 0.0 makes one zero of the two.
+/// Bit patterns that are equal for equal values: adding 0.0 turns −0 into +0.
 fn bits<const N: usize>(values: [f32; N]) -> [u32; N] {
     values.map(|value| (value + 0.0).to_bits())
 }
 
-fn wide(vector: [f32; 3]) -> DVec3 {
+fn dvec3(vector: [f32; 3]) -> DVec3 {
     Vec3::from(vector).as_dvec3()
 }
 
-/// The three positions of a triangle.
+/// The positions of a triangle's corners.
 pub(crate) fn corner_positions(mesh: &Mesh, face: usize) -> [DVec3; 3] {
-    mesh.faces()[face].map(|vertex| wide(mesh.positions()[vertex as usize]))
+    mesh.faces()[face].map(|vertex| dvec3(mesh.positions()[vertex as usize]))
 }
 
+/// Smooth normals of all corners: the sum of the unit normals around a welded vertex, each weighted
+/// by the triangle's angle there, so that the triangulation of flat areas does not matter. Corners
+/// without one take the normal of their triangle, or else +Z.
 fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[DVec3; 3]> {
     let mut sums = vec![DVec3::ZERO; welded.count];
     let mut own = Vec::with_capacity(mesh.faces().len());
@@ -164,7 +168,7 @@ fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[DVec3; 3]> {
     }
     let smooth: Vec<Option<DVec3>> = sums
         .into_iter()
-        // What cancels out leaves rounding.
+        // The remainder of normals that cancel out is rounding error.
         .map(|sum| direction(sum).filter(|_| sum.length_squared() > 1e-12))
         .collect();
     welded
@@ -177,8 +181,8 @@ fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[DVec3; 3]> {
         .collect()
 }
 
-/// In which direction `u` grows on a triangle, and whether its chart is mirrored; `None` if `u` does
-/// not grow in any.
+/// The direction of growing `u` on a triangle, and −1 if its chart is mirrored, else 1; `None` if
+/// `u` is constant or the triangle degenerate.
 fn own_tangent(mesh: &Mesh, face: usize) -> Option<(DVec3, f32)> {
     let corners = corner_positions(mesh, face);
     let [p, q] = [1, 2].map(|k| corners[k] - corners[0]);
@@ -186,7 +190,7 @@ fn own_tangent(mesh: &Mesh, face: usize) -> Option<(DVec3, f32)> {
     let [s, t] = [1, 2].map(|k| [uv[k][0] - uv[0][0], uv[k][1] - uv[0][1]]);
     let area = s[0] * t[1] - s[1] * t[0];
     let sign = if area < 0.0 { -1.0 } else { 1.0 };
-    // The gradient of `u` turned into the position's derivative, but for a positive factor.
+    // `∂p/∂u` of the triangle, up to a positive factor.
     let along: DVec3 = [p * (t[1] * sign), q * (-s[1] * sign)].iter().sum();
     Some((direction(along)?, sign as f32))
 }
@@ -194,7 +198,7 @@ fn own_tangent(mesh: &Mesh, face: usize) -> Option<(DVec3, f32)> {
 fn framed(normal: DVec3, own: Option<(DVec3, f32)>) -> TangentFrame {
     let projected = own.and_then(|(along, sign)| {
         let across = along - normal * along.dot(normal);
-        // Of what runs along the normal rounding is left.
+        // The remainder of a tangent parallel to the normal is rounding error.
         let across = direction(across).filter(|_| across.length_squared() > 1e-12)?;
         Some((across, sign))
     });
@@ -203,16 +207,16 @@ fn framed(normal: DVec3, own: Option<(DVec3, f32)>) -> TangentFrame {
     TangentFrame { normal: single(normal), tangent: single(tangent), sign }
 }
 
-/// A mesh as MikkTSpace reads it, with frames that hold normals already.
+/// Adapter for MikkTSpace; `frames` already hold the normals.
 struct Surface<'a> {
     mesh: &'a Mesh,
-    /// A power of two, so that nothing is lost: brings positions to about 1, whose squares and products
-    /// stay within what 32 bits hold. Tangents do not depend on sizes.
+    /// Scales positions to about 1, so that their squares and products stay within the range of
+    /// `f32`. A power of two, hence exact. Tangents do not depend on scale.
     scale: f32,
     frames: &'a mut [[TangentFrame; 3]],
-    /// The triangles that take part.
+    /// The triangles given to MikkTSpace.
     sound: Vec<u32>,
-    /// The others that take over what their vertices have elsewhere.
+    /// Triangles with coincident vertices, which copy frames from the others.
     collapsed: Vec<u32>,
 }
 
@@ -223,7 +227,7 @@ impl<'a> Surface<'a> {
             uses[vertex as usize] += 1;
         }
         let is_crowded =
-            |face: usize| welded.corners[face].iter().any(|&v| uses[v as usize] > MOST_CORNERS);
+            |face: usize| welded.corners[face].iter().any(|&v| uses[v as usize] > MAX_CORNERS);
         let faces = (0..mesh.faces().len()).filter(|&face| !is_crowded(face));
         // MikkTSpace searches the whole mesh for each corner of a collapsed triangle.
         let (collapsed, sound): (Vec<usize>, Vec<usize>) =
@@ -236,14 +240,14 @@ impl<'a> Surface<'a> {
     }
 
     fn generate(&mut self) {
-        // Its error has no values yet; if it ever fails, frames stay what each triangle has by itself.
+        // The error type has no variants yet. Should it ever fail, triangles keep their own frames.
         if generate_tangents(self).is_ok() {
             self.fill_collapsed();
         }
     }
 
-    /// Corners of collapsed triangles take the frame that the same vertex has at the same coordinate
-    /// in the first triangle that is none, as MikkTSpace has it.
+    /// Corners of collapsed triangles copy the frame of the first other triangle with the same
+    /// position and UV coordinate, as MikkTSpace does.
     fn fill_collapsed(&mut self) {
         if self.collapsed.is_empty() {
             return;
@@ -293,7 +297,7 @@ impl Geometry for Surface<'_> {
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uv = self.mesh.uv_faces()[self.sound[face] as usize][corner];
         let [u, v] = self.mesh.uv()[uv as usize];
-        // Only differences count, and those of `−v` are exact.
+        // Only differences matter, and with `−v` they are exact.
         [u + 0.0, 0.0 - v]
     }
 
@@ -301,8 +305,8 @@ impl Geometry for Surface<'_> {
         let Some(space) = space else { return };
         let tangent = space.tangent();
         let frame = &mut self.frames[self.sound[face] as usize][corner];
-        let [t, n] = [tangent, frame.normal].map(wide);
-        // It leaves zeros where directions cancel out, or what is left of them by rounding.
+        let [t, n] = [tangent, frame.normal].map(dvec3);
+        // Where directions cancel out, MikkTSpace returns zero or rounding error.
         if (t.length_squared() - 1.0).abs() < 1e-3 && t.dot(n).abs() < 1e-3 {
             frame.tangent = tangent;
             frame.sign = if space.is_orientation_preserving() { 1.0 } else { -1.0 };
@@ -331,22 +335,22 @@ mod tests {
         }
     }
 
-    /// The quad lies upright before the viewer, so that its bitangent has to point up in it when
-    /// the image is upright: `v` is 0 at the top.
+    /// The quad stands upright before the viewer, so its bitangent must point up when the image is
+    /// upright: `v` is 0 at the top.
     #[test]
     fn a_quad_by_hand() {
         let (right, front) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
         let upright = quad([[0.1, 0.9], [0.5, 0.9], [0.5, 0.2], [0.1, 0.2]]);
         assert_frames(&upright, front, right, 1.0);
-        // Left and right swapped in the image: `u` grows to the left, up stays up, and the product of
+        // Image flipped horizontally: `u` grows to the left, up stays up, and the cross product of
         // normal and tangent points down.
         let mirrored = quad([[0.5, 0.9], [0.1, 0.9], [0.1, 0.2], [0.5, 0.2]]);
         assert_frames(&mirrored, front, [-1.0, 0.0, 0.0], -1.0);
-        // Upside down by mirroring: the bitangent is down.
+        // Image flipped vertically: the bitangent points down.
         let flipped = quad([[0.1, 0.2], [0.5, 0.2], [0.5, 0.9], [0.1, 0.9]]);
         assert_frames(&flipped, front, right, -1.0);
-        // Turned by a quarter: what is to the right in the image is up in space, and what is up in
-        // the image to the left, or where it is mirrored too, to the right.
+        // Rotated by a quarter turn: right in the image is up in space, and up in the image is
+        // left, or right where it is mirrored too.
         let turned = quad([[0.1, 0.2], [0.1, 0.6], [0.8, 0.6], [0.8, 0.2]]);
         assert_frames(&turned, front, [0.0, 1.0, 0.0], 1.0);
         let turned = quad([[0.1, 0.6], [0.1, 0.2], [0.8, 0.2], [0.8, 0.6]]);
@@ -355,7 +359,7 @@ mod tests {
 
     #[test]
     fn normals_are_weighted_by_angle_over_welded_vertices() {
-        // A corner of a box: three sides, one of them of two triangles, none sharing an index.
+        // A corner of a box: three sides, one of two triangles, with no shared indices.
         let positions: Vec<[f32; 3]> = [
             [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
             [[0, 0, 0], [1, 1, 0], [0, 1, 0]],
@@ -379,10 +383,10 @@ mod tests {
     }
 
     #[test]
-    fn tangents_are_at_right_angles_to_the_normals_that_are_shown() {
+    fn tangents_are_perpendicular_to_given_normals() {
         let uv = vec![[0.1, 0.9], [0.5, 0.9], [0.5, 0.2], [0.1, 0.2]];
         let mesh = Mesh::from_triangles(QUAD.into(), uv, &FACES, &FACES).unwrap();
-        // Leaning to the right by 3 in 5; one has no direction, and one is missing.
+        // Tilted to the right, 3 in 5; one normal is not finite, and one is missing.
         let lean = [0.6, 0.0, 0.8];
         let frames = TangentFrames::with_normals(&mesh, &[lean, lean, [f32::NAN; 3]]);
         let [a, b, c] = frames.faces()[0];
@@ -394,7 +398,7 @@ mod tests {
 
     fn assert_sound(mesh: &Mesh) {
         for frame in TangentFrames::new(mesh).faces().as_flattened() {
-            let [n, t] = [frame.normal, frame.tangent].map(wide);
+            let [n, t] = [frame.normal, frame.tangent].map(dvec3);
             assert!((n.length_squared() - 1.0).abs() < 1e-5, "{frame:?}");
             assert!((t.length_squared() - 1.0).abs() < 1e-3, "{frame:?}");
             assert!(n.dot(t).abs() < 1e-3, "{frame:?}");
@@ -405,7 +409,8 @@ mod tests {
     #[test]
     fn everything_has_a_frame() {
         let mut rng = fastrand::Rng::with_seed(3);
-        // Triangles of few distinct points and coordinates: collapsed, doubled, folded ones.
+        // Triangles of few distinct positions and coordinates: collapsed, duplicate and folded
+        // ones.
         for round in 0..3000 {
             let size = [1.0, 1e-20, 1e-38, 1e-44, 1e19, 1e38][round % 6];
             let (points, steps) = (rng.u32(1..12), rng.u32(1..5));
@@ -433,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fan_of_many_triangles_is_no_trouble() {
+    fn fans_of_many_triangles_are_handled() {
         let count = 200_000;
         let rim = |k: u32| f64::from(k) / f64::from(count) * std::f64::consts::TAU;
         let uv: Vec<[f32; 2]> = std::iter::once([0.0; 2])

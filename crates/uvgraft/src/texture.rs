@@ -1,4 +1,4 @@
-//! Textures: their size, their channels, and their texels in one of three depths.
+//! Textures: their size, channels and texels, in one of three depths.
 
 use std::ops::Range;
 
@@ -25,9 +25,9 @@ impl Size {
         Self::new(side, side)
     }
 
-    /// How many texels there are, `usize::MAX` if it cannot hold their number.
+    /// Number of texels, `usize::MAX` if it overflows.
     pub const fn texels(self) -> usize {
-        // A product beyond what 32 bits can address must not look like a small one.
+        // A product beyond 32-bit addressing must not look like a small one.
         (self.width as usize).saturating_mul(self.height as usize)
     }
 }
@@ -38,30 +38,30 @@ impl std::fmt::Display for Size {
     }
 }
 
-/// The size of a texture and that of what it is carried to.
+/// The size of a texture and of the base that it is carried to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Sizes {
-    /// Of the texture that is carried.
+    /// Size of the texture that is carried.
     pub from: Size,
-    /// Of the base that it is laid over, and of the result.
+    /// Size of the base that it is laid over, and of the result.
     pub to: Size,
 }
 
-/// Which channels a texel has, in this order.
+/// The channels of a texel, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channels {
-    /// One value.
+    /// One grey value.
     Grey,
-    /// One value and its opacity, not premultiplied.
+    /// Grey and alpha, not premultiplied.
     GreyAlpha,
-    /// Three values.
+    /// Red, green and blue.
     Rgb,
-    /// Three values and their opacity, not premultiplied.
+    /// Red, green, blue and alpha, not premultiplied.
     Rgba,
 }
 
 impl Channels {
-    /// How many values a texel has.
+    /// Number of values in a texel.
     pub const fn count(self) -> usize {
         match self {
             Self::Grey => 1,
@@ -71,29 +71,29 @@ impl Channels {
         }
     }
 
-    /// Whether the last value is opacity.
+    /// Whether the last channel is alpha.
     pub const fn has_alpha(self) -> bool {
         matches!(self, Self::GreyAlpha | Self::Rgba)
     }
 
-    /// Whether there are three colour values rather than one.
+    /// Whether there are three colour channels rather than one.
     pub const fn has_color(self) -> bool {
         matches!(self, Self::Rgb | Self::Rgba)
     }
 
-    /// The same colour channels with opacity.
+    /// The same colour channels with alpha.
     #[must_use]
     pub const fn with_alpha(self) -> Self {
         if self.has_color() { Self::Rgba } else { Self::GreyAlpha }
     }
 
-    /// The same colour channels without opacity.
+    /// The same colour channels without alpha.
     #[must_use]
     pub const fn without_alpha(self) -> Self {
         if self.has_color() { Self::Rgb } else { Self::Grey }
     }
 
-    /// The fewest channels that hold all of both.
+    /// The smallest set that contains the channels of both.
     #[must_use]
     pub const fn union(self, other: Self) -> Self {
         let colors = if self.has_color() { self } else { other };
@@ -105,41 +105,41 @@ impl Channels {
     }
 }
 
-/// How a value is stored.
+/// Storage type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Depth {
-    /// `0..=255` stands for `0.0..=1.0`.
+    /// Unsigned 8-bit: `0..=255` stands for `0.0..=1.0`.
     U8,
-    /// `0..=65535` stands for `0.0..=1.0`.
+    /// Unsigned 16-bit: `0..=65535` stands for `0.0..=1.0`.
     U16,
-    /// Any float, 1.0 being white.
+    /// 32-bit float, unbounded; 1.0 is white.
     F32,
 }
 
 /// Row-major texels, channels interleaved, in one of three depths.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Texels {
-    /// 8 bits a value.
+    /// 8 bits per value.
     U8(Vec<u8>),
-    /// 16 bits a value.
+    /// 16 bits per value.
     U16(Vec<u16>),
     /// 32-bit float values.
     F32(Vec<f32>),
 }
 
-/// The values of a texture, as many as they are; from [`Texture::texels_mut`].
+/// Mutable texel values of a texture, from [`Texture::texels_mut`]; their number is fixed.
 #[derive(Debug, PartialEq)]
 pub enum TexelsMut<'t> {
-    /// 8 bits a value.
+    /// 8 bits per value.
     U8(&'t mut [u8]),
-    /// 16 bits a value.
+    /// 16 bits per value.
     U16(&'t mut [u16]),
     /// 32-bit float values.
     F32(&'t mut [f32]),
 }
 
 impl Texels {
-    /// How many values there are.
+    /// Number of values.
     pub const fn len(&self) -> usize {
         match self {
             Self::U8(values) => values.len(),
@@ -148,48 +148,47 @@ impl Texels {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no values.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// One of the three depths as a type: values in `0.0..=1.0` and back.
+/// A depth as a type: converts stored values to and from `0.0..=1.0`.
 ///
-/// Sealed: implemented for `u8`, `u16` and `f32`, and for nothing outside of this crate, because kernels are
-/// made for these.
+/// Sealed: implemented for `u8`, `u16` and `f32` only, because kernels are specialised for these.
 pub trait Value: sealed::Sealed + Copy + Default + Send + Sync + PartialEq + 'static {
-    /// The stored value that stands for 1.0.
+    /// The stored value of 1.0.
     const ONE: Self;
-    /// The number that is stored, as a float: `0.0..=255.0` for 8 bits.
+    /// The stored number as a float: `0.0..=255.0` for 8 bits.
     fn to_level(self) -> f32;
-    /// Stores a number of levels, rounded to the nearest and clamped to the range.
+    /// Stores a number of levels; integers are rounded to nearest and clamped to their range.
     fn from_level(level: f32) -> Self;
-    /// The values as bytes, if they are of 8 bits.
+    /// The values as bytes, if they are 8-bit.
     fn as_bytes(_: &[Self]) -> Option<&[u8]> {
         None
     }
-    /// As [`Value::as_bytes`], to be changed.
+    /// As [`Value::as_bytes`], mutable.
     fn as_bytes_mut(_: &mut [Self]) -> Option<&mut [u8]> {
         None
     }
 
-    /// Values that are 32-bit floats, as such.
+    /// The values as `f32`, mutable, if they are 32-bit floats.
     fn as_floats_mut(_: &mut [Self]) -> Option<&mut [f32]> {
         None
     }
-    /// The same value at this depth: rounds where it must, clamps for integers.
+    /// Converts from `0.0..=1.0`; integers are rounded and clamped.
     fn from_unit(unit: f32) -> Self {
         Self::from_level(unit * Self::ONE.to_level())
     }
-    /// The value with 1.0 for white.
+    /// Converts to `0.0..=1.0`.
     fn to_unit(self) -> f32 {
         self.to_level() / Self::ONE.to_level()
     }
 }
 
 mod sealed {
-    /// What keeps others from implementing [`Value`](super::Value).
+    /// Prevents other crates from implementing [`Value`](super::Value).
     pub trait Sealed {}
 
     impl Sealed for u8 {}
@@ -204,7 +203,7 @@ impl Value for u8 {
         f32::from(self)
     }
     fn from_level(level: f32) -> Self {
-        whole(level + 0.5, Self::ONE.to_level()) as Self
+        truncate(level + 0.5, Self::ONE.to_level()) as Self
     }
     fn as_bytes(values: &[Self]) -> Option<&[u8]> {
         Some(values)
@@ -214,16 +213,17 @@ impl Value for u8 {
     }
 }
 
-/// A number without its fraction, after clamping to `0.0..=most`; NaN becomes 0. Casts do the same,
-/// but one by one, because they care for every input; compilers make vectors of this.
+/// Clamps to `0.0..=max` and truncates; NaN becomes 0. A cast does the same, but compilers do not
+/// vectorise it because of the cases it has to handle; they do vectorise this.
 ///
-/// - `most`: below 2²³.
+/// - `max`: less than 2²³.
 #[inline(always)]
-fn whole(value: f32, most: f32) -> u32 {
-    /// From here on floats have no fraction, and their lowest bits count.
+fn truncate(value: f32, max: f32) -> u32 {
+    /// 2²³: from here on floats have no fraction, and the low bits of their mantissa are the
+    /// integer.
     const NO_FRACTION: f32 = 8_388_608.0;
     let value = if value > 0.0 { value } else { 0.0 };
-    let value = if value < most { value } else { most };
+    let value = if value < max { value } else { max };
     let rounded = value + NO_FRACTION;
     let up = u32::from(rounded - NO_FRACTION > value);
     rounded.to_bits() - NO_FRACTION.to_bits() - up
@@ -235,7 +235,7 @@ impl Value for u16 {
         f32::from(self)
     }
     fn from_level(level: f32) -> Self {
-        whole(level + 0.5, Self::ONE.to_level()) as Self
+        truncate(level + 0.5, Self::ONE.to_level()) as Self
     }
 }
 
@@ -253,46 +253,46 @@ impl Value for f32 {
     }
 }
 
-/// Why texels do not make a texture.
+/// Why a texture could not be made.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextureError {
-    /// Width or height is 0.
+    /// Width or height is zero.
     #[error("a texture must have at least one texel, got {0}")]
     Empty(Size),
-    /// The buffer does not fit the size.
+    /// The length of the buffer does not match the size.
     #[error("a {size} texture with {channels} channels must have {wanted} values, got {found}")]
     Length {
         /// Values in the buffer.
         found: usize,
-        /// Values that the size asks for.
+        /// Values that the size requires.
         wanted: usize,
         /// The size that was given.
         size: Size,
-        /// Values in a texel.
+        /// Channels per texel.
         channels: usize,
     },
-    /// A side is longer than positions in a texture may be.
+    /// A side is too long.
     #[error("a texture must have at most {max} texels a side, got {0}", max = Texture::MAX_SIDE)]
     TooLarge(Size),
-    /// The system does not give the memory.
+    /// Memory could not be allocated.
     #[error("not enough memory for a texture of {0}")]
     Memory(Size),
 }
 
-/// How the values of a texture are stored, and what they mean.
+/// How the values of a texture are stored, and how they are encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TexelFormat {
-    /// Which channels a texel has.
+    /// Channels of a texel.
     pub channels: Channels,
-    /// How a value is stored.
+    /// Storage type of a value.
     pub depth: Depth,
-    /// What the values mean.
+    /// Encoding of the values.
     pub encoding: Encoding,
 }
 
-/// An image that a UV layout refers to. Row 0 is at the top; texel `(i, j)` covers
-/// `[i, i+1) × [j, j+1)` and has its centre at `(i + 0.5, j + 0.5)`.
+/// An image in a UV layout. Row 0 is at the top; texel `(i, j)` covers `[i, i+1) × [j, j+1)` and
+/// has its centre at `(i + 0.5, j + 0.5)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     size: Size,
@@ -302,13 +302,13 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The longest side that is accepted.
+    /// Maximum length of a side.
     pub const MAX_SIDE: u32 = 32_768;
 
-    /// Checks that `texels` holds `size.texels() * channels.count()` values.
+    /// Makes a texture of `size.texels() * channels.count()` values.
     ///
     /// # Errors
-    /// [`TextureError`] for an empty or too large size, or a buffer of another length.
+    /// [`TextureError`] if the size is empty or too large, or if the buffer has another length.
     pub fn new(
         size: Size,
         channels: Channels,
@@ -331,7 +331,7 @@ impl Texture {
         Ok(Self { size, channels, encoding, texels })
     }
 
-    /// A texture of one colour: `unit` holds as many values as `channels`, 1.0 for white.
+    /// A texture of one colour: `unit` has one value for each of `channels`, 1.0 for white.
     ///
     /// # Errors
     /// [`TextureError`] as [`Texture::new`].
@@ -349,7 +349,7 @@ impl Texture {
             values.try_reserve_exact(count).map_err(|_| TextureError::Memory(size))?;
             values.extend_from_slice(&texel[..texel.len().min(count)]);
             while values.len() < count {
-                // Doubling copies whole blocks; a repeating iterator goes value by value.
+                // Doubling copies whole blocks; a repeating iterator would go value by value.
                 values.extend_from_within(..values.len().min(count - values.len()));
             }
             Ok(values)
@@ -370,17 +370,17 @@ impl Texture {
         self.size
     }
 
-    /// Which channels a texel has.
+    /// Channels of a texel.
     pub const fn channels(&self) -> Channels {
         self.channels
     }
 
-    /// What the values mean.
+    /// Encoding of the values.
     pub const fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// How a value is stored.
+    /// Storage type of a value.
     pub const fn depth(&self) -> Depth {
         match self.texels {
             Texels::U8(_) => Depth::U8,
@@ -389,17 +389,17 @@ impl Texture {
         }
     }
 
-    /// How values are stored, and what they mean.
+    /// Channels, depth and encoding.
     pub const fn format(&self) -> TexelFormat {
         TexelFormat { channels: self.channels, depth: self.depth(), encoding: self.encoding }
     }
 
-    /// The values.
+    /// The texel values.
     pub const fn texels(&self) -> &Texels {
         &self.texels
     }
 
-    /// The values, to be changed in place.
+    /// The texel values, mutable.
     pub fn texels_mut(&mut self) -> TexelsMut<'_> {
         match &mut self.texels {
             Texels::U8(values) => TexelsMut::U8(values),
@@ -408,15 +408,15 @@ impl Texture {
         }
     }
 
-    /// The values by themselves.
+    /// Extracts the texel values.
     pub fn into_texels(self) -> Texels {
         self.texels
     }
 
-    /// A copy of some rows.
+    /// A copy of a range of rows.
     ///
     /// # Panics
-    /// If there are no such rows, or none are asked for.
+    /// If the range is empty or beyond the last row.
     #[must_use]
     pub fn rows(&self, rows: Range<u32>) -> Self {
         assert!(rows.start < rows.end && rows.end <= self.size.height, "rows {rows:?}");
@@ -431,10 +431,10 @@ impl Texture {
         Self { size, texels, ..*self }
     }
 
-    /// Replaces all rows by those of another texture from `first_row` on.
+    /// Overwrites all rows with those of another texture, starting at its row `first_row`.
     ///
     /// # Panics
-    /// If the other has another width or format, or too few rows.
+    /// If the other has another width or format, or not enough rows.
     pub fn copy_rows(&mut self, other: &Self, first_row: u32) {
         assert_eq!((self.size.width, self.format()), (other.size.width, other.format()));
         let values = self.size.width as usize * self.channels.count();
@@ -448,14 +448,14 @@ impl Texture {
         }
     }
 
-    /// The same values, said to mean something else.
+    /// Reinterprets the same values in another encoding.
     #[must_use]
     pub const fn with_encoding(mut self, encoding: Encoding) -> Self {
         self.encoding = encoding;
         self
     }
 
-    /// Whether the last channel is 1 in some texels of a row.
+    /// Whether the last channel is 1 in all of the given texels of a row.
     pub(crate) fn is_opaque(&self, row: u32, columns: Range<u32>) -> bool {
         fn is_one<T: Value>(values: &[T], channels: usize) -> bool {
             values.chunks_exact(channels).all(|texel| texel[channels - 1] == T::ONE)
@@ -471,7 +471,7 @@ impl Texture {
         }
     }
 
-    /// The value of one channel of one texel, 1.0 for white. For tests and small loops.
+    /// One channel of one texel, 1.0 for white. For tests and small loops.
     pub fn get(&self, x: u32, y: u32, channel: usize) -> f32 {
         let index =
             (y as usize * self.size.width as usize + x as usize) * self.channels.count() + channel;

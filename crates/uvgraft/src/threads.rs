@@ -1,32 +1,34 @@
-//! Independent pieces of work at once: the one place that decides how this crate, and those that are built
+//! Data parallelism: the one place that decides how this crate, and the crates built
 //! on it, use threads.
 //!
-//! | | pieces | gives |
+//! | | work items | result |
 //! |---|---|---|
-//! | [`map_indices`] | every index below a number | results in the indices' order |
-//! | [`map_indices_with`] | the same, with buffers that are used again | the same |
-//! | [`extend_indices`] | every index below a number | results behind those in a `Vec` |
-//! | [`for_each_chunk`] | consecutive chunks of a slice | nothing: chunks are changed in place |
-//! | [`for_each`] | what an iterator gives, such as chunks of several slices side by side | nothing |
-//! | [`for_each_with`] | the same, with buffers that are used again | nothing |
-//! | [`join`] | two of different kinds | both results |
+//! | [`map_indices`] | every index in `0..count` | results in index order |
+//! | [`map_indices_with`] | the same, with reusable buffers | the same |
+//! | [`extend_indices`] | every index in `0..count` | results appended to a `Vec` |
+//! | [`for_each_chunk`] | consecutive chunks of a slice | none: chunks are modified in place |
+//! | [`for_each`] | items of an iterator, such as zipped chunks of several slices | none |
+//! | [`for_each_with`] | the same, with reusable buffers | none |
+//! | [`join`] | two closures | both results |
 //!
-//! With the feature `threads` (default) pieces run on the caller's rayon pool: the one that the calling
-//! thread belongs to, as inside `rayon::ThreadPool::install`, else rayon's global one. No pool is ever
-//! made here. Without the feature pieces run one after the other, in order, on the calling thread, and no
-//! thread is needed, as on `wasm32-unknown-unknown`.
+//! With the feature `threads` (default), work runs on the caller's rayon pool: the pool that the
+//! calling thread belongs to, as inside `rayon::ThreadPool::install`, or else rayon's global pool.
+//! This module never creates a pool. Without the feature, work items run one after the other, in
+//! order, on the calling thread; no thread support is needed, as on `wasm32-unknown-unknown`.
 //!
-//! Which pieces there are is up to the work, and never follows from the number of threads; nor do results,
-//! as long as each piece's depends on nothing but its own number and data. They are the same to the byte on
-//! one thread, on many, and without the feature.
+//! How work is split depends on the work alone, never on the number of threads. Results do not
+//! depend on it either, provided that each item depends on nothing but its own index and data: they
+//! are identical to the byte on one thread, on many, and without the feature.
 //!
-//! All functions pass on a panic of a piece. With threads, other pieces may still run before that.
+//! All functions propagate a panic of a work item. With threads, other items may still run before
+//! that.
 
 use std::sync::{Mutex, PoisonError};
 
-/// How many threads work at once: as many as the pool has, or 1 without the feature `threads`.
+/// Number of threads that work at once: the size of the pool, or 1 without the feature `threads`.
 ///
-/// For others that make threads of their own, or to bound memory; pieces of work must not follow from it.
+/// For callers that spawn their own threads, or to bound memory. The way work is split
+/// must not depend on it.
 pub fn count() -> usize {
     #[cfg(feature = "threads")]
     {
@@ -36,10 +38,10 @@ pub fn count() -> usize {
     1
 }
 
-/// Runs `work` for every index in `0..count` and gathers the results in order.
+/// Runs `work` for every index in `0..count` and collects the results in index order.
 ///
-/// Neighbouring indices run together where there are more of them than threads, so single vertices are no
-/// less pieces than whole pictures.
+/// Neighbouring indices are batched when there are more of them than threads, so an item may be as
+/// small as a single vertex or as large as a whole image.
 pub fn map_indices<T: Send>(count: usize, work: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     #[cfg(feature = "threads")]
     {
@@ -50,16 +52,16 @@ pub fn map_indices<T: Send>(count: usize, work: impl Fn(usize) -> T + Send + Syn
     (0..count).map(work).collect()
 }
 
-/// As [`map_indices`], with buffers that are kept from one piece of work to the next: as many of them
-/// as there are threads, made when they are first needed. What is in them must not show in results.
+/// As [`map_indices`], with buffers that are reused from one work item to the next. At most one is
+/// created per thread, when it is first needed. Their contents must not affect results.
 ///
-/// A lock is taken twice for each index, so pieces should be larger than single vertices.
+/// A lock is taken twice per index, so items should be larger than single vertices.
 pub fn map_indices_with<S: Send, T: Send>(
     count: usize,
     buffers: impl Fn() -> S + Send + Sync,
     work: impl Fn(&mut S, usize) -> T + Send + Sync,
 ) -> Vec<T> {
-    // Rayon's own `map_init` makes new ones each time that it divides the work.
+    // Rayon's `map_init` creates new buffers each time it splits the work.
     let idle = Mutex::new(Vec::new());
     let locked = || idle.lock().unwrap_or_else(PoisonError::into_inner);
     map_indices(count, |index| {
@@ -71,7 +73,7 @@ pub fn map_indices_with<S: Send, T: Send>(
     })
 }
 
-/// Appends what `work` gives for every index in `0..count`, in order.
+/// Appends the results of `work` for every index in `0..count`, in index order.
 pub fn extend_indices<T: Send>(
     values: &mut Vec<T>,
     count: usize,
@@ -86,7 +88,7 @@ pub fn extend_indices<T: Send>(
     values.extend((0..count).map(work));
 }
 
-/// Runs two pieces of work, at once if there are threads for it.
+/// Runs two closures, in parallel if there are threads for it.
 pub fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
@@ -99,9 +101,9 @@ pub fn join<A: Send, B: Send>(
     (a(), b())
 }
 
-/// Runs `work` on consecutive chunks of `values`, with the number of each. See [`for_each`].
+/// Runs `work` on consecutive chunks of `values`, passing the index of each. See [`for_each`].
 ///
-/// - `chunk`: how many values a chunk has, but for the last, which may have fewer.
+/// - `chunk`: values per chunk; the last chunk may have fewer.
 ///
 /// # Panics
 /// If `chunk` is 0.
@@ -113,10 +115,10 @@ pub fn for_each_chunk<T: Send>(
     for_each(values.chunks_mut(chunk), work);
 }
 
-/// Runs `work` on everything that `pieces` gives, with the number of each.
+/// Runs `work` on every item of `pieces`, passing the index of each.
 ///
-/// Every thread takes the next piece when it is done with one, under a lock: a thousand vertices are worth
-/// that, a single one is not.
+/// Each thread takes the next item under a lock when it has finished one: a chunk of a thousand
+/// vertices is worth that, a single vertex is not.
 ///
 /// ```
 /// let (mut positions, mut normals) = (vec![1.0; 5000], vec![0.5; 5000]);
@@ -133,8 +135,8 @@ pub fn for_each<T>(
     for_each_with(pieces, || (), |(), index, piece| work(index, piece));
 }
 
-/// As [`for_each`], with buffers that are kept from one piece of work to the next, which each thread makes
-/// for itself. What is in them must not show in results.
+/// As [`for_each`], with buffers that are reused from one work item to the next. Each thread
+/// creates its own. Their contents must not affect results.
 pub fn for_each_with<S, T>(
     pieces: impl ExactSizeIterator<Item = T> + Send,
     buffers: impl Fn() -> S + Send + Sync,
@@ -144,28 +146,29 @@ pub fn for_each_with<S, T>(
     {
         let threads = pieces.len().min(count());
         let pieces = Mutex::new(pieces.enumerate());
-        // Called in two places and compiled once: kernels are large.
-        let work_off: &(dyn Fn() + Sync) = &|| {
+        // Type-erased so that a kernel, which is large, is compiled once for both call sites.
+        let drain: &(dyn Fn() + Sync) = &|| {
             let next = || pieces.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let mut own = None;
+            let mut buffer = None;
             while let Some((index, piece)) = next() {
-                work(own.get_or_insert_with(&buffers), index, piece);
+                work(buffer.get_or_insert_with(&buffers), index, piece);
             }
         };
-        // The calling thread works along: it would else wake others and go to sleep, and with as many
-        // threads as processors the system then often lets two of them share one for a while.
+        // The calling thread takes part in the work. Otherwise it would wake another thread and go
+        // to sleep, and with as many threads as processors the system often leaves two of them on
+        // one processor for a while.
         rayon::in_place_scope(|scope| {
             for _ in 1..threads {
-                scope.spawn(|_| work_off());
+                scope.spawn(|_| drain());
             }
-            work_off();
+            drain();
         });
     }
     #[cfg(not(feature = "threads"))]
     {
-        let mut own = None;
+        let mut buffer = None;
         for (index, piece) in pieces.enumerate() {
-            work(own.get_or_insert_with(&buffers), index, piece);
+            work(buffer.get_or_insert_with(&buffers), index, piece);
         }
     }
 }
@@ -175,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_piece_is_worked_on_once_and_known_by_its_number() {
+    fn every_item_runs_once_with_its_index() {
         let (mut a, mut b) = (vec![0; 103], vec![0; 206]);
         for_each(a.chunks_mut(10).zip(b.chunks_mut(20)), |index, (a, b)| {
             a.iter_mut().for_each(|value| *value += index);
@@ -187,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_buffers_are_made_than_there_are_threads() {
+    fn creates_at_most_one_buffer_per_thread() {
         let made = Mutex::new(0);
         let make = || {
             *made.lock().unwrap() += 1;

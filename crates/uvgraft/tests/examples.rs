@@ -1,4 +1,4 @@
-//! The examples do what they say.
+//! Runs the examples and checks their results.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -20,7 +20,7 @@ mod fit;
 #[allow(dead_code, reason = "what the command line does is not called")]
 mod transfer;
 
-/// The image that an example writes.
+/// Runs an example and reads the image it wrote.
 fn written<R>(run: impl Fn(&Path) -> Result<R, Box<dyn Error>>) -> (Texture, R) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("result.png");
@@ -41,7 +41,7 @@ fn bands_write_a_face_on_one_colour() {
     assert_eq!(texture.size(), Size::square(4096));
     let gray = |&at: &u32| texture.get(at % 4096, at / 4096, 0) == 77.0 / 255.0;
     let count = (0..4096 * 4096).step_by(997).filter(gray).count();
-    // Some of it, and not all.
+    // Some of it, but not all.
     assert!((1_000..16_000).contains(&count), "{count}");
 }
 

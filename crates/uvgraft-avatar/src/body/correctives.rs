@@ -1,25 +1,25 @@
-//! Pose correctives: how turned joints change the shape before it is skinned.
+//! Pose correctives: joint rotations deform the shape before it is skinned.
 //!
-//! Each entry of the joints' rotation matrices, less the identity's, is a feature, and each feature
-//! moves every vertex: 486 features and 31,425 coordinates in SMPL-X, 61 MB. Reading them takes
-//! longer than the arithmetic, so vertices are cut into tiles whose rows lie one after the other in
-//! memory, features that are 0 in all frames are not read, and several frames share one reading.
-//! Each coordinate is summed in the features' order whatever is done at once, so the result does
-//! not depend on it.
+//! Each entry of the joints' rotation matrices minus the identity is a feature, and each feature
+//! moves every vertex: 486 features times 31,425 coordinates in SMPL-X, 61 MB. The kernel is
+//! limited by memory bandwidth rather than arithmetic, so vertices are split into tiles whose rows
+//! are contiguous in memory, features that are 0 in all frames are skipped, and several frames
+//! share one pass over the data. Each coordinate is always summed in the order of the features, so
+//! the result depends neither on the tiles nor on the number of frames.
 
 use std::ops::Range;
 
 use glam::{Mat3, Quat};
 use uvgraft::threads;
 
-/// Vertices in a tile: its rows of four features and a block's sums fit the first cache.
+/// Vertices in a tile: its rows of four features and a block's sums fit the L1 cache.
 pub(super) const TILE: usize = 192;
-/// Frames that share a reading.
+/// Frames that share one pass over the data.
 pub(super) const BLOCK: usize = 8;
-/// Features that are added at once, which spares reading and writing the sums.
+/// Features added in one go, which saves loads and stores of the sums.
 const AT_ONCE: usize = 4;
 
-/// Offsets of vertices by features.
+/// Vertex offsets for each feature, tile by tile.
 #[derive(Debug, Clone)]
 pub(super) struct Correctives {
     features: usize,
@@ -28,18 +28,18 @@ pub(super) struct Correctives {
 
 #[derive(Debug, Clone)]
 struct Tile {
-    /// The features that move any of its vertices, rising.
+    /// The features that move any vertex of the tile, ascending.
     features: Vec<u16>,
-    /// A row of coordinates for each of them, vertex by vertex.
+    /// One row of coordinates for each of these features, vertex by vertex.
     rows: Vec<f32>,
     /// Coordinates in a row.
     width: usize,
 }
 
 impl Correctives {
-    /// None at all: nothing that turns changes the shape.
+    /// Correctives that do nothing: rotations don't change the shape.
     ///
-    /// - `vertices`, `features`: how many there would be.
+    /// - `vertices`, `features`: the counts of the model.
     pub(super) fn none(vertices: usize, features: usize) -> Self {
         let tile = |first: usize| {
             let width = TILE.min(vertices - first) * 3;
@@ -48,9 +48,9 @@ impl Correctives {
         Self { features, tiles: (0..vertices).step_by(TILE).map(tile).collect() }
     }
 
-    /// - `offsets`: `[vertices][3][known]`, as model files have them, in metres.
-    /// - `known`: which of the features they are of, rising; all others move nothing.
-    /// - `features`: how many there are in all.
+    /// - `offsets`: `[vertices][3][known]`, as in model files, in metres.
+    /// - `known`: the features that `offsets` covers; all others move nothing.
+    /// - `features`: number of features in all.
     pub(super) fn new(offsets: &[f32], known: Range<usize>, features: usize) -> Self {
         let columns = known.len();
         let tile = |offsets: &[f32]| {
@@ -70,14 +70,14 @@ impl Correctives {
         Self { features, tiles }
     }
 
-    /// Whether anything that turns changes the shape.
+    /// Whether rotations leave the shape unchanged.
     pub(super) fn is_none(&self) -> bool {
         self.tiles.iter().all(|tile| tile.features.is_empty())
     }
 
-    /// How far the vertices of a tile are moved in some frames.
+    /// Corrective offsets of the vertices of a tile in several frames: offset = Σ feature · row.
     ///
-    /// - `features`: those of each frame, from [`features`].
+    /// - `features`: for each frame, the result of [`features`].
     /// - `sums`: `[frames][vertices of the tile * 3]`, overwritten.
     pub(super) fn tile(&self, tile: usize, features: &[Vec<f32>], sums: &mut [f32]) {
         let tile = &self.tiles[tile];
@@ -104,7 +104,7 @@ impl Correctives {
         }
     }
 
-    /// What [`Correctives::tile`] does, for all vertices of one frame, written to be read.
+    /// The specification of [`Correctives::tile`], for all vertices of one frame; never tuned.
     pub(super) fn reference(&self, features: &[f32]) -> Vec<[f32; 3]> {
         assert_eq!(features.len(), self.features, "a value for each feature");
         let mut sums = Vec::new();
@@ -122,7 +122,7 @@ impl Correctives {
     }
 }
 
-/// Adds rows by their features, in their order.
+/// Adds rows times their features to the sums, in the order of the features.
 fn add<const N: usize>(features: [f32; N], rows: [&[f32]; N], sums: &mut [f32]) {
     if features == [0.0; N] {
         return;
@@ -137,12 +137,12 @@ fn add<const N: usize>(features: [f32; N], rows: [&[f32]; N], sums: &mut [f32]) 
     }
 }
 
-/// The features of a pose: each joint's rotation matrix but the root's, row by row, less the
-/// identity.
+/// The features of a pose: the rotation matrix of each joint except the root, row by
+/// row, minus the identity.
 pub(super) fn features(rotations: &[[f32; 4]]) -> Vec<f32> {
     let matrix = |&rotation: &[f32; 4]| {
         let turned = Mat3::from_quat(Quat::from_array(rotation).normalize()) - Mat3::IDENTITY;
-        // Columns of the transposed matrix are rows.
+        // The transposed matrix has the rows as its columns.
         turned.transpose().to_cols_array()
     };
     rotations[1..].iter().flat_map(matrix).collect()
@@ -159,7 +159,7 @@ mod tests {
         let quarter = Quat::from_rotation_z(FRAC_PI_2).to_array();
         let still = Quat::IDENTITY.to_array();
         let found = features(&[quarter, quarter, still]);
-        // A quarter turn about z takes x to y: the matrix is [0 -1 0; 1 0 0; 0 0 1].
+        // A quarter turn about z maps x to y: the matrix is [0 -1 0; 1 0 0; 0 0 1].
         let wanted = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0];
         assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
         assert_eq!(found[9..], [0.0; 9]);
@@ -193,7 +193,7 @@ mod tests {
                 }
             }
         }
-        // Of some features only: as if the others were 0 in the pose.
+        // With a subset of the features: as if the others were 0 in the pose.
         let some = 9..12;
         let columns = |row: &[f32]| row[some.clone()].to_vec();
         let few: Vec<f32> = offsets.chunks(FEATURES).flat_map(columns).collect();
@@ -204,7 +204,7 @@ mod tests {
         let none = Correctives::none(vertices, FEATURES);
         assert!(none.is_none() && !few.is_none());
         assert_eq!(none.reference(&frames[0]), vec![[0.0; 3]; vertices]);
-        // One sum by hand, from the file's order.
+        // One sum by hand, in the order of the file.
         let by_hand: f32 = (0..FEATURES)
             .map(|feature| frames[0][feature] * offsets[(7 * 3 + 2) * FEATURES + feature])
             .sum();

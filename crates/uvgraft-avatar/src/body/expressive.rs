@@ -1,43 +1,44 @@
-//! What the face of a body model can do, as morphs.
+//! Facial expressions of a body model as morph targets.
 
 use super::Shaped;
 use crate::Avatar;
-use crate::face::{self, Face, FaceError, Movement, Shortfall, Solved};
+use crate::face::{self, BlendBasis, Face, FaceError, Solved, UnmetTarget};
 use crate::rig::{Expression, ExpressionPreset as Preset, Morph, Pose, RigError};
 
-/// How far the jaw opens as a morph, in radians: as far as in speech.
+/// Angle of the jaw in the `jaw_open` morph, in radians: as far as in speech.
 const JAW_OPEN: f32 = 0.25;
-/// How far it opens at most: as far as in a yawn.
+/// Widest opening of the jaw, in radians: as far as in a yawn.
 const JAW_WIDEST: f32 = 0.45;
-/// Coefficients of expression are standard deviations: hardly a face is beyond three.
-const MOST_COEFFICIENT: f32 = 3.0;
+/// Limit of expression coefficients, which are in standard deviations: hardly any face
+/// exceeds three.
+const MAX_COEFFICIENT: f32 = 3.0;
 
-/// As many components are morphs of their own where a face cannot be measured.
+/// Number of expression components exported as raw morphs if the face cannot be measured.
 const COMPONENTS: usize = 10;
 
-/// What became of a body's expressions.
+/// The result of adding expressions to a body.
 #[derive(Debug, Clone, Default)]
-pub struct Expressiveness {
-    /// Nothing moves the face.
+pub struct ExpressionReport {
+    /// The model has nothing that moves the face.
     pub has_none: bool,
-    /// What the model cannot do, or not in full.
-    pub shortfalls: Vec<Shortfall>,
-    /// Why expressions could not be solved; then the first components are morphs as they are.
+    /// Expressions that the model cannot make, or only in part.
+    pub shortfalls: Vec<UnmetTarget>,
+    /// Why expressions could not be solved; the first components are raw morphs in that case.
     pub unmeasured: Option<FaceError>,
 }
 
 impl Shaped<'_> {
-    /// Gives an avatar of this body VRM's expressions: solved ones, see [`Shaped::expressions`]; both eyes' blinks as
-    /// `blink`; where eyes look; and `neutral`, which is the face at rest. Models without anything that moves the
-    /// face get none.
+    /// Adds VRM's expressions to an avatar of this body: the solved ones, see
+    /// [`Shaped::expressions`]; `blink` from the blinks of both eyes; the gaze directions; and
+    /// `neutral`, which is the face at rest. Models without anything that moves the face get none.
     ///
     /// # Errors
-    /// As [`Pose::check`].
-    pub fn give_expressions(&self, avatar: &mut Avatar) -> Result<Expressiveness, RigError> {
+    /// See [`Pose::check`].
+    pub fn add_expressions(&self, avatar: &mut Avatar) -> Result<ExpressionReport, RigError> {
         if !self.has_expressions() {
-            return Ok(Expressiveness { has_none: true, ..Expressiveness::default() });
+            return Ok(ExpressionReport { has_none: true, ..ExpressionReport::default() });
         }
-        let mut told = Expressiveness::default();
+        let mut outcome = ExpressionReport::default();
         match Face::find(&avatar.mesh) {
             Ok(face) => {
                 let solved = self.expressions(&face)?;
@@ -46,14 +47,14 @@ impl Shaped<'_> {
                     avatar.expressions.push(Expression::preset(preset, vec![(number, 1.0)]));
                     avatar.morphs.push(morph);
                 }
-                told.shortfalls = solved.shortfalls;
+                outcome.shortfalls = solved.shortfalls;
             }
             Err(error) => {
                 avatar.morphs = self.components(COMPONENTS)?;
                 if let Some(jaw) = avatar.morphs.iter().position(|morph| morph.name == "jaw_open") {
                     avatar.expressions.push(Expression::preset(Preset::Aa, vec![(jaw, 1.0)]));
                 }
-                told.unmeasured = Some(error);
+                outcome.unmeasured = Some(error);
             }
         }
         let number = |preset: Preset| avatar.morphs.iter().position(|m| m.name == preset.name());
@@ -63,44 +64,45 @@ impl Shaped<'_> {
         }
         face::add_gaze(avatar);
         avatar.expressions.push(Expression::preset(Preset::Neutral, Vec::new()));
-        Ok(told)
+        Ok(outcome)
     }
 
-    /// VRM's expressions, each as a mix of all that moves the face: components of expression within three
-    /// standard deviations, and the jaw. What the model cannot do is left out and named.
+    /// VRM's expressions, each a combination of everything that moves the face: the
+    /// expression components within three standard deviations, and the jaw. Expressions
+    /// that the model cannot make are left out and reported.
     ///
-    /// - `face`: found on this shape.
+    /// - `face`: located on this shape.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     ///
     /// # Panics
-    /// If `face` was found on a mesh of more vertices.
+    /// If `face` was located on a mesh with more vertices.
     pub fn expressions(&self, face: &Face) -> Result<Solved, RigError> {
-        let mut movements: Vec<Movement> = (0..self.model.expressions())
-            .map(|component| Movement {
+        let mut movements: Vec<BlendBasis> = (0..self.model.expressions())
+            .map(|component| BlendBasis {
                 offsets: self.model.expression(component).to_vec(),
-                limits: [-MOST_COEFFICIENT, MOST_COEFFICIENT],
+                limits: [-MAX_COEFFICIENT, MAX_COEFFICIENT],
                 is_jaw: false,
             })
             .collect();
         if let Some(offsets) = self.jaw_open(JAW_OPEN)? {
             let limits = [0.0, JAW_WIDEST / JAW_OPEN];
-            movements.push(Movement { offsets, limits, is_jaw: true });
+            movements.push(BlendBasis { offsets, limits, is_jaw: true });
         }
         Ok(face::solve(face, &self.positions, &movements))
     }
 
-    /// Whether anything moves the face.
+    /// Whether the model has anything that moves the face.
     pub fn has_expressions(&self) -> bool {
         self.model.expressions() > 0 || self.model.kind.jaw().is_some()
     }
 
-    /// The first components of expression as they are, `expression_00` and so on, with a coefficient of 1
-    /// where the weight is 1; and `jaw_open` where there is a jaw, correctives included.
+    /// The first raw expression components, named `expression_00` and so on, where a weight of 1 is
+    /// a coefficient of 1; and `jaw_open` if there is a jaw, with pose correctives.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn components(&self, count: usize) -> Result<Vec<Morph>, RigError> {
         let mut morphs: Vec<Morph> = (0..count.min(self.model.expressions()))
             .map(|component| {
@@ -112,7 +114,7 @@ impl Shaped<'_> {
         Ok(morphs)
     }
 
-    /// Where vertices go when the jaw opens by an angle.
+    /// Vertex offsets when the jaw opens by an angle.
     fn jaw_open(&self, angle: f32) -> Result<Option<Vec<[f32; 3]>>, RigError> {
         let Some(jaw) = self.model.kind.jaw() else { return Ok(None) };
         let mut turns = vec![[0.0; 3]; self.skeleton.joints().len()];

@@ -1,4 +1,4 @@
-//! Reads the arrays of a model and checks their shapes and values.
+//! Reads the arrays of a model and validates their shapes and values.
 
 use std::borrow::Cow;
 
@@ -6,24 +6,24 @@ use uvgraft_io::arrays::{NamedArrays, NumericArray};
 
 use super::BodyError;
 
-/// How long an axis must be.
+/// The length that an axis must have.
 #[derive(Clone, Copy)]
 pub(super) enum Axis {
     Is(usize),
-    /// At least one.
+    /// At least one; the name stands for the length in messages.
     Any(&'static str),
 }
 
-/// Arrays by their keys.
+/// Typed access to arrays by key.
 pub(super) struct Fields<'a>(pub &'a NamedArrays);
 
 impl<'a> Fields<'a> {
-    /// Whether it is there as an array or unreadable, rather than missing or skipped.
+    /// Whether the key exists, as an array or unreadable, rather than being missing or skipped.
     pub(super) fn has(&self, key: &str) -> bool {
         self.0.get(key).is_some() || self.0.left_out(key).is_some() || self.0.text(key).is_some()
     }
 
-    /// The array, with as many axes as wanted and each as long.
+    /// The array, checked against the required number and lengths of axes.
     fn shaped(&self, key: &'static str, wanted: &[Axis]) -> Result<&'a NumericArray, BodyError> {
         let array = self.0.require(key)?;
         let shape = array.shape();
@@ -42,7 +42,7 @@ impl<'a> Fields<'a> {
         Err(BodyError::Shape { key, found: shape.to_vec(), wanted })
     }
 
-    /// Finite numbers, and the shape they are in.
+    /// Finite numbers and their shape.
     pub(super) fn floats(
         &self,
         key: &'static str,
@@ -56,13 +56,13 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Points, a row each.
+    /// Points, one in a row.
     pub(super) fn points(&self, key: &'static str) -> Result<Vec<[f32; 3]>, BodyError> {
         let (values, _) = self.floats(key, &[Axis::Any("vertices"), Axis::Is(3)])?;
         Ok(values.as_chunks::<3>().0.to_vec())
     }
 
-    /// Whole numbers, and the shape they are in.
+    /// Integers and their shape.
     pub(super) fn integers(
         &self,
         key: &'static str,
@@ -73,7 +73,7 @@ impl<'a> Fields<'a> {
         Ok((values, array.shape()))
     }
 
-    /// Triangles of vertices.
+    /// Triangles, with vertex indices checked.
     pub(super) fn triangles(
         &self,
         key: &'static str,

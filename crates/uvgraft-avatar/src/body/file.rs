@@ -1,5 +1,5 @@
-//! Body models from files, of which no more is read than is needed: a whole SMPL-X has 400 components of
-//! shape and expression and 486 pose correctives, 110 MB, of which a rig shows a tenth.
+//! Reads body models from files, and no more of them than needed: a whole SMPL-X has 400 components
+//! of shape and expression and 486 pose correctives, 110 MB, of which a rig uses a tenth.
 
 use std::path::Path;
 
@@ -10,32 +10,33 @@ use super::fields::Fields;
 use super::model::{read_correctives, read_kind, split};
 use super::{BodyError, BodyModel, Gender};
 
-/// What of a model is needed.
+/// The parts of a model to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Needs {
-    /// As many components of shape, or all there are.
+pub struct ReadOptions {
+    /// Upper limit of the number of shape components.
     pub betas: usize,
-    /// The correctives of all joints. Otherwise poses have only those of the jaw, which opens mouths.
+    /// Whether to read the correctives of all joints. Otherwise poses only have those
+    /// of the jaw, which opens the mouth.
     pub correctives: bool,
 }
 
-impl Needs {
-    /// Everything.
+impl ReadOptions {
+    /// The whole model.
     pub const ALL: Self = Self { betas: usize::MAX, correctives: true };
 }
 
-/// A body model and what else its file said.
+/// A body model and the other contents of its file.
 #[derive(Debug, Clone)]
 pub struct ModelFile {
     /// The model.
     pub model: BodyModel,
-    /// Its gender, if the file or its name says.
+    /// Its gender, if the file or its name states it.
     pub gender: Option<Gender>,
-    /// Names in the file that nothing here reads.
+    /// Names of arrays in the file that are not used.
     pub unused: Vec<String>,
 }
 
-/// What is read of a file beside `kintree_table`, `shapedirs` and `posedirs`.
+/// The arrays read in full; `kintree_table`, `shapedirs` and `posedirs` are handled separately.
 const WHOLE: [&str; 10] = [
     "v_template",
     "exprdirs",
@@ -53,12 +54,16 @@ const SHAPES: &str = "shapedirs";
 const POSES: &str = "posedirs";
 
 impl ModelFile {
-    /// Reads a model; see [`BodyModel::from_arrays`] for what its file holds, and
-    /// [`uvgraft_io::arrays::parse`] for formats.
+    /// Reads a model; see [`BodyModel::from_arrays`] for the expected arrays, and
+    /// [`uvgraft_io::arrays::parse`] for the file formats.
+    ///
+    /// The file is read in three passes: the joints, which determine the kind and thus
+    /// the columns that are needed; then everything except the correctives; and finally
+    /// these, after the other arrays have been freed.
     ///
     /// # Errors
-    /// [`ReadError`] if the file cannot be read, or for what [`BodyModel::from_arrays`] refuses.
-    pub fn read(path: &Path, needs: &Needs) -> Result<Self, ReadError<BodyError>> {
+    /// [`ReadError`] if the file cannot be read or [`BodyModel::from_arrays`] refuses its contents.
+    pub fn read(path: &Path, needs: &ReadOptions) -> Result<Self, ReadError<BodyError>> {
         let refused = |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
         let mut file = ArrayFile::open(path).map_err(in_body)?;
         let mut apart = false;
@@ -97,7 +102,7 @@ impl ModelFile {
         if let Some(features) = features {
             let all = kind.features();
             let poses = file.read(|name, shape| match shape {
-                // Of another shape it is refused below.
+                // Any other shape is refused below.
                 &[_, _, found] if name == POSES && found == all => {
                     Wanted::Columns(vec![features.clone()])
                 }
@@ -112,11 +117,12 @@ impl ModelFile {
     }
 }
 
-/// The same error of a body model's file.
+/// Converts errors of array files to those of body models.
 fn in_body(error: ReadError<uvgraft_io::arrays::ArraysError>) -> ReadError<BodyError> {
     match error {
         ReadError::Content { path, reason } => {
-            // The file itself is damaged or foreign: that it is no model goes without saying.
+            // The file itself is damaged or in another format; "not a body model" would
+            // add nothing.
             ReadError::Content { path, reason: BodyError::File(reason) }
         }
         ReadError::Io { path, reason } => ReadError::Io { path, reason },
@@ -140,7 +146,8 @@ mod tests {
     use crate::body::{BodyKind, Shape};
     use crate::rig::Pose;
 
-    /// A FLAME of seven vertices with so many components, correctives, and what nobody knows.
+    /// A FLAME model of seven vertices with `components` components, correctives and
+    /// one unknown array.
     fn arrays(components: usize) -> NamedArrays {
         let mut arrays = NamedArrays::new();
         let value = |at: usize| (at * 7919 % 1009) as f32 / 1009.0 - 0.5;
@@ -168,12 +175,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_needed_is_the_same_as_in_the_whole_model() {
+    fn a_partly_read_model_agrees_with_the_whole_one() {
         for components in [12, 400, 437] {
             let arrays = arrays(components);
             let whole = BodyModel::from_arrays(&arrays).unwrap();
             let (_folder, path) = saved(&arrays);
-            let needs = Needs { betas: 4, correctives: false };
+            let needs = ReadOptions { betas: 4, correctives: false };
             let some = ModelFile::read(&path, &needs).unwrap();
             assert_eq!(some.gender, Some(Gender::Female));
             assert_eq!(some.unused, ["dynamic_lmk_bary_coords"]);
@@ -191,22 +198,22 @@ mod tests {
             turns[1] = [0.0, 0.4, 0.0];
             let neck = Pose::from_axis_angles([0.0; 3], &turns);
             assert_ne!(some.posed(&neck).unwrap(), whole.posed(&neck).unwrap());
-            let all = ModelFile::read(&path, &Needs::ALL).unwrap().model;
+            let all = ModelFile::read(&path, &ReadOptions::ALL).unwrap().model;
             assert_eq!(all.shaped(&shape).unwrap().posed(&neck), whole.posed(&neck));
         }
     }
 
     #[test]
-    fn correctives_may_be_missing_and_not_wrong() {
+    fn correctives_may_be_missing_but_not_malformed() {
         let mut without = arrays(12);
         without.take("posedirs");
         assert!(!BodyModel::from_arrays(&without).unwrap().has_correctives());
         let (_folder, path) = saved(&without);
-        assert!(!ModelFile::read(&path, &Needs::ALL).unwrap().model.has_correctives());
+        assert!(!ModelFile::read(&path, &ReadOptions::ALL).unwrap().model.has_correctives());
         let wrong = NumericArray::new_f32(vec![7, 3, 35], vec![0.0; 735]).unwrap();
         without.insert("posedirs", wrong);
         let (_folder, path) = saved(&without);
-        let error = ModelFile::read(&path, &Needs::ALL).unwrap_err().to_string();
+        let error = ModelFile::read(&path, &ReadOptions::ALL).unwrap_err().to_string();
         assert!(error.contains("`posedirs` must have shape [7, 3, 36], got [7, 3, 35]"), "{error}");
     }
 }

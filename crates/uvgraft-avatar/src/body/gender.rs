@@ -1,22 +1,22 @@
-//! Of which gender's people a body model was learnt.
+//! The gender of the population that a body model was trained on.
 
 use std::path::Path;
 
 use uvgraft_io::arrays::NamedArrays;
 
-/// Models of the SMPL family come in three variants, whose shapes mean different people.
+/// Models of the SMPL family come in three variants, each with its own shape space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Gender {
-    /// Of all people.
+    /// Trained on everybody.
     Neutral,
-    /// Of men.
+    /// Trained on men.
     Male,
-    /// Of women.
+    /// Trained on women.
     Female,
 }
 
 impl Gender {
-    /// What files call it.
+    /// Its name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Neutral => "neutral",
@@ -25,7 +25,7 @@ impl Gender {
         }
     }
 
-    /// From a word or its first letter, in any case, also as Python prints its bytes: `b'male'`.
+    /// Parses a word or its first letter, in any case, also as Python prints bytes: `b'male'`.
     pub fn from_text(text: &str) -> Option<Self> {
         let text = text.trim().trim_matches('\0').to_lowercase();
         let inner = text.strip_prefix('b').filter(|inner| inner.starts_with(['\'', '"']));
@@ -37,7 +37,7 @@ impl Gender {
         }
     }
 
-    /// From the entry `gender` of a file: a text, or the codes of its characters.
+    /// From the entry `gender` of a file: a string, or an array of character codes.
     pub fn from_arrays(arrays: &NamedArrays) -> Option<Self> {
         if let Some(text) = arrays.text("gender") {
             return Self::from_text(text);
@@ -48,9 +48,10 @@ impl Gender {
         Self::from_text(&text?)
     }
 
-    /// From the name of a model's file, such as `SMPLX_FEMALE.npz` or `basicModel_m_lbs_10_207_0.pkl`, or
-    /// else of its folder, such as `smplh/male/model.npz`; published models do not say it inside. Nothing
-    /// where the name has none, or several.
+    /// From the name of a model's file, such as `SMPLX_FEMALE.npz` or
+    /// `basicModel_m_lbs_10_207_0.pkl`, or else from the name of its folder, such as
+    /// `smplh/male/model.npz`, because published models don't state the gender inside. `None` if
+    /// the name has no gender, or several.
     pub fn of_file(path: &Path) -> Option<Self> {
         let parent = path.parent().and_then(Path::file_name);
         let named = |name: Option<&std::ffi::OsStr>, letters: bool| {
@@ -74,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_way_in_which_files_say_it() {
+    fn every_notation_in_files() {
         for text in ["male", "MALE", "b'male'", "m", " male\0"] {
             assert_eq!(Gender::from_text(text), Some(Gender::Male), "{text}");
         }

@@ -1,9 +1,9 @@
-//! Poses of hands from a few components, as SMPL-H and SMPL-X have them.
+//! Hand poses from a few principal components, as in SMPL-H and SMPL-X.
 
 use super::fields::{Axis, Fields};
 use super::{BodyError, BodyModel};
 
-/// Which hand; the person's own left is left.
+/// Which hand, from the person's own point of view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "nothing more to say")]
 pub enum Side {
@@ -11,19 +11,19 @@ pub enum Side {
     Right,
 }
 
-/// Rotation vectors of the 15 joints of a hand, one after the other.
+/// Length of the rotation vectors of a hand's 15 joints, concatenated.
 const VALUES: usize = 45;
 
-/// What a model knows about a hand: the turns that most poses are made of, and the mean pose.
+/// The pose space of a hand: principal components of joint rotations, and the mean pose.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Hand {
-    /// `[components][VALUES]`, the first components tell most.
+    /// `[components][VALUES]`, by descending variance.
     components: Vec<f32>,
     mean: Option<[[f32; 3]; 15]>,
 }
 
 impl Hand {
-    /// Nothing where the file has nothing: models are posed by joints then.
+    /// Reads what the file has; without components, hands can only be posed joint by joint.
     pub(super) fn read(
         fields: &Fields<'_>,
         components: &'static str,
@@ -47,18 +47,18 @@ impl BodyModel {
         &self.hands[side as usize]
     }
 
-    /// How many components it has for poses of a hand; 0 where its file had none.
+    /// Number of principal components of a hand's pose; 0 if the file has none.
     pub fn hand_components(&self, side: Side) -> usize {
         self.hand(side).components.len() / VALUES
     }
 
-    /// The mean pose of a hand, a rotation vector for each of its 15 joints, where the file had one.
+    /// The mean pose of a hand as a rotation vector for each of its 15 joints, if the file has one.
     pub fn hand_mean(&self, side: Side) -> Option<[[f32; 3]; 15]> {
         self.hand(side).mean
     }
 
-    /// The rotation vectors of a hand's 15 joints: components times coefficients, without the mean.
-    /// With `k` coefficients it is what `smplx` does with `use_pca` and `num_pca_comps` of `k`.
+    /// The rotation vectors of a hand's 15 joints: coefficients times components, without the mean.
+    /// With `k` coefficients this equals `smplx` with `use_pca` and `num_pca_comps = k`.
     ///
     /// # Errors
     /// [`BodyError::Coefficients`] for more coefficients than the model has components,

@@ -1,11 +1,11 @@
-//! The kinds of body models, their joints, and which bones of a human these are.
+//! The members of the SMPL family, their joints, and the humanoid bones that these stand for.
 
 use crate::rig::HumanBone;
 
 /// A member of the SMPL family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyKind {
-    /// A body; hands end in one joint each.
+    /// A body; each hand is a single joint.
     Smpl,
     /// A body with fingers.
     SmplH,
@@ -15,14 +15,14 @@ pub enum BodyKind {
     Flame,
 }
 
-/// A joint's name, the number of its parent, and its bone.
+/// A joint's name, the index of its parent, and its bone.
 pub(crate) type JointEntry = (&'static str, Option<usize>, Option<HumanBone>);
 
 impl BodyKind {
-    /// All of them.
+    /// All members.
     pub const ALL: [Self; 4] = [Self::Smpl, Self::SmplH, Self::SmplX, Self::Flame];
 
-    /// What people call it.
+    /// Its usual name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Smpl => "SMPL",
@@ -32,7 +32,7 @@ impl BodyKind {
         }
     }
 
-    /// How many joints it has.
+    /// Number of joints.
     pub const fn joint_count(self) -> usize {
         match self {
             Self::Smpl => 24,
@@ -42,7 +42,7 @@ impl BodyKind {
         }
     }
 
-    /// How many vertices it is published with; models of other meshes have other counts.
+    /// Number of vertices of the published model; models of other meshes have other counts.
     pub const fn vertex_count(self) -> usize {
         match self {
             Self::Smpl | Self::SmplH => 6890,
@@ -51,23 +51,23 @@ impl BodyKind {
         }
     }
 
-    /// How many features of a pose its correctives know: nine for each joint but the root.
+    /// Number of pose features of its correctives: nine for each joint except the root.
     pub(crate) const fn features(self) -> usize {
         9 * (self.joint_count() - 1)
     }
 
-    /// Whether the shapes of two kinds mean the same: SMPL-H was made of SMPL's bodies.
+    /// Whether two kinds share a shape space: SMPL-H is built on SMPL's bodies.
     pub fn shares_shapes_with(self, other: Self) -> bool {
         let of_smpl = |kind| matches!(kind, Self::Smpl | Self::SmplH);
         self == other || of_smpl(self) && of_smpl(other)
     }
 
-    /// The kind with so many joints.
+    /// The kind with this number of joints.
     pub fn with_joints(count: usize) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.joint_count() == count)
     }
 
-    /// The first of 15 joints of the left hand, and of the right one.
+    /// Index of the first of the 15 joints of the left hand and of the right hand.
     pub(crate) const fn fingers(self) -> Option<[usize; 2]> {
         match self {
             Self::SmplH => Some([22, 37]),
@@ -76,7 +76,7 @@ impl BodyKind {
         }
     }
 
-    /// The jaw's joint.
+    /// Index of the jaw's joint.
     pub(crate) const fn jaw(self) -> Option<usize> {
         match self {
             Self::SmplX => Some(22),
@@ -85,12 +85,13 @@ impl BodyKind {
         }
     }
 
-    /// Its joints in the order of model files.
+    /// Its joints, in the order of model files.
     ///
     /// # Source
-    /// The names are those of the Python package `smplx` (`joint_names.py`); its FLAME has none, and
-    /// gets those of its pose parameters. SMPL's ends of hands are no bones of VRM's. FLAME's root
-    /// turns about the base of the neck and its `neck` about the base of the skull.
+    /// The names are those of the Python package `smplx` (`joint_names.py`). It has no
+    /// names for FLAME's joints, which are named after its pose parameters here. SMPL's
+    /// hand joints correspond to no VRM bone. FLAME's root rotates about the base of
+    /// the neck and its `neck` about the base of the skull.
     pub(crate) fn joints(self) -> Vec<JointEntry> {
         let mut joints = match self {
             Self::Flame => FLAME.to_vec(),
@@ -119,7 +120,7 @@ impl BodyKind {
 const LEFT_WRIST: usize = 20;
 const RIGHT_WRIST: usize = 21;
 
-/// The joints that all bodies begin with.
+/// The joints that all bodies share, before any others.
 pub(crate) const BODY: [JointEntry; 22] = [
     ("pelvis", None, Some(HumanBone::Hips)),
     ("left_hip", Some(0), Some(HumanBone::LeftUpperLeg)),
@@ -203,7 +204,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_joints_as_the_files_have() {
+    fn joint_counts_match_the_files() {
         for kind in BodyKind::ALL {
             let joints = kind.joints();
             assert_eq!(joints.len(), kind.joint_count(), "{}", kind.name());
@@ -216,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn fingers_and_jaws_are_where_their_numbers_say() {
+    fn finger_and_jaw_indices_match_the_joint_names() {
         let named = |kind: BodyKind, joint: usize| kind.joints()[joint].0;
         for kind in [BodyKind::SmplH, BodyKind::SmplX] {
             let [left, right] = kind.fingers().unwrap();

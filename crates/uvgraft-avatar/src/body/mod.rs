@@ -1,15 +1,15 @@
-//! Body models of the SMPL family: shape, expression and pose, by linear blend skinning with pose
-//! correctives.
+//! Body models of the SMPL family: shape, expression and pose, by linear blend skinning
+//! with pose correctives.
 //!
-//! A [`BodyModel`] is read from arrays that the user has; [`BodyModel::shaped`] is one person,
-//! and [`Shaped::posed`] that person in a pose. [`Shaped::avatar`] makes a rig of it that any viewer
-//! plays.
+//! A [`BodyModel`] is built from arrays that the user supplies; [`BodyModel::shaped`]
+//! is one person, and [`Shaped::posed`] that person in a pose. [`Shaped::avatar`] turns
+//! it into a rig that any viewer plays.
 //!
 //! # Source
-//! Loper et al., "SMPL: A Skinned Multi-Person Linear Model", 2015; Romero et al., "Embodied Hands",
-//! 2017 (SMPL-H); Li et al., "Learning a model of facial shape and expression from 4D scans", 2017
-//! (FLAME); Pavlakos et al., "Expressive Body Capture", 2019 (SMPL-X). Files are read as the Python
-//! package `smplx` reads them, and results agree with its.
+//! Loper et al., "SMPL: A Skinned Multi-Person Linear Model", 2015; Romero et al., "Embodied
+//! Hands", 2017 (SMPL-H); Li et al., "Learning a model of facial shape and expression from 4D
+//! scans", 2017 (FLAME); Pavlakos et al., "Expressive Body Capture", 2019 (SMPL-X). Files are
+//! interpreted as in the Python package `smplx`, and results agree with it.
 
 mod correctives;
 mod expressive;
@@ -23,15 +23,15 @@ mod pose;
 mod rigged;
 mod shaped;
 
-pub use expressive::Expressiveness;
-pub use file::{ModelFile, Needs};
+pub use expressive::ExpressionReport;
+pub use file::{ModelFile, ReadOptions};
 pub use gender::Gender;
 pub use hands::Side;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};
 pub use model::{BodyModel, Shape};
 pub use pose::BodyPose;
-pub use rigged::Apart;
+pub use rigged::Deviation;
 pub use shaped::Shaped;
 
 use uvgraft_io::arrays::ArraysError;
@@ -42,20 +42,20 @@ use crate::rig::RigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BodyError {
-    /// An array that every model of the kind has is not there, or was not read.
+    /// An array that every model of the kind has is missing, or was not read.
     #[error("not a body model: {0}")]
     Arrays(#[from] ArraysError),
-    /// The file is damaged, or of another format.
+    /// The file is damaged, or in another format.
     #[error("{0}")]
     File(ArraysError),
-    /// An array has another shape than the others ask for.
+    /// The shape of an array does not agree with the others.
     #[error("`{key}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Its name.
         key: &'static str,
         /// The lengths of its axes.
         found: Vec<usize>,
-        /// What they must be.
+        /// The required shape.
         wanted: String,
     },
     /// A value is NaN or infinite.
@@ -63,55 +63,55 @@ pub enum BodyError {
     NotFinite {
         /// The array's name.
         key: &'static str,
-        /// Which value, counted from 0 with the last axis running fastest.
+        /// Flat index of the value, with the last axis running fastest.
         at: usize,
-        /// What was found.
+        /// The value.
         found: f32,
     },
-    /// Indices are floats, or larger than 64 bits hold.
+    /// Indices are floats, or don't fit in 64 bits.
     #[error("`{key}` must hold integers")]
     NotIntegers {
         /// The array's name.
         key: &'static str,
     },
-    /// An index names what is not there.
+    /// An index is out of range.
     #[error(
         "`{key}` must hold indices of at least 0 and less than {below}, got {found} at index {at}"
     )]
     Index {
         /// The array's name.
         key: &'static str,
-        /// Which value, counted from 0 with the last axis running fastest.
+        /// Flat index of the value, with the last axis running fastest.
         at: usize,
-        /// The index.
+        /// The value.
         found: i64,
-        /// How many there are to be named.
+        /// Indices must be less than this.
         below: usize,
     },
-    /// No kind of model has so many joints.
+    /// No kind of model has this number of joints.
     #[error(
         "`kintree_table` must have 24 (SMPL), 52 (SMPL-H), 55 (SMPL-X) or 5 (FLAME) joints, got \
          {found}"
     )]
     Joints {
-        /// How many.
+        /// Number of joints.
         found: usize,
     },
-    /// A joint hangs on another one than in models of the kind.
+    /// A joint's parent differs from that in models of the kind.
     #[error(
         "`kintree_table`: the parent of joint {joint} ({name}) of {kind} must be {wanted}, got \
          {found}"
     )]
     Parent {
-        /// The joint's number.
+        /// The joint's index.
         joint: usize,
         /// Its name.
         name: &'static str,
-        /// The kind that has so many joints.
+        /// The kind with this number of joints.
         kind: &'static str,
-        /// The parent's number.
+        /// The parent's index.
         found: i64,
-        /// What it must be.
+        /// The index that it must be.
         wanted: usize,
     },
     /// More vertices or components than any model has.
@@ -119,11 +119,11 @@ pub enum BodyError {
     TooMany {
         /// The array's name.
         key: &'static str,
-        /// Of what.
+        /// `"vertices"`, for example.
         what: &'static str,
-        /// How many.
+        /// Their number.
         found: usize,
-        /// The most that is accepted.
+        /// Upper limit.
         most: usize,
     },
     /// More coefficients than the model has components.
@@ -143,22 +143,22 @@ pub enum BodyError {
     Coefficient {
         /// As in [`BodyError::Coefficients`].
         what: &'static str,
-        /// Which, counted from 0.
+        /// Index of the coefficient.
         at: usize,
-        /// What was found.
+        /// The value.
         found: f32,
     },
-    /// A list has another length than the model asks for.
+    /// The length of a list does not match the model.
     #[error("must have {wanted} {what}, got {found}")]
     Count {
-        /// Of what.
+        /// What the list holds.
         what: &'static str,
-        /// How many there are.
+        /// Its length.
         found: usize,
-        /// How many there must be.
+        /// The required length.
         wanted: usize,
     },
-    /// A mesh with as many vertices but other triangles than the model.
+    /// The mesh has as many vertices as the model but other triangles.
     #[error(
         "the mesh does not match this {kind} model: {only_mesh} of its {mesh} triangles are \
          missing in the model, and {only_model} of the model's {model} triangles are missing in \
@@ -167,16 +167,16 @@ pub enum BodyError {
     Triangles {
         /// The model's kind.
         kind: &'static str,
-        /// Triangles of the mesh that the model has not.
+        /// Triangles of the mesh that are missing in the model.
         only_mesh: usize,
         /// Triangles of the mesh.
         mesh: usize,
-        /// Triangles of the model that the mesh has not.
+        /// Triangles of the model that are missing in the mesh.
         only_model: usize,
         /// Triangles of the model.
         model: usize,
     },
-    /// The parts do not make a rig: weights that are negative, say.
+    /// The parts do not form a valid rig: weights are negative, say.
     #[error("{0}")]
     Rig(#[from] RigError),
 }

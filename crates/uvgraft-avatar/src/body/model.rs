@@ -1,4 +1,4 @@
-//! A body model as its file has it.
+//! A body model, as stored in its file.
 
 use std::ops::Range;
 
@@ -11,15 +11,16 @@ use super::hands::Hand;
 use super::{BodyError, BodyKind, Shaped};
 use crate::rig::{Joint, Skeleton, Skin};
 
-/// The most vertices that are accepted: as many as indices of 24 bits name.
-const MOST_VERTICES: usize = 1 << 24;
-/// Where a model has shape and expression in one array of as many components or more, expression
-/// begins after the first number of them; with fewer, it begins after the second.
+/// Upper limit of the number of vertices: as many as 24-bit indices can address.
+const MAX_VERTICES: usize = 1 << 24;
+/// Where a single array of at least `WHOLE` components holds shape and expression, expression
+/// begins after the first `SHAPES` of them; in smaller arrays, it begins after the first
+/// `FEW_SHAPES`.
 const WHOLE: usize = 400;
 const SHAPES: usize = 300;
 const FEW_SHAPES: usize = 10;
 
-/// A body model: what it looks like for any shape, expression and pose.
+/// A body model: the vertices for any shape, expression and pose.
 #[derive(Debug, Clone)]
 pub struct BodyModel {
     pub(super) kind: BodyKind,
@@ -28,48 +29,49 @@ pub struct BodyModel {
     directions: Directions,
     betas: usize,
     pub(super) correctives: Correctives,
-    /// For each joint the vertices that it lies between, and their parts.
+    /// For each joint, the vertices that determine its position, with their weights.
     regressor: Vec<Vec<(u32, f32)>>,
     pub(super) skin: Skin,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) hands: [Hand; 2],
 }
 
-/// Offsets of all coordinates, a row for each component.
+/// Offsets of all coordinates, one row for each component.
 #[derive(Debug, Clone)]
 struct Directions {
     rows: Vec<f32>,
     width: usize,
 }
 
-/// What a person looks like: coefficients of a model's components, in standard deviations of the
-/// people it was learnt from.
+/// A person's shape and expression: coefficients of a model's components, in standard
+/// deviations of the people it was trained on.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shape {
-    /// Of the body's shape; those that are missing are 0.
+    /// Of the body's shape; missing ones are 0.
     pub betas: Vec<f32>,
-    /// Of the face's expression; those that are missing are 0.
+    /// Of the facial expression; missing ones are 0.
     pub expression: Vec<f32>,
 }
 
 impl BodyModel {
-    /// From the arrays of a model's file.
+    /// Builds a model from the arrays of its file.
     ///
     /// - `v_template` `[V, 3]`, metres, Y up, facing +Z.
-    /// - `shapedirs` `[V, 3, S]`. SMPL-X and FLAME have expression in it too: of 400 components or
-    ///   more the first 300 are shape and the next 100 expression, of fewer the first 10 and the next
-    ///   10, unless there is an array `exprdirs` `[V, 3, E]`.
+    /// - `shapedirs` `[V, 3, S]`. In SMPL-X and FLAME it includes expression unless there is an
+    ///   array `exprdirs` `[V, 3, E]`: of 400 components or more, the first 300 are shape and the
+    ///   next 100 expression; of fewer, the first 10 and the next 10.
     /// - `J_regressor` `[J, V]`, `weights` `[V, J]`, `f` `[F, 3]`.
-    /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints tells the kind.
-    /// - Where there are any, `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
-    ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr` `[45]`.
+    /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints determines the kind.
+    /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
+    ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr`
+    ///   `[45]`.
     ///
-    /// [`ModelFile`](super::ModelFile) reads no more of a file than is needed.
+    /// [`ModelFile`](super::ModelFile) reads only the parts of a file that are needed.
     ///
     /// # Errors
-    /// [`BodyError`] for arrays that are missing or have other shapes, values that are not finite,
-    /// indices out of range, joints that hang on other ones than in models of the kind, or weights
-    /// that are negative or sum to nothing.
+    /// [`BodyError`] for arrays that are missing or have other shapes, values that are
+    /// not finite, indices out of range, joints whose parents differ from those of the
+    /// kind, or weights that are negative or sum to zero.
     pub fn from_arrays(arrays: &NamedArrays) -> Result<Self, BodyError> {
         let fields = Fields(arrays);
         let kind = read_kind(&fields)?;
@@ -78,9 +80,9 @@ impl BodyModel {
         Ok(model)
     }
 
-    /// A model whose poses change nothing but by skinning.
+    /// A model without pose correctives: poses change it by skinning only.
     ///
-    /// - `split`: how many components of shape and of expression are in `shapedirs`, where it is known.
+    /// - `split`: the numbers of shape and expression components in `shapedirs`, if known.
     pub(super) fn without_correctives(
         fields: &Fields<'_>,
         kind: BodyKind,
@@ -88,8 +90,8 @@ impl BodyModel {
     ) -> Result<Self, BodyError> {
         let template = fields.points("v_template")?;
         let vertices = template.len();
-        if vertices > MOST_VERTICES {
-            let (key, what, most) = ("v_template", "vertices", MOST_VERTICES);
+        if vertices > MAX_VERTICES {
+            let (key, what, most) = ("v_template", "vertices", MAX_VERTICES);
             return Err(BodyError::TooMany { key, what, found: vertices, most });
         }
         let joints = kind.joint_count();
@@ -135,12 +137,12 @@ impl BodyModel {
         !self.correctives.is_none()
     }
 
-    /// Which one of the family it is.
+    /// The member of the family.
     pub const fn kind(&self) -> BodyKind {
         self.kind
     }
 
-    /// How many vertices it has.
+    /// Number of vertices.
     pub fn vertices(&self) -> usize {
         self.template.len()
     }
@@ -150,28 +152,28 @@ impl BodyModel {
         &self.triangles
     }
 
-    /// How many components of shape it has.
+    /// Number of shape components.
     pub const fn betas(&self) -> usize {
         self.betas
     }
 
-    /// How many components of expression it has.
+    /// Number of expression components.
     pub fn expressions(&self) -> usize {
         self.directions.count() - self.betas
     }
 
-    /// How vertices follow joints.
+    /// Skinning weights of the vertices.
     pub const fn skin(&self) -> &Skin {
         &self.skin
     }
 
-    /// One person: the template with components of shape and expression added, and joints where the
-    /// vertices say.
+    /// One person: the template plus the weighted components of shape and expression, with the
+    /// joints regressed from the resulting vertices.
     ///
     /// # Errors
     /// [`BodyError::Coefficients`] for more coefficients than there are components,
-    /// [`BodyError::Coefficient`] for one that is not finite, [`BodyError::Rig`] where a shape has no
-    /// size that can be counted.
+    /// [`BodyError::Coefficient`] for one that is not finite, [`BodyError::Rig`] if the
+    /// shape overflows.
     pub fn shaped(&self, shape: &Shape) -> Result<Shaped<'_>, BodyError> {
         self.check_coefficients("betas", &shape.betas, self.betas)?;
         let expressions = self.expressions();
@@ -193,7 +195,7 @@ impl BodyModel {
         Ok(Shaped { model: self, positions, skeleton })
     }
 
-    /// How far a component of expression moves the vertices.
+    /// Vertex offsets of an expression component.
     pub(super) fn expression(&self, component: usize) -> &[[f32; 3]] {
         self.directions.row(self.betas + component).as_chunks::<3>().0
     }
@@ -224,7 +226,7 @@ impl Directions {
         &self.rows[component * self.width..][..self.width]
     }
 
-    /// Adds components by their coefficients, in their order.
+    /// Adds the components times their coefficients, in the given order.
     fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
         const CHUNK: usize = 1536;
         threads::for_each_chunk(coordinates, CHUNK, |chunk, coordinates| {
@@ -238,7 +240,7 @@ impl Directions {
     }
 }
 
-/// A weighted mean of points, or rather a sum: the parts of models sum to 1.
+/// A weighted mean of points; strictly a sum, since the weights of published models sum to 1.
 fn between(parts: &[(u32, f32)], positions: &[[f32; 3]]) -> [f32; 3] {
     let mut sum = [0.0_f64; 3];
     for &(vertex, part) in parts {
@@ -249,7 +251,7 @@ fn between(parts: &[(u32, f32)], positions: &[[f32; 3]]) -> [f32; 3] {
     sum.map(|value| value as f32)
 }
 
-/// The kind that has so many joints, if they hang on each other as its do.
+/// The kind with this number of joints, provided that their parents match.
 pub(super) fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
     let key = "kintree_table";
     let (table, shape) = fields.integers(key, &[Axis::Is(2), Axis::Any("joints")])?;
@@ -266,7 +268,7 @@ pub(super) fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
             });
         }
     }
-    // Files write the root's parent in several ways: as -1, which is 2³² - 1 without a sign, or 0.
+    // Files store the root's parent as -1, as 2³² - 1 (the same without a sign) or as 0.
     for ((joint, (name, parent, _)), &found) in kind.joints().iter().enumerate().zip(parents) {
         if let Some(wanted) = parent.filter(|&wanted| wanted as i64 != found) {
             return Err(BodyError::Parent { joint, name, kind: kind.name(), found, wanted });
@@ -275,9 +277,9 @@ pub(super) fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
     Ok(kind)
 }
 
-/// How poses change the shape, where the file has it.
+/// Reads the pose correctives, if the file has any.
 ///
-/// - `known`: which features the array has, if not all.
+/// - `known`: the features that the array covers, if not all.
 pub(super) fn read_correctives(
     fields: &Fields<'_>,
     model: &BodyModel,
@@ -292,10 +294,9 @@ pub(super) fn read_correctives(
     Ok(Correctives::new(&fields.floats("posedirs", &wanted)?.0, known, features))
 }
 
-/// How many of some components are of shape, and how many of expression; what comes after them is not
-/// used.
+/// Splits the components of an array into shape and expression; the rest is not used.
 ///
-/// - `apart`: expression has an array of its own.
+/// - `apart`: expression has a separate array.
 pub(super) fn split(kind: BodyKind, components: usize, apart: bool) -> [usize; 2] {
     match kind {
         _ if apart => [components, 0],
@@ -308,7 +309,7 @@ pub(super) fn split(kind: BodyKind, components: usize, apart: bool) -> [usize; 2
     }
 }
 
-/// The components, and how many of them are of shape.
+/// Reads the components; also returns how many of them are shape.
 fn read_directions(
     fields: &Fields<'_>,
     kind: BodyKind,
@@ -329,9 +330,9 @@ fn read_directions(
     Ok((Directions { rows, width: vertices * 3 }, betas))
 }
 
-/// The first columns of a table as rows.
+/// The first columns of a table, as rows.
 fn transposed(table: &[f32], columns: usize, kept: usize) -> Vec<f32> {
-    // As many rows of the table are read at once as stay in the cache meanwhile.
+    // Rows of the table in a block: few enough to stay in the cache while each column is gathered.
     const BLOCK: usize = 64;
     let height = table.len() / columns;
     let mut rows = vec![0.0; height * kept];

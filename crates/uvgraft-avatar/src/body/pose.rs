@@ -1,4 +1,4 @@
-//! Poses as body models state them: a rotation vector for each joint.
+//! Poses in the parameters of body models: a rotation vector for each joint.
 
 use super::{BodyError, BodyModel, Side};
 use crate::rig::Pose;
@@ -6,23 +6,23 @@ use crate::rig::Pose;
 /// A pose of a body model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyPose {
-    /// How far the body is moved, in metres.
+    /// Translation of the body, in metres.
     pub translation: [f32; 3],
-    /// For each joint the axis that it turns about, as long as the angle in radians.
+    /// For each joint its rotation vector: the axis times the angle in radians.
     pub turns: Vec<[f32; 3]>,
 }
 
 impl BodyPose {
-    /// The pose at rest.
+    /// The rest pose.
     pub fn rest(model: &BodyModel) -> Self {
         Self { translation: [0.0; 3], turns: vec![[0.0; 3]; model.kind().joint_count()] }
     }
 
-    /// With a hand posed by components, in place of what its joints were turned by; see
+    /// Replaces the rotations of a hand's joints by a combination of components; see
     /// [`BodyModel::hand_turns`].
     ///
     /// # Errors
-    /// As [`BodyModel::hand_turns`].
+    /// See [`BodyModel::hand_turns`].
     pub fn with_hand(
         mut self,
         model: &BodyModel,
@@ -36,11 +36,11 @@ impl BodyPose {
         Ok(self)
     }
 
-    /// With the mean poses of the hands added to what their joints are turned by. `smplx` does so
-    /// unless it is told `flat_hand_mean`; AMASS's poses have it in them already.
+    /// Adds the mean poses of the hands to the rotations of their joints. `smplx` does so unless
+    /// `flat_hand_mean` is set; AMASS poses already include them.
     ///
     /// # Errors
-    /// [`BodyError::Count`] if the pose is not the model's.
+    /// [`BodyError::Count`] if the pose does not have the model's number of joints.
     pub fn with_hand_means(mut self, model: &BodyModel) -> Result<Self, BodyError> {
         for side in [Side::Left, Side::Right] {
             let Some(mean) = model.hand_mean(side) else { continue };
@@ -64,7 +64,7 @@ impl BodyPose {
         })
     }
 
-    /// As a pose of the skeleton.
+    /// Converts it to a pose of the skeleton.
     pub fn to_pose(&self) -> Pose {
         Pose::from_axis_angles(self.translation, &self.turns)
     }

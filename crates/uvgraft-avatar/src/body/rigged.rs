@@ -1,28 +1,28 @@
-//! A body model as an avatar: what stays of it in files that know no pose correctives.
+//! A body model as an avatar, and the deviation due to file formats without pose correctives.
 
 use glam::Vec3;
 use uvgraft::Mesh;
 
 use super::{BodyError, Shaped};
 use crate::Avatar;
-use crate::rig::{Clip, MOST_INFLUENCES, RigError};
+use crate::rig::{Clip, MAX_INFLUENCES, RigError};
 
-/// How far two bodies are from each other.
+/// Distance between corresponding vertices of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Apart {
-    /// The mean over vertices and frames, in millimetres.
+pub struct Deviation {
+    /// Mean over vertices and frames, in millimetres.
     pub mean_mm: f64,
-    /// The vertex and frame that is farthest away, in millimetres.
+    /// Maximum over vertices and frames, in millimetres.
     pub max_mm: f64,
 }
 
 impl Shaped<'_> {
-    /// Rigs a mesh of the same triangles: it takes this shape and keeps its layout. It gets no morphs; see
-    /// [`Shaped::expressions`] and [`Shaped::components`].
+    /// Rigs a mesh with the same triangles: it takes on this shape and keeps its UV layout. It gets
+    /// no morphs; see [`Shaped::expressions`] and [`Shaped::components`].
     ///
     /// # Errors
-    /// [`BodyError::Count`] for another number of vertices, [`BodyError::Triangles`] for triangles that
-    /// only one of the two has; where their corners begin and which way they wind does not matter.
+    /// [`BodyError::Count`] for another number of vertices, [`BodyError::Triangles`] for triangles
+    /// that only one of the two has; their first corner and winding don't matter.
     pub fn avatar(&self, mesh: Mesh) -> Result<Avatar, BodyError> {
         let (found, wanted) = (mesh.positions().len(), self.positions.len());
         if found != wanted {
@@ -60,7 +60,7 @@ impl Shaped<'_> {
         let only_mesh = missing(&of_mesh, &of_model);
         let only_model = missing(&of_model, &of_mesh);
         if only_mesh == 0 && only_model == 0 {
-            // One of them has a triangle twice, which nothing that is drawn shows.
+            // One of them contains a triangle twice, which has no visible effect.
             return Ok(());
         }
         Err(BodyError::Triangles {
@@ -72,19 +72,20 @@ impl Shaped<'_> {
         })
     }
 
-    /// How far an avatar of this body is from the model over a clip, wherever it stands: what files lose
-    /// that know no pose correctives, and that keep four weights a vertex.
+    /// Measures how far an avatar of this body deviates from the model over a clip, after aligning
+    /// their roots at rest: the loss due to files without pose correctives and with four weights a
+    /// vertex.
     ///
     /// # Errors
-    /// [`BodyError::Count`] if the avatar has another number of vertices, [`BodyError::Rig`] for a clip
-    /// of another skeleton.
-    pub fn apart(&self, avatar: &Avatar, clip: &Clip) -> Result<Apart, BodyError> {
+    /// [`BodyError::Count`] if the avatar has another number of vertices, [`BodyError::Rig`] if the
+    /// clip belongs to another skeleton.
+    pub fn deviation(&self, avatar: &Avatar, clip: &Clip) -> Result<Deviation, BodyError> {
         let (found, wanted) = (avatar.mesh.positions().len(), self.positions.len());
         if found != wanted {
             return Err(BodyError::Count { what: "vertices in the avatar", found, wanted });
         }
-        // What the file has, and where the avatar was moved to.
-        let skin = avatar.skin.pruned(MOST_INFLUENCES).0;
+        // The weights as stored in a file, and the avatar's shift from the model.
+        let skin = avatar.skin.pruned(MAX_INFLUENCES).0;
         let roots =
             [&avatar.skeleton, &self.skeleton].map(|rig| Vec3::from(rig.joints()[0].position));
         let moved = roots[0] - roots[1];
@@ -102,6 +103,6 @@ impl Shaped<'_> {
             }
         }
         let count = (clip.poses.len() * wanted).max(1);
-        Ok(Apart { mean_mm: sum / count as f64, max_mm })
+        Ok(Deviation { mean_mm: sum / count as f64, max_mm })
     }
 }

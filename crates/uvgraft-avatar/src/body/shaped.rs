@@ -1,4 +1,4 @@
-//! One person of a body model, and that person in poses.
+//! One person of a body model, at rest and posed.
 
 use glam::{Affine3A, Quat, Vec3, Vec3A};
 use uvgraft::threads;
@@ -8,7 +8,7 @@ use super::correctives::{BLOCK, TILE, features};
 use crate::motion::Soles;
 use crate::rig::{Pose, RigError, Rigid, Skeleton};
 
-/// One person: a model with a shape and an expression.
+/// One person: a model with a given shape and expression.
 #[derive(Debug, Clone)]
 pub struct Shaped<'m> {
     pub(super) model: &'m BodyModel,
@@ -22,43 +22,43 @@ impl Shaped<'_> {
         self.model
     }
 
-    /// Where vertices are at rest, in metres.
+    /// Vertex positions at rest, in metres.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
 
-    /// Where joints are at rest.
+    /// The joints at rest.
     pub const fn skeleton(&self) -> &Skeleton {
         &self.skeleton
     }
 
-    /// Where this person meets the floor; nothing for a head.
+    /// The soles of this person's feet; `None` for a head.
     pub fn soles(&self) -> Option<Soles> {
         Soles::new(&self.positions, &self.model.skin, &self.skeleton)
     }
 
-    /// Where joints come to be in a pose, in metres.
+    /// Joint positions in a pose, in metres.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn joints(&self, pose: &Pose) -> Result<Vec<[f32; 3]>, RigError> {
         let joints = self.skeleton.joints().iter().zip(self.skeleton.motions(pose)?);
         Ok(joints.map(|(joint, motion)| motion.point(joint.position)).collect())
     }
 
-    /// Where vertices come to be in a pose, with its correctives, in metres.
+    /// Vertex positions in a pose, with its correctives, in metres.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn posed(&self, pose: &Pose) -> Result<Vec<[f32; 3]>, RigError> {
         Ok(self.posed_frames(std::slice::from_ref(pose))?.pop().unwrap_or_default())
     }
 
-    /// [`Shaped::posed`] for several poses, with the same values; much faster than one by one, as the
-    /// correctives are read once for each eight poses.
+    /// [`Shaped::posed`] for several poses, with identical results; much faster than one by one,
+    /// because the correctives are read once for every eight poses.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn posed_frames(&self, poses: &[Pose]) -> Result<Vec<Vec<[f32; 3]>>, RigError> {
         let mut frames = Vec::with_capacity(poses.len());
         for poses in poses.chunks(BLOCK) {
@@ -73,7 +73,9 @@ impl Shaped<'_> {
         Ok(frames)
     }
 
-    /// A block of frames: tiles of vertices, each in all of them.
+    /// Poses a block of frames by linear blend skinning: `x' = Σ w_j M_j (x + offset)`, where the
+    /// offset comes from the pose correctives. Threads take tiles of vertices and pose each in all
+    /// frames, so that a tile's correctives are read from memory once.
     fn block(&self, matrices: &[Vec<Affine3A>], features: &[Vec<f32>]) -> Vec<Vec<[f32; 3]>> {
         let vertices = self.positions.len();
         let mut frames = vec![vec![[0.0; 3]; vertices]; features.len()];
@@ -113,10 +115,10 @@ impl Shaped<'_> {
         blended
     }
 
-    /// What [`Shaped::posed`] says, one vertex after the other, written to be read.
+    /// The specification of [`Shaped::posed`]: one vertex after the other; never tuned.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn posed_reference(&self, pose: &Pose) -> Result<Vec<[f32; 3]>, RigError> {
         let motions = self.skeleton.motions(pose)?;
         let offsets = self.model.correctives.reference(&features(&pose.rotations));

@@ -1,4 +1,5 @@
-//! Eyes drawn anew: sclera, iris, limbal ring and pupil, without the lights and lids that captures bake in.
+//! Painted eyes: sclera, iris, limbal ring and pupil, without the baked-in highlights
+//! and lids of captures.
 
 use std::f32::consts::TAU;
 
@@ -10,7 +11,7 @@ use super::gaze::Gaze;
 use super::iris::{Iris, irises, sample, white};
 use super::texels;
 use crate::Avatar;
-use crate::atlas::Place;
+use crate::atlas::ChartRect;
 use crate::paint::noise::noise2;
 use crate::paint::texel::{Color, blend, put, srgb};
 use crate::rig::HumanBone;
@@ -20,24 +21,26 @@ const RIM: Color = [0.62, 0.45, 0.41];
 const VEIN: Color = [0.72, 0.36, 0.33];
 const PUPIL: Color = [0.022, 0.02, 0.02];
 
-/// How light the sclera is that is drawn, and how much less light a dark capture leaves of it.
+/// Luma of the painted sclera, and the lower limit of the factor that darkens it for a
+/// dark capture.
 const WHITE: f32 = 0.79;
 const DARKEST: f32 = 0.6;
 
-/// Where the pupil ends, in irises.
+/// Radius of the pupil, in iris radii.
 const PUPIL_EDGE: f32 = 0.36;
 
-/// Eyes that were drawn.
+/// The result of painting eyes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cleaned {
-    /// What was found of each eye's iris, the left one first.
+pub struct CleanedEyes {
+    /// The iris of each eye, the left one first.
     pub irises: Vec<Iris>,
 }
 
-/// Draws an avatar's eyes over what its texture has there, in the colour that it has there.
+/// Paints an avatar's eyes over its texture, with the iris colour that the texture shows.
 ///
-/// Eyeballs are pieces that follow the joints of the eyes and are round; nothing is drawn where there are none.
-pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
+/// Eyeballs are round connected components that follow the eye joints; without any,
+/// nothing is painted.
+pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
     let mesh = &avatar.mesh;
     let pieces = pieces(mesh);
     let mut eyes = Vec::new();
@@ -53,33 +56,34 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> Cleaned {
         .iter()
         .map(|(gaze, faces)| {
             let mut samples = Vec::new();
-            texels::each(mesh, faces, size, 0, |x, y, place| {
-                samples.push(sample(gaze, place, srgb(texture, x, y)));
+            texels::each(mesh, faces, size, 0, |x, y, point| {
+                samples.push(sample(gaze, point, srgb(texture, x, y)));
             });
             samples
         })
         .collect();
     let irises = irises(&samples);
     let light = white(&samples).map_or(1.0, |seen| (1.15 * seen / WHITE).clamp(DARKEST, 1.0));
-    let gutter = ((Place::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
-    for (number, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
-        texels::each(mesh, faces, size, gutter, |x, y, place| {
-            let (distance, around) = gaze.around(place);
-            let color = color(distance, around, iris.color, number).map(|value| light * value);
+    let gutter = ((ChartRect::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
+    for (seed, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
+        texels::each(mesh, faces, size, gutter, |x, y, point| {
+            let (distance, around) = gaze.around(point);
+            let color = color(distance, around, iris.color, seed).map(|value| light * value);
             put(texture, x, y, color);
         });
     }
-    Cleaned { irises }
+    CleanedEyes { irises }
 }
 
-/// The colour of an eye.
+/// The colour of a point of an eye.
 ///
-/// - `distance`: from the gaze, in irises; `around`: the angle around it, a quarter turn up.
+/// - `distance`: from the gaze axis, in iris radii.
+/// - `around`: the angle around the axis; a quarter turn is up.
 fn color(distance: f32, around: f32, iris: Color, seed: u32) -> Color {
     let white = sclera(distance, around, seed);
     let within = self::iris(distance, around, iris, seed);
     let color = blend(within, white, smoothstep(0.96, 1.06, distance));
-    // The upper lid's shadow, which renderers do not cast on so small a thing.
+    // The shadow of the upper lid, which renderers don't cast on anything so small.
     let shadow = 0.34 * smoothstep(0.1, 1.3, distance * around.sin());
     color.map(|value| value * (1.0 - shadow))
 }
@@ -87,7 +91,7 @@ fn color(distance: f32, around: f32, iris: Color, seed: u32) -> Color {
 fn sclera(distance: f32, around: f32, seed: u32) -> Color {
     let out = smoothstep(1.2, 2.4, distance);
     let base = blend(SCLERA, RIM, 0.55 * out * out);
-    // Veins wander from the corners towards the iris and thin out.
+    // Veins meander from the corners towards the iris and fade out.
     let turns = around / TAU * 17.0 + 0.9 * noise2(distance * 3.0, around * 2.0, 40 + seed);
     let vein = bell((turns - turns.round()) / (0.035 + 0.02 * out), 1.0);
     let patch = noise2(distance * 1.6, around * 1.9, 60 + seed);
@@ -96,7 +100,7 @@ fn sclera(distance: f32, around: f32, seed: u32) -> Color {
 }
 
 fn iris(distance: f32, around: f32, color: Color, seed: u32) -> Color {
-    // Fibres run outwards from the pupil; two waves that meet again after a turn.
+    // Fibres run radially; sampling the noise on circles makes them periodic in the angle.
     let fine = noise2(around.cos() * 14.0 + distance, around.sin() * 14.0, 80 + seed);
     let coarse = noise2(around.cos() * 5.0, around.sin() * 5.0 + distance * 1.5, 90 + seed);
     let fibres = 0.16 * fine + 0.12 * coarse;
@@ -124,7 +128,7 @@ mod tests {
     const GREEN: Color = [0.35, 0.45, 0.3];
 
     #[test]
-    fn an_eye_is_dark_within_coloured_around_and_white_outside() {
+    fn an_eye_has_a_dark_pupil_a_coloured_iris_and_a_white_sclera() {
         for around in [-UP, 0.0, 1.0, PI] {
             let at = |distance| color(distance, around, GREEN, 0);
             assert!(luma(at(0.1)) < 0.05);
@@ -138,9 +142,9 @@ mod tests {
     }
 
     #[test]
-    fn the_figures_eyes_are_drawn_and_nothing_else_changes() {
+    fn only_the_figures_eyes_are_painted() {
         let figure = Figure::new();
-        let parted = super::super::Parted::find(&figure.body).unwrap().unwrap();
+        let parted = super::super::SeparatedEyes::find(&figure.body).unwrap().unwrap();
         let mut avatar = example::avatar();
         avatar.mesh = parted.mesh.clone().with_positions(avatar.mesh.positions().to_vec()).unwrap();
         let size = Size::square(1024);
@@ -149,7 +153,7 @@ mod tests {
         let before = texture.clone();
         let cleaned = clean(&avatar, &mut texture);
         assert_eq!(cleaned.irises.len(), 2);
-        // The painted body's own eyes are blank.
+        // The eyes of the painted body are blank.
         assert!(cleaned.irises.iter().all(|iris| !iris.is_found), "{cleaned:?}");
         let changed = (0..size.texels() as u32)
             .filter(|texel| {
@@ -157,7 +161,7 @@ mod tests {
                 (0..3).any(|channel| before.get(x, y, channel) != texture.get(x, y, channel))
             })
             .count();
-        // Two discs of 82 texels with their gutters, of a million.
+        // Two discs of 82 texels with their gutters, out of a million texels.
         assert!((8_000..17_000).contains(&changed), "{changed}");
     }
 }

@@ -1,4 +1,4 @@
-//! Eyeballs: pieces of a mesh that follow an eye's joint and are about a sphere.
+//! Eyeballs: connected components that follow an eye joint and are nearly spherical.
 
 use std::collections::HashMap;
 
@@ -9,23 +9,24 @@ use uvgraft::disjoint::DisjointSets;
 use crate::Avatar;
 use crate::rig::HumanBone;
 
-/// How far an eyeball's vertices may be from a sphere, in parts of its radius: corneas bulge.
+/// Tolerance of an eyeball's vertices around a sphere, relative to its radius: corneas bulge.
 const ROUNDNESS: f32 = 0.2;
 
-/// A piece of the mesh that is about a sphere.
+/// A nearly spherical connected component of a mesh.
 #[derive(Debug, Clone)]
 pub struct Eyeball {
-    /// Which of [`pieces`].
+    /// Its label in [`pieces`].
     pub piece: u32,
-    /// Its vertices, rising.
+    /// Its vertices, ascending.
     pub vertices: Vec<u32>,
-    /// The middle of the sphere, at rest.
+    /// The centre of the sphere, at rest.
     pub center: Vec3,
     /// The sphere's radius.
     pub radius: f32,
 }
 
-/// For each vertex the piece that it is in: vertices that triangles join, or that are at one place.
+/// For each vertex the label of its connected component; triangles and equal positions
+/// connect vertices.
 pub fn pieces(mesh: &Mesh) -> Vec<u32> {
     let count = mesh.positions().len() as u32;
     let mut sets = DisjointSets::new(count);
@@ -41,7 +42,7 @@ pub fn pieces(mesh: &Mesh) -> Vec<u32> {
     (0..count).map(|vertex| sets.root(vertex)).collect()
 }
 
-/// The eyeballs that follow one of the two eye bones; none where the skeleton lacks it.
+/// The eyeballs that follow one of the two eye bones; empty if the skeleton lacks it.
 pub fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<Eyeball> {
     let Some(joint) = avatar.skeleton.human(bone) else { return Vec::new() };
     let follows = |vertex: usize| {
@@ -60,39 +61,39 @@ pub fn eyeballs(avatar: &Avatar, bone: HumanBone, pieces: &[u32]) -> Vec<Eyeball
         }
         let vertices: Vec<u32> = own().map(|vertex| vertex as u32).collect();
         let positions = avatar.mesh.positions();
-        let places: Vec<Vec3> =
+        let points: Vec<Vec3> =
             vertices.iter().map(|&vertex| positions[vertex as usize].into()).collect();
-        let Some(ball) = sphere(&places).filter(|ball| is_round(&places, *ball)) else { continue };
+        let Some(ball) = sphere(&points).filter(|ball| is_round(&points, *ball)) else { continue };
         let (center, radius) = ball;
         eyeballs.push(Eyeball { piece, vertices, center, radius });
     }
     eyeballs
 }
 
-/// Whether points lie on a sphere, as far as those of eyeballs do.
-pub fn is_round(places: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
-    places.iter().all(|place| (place.distance(center) - radius).abs() < ROUNDNESS * radius)
+/// Whether points lie on a sphere, within the tolerance for eyeballs.
+pub fn is_round(points: &[Vec3], (center, radius): (Vec3, f32)) -> bool {
+    points.iter().all(|point| (point.distance(center) - radius).abs() < ROUNDNESS * radius)
 }
 
-/// The sphere that is nearest to points by least squares: its centre and radius. Eyeballs may be open at
-/// their backs, so the middle of a box would not do.
+/// Fits a sphere to points by least squares; returns its centre and radius. Eyeballs may be open at
+/// the back, so the centre of a bounding box would be wrong.
 ///
 /// With points measured from their mean, |p|² = 2 c·p + constant is linear in the centre c.
-pub fn sphere(places: &[Vec3]) -> Option<(Vec3, f32)> {
-    let count = places.len() as f64;
-    let mean = places.iter().map(|place| place.as_dvec3()).sum::<DVec3>() / count;
+pub fn sphere(points: &[Vec3]) -> Option<(Vec3, f32)> {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|point| point.as_dvec3()).sum::<DVec3>() / count;
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for place in places {
-        let p = place.as_dvec3() - mean;
+    for point in points {
+        let p = point.as_dvec3() - mean;
         matrix += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
         right += p * p.length_squared() / 2.0;
     }
-    // What is flat has no sphere; the scale makes the determinant one of shape.
+    // Flat sets of points have no sphere; dividing by the scale makes the test independent of size.
     let scale = (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z) / 3.0;
     if matrix.determinant() <= 1e-6 * scale.powi(3) {
         return None;
     }
     let center = (mean + matrix.inverse() * right).as_vec3();
-    let radius = places.iter().map(|place| place.distance(center)).sum::<f32>() / count as f32;
+    let radius = points.iter().map(|point| point.distance(center)).sum::<f32>() / count as f32;
     Some((center, radius))
 }

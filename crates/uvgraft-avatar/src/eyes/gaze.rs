@@ -1,37 +1,37 @@
-//! Where an eyeball looks, and how large its iris is, by its cornea.
+//! An eyeball's gaze axis and the size of its iris, from its cornea.
 
 use glam::Vec3;
 use uvgraft::Mesh;
 
 use super::eyeball::Eyeball;
 
-/// How far a cornea bulges at least, in parts of the radius; less is how coarse a sphere is.
+/// Minimum bulge of a cornea, relative to the radius; less is due to the coarseness of a sphere.
 const BULGE: f32 = 0.015;
 
-/// How far eyes of a face at rest may look aside, in degrees.
-const MOST_ASIDE: f32 = 25.0;
+/// Maximum angle between the eyes of a face at rest and straight ahead, in degrees.
+const MAX_ASIDE: f32 = 25.0;
 
-/// The angle between an iris' middle and its edge, seen from the middle of the eyeball, in degrees: 5.9 mm of
-/// 12 mm. What bulges says more only within some degrees of that.
+/// Angle between the iris' centre and its edge, seen from the centre of the eyeball, in degrees:
+/// 5.9 mm at a radius of 12 mm. The extent of the bulge can change it only within this range.
 const IRIS: f32 = 29.0;
 const IRIS_RANGE: [f32; 2] = [24.0, 34.0];
 
-/// An eyeball's axis and iris.
+/// An eyeball's gaze axis and iris.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gaze {
     pub center: Vec3,
-    /// From the middle of the eyeball through that of the iris.
+    /// From the centre of the eyeball through that of the iris.
     pub axis: Vec3,
     /// The angle between the axis and the iris' edge, in radians.
     pub iris: f32,
 }
 
 impl Gaze {
-    /// Bodies at rest face +Z, and so do eyes without a cornea.
+    /// Falls back to +Z, which bodies at rest face, for eyes without a distinct cornea.
     pub fn new(mesh: &Mesh, eyeball: &Eyeball) -> Self {
         let offsets = || {
-            let places = eyeball.vertices.iter().map(|&vertex| mesh.positions()[vertex as usize]);
-            places.map(|place| Vec3::from(place) - eyeball.center)
+            let points = eyeball.vertices.iter().map(|&vertex| mesh.positions()[vertex as usize]);
+            points.map(|point| Vec3::from(point) - eyeball.center)
         };
         let bulge = |offset: &Vec3| offset.length() / eyeball.radius - 1.0;
         let front = || offsets().filter(|offset| offset.z > 0.0);
@@ -43,7 +43,7 @@ impl Gaze {
         let cornea = || front().filter(|offset| bulge(offset) > 0.35 * most);
         let sum: Vec3 = cornea().map(|offset| offset.normalize() * bulge(&offset)).sum();
         let Some(axis) = sum.try_normalize() else { return default };
-        if axis.angle_between(Vec3::Z) > MOST_ASIDE.to_radians() {
+        if axis.angle_between(Vec3::Z) > MAX_ASIDE.to_radians() {
             return default;
         }
         let edge = cornea().map(|offset| offset.angle_between(axis)).fold(0.0, f32::max);
@@ -51,10 +51,10 @@ impl Gaze {
         Self { axis, iris: edge.clamp(least, greatest), ..default }
     }
 
-    /// How far a place is from the axis, in irises, and where around it: 0 to the person's left, a quarter turn
-    /// up.
-    pub fn around(&self, place: Vec3) -> (f32, f32) {
-        let direction = place - self.center;
+    /// Polar coordinates of a point: its angle from the axis in iris radii, and the angle around
+    /// the axis, where 0 is to the person's left and a quarter turn is up.
+    pub fn around(&self, point: Vec3) -> (f32, f32) {
+        let direction = point - self.center;
         let left = Vec3::Y.cross(self.axis).normalize_or(Vec3::X);
         let up = self.axis.cross(left);
         let angle = direction.angle_between(self.axis);

@@ -3,34 +3,35 @@
 use super::gaze::Gaze;
 use crate::paint::texel::{Color, luma};
 
-/// Fewer texels tell no colour.
+/// Minimum number of texels for a colour.
 const FEWEST: usize = 12;
 
-/// How far an iris' colour must be from the white around it, or the capture is too cloudy to tell, and how far two
-/// eyes' colours are apart that differ on purpose: ΔE of CIE 1976, rounded up from what lids' shadows do.
+/// Colour differences (ΔE of CIE 1976): minimum between an iris and the white around it, below
+/// which the capture is too blurred to use, and minimum between two eyes that differ on purpose,
+/// rounded up from the effect of the lids' shadows.
 const CLEAR: f32 = 9.0;
 const DIFFERENT: f32 = 22.0;
 
-/// The commonest colour, for captures that show none.
+/// The most common colour, for captures that show none.
 const BROWN: Color = [0.33, 0.21, 0.13];
 
-/// What was found of an iris.
+/// The iris of an eye.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iris {
     /// Its colour, sRGB, 1.0 for white.
     pub color: [f32; 3],
-    /// Whether the texture shows it; if not, it is brown.
+    /// Whether the texture shows its colour; otherwise it is brown.
     pub is_found: bool,
 }
 
-/// Texels of one eye: distance from the gaze in irises, and colour in sRGB.
+/// Texels of one eye: distance from the gaze axis in iris radii, and colour in sRGB.
 pub(super) type Samples = Vec<(f32, Color)>;
 
-pub(super) fn sample(gaze: &Gaze, place: glam::Vec3, color: Color) -> (f32, Color) {
-    (gaze.around(place).0, color)
+pub(super) fn sample(gaze: &Gaze, point: glam::Vec3, color: Color) -> (f32, Color) {
+    (gaze.around(point).0, color)
 }
 
-/// The irises' colours: one for both eyes unless they clearly differ.
+/// The colours of the irises: one for both eyes unless they clearly differ.
 pub(super) fn irises(eyes: &[Samples]) -> Vec<Iris> {
     let found: Vec<Option<Color>> = eyes.iter().map(color).collect();
     let known: Vec<Color> = found.iter().flatten().copied().collect();
@@ -50,7 +51,9 @@ pub(super) fn irises(eyes: &[Samples]) -> Vec<Iris> {
     }
 }
 
-/// The median of a ring within the iris, without lights, which are bright, and the pupil's edge and lashes.
+/// The median of a ring inside the iris, leaving out the brightest texels, which are
+/// highlights, and the darkest, which are the edge of the pupil and lashes. `None` if
+/// the ring does not contrast with the white.
 fn color(samples: &Samples) -> Option<Color> {
     let ring = |from: f32, to: f32| -> Vec<Color> {
         let within = samples.iter().filter(|(distance, _)| (from..to).contains(distance));
@@ -68,8 +71,9 @@ fn color(samples: &Samples) -> Option<Color> {
     (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
-/// How light the white of eyes is that a texture shows, in sRGB: captures are lit, and what is drawn must not glow
-/// among them. The lighter eye's, without lashes and lids' shadows; `None` where too little is seen.
+/// Luma of the white of the eyes in a texture: captures have lighting baked in, and a painted
+/// sclera must not glow in a dark one. It is the upper quartile of the lighter eye, which leaves
+/// out lashes and the lids' shadows; `None` if too little is visible.
 pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
     let of = |samples: &Samples| {
         let ring = samples.iter().filter(|(distance, _)| (1.15..1.8).contains(distance));
@@ -88,7 +92,7 @@ fn median(colors: &[Color]) -> Color {
     })
 }
 
-/// CIE 1976.
+/// CIE 1976 colour difference.
 fn difference(a: Color, b: Color) -> f32 {
     let [a, b] = [a, b].map(lab);
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
@@ -110,7 +114,7 @@ mod tests {
 
     const WHITE: Color = [0.85, 0.82, 0.8];
 
-    /// A ring of colour around a pupil, with lights on a tenth of it.
+    /// A ring of colour around a pupil, with highlights on a tenth of it.
     fn eye(color: Color) -> Samples {
         let at = |k: usize| {
             let distance = k as f32 / 500.0;
@@ -126,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn the_colour_is_found_beside_pupil_and_lights() {
+    fn the_colour_is_measured_between_pupil_and_highlights() {
         let green = [0.35, 0.45, 0.3];
         let found = irises(&[eye(green), eye(green)]);
         assert!(

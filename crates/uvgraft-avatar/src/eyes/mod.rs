@@ -1,17 +1,18 @@
-//! Eyes: an island of its own for each where both share one, and clean ones drawn in place of captured ones.
+//! Eyes: separate islands where both share one, and painted eyes in place of captured ones.
 //!
-//! Some layouts show both eyes on one disc. A face whose layout has two loses one of them there, and whatever a
-//! capture baked into it, lids' shadows and lights, is seen in both. [`Parted`] gives one of the eyes an island of
-//! its own before a texture is carried over, so that each comes from where it is in the source; [`clean`] draws
-//! sclera, iris and pupil over what was captured.
+//! Some layouts map both eyes to one disc. A texture from a layout with two islands
+//! then loses one of the eyes, and shadows of lids and highlights that a capture baked
+//! into the other one show up in both. [`SeparatedEyes`] gives one of the eyes a separate
+//! island before a texture is transferred, so that each eye comes from its own region
+//! of the source; [`clean`] paints sclera, iris and pupil over the capture.
 
 mod clean;
 pub mod eyeball;
 mod gaze;
 mod iris;
-mod parted;
+mod separate;
 mod texels;
 
-pub use self::clean::{Cleaned, clean};
+pub use self::clean::{CleanedEyes, clean};
 pub use self::iris::Iris;
-pub use self::parted::{Parted, PartedError};
+pub use self::separate::{SeparatedEyes, SeparationError};

@@ -1,33 +1,33 @@
-//! What it costs to move the skin, as quadratic forms of coefficients.
+//! Costs of moving the skin, as quadratic forms of the coefficients.
 
 use glam::Vec3;
 use nalgebra::{DMatrix, DVector};
 use uvgraft::threads;
 
 use super::Face;
-use super::movement::{Movement, local};
+use super::movement::{BlendBasis, local};
 use super::targets::Zone;
 
-/// What a mean square millimetre of movement costs where an expression is, and elsewhere.
+/// Cost of a mean square millimetre of movement inside the expression's zone, and elsewhere.
 const WITHIN: f64 = 0.1;
 const ELSEWHERE: f64 = 20.0;
-/// Costs are means over some vertices of the head, evenly chosen, for more would say no more.
-const MOST_VERTICES: usize = 2500;
+/// Costs are averaged over an even selection of the head's vertices; more would not change them.
+const MAX_VERTICES: usize = 2500;
 
-/// Sums of squared movement in mm², each a mean over vertices.
+/// Sums of squared movement in mm², averaged over the vertices, as matrices.
 pub(super) struct Costs {
-    /// Of all vertices, of their mirror images, and of both: `Dᵀ D`, `Bᵀ B` and `Bᵀ D`, where `D` takes coefficients to
-    /// movements and `B` to mirrored ones.
+    /// Of the movement of all vertices, of the mirrored movement, and mixed: `Dᵀ D`, `Bᵀ B` and
+    /// `Bᵀ D`, where `D` maps coefficients to movements and `B` to mirrored ones.
     pub straight: DMatrix<f64>,
     pub mirrored: DMatrix<f64>,
     pub crossed: DMatrix<f64>,
-    /// Of vertices as far as they are in zones: eyes, mouth, brows, any of these.
+    /// Of all vertices, weighted by zone: eyes, mouth, brows, any of these.
     zones: [DMatrix<f64>; 4],
 }
 
 impl Costs {
-    pub(super) fn new(head: &Head, movements: &[Movement], axes: &[Vec3; 3], mm: f32) -> Self {
-        let along = |vertex: usize, axis: usize, movement: &Movement| {
+    pub(super) fn new(head: &Head, movements: &[BlendBasis], axes: &[Vec3; 3], mm: f32) -> Self {
+        let along = |vertex: usize, axis: usize, movement: &BlendBasis| {
             axes[axis].dot(movement.offsets[head.vertices[vertex] as usize].into()) * mm
         };
         let column = |movement: usize, is_mirrored: bool| -> Vec<f32> {
@@ -55,12 +55,12 @@ impl Costs {
         }
     }
 
-    /// What movement costs for an expression that is somewhere.
+    /// The cost of movement for an expression in a zone: cheap inside it, expensive elsewhere.
     pub(super) fn moving(&self, zone: Zone) -> DMatrix<f64> {
         &self.straight * ELSEWHERE + self.within(zone) * (WITHIN - ELSEWHERE)
     }
 
-    /// The part of movement that is where an expression is.
+    /// The part of the squared movement that lies in a zone.
     const fn within(&self, zone: Zone) -> &DMatrix<f64> {
         match zone {
             Zone::LeftEye | Zone::RightEye => &self.zones[0],
@@ -70,20 +70,20 @@ impl Costs {
         }
     }
 
-    /// How far the skin moves elsewhere: the root of the mean square over the head, in mm.
+    /// Movement of the skin outside the zone: the root mean square over the head, in mm.
     pub(super) fn stray_mm(&self, zone: Zone, coefficients: &[f64]) -> f64 {
         let x = DVector::from_column_slice(coefficients);
         let elsewhere = &self.straight - self.within(zone);
         (elsewhere * &x).dot(&x).max(0.0).sqrt()
     }
 
-    /// The squared difference of movements from their mirror images.
-    pub(super) fn lopsided(&self) -> DMatrix<f64> {
+    /// The squared difference between movements and their mirror images: |D x - B x|².
+    pub(super) fn asymmetry(&self) -> DMatrix<f64> {
         &self.straight + &self.mirrored - &self.crossed - self.crossed.transpose()
     }
 }
 
-/// All products of two tables' columns, a mean over vertices.
+/// All products of the columns of two tables, averaged over the vertices.
 fn products(a: &[Vec<f32>], b: &[Vec<f32>], is_symmetric: bool) -> DMatrix<f64> {
     let vertices = (a.first().map_or(0, Vec::len) / 3).max(1) as f64;
     let row = |at: usize| -> Vec<f64> {
@@ -96,7 +96,7 @@ fn products(a: &[Vec<f32>], b: &[Vec<f32>], is_symmetric: bool) -> DMatrix<f64> 
     })
 }
 
-/// In eight sums, which compilers turn into vectors.
+/// Dot product in eight partial sums, which the compiler vectorises.
 fn dot(a: &[f32], b: &[f32]) -> f64 {
     let (a, rest_a) = a.as_chunks::<8>();
     let (b, rest_b) = b.as_chunks::<8>();
@@ -113,34 +113,34 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 /// The vertices of the head.
 pub(super) struct Head {
     vertices: Vec<u32>,
-    /// In the head's coordinates.
-    places: Vec<Vec3>,
-    /// For each of them the one at its mirror image, by its place in the list.
+    /// In head coordinates.
+    positions: Vec<Vec3>,
+    /// For each of them the vertex closest to its mirror image, as an index into the list.
     mirror: Vec<usize>,
-    /// Those that costs are summed over.
+    /// Those that costs are averaged over.
     kept: Vec<usize>,
     mouth: Vec3,
     eyes: [Vec3; 2],
 }
 
 impl Head {
-    /// - `rest`: where vertices are at rest.
+    /// - `rest`: vertex positions at rest.
     pub(super) fn new(face: &Face, rest: &[[f32; 3]]) -> Self {
         const REACH: f32 = 2.2;
-        let places = rest.iter().map(|&place| Vec3::from(local(face, place.into())));
-        let near = (0..).zip(places).filter(|(_, place)| place.length() < REACH);
-        let (vertices, places): (Vec<u32>, Vec<Vec3>) = near.unzip();
-        let mirror = mirror(&places);
-        let step = vertices.len().div_ceil(MOST_VERTICES).max(1);
+        let positions = rest.iter().map(|&point| Vec3::from(local(face, point.into())));
+        let near = (0..).zip(positions).filter(|(_, point)| point.length() < REACH);
+        let (vertices, positions): (Vec<u32>, Vec<Vec3>) = near.unzip();
+        let mirror = mirror(&positions);
+        let step = vertices.len().div_ceil(MAX_VERTICES).max(1);
         let kept = (0..vertices.len()).step_by(step).collect();
         let lips = face.lips.iter().map(|lip| Vec3::from(local(face, lip.upper.of(rest))));
         let mouth = lips.sum::<Vec3>() / face.lips.len() as f32;
         let eyes = [face.eyes[0].center, face.eyes[1].center];
-        Self { vertices, places, mirror, kept, mouth, eyes }
+        Self { vertices, positions, mirror, kept, mouth, eyes }
     }
 
-    /// For each coordinate of what is kept how much it is near the eyes, the mouth, the brows, and any of
-    /// them.
+    /// Soft weights in `0.0..=1.0` for each coordinate of the kept vertices: near the eyes, the
+    /// mouth, the brows, and any of these.
     fn zones(&self) -> [Vec<f32>; 4] {
         let soft = |square: f32| (-square).exp();
         let eye = |p: &Vec3| {
@@ -156,32 +156,32 @@ impl Head {
             soft((d.x * d.x / 1.2 + d.y * d.y / 0.14 + d.z * d.z / 0.6).powi(2))
         };
         let of = |zone: &dyn Fn(&Vec3) -> f32| {
-            self.kept.iter().flat_map(|&vertex| [zone(&self.places[vertex]); 3]).collect()
+            self.kept.iter().flat_map(|&vertex| [zone(&self.positions[vertex]); 3]).collect()
         };
         [of(&eye), of(&mouth), of(&brows), of(&|p| eye(p).max(mouth(p)).max(brows(p)))]
     }
 }
 
-/// For each place the number of the one that is nearest to its mirror image.
-fn mirror(places: &[Vec3]) -> Vec<usize> {
-    // By height, so that only near ones are looked at.
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|&a, &b| places[a].y.total_cmp(&places[b].y));
-    let nearest = |place: &Vec3| {
-        let wanted = Vec3::new(-place.x, place.y, place.z);
-        let middle = order.partition_point(|&at| places[at].y < wanted.y);
+/// For each point the index of the one closest to its mirror image.
+fn mirror(positions: &[Vec3]) -> Vec<usize> {
+    // Sorted by height, so that only a few candidates have to be tested.
+    let mut order: Vec<usize> = (0..positions.len()).collect();
+    order.sort_by(|&a, &b| positions[a].y.total_cmp(&positions[b].y));
+    let nearest = |point: &Vec3| {
+        let mirrored = Vec3::new(-point.x, point.y, point.z);
+        let split = order.partition_point(|&at| positions[at].y < mirrored.y);
         let (mut best, mut least) = (0, f32::INFINITY);
-        let mut look = |at: usize| {
-            let square = places[at].distance_squared(wanted);
+        let mut visit = |at: usize| {
+            let square = positions[at].distance_squared(mirrored);
             if square < least {
                 (best, least) = (at, square);
             }
-            (places[at].y - wanted.y).powi(2) > least
+            (positions[at].y - mirrored.y).powi(2) > least
         };
-        // Until no farther one can be nearer.
-        let _ = order[middle..].iter().any(|&at| look(at));
-        let _ = order[..middle].iter().rev().any(|&at| look(at));
+        // Until the difference in height alone exceeds the best distance.
+        let _ = order[split..].iter().any(|&at| visit(at));
+        let _ = order[..split].iter().rev().any(|&at| visit(at));
         best
     };
-    places.iter().map(nearest).collect()
+    positions.iter().map(nearest).collect()
 }

@@ -1,4 +1,4 @@
-//! Where lids, lips, corners of the mouth and brows are.
+//! Locates eyelids, lips, corners of the mouth and brows.
 
 use glam::Vec3;
 use uvgraft::Mesh;
@@ -7,10 +7,10 @@ use uvgraft::anatomy::{Anatomy, Area, HeadFrame, Landmark};
 use super::FaceError;
 use super::surface::{Hit, Spot, Surface};
 
-/// An eyeball's radius is less than this, in distances between the eyes: real ones have 0.19.
+/// Upper limit of an eyeball's radius, in distances between the eyes: real ones have 0.19.
 const WIDEST_EYE: f32 = 0.4;
 
-/// The two sides of an opening at one place: margins of lids, or lips.
+/// The two sides of an opening at one position along it: margins of the lids, or lips.
 #[derive(Debug, Clone)]
 pub(super) struct Opening {
     pub upper: Spot,
@@ -20,14 +20,14 @@ pub(super) struct Opening {
 /// One eye and its lids.
 #[derive(Debug, Clone)]
 pub(super) struct Eye {
-    /// The eyeball's centre in the head's coordinates.
+    /// The eyeball's centre in head coordinates.
     pub center: Vec3,
     /// From the inner corner to the outer one.
     pub lids: Vec<Opening>,
 }
 
-/// A face's features as points that are fixed to its mesh, so that they go wherever expressions, shapes and
-/// poses take it. Left and right are the person's, in this order.
+/// A face's features as points fixed to its mesh, which follow expressions, shapes and poses. Left
+/// and right are the person's own, in this order.
 #[derive(Debug, Clone)]
 pub struct Face {
     pub(super) frame: HeadFrame,
@@ -42,14 +42,14 @@ pub struct Face {
 }
 
 impl Face {
-    /// Finds a face by its geometry, in any unit and orientation.
+    /// Locates a face by its geometry, in any unit and orientation.
     ///
-    /// Margins of lids are where rays from the eyeball's centre begin to meet skin. A lip is the upper one
-    /// where the base of the nose is nearer along the surface than the chin is, which holds for lips that
-    /// touch and however the mouth goes on behind them.
+    /// The margin of a lid is where rays from the eyeball's centre begin to hit skin. A lip is the
+    /// upper one if it is nearer to the base of the nose than to the chin along the surface, which
+    /// also holds for lips that touch and for any geometry of the mouth behind them.
     ///
     /// # Errors
-    /// [`FaceError`] if there is no head, or one without eyeballs, lids that are open, or lips.
+    /// [`FaceError`] if there is no head, or if eyeballs, open lids or lips are missing.
     pub fn find(mesh: &Mesh) -> Result<Self, FaceError> {
         let anatomy = Anatomy::find(mesh)?;
         let frame = *anatomy.frame();
@@ -67,7 +67,7 @@ impl Face {
         let mouth = Mouth::find(&surface, &local).ok_or_else(|| missing("lips"))?;
         let corner = |side: f32| {
             let place = Vec3::new(side * mouth.corner.x, mouth.corner.y, mouth.corner.z);
-            near(&surface, mouth.skin, place, 0.06).ok_or_else(|| missing("corners of the mouth"))
+            spot(&surface, mouth.skin, place, 0.06).ok_or_else(|| missing("corners of the mouth"))
         };
         let brow = |side: f32, inner| {
             brow(&surface, anatomy.area(Area::Brows), side, inner).ok_or_else(|| missing("brows"))
@@ -85,7 +85,7 @@ impl Face {
     }
 }
 
-/// The lids around an eye's centre.
+/// The lids around an eye, on fixed columns of rays from the centre of the eyeball.
 fn eye(surface: &Surface, center: Vec3, side: f32) -> Option<Eye> {
     let ball = eyeball(surface, center)?;
     let mut skin = surface.within(ball.center, 2.0 * ball.radius);
@@ -97,7 +97,7 @@ fn eye(surface: &Surface, center: Vec3, side: f32) -> Option<Eye> {
             let (up, ahead) = elevation.to_radians().sin_cos();
             let direction = Vec3::new(sin, up * cos, ahead * cos);
             let hits = surface.hits(ball.center, direction, &skin);
-            // Lids go on behind their margins, along the eyeball or into the socket.
+            // Lids continue behind their margins, along the eyeball or into the socket.
             hits.into_iter().find(|hit| hit.distance > 0.97 * ball.radius)
         };
         lids_of_column(hit)
@@ -106,10 +106,10 @@ fn eye(surface: &Surface, center: Vec3, side: f32) -> Option<Eye> {
     (lids.len() >= 3).then_some(Eye { center: ball.center, lids })
 }
 
-/// The margins above and below the widest opening of a column of rays, by elevation in degrees.
+/// The margins below and above the widest opening in a column of rays, by elevation in degrees.
 fn lids_of_column(hit: impl Fn(f32) -> Option<Hit>) -> Option<Opening> {
     const STEEPEST: i32 = 60;
-    const LEAST_DEG: i32 = 6;
+    const MIN_DEG: i32 = 6;
     let is_open: Vec<bool> =
         (-STEEPEST..=STEEPEST).map(|elevation| hit(elevation as f32).is_none()).collect();
     let mut best: Option<(i32, i32)> = None;
@@ -128,7 +128,7 @@ fn lids_of_column(hit: impl Fn(f32) -> Option<Hit>) -> Option<Opening> {
     }
     // Bounded by skin on both sides, and wider than a slit between triangles.
     let (low, high) = best.filter(|&(low, high)| {
-        high - low >= LEAST_DEG && low > 0 && (high as usize) < is_open.len()
+        high - low >= MIN_DEG && low > 0 && (high as usize) < is_open.len()
     })?;
     let (lower, upper) = (hit((low - 1 - STEEPEST) as f32)?, hit((high - STEEPEST) as f32)?);
     Some(Opening { upper: upper.spot(), lower: lower.spot() })
@@ -140,8 +140,8 @@ struct Ball {
     radius: f32,
 }
 
-/// The piece of the mesh around an eye's centre that is as small as an eyeball; the outermost, where a cornea
-/// is a piece of its own.
+/// The connected component around an eye's centre that is small enough for an eyeball; the
+/// outermost, if the cornea is a separate component.
 fn eyeball(surface: &Surface, center: Vec3) -> Option<Ball> {
     let mut near: Vec<(u32, f32)> = surface
         .triangles
@@ -159,8 +159,9 @@ fn eyeball(surface: &Surface, center: Vec3) -> Option<Ball> {
     ball.max_by(|a, b| a.radius.total_cmp(&b.radius))
 }
 
-/// The mean of a piece's vertices around a place, the nearer the more.
-fn near(surface: &Surface, piece: u32, place: Vec3, width: f32) -> Option<Spot> {
+/// The Gaussian-weighted mean of a component's vertices around a point, with standard
+/// deviation `width`.
+fn spot(surface: &Surface, piece: u32, place: Vec3, width: f32) -> Option<Spot> {
     let weight = |(vertex, &at): (usize, &Vec3)| {
         let square = at.distance_squared(place) / (width * width);
         (vertex as u32, if square < 9.0 { (-0.5 * square).exp() } else { 0.0 })
@@ -169,9 +170,9 @@ fn near(surface: &Surface, piece: u32, place: Vec3, width: f32) -> Option<Spot> 
     Spot::mean(own.map(weight))
 }
 
-/// The inner or the outer third of a brow.
+/// The inner or the outer part of a brow.
 fn brow(surface: &Surface, area: &[f32], side: f32, inner: bool) -> Option<Spot> {
-    // From the midline: an eye's centre is at 0.5.
+    // Range of distances from the midline; an eye's centre is at 0.5.
     let [from, to] = if inner { [0.12, 0.42] } else { [0.55, 0.95] };
     let weights = (0..).zip(area).map(|(vertex, &weight)| {
         let across = surface.positions[vertex as usize].x * side;
@@ -184,17 +185,18 @@ struct Mouth {
     center: Vec3,
     corner: Vec3,
     skin: u32,
-    /// For each vertex how much nearer the chin is than the base of the nose: positive on the upper lip.
+    /// For each vertex, the surface distance from the chin minus that from the base of
+    /// the nose: positive on the upper lip.
     upper: Vec<f32>,
 }
 
 impl Mouth {
-    /// How far above and below its landmark the line between the lips is looked for.
+    /// Search range for the line between the lips, above and below its landmark.
     const REACH: f32 = 0.25;
 
     fn find(surface: &Surface, local: &impl Fn(Landmark) -> Option<Vec3>) -> Option<Self> {
         let (nose, chin) = (local(Landmark::NoseBase)?, local(Landmark::Chin)?);
-        // Straight ahead of the chin the first thing is the face's skin.
+        // The first hit of a ray towards the chin from the front is the face's skin.
         let ahead = Vec3::new(chin.x, chin.y, chin.z + 1.0);
         let hits = surface.hits(ahead, Vec3::NEG_Z, &surface.triangles);
         let skin = surface.piece[hits.first()?.vertex() as usize];
@@ -209,18 +211,18 @@ impl Mouth {
         })
     }
 
-    /// Lips at places across the mouth.
+    /// The lips at several positions across the mouth.
     fn lips(&self, surface: &Surface) -> Option<Vec<Opening>> {
-        const LEAST: usize = 3;
+        const MIN: usize = 3;
         let across = [-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45];
         let mut skin = surface.within(self.center, 1.5 * self.corner.x.max(Self::REACH));
         skin.retain(|triangle| surface.piece[triangle[0] as usize] == self.skin);
         let lips: Vec<Opening> =
             across.into_iter().filter_map(|share| self.lips_at(surface, &skin, share)).collect();
-        (lips.len() >= LEAST).then_some(lips)
+        (lips.len() >= MIN).then_some(lips)
     }
 
-    /// Where the surface that is seen from the front changes from the upper lip to the lower one.
+    /// Where the surface visible from the front changes from the lower lip to the upper one.
     fn lips_at(&self, surface: &Surface, skin: &[[u32; 3]], share: f32) -> Option<Opening> {
         const STEP: f32 = 0.01;
         let x = share * self.corner.x;
@@ -228,7 +230,7 @@ impl Mouth {
         let seen = |y: f32| {
             let origin = Vec3::new(x, y, self.center.z + 1.0);
             let hit = surface.hits(origin, Vec3::NEG_Z, skin).into_iter().next()?;
-            // What is seen through parted lips is behind them.
+            // Anything visible through parted lips lies behind them.
             (hit.distance < 1.0 + 0.3).then_some(hit)
         };
         let steps = (2.0 * Self::REACH / STEP) as i32;

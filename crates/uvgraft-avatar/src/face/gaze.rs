@@ -1,16 +1,17 @@
-//! Where eyes look, as expressions.
+//! Gaze directions, as expressions.
 
 use glam::{Quat, Vec3};
 
 use crate::Avatar;
 use crate::rig::{Expression, ExpressionPreset as Preset, HumanBone, Morph};
 
-/// How far eyes turn where an expression is full, in degrees.
+/// Rotation of the eyes in the full expression, in degrees.
 const UP_DEG: f32 = 20.0;
 const ACROSS_DEG: f32 = 25.0;
 
-/// Adds the expressions `lookUp`, `lookDown`, `lookLeft` and `lookRight` to an avatar whose eyes are bones: morphs that
-/// turn what follows these bones alone. Left is the person's own. Avatars without eyes stay as they are.
+/// Adds the expressions `lookUp`, `lookDown`, `lookLeft` and `lookRight` to an avatar whose eyes
+/// are bones, with morphs that rotate the vertices attached to these bones alone. Left is the
+/// person's own left. Avatars without eyes remain unchanged.
 pub fn add_gaze(avatar: &mut Avatar) {
     let eyes = [HumanBone::LeftEye, HumanBone::RightEye];
     let joints: Vec<usize> = eyes.iter().filter_map(|&eye| avatar.skeleton.human(eye)).collect();

@@ -1,4 +1,4 @@
-//! What a face shows, as numbers, and what of it each vertex moves.
+//! Measurements of a face, each a linear function of the vertex positions.
 
 use glam::Vec3;
 
@@ -6,30 +6,30 @@ use super::Face;
 use super::features::Opening;
 use super::surface::Spot;
 
-/// What a face shows, in the mesh's unit. Heights and depths are along the head's up and forward, from the
-/// point between the eyes at rest.
+/// Measurements of a face, in the mesh's unit. Heights and depths are along the head's up and
+/// forward axes, from the point between the eyes at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measures {
-    /// How far the lids of the left and the right eye are apart, in the mean over the eye's width. Below 0
-    /// where they overlap.
+    /// Distance between the lids of the left and the right eye, averaged over the eye's
+    /// width; negative where they overlap.
     pub lid_gap: [f32; 2],
-    /// How far the lips are apart at their middle, from where they are seen to touch at rest.
+    /// Mean distance between the lips, from the line where they visibly touch at rest.
     pub lip_opening: f32,
     /// From corner to corner of the mouth.
     pub mouth_width: f32,
-    /// How far forward the lips are.
+    /// Position of the lips along the forward axis.
     pub lip_depth: f32,
-    /// Heights of the mouth's left and right corners.
+    /// Heights of the left and right corners of the mouth.
     pub corner_height: [f32; 2],
     /// Heights of the brows' inner ends.
     pub inner_brow_height: [f32; 2],
-    /// Heights of their outer ends.
+    /// Heights of the brows' outer ends.
     pub outer_brow_height: [f32; 2],
-    /// The distance between the brows' inner ends.
+    /// Distance between the brows' inner ends.
     pub brow_distance: f32,
 }
 
-/// One number of [`Measures`]. Sides are 0 for the left one, 1 for the right one.
+/// One of the [`Measures`]. Sides are 0 for left, 1 for right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     LidGap(usize),
@@ -59,7 +59,8 @@ impl Quantity {
     ];
 }
 
-/// How much each of some vertices' movement counts towards a quantity.
+/// A linear form: vertices, and the vectors whose dot products with their positions add
+/// up to a quantity.
 pub(super) type Row = Vec<(u32, Vec3)>;
 
 /// The head's axes in the mesh's space: to the left, up, forward.
@@ -80,7 +81,7 @@ fn gaps(openings: &[Opening], up: Vec3) -> Row {
     row
 }
 
-/// A quantity as a sum over vertices.
+/// A quantity as a linear form of the vertex positions.
 pub(super) fn row(face: &Face, quantity: Quantity) -> Row {
     let [left, up, forward] = axes(face);
     let mut row = Row::new();
@@ -109,15 +110,15 @@ pub(super) fn row(face: &Face, quantity: Quantity) -> Row {
     row
 }
 
-/// What a row says of values at vertices.
+/// Evaluates a linear form for values at the vertices.
 pub(super) fn value(row: &Row, values: &[[f32; 3]]) -> f32 {
     let part = |&(vertex, axis): &(u32, Vec3)| axis.dot(Vec3::from(values[vertex as usize]));
     row.iter().map(|entry| f64::from(part(entry))).sum::<f64>() as f32
 }
 
 impl Face {
-    /// What the face shows with its vertices at `positions`, `[vertices]` of the mesh that it was found on.
-    /// Heads must not have turned since.
+    /// Measures the face with its vertices at `positions`, `[vertices]` of the mesh that it was
+    /// located on. The head must not have rotated since.
     ///
     /// # Panics
     /// If there are fewer positions than vertices.

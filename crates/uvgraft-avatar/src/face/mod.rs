@@ -1,8 +1,9 @@
-//! What faces show, measured on the mesh, and expressions solved by it.
+//! Measurements of faces, and expressions solved from them.
 //!
-//! [`Face::find`] finds lids, lips, corners of the mouth and brows of any head by geometry, and
-//! [`Face::measure`] says how far lids and lips are open and where the rest is. [`solve`] finds mixes of whatever
-//! moves a face (components of expression, a jaw, eyelids) that do what VRM's expressions are named after.
+//! [`Face::find`] locates the lids, lips, corners of the mouth and brows of any head by geometry,
+//! and [`Face::measure`] measures how far lids and lips are open and where the other features are.
+//! [`solve`] finds the combinations of whatever moves a face (expression components, a jaw,
+//! eyelids) that make VRM's expressions.
 
 mod costs;
 mod features;
@@ -19,8 +20,8 @@ use uvgraft::anatomy::AnatomyError;
 pub use self::features::Face;
 pub use self::gaze::add_gaze;
 pub use self::measures::Measures;
-pub use self::movement::Movement;
-pub use self::solve::{Shortfall, Solved, solve};
+pub use self::movement::BlendBasis;
+pub use self::solve::{Solved, UnmetTarget, solve};
 
 /// Why a face could not be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,10 +30,10 @@ pub enum FaceError {
     /// There is no head.
     #[error("{0}")]
     Anatomy(#[from] AnatomyError),
-    /// A part of the face is not there, or hidden.
+    /// A part of the face is missing or hidden.
     #[error("the face has no {part}")]
     Part {
-        /// Which.
+        /// The part.
         part: &'static str,
     },
 }

@@ -1,21 +1,22 @@
-//! What moves a face.
+//! Movements that expressions are made of.
 
 use glam::Vec3;
 
 use super::Face;
 
-/// Something that moves a face: a component of expression, a jaw, an eyelid.
+/// Something that moves a face: an expression component, a jaw, an eyelid.
 #[derive(Debug, Clone)]
-pub struct Movement {
-    /// Where it takes each vertex with a coefficient of 1, in the mesh's unit.
+pub struct BlendBasis {
+    /// Offset of each vertex at a coefficient of 1, in the mesh's unit.
     pub offsets: Vec<[f32; 3]>,
-    /// The least and the largest coefficient.
+    /// The smallest and the largest coefficient.
     pub limits: [f32; 2],
-    /// Whether it opens the mouth by the jaw's joint: only expressions that speak or gape use it.
+    /// Whether it is the rotation of the jaw that opens the mouth: only expressions
+    /// that speak or gape use it.
     pub is_jaw: bool,
 }
 
-/// A place in the head's coordinates.
-pub(super) fn local(face: &Face, place: Vec3) -> [f32; 3] {
-    face.frame.local(place.to_array().map(f64::from)).map(|value| value as f32)
+/// Converts a point to head coordinates.
+pub(super) fn local(face: &Face, point: Vec3) -> [f32; 3] {
+    face.frame.local(point.to_array().map(f64::from)).map(|value| value as f32)
 }

@@ -1,11 +1,12 @@
-//! Least squares within bounds.
+//! Bounded quadratic minimisation.
 
 use nalgebra::{DMatrix, DVector};
 
-/// The point within bounds where `xᵀ A x / 2 - bᵀ x` is least, for a positive definite `A`.
+/// Minimises `xᵀ A x / 2 - bᵀ x` within bounds, for a positive definite `A`.
 ///
-/// An active set: what leaves its bounds is fixed to them, and let go again where the slope pulls it back in.
-/// Sets of a hundred unknowns settle within a few rounds; `None` if `A` is not positive definite.
+/// Active-set method: unknowns that leave their bounds are fixed there, and released once the
+/// gradient pulls them back inside. Fixing all violated bounds at once settles a hundred unknowns
+/// within a few rounds. `None` if `A` is not positive definite.
 pub(super) fn least(
     matrix: &DMatrix<f64>,
     right: &DVector<f64>,
@@ -21,9 +22,9 @@ pub(super) fn least(
         for (at, fixed) in fixed.iter().enumerate() {
             x[at] = fixed.unwrap_or(0.0);
         }
-        let held = matrix * &x;
+        let fixed_part = matrix * &x;
         let inner = DMatrix::from_fn(free.len(), free.len(), |a, b| matrix[(free[a], free[b])]);
-        let rest = DVector::from_fn(free.len(), |at, _| right[free[at]] - held[free[at]]);
+        let rest = DVector::from_fn(free.len(), |at, _| right[free[at]] - fixed_part[free[at]]);
         let solved = if free.is_empty() { rest } else { inner.cholesky()?.solve(&rest) };
         for (&at, &value) in free.iter().zip(solved.iter()) {
             x[at] = value;
@@ -41,7 +42,7 @@ pub(super) fn least(
             continue;
         }
         let slope = matrix * &x - right;
-        // Later rounds only ever fix, so that two unknowns cannot take turns for ever.
+        // Later rounds only fix unknowns, so that two of them cannot alternate for ever.
         for at in 0..count {
             let [low, high] = bounds[at];
             let is_pulled = |bound: f64| {
@@ -64,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_hold_and_the_rest_makes_up_for_them() {
+    fn bounds_hold_and_free_unknowns_compensate() {
         // (x + y - 3)² + (x - y - 1)² / 100: without bounds x = 2, y = 1.
         let matrix = DMatrix::from_row_slice(2, 2, &[2.02, 1.98, 1.98, 2.02]);
         let right = DVector::from_row_slice(&[6.02, 5.98]);
@@ -73,7 +74,7 @@ mod tests {
             assert!((x[0] - wanted[0]).abs() < 1e-9 && (x[1] - wanted[1]).abs() < 1e-9, "{x}");
         };
         near([[-9.0, 9.0]; 2], [2.0, 1.0]);
-        // With x at most 1 the slope of y is 2.02 y + 1.98 - 5.98.
+        // With x at most 1 the derivative with respect to y is 2.02 y + 1.98 - 5.98.
         near([[-9.0, 1.0], [-9.0, 9.0]], [1.0, 4.0 / 2.02]);
         near([[-9.0, 0.5], [0.0, 0.25]], [0.5, 0.25]);
         near([[0.0, 0.0], [-9.0, 9.0]], [0.0, 5.98 / 2.02]);

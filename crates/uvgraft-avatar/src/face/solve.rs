@@ -1,4 +1,5 @@
-//! Expressions as mixes of what moves a face, by least squares on what they are named after.
+//! Solves for expressions as combinations of movements, by regularised least squares on
+//! measurements.
 
 use glam::Vec3;
 use nalgebra::{DMatrix, DVector};
@@ -6,81 +7,86 @@ use nalgebra::{DMatrix, DVector};
 use super::costs::{Costs, Head};
 use super::features::Eye;
 use super::measures::{Quantity, Row, row, value};
-use super::movement::{Movement, local};
+use super::movement::{BlendBasis, local};
 use super::quadratic::least;
 use super::targets::{Of, TARGETS, Target};
 use super::{Face, Measures};
 use crate::rig::{ExpressionPreset as Preset, Morph};
 
-/// An expression that movements cannot make, or not in full.
+/// An expression that the movements cannot make, or only in part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shortfall {
-    /// Which.
+pub struct UnmetTarget {
+    /// The expression.
     pub preset: Preset,
-    /// How much of it they make, of 1.
+    /// The share of its goals that they reach, out of 1.
     pub share: f32,
-    /// Whether the rest of the face would come along: movements that cannot do it alone.
+    /// Whether the rest of the face moves along too much.
     pub strays: bool,
-    /// Whether it was left out for that.
+    /// Whether it was left out for either reason.
     pub is_left_out: bool,
 }
 
-/// Expressions, solved.
+/// The solved expressions.
 #[derive(Debug, Clone)]
 pub struct Solved {
-    /// A morph for each expression, by VRM's name; `blink` is both of its sides.
+    /// A morph for each expression, with VRM's name; `blink` is left out, being both of its sides.
     pub morphs: Vec<(Preset, Morph)>,
-    /// What cannot be done.
-    pub shortfalls: Vec<Shortfall>,
+    /// Expressions that could not be made, or not in full.
+    pub shortfalls: Vec<UnmetTarget>,
 }
 
-/// Less than this share of an expression is none, and less than the second is worth saying.
-const LEAST_SHARE: f32 = 0.5;
+/// Expressions below the first share of their goals are left out, those below the second are
+/// reported.
+const MIN_SHARE: f32 = 0.5;
 const WHOLE_SHARE: f32 = 0.8;
-/// How far skin elsewhere may move, as a part of the largest goal: jaws take a ninth along.
-const MOST_STRAY: f64 = 0.18;
-/// What misses a goal by so many millimetres costs 1.
+/// Limit of the stray movement of the skin elsewhere, relative to the largest goal: a
+/// jaw alone has a ninth.
+const MAX_STRAY: f64 = 0.18;
+/// Missing a goal by this many millimetres costs 1.
 const GOAL_MM: f64 = 0.25;
-/// What moves along with an expression by so many.
+/// The same for quantities that should not change.
 const OTHER_MM: f64 = 0.3;
-/// Lids' margins beside their way around the eyeball.
+/// The same for the margins of closing lids, off their path around the eyeball: vertically, and in
+/// depth.
 const LID_MM: f64 = 0.4;
 const LID_DEPTH_MM: f64 = 1.0;
-/// What a mean square millimetre costs where left and right are not mirror images.
+/// Cost of a mean square millimetre of difference between left and right.
 const ASYMMETRY: f64 = 8.0;
-/// What a coefficient of 1, a standard deviation, costs.
+/// Cost of a coefficient of 1, which is one standard deviation.
 const COEFFICIENT: f64 = 20.0;
-/// Millimetres between the eyes' centres of a grown person, so that costs mean the same in any unit.
+/// Distance between an adult's eye centres in millimetres, so that costs mean the same in any unit.
 const EYES_MM: f64 = 64.0;
 
-/// Finds VRM's expressions.
+/// Solves for VRM's expressions.
 ///
-/// For each the coefficients `x` within their limits are found that cost least: squared misses of its
-/// goals, squared changes of all else that is measured, squared movement of the skin elsewhere, what differs between
-/// left and right, and `|x|²`. Blinks of both eyes are found at once, as mirror images of each other. What falls
-/// short of its goal by shrinkage is scaled up to it.
+/// For each, finds the coefficients `x` within their limits that minimise the sum of the squared
+/// misses of its goals, the squared changes of all other measurements, the squared movement of the
+/// skin elsewhere, the difference between left and right, and `|x|²`. The penalties keep the
+/// solution natural, since the few goals alone leave most coefficients undetermined. The blinks of
+/// the two eyes are solved together, as mirror images of each other. Results that fall short of
+/// their goals due to the penalties are scaled up.
 ///
-/// - `rest`: `[vertices]` the mesh at rest that `face` was found on.
-pub fn solve(face: &Face, rest: &[[f32; 3]], movements: &[Movement]) -> Solved {
-    let fields = Fields::new(face, rest, movements);
+/// - `rest`: `[vertices]` the rest positions of the mesh that `face` was located on.
+pub fn solve(face: &Face, rest: &[[f32; 3]], movements: &[BlendBasis]) -> Solved {
+    let effects = Effects::new(face, rest, movements);
     let mut solved = Solved { morphs: Vec::new(), shortfalls: Vec::new() };
     let mut targets = TARGETS.iter();
     while let Some(target) = targets.next() {
         let found = match target.preset {
             Preset::BlinkLeft => {
                 let other = targets.next().unwrap_or(target);
-                fields.solve_pair(face, rest, [target, other])
+                effects.solve_pair(face, rest, [target, other])
             }
-            _ => fields.solve_one(face, rest, target),
+            _ => effects.solve_one(face, rest, target),
         };
         for (target, coefficients) in found {
-            let offsets = mixed(movements, &coefficients);
-            let reach = fields.reach(face, rest, target, &coefficients, &offsets);
+            let offsets = combined(movements, &coefficients);
+            let reach = effects.reach(face, rest, target, &coefficients, &offsets);
             let Reach { share, strays, scale } = reach;
-            let is_left_out = share < LEAST_SHARE || strays;
+            let is_left_out = share < MIN_SHARE || strays;
             if share < WHOLE_SHARE || strays {
                 let preset = target.preset;
-                solved.shortfalls.push(Shortfall { preset, share, strays, is_left_out });
+                solved.shortfalls.push(UnmetTarget { preset, share, strays, is_left_out });
             }
             if !is_left_out {
                 let scaled: Vec<[f32; 3]> =
@@ -93,7 +99,7 @@ pub fn solve(face: &Face, rest: &[[f32; 3]], movements: &[Movement]) -> Solved {
     solved
 }
 
-fn mixed(movements: &[Movement], coefficients: &[f64]) -> Vec<[f32; 3]> {
+fn combined(movements: &[BlendBasis], coefficients: &[f64]) -> Vec<[f32; 3]> {
     let mut offsets = vec![[0.0; 3]; movements.first().map_or(0, |first| first.offsets.len())];
     for (movement, &coefficient) in movements.iter().zip(coefficients) {
         let values = offsets.as_flattened_mut().iter_mut();
@@ -104,22 +110,23 @@ fn mixed(movements: &[Movement], coefficients: &[f64]) -> Vec<[f32; 3]> {
     offsets
 }
 
-/// A row of the least squares: what coefficients do to a quantity in millimetres.
+/// A row of the least-squares problem: the effect of the coefficients on a quantity, in
+/// millimetres.
 struct Condition {
     row: DVector<f64>,
-    wanted: f64,
+    desired: f64,
     weight: f64,
 }
 
-/// Movements as tables, in millimetres of a grown person.
-struct Fields {
+/// Linear effects of the movements, in millimetres of an adult's head.
+struct Effects {
     limits: Vec<[f64; 2]>,
     is_jaw: Vec<bool>,
-    /// For each quantity what a coefficient of each movement adds to it.
+    /// For each quantity, its change with the coefficient of each movement.
     rows: Vec<(Quantity, DVector<f64>)>,
-    /// For each eye and margin of a lid: up and forward, and where the margin is from the eye's centre.
+    /// For each eye, the upper and lower margin in each column of its lids.
     lids: [Vec<[LidRow; 2]>; 2],
-    /// What movement costs.
+    /// Costs of moving the skin.
     costs: Costs,
     mm: f64,
 }
@@ -127,15 +134,15 @@ struct Fields {
 struct LidRow {
     up: DVector<f64>,
     forward: DVector<f64>,
-    /// Up and forward of the eye's centre.
-    place: [f64; 2],
+    /// Up and forward offset from the eye's centre.
+    offset: [f64; 2],
 }
 
-impl Fields {
-    fn new(face: &Face, rest: &[[f32; 3]], movements: &[Movement]) -> Self {
+impl Effects {
+    fn new(face: &Face, rest: &[[f32; 3]], movements: &[BlendBasis]) -> Self {
         let mm = EYES_MM / face.frame.unit;
         let of_row = |row: &Row| {
-            let of = |movement: &Movement| f64::from(value(row, &movement.offsets)) * mm;
+            let of = |movement: &BlendBasis| f64::from(value(row, &movement.offsets)) * mm;
             DVector::from_iterator(movements.len(), movements.iter().map(of))
         };
         let rows = Quantity::ALL.map(|quantity| (quantity, of_row(&row(face, quantity))));
@@ -146,11 +153,11 @@ impl Fields {
                     spot.parts().iter().map(|&(vertex, part)| (vertex, axis * part)).collect();
                 of_row(&row)
             };
-            let place = Vec3::from(local(face, spot.of(rest))) - eye.center;
+            let offset = Vec3::from(local(face, spot.of(rest))) - eye.center;
             LidRow {
                 up: along(axes[1]),
                 forward: along(axes[2]),
-                place: [place.y, place.z].map(|value| f64::from(value) * EYES_MM),
+                offset: [offset.y, offset.z].map(|value| f64::from(value) * EYES_MM),
             }
         };
         let lids = [0, 1].map(|side| {
@@ -178,11 +185,11 @@ impl Fields {
         target: &'t Target,
     ) -> Vec<(&'t Target, Vec<f64>)> {
         let count = self.limits.len();
-        let mut matrix = self.costs.moving(target.zone) + self.costs.lopsided() * ASYMMETRY;
+        let mut matrix = self.costs.moving(target.zone) + self.costs.asymmetry() * ASYMMETRY;
         let mut right = DVector::zeros(count);
         self.conditions(face, rest, target).iter().for_each(|condition| {
             matrix.ger(condition.weight, &condition.row, &condition.row, 1.0);
-            right.axpy(condition.weight * condition.wanted, &condition.row, 1.0);
+            right.axpy(condition.weight * condition.desired, &condition.row, 1.0);
         });
         for at in 0..count {
             matrix[(at, at)] += COEFFICIENT;
@@ -194,7 +201,8 @@ impl Fields {
             .collect()
     }
 
-    /// Two targets that are each other's mirror image.
+    /// Solves two targets that are mirror images of each other, as one system of twice the size
+    /// that penalises the difference between one side and the mirror image of the other.
     fn solve_pair<'t>(
         &self,
         face: &Face,
@@ -207,19 +215,19 @@ impl Fields {
         for (side, target) in targets.into_iter().enumerate() {
             let from = side * count;
             let mut own = self.costs.moving(target.zone);
-            let mut wanted = DVector::zeros(count);
+            let mut desired = DVector::zeros(count);
             for condition in self.conditions(face, rest, target) {
                 own.ger(condition.weight, &condition.row, &condition.row, 1.0);
-                wanted.axpy(condition.weight * condition.wanted, &condition.row, 1.0);
+                desired.axpy(condition.weight * condition.desired, &condition.row, 1.0);
             }
             for at in 0..count {
                 own[(at, at)] += COEFFICIENT;
             }
             let mut block = matrix.view_mut((from, from), (count, count));
             block += own;
-            right.rows_mut(from, count).copy_from(&wanted);
+            right.rows_mut(from, count).copy_from(&desired);
         }
-        // What the right side does, less the mirror image of what the left one does.
+        // Penalty on the movement of the right side minus the mirrored movement of the left side.
         let Costs { straight, mirrored, crossed, .. } = &self.costs;
         for (at, block) in [
             ((0, 0), mirrored.clone()),
@@ -243,19 +251,19 @@ impl Fields {
             .collect()
     }
 
-    /// What is asked of an expression.
+    /// The conditions of an expression: its goals, and no change of other quantities.
     fn conditions(&self, face: &Face, rest: &[[f32; 3]], target: &Target) -> Vec<Condition> {
         let before = face.measure(rest);
         let mut conditions = Vec::new();
         for (quantity, row) in &self.rows {
             let goal = target.goals.iter().find(|(found, _, _)| found == quantity);
-            let (wanted, tolerance) = match goal {
+            let (desired, tolerance) = match goal {
                 Some(goal) => (self.goal_mm(face, &before, goal), GOAL_MM),
                 None if target.free.contains(quantity) => continue,
                 None => (0.0, OTHER_MM),
             };
             let weight = tolerance.powi(-2);
-            conditions.push(Condition { row: row.clone(), wanted, weight });
+            conditions.push(Condition { row: row.clone(), desired, weight });
         }
         match target.preset {
             Preset::BlinkLeft => self.close(0, &mut conditions),
@@ -265,7 +273,7 @@ impl Fields {
         conditions
     }
 
-    /// A goal in millimetres of a grown person.
+    /// A goal in millimetres of an adult's head.
     fn goal_mm(&self, face: &Face, before: &Measures, goal: &(Quantity, f32, Of)) -> f64 {
         let &(quantity, share, of) = goal;
         let whole = match (of, quantity) {
@@ -276,24 +284,25 @@ impl Fields {
         f64::from(share) * whole
     }
 
-    /// Margins turn about the eye's centre until they meet, three quarters of the way down.
+    /// Makes both margins of the lids rotate about the eye's centre until they meet, three quarters
+    /// of the way down. A goal for the gap alone would move them straight through the eyeball.
     fn close(&self, side: usize, conditions: &mut Vec<Condition>) {
         const MEET: f64 = 0.75;
         for [upper, lower] in &self.lids[side] {
-            let elevation = |lid: &LidRow| lid.place[0].atan2(lid.place[1]);
+            let elevation = |lid: &LidRow| lid.offset[0].atan2(lid.offset[1]);
             let meet = elevation(upper) + MEET * (elevation(lower) - elevation(upper));
             for lid in [upper, lower] {
-                let radius = lid.place[0].hypot(lid.place[1]);
+                let radius = lid.offset[0].hypot(lid.offset[1]);
                 let [up, forward] = [radius * meet.sin(), radius * meet.cos()];
-                let mut ask = |row: &DVector<f64>, wanted, tolerance: f64| {
+                let mut require = |row: &DVector<f64>, desired, tolerance: f64| {
                     conditions.push(Condition {
                         row: row.clone(),
-                        wanted,
+                        desired,
                         weight: tolerance.powi(-2),
                     });
                 };
-                ask(&lid.up, up - lid.place[0], LID_MM);
-                ask(&lid.forward, forward - lid.place[1], LID_DEPTH_MM);
+                require(&lid.up, up - lid.offset[0], LID_MM);
+                require(&lid.forward, forward - lid.offset[1], LID_DEPTH_MM);
             }
         }
     }
@@ -307,34 +316,34 @@ impl Fields {
         coefficients: &[f64],
         offsets: &[[f32; 3]],
     ) -> Reach {
-        const MOST: f64 = 1.35;
+        const MAX: f64 = 1.35;
         let before = face.measure(rest);
-        let (mut reached, mut wanted, mut largest_mm) = (0.0, 0.0, 0.0_f64);
+        let (mut reached, mut desired, mut largest_mm) = (0.0, 0.0, 0.0_f64);
         for goal in target.goals {
             let goal_mm = self.goal_mm(face, &before, goal);
             let found_mm = f64::from(value(&row(face, goal.0), offsets)) * self.mm;
             reached += goal_mm * found_mm;
-            wanted += goal_mm * goal_mm;
+            desired += goal_mm * goal_mm;
             largest_mm = largest_mm.max(goal_mm.abs());
         }
-        let share = if wanted > 0.0 { reached / wanted } else { 0.0 };
+        let share = if desired > 0.0 { reached / desired } else { 0.0 };
         let within = coefficients.iter().zip(&self.limits).map(|(&x, &[low, high])| {
             let limit = if x < 0.0 { low } else { high };
             if x.abs() < 1e-9 { f64::INFINITY } else { limit / x }
         });
-        let most = within.fold(MOST, f64::min).max(1.0);
+        let most = within.fold(MAX, f64::min).max(1.0);
         Reach {
             share: share as f32,
-            strays: self.costs.stray_mm(target.zone, coefficients) > MOST_STRAY * largest_mm,
+            strays: self.costs.stray_mm(target.zone, coefficients) > MAX_STRAY * largest_mm,
             scale: share.recip().clamp(1.0, most) as f32,
         }
     }
 }
 
-/// What an expression comes to.
+/// Evaluation of a solved expression.
 struct Reach {
     share: f32,
     strays: bool,
-    /// What reaches its goals in full, as far as limits allow.
+    /// Factor to reach the goals in full, as far as the limits allow.
     scale: f32,
 }

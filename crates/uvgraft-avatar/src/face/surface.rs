@@ -1,4 +1,5 @@
-//! The mesh of a head in the head's own coordinates: rays, distances along it, points fixed to it.
+//! The mesh of a head in head coordinates: ray casting, distances along the surface,
+//! points fixed to it.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -8,17 +9,17 @@ use uvgraft::Mesh;
 use uvgraft::anatomy::HeadFrame;
 use uvgraft::disjoint::DisjointSets;
 
-use crate::ray::{Meeting, meets};
+use crate::ray::{TriangleHit, intersect};
 
-/// What is farther from the point between the eyes is no face, in distances between the eyes.
+/// Limit of the head around the point between the eyes, in distances between the eyes.
 const REACH: f32 = 3.0;
 
-/// A point fixed to the surface, or a mean of several: parts of vertices that sum to 1.
+/// A point fixed to the surface, or a mean of several: vertices with weights that sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spot(Vec<(u32, f32)>);
 
 impl Spot {
-    /// The mean of vertices by their weights; `None` without any weight.
+    /// The weighted mean of vertices; `None` if all weights are 0.
     pub(super) fn mean(weights: impl IntoIterator<Item = (u32, f32)>) -> Option<Self> {
         let mut parts: Vec<(u32, f32)> =
             weights.into_iter().filter(|&(_, weight)| weight > 0.0).collect();
@@ -31,13 +32,13 @@ impl Spot {
         &self.0
     }
 
-    /// Where it is, or how far it moves: the mean of values at vertices.
+    /// Its position, or its offset: the weighted mean of values at the vertices.
     pub(super) fn of(&self, values: &[[f32; 3]]) -> Vec3 {
         self.0.iter().map(|&(vertex, part)| Vec3::from(values[vertex as usize]) * part).sum()
     }
 }
 
-/// Where a ray meets the surface.
+/// An intersection of a ray with the surface.
 #[derive(Debug, Clone)]
 pub(super) struct Hit {
     pub distance: f32,
@@ -50,23 +51,23 @@ impl Hit {
         Spot(self.triangle.into_iter().zip(self.weights).collect())
     }
 
-    /// The corner that is nearest.
+    /// The corner with the largest weight.
     pub(super) fn vertex(&self) -> u32 {
         let best = (0..3).max_by(|&a, &b| self.weights[a].total_cmp(&self.weights[b]));
         self.triangle[best.unwrap_or(0)]
     }
 }
 
-/// A head's mesh in the head's coordinates: origin between the eyes, x to the person's left, y up, z where
-/// the face looks, and 1 the distance between the eyes.
+/// A head's mesh in head coordinates: origin between the eyes, x to the person's left, y up, z
+/// forward, and the distance between the eyes as the unit.
 #[derive(Debug)]
 pub(super) struct Surface {
     pub positions: Vec<Vec3>,
     /// Those of the head.
     pub triangles: Vec<[u32; 3]>,
-    /// For each vertex the piece that it is in: what triangles or equal positions join.
+    /// For each vertex its connected component; triangles and equal positions connect vertices.
     pub piece: Vec<u32>,
-    /// Vertices next to each other, or at the same place.
+    /// Adjacent vertices, including those at the same position.
     neighbours: Vec<Vec<u32>>,
 }
 
@@ -101,7 +102,7 @@ impl Surface {
         Self { positions, triangles, piece, neighbours }
     }
 
-    /// The triangles that reach into a ball, for rays that stay within it.
+    /// The triangles that may reach into a ball, for rays that stay within it.
     pub(super) fn within(&self, center: Vec3, radius: f32) -> Vec<[u32; 3]> {
         let reaches = |triangle: &&[u32; 3]| {
             let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
@@ -112,11 +113,11 @@ impl Surface {
         self.triangles.iter().filter(reaches).copied().collect()
     }
 
-    /// Where a ray meets some triangles, the nearest first.
+    /// Intersections of a ray with some triangles, nearest first.
     pub(super) fn hits(&self, origin: Vec3, direction: Vec3, triangles: &[[u32; 3]]) -> Vec<Hit> {
         let hit = |triangle: &[u32; 3]| {
             let corners = triangle.map(|vertex| self.positions[vertex as usize]);
-            let Meeting { distance, weights } = meets(origin, direction, &corners)?;
+            let TriangleHit { distance, weights } = intersect(origin, direction, &corners)?;
             Some(Hit { distance, triangle: *triangle, weights })
         };
         let mut hits: Vec<Hit> = triangles.iter().filter_map(hit).collect();
@@ -124,19 +125,19 @@ impl Surface {
         hits
     }
 
-    /// The vertex of a piece that is nearest to a place.
+    /// The vertex of a component that is nearest to a point.
     pub(super) fn nearest(&self, place: Vec3, piece: u32) -> Option<u32> {
         let own = (0..self.positions.len()).filter(|&vertex| self.piece[vertex] == piece);
         let from = |vertex: usize| self.positions[vertex].distance_squared(place);
         own.min_by(|&a, &b| from(a).total_cmp(&from(b))).map(|vertex| vertex as u32)
     }
 
-    /// How far each vertex is from one, along edges; infinite for what is not joined to it, or farther than
-    /// the head reaches.
+    /// Distances of all vertices from one of them along edges (Dijkstra); infinite for vertices
+    /// that are not connected to it, or farther away than the head's limit.
     pub(super) fn distances(&self, from: u32) -> Vec<f32> {
         let mut distances = vec![f32::INFINITY; self.positions.len()];
         distances[from as usize] = 0.0;
-        // Positive floats are ordered as their bits are.
+        // The bits of positive floats have the same order as the floats.
         let mut queue = BinaryHeap::from([Reverse((0_u32, from))]);
         while let Some(Reverse((bits, vertex))) = queue.pop() {
             let distance = f32::from_bits(bits);

@@ -1,20 +1,20 @@
-//! What each of VRM's expressions does, in measures.
+//! The goals of VRM's expressions, in terms of measurements.
 
 use super::measures::Quantity::{self, *};
 use crate::rig::ExpressionPreset as Preset;
 
-/// What a change is a part of.
+/// The length that a change is relative to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Of {
-    /// How far lids are apart at rest.
+    /// The distance between the lids at rest.
     Gap,
-    /// How wide the mouth is at rest, some 50 mm.
+    /// The width of the mouth at rest, about 50 mm.
     Mouth,
-    /// How far the eyes are apart, some 64 mm.
+    /// The distance between the eyes, about 64 mm.
     Eyes,
 }
 
-/// Where an expression is: what is elsewhere had better be still.
+/// The zone of an expression; the skin elsewhere should not move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Zone {
     LeftEye,
@@ -24,20 +24,20 @@ pub(super) enum Zone {
     Face,
 }
 
-/// An expression to be found.
+/// An expression to be solved for.
 #[derive(Debug)]
 pub(super) struct Target {
     pub preset: Preset,
     pub zone: Zone,
-    /// Whether the jaw may help.
+    /// Whether the jaw may contribute.
     pub jaw: bool,
-    /// By how much quantities change. All others stay as they are.
+    /// Changes of quantities. All others should stay unchanged.
     pub goals: &'static [(Quantity, f32, Of)],
-    /// What may come along.
+    /// Quantities that may change freely.
     pub free: &'static [Quantity],
 }
 
-/// What a jaw takes along: lips go back, corners down.
+/// Quantities that change with the jaw: lips move back, corners down.
 const WITH_JAW: &[Quantity] = &[LipDepth, CornerHeight(0), CornerHeight(1)];
 
 const fn target(
@@ -58,10 +58,10 @@ const fn with_jaw(
     Target { preset, zone, jaw: true, goals, free }
 }
 
-/// All expressions but `blink`, which is both of its sides, and those that turn eyes.
+/// All expressions except `blink`, which is both of its sides, and the gaze directions.
 ///
-/// Mouths in speech open by 4 to 20 mm, spread lips are a seventh wider and rounded ones a fifth narrower than at
-/// rest; brows rise and fall by 4 to 6 mm.
+/// In speech, mouths open by 4 to 20 mm, spread lips are a seventh wider and rounded ones a fifth
+/// narrower than at rest; brows rise and fall by 4 to 6 mm.
 pub(super) const TARGETS: [Target; 12] = [
     target(Preset::BlinkLeft, Zone::LeftEye, &[(LidGap(0), -1.0, Of::Gap)], &[]),
     target(Preset::BlinkRight, Zone::RightEye, &[(LidGap(1), -1.0, Of::Gap)], &[]),

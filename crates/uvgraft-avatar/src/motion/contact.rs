@@ -1,33 +1,36 @@
-//! When which part of which foot stands on the ground.
+//! Detects ground contact: which part of which foot stands, and when.
 //!
-//! A heel or ball of the foot stands where it is low and slow; two limits each, so that it does not
-//! flicker. The ground itself is where most slow feet near the lowest of them are: recordings are some
-//! centimetres off, feet sink into it and soles are shod.
+//! The heel or ball of a foot stands while it is low and slow, with hysteresis in both
+//! against flickering. The height of the ground is where most slow feet are, near the
+//! lowest of them; it is not 0, because recordings are some centimetres off, feet sink
+//! into the ground and people wear shoes.
 
 use glam::Vec3;
 
 use super::soles::{Contact, Soles};
 use crate::rig::{Pose, RigError, Skeleton};
 
-/// Heel and ball of both feet in each frame.
+/// Heel and ball of both feet in a frame.
 pub(super) type Halves = [[Contact; 2]; 2];
 
-/// A half of a foot comes to stand below this height and speed, and stands until it is above both of
-/// the second: in metres above the ground, and metres a second.
+/// Limits of height above the ground, in metres, and of speed, in metres a second. Half
+/// a foot starts to stand once it is below both limits of `LANDS`, and stops once it
+/// exceeds either limit of `LEAVES`.
 const LANDS: (f32, f32) = (0.04, 0.3);
 const LEAVES: (f32, f32) = (0.07, 0.6);
-/// The height of the ground is told by feet slower than this, in metres a second.
+/// Feet slower than this determine the height of the ground, in metres a second.
 const SLOW: f32 = 0.15;
-/// The window in which most of them are, and how far above the lowest feet it may be, in metres.
+/// Size of the window that must hold most of their heights, and how far above the lowest feet it
+/// may begin, in metres.
 const WINDOW_M: f32 = 0.03;
 const SEARCH_M: f32 = 0.15;
-/// Over which time speeds are measured, in seconds.
+/// Interval over which speeds are measured, in seconds.
 const SPEED_S: f32 = 0.07;
 
-/// What stands in a frame: heel and ball of the left and the right foot.
+/// Which parts stand in a frame: heel and ball of the left and the right foot.
 pub(super) type Standing = [[bool; 2]; 2];
 
-/// Where heels and balls are in all frames.
+/// The heels and balls of both feet in all poses.
 pub(super) fn halves(
     skeleton: &Skeleton,
     soles: &Soles,
@@ -40,7 +43,12 @@ pub(super) fn halves(
     poses.iter().map(frame).collect()
 }
 
-/// The height of the ground on which somebody walks; nothing where no foot is ever slow.
+/// Estimates the height of the ground as the median of the fullest window of slow heights; `None`
+/// if no foot is ever slow.
+///
+/// A plain minimum would follow bad frames, so the search begins at the lowest height
+/// that is supported by a twentieth of the samples. It ends `SEARCH_M` above it, so
+/// that feet on something higher don't count.
 pub(super) fn ground(times: &[f32], frames: &[Halves]) -> Option<f32> {
     let mut heights: Vec<f32> = Vec::new();
     for foot in 0..2 {
@@ -53,18 +61,18 @@ pub(super) fn ground(times: &[f32], frames: &[Halves]) -> Option<f32> {
     heights.sort_by(f32::total_cmp);
     let count =
         |from: usize| heights.partition_point(|&height| height < heights[from] + WINDOW_M) - from;
-    // Some frames are errors: what is lowest is where a twentieth of all slow feet are.
+    // Outliers: the lowest height must have at least a twentieth of all samples in its window.
     let lowest = (0..heights.len()).find(|&from| count(from) * 20 >= heights.len());
     let lowest = heights[lowest?];
     let near = heights.partition_point(|&height| height < lowest + SEARCH_M);
-    // The first of the fullest windows.
+    // The lowest one among the fullest windows.
     let best = (0..near).rev().max_by_key(|&from| count(from))?;
     Some(heights[best + count(best) / 2])
 }
 
-/// Which halves stand in each frame.
+/// Which parts of the feet stand in each frame.
 ///
-/// - `ground`: its height.
+/// - `ground`: height of the ground.
 pub(super) fn standing(times: &[f32], frames: &[Halves], ground: f32) -> Vec<Standing> {
     let mut standing = vec![[[false; 2]; 2]; frames.len()];
     for foot in 0..2 {
@@ -78,7 +86,8 @@ pub(super) fn standing(times: &[f32], frames: &[Halves], ground: f32) -> Vec<Sta
                 stands = is_within(frame, if stands { LEAVES } else { LANDS });
                 standing[frame][foot][half] = stands;
             }
-            // The same backwards: who leaves lands in reversed time, and frames in between belong to it.
+            // The same backwards in time: take-off is then a landing, and the frames in
+            // between become standing too.
             stands = false;
             for frame in (0..frames.len()).rev() {
                 stands = is_within(frame, if stands { LEAVES } else { LANDS });
@@ -89,7 +98,7 @@ pub(super) fn standing(times: &[f32], frames: &[Halves], ground: f32) -> Vec<Sta
     standing
 }
 
-/// A half of a foot over time.
+/// Half a foot over time.
 struct Track<'a> {
     times: &'a [f32],
     frames: &'a [Halves],
@@ -102,16 +111,16 @@ impl Track<'_> {
         self.frames[frame][self.foot][self.half]
     }
 
-    /// How fast it moves around a frame, in metres a second: the slower of before and after, so that
-    /// the first and last frame of a step count as standing.
+    /// Speed around a frame, in metres a second: the lower of the speeds before and after it, so
+    /// that the first and last frames of a step count as standing.
     fn speed(&self, frame: usize) -> f32 {
         let speed = |other: usize| -> f32 {
             let seconds = (self.times[other] - self.times[frame]).abs();
-            let way: Vec3 = self.at(other).place - self.at(frame).place;
-            if seconds > 0.0 { way.length() / seconds } else { 0.0 }
+            let step: Vec3 = self.at(other).point - self.at(frame).point;
+            if seconds > 0.0 { step.length() / seconds } else { 0.0 }
         };
         let time = self.times[frame];
-        // The frames beside it at least, where they are farther apart.
+        // At least the adjacent frames, even if they are farther away in time.
         let before = self.times.partition_point(|&found| found < time - SPEED_S);
         let before = before.min(frame.saturating_sub(1));
         let after = self.times.partition_point(|&found| found <= time + SPEED_S);
@@ -129,12 +138,13 @@ impl Track<'_> {
 mod tests {
     use super::*;
 
-    /// Feet on a ground at 0.05: the left one stands for half a second and steps, the right one stands.
+    /// Feet on a ground at 0.05: the left one stands for half a second and then steps,
+    /// the right one stands.
     fn steps() -> (Vec<f32>, Vec<Halves>) {
         let times: Vec<f32> = (0..30).map(|frame| frame as f32 / 30.0).collect();
         let frame = |&time: &f32| {
             let step = (time - 0.5).max(0.0);
-            let contact = |x, z, height: f32| Contact { height, place: Vec3::new(x, height, z) };
+            let contact = |x, z, height: f32| Contact { height, point: Vec3::new(x, height, z) };
             let left = |z: f32| contact(0.1, z + 3.0 * step, 0.05 + step.min(1.0 - step) * 0.6);
             let right = |z: f32| contact(-0.1, z, 0.052);
             [[left(-0.1), left(0.1)], [right(-0.1), right(0.1)]]
@@ -148,7 +158,7 @@ mod tests {
         let (times, mut frames) = steps();
         let found = ground(&times, &frames).unwrap();
         assert!((found - 0.05).abs() < 0.005, "{found}");
-        // One frame that is far off changes nothing.
+        // A single outlier frame has no effect.
         for half in &mut frames[7][0] {
             half.height = -1.0;
         }

@@ -1,63 +1,64 @@
-//! Feet on the ground: where a clip's feet stand, those of the body that plays it stand too, whatever its
-//! legs and soles are like.
+//! Footskate cleanup: where the feet of a recording stand, the feet of the body that plays it stand
+//! too, whatever the lengths of its legs and the shape of its soles.
 //!
-//! What is to be planted is found on a reference: the person who moved where that person's shape is
-//! known, or else the body itself. The body is moved up or down by one length for the whole clip, which is
-//! what most of its standing feet need; each standing foot is then brought to the ground and held where
-//! it came down, by its leg. Between steps a foot's correction fades from one to the next, and where a
-//! leg is too short for it the hips sink, smoothly.
+//! Contacts are detected on a reference: the performer if that person's shape is known, or else the
+//! body itself. The body is shifted vertically by one offset for the whole clip, the median of what
+//! its standing feet need; then inverse kinematics brings each standing foot to the ground and
+//! holds it where it came down. Between steps a foot's correction fades from one to the next, and
+//! where a leg is too short the hips sink, smoothly.
 //!
 //! Based on: Kovar et al., "Footskate Cleanup for Motion Capture Editing", 2002.
 
 use glam::Vec3;
 
 use super::contact::{self, Halves, Standing};
-use super::legs::{Leg, Placed, world};
+use super::legs::{Leg, LegPose, world};
 use super::soles::Soles;
 use crate::rig::{Clip, RigError, Skeleton};
 
-/// Whose feet tell what stands, and on which ground.
+/// The body whose feet determine the contacts and the height of the ground.
 pub(super) struct Reference<'a> {
     pub skeleton: &'a Skeleton,
     pub soles: &'a Soles,
-    /// The same frames as the clip's.
+    /// The same frames as in the clip to be corrected.
     pub clip: &'a Clip,
 }
 
-/// What was done to a clip.
+/// The corrections made to a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Grounding {
-    /// The height of the clip's own ground in the recording, in metres; nothing where no foot stands.
+    /// Height of the ground in the recording, in metres; `None` if no foot ever stands.
     pub ground_m: Option<f32>,
-    /// Frames in which a foot stands.
+    /// Number of frames in which a foot stands.
     pub planted: usize,
-    /// The farthest that a foot was moved, in metres.
-    pub most_m: f32,
-    /// The farthest that the hips sank for a leg to reach, in metres.
+    /// Largest displacement of a foot, in metres.
+    pub max_shift_m: f32,
+    /// Largest distance by which the hips sank so that a leg could reach, in metres.
     pub sunk_m: f32,
 }
 
-/// A foot's correction fades out over this time where no step follows or precedes, in seconds.
+/// Time over which a foot's correction fades out where no other step is near, in seconds.
 const FADE_S: f32 = 0.35;
-/// Hips sink and rise again over this time, in seconds.
+/// Half the smoothing window of the hips' height, in seconds.
 const SINK_S: f32 = 0.15;
-/// Corrections below this are none, in metres.
+/// Corrections below this are skipped, in metres.
 const NONE_M: f32 = 1e-5;
-/// Hips sink no farther than this part of a leg: what lies beyond is no matter of reach.
-const MOST_SINK: f32 = 0.25;
+/// Upper limit of the sinking, as a fraction of the leg's length: anything beyond is
+/// not a matter of reach.
+const MAX_SINK: f32 = 0.25;
 
-/// A clip that is being grounded.
-struct Work<'a> {
+/// A clip that is being corrected.
+struct Cleanup<'a> {
     skeleton: &'a Skeleton,
     soles: &'a Soles,
     clip: &'a mut Clip,
     standing: Vec<Standing>,
 }
 
-/// Puts a clip's feet on y = 0.
+/// Corrects a clip so that its feet stand on y = 0.
 ///
-/// - `in_place`: the recording does not say where the body was, so its height follows from the lower
-///   foot in each frame, and feet may slide.
+/// - `in_place`: the recording lacks the body's position, so its height follows from the lower foot
+///   in each frame, and feet may slide.
 pub(super) fn put_on_ground(
     clip: &mut Clip,
     skeleton: &Skeleton,
@@ -67,15 +68,15 @@ pub(super) fn put_on_ground(
 ) -> Result<Grounding, RigError> {
     let own = contact::halves(skeleton, soles, &clip.poses)?;
     if in_place {
-        let low: Vec<f32> = own.iter().map(lower).collect();
+        let low: Vec<f32> = own.iter().map(lowest).collect();
         let even = smoothed(&clip.times, &low, SINK_S, Smooth::Mean);
         for (pose, low) in clip.poses.iter_mut().zip(even) {
             pose.translation[1] -= low;
         }
         let standing = vec![[[false; 2]; 2]; clip.poses.len()];
-        let mut work = Work { skeleton, soles, clip, standing };
+        let mut cleanup = Cleanup { skeleton, soles, clip, standing };
         let mut grounding = Grounding::default();
-        work.correct(&mut grounding)?;
+        cleanup.correct(&mut grounding)?;
         return Ok(grounding);
     }
     let halves = match reference {
@@ -90,24 +91,24 @@ pub(super) fn put_on_ground(
         }
         None => (vec![[[false; 2]; 2]; own.len()], None),
     };
-    // Without a foot that stands the lowest of all is on the ground.
-    let lift = lift.unwrap_or_else(|| -own.iter().map(lower).fold(f32::MAX, f32::min));
+    // If no foot ever stands, the lowest point of all frames goes to the ground.
+    let lift = lift.unwrap_or_else(|| -own.iter().map(lowest).fold(f32::MAX, f32::min));
     for pose in &mut clip.poses {
         pose.translation[1] += lift;
     }
     let is_planted = |feet: &&Standing| feet.iter().flatten().any(|&half| half);
     let planted = standing.iter().filter(is_planted).count();
-    let mut work = Work { skeleton, soles, clip, standing };
+    let mut cleanup = Cleanup { skeleton, soles, clip, standing };
     let mut grounding = Grounding { ground_m: found, planted, ..Grounding::default() };
-    work.correct(&mut grounding)?;
+    cleanup.correct(&mut grounding)?;
     Ok(grounding)
 }
 
-fn lower(halves: &Halves) -> f32 {
+fn lowest(halves: &Halves) -> f32 {
     halves.iter().flatten().map(|half| half.height).fold(f32::MAX, f32::min)
 }
 
-/// What brings most standing feet to the ground; nothing where none stands.
+/// The vertical shift that brings the median standing foot to the ground; `None` if none stands.
 fn lift(own: &[Halves], standing: &[Standing]) -> Option<f32> {
     let mut heights = Vec::new();
     for (halves, stands) in own.iter().zip(standing) {
@@ -121,13 +122,14 @@ fn lift(own: &[Halves], standing: &[Standing]) -> Option<f32> {
     heights.get(heights.len() / 2).map(|height| -height)
 }
 
-impl Work<'_> {
+impl Cleanup<'_> {
     fn correct(&mut self, grounding: &mut Grounding) -> Result<(), RigError> {
         let frames = contact::halves(self.skeleton, self.soles, &self.clip.poses)?;
         let mut moves = [self.moves(&frames, 0), self.moves(&frames, 1)];
         let legs = Leg::both(self.skeleton);
         let Some(legs) = legs else {
-            // Joints that are no legs cannot reach: nothing sinks into the ground at least.
+            // Without leg chains there is no inverse kinematics; at least nothing sinks
+            // into the ground.
             for (frame, pose) in self.clip.poses.iter_mut().enumerate() {
                 pose.translation[1] += moves.iter().map(|moves| moves[frame].y).fold(0.0, f32::max);
             }
@@ -138,12 +140,12 @@ impl Work<'_> {
         for frame in 0..self.clip.poses.len() {
             for (leg, moves) in legs.iter().zip(&moves) {
                 let pose = &mut self.clip.poses[frame];
-                // The foot stays where it was while the hips sank.
+                // The foot keeps its position while the hips sink.
                 let by = moves[frame] + Vec3::new(0.0, sunk[frame], 0.0);
                 if by.length() < NONE_M {
                     continue;
                 }
-                grounding.most_m = grounding.most_m.max(moves[frame].length());
+                grounding.max_shift_m = grounding.max_shift_m.max(moves[frame].length());
                 let placed = leg.placed(self.skeleton, &world(self.skeleton, pose));
                 leg.reach(&placed, placed.ankle + by, pose);
             }
@@ -151,7 +153,11 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// How far a foot has to be moved in each frame.
+    /// The displacement that a foot needs in each frame: a standing foot is put on the ground and
+    /// held at the anchors where its heel and ball came down.
+    ///
+    /// A part that comes down while the other one is held gets its anchor at its corrected
+    /// position, so a foot rolls from heel to ball without a jump.
     fn moves(&self, frames: &[Halves], foot: usize) -> Vec<Vec3> {
         let mut moves = vec![None; frames.len()];
         let mut anchors: [Option<Vec3>; 2] = [None; 2];
@@ -160,10 +166,11 @@ impl Work<'_> {
             let held = |anchors: &[Option<Vec3>; 2]| {
                 let off = anchors.iter().zip(halves).zip(stands).filter(|&(_, stands)| stands);
                 let off: Vec<Vec3> =
-                    off.filter_map(|((anchor, half), _)| Some((*anchor)? - half.place)).collect();
+                    off.filter_map(|((anchor, half), _)| Some((*anchor)? - half.point)).collect();
                 off.iter().sum::<Vec3>() / off.len().max(1) as f32
             };
-            // What held before holds on; what comes down now is held where that takes it.
+            // Anchors of parts that still stand are kept; parts that come down now are
+            // anchored after correction.
             for (anchor, stands) in anchors.iter_mut().zip(stands) {
                 if !stands {
                     *anchor = None;
@@ -172,7 +179,7 @@ impl Work<'_> {
             let by = held(&anchors);
             for ((anchor, half), stands) in anchors.iter_mut().zip(halves).zip(stands) {
                 if stands && anchor.is_none() {
-                    *anchor = Some(half.place + by);
+                    *anchor = Some(half.point + by);
                 }
             }
             if stands.contains(&true) {
@@ -184,7 +191,7 @@ impl Work<'_> {
         faded(&self.clip.times, &moves)
     }
 
-    /// Lifts feet that would sink.
+    /// Raises feet that would sink into the ground.
     fn keep_above(&self, frames: &[Halves], moves: &mut [Vec<Vec3>; 2]) {
         for (foot, moves) in moves.iter_mut().enumerate() {
             for (by, halves) in moves.iter_mut().zip(frames) {
@@ -194,7 +201,8 @@ impl Work<'_> {
         }
     }
 
-    /// Lowers the hips where a standing foot is out of reach.
+    /// Lowers the hips where a standing foot is out of reach, and returns by how much
+    /// in each frame.
     fn sink(
         &mut self,
         legs: &[Leg; 2],
@@ -221,17 +229,19 @@ impl Work<'_> {
     }
 }
 
-/// By how much a hip is too high for its leg to reach where its foot goes.
-fn too_high(placed: &Placed, by: Vec3, length_m: f32) -> f32 {
+/// The height by which a hip is too high for its leg to reach the foot's target: with the
+/// horizontal distance h to the target and the reach r, the hip may be √(r² - h²) above it.
+fn too_high(placed: &LegPose, by: Vec3, length_m: f32) -> f32 {
     let to = placed.ankle + by;
-    // No leg has to be straighter than it was recorded.
+    // No leg has to be straighter than in the recording.
     let reach = (length_m * 0.999).max(placed.ankle.distance(placed.hip).min(length_m));
     let aside = Vec3::new(to.x - placed.hip.x, 0.0, to.z - placed.hip.z).length();
     let most = to.y + (reach * reach - aside * aside).max(0.0).sqrt();
-    (placed.hip.y - most).clamp(0.0, MOST_SINK * length_m)
+    (placed.hip.y - most).clamp(0.0, MAX_SINK * length_m)
 }
 
-/// Corrections between those that are given: from one to the next, and to none where none is near.
+/// Fills the gaps between the given corrections: short gaps are interpolated with smoothstep, in
+/// longer ones both neighbours fade to zero.
 fn faded(times: &[f32], given: &[Option<Vec3>]) -> Vec<Vec3> {
     let smooth = |part: f32| {
         let part = part.clamp(0.0, 1.0);
@@ -267,16 +277,16 @@ fn faded(times: &[f32], given: &[Option<Vec3>]) -> Vec<Vec3> {
     moves
 }
 
-/// What a smoothed curve keeps.
+/// How a curve is smoothed.
 #[derive(Clone, Copy, PartialEq)]
 enum Smooth {
-    /// The mean over the time.
+    /// Moving average.
     Mean,
-    /// Nothing of it is below the curve.
+    /// Smooth upper bound: no value exceeds the result.
     Above,
 }
 
-/// A curve without jumps.
+/// Smooths a curve.
 ///
 /// - `seconds`: half the width of the window.
 fn smoothed(times: &[f32], values: &[f32], seconds: f32, smooth: Smooth) -> Vec<f32> {
@@ -290,7 +300,7 @@ fn smoothed(times: &[f32], values: &[f32], seconds: f32, smooth: Smooth) -> Vec<
         Smooth::Mean => values.to_vec(),
         Smooth::Above => (0..values.len()).map(most).collect(),
     };
-    // The mean of maxima over the same window is at least each value in it.
+    // The mean of moving maxima over the same window is at least as high as the value itself.
     let mean = |frame: usize| {
         let window = window(frame);
         high[window.clone()].iter().sum::<f32>() / window.len() as f32

@@ -1,10 +1,10 @@
-//! Legs that reach for a place: hip and knee turn, the foot keeps how it is turned in the world.
+//! Inverse kinematics of legs: hip and knee rotate, the foot keeps its orientation in the world.
 
 use glam::{Quat, Vec3};
 
 use crate::rig::{HumanBone, Pose, Skeleton};
 
-/// The joints of a leg, each hanging on the one before.
+/// The joints of a leg, each the parent of the next.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leg {
     hip: usize,
@@ -12,21 +12,22 @@ pub(super) struct Leg {
     ankle: usize,
 }
 
-/// Legs are stretched up to this part of their length, short of where a knee snaps straight.
+/// Legs stretch up to this fraction of their length, short of the point where the knee
+/// snaps straight.
 const STRETCH: f32 = 0.9995;
 
-/// Where a leg's joints are in the world, and how those are turned.
-pub(super) struct Placed {
+/// World positions and rotations of a leg's joints.
+pub(super) struct LegPose {
     pub hip: Vec3,
     pub knee: Vec3,
     pub ankle: Vec3,
     turns: [Quat; 3],
-    /// What the hip hangs on.
+    /// World rotation of the hip's parent.
     above: Quat,
 }
 
 impl Leg {
-    /// Left and right leg, where thigh, shin and foot hang on each other.
+    /// Left and right leg; `None` unless thigh, shin and foot form chains.
     pub(super) fn both(skeleton: &Skeleton) -> Option<[Self; 2]> {
         use HumanBone as Bone;
         let leg = |bones: [Bone; 3]| {
@@ -41,23 +42,29 @@ impl Leg {
         ])
     }
 
-    /// From hip to knee to ankle, in metres.
+    /// Length from hip to knee to ankle, in metres.
     pub(super) fn length_m(&self, skeleton: &Skeleton) -> f32 {
         let place = |joint: usize| Vec3::from(skeleton.joints()[joint].position);
         place(self.hip).distance(place(self.knee)) + place(self.knee).distance(place(self.ankle))
     }
 
-    /// Where it is in a pose.
+    /// The state of the leg in a pose.
     ///
-    /// - `world`: rotation and place of every joint.
-    pub(super) fn placed(&self, skeleton: &Skeleton, world: &[(Quat, Vec3)]) -> Placed {
+    /// - `world`: rotation and position of every joint.
+    pub(super) fn placed(&self, skeleton: &Skeleton, world: &[(Quat, Vec3)]) -> LegPose {
         let above = skeleton.joints()[self.hip].parent.map_or(Quat::IDENTITY, |up| world[up].0);
         let [hip, knee, ankle] = [self.hip, self.knee, self.ankle].map(|joint| world[joint]);
-        Placed { hip: hip.1, knee: knee.1, ankle: ankle.1, turns: [hip.0, knee.0, ankle.0], above }
+        LegPose { hip: hip.1, knee: knee.1, ankle: ankle.1, turns: [hip.0, knee.0, ankle.0], above }
     }
 
-    /// Turns hip and knee so that the ankle comes to a place, or as near as the leg is long.
-    pub(super) fn reach(&self, placed: &Placed, to: Vec3, pose: &mut Pose) {
+    /// Two-bone inverse kinematics: rotates hip and knee so that the ankle reaches a
+    /// target, or gets as close as the leg allows.
+    ///
+    /// By the law of cosines, the distance d from hip to ankle determines the angle β between thigh
+    /// and shin (of lengths a and b): d² = a² + b² + 2ab cos β. The knee takes the change of β,
+    /// then the hip swings the ankle into the direction of the target along the shortest arc. The
+    /// foot's rotation compensates for both.
+    pub(super) fn reach(&self, placed: &LegPose, to: Vec3, pose: &mut Pose) {
         let (thigh, shin) = (placed.knee - placed.hip, placed.ankle - placed.knee);
         let (a, b) = (thigh.length(), shin.length());
         let now = placed.ankle.distance(placed.hip);
@@ -66,12 +73,12 @@ impl Leg {
         }
         let most = ((a + b) * STRETCH).max(now.min(a + b));
         let wanted = to.distance(placed.hip).clamp((a - b).abs() + 1e-4, most);
-        // The knee's bend is the angle between thigh and shin: 0 where the leg is straight.
+        // The bend of the knee, the angle between thigh and shin: 0 for a straight leg.
         let bend = |distance: f32| {
             let cosine = (distance * distance - a * a - b * b) / (2.0 * a * b);
             cosine.clamp(-1.0, 1.0).acos()
         };
-        // A straight leg bends as knees do: about the thigh's own axis to the side.
+        // A straight leg has no bending plane; knees bend about the thigh's sideways axis.
         let side = placed.turns[0] * Vec3::X;
         let axis = thigh.cross(shin);
         let axis = if axis.length() > 1e-3 * a * b { axis.normalize() } else { side };
@@ -90,7 +97,7 @@ impl Leg {
     }
 }
 
-/// Rotation and place of every joint in a pose that was checked.
+/// World rotation and position of every joint, for a pose that has been checked.
 pub(super) fn world(skeleton: &Skeleton, pose: &Pose) -> Vec<(Quat, Vec3)> {
     let joints = skeleton.joints();
     let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(joints.len());
@@ -115,7 +122,7 @@ mod tests {
     use crate::example;
 
     #[test]
-    fn feet_come_where_they_are_wanted_and_keep_their_turn() {
+    fn feet_reach_their_targets_and_keep_their_rotation() {
         let skeleton = example::avatar().skeleton;
         let legs = Leg::both(&skeleton).unwrap();
         let mut bent = Pose::rest(skeleton.joints().len());
@@ -146,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_far_is_reached_for() {
+    fn legs_stretch_towards_targets_out_of_reach() {
         let skeleton = example::avatar().skeleton;
         let [leg, _] = Leg::both(&skeleton).unwrap();
         let rest = Pose::rest(skeleton.joints().len());

@@ -1,4 +1,4 @@
-//! Recorded motions, and how they are brought onto bodies.
+//! Recorded motions, and their retargeting to other bodies.
 
 mod amass;
 mod contact;
@@ -14,34 +14,34 @@ use uvgraft_io::arrays::ArraysError;
 use crate::rig::RigError;
 pub use amass::Motion;
 pub use ground::Grounding;
-pub use retarget::{ClipOptions, Ground, Person, Retarget};
+pub use retarget::{ClipOptions, GroundMode, Performer, Retarget};
 pub use retarget::{MEAN_LEG_M, MEAN_PELVIS};
 pub use soles::Soles;
-pub use up::Up;
+pub use up::UpAxis;
 
 /// Why a motion was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// An array that a motion needs is not there, or was not read.
+    /// An array that a motion needs is missing, or was not read.
     #[error("not a motion: {0}")]
     Arrays(#[from] ArraysError),
-    /// None of several arrays is there, of which a motion needs one.
+    /// A motion needs one of several arrays, and none of them is present.
     #[error("not a motion: must have {wanted}, got {found}")]
     Missing {
         /// Their names.
         wanted: &'static str,
-        /// The names that there are.
+        /// The names that are present.
         found: String,
     },
-    /// An array has another shape than a motion's.
+    /// An array has the wrong shape for a motion.
     #[error("`{key}` must have shape {wanted}, got {found:?}")]
     Shape {
         /// Its name.
         key: &'static str,
         /// The lengths of its axes.
         found: Vec<usize>,
-        /// What they must be.
+        /// The required shape.
         wanted: String,
     },
     /// A value is NaN or infinite.
@@ -49,50 +49,50 @@ pub enum MotionError {
     NotFinite {
         /// The array's name.
         key: &'static str,
-        /// Which frame, counted from 0.
+        /// The frame's index.
         frame: usize,
-        /// Which value of the frame, counted from 0.
+        /// Index of the value within the frame.
         column: usize,
-        /// What was found.
+        /// The value.
         found: f32,
     },
-    /// A frame rate that no recording has.
+    /// The frame rate is out of range.
     #[error("the frame rate must be more than 0 and at most {most} frames per second, got {found}")]
     Rate {
-        /// What was found.
+        /// The rate.
         found: f64,
-        /// The most that is accepted.
+        /// Upper limit.
         most: f64,
     },
-    /// More frames than are accepted.
+    /// No frames, or more than are accepted.
     #[error("must have 1 to {most} frames, got {found}")]
     Frames {
-        /// How many.
+        /// Number of frames.
         found: usize,
-        /// The most that are accepted.
+        /// Upper limit.
         most: usize,
     },
-    /// A part of the motion that has no frames, or a length that is none.
+    /// The requested part of the motion has no frames, or its length is invalid.
     #[error("no frames from {start_s} s for {seconds} s in a motion of {length_s:.2} s")]
     Part {
-        /// Where the part starts.
+        /// Start of the part.
         start_s: f64,
-        /// How long it is.
+        /// Requested length of the part.
         seconds: f64,
-        /// How long the motion is.
+        /// Length of the motion.
         length_s: f64,
     },
-    /// A body that cannot move as people do.
+    /// The skeleton lacks bones that a human motion needs.
     #[error(
         "the skeleton of a motion of {joints} joints must have {missing}, got `{root}` and \
          {others} more joints"
     )]
     OtherSkeleton {
-        /// The joints of the motion.
+        /// Number of joints of the motion.
         joints: usize,
-        /// The skeleton's first joint.
+        /// Name of the skeleton's first joint.
         root: String,
-        /// How many more it has.
+        /// Number of its other joints.
         others: usize,
         /// VRM's names of the bones that are missing.
         missing: String,

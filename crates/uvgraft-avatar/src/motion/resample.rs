@@ -1,30 +1,31 @@
-//! Frames of a motion at other times.
+//! Resampling of motions and clips at other times.
 
 use glam::{Quat, Vec3};
 
 use super::{ClipOptions, Motion, MotionError};
 use crate::rig::{Clip, Pose};
 
-/// A frame of a motion: Z up, a rotation for each of the motion's joints.
+/// A frame of a motion: a rotation for each of the motion's joints and the body's translation, in
+/// the axes of the recording.
 pub(super) struct Frame {
     pub(super) time_s: f32,
     pub(super) turns: Vec<Quat>,
-    pub(super) place: Vec3,
+    pub(super) translation: Vec3,
 }
 
-/// Frames closer to one of the motion's than this part of a frame are that frame.
+/// Times closer than this to a frame of the motion, in frames, use that frame unchanged.
 const SAME: f64 = 1e-4;
 
-/// How many frames of a part, and how many a second.
-fn part(motion: &Motion, options: &ClipOptions<'_>) -> Result<(usize, f64), MotionError> {
+/// The number of frames in the requested part, and their rate in frames a second.
+fn count_and_rate(motion: &Motion, options: &ClipOptions<'_>) -> Result<(usize, f64), MotionError> {
     let length_s = motion.seconds();
     let start_s = options.start_s;
     let seconds = options.seconds.unwrap_or(f64::INFINITY);
-    let asked = options.fps.unwrap_or(motion.rate());
-    if asked.is_nan() || asked <= 0.0 {
-        return Err(MotionError::Rate { found: asked, most: motion.rate() });
+    let requested = options.fps.unwrap_or(motion.rate());
+    if requested.is_nan() || requested <= 0.0 {
+        return Err(MotionError::Rate { found: requested, most: motion.rate() });
     }
-    let rate = asked.min(motion.rate());
+    let rate = requested.min(motion.rate());
     if !(0.0..=length_s).contains(&start_s) || seconds.is_nan() || seconds < 0.0 {
         return Err(MotionError::Part { start_s, seconds, length_s });
     }
@@ -32,15 +33,15 @@ fn part(motion: &Motion, options: &ClipOptions<'_>) -> Result<(usize, f64), Moti
     Ok(((available_s * rate + SAME).floor() as usize + 1, rate))
 }
 
-/// The times of the part that is asked for, from 0, in seconds.
+/// The times of the requested part, from 0, in seconds.
 pub(super) fn times(motion: &Motion, options: &ClipOptions<'_>) -> Result<Vec<f32>, MotionError> {
-    let (count, rate) = part(motion, options)?;
+    let (count, rate) = count_and_rate(motion, options)?;
     Ok((0..count).map(|index| (index as f64 / rate) as f32).collect())
 }
 
-/// A clip at other times within its own: rotations along the shortest arc between frames.
+/// Resamples a clip at times within its own range: rotations take the shortest arc between frames.
 pub(super) fn at_times(clip: &Clip, times: Vec<f32>) -> Clip {
-    // Times are sums of 32-bit floats.
+    // Tolerance of times, which are accumulated in 32-bit floats.
     const SAME_S: f32 = 1e-4;
     let last = clip.times.len() - 1;
     let pose = |&time: &f32| {
@@ -54,21 +55,21 @@ pub(super) fn at_times(clip: &Clip, times: Vec<f32>) -> Clip {
         let turn = |(&a, &b): (&[f32; 4], &[f32; 4])| {
             Quat::from_array(a).slerp(Quat::from_array(b), part).normalize().into()
         };
-        let place = Vec3::from(a.translation).lerp(b.translation.into(), part);
+        let shift = Vec3::from(a.translation).lerp(b.translation.into(), part);
         let rotations = a.rotations.iter().zip(&b.rotations).map(turn).collect();
-        Pose { translation: place.into(), rotations }
+        Pose { translation: shift.into(), rotations }
     };
     let poses = times.iter().map(pose).collect();
     Clip { name: clip.name.clone(), times, poses }
 }
 
-/// The part of a motion that is asked for, from time 0: rotations along the shortest arc between
-/// frames, at most as many frames a second as the motion has.
+/// Extracts the requested part of a motion, starting at time 0. Rotations take the shortest arc
+/// between frames; the frame rate is at most that of the motion.
 pub(super) fn frames(
     motion: &Motion,
     options: &ClipOptions<'_>,
 ) -> Result<Vec<Frame>, MotionError> {
-    let (count, rate) = part(motion, options)?;
+    let (count, rate) = count_and_rate(motion, options)?;
     let start_s = options.start_s;
     let last = motion.frames() - 1;
     let frame = |index: usize| {
@@ -82,14 +83,14 @@ pub(super) fn frames(
         let before = before.min(last);
         let quat = |&turn: &[f32; 3]| Quat::from_scaled_axis(turn.into());
         let mut turns: Vec<Quat> = motion.turns(before).iter().map(quat).collect();
-        let mut place = Vec3::from(motion.place(before));
+        let mut translation = Vec3::from(motion.translation(before));
         if part > 0.0 && before < last {
             for (turn, next) in turns.iter_mut().zip(motion.turns(before + 1)) {
                 *turn = turn.slerp(quat(next), part);
             }
-            place = place.lerp(motion.place(before + 1).into(), part);
+            translation = translation.lerp(motion.translation(before + 1).into(), part);
         }
-        Frame { time_s: (index as f64 / rate) as f32, turns, place }
+        Frame { time_s: (index as f64 / rate) as f32, turns, translation }
     };
     Ok((0..count).map(frame).collect())
 }
@@ -100,7 +101,8 @@ mod tests {
 
     use super::*;
 
-    /// Frame `k` turns the root by `k` tenths about x and moves it by `k` along y, 120 times a second.
+    /// Frame `k` rotates the root by `k` tenths about x and moves it by `k` along y, at
+    /// 120 frames a second.
     fn motion(frames: usize) -> Motion {
         let mut arrays = NamedArrays::new();
         let table = |columns: usize, step: f32, column: usize| {
@@ -116,37 +118,41 @@ mod tests {
         Motion::from_arrays(&arrays).unwrap()
     }
 
-    /// Which frame each is, by its place and by its turn.
-    fn numbers(motion: &Motion, options: &ClipOptions<'_>) -> Vec<f32> {
+    /// The possibly fractional index of each frame, from both its translation and its rotation.
+    fn indices(motion: &Motion, options: &ClipOptions<'_>) -> Vec<f32> {
         let frames = frames(motion, options).unwrap();
         for frame in &frames {
             let angle = frame.turns[0].to_scaled_axis().x;
-            assert!((angle - frame.place.y * 0.1).abs() < 1e-5, "{angle} {}", frame.place.y);
+            assert!(
+                (angle - frame.translation.y * 0.1).abs() < 1e-5,
+                "{angle} {}",
+                frame.translation.y
+            );
         }
-        frames.iter().map(|frame| frame.place.y).collect()
+        frames.iter().map(|frame| frame.translation.y).collect()
     }
 
     #[test]
-    fn frames_are_kept_dropped_or_mixed() {
+    fn frames_are_kept_dropped_or_interpolated() {
         let motion = motion(13);
         let all = ClipOptions { fps: None, ..ClipOptions::default() };
-        assert_eq!(numbers(&motion, &all), (0..13).map(|k| k as f32).collect::<Vec<_>>());
+        assert_eq!(indices(&motion, &all), (0..13).map(|k| k as f32).collect::<Vec<_>>());
         let few = ClipOptions { fps: Some(30.0), ..all };
-        assert_eq!(numbers(&motion, &few), [0.0, 4.0, 8.0, 12.0]);
+        assert_eq!(indices(&motion, &few), [0.0, 4.0, 8.0, 12.0]);
         let times: Vec<f32> =
             frames(&motion, &few).unwrap().iter().map(|frame| frame.time_s).collect();
         assert!((times[3] - 0.1).abs() < 1e-6 && times[0] == 0.0);
-        let mixed = numbers(&motion, &ClipOptions { fps: Some(50.0), ..all });
+        let mixed = indices(&motion, &ClipOptions { fps: Some(50.0), ..all });
         let wanted = [0.0, 2.4, 4.8, 7.2, 9.6, 12.0];
         assert!(mixed.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-4), "{mixed:?}");
         // No more frames than were recorded.
-        assert_eq!(numbers(&motion, &ClipOptions { fps: Some(1000.0), ..all }).len(), 13);
+        assert_eq!(indices(&motion, &ClipOptions { fps: Some(1000.0), ..all }).len(), 13);
         let part = ClipOptions { start_s: 0.05, seconds: Some(0.034), fps: Some(60.0), ..all };
-        assert_eq!(numbers(&motion, &part), [6.0, 8.0, 10.0]);
+        assert_eq!(indices(&motion, &part), [6.0, 8.0, 10.0]);
     }
 
     #[test]
-    fn clips_are_mixed_between_their_frames() {
+    fn clips_are_interpolated_between_frames() {
         let pose = |x: f32| Pose {
             translation: [x, 0.0, 0.0],
             rotations: vec![Quat::from_rotation_x(0.1 * x).into()],
@@ -164,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_and_rates_that_are_none_are_refused() {
+    fn invalid_parts_and_rates_are_refused() {
         let motion = motion(13);
         let base = ClipOptions::default();
         for (start_s, seconds) in [(0.2, None), (-0.1, None), (f64::NAN, None), (0.0, Some(-1.0))] {

@@ -1,52 +1,52 @@
-//! The soles of feet: the points of a body that meet the ground.
+//! The soles of feet: the points of a body that touch the ground.
 
 use glam::{Quat, Vec3};
 
 use crate::rig::{HumanBone, Rigid, Skeleton, Skin};
 
-/// Where both feet can meet the ground.
+/// The parts of both feet that can touch the ground.
 #[derive(Debug, Clone)]
 pub struct Soles {
     /// Left, right.
     pub(super) feet: [Sole; 2],
 }
 
-/// The outside of a foot, by points of its convex hull.
+/// The surface of a foot, as points of its convex hull.
 #[derive(Debug, Clone)]
 pub(super) struct Sole {
-    /// Those behind the middle of the foot come first.
+    /// Those of the rear half come first.
     points: Vec<Point>,
-    /// How many of them are behind.
+    /// Number of points in the rear half.
     behind: usize,
 }
 
-/// A point of a body, and the joints that it follows.
+/// A point of the body with its skinning weights.
 #[derive(Debug, Clone)]
 struct Point {
     rest: Vec3,
     influences: Vec<(u16, f32)>,
 }
 
-/// The lower end of a foot's half in a pose.
+/// Where half of a foot is in a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Contact {
     /// Height of its lowest point.
     pub height: f32,
-    /// Where the point is that is lowest at rest.
-    pub place: Vec3,
+    /// Position of the point that is lowest at rest.
+    pub point: Vec3,
 }
 
-/// Points of a hull, in as many directions.
+/// Number of directions in which the convex hull is sampled.
 const DIRECTIONS: usize = 96;
-/// A vertex belongs to a foot if it follows it and its toes by this much together.
+/// A vertex belongs to a foot if its weights for the foot and toes sum to more than this.
 const OWN: f32 = 0.5;
-/// Where nothing is known but joints, the sole is as far below the lowest of them.
+/// For skeletons without a mesh: depth of the sole below the lowest joint of the foot.
 const SOLE_M: f32 = 0.02;
 
 impl Soles {
-    /// From a body at rest, standing upright and facing +Z: nothing if it has no feet.
+    /// From a body at rest, standing upright and facing +Z; `None` if it has no feet.
     ///
-    /// - `positions`: of its vertices, as many as `skin` has.
+    /// - `positions`: of its vertices, as many as in `skin`.
     pub fn new(positions: &[[f32; 3]], skin: &Skin, skeleton: &Skeleton) -> Option<Self> {
         let [left, right] = bones(skeleton)?;
         let sole = |joints: [Option<usize>; 2]| {
@@ -64,7 +64,7 @@ impl Soles {
         Some(Self { feet: [sole(left)?, sole(right)?] })
     }
 
-    /// The same of joints alone, with a sole two centimetres below the lowest.
+    /// From joints alone, with a sole two centimetres below the lowest joint of each foot.
     pub fn of_joints(skeleton: &Skeleton) -> Option<Self> {
         let place = |joint: usize| Vec3::from(skeleton.joints()[joint].position);
         let sole = |[foot, toes]: [Option<usize>; 2]| {
@@ -93,7 +93,7 @@ fn bones(skeleton: &Skeleton) -> Option<[[Option<usize>; 2]; 2]> {
 }
 
 impl Sole {
-    /// Keeps those that are farthest out in some direction.
+    /// Keeps the points that are extreme in some direction, for each half of the foot.
     fn new(points: &[Point]) -> Option<Self> {
         let ends = |low: f32, point: &Point| low.min(point.rest.z);
         let back = points.iter().fold(f32::MAX, ends);
@@ -102,19 +102,19 @@ impl Sole {
         let mut kept = Vec::new();
         let mut behind = 0;
         for half in [true, false] {
-            let of_half: Vec<&Point> =
+            let in_half: Vec<&Point> =
                 points.iter().filter(|point| (point.rest.z < middle) == half).collect();
             let mut chosen: Vec<usize> = directions()
                 .filter_map(|direction| {
-                    let out = |at: &usize| of_half[*at].rest.dot(direction);
-                    (0..of_half.len()).max_by(|a, b| out(a).total_cmp(&out(b)))
+                    let out = |at: &usize| in_half[*at].rest.dot(direction);
+                    (0..in_half.len()).max_by(|a, b| out(a).total_cmp(&out(b)))
                 })
                 .collect();
-            // The lowest comes first: it tells how a half moves.
+            // The lowest point comes first: it represents the half in measurements of speed.
             chosen
-                .sort_by(|&a, &b| of_half[a].rest.y.total_cmp(&of_half[b].rest.y).then(a.cmp(&b)));
+                .sort_by(|&a, &b| in_half[a].rest.y.total_cmp(&in_half[b].rest.y).then(a.cmp(&b)));
             chosen.dedup();
-            kept.extend(chosen.into_iter().map(|at| of_half[at].clone()));
+            kept.extend(chosen.into_iter().map(|at| in_half[at].clone()));
             if half {
                 behind = kept.len();
             }
@@ -122,15 +122,16 @@ impl Sole {
         (!kept.is_empty()).then_some(Self { points: kept, behind })
     }
 
-    /// The heights and places of heel and ball in a pose; a foot of one piece has both alike.
+    /// The contacts of heel and ball in a pose; for a foot with points in one half only, both are
+    /// the same.
     pub(super) fn contacts(&self, motions: &[Rigid]) -> [Contact; 2] {
         let (heel, ball) = self.points.split_at(self.behind);
         let contact = |points: &[Point]| {
             let height = points.iter().map(|point| point.posed(motions).y).fold(f32::MAX, f32::min);
-            points.first().map(|first| Contact { height, place: first.posed(motions) })
+            points.first().map(|first| Contact { height, point: first.posed(motions) })
         };
         let [heel, ball] = [contact(heel), contact(ball)];
-        let any = heel.or(ball).unwrap_or(Contact { height: 0.0, place: Vec3::ZERO });
+        let any = heel.or(ball).unwrap_or(Contact { height: 0.0, point: Vec3::ZERO });
         [heel.unwrap_or(any), ball.unwrap_or(any)]
     }
 }
@@ -145,7 +146,7 @@ impl Point {
     }
 }
 
-/// Directions spread evenly over the sphere, along a spiral, and straight down.
+/// Directions spread evenly over the sphere along a Fibonacci spiral, and straight down.
 fn directions() -> impl Iterator<Item = Vec3> {
     let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
     let direction = move |index: usize| {
@@ -189,6 +190,6 @@ mod tests {
         }
         let rest = avatar.skeleton.motions(&Pose::rest(avatar.skeleton.joints().len())).unwrap();
         let [heel, ball] = soles.feet[0].contacts(&rest);
-        assert!(heel.place.z < ball.place.z && heel.height < 0.02 && ball.height < 0.02);
+        assert!(heel.point.z < ball.point.z && heel.height < 0.02 && ball.height < 0.02);
     }
 }

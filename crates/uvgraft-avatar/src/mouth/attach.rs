@@ -1,4 +1,4 @@
-//! A mouth joined to its avatar: vertices, weights and morphs.
+//! Joins a mouth to its avatar: vertices, skinning weights and morphs.
 
 use glam::{DVec3, Vec3};
 use uvgraft::{Anatomy, Landmark, Mesh};
@@ -9,10 +9,10 @@ use super::{Mouth, MouthError};
 use crate::Avatar;
 use crate::rig::{Morph, Skin};
 
-/// Smaller shares of a joint in skull or jaw are the skin's softness, not bone.
-const LEAST: f32 = 0.03;
+/// Smaller weights of a joint come from the blending of skin weights, and are dropped.
+const MIN: f32 = 0.03;
 
-/// The joints, with their shares, that skull and jaw follow.
+/// The joints that skull and jaw follow, with their weights.
 #[derive(Debug, Clone)]
 pub(super) struct Followers {
     upper: Vec<(usize, f32)>,
@@ -20,12 +20,12 @@ pub(super) struct Followers {
 }
 
 impl Followers {
-    /// The skull follows what the skin under the nose follows, the jaw what the chin does.
+    /// The skull follows the joints of the skin under the nose, the jaw those of the chin.
     pub fn find(avatar: &Avatar, anatomy: &Anatomy) -> Result<Self, MouthError> {
         let follows = |landmark, what, reach: f64| {
-            let place = anatomy.point(landmark).ok_or(MouthError::Landmark(what))?;
+            let point = anatomy.point(landmark).ok_or(MouthError::Landmark(what))?;
             let near =
-                near(avatar.mesh.positions(), DVec3::from(place), reach * anatomy.frame().unit);
+                near(avatar.mesh.positions(), DVec3::from(point), reach * anatomy.frame().unit);
             let mean = mean_weights(&avatar.skin, &near);
             if mean.is_empty() { Err(MouthError::Landmark(what)) } else { Ok(mean) }
         };
@@ -43,7 +43,7 @@ fn mean_weights(skin: &Skin, vertices: &[u32]) -> Vec<(usize, f32)> {
     }
     let count = vertices.len().max(1) as f32;
     sums.iter_mut().for_each(|(_, weight)| *weight /= count);
-    sums.retain(|&(_, weight)| weight >= LEAST);
+    sums.retain(|&(_, weight)| weight >= MIN);
     sums
 }
 
@@ -59,23 +59,23 @@ fn add(sums: &mut Vec<(usize, f32)>, weights: impl Iterator<Item = (usize, f32)>
 pub(super) fn attach(mouth: &Mouth, avatar: Avatar) -> Result<Avatar, MouthError> {
     let points: Vec<Point> =
         mouth.pieces.iter().flat_map(|(piece, _)| piece.points.iter().copied()).collect();
-    let places: Vec<Vec3> = points.iter().map(|point| mouth.frame.world(point.place)).collect();
-    let mesh = mesh(mouth, &avatar.mesh, &places)?;
+    let world: Vec<Vec3> = points.iter().map(|point| mouth.frame.world(point.position)).collect();
+    let mesh = mesh(mouth, &avatar.mesh, &world)?;
     let joints = avatar.skeleton.joints().len();
     let weights = points.iter().map(|point| weights(mouth, &avatar.skin, point));
-    let skin = Skin::new(weights, joints).map_err(|_| MouthError::Landmark("joints"))?;
+    let skin = Skin::new(weights, joints).map_err(|_| MouthError::Weights)?;
     let skin = avatar.skin.followed_by(&skin);
     let first = avatar.mesh.positions().len() as u32;
     let morphs = avatar.morphs.iter().map(|morph| {
         let motion = mouth.jaw.motion(avatar.mesh.positions(), morph);
-        with_mouth(morph, mouth, &motion, &points, &places, first)
+        with_mouth(morph, mouth, &motion, &points, &world, first)
     });
     let morphs = morphs.collect();
     Ok(Avatar { mesh, skin, morphs, ..avatar })
 }
 
-/// The avatar's mesh without its sack, and the mouth's triangles after its own.
-fn mesh(mouth: &Mouth, own: &Mesh, places: &[Vec3]) -> Result<Mesh, MouthError> {
+/// The avatar's mesh without its mouth sack, followed by the mouth's triangles.
+fn mesh(mouth: &Mouth, own: &Mesh, world: &[Vec3]) -> Result<Mesh, MouthError> {
     let mut positions = own.positions().to_vec();
     let mut uv = own.uv().to_vec();
     let kept = |faces: &[[u32; 3]]| -> Vec<[u32; 3]> {
@@ -84,7 +84,7 @@ fn mesh(mouth: &Mouth, own: &Mesh, places: &[Vec3]) -> Result<Mesh, MouthError> 
     };
     let (mut faces, mut uv_faces) = (kept(own.faces()), kept(own.uv_faces()));
     let mut first = positions.len() as u32;
-    positions.extend(places.iter().map(Vec3::to_array));
+    positions.extend(world.iter().map(Vec3::to_array));
     for (piece, place) in &mouth.pieces {
         let first_uv = uv.len() as u32;
         uv.extend(piece.corners.iter().map(|&(_, at)| place.uv(at)));
@@ -110,17 +110,18 @@ fn weights(mouth: &Mouth, skin: &Skin, point: &Point) -> Vec<(usize, f32)> {
     sums
 }
 
-/// A morph with the offsets of the mouth's points: lips as they move, the jaw rigidly, the skull not at all.
+/// A morph with offsets for the mouth's points added: lips move with the rim, the jaw
+/// rigidly, the skull not at all.
 fn with_mouth(
     morph: &Morph,
     mouth: &Mouth,
     motion: &Motion,
     points: &[Point],
-    places: &[Vec3],
+    world: &[Vec3],
     first: u32,
 ) -> Morph {
     /// A micrometre.
-    const LEAST_M: f32 = 1e-6;
+    const MIN_M: f32 = 1e-6;
     let mut of_rim = vec![Vec3::ZERO; mouth.rim.vertices.len()];
     for &(vertex, offset) in &morph.offsets {
         let at = mouth.rim.vertices.iter().position(|&rim| rim == vertex);
@@ -128,13 +129,13 @@ fn with_mouth(
             of_rim[at] = offset.into();
         }
     }
-    let offset = |(point, &place): (&Point, &Vec3)| {
-        let bone = motion.offset(place) * point.lower;
+    let offset = |(point, &position): (&Point, &Vec3)| {
+        let bone = motion.offset(position) * point.lower;
         let (rim, share) = point.rim.unwrap_or((0, 0.0));
         bone * (1.0 - share) + of_rim[rim] * share
     };
-    let new = (first..).zip(points.iter().zip(places).map(offset));
-    let moved = new.filter(|(_, offset)| offset.length() > LEAST_M);
+    let new = (first..).zip(points.iter().zip(world).map(offset));
+    let moved = new.filter(|(_, offset)| offset.length() > MIN_M);
     let mut offsets = morph.offsets.clone();
     offsets.extend(moved.map(|(vertex, offset)| (vertex, offset.to_array())));
     Morph { name: morph.name.clone(), offsets }

@@ -1,15 +1,15 @@
-//! Where a mouth is: the coordinates in which it is built.
+//! The coordinate system in which a mouth is built.
 
 use glam::Vec3;
 use uvgraft::{Anatomy, Landmark};
 
 use super::MouthError;
 
-/// The distance between the eyes that lengths are given for, in millimetres.
+/// The distance between the eyes that all lengths refer to, in millimetres.
 const EYES_MM: f64 = 64.0;
 
-/// Origin where the lips meet in the middle, x to the person's left, y up, z to the front; in millimetres of a
-/// face whose eyes are 64 mm apart.
+/// Mouth coordinates: origin where the lips meet in the middle, x to the person's left, y up, z to
+/// the front; in millimetres of a face whose eyes are 64 mm apart.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     origin: Vec3,
@@ -22,7 +22,7 @@ impl Frame {
     pub fn new(anatomy: &Anatomy) -> Result<Self, MouthError> {
         let mouth = anatomy.point(Landmark::Mouth).ok_or(MouthError::Landmark("mouth"))?;
         let head = anatomy.frame();
-        // On the plane of symmetry, whatever the relief says.
+        // Projected onto the plane of symmetry, because the landmark may be off it.
         let mut local = head.local(mouth);
         local[0] = 0.0;
         let vector = |v: [f64; 3]| Vec3::from(v.map(|x| x as f32));
@@ -33,7 +33,7 @@ impl Frame {
         })
     }
 
-    /// With its origin so much higher, in its own millimetres.
+    /// Raises the origin, by an amount in its own millimetres.
     pub fn raised(mut self, by: f32) -> Self {
         self.origin = self.world(Vec3::new(0.0, by, 0.0));
         self

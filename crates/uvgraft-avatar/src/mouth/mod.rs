@@ -1,12 +1,15 @@
-//! A mouth for heads that are open between the lips: a cavity, upper and lower teeth with gums, and a tongue.
+//! A mouth for heads that are open between the lips: a cavity, upper and lower teeth
+//! with gums, and a tongue.
 //!
-//! Body models end in a loop of edges behind the lips, and what is behind the head shows through it. The loop is
-//! found on the mesh by geometry, and everything is fitted to it: walls go on from the lips' own
-//! vertices, so that nothing opens whatever lips do. All of it lies in the head's coordinates, in millimetres of a
-//! face whose eyes are 64 mm apart, and is scaled with the face.
+//! The heads of body models end in a loop of edges behind the lips, through which the background
+//! shows. The loop is found on the mesh by geometry, and everything is fitted to it: the walls
+//! continue from the lips' own vertices, so no gap opens however the lips move. All parts are built
+//! in head coordinates, in millimetres of a face whose eyes are 64 mm apart, and scaled with the
+//! face.
 //!
-//! Walls follow the lips near the rim and skull or jaw farther in; upper teeth follow the skull, lower teeth and
-//! tongue the jaw, by its joint and, in morphs, by the rigid motion that the chin shows.
+//! The walls follow the lips near the rim, and skull or jaw farther in. The upper teeth follow the
+//! skull, the lower teeth and the tongue the jaw: by its joint and, in morphs, by the rigid motion
+//! of the chin.
 
 mod attach;
 mod cavity;
@@ -28,7 +31,7 @@ use self::motion::Jaw;
 use self::piece::{Chart, Piece};
 use self::rim::Rim;
 use crate::Avatar;
-use crate::atlas::{FreeSpace, Place};
+use crate::atlas::{ChartRect, FreeSpace};
 
 /// Why an avatar gets no mouth.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,16 +40,19 @@ pub enum MouthError {
     /// The mesh shows no head.
     #[error(transparent)]
     Head(#[from] AnatomyError),
-    /// No lips, or nothing that the jaw could be told by.
+    /// There are no lips, or no nose or chin to attach skull and jaw to.
     #[error("the face has no {0}")]
     Landmark(&'static str),
-    /// Lips that are one closed sheet.
+    /// The skinning weights around nose and chin do not give the mouth any.
+    #[error("cannot compute skinning weights for the mouth")]
+    Weights,
+    /// The lips are one closed surface.
     #[error("the mesh has no opening between the lips")]
     Closed,
-    /// There are teeth or a tongue.
-    #[error("the mesh already has a mouth: {pieces} pieces behind the lips")]
+    /// The mesh has teeth or a tongue of its own.
+    #[error("the mesh already has a mouth: {pieces} connected components behind the lips")]
     OwnMouth {
-        /// How many pieces.
+        /// Number of connected components behind the lips.
         pieces: usize,
     },
     /// The layout is full.
@@ -55,32 +61,32 @@ pub enum MouthError {
          width"
     )]
     NoRoom {
-        /// Which part.
+        /// The part.
         what: &'static str,
-        /// The least that it takes, in UV units.
+        /// The minimum width that it needs, in UV units.
         wanted: f32,
     },
-    /// Numbers that are beyond the mesh.
+    /// The mesh with the mouth added is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 
-/// A mouth, fitted to one avatar's lips.
+/// A mouth, fitted to an avatar's lips.
 #[derive(Debug, Clone)]
 pub struct Mouth {
     frame: Frame,
     rim: Rim,
     jaw: Jaw,
     followers: Followers,
-    pieces: Vec<(Piece, Place)>,
+    pieces: Vec<(Piece, ChartRect)>,
 }
 
 impl Mouth {
     /// Fits a mouth behind an avatar's lips.
     ///
     /// # Errors
-    /// [`MouthError`] where the avatar has no open lips, or no room in its layout. The avatar is as good without a
-    /// mouth as it was.
+    /// [`MouthError`] if the avatar has no open lips or already has a mouth, or if its layout has
+    /// no room. The avatar remains usable without a mouth.
     pub fn fit(avatar: &Avatar) -> Result<Self, MouthError> {
         let anatomy = Anatomy::find(&avatar.mesh)?;
         let frame = Frame::new(&anatomy)?;
@@ -108,23 +114,23 @@ impl Mouth {
         Ok(Self { frame, rim, jaw, followers, pieces })
     }
 
-    /// How many triangles it has.
+    /// Number of triangles.
     pub fn triangles(&self) -> usize {
         self.pieces.iter().map(|(piece, _)| piece.faces.len()).sum()
     }
 
-    /// Joins it to the avatar that it was fitted to. The avatar's own vertices keep their numbers; the sack that
-    /// some meshes have behind their lips loses its triangles.
+    /// Joins it to the avatar that it was fitted to. The avatar's own vertices keep their indices.
+    /// Triangles of the sack that some meshes have behind their lips are removed.
     ///
     /// # Errors
-    /// [`MouthError::Mesh`] if there are more vertices than a mesh takes.
+    /// [`MouthError::Mesh`] if there are more vertices than a mesh may have.
     pub fn attach(&self, avatar: Avatar) -> Result<Avatar, MouthError> {
         attach::attach(self, avatar)
     }
 
-    /// Paints it into the avatar's texture: in the free space that it was given, and nowhere else.
+    /// Paints it into the avatar's texture, touching only the free space that it was given.
     ///
-    /// - `avatar`: the avatar, whose lips say what the mouth begins with.
+    /// - `avatar`: the avatar; the colours of its lips continue into the mouth.
     pub fn paint(&self, avatar: &Avatar, texture: &mut Texture) {
         let lips = paint::rim_colors(avatar, &self.rim, texture);
         for (piece, place) in &self.pieces {

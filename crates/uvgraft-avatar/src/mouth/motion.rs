@@ -1,4 +1,4 @@
-//! How a jaw moves in morphs: the rigid motion that is nearest to what the chin does.
+//! Motion of the jaw in morphs: the rigid motion that best fits the chin.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use uvgraft::{Anatomy, Landmark};
@@ -7,21 +7,22 @@ use super::MouthError;
 use crate::Avatar;
 use crate::rig::{HumanBone, Morph};
 
-/// How far from the foremost point of the chin its skin is still bone's, in distances between the eyes.
+/// Radius around the foremost point of the chin in which the skin moves with the bone,
+/// in distances between the eyes.
 const CHIN: f64 = 0.38;
 
-/// What a translation costs against a rotation about the hinge: the chin alone hardly tells them apart, and jaws
-/// turn rather than slide.
+/// Penalty of translations against rotations about the hinge: the chin alone can hardly distinguish
+/// them, and jaws rotate rather than slide.
 const SLIDE: f64 = 0.25;
 
-/// Steps of Gauss and Newton's; rotations are small.
+/// Gauss-Newton steps; few suffice, because rotations are small.
 const STEPS: usize = 6;
 
-/// What tells how a jaw moves.
+/// The data from which the motion of the jaw is estimated.
 #[derive(Debug, Clone)]
 pub(super) struct Jaw {
     hinge: DVec3,
-    /// Vertices of the chin, rising.
+    /// Vertices of the chin, ascending.
     chin: Vec<u32>,
 }
 
@@ -34,15 +35,15 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// How far it takes a place.
-    pub fn offset(&self, place: Vec3) -> Vec3 {
-        let arm = place.as_dvec3() - self.hinge;
+    /// Displacement of a point.
+    pub fn offset(&self, point: Vec3) -> Vec3 {
+        let arm = point.as_dvec3() - self.hinge;
         (self.turn * arm - arm + self.shift).as_vec3()
     }
 }
 
 impl Jaw {
-    /// Finds chin and hinge; where there is no joint, the hinge is between the ears, a little lower.
+    /// Locates chin and hinge; without a jaw joint, the hinge is between the ears, slightly lower.
     ///
     /// # Errors
     /// [`MouthError::Landmark`] for a face without a chin.
@@ -60,7 +61,7 @@ impl Jaw {
         Ok(Self { hinge, chin: near })
     }
 
-    /// What a morph does to the jaw.
+    /// The rigid motion of the jaw in a morph.
     pub fn motion(&self, positions: &[[f32; 3]], morph: &Morph) -> Motion {
         let mut offsets = vec![DVec3::ZERO; self.chin.len()];
         for (vertex, offset) in &morph.offsets {
@@ -78,16 +79,18 @@ impl Jaw {
     }
 }
 
-/// Vertices within a distance of a place, rising.
-pub(super) fn near(positions: &[[f32; 3]], place: DVec3, radius: f64) -> Vec<u32> {
-    let is_near = |position: &[f32; 3]| Vec3::from(*position).as_dvec3().distance(place) < radius;
+/// Vertices within a distance of a point, ascending.
+pub(super) fn near(positions: &[[f32; 3]], point: DVec3, radius: f64) -> Vec<u32> {
+    let is_near = |position: &[f32; 3]| Vec3::from(*position).as_dvec3().distance(point) < radius;
     (0..).zip(positions).filter(|(_, position)| is_near(position)).map(|(v, _)| v).collect()
 }
 
-/// The rotation and translation that take `arms` nearest to `arms + offsets`, translations at a price.
+/// Fits a rotation R and a translation a that map `arms` to `arms + offsets`, by Gauss-Newton.
 ///
-/// For a small further turn ω, offsets are what is missing plus ω × arm + a, and for each ω the best a is a share
-/// of the mean rest, so ω solves a system of three equations.
+/// Minimises `Σ |offset - (R arm - arm) - a|² + SLIDE n |a|²`. The penalty decides what
+/// the chin alone can hardly: whether the jaw rotates or slides. For a small further
+/// rotation ω the residual changes by ω × R arm, and the best a is the mean residual
+/// divided by `1 + SLIDE`, so eliminating it leaves a 3 × 3 system for ω.
 fn rigid(arms: &[DVec3], offsets: &[DVec3]) -> (DQuat, DVec3) {
     let count = arms.len() as f64;
     let share = 1.0 / (1.0 + SLIDE);
@@ -101,12 +104,13 @@ fn rigid(arms: &[DVec3], offsets: &[DVec3]) -> (DQuat, DVec3) {
         let (mean_arm, mean_missing) = (mean(&turned), mean(&missing));
         let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
         for (arm, missing) in turned.iter().zip(&missing) {
-            matrix += squared(*arm);
+            matrix += inertia(*arm);
             right += arm.cross(*missing);
         }
-        matrix -= squared(mean_arm) * (count * share);
+        matrix -= inertia(mean_arm) * (count * share);
         right -= mean_arm.cross(mean_missing) * (count * share);
-        // Turns about the line from the hinge to the chin move it hardly and are told by noise.
+        // Rotation about the line from the hinge to the chin hardly moves the chin and
+        // would follow noise, so the system is damped.
         let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
         matrix += DMat3::from_diagonal(DVec3::splat(0.02 * trace));
         if matrix.determinant() <= 0.0 {
@@ -121,8 +125,8 @@ fn rigid(arms: &[DVec3], offsets: &[DVec3]) -> (DQuat, DVec3) {
     (turn, shift)
 }
 
-/// What a turn about the origin costs by axis: |v|² 1 - v vᵀ.
-fn squared(v: DVec3) -> DMat3 {
+/// The inertia matrix of a unit mass at `v`: |v|² 1 - v vᵀ.
+fn inertia(v: DVec3) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(v.length_squared()))
         - DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
@@ -141,26 +145,26 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_about_the_hinge_is_found_as_it_is() {
+    fn a_rotation_about_the_hinge_is_recovered() {
         let arms = chin();
         let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.0, 0.0));
         let offsets: Vec<DVec3> = arms.iter().map(|&arm| turn * arm - arm).collect();
         let (found, shift) = rigid(&arms, &offsets);
         let motion = Motion { hinge: DVec3::ZERO, turn: found, shift };
         // At the lower incisors and at the back of the tongue.
-        for place in [Vec3::new(0.0, -0.03, 0.075), Vec3::new(0.015, -0.025, 0.03)] {
-            let arm = place.as_dvec3();
+        for point in [Vec3::new(0.0, -0.03, 0.075), Vec3::new(0.015, -0.025, 0.03)] {
+            let arm = point.as_dvec3();
             let wanted = (turn * arm - arm).as_vec3();
             assert!(
-                motion.offset(place).distance(wanted) < 3e-4,
+                motion.offset(point).distance(wanted) < 3e-4,
                 "{}",
-                motion.offset(place) - wanted
+                motion.offset(point) - wanted
             );
         }
     }
 
     #[test]
-    fn what_does_not_move_stays_and_a_slide_is_mostly_kept() {
+    fn no_motion_stays_none_and_a_slide_is_mostly_recovered() {
         let arms = chin();
         let (turn, shift) = rigid(&arms, &vec![DVec3::ZERO; arms.len()]);
         assert!(turn.is_near_identity() && shift == DVec3::ZERO);

@@ -1,4 +1,4 @@
-//! The colours of a mouth, with soft shading: light falls in from the front only.
+//! The colours of a mouth, with soft shading: light comes in from the front only.
 
 use std::f32::consts::TAU;
 
@@ -9,7 +9,7 @@ use super::piece::Chart;
 use super::rim::Rim;
 use super::teeth::{LOWER_MM, ROWS, UPPER_MM};
 use crate::Avatar;
-use crate::atlas::Place;
+use crate::atlas::ChartRect;
 use crate::paint::texel::{Color, blend, put, srgb};
 
 const MUCOSA: Color = [0.50, 0.20, 0.19];
@@ -19,12 +19,12 @@ const NECK_OF_TOOTH: Color = [0.88, 0.81, 0.68];
 const TONGUE: Color = [0.76, 0.43, 0.42];
 
 fn shade(color: Color, light: f32) -> Color {
-    // What light is left has come off red walls.
+    // In the dark, the remaining light has been reflected by red walls.
     let tint = [1.0, 1.0 - 0.22 * (1.0 - light), 1.0 - 0.24 * (1.0 - light)];
     std::array::from_fn(|k| color[k] * light * tint[k])
 }
 
-/// What the texture shows at the vertices of the rim, in sRGB.
+/// Colours of the texture at the vertices of the rim, in sRGB.
 pub(super) fn rim_colors(avatar: &Avatar, rim: &Rim, texture: &Texture) -> Vec<Color> {
     let mut uv = vec![None; avatar.mesh.positions().len()];
     for (face, corners) in avatar.mesh.faces().iter().zip(avatar.mesh.uv_faces()) {
@@ -43,14 +43,14 @@ pub(super) fn rim_colors(avatar: &Avatar, rim: &Rim, texture: &Texture) -> Vec<C
     found.into_iter().map(|color| color.unwrap_or(MUCOSA)).collect()
 }
 
-/// Paints a place and its gutter.
+/// Paints a rectangle of the layout and its gutter.
 ///
-/// - `color`: gets a point of the chart; beyond `0.0..=1.0` in the gutter.
-pub(super) fn paint(texture: &mut Texture, place: &Place, color: impl Fn([f32; 2]) -> Color) {
+/// - `color`: called with a point of the chart, which is outside `0.0..=1.0` in the gutter.
+pub(super) fn paint(texture: &mut Texture, place: &ChartRect, color: impl Fn([f32; 2]) -> Color) {
     let Size { width, height } = texture.size();
     let range = |from: f32, extent: f32, side: u32| {
-        let first = ((from - Place::GUTTER) * side as f32).floor().max(0.0) as u32;
-        let end = ((from + extent + Place::GUTTER) * side as f32).ceil() as u32;
+        let first = ((from - ChartRect::GUTTER) * side as f32).floor().max(0.0) as u32;
+        let end = ((from + extent + ChartRect::GUTTER) * side as f32).ceil() as u32;
         first..end.min(side)
     };
     let columns = range(place.left, place.width, width);
@@ -73,18 +73,18 @@ pub(super) fn color(chart: Chart, [s, t]: [f32; 2], lips: &[Color]) -> Color {
     }
 }
 
-/// From the colour of the lips to that of the mucosa, dark towards the throat.
+/// From the colour of the lips to that of the mucosa, darkening towards the throat.
 fn cavity(s: f32, t: f32, lips: &[Color]) -> Color {
     let at = s.rem_euclid(1.0) * lips.len() as f32;
     let [a, b] = [at as usize, at as usize + 1].map(|k| lips[k % lips.len()]);
     let lip = blend(a, b, at.fract());
-    // Beside the teeth walls are gum, so that nothing shows where strips of teeth come out of them.
+    // Next to the teeth the walls are gum, to hide where the strips of teeth come out of them.
     let wall = blend(GUM, MUCOSA, smoothstep(0.25, 0.5, t));
     let light = mix(0.72, 0.07, smoothstep(0.18, 0.8, t));
     blend(lip, shade(wall, light), smoothstep(0.0, 0.17, t))
 }
 
-/// A strip of teeth: gum down to the first row's edge, crowns, and the inside.
+/// A strip of teeth: gum down to the edge in the second row, crowns, and the inner side.
 fn teeth(s: f32, t: f32, widths: &[f32; 6], light: f32) -> Color {
     let half: f32 = widths.iter().sum();
     let along = (2.0 * s - 1.0).abs() * half;
@@ -93,7 +93,7 @@ fn teeth(s: f32, t: f32, widths: &[f32; 6], light: f32) -> Color {
         start += widths[tooth];
         tooth += 1;
     }
-    // 0 between two teeth, 1 in the middle of one, in millimetres from the gap.
+    // Distance from the nearest gap between two teeth, in millimetres.
     let gap_mm = (along - start).min(start + widths[tooth] - along).abs();
     let back = (along / half).min(1.0);
     let light = light * mix(1.0, 0.34, smoothstep(0.12, 1.0, back));
@@ -106,7 +106,7 @@ fn teeth(s: f32, t: f32, widths: &[f32; 6], light: f32) -> Color {
     };
     let crown = ((t - ROWS[1]) / (ROWS[3] - ROWS[1])).clamp(0.0, 1.0);
     let mut enamel = blend(NECK_OF_TOOTH, ENAMEL, smoothstep(0.0, 0.45, crown));
-    // Canines are darker, and edges of incisors let light through.
+    // Canines are darker, and the edges of incisors are translucent.
     if tooth == 2 {
         enamel = blend(enamel, NECK_OF_TOOTH, 0.35);
     }
@@ -116,13 +116,13 @@ fn teeth(s: f32, t: f32, widths: &[f32; 6], light: f32) -> Color {
     let crack = 1.0 - 0.5 * bell(gap_mm, 0.35) * if t < ROWS[4] { 1.0 } else { 0.4 };
     let enamel = enamel.map(|value| value * crack);
     let outside = blend(gum, enamel, smoothstep(gum_at - 0.012, gum_at + 0.012, t));
-    // Inside, crowns end and the gum is in the dark.
+    // On the inner side the crowns end and the gum is in the dark.
     let outside = blend(outside, GUM, smoothstep(0.25, 0.45, inner));
     let root = mix(0.6, 1.0, smoothstep(0.0, 0.8 * ROWS[1], t));
     shade(outside, light * root * mix(1.0, 0.3, smoothstep(0.1, 1.0, inner)))
 }
 
-/// Rosy, rough in the small, with a darker groove and a dark back.
+/// Rosy, with a fine grain, a darker groove and a dark back.
 fn tongue(s: f32, t: f32) -> Color {
     let groove = 0.14 * bell(s - 0.5, 0.05) * smoothstep(0.05, 0.3, t);
     let grain = 0.025 * ((s * 47.0 * TAU).sin() * (t * 53.0 * TAU).sin());
@@ -139,12 +139,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paint_stays_in_its_place_and_its_gutter() {
+    fn paint_stays_in_its_rectangle_and_gutter() {
         let size = Size::square(256);
         let mut texture =
             Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0, 1.0, 0.0])
                 .unwrap();
-        let place = Place { left: 0.25, top: 0.5, width: 0.25, height: 0.125, turned: true };
+        let place = ChartRect { left: 0.25, top: 0.5, width: 0.25, height: 0.125, turned: true };
         paint(&mut texture, &place, |_| [1.0, 0.0, 0.0]);
         for (y, x) in (0..256).flat_map(|y| (0..256).map(move |x| (y, x))) {
             let inside = (64..128).contains(&x) && (128..160).contains(&y);
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn crowns_are_light_between_gums_and_dark_at_the_back() {
         let value = |chart, at| color(chart, at, &[[0.6, 0.3, 0.3]]).iter().sum::<f32>() / 3.0;
-        // Within the first incisor of the upper arch, and a molar.
+        // Inside the first incisor of the upper arch, and a molar.
         let [incisor, molar] = [0.54, 0.97];
         assert!(value(Chart::Upper, [incisor, 0.6]) > 0.8);
         assert!(value(Chart::Upper, [incisor, 0.25]) < 0.6);

@@ -1,8 +1,8 @@
-//! Parts of a mouth while they are built: points, and triangles with coordinates in a chart of their own.
+//! Parts of a mouth under construction: points, and triangles with coordinates in a chart.
 
 use glam::Vec3;
 
-/// A part's own island in the texture.
+/// The UV island of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Chart {
     Cavity,
@@ -12,7 +12,7 @@ pub(super) enum Chart {
 }
 
 impl Chart {
-    /// For people.
+    /// Name for messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Cavity => "cavity",
@@ -22,7 +22,7 @@ impl Chart {
         }
     }
 
-    /// Its width by its height.
+    /// Its width divided by its height.
     pub const fn aspect(self) -> f32 {
         match self {
             Self::Cavity => 2.5,
@@ -31,7 +31,8 @@ impl Chart {
         }
     }
 
-    /// The width that does it justice, in UV units: teeth at a millimetre and a half a texel of 1024.
+    /// Width for full detail, in UV units: about 1.4 texels for each millimetre of teeth at 1024
+    /// texels.
     pub const fn widest(self) -> f32 {
         match self {
             Self::Cavity => 0.06,
@@ -40,7 +41,7 @@ impl Chart {
         }
     }
 
-    /// The width below which it is not worth having.
+    /// Minimum width that is still useful.
     pub const fn narrowest(self) -> f32 {
         self.widest() / 4.0
     }
@@ -49,20 +50,20 @@ impl Chart {
 /// A point of a part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
-    /// In the mouth's coordinates.
-    pub place: Vec3,
-    /// How far it follows the jaw rather than the skull.
+    /// In mouth coordinates.
+    pub position: Vec3,
+    /// Weight of the jaw against the skull.
     pub lower: f32,
-    /// The vertex of the rim that it follows, by its place along the rim, and how far.
+    /// The rim vertex that it follows, by its index in the rim, and the weight.
     pub rim: Option<(usize, f32)>,
 }
 
-/// A corner's point.
+/// The vertex of a corner.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Knot {
-    /// A vertex of the rim, by its place along the rim.
+    /// A vertex of the rim, by its index in the rim.
     Rim(usize),
-    /// One of the part's own points.
+    /// A point of the part.
     Own(usize),
 }
 
@@ -71,9 +72,9 @@ pub(super) enum Knot {
 pub(super) struct Piece {
     pub chart: Chart,
     pub points: Vec<Point>,
-    /// Points with their coordinates in the chart.
+    /// Vertices with their coordinates in the chart.
     pub corners: Vec<(Knot, [f32; 2])>,
-    /// Numbers in `corners`, counterclockwise where they are seen from.
+    /// Indices into `corners`, counterclockwise as seen from the visible side.
     pub faces: Vec<[u32; 3]>,
 }
 
@@ -82,14 +83,14 @@ impl Piece {
         Self { chart, points: Vec::new(), corners: Vec::new(), faces: Vec::new() }
     }
 
-    /// Adds a point of its own.
+    /// Adds a point.
     pub fn point(&mut self, point: Point) -> Knot {
         self.points.push(point);
         Knot::Own(self.points.len() - 1)
     }
 
-    /// Adds a grid of squares: `rows` of as many corners each. Squares are seen from where columns grow to the
-    /// right and rows upwards, or downwards where `is_down`.
+    /// Adds a grid of quads: `rows` with equal numbers of corners. The visible side is that from
+    /// which columns run to the right and rows upwards, or downwards with `is_down`.
     pub fn grid(&mut self, rows: &[Vec<(Knot, [f32; 2])>], is_down: bool) {
         let first = self.corners.len() as u32;
         let columns = rows.first().map_or(0, Vec::len) as u32;

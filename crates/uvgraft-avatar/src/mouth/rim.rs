@@ -1,4 +1,4 @@
-//! The loop of edges at which a head ends behind its lips.
+//! The loop of edges where a head ends behind its lips.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap, HashSet};
@@ -9,31 +9,31 @@ use super::MouthError;
 use super::frame::Frame;
 use crate::eyes::eyeball::pieces;
 
-/// How far inside a vertex must be to be of a mouth's sack, see [`Area::MouthInterior`].
+/// Minimum weight for vertices inside a mouth sack, see [`Area::MouthInterior`].
 const INSIDE: f32 = 0.5;
 
-/// The least and the greatest width of a mouth, in millimetres of [`Frame`].
+/// Minimum and maximum width of a mouth, in millimetres of [`Frame`].
 const WIDTHS_MM: [f32; 2] = [20.0, 90.0];
 
-/// How far a loop's middle may be above or below the line between the lips, and how far behind it.
+/// Maximum distance of a loop's centre above or below the line between the lips, and behind it.
 const OFF_MM: f32 = 20.0;
 const BEHIND_MM: f32 = 50.0;
 
-/// The rim of the opening, from the person's right corner of the mouth along the upper lip to the left one and
-/// back along the lower lip.
+/// The rim of the opening, from the person's right corner of the mouth along the upper lip to the
+/// left corner and back along the lower lip.
 #[derive(Debug, Clone)]
 pub(super) struct Rim {
-    /// Vertices of the mesh. Its triangles run along them in this direction.
+    /// Vertices of the mesh, in the direction of the adjacent triangles.
     pub vertices: Vec<u32>,
-    /// How many steps it is to the left corner.
+    /// Number of steps to the left corner.
     pub upper: usize,
-    /// Which triangles of the mesh make room: those of a sack that the mesh has behind the lips.
+    /// The triangles of the mesh to be removed: those of a sack behind the lips.
     pub is_sack: Vec<bool>,
 }
 
 impl Rim {
-    /// Finds the loop, or makes one by leaving out the sack behind the lips, which is flat while they are closed
-    /// and has no room for teeth.
+    /// Finds the loop. If there is none, makes one by removing the sack behind the lips, which is
+    /// flat while they are closed and has no room for teeth.
     ///
     /// # Errors
     /// [`MouthError::OwnMouth`] or [`MouthError::Closed`].
@@ -47,7 +47,7 @@ impl Rim {
         let mut found = mouth_loop(mesh, &is_sack, frame);
         if found.is_none() {
             let inside = |vertex: &u32| interior[*vertex as usize] >= INSIDE;
-            // Polygon by polygon: halves of squares would leave a jagged rim.
+            // Polygon by polygon, because halves of quads would leave a jagged rim.
             for polygon in (0..mesh.polygon_count()).map(|polygon| mesh.polygon(polygon)) {
                 let is_inside = mesh.faces()[polygon.clone()].as_flattened().iter().all(inside);
                 is_sack[polygon].fill(is_inside);
@@ -68,29 +68,30 @@ impl Rim {
 }
 
 impl Rim {
-    /// The height at which the lips meet in the middle, in the frame's coordinates. Landmarks are good to some
-    /// millimetres; here the lowest of the upper lip and the highest of the lower one tell.
+    /// Height of the line where the lips meet in the middle, in the frame's coordinates. Landmarks
+    /// are accurate to some millimetres only; this is halfway between the lowest vertex of the
+    /// upper lip and the highest one of the lower lip.
     pub fn line(&self, mesh: &Mesh, frame: &Frame) -> f32 {
         const LIPS_MM: f32 = 36.0;
         const MIDDLE_MM: f32 = 7.0;
         const TALL_MM: f32 = 10.0;
         let local = |vertex: u32| frame.local(mesh.positions()[vertex as usize]);
         let count = self.vertices.len();
-        // Corners are both lips'.
-        let ways = |from: &[u32]| ways(mesh, frame, from, LIPS_MM);
-        let upper = ways(&self.vertices[1..self.upper.max(1)]);
-        let lower = ways(&self.vertices[(self.upper + 1).min(count)..]);
+        // The corners belong to both lips.
+        let distances = |from: &[u32]| distances(mesh, frame, from, LIPS_MM);
+        let upper = distances(&self.vertices[1..self.upper.max(1)]);
+        let lower = distances(&self.vertices[(self.upper + 1).min(count)..]);
         let (mut lowest, mut highest) = (f32::INFINITY, f32::NEG_INFINITY);
         for (vertex, of_upper) in &upper {
             let Some(of_lower) = lower.get(vertex) else { continue };
-            let place = local(*vertex);
-            if place.x.abs() > MIDDLE_MM || place.y.abs() > TALL_MM {
+            let point = local(*vertex);
+            if point.x.abs() > MIDDLE_MM || point.y.abs() > TALL_MM {
                 continue;
             }
             if of_upper < of_lower {
-                lowest = lowest.min(place.y);
+                lowest = lowest.min(point.y);
             } else if of_lower < of_upper {
-                highest = highest.max(place.y);
+                highest = highest.max(point.y);
             }
         }
         let line = 0.5 * (lowest + highest);
@@ -98,38 +99,39 @@ impl Rim {
     }
 }
 
-/// How far it is along edges to each vertex near by from the nearest of some, in micrometres of the frame.
-fn ways(mesh: &Mesh, frame: &Frame, from: &[u32], reach_mm: f32) -> HashMap<u32, u32> {
+/// Distances of nearby vertices from the nearest of some vertices along edges (Dijkstra), in
+/// micrometres of the frame; integers, so that they can be keys of the heap.
+fn distances(mesh: &Mesh, frame: &Frame, from: &[u32], reach_mm: f32) -> HashMap<u32, u32> {
     let local = |vertex: u32| frame.local(mesh.positions()[vertex as usize]);
-    let mut beside: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    let mut neighbours: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     for &[a, b, c] in mesh.faces() {
         for (one, other) in [(a, b), (b, c), (c, a)] {
             let ends = [local(one), local(other)];
             if ends.iter().all(|end| end.length() < reach_mm) {
                 let length = (1000.0 * ends[0].distance(ends[1])) as u32;
-                beside.entry(one).or_default().push((other, length));
-                beside.entry(other).or_default().push((one, length));
+                neighbours.entry(one).or_default().push((other, length));
+                neighbours.entry(other).or_default().push((one, length));
             }
         }
     }
     let mut found: HashMap<u32, u32> = HashMap::new();
     let mut queue: BinaryHeap<Reverse<(u32, u32)>> =
         from.iter().map(|&v| Reverse((0, v))).collect();
-    while let Some(Reverse((way, vertex))) = queue.pop() {
+    while let Some(Reverse((distance, vertex))) = queue.pop() {
         if found.contains_key(&vertex) {
             continue;
         }
-        found.insert(vertex, way);
-        for &(other, length) in beside.get(&vertex).into_iter().flatten() {
+        found.insert(vertex, distance);
+        for &(other, length) in neighbours.get(&vertex).into_iter().flatten() {
             if !found.contains_key(&other) {
-                queue.push(Reverse((way + length, other)));
+                queue.push(Reverse((distance + length, other)));
             }
         }
     }
     found
 }
 
-/// How many pieces of the mesh lie wholly inside the mouth.
+/// Number of connected components that lie entirely inside the mouth.
 fn own_pieces(mesh: &Mesh, interior: &[f32]) -> usize {
     let pieces = pieces(mesh);
     let used: HashSet<u32> = mesh.faces().as_flattened().iter().copied().collect();
@@ -145,24 +147,24 @@ fn own_pieces(mesh: &Mesh, interior: &[f32]) -> usize {
     inside.into_iter().filter(|piece| !outside.contains(piece)).count()
 }
 
-/// The longest loop of edges that lies where a mouth is.
+/// The longest boundary loop at the position of a mouth.
 fn mouth_loop(mesh: &Mesh, left_out: &[bool], frame: &Frame) -> Option<Vec<u32>> {
     let is_mouth = |vertices: &Vec<u32>| {
-        let places = vertices.iter().map(|&v| frame.local(mesh.positions()[v as usize]));
+        let points = vertices.iter().map(|&v| frame.local(mesh.positions()[v as usize]));
         let (mut least, mut most) = (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY);
-        for place in places {
-            (least, most) = (least.min(place), most.max(place));
+        for point in points {
+            (least, most) = (least.min(point), most.max(point));
         }
-        let (middle, width) = ((least + most) / 2.0, (most - least).x);
+        let (center, width) = ((least + most) / 2.0, (most - least).x);
         (WIDTHS_MM[0]..WIDTHS_MM[1]).contains(&width)
-            && middle.x.abs() < 0.2 * width
-            && middle.y.abs() < OFF_MM
-            && (-BEHIND_MM..5.0).contains(&middle.z)
+            && center.x.abs() < 0.2 * width
+            && center.y.abs() < OFF_MM
+            && (-BEHIND_MM..5.0).contains(&center.z)
     };
     loops(mesh, left_out).into_iter().filter(is_mouth).max_by_key(Vec::len)
 }
 
-/// The loops at which a mesh ends, each in the direction of its triangles, each beginning with its lowest vertex.
+/// The boundary loops of a mesh, in the direction of its triangles.
 fn loops(mesh: &Mesh, left_out: &[bool]) -> Vec<Vec<u32>> {
     let kept = mesh.faces().iter().zip(left_out).filter(|(_, left_out)| !**left_out);
     let edges: HashSet<(u32, u32)> =
@@ -179,7 +181,7 @@ fn loops(mesh: &Mesh, left_out: &[bool]) -> Vec<Vec<u32>> {
             if ends.is_empty() {
                 next.remove(&at);
             }
-            // Where loops touch, the part that closes is one of its own.
+            // Where loops touch, each part that closes becomes a separate loop.
             if let Some(start) = found.iter().position(|&vertex| vertex == to) {
                 loops.push(found.split_off(start));
                 found.push(to);
@@ -197,8 +199,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loops_run_with_the_triangles_and_part_where_they_touch() {
-        // A fan around a hole would be one loop; two triangles that share a vertex are two.
+    fn loops_follow_the_triangles_and_split_where_they_touch() {
+        // The boundary loops of two triangles that share only a vertex are separate.
         let positions = vec![[0.0; 3]; 5];
         let faces = [[0, 1, 2], [2, 3, 4]];
         let mesh = Mesh::from_triangles(positions, vec![[0.0; 2]; 5], &faces, &faces).unwrap();

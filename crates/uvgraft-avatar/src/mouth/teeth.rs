@@ -1,5 +1,5 @@
-//! Arches of teeth with their gums: a strip along an ellipse, from the gum outside over the edges of the teeth
-//! to the gum inside.
+//! Arches of teeth with their gums: strips along ellipses, from the outer gum over the
+//! edges of the teeth to the inner gum.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -9,19 +9,19 @@ use uvgraft::easing::mix;
 use super::cavity::Fit;
 use super::piece::{Chart, Knot, Piece, Point};
 
-/// Widths of the teeth of half an arch from the middle, in millimetres.
+/// Widths of the teeth of half an arch, from the midline, in millimetres.
 ///
 /// # Source
-/// Means after Wheeler, "Dental Anatomy, Physiology and Occlusion": central and lateral incisor, canine, two
-/// premolars, first molar.
+/// Means after Wheeler, "Dental Anatomy, Physiology and Occlusion": central and lateral incisor,
+/// canine, two premolars, first molar.
 pub(super) const UPPER_MM: [f32; 6] = [8.5, 6.5, 7.5, 7.0, 7.0, 10.0];
 pub(super) const LOWER_MM: [f32; 6] = [5.0, 5.5, 7.0, 7.0, 7.0, 11.0];
 
-/// Teeth that have a middle of their own; those farther back have one square.
+/// Number of teeth with two inner columns; those farther back have one.
 const FINE: usize = 3;
 
-/// Where rows of the strip are on its chart: gum, the gum's edge, the middle of the crown, its edge outside and
-/// inside, and the gum inside.
+/// Chart coordinates of the strip's rows: gum, edge of the gum, middle of the crown,
+/// its outer and inner edges, and inner gum.
 pub(super) const ROWS: [f32; 6] = [0.0, 0.34, 0.54, 0.74, 0.8, 1.0];
 
 /// One arch.
@@ -31,11 +31,11 @@ pub(super) struct Arch {
     front_z: f32,
     half_width: f32,
     depth: f32,
-    /// Where the edges of the incisors and of the molars are.
+    /// Heights of the edges of incisors and molars.
     edge_y: [f32; 2],
-    /// 1 for teeth that point down.
+    /// 1 for the upper arch, whose gum is above the teeth; -1 for the lower one.
     up: f32,
-    /// How far gums go on behind the edges, into the walls.
+    /// Height over which gums continue beyond the edges, into the walls.
     root_mm: f32,
 }
 
@@ -52,7 +52,7 @@ impl Arch {
         }
     }
 
-    /// Behind the upper one by the thickness of its edges.
+    /// Set back from the upper arch by the thickness of its edges.
     pub fn lower(fit: &Fit) -> Self {
         const OVERJET_MM: f32 = 2.6;
         Self {
@@ -66,7 +66,7 @@ impl Arch {
         }
     }
 
-    /// The strip, its columns from the person's right to the left.
+    /// The strip, with columns from the person's right to the left.
     pub fn piece(&self, chart: Chart) -> Piece {
         let mut piece = Piece::new(chart);
         let stations = self.stations();
@@ -74,9 +74,9 @@ impl Arch {
         let mut rows: Vec<Vec<(Knot, [f32; 2])>> = vec![Vec::new(); ROWS.len()];
         for station in &stations {
             let s = (station.along - first) / (last - first);
-            for (row, place) in self.section(station).into_iter().enumerate() {
+            for (row, position) in self.section(station).into_iter().enumerate() {
                 let lower = if self.up > 0.0 { 0.0 } else { 1.0 };
-                let knot = piece.point(Point { place, lower, rim: None });
+                let knot = piece.point(Point { position, lower, rim: None });
                 rows[row].push((knot, [s, ROWS[row]]));
             }
         }
@@ -84,7 +84,7 @@ impl Arch {
         piece
     }
 
-    /// Columns of the strip.
+    /// The columns of the strip.
     fn stations(&self) -> Vec<Station> {
         let mut half = vec![Station { along: 0.0, is_gap: true, back: 0.0 }];
         let mut along = 0.0;
@@ -100,9 +100,9 @@ impl Arch {
         right.chain(half.iter().copied()).collect()
     }
 
-    /// The places of the rows of one column.
+    /// The positions of the rows in a column.
     fn section(&self, station: &Station) -> [Vec3; 6] {
-        let (place, out) = self.at(station.along);
+        let (position, out) = self.at(station.along);
         let back = station.back;
         let edge_y = mix(self.edge_y[0], self.edge_y[1], (2.0 * back).min(1.0));
         let crown = mix(9.0, 6.5, back) - if station.is_gap { 1.6 } else { 0.0 };
@@ -110,7 +110,7 @@ impl Arch {
         // Incisors are blades, molars are blocks.
         let thick = mix(1.5, 7.5, (1.6 * back).min(1.0));
         let at = |outwards: f32, y: f32| {
-            place + out * outwards + Vec3::new(0.0, edge_y + self.up * y, 0.0)
+            position + out * outwards + Vec3::new(0.0, edge_y + self.up * y, 0.0)
         };
         [
             at(-1.5, self.root_mm),
@@ -122,16 +122,18 @@ impl Arch {
         ]
     }
 
-    /// The place on the arch so far from the middle along it, at height 0, and the direction out of the mouth.
+    /// The point on the arch at a distance from the midline along it, at height 0, and
+    /// the outward direction.
     fn at(&self, along: f32) -> (Vec3, Vec3) {
         let (a, b) = (self.half_width, self.depth);
-        // The length of the ellipse, in steps; beyond its widest it goes straight back.
+        // The arc length of the ellipse is integrated numerically; beyond its widest
+        // point the arch runs straight back.
         const STEPS: u32 = 64;
         let (mut angle, mut rest) = (0.0_f32, along.abs());
         let step = FRAC_PI_2 / STEPS as f32;
         while angle < FRAC_PI_2 - 0.5 * step {
-            let middle = angle + 0.5 * step;
-            let length = (a * middle.cos()).hypot(b * middle.sin()) * step;
+            let mid = angle + 0.5 * step;
+            let length = (a * mid.cos()).hypot(b * mid.sin()) * step;
             if length >= rest {
                 angle += step * rest / length;
                 rest = 0.0;
@@ -140,20 +142,20 @@ impl Arch {
             (angle, rest) = (angle + step, rest - length);
         }
         let (sin, cos) = angle.sin_cos();
-        let place = Vec3::new(a * sin, 0.0, self.front_z - b * (1.0 - cos) - rest);
+        let position = Vec3::new(a * sin, 0.0, self.front_z - b * (1.0 - cos) - rest);
         let out = Vec3::new(b * sin, 0.0, a * cos).normalize();
         let side = Vec3::new(if along < 0.0 { -1.0 } else { 1.0 }, 1.0, 1.0);
-        (place * side, out * side)
+        (position * side, out * side)
     }
 }
 
 /// A column of the strip.
 #[derive(Debug, Clone, Copy)]
 struct Station {
-    /// From the middle along the arch, to the person's left, in millimetres.
+    /// Distance from the midline along the arch, to the person's left, in millimetres.
     along: f32,
-    /// Between two teeth rather than on one.
+    /// Whether it lies between two teeth rather than on one.
     is_gap: bool,
-    /// 0 in the middle, 1 behind the last tooth.
+    /// 0 at the midline, 1 behind the last tooth.
     back: f32,
 }

@@ -1,4 +1,4 @@
-//! A mouth on the example figure, whose sack behind the lips it takes the place of.
+//! A mouth on the example figure, where it replaces the sack behind the lips.
 
 use std::collections::HashMap;
 
@@ -26,7 +26,7 @@ fn subject() -> Subject {
 }
 
 impl Subject {
-    /// The mesh's vertices of a part.
+    /// Vertices of a part in the mesh.
     fn vertices(&self, chart: Chart) -> std::ops::Range<usize> {
         let mut first = self.before.mesh.positions().len();
         for (piece, _) in &self.mouth.pieces {
@@ -45,7 +45,7 @@ impl Subject {
     }
 }
 
-/// How often each edge is there more often in one direction than in the other.
+/// Edges whose uses in the two directions don't cancel out, with the difference.
 fn open_edges(mesh: &Mesh) -> HashMap<(u32, u32), i32> {
     let mut edges = HashMap::new();
     for &[a, b, c] in mesh.faces() {
@@ -75,10 +75,10 @@ fn walls_close_the_head_where_the_sack_was() {
             .any(|&(a, b)| cavity.contains(&(a as usize)) || cavity.contains(&(b as usize)))
     );
     assert!((700..1600).contains(&subject.mouth.triangles()), "{}", subject.mouth.triangles());
-    // Behind the lips, the same on both sides, and nowhere twisted.
+    // Behind the lips, and no wider than a mouth.
     for (piece, _) in &subject.mouth.pieces {
-        assert!(piece.points.iter().all(|point| point.place.is_finite()));
-        let most = piece.points.iter().map(|point| point.place.x.abs()).fold(0.0, f32::max);
+        assert!(piece.points.iter().all(|point| point.position.is_finite()));
+        let most = piece.points.iter().map(|point| point.position.x.abs()).fold(0.0, f32::max);
         assert!(most < 40.0, "{:?} is {most} mm wide", piece.chart);
     }
 }
@@ -107,21 +107,21 @@ fn teeth_follow_skull_and_jaw() {
             assert!(!is_upper, "{} moves the upper teeth by {offset:?}", morph.name);
         }
     }
-    // Eyes and brows have nothing to do with it.
+    // Eyelids don't move the mouth.
     let blink = subject.offsets("blink_left");
     let first = subject.before.mesh.positions().len() as u32;
     assert!(blink.iter().all(|(vertex, offset)| *vertex < first || offset.length() < 2e-5));
 }
 
 #[test]
-fn walls_go_with_the_lips_at_the_rim() {
+fn walls_follow_the_lips_at_the_rim() {
     let subject = subject();
     let first = subject.vertices(Chart::Cavity).start;
     let (cavity, _) = subject.mouth.pieces.iter().find(|(p, _)| p.chart == Chart::Cavity).unwrap();
     for name in ["smile", "lips_round", "jaw_open"] {
         let offsets = subject.offsets(name);
         let of = |vertex: u32| offsets.get(&vertex).copied().unwrap_or_default();
-        // The first ring after the rim goes most of the way with it.
+        // The first ring after the rim follows most of its motion.
         for (k, &rim) in subject.mouth.rim.vertices.iter().enumerate() {
             let Knot::Own(at) = cavity.corners[subject.mouth.rim.vertices.len() + 1 + k].0 else {
                 panic!("the second row is the first ring");
@@ -133,13 +133,13 @@ fn walls_go_with_the_lips_at_the_rim() {
 }
 
 #[test]
-fn its_islands_are_free_and_painted() {
+fn its_islands_use_free_space_and_are_painted() {
     let figure = Figure::new();
     let subject = subject();
     let mut texture = paint_body(&figure, Size::square(1024));
     let before = texture.clone();
     subject.mouth.paint(&subject.before, &mut texture);
-    // What the body shows is what it was.
+    // The body's own texels are unchanged.
     for face in 0..subject.before.mesh.faces().len() {
         let uv = subject.before.mesh.uv_triangle(face);
         let middle: [f32; 2] =
@@ -149,7 +149,7 @@ fn its_islands_are_free_and_painted() {
             assert_eq!(before.get(x, y, channel), texture.get(x, y, channel), "face {face}");
         }
     }
-    // Incisors are the lightest of it.
+    // Incisors are the lightest part.
     let (upper, place) = &subject.mouth.pieces[0];
     assert_eq!(upper.chart, Chart::Upper);
     let [u, v] = place.uv([0.53, 0.6]);
@@ -158,7 +158,7 @@ fn its_islands_are_free_and_painted() {
 }
 
 #[test]
-fn heads_without_an_opening_are_left_alone() {
+fn heads_without_an_opening_get_no_mouth() {
     let mut avatar = example::avatar();
     let sphere = avatar.mesh.positions().iter().map(|&position| {
         let direction = Vec3::from(position) - Vec3::new(0.0, 1.0, 0.0);

@@ -1,4 +1,4 @@
-//! Painting textures by formula: colours of single texels, and repeatable noise.
+//! Procedural texture painting: colours of single texels, and repeatable noise.
 
 pub mod noise;
 pub mod texel;

@@ -1,14 +1,14 @@
-//! Repeatable noise: the same on every machine and in every run.
+//! Repeatable noise: the same values on every machine and in every run.
 
 use glam::{Vec3, vec3};
 
-/// Odd factors that spread lattice coordinates over all bits.
+/// Odd multipliers that spread lattice coordinates over all bits.
 const X: u32 = 0x8da6_b343;
 const Y: u32 = 0xd816_3841;
 const Z: u32 = 0xcb1a_b31f;
 const SEED: u32 = 0x9e37_79b9;
 
-/// Well-mixed bits from three lattice coordinates and a seed.
+/// A well-mixed hash of three lattice coordinates and a seed.
 pub fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     let spread = (x as u32).wrapping_mul(X) ^ (y as u32).wrapping_mul(Y);
     mixed(spread ^ (z as u32).wrapping_mul(Z) ^ seed.wrapping_mul(SEED))
@@ -29,7 +29,8 @@ fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// Spread bits of a coordinate's cell and of the next one, and its eased fraction.
+/// The hashed coordinates of the lattice cell around `x` and of the next one, and the fraction
+/// between them, eased with smoothstep.
 fn cell(x: f32, factor: u32) -> ([u32; 2], f32) {
     let whole = x.floor();
     let t = x - whole;
@@ -37,7 +38,8 @@ fn cell(x: f32, factor: u32) -> ([u32; 2], f32) {
     ([low, low.wrapping_add(factor)], t * t * (3.0 - 2.0 * t))
 }
 
-/// Smooth noise in `-1.0..1.0` with features about 1 apart.
+/// Value noise in `-1.0..1.0` with features about 1 apart: random values at the lattice points of a
+/// cell, interpolated with smoothstep weights.
 pub fn noise(p: Vec3, seed: u32) -> f32 {
     let ((x, fx), (y, fy), (z, fz)) = (cell(p.x, X), cell(p.y, Y), cell(p.z, Z));
     let seed = seed.wrapping_mul(SEED);
@@ -53,7 +55,7 @@ pub fn noise(p: Vec3, seed: u32) -> f32 {
     (a + (b - a) * fz) * 2.0 - 1.0
 }
 
-/// Smooth noise over a plane, cheaper than [`noise`].
+/// Two-dimensional value noise, cheaper than [`noise`].
 pub fn noise2(x: f32, y: f32, seed: u32) -> f32 {
     let ((x, fx), (y, fy)) = (cell(x, X), cell(y, Y));
     let seed = seed.wrapping_mul(SEED);
@@ -65,7 +67,7 @@ pub fn noise2(x: f32, y: f32, seed: u32) -> f32 {
     (a + (b - a) * fy) * 2.0 - 1.0
 }
 
-/// A few octaves of [`noise`], about `-1.0..1.0`.
+/// Fractal sum of a few octaves of [`noise`], about `-1.0..1.0`.
 pub fn fractal(mut p: Vec3, octaves: u32, seed: u32) -> f32 {
     let (mut sum, mut weight) = (0.0, 0.5);
     for octave in 0..octaves {
@@ -81,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn is_smooth_and_takes_the_lattice_values() {
+    fn noise_is_smooth_and_equals_the_lattice_values() {
         let p = vec3(3.0, -2.0, 5.0);
         assert_eq!(noise(p, 7), random(3, -2, 5, 7) * 2.0 - 1.0);
         assert_eq!(noise2(3.0, -2.0, 7), random(3, -2, 0, 7) * 2.0 - 1.0);

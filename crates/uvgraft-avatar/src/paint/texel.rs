@@ -1,23 +1,23 @@
-//! Colours of single texels, whatever a texture's depth, channels and encoding, for what is painted into it.
+//! Reading and writing colours of single texels, for any bit depth, channel count and encoding.
 
 use uvgraft::color::linear_from_srgb;
 use uvgraft::easing::mix;
 use uvgraft::{Encoding, TexelsMut, Texture, Value};
 
-/// sRGB values, 1.0 for white.
+/// Gamma-encoded sRGB values, 1.0 for white.
 pub type Color = [f32; 3];
 
-/// From one colour to another.
+/// Linear interpolation between two colours.
 pub fn blend(a: Color, b: Color, t: f32) -> Color {
     std::array::from_fn(|k| mix(a[k], b[k], t))
 }
 
-/// How light a colour is: Rec. 709's weights.
+/// Luma with the weights of Rec. 709.
 pub fn luma([red, green, blue]: Color) -> f32 {
     0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
-/// A texel's colour in sRGB, whatever the texture's channels and encoding.
+/// The colour of a texel in sRGB, for any channels and encoding.
 pub fn srgb(texture: &Texture, x: u32, y: u32) -> Color {
     let colors = if texture.channels().count() >= 3 { 3 } else { 1 };
     std::array::from_fn(|channel| {
@@ -29,7 +29,7 @@ pub fn srgb(texture: &Texture, x: u32, y: u32) -> Color {
     })
 }
 
-/// Gives a texel a colour; opacity becomes full.
+/// Sets the colour of a texel and makes it opaque.
 pub fn put(texture: &mut Texture, x: u32, y: u32, color: Color) {
     let (channels, encoding) = (texture.channels().count(), texture.encoding());
     let first = (y as usize * texture.size().width as usize + x as usize) * channels;
@@ -41,7 +41,7 @@ pub fn put(texture: &mut Texture, x: u32, y: u32, color: Color) {
     }
 }
 
-/// Writes a colour into a texel's values; opacity becomes full.
+/// Writes a colour to the channels of a texel and makes it opaque.
 fn write<T: Value>(texel: &mut [T], color: Color, encoding: Encoding) {
     let color = match encoding {
         Encoding::Linear => color.map(linear_from_srgb),
@@ -50,9 +50,9 @@ fn write<T: Value>(texel: &mut [T], color: Color, encoding: Encoding) {
     let grey = luma(color);
     match texel {
         [grey_texel] => *grey_texel = T::from_unit(grey),
-        [grey_texel, opacity] => {
+        [grey_texel, alpha] => {
             *grey_texel = T::from_unit(grey);
-            *opacity = T::ONE;
+            *alpha = T::ONE;
         }
         colors => {
             let values = color.into_iter().chain([1.0]);

@@ -2,23 +2,23 @@
 
 use super::{Pose, RigError};
 
-/// An animation: a pose for each of some times.
+/// An animation: poses at given times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clip {
-    /// What viewers show.
+    /// The name shown by viewers.
     pub name: String,
-    /// Seconds from the start, rising.
+    /// Seconds from the start, increasing.
     pub times: Vec<f32>,
     /// One for each time.
     pub poses: Vec<Pose>,
 }
 
 impl Clip {
-    /// Checks it against a skeleton.
+    /// Checks it against a skeleton of `joints` joints.
     ///
     /// # Errors
-    /// [`RigError::Clip`] where times do not rise from 0 or later, or there are not as many as poses;
-    /// as [`Pose::check`].
+    /// [`RigError::Clip`] if the times do not increase from 0 or later, or their number differs
+    /// from that of the poses; also as [`Pose::check`].
     pub fn check(&self, joints: usize) -> Result<(), RigError> {
         let wrong = |problem| Err(RigError::Clip { clip: self.name.clone(), problem });
         if self.times.is_empty() {

@@ -1,11 +1,11 @@
-//! The bones of a human, as VRM 1.0 names them.
+//! The humanoid bones of VRM 1.0.
 
 macro_rules! bones {
     ($($(#[$doc:meta])* $bone:ident $name:literal $required:literal,)*) => {
-        /// A bone of VRM 1.0's humanoid. Left is the person's own left.
+        /// A humanoid bone of VRM 1.0. Left is the person's own left.
         ///
         /// # Source
-        /// VRM 1.0, `humanoid.md`: names, and which of them a file must have.
+        /// VRM 1.0, `humanoid.md`: the names, and which bones a file must have.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[expect(missing_docs, reason = "each is VRM's name")]
         pub enum HumanBone {
@@ -13,7 +13,7 @@ macro_rules! bones {
         }
 
         impl HumanBone {
-            /// All of them, from the hips outwards: parents come first.
+            /// All bones, from the hips outwards: parents come first.
             pub const ALL: &[Self] = &[$(Self::$bone,)*];
 
             /// VRM's name.
@@ -30,7 +30,7 @@ macro_rules! bones {
                 }
             }
 
-            /// The same bone of the other side; one in the middle is its own.
+            /// The corresponding bone on the other side; bones on the midline map to themselves.
             pub fn mirrored(self) -> Self {
                 let other = match self.name() {
                     name if name.starts_with("left") => name.replacen("left", "right", 1),
@@ -102,7 +102,7 @@ bones! {
 }
 
 impl HumanBone {
-    /// The bone that VRM calls so.
+    /// The bone with this VRM name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|bone| bone.name() == name)
     }
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_as_vrm_has() {
+    fn bones_match_vrm() {
         assert_eq!(HumanBone::ALL.len(), 55);
         assert_eq!(HumanBone::ALL.iter().filter(|bone| bone.required()).count(), 15);
         assert_eq!(HumanBone::named("leftRingDistal"), Some(HumanBone::LeftRingDistal));

@@ -1,9 +1,8 @@
-//! A rig: joints that move, which vertices follow them how far, shapes that are mixed in, and clips
-//! that play.
+//! A rig: a skeleton of joints, skinning weights, morph targets and animation clips.
 //!
-//! At rest all joints are aligned with the world, so a joint's local rotation at rest is the
-//! identity, and inverse bind matrices are translations. Positions are in metres, Y up, facing +Z;
-//! the person's left is +X. Rotations are quaternions `[x, y, z, w]` of unit length.
+//! At rest all joints are aligned with the world axes, so a joint's local rotation at rest is the
+//! identity and inverse bind matrices are translations. Positions are in metres, Y up, facing +Z;
+//! the person's left is +X. Rotations are unit quaternions `[x, y, z, w]`.
 
 mod clip;
 mod human;
@@ -17,22 +16,22 @@ pub use human::HumanBone;
 pub use morph::{Expression, ExpressionPreset, Morph};
 pub use pose::{Pose, Rigid};
 pub use skeleton::{Joint, Skeleton};
-pub use skin::{MOST_INFLUENCES, Pruning, Skin};
+pub use skin::{MAX_INFLUENCES, Pruning, Skin};
 
 /// Why a rig was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigError {
-    /// No joint at all, or more than 16 bits count.
+    /// There are no joints, or too many for 16-bit indices.
     #[error("must have 1 to 65,535 joints, got {found}")]
     JointCount {
-        /// How many.
+        /// Number of joints.
         found: usize,
     },
-    /// A joint that is not the first has no parent, or one that comes after it.
+    /// A joint other than the first has no parent, or one that does not precede it.
     #[error("the parent of joint {joint} (`{name}`) must come before it")]
     Parent {
-        /// Which, counted from 0.
+        /// The joint's index.
         joint: usize,
         /// Its name.
         name: String,
@@ -43,37 +42,37 @@ pub enum RigError {
         /// The name.
         name: String,
     },
-    /// Two joints are the same bone of a human.
+    /// Two joints stand for the same bone.
     #[error("two joints for the bone `{bone}`")]
     Bone {
         /// VRM's name of the bone.
         bone: &'static str,
     },
-    /// A value that is no finite number, or a rotation without length.
+    /// A value is not finite, or a rotation is not of unit length.
     #[error("{what} must be finite")]
     NotFinite {
         /// What it belongs to.
         what: String,
     },
-    /// Lists whose lengths must agree do not.
+    /// The lengths of two lists disagree.
     #[error("must have {wanted} {what}, got {found}")]
     Count {
-        /// Of what.
+        /// What the list holds.
         what: &'static str,
-        /// How many there are.
+        /// Its length.
         found: usize,
-        /// How many there must be.
+        /// The required length.
         wanted: usize,
     },
-    /// A vertex that follows nothing, or weights that are negative.
+    /// A vertex has no weights, or weights that are negative.
     #[error("vertex {vertex} {problem}")]
     Weights {
-        /// Which, counted from 0.
+        /// The vertex's index.
         vertex: usize,
         /// What is wrong with its weights.
         problem: &'static str,
     },
-    /// The times of a clip do not rise, or there are none.
+    /// The times of a clip are not increasing, or there are none.
     #[error("clip `{clip}`: {problem}")]
     Clip {
         /// Its name.

@@ -1,24 +1,24 @@
-//! Morph targets, and the expressions that mix them in.
+//! Morph targets, and the expressions that combine them.
 
-/// A morph target: where vertices go when its weight is 1.
+/// A morph target: vertex offsets at a weight of 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Morph {
-    /// Unlike those of all other morphs.
+    /// Unique among the morphs.
     pub name: String,
-    /// The vertices that move, and by how much, in metres at rest. Each vertex comes once.
+    /// The vertices that move and their offsets, in metres at rest. Each vertex occurs once.
     pub offsets: Vec<(u32, [f32; 3])>,
 }
 
 impl Morph {
-    /// From an offset for each vertex; those shorter than a micrometre are left out.
+    /// Builds a morph from an offset for each vertex, dropping those shorter than a micrometre.
     pub fn from_dense(name: impl Into<String>, offsets: &[[f32; 3]]) -> Self {
-        const LEAST: f32 = 1e-6;
-        let moves = |offset: &[f32; 3]| offset.iter().map(|d| d * d).sum::<f32>() > LEAST * LEAST;
+        const MIN: f32 = 1e-6;
+        let moves = |offset: &[f32; 3]| offset.iter().map(|d| d * d).sum::<f32>() > MIN * MIN;
         let offsets = (0..).zip(offsets.iter().copied()).filter(|(_, offset)| moves(offset));
         Self { name: name.into(), offsets: offsets.collect() }
     }
 
-    /// Adds it to positions.
+    /// Adds the weighted offsets to positions.
     pub fn add(&self, weight: f32, positions: &mut [[f32; 3]]) {
         for &(vertex, offset) in &self.offsets {
             for (value, offset) in positions[vertex as usize].iter_mut().zip(offset) {
@@ -28,7 +28,7 @@ impl Morph {
     }
 }
 
-/// An expression that VRM 1.0 knows by name.
+/// An expression preset of VRM 1.0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "each is VRM's name")]
 pub enum ExpressionPreset {
@@ -78,19 +78,19 @@ impl ExpressionPreset {
     }
 }
 
-/// A mix of morphs that has a name.
+/// A named combination of morphs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Unlike those of all other expressions; VRM's name where there is a preset.
+    /// Unique among the expressions; VRM's name for a preset.
     pub name: String,
-    /// Which of VRM's own it is.
+    /// The VRM preset, if it is one.
     pub preset: Option<ExpressionPreset>,
-    /// Numbers of morphs and their weights where the expression is full.
+    /// Indices of morphs and their weights in the full expression.
     pub morphs: Vec<(usize, f32)>,
 }
 
 impl Expression {
-    /// One morph as one of VRM's expressions.
+    /// A VRM preset made of morphs.
     pub fn preset(preset: ExpressionPreset, morphs: Vec<(usize, f32)>) -> Self {
         Self { name: preset.name().to_owned(), preset: Some(preset), morphs }
     }

@@ -1,31 +1,32 @@
-//! Where joints are turned to, and what that does to points.
+//! Poses of skeletons, and rigid motions of points.
 
 use glam::{Quat, Vec3};
 
 use super::RigError;
 
-/// A pose: how each joint is turned against its parent, and where the root is taken.
+/// A pose: the rotation of each joint relative to its parent, and the translation of the root.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// How far the root is moved from its place at rest, in metres.
+    /// Offset of the root from its rest position, in metres.
     pub translation: [f32; 3],
-    /// Each joint's rotation against its parent, as a quaternion `[x, y, z, w]`; the identity at rest.
+    /// Each joint's rotation relative to its parent, as a quaternion `[x, y, z, w]`;
+    /// the identity at rest.
     pub rotations: Vec<[f32; 4]>,
 }
 
 impl Pose {
-    /// The pose at rest.
+    /// The rest pose.
     pub fn rest(joints: usize) -> Self {
         Self { translation: [0.0; 3], rotations: vec![[0.0, 0.0, 0.0, 1.0]; joints] }
     }
 
-    /// - `turns`: a rotation vector for each joint: the axis, as long as the angle in radians.
+    /// - `turns`: a rotation vector for each joint: the axis times the angle in radians.
     pub fn from_axis_angles(translation: [f32; 3], turns: &[[f32; 3]]) -> Self {
         let rotations = turns.iter().map(|&turn| Quat::from_scaled_axis(turn.into()).into());
         Self { translation, rotations: rotations.collect() }
     }
 
-    /// Checks that it has a rotation for each joint, each with a length near 1.
+    /// Checks that there is a rotation of length near 1 for each joint.
     ///
     /// # Errors
     /// [`RigError::Count`] or [`RigError::NotFinite`].
@@ -55,7 +56,7 @@ pub struct Rigid {
 }
 
 impl Rigid {
-    /// Where it takes a point.
+    /// Transforms a point.
     pub fn point(&self, point: [f32; 3]) -> [f32; 3] {
         let turned = Quat::from_array(self.rotation) * Vec3::from(point);
         (turned + Vec3::from(self.translation)).into()

@@ -1,4 +1,4 @@
-//! Joints and what hangs on what.
+//! Joints and their hierarchy.
 
 use std::collections::HashSet;
 
@@ -9,13 +9,13 @@ use super::{HumanBone, Pose, RigError, Rigid};
 /// A joint at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
-    /// Unlike those of all other joints.
+    /// Unique among the joints.
     pub name: String,
-    /// The number of the joint that it hangs on; only the first has none.
+    /// Index of the parent joint; only the first joint has none.
     pub parent: Option<usize>,
-    /// Where it is at rest, in the world, in metres.
+    /// World position at rest, in metres.
     pub position: [f32; 3],
-    /// Which bone of a human starts here.
+    /// The humanoid bone that starts here.
     pub human: Option<HumanBone>,
 }
 
@@ -35,11 +35,11 @@ impl Skeleton {
         }
         let (mut names, mut bones) = (HashSet::new(), HashSet::new());
         for (index, joint) in joints.iter().enumerate() {
-            let hangs = match joint.parent {
+            let is_ordered = match joint.parent {
                 None => index == 0,
                 Some(parent) => parent < index,
             };
-            if !hangs {
+            if !is_ordered {
                 return Err(RigError::Parent { joint: index, name: joint.name.clone() });
             }
             if !names.insert(&joint.name) {
@@ -61,29 +61,30 @@ impl Skeleton {
         &self.joints
     }
 
-    /// The number of the joint with this name.
+    /// Index of the joint with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
-    /// The number of the joint that is this bone.
+    /// Index of the joint for this bone.
     pub fn human(&self, bone: HumanBone) -> Option<usize> {
         self.joints.iter().position(|joint| joint.human == Some(bone))
     }
 
-    /// The bones that a VRM file must have and these joints are not.
+    /// The bones required in a VRM file that no joint stands for.
     pub fn missing_bones(&self) -> Vec<HumanBone> {
         let missing = |bone: &HumanBone| bone.required() && self.human(*bone).is_none();
         HumanBone::ALL.iter().copied().filter(missing).collect()
     }
 
-    /// How a pose moves what is fixed to each joint, from the place that it has in the world at rest.
+    /// The rigid motion of each joint in a pose, in world coordinates: it maps points
+    /// fixed to the joint from rest to the pose.
     ///
     /// # Errors
-    /// As [`Pose::check`].
+    /// See [`Pose::check`].
     pub fn motions(&self, pose: &Pose) -> Result<Vec<Rigid>, RigError> {
         pose.check(self.joints.len())?;
-        // World rotations, and where joints come to be.
+        // World rotations and positions of the joints, accumulated from the root.
         let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(self.joints.len());
         for (joint, &rotation) in self.joints.iter().zip(&pose.rotations) {
             let rotation = Quat::from_array(rotation).normalize();
@@ -126,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_turn_what_hangs_on_them() {
+    fn joints_rotate_their_descendants() {
         let quarter = [0.0, 0.0, FRAC_PI_2];
         let turns = [[0.0; 3], quarter, quarter];
         let pose = Pose::from_axis_angles([0.0, 0.0, 5.0], &turns);
@@ -148,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_skeleton_is_refused() {
+    fn invalid_skeletons_are_refused() {
         let root = joint("a", None, [0.0; 3]);
         let refused = |joints: &[Joint]| Skeleton::new(joints.to_vec()).unwrap_err();
         assert_eq!(refused(&[]), RigError::JointCount { found: 0 });

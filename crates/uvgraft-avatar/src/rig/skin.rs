@@ -1,46 +1,46 @@
-//! Linear blend skinning: how far each vertex follows which joints.
+//! Linear blend skinning.
 
 use glam::{Mat3, Quat, Vec3};
 use uvgraft::threads;
 
 use super::{RigError, Rigid};
 
-/// Joints that one vertex of a file may follow: one attribute of glTF holds four, and many readers know of one
-/// attribute only.
-pub const MOST_INFLUENCES: usize = 4;
+/// Joints that a vertex may follow in a file: a glTF attribute holds four, and many
+/// readers support only one attribute.
+pub const MAX_INFLUENCES: usize = 4;
 
-/// Weights of each vertex, any number of joints, that sum to 1.
+/// Skinning weights: any number of joints for each vertex, with weights that sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skin {
-    /// Where each vertex's influences start, and where the last one's end.
+    /// Offsets of the vertices' influences, and the end of the last one's.
     starts: Vec<u32>,
     influences: Vec<(u16, f32)>,
 }
 
-/// What leaving out small influences changed.
+/// The effect of dropping small influences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pruning {
-    /// Vertices that lost an influence.
+    /// Number of vertices that lost an influence.
     pub vertices: usize,
-    /// The most that one vertex lost: the sum of its weights that are gone, of 1.
+    /// Maximum over the vertices of the total weight lost, out of 1.
     pub most: f32,
-    /// The mean of that over all vertices.
+    /// Mean of the total weight lost over all vertices.
     pub mean: f32,
 }
 
-/// As many vertices are one piece of work; results do not depend on it.
+/// Vertices in a unit of work; results don't depend on it.
 const CHUNK: usize = 1024;
 
 impl Skin {
-    /// Weights are divided by their sum; those of 0 are left out, and the order becomes that of the
-    /// weights, the largest first.
+    /// Builds normalised weights: they are divided by their sum, zeros are dropped, and each vertex
+    /// has its weights in descending order.
     ///
-    /// - `influences`: for each vertex the joints and weights.
-    /// - `joints`: how many joints there are.
+    /// - `influences`: for each vertex, its joints and weights.
+    /// - `joints`: number of joints.
     ///
     /// # Errors
-    /// [`RigError::Weights`] where weights are negative, not finite, sum to nothing, or name a joint
-    /// that is not there.
+    /// [`RigError::Weights`] if weights are negative, not finite, sum to zero or refer
+    /// to a joint that does not exist.
     pub fn new<I>(influences: I, joints: usize) -> Result<Self, RigError>
     where
         I: IntoIterator<Item: IntoIterator<Item = (usize, f32)>>,
@@ -72,22 +72,22 @@ impl Skin {
         Ok(skin)
     }
 
-    /// How many vertices it has weights for.
+    /// Number of vertices.
     pub const fn vertices(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The joints that a vertex follows and how far, the largest weight first.
+    /// The joints that a vertex follows and their weights, largest first.
     pub fn of(&self, vertex: usize) -> &[(u16, f32)] {
         &self.influences[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 
-    /// The most joints that one vertex follows.
+    /// The largest number of joints that a vertex follows.
     pub fn most_influences(&self) -> usize {
         (0..self.vertices()).map(|vertex| self.of(vertex).len()).max().unwrap_or(0)
     }
 
-    /// With only the `most` largest weights of each vertex, which then sum to 1 again.
+    /// Keeps the `most` largest weights of each vertex and renormalises them to sum to 1.
     pub fn pruned(&self, most: usize) -> (Self, Pruning) {
         let most = most.max(1);
         let mut pruned = Self { starts: vec![0], influences: Vec::new() };
@@ -110,7 +110,7 @@ impl Skin {
         (pruned, pruning)
     }
 
-    /// The weights of some vertices, as they are.
+    /// The weights of a selection of vertices, unchanged.
     pub fn of_vertices(&self, vertices: &[u32]) -> Self {
         let mut some = Self { starts: vec![0], influences: Vec::new() };
         for &vertex in vertices {
@@ -120,7 +120,7 @@ impl Skin {
         some
     }
 
-    /// These weights, and then those of further vertices.
+    /// These weights, followed by those of further vertices.
     pub(crate) fn followed_by(&self, further: &Self) -> Self {
         let mut both = self.clone();
         let first = both.influences.len() as u32;
@@ -129,7 +129,7 @@ impl Skin {
         both
     }
 
-    /// Where vertices come to be.
+    /// Skins positions: `x' = Σ w_j (R_j x + t_j)`.
     ///
     /// - `positions`: at rest, one for each vertex.
     /// - `motions`: one for each joint, from [`Skeleton::motions`](super::Skeleton::motions).
@@ -150,7 +150,8 @@ impl Skin {
         posed
     }
 
-    /// The blended rotation of each vertex, which shears where joints differ.
+    /// The blended rotation matrix of each vertex; not orthogonal where its joints'
+    /// rotations differ.
     pub fn turns(&self, motions: &[Rigid]) -> Vec<Mat3> {
         let matrices = matrices(motions);
         (0..self.vertices()).map(|vertex| self.blend(vertex, &matrices).0).collect()
@@ -179,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn between_two_joints_a_vertex_goes_half_the_way() {
+    fn a_vertex_between_two_joints_moves_half_as_far() {
         let skin =
             Skin::new([vec![(0, 1.0)], vec![(0, 2.0), (1, 2.0)], vec![(1, 0.5)]], 2).unwrap();
         let stay = Rigid { rotation: [0.0, 0.0, 0.0, 1.0], translation: [0.0; 3] };
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn pruning_keeps_the_largest_and_tells_what_is_gone() {
+    fn pruning_keeps_the_largest_and_reports_the_loss() {
         let many = vec![(0, 0.1), (1, 0.3), (2, 0.2), (3, 0.4)];
         let skin = Skin::new([many, vec![(2, 1.0)]], 4).unwrap();
         let (pruned, pruning) = skin.pruned(2);
@@ -202,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_none_are_refused() {
+    fn invalid_weights_are_refused() {
         for (bad, part) in [
             (vec![], "has no weights"),
             (vec![(0, 0.0)], "has no weights"),

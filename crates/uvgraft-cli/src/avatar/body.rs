@@ -4,7 +4,7 @@ use std::path::Path;
 
 use uvgraft::Mesh;
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::body::{Apart, BodyKind, Expressiveness, ModelFile, Needs, Shape};
+use uvgraft_avatar::body::{BodyKind, Deviation, ExpressionReport, ModelFile, ReadOptions, Shape};
 use uvgraft_figure::Figure;
 use uvgraft_io::arrays;
 
@@ -20,11 +20,11 @@ pub(super) struct Body {
     pub(super) name: String,
     /// The deviation of each clip from the model, which glTF's lack of pose correctives causes;
     /// empty for models without any.
-    pub(super) apart: Vec<(String, Apart)>,
+    pub(super) apart: Vec<(String, Deviation)>,
     /// The grounding of each clip, for the summary.
     pub(super) grounds: Vec<String>,
     /// How well the model's expressions could be solved.
-    pub(super) told: Option<(BodyKind, Expressiveness)>,
+    pub(super) solved: Option<(BodyKind, ExpressionReport)>,
 }
 
 impl Body {
@@ -74,7 +74,7 @@ impl Body {
             name: "the demo's figure".to_owned(),
             apart: Vec::new(),
             grounds,
-            told: None,
+            solved: None,
         })
     }
 
@@ -87,7 +87,7 @@ impl Body {
             warn(format_args!("--betas: {said}"));
         }
         let of_clips = recordings.iter().filter_map(|recording| recording.motion.betas());
-        let needs = Needs {
+        let needs = ReadOptions {
             betas: of_clips.map(<[f32]>::len).fold(betas.len(), usize::max),
             // Clips are compared with the model, which uses all correctives.
             correctives: !recordings.is_empty(),
@@ -101,25 +101,25 @@ impl Body {
         check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
             let (body, pair) = (path.display(), args.pair.display());
-            bad_input(format!("{body}: mesh does not match the target of {pair}: {error}"))
+            bad_input(format!("{body}: body does not match the target mesh of {pair}: {error}"))
         })?;
-        let told = shaped.give_expressions(&mut avatar)?;
+        let solved = shaped.add_expressions(&mut avatar)?;
         let mut avatar = avatar.standing()?;
         let (mut apart, mut grounds) = (Vec::new(), Vec::new());
         let performers = Performers::Of { model: &model, gender, body: &shaped };
         for recording in recordings {
             grounds.push(recording.add(&args.playing, &mut avatar, &performers)?);
             if let Some(clip) = avatar.clips.last().filter(|_| model.has_correctives()) {
-                apart.push((clip.name.clone(), shaped.apart(&avatar, clip)?));
+                apart.push((clip.name.clone(), shaped.deviation(&avatar, clip)?));
             }
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
-        let told = Some((model.kind(), told));
-        Ok(Self { avatar, name, apart, grounds, told })
+        let solved = Some((model.kind(), solved));
+        Ok(Self { avatar, name, apart, grounds, solved })
     }
 }
 
-/// Refuses a shape that no person has, as betas beyond all measure make it.
+/// Rejects a degenerate shape, as produced by extreme betas.
 fn check_shape(args: &Args, positions: &[[f32; 3]]) -> anyhow::Result<()> {
     const FARTHEST_M: f32 = 10.0;
     let farthest = positions.iter().flatten().fold(0.0_f32, |most, value| most.max(value.abs()));
@@ -162,7 +162,7 @@ pub(super) fn betas(text: &str) -> anyhow::Result<Vec<f32>> {
             }
             array.f32s().into_owned()
         }
-        Err(_) => return Err(wanted("neither numbers nor an existing file")),
+        Err(_) => return Err(wanted("no such file")),
     };
     match values.iter().find(|value| !value.is_finite()) {
         Some(value) => Err(wanted(&value.to_string())),

@@ -6,7 +6,7 @@ use uvgraft::{Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Tex
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
-use uvgraft_pipeline::{KnownTexels, Onto, Unit, Values, left_out};
+use uvgraft_pipeline::{BaseSource, KnownTexels, Unit, Values, exclusion_note};
 
 use super::Args;
 use super::face::Face;
@@ -29,10 +29,14 @@ pub(super) struct Dressed {
 /// The base texture, at the requested size.
 ///
 /// - `preset`: limits the size of the result.
-pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow::Result<Texture> {
+pub(super) fn base(
+    args: &Args,
+    onto: &BaseSource,
+    preset: Option<&Preset>,
+) -> anyhow::Result<Texture> {
     let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match onto {
-        Onto::Image(path) => {
+        BaseSource::Image(path) => {
             let texture = image::read(path).or_bad_input()?.texture;
             let size = fit(args.size.unwrap_or(texture.size()));
             let texture =
@@ -40,7 +44,7 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
             let depth = texture.depth();
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
-        Onto::Color(unit) => {
+        BaseSource::Color(unit) => {
             // Plans without a size are rejected earlier.
             let size = args.size.unwrap_or(Size::square(1024));
             let [colors @ .., _] = *unit;
@@ -51,7 +55,7 @@ pub(super) fn base(args: &Args, onto: &Onto, preset: Option<&Preset>) -> anyhow:
     }
 }
 
-/// Transfers a face onto a base and blends the border as the options ask.
+/// Transfers a face onto a base and blends the border according to the options.
 ///
 /// - `preset`: limits the size of the head's own texture.
 pub(super) fn dress(
@@ -64,17 +68,17 @@ pub(super) fn dress(
     let path = &*face.file;
     let BlendArgs { source_mask, fill, .. } = &args.blending;
     let known = KnownTexels::read(source_mask.as_deref(), fill.as_deref())?;
-    let known = known.or_mask(face.confidence, path);
+    let known = known.with_default_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = args.blending.clone().of_avatar();
-    let ground = BlendDomain::new(Arc::clone(&file.pair), Direction::Forward);
+    let domain = BlendDomain::new(Arc::clone(&file.pair), Direction::Forward);
     let mut region = args.region.region();
     // Bodies are in metres and of human size; otherwise the unit must be given.
-    if (0.2..3.0).contains(&ground.extent()) {
+    if (0.2..3.0).contains(&domain.extent()) {
         region.unit = region.unit.or(Some(Unit::M));
     }
     let blending = how.blending(args.gutter);
-    let blend = blending.prepare(&region, &ground, &known, false, &Notes)?;
+    let blend = blending.prepare(&region, &domain, &known, false, &Notes)?;
     let graft =
         Graft::builder(Arc::clone(&file.pair), Sizes { from: face.size(), to: base.size() })
             .filter(args.filter.map_or(Filter::default(), Filter::from))
@@ -84,10 +88,10 @@ pub(super) fn dress(
             .build()?;
     let toning = graft.toning(&face, &base, base.format()).unwrap_or_else(|why| {
         warn(format_args!("{}: {why}; colours left unchanged", path.display()));
-        graft.narrowing(&face)
+        graft.exclusion(&face)
     });
     if let Some(labels) = args.blending.drawn_labels() {
-        let found = ground.labels(&face);
+        let found = domain.labels(&face);
         let found = found.map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
         image::write(&found.picture().into(), labels, &WriteOptions::default())?
             .losses
@@ -97,7 +101,7 @@ pub(super) fn dress(
     let mut shown = &blend;
     if let Some(toning) = &toning {
         let name = path.display();
-        left_out(toning).into_iter().for_each(|said| note(format_args!("{name}: {said}")));
+        exclusion_note(toning).into_iter().for_each(|said| note(format_args!("{name}: {said}")));
         let warnings = toning.report().warnings().into_iter();
         warnings.for_each(|warning| warn(format_args!("{name}: {warning}")));
         shown = toning.narrowed().unwrap_or(shown);
@@ -111,7 +115,7 @@ pub(super) fn dress(
     };
     let mut overlay = graft.overlay(&face, base.format())?.opaque();
     if let Some(toning) = &toning {
-        overlay = overlay.toned(toning)?;
+        overlay = overlay.with_tone(toning)?;
     }
     let body = srgb(overlay.lay(0, base)?);
     let map_transfer = MapTransfer {

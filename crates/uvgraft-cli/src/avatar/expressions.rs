@@ -2,28 +2,28 @@
 
 use std::path::Path;
 
-use uvgraft_avatar::body::{BodyKind, Expressiveness};
-use uvgraft_avatar::face::Shortfall;
+use uvgraft_avatar::body::{BodyKind, ExpressionReport};
+use uvgraft_avatar::face::UnmetTarget;
 
 use crate::failure::{note, warn};
 
 /// Reports what the body's face cannot express.
-pub(super) fn tell(path: &Path, kind: BodyKind, told: &Expressiveness) {
+pub(super) fn report(path: &Path, kind: BodyKind, fit: &ExpressionReport) {
     let model = path.display();
-    if told.has_none {
+    if fit.has_none {
         let kind = kind.name();
         note(format_args!(
             "{model}: {kind} models have no expressions, so the face of the avatar will not move"
         ));
     }
-    if let Some(error) = &told.unmeasured {
+    if let Some(error) = &fit.unmeasured {
         warn(format_args!("{model}: {error}; using its expression components as morph targets"));
     }
-    told.shortfalls.iter().for_each(|shortfall| warn(format_args!("{model}: {}", text(shortfall))));
+    fit.shortfalls.iter().for_each(|shortfall| warn(format_args!("{model}: {}", text(shortfall))));
 }
 
-fn text(shortfall: &Shortfall) -> String {
-    let &Shortfall { preset, share, strays, is_left_out } = shortfall;
+fn text(shortfall: &UnmetTarget) -> String {
+    let &UnmetTarget { preset, share, strays, is_left_out } = shortfall;
     let mut text = format!(
         "expression `{}` reaches only {:.0} % of its target",
         preset.name(),

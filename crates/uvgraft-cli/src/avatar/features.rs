@@ -1,10 +1,11 @@
-//! What heads of body models lack: the interior of the mouth, and a UV island for each eye.
+//! Features that heads of body models lack: the interior of the mouth, and a UV island for each
+//! eye.
 
 use std::sync::Arc;
 
 use uvgraft::{Mesh, Pair, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::eyes::{Iris, Parted, clean};
+use uvgraft_avatar::eyes::{Iris, SeparatedEyes, clean};
 use uvgraft_avatar::mouth::{Mouth, MouthError};
 
 use crate::failure::{note, warn};
@@ -42,8 +43,8 @@ enum MouthName {
 
 /// A pair whose target has an island for each eye, and how its layout was changed; `None` if both
 /// eyes already have their own, or if there is no free space.
-pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, Parted)>> {
-    match Parted::find(pair.target()) {
+pub(super) fn parted(pair: &Pair) -> anyhow::Result<Option<(Arc<Pair>, SeparatedEyes)>> {
+    match SeparatedEyes::find(pair.target()) {
         Ok(None) => Ok(None),
         Ok(Some(parted)) => {
             let target = parted.mesh.clone();

@@ -1,8 +1,8 @@
-//! The UV layouts of an avatar: the body's alone, or the head's own beside it.
+//! The UV layouts of an avatar: the body's alone, or the head's own next to it.
 
 use std::sync::Arc;
 
-use uvgraft::{Blend, BlendDomain, Direction, Mesh, OwnLayout, Pair, Toning};
+use uvgraft::{Blend, BlendDomain, Direction, Mesh, Pair, SourceLayout, ToneCorrection};
 use uvgraft_avatar::Avatar;
 use uvgraft_io::pair_file::PairFile;
 
@@ -39,13 +39,13 @@ impl LayoutArgs {
 const HEAD: u8 = 1;
 
 /// Least share of the region that must consist of whole triangles of the head's mesh.
-const LEAST_SHARE: f64 = 0.5;
+const MIN_SHARE: f64 = 0.5;
 
 /// The head's own layout on the body, and the blend of its texture there.
 pub(super) struct HeadLayout {
-    own: OwnLayout,
+    own: SourceLayout,
     blend: Arc<Blend>,
-    toning: Option<Toning>,
+    toning: Option<ToneCorrection>,
 }
 
 impl HeadLayout {
@@ -56,10 +56,10 @@ impl HeadLayout {
         file: &PairFile,
         blend: &Blend,
         shown: &Blend,
-        toning: Option<&Toning>,
+        toning: Option<&ToneCorrection>,
     ) -> anyhow::Result<Self> {
-        let own = OwnLayout::new(&file.pair, shown.touched()).or_bad_input()?;
-        let Some(own) = own.filter(|own| own.share >= LEAST_SHARE) else {
+        let own = SourceLayout::new(&file.pair, shown.touched()).or_bad_input()?;
+        let Some(own) = own.filter(|own| own.share >= MIN_SHARE) else {
             return Err(bad_input(format!(
                 "{}: --texture-layout head+body needs a body whose head has the same triangles as \
                  the head mesh; use --texture-layout atlas",
@@ -67,8 +67,8 @@ impl HeadLayout {
             )));
         };
         let domain = BlendDomain::new(Arc::clone(&own.pair), Direction::Forward);
-        let toning = toning.map(|toning| toning.relaid(&domain)).transpose()?;
-        Ok(Self { blend: Arc::new(blend.relaid(&domain).or_bad_input()?), own, toning })
+        let toning = toning.map(|toning| toning.with_layout(&domain)).transpose()?;
+        Ok(Self { blend: Arc::new(blend.with_layout(&domain).or_bad_input()?), own, toning })
     }
 
     /// From the head to its own layout on the body's surface.
@@ -80,7 +80,7 @@ impl HeadLayout {
         &self.blend
     }
 
-    pub(super) fn toning(&self) -> Option<&Toning> {
+    pub(super) fn toning(&self) -> Option<&ToneCorrection> {
         self.toning.as_ref()
     }
 

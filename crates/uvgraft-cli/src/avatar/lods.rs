@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 
 use uvgraft_avatar::Avatar;
 use uvgraft_gltf::glb::{self, AvatarMaterial, CoarserLevel, Export, Exported};
-use uvgraft_gltf::preset::{self, Level, MOST_LEVELS};
+use uvgraft_gltf::preset::{self, Level, MAX_LEVELS};
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
+use crate::number::whole_number;
 use crate::report::grouped;
 
 /// Options for coarser levels.
 #[derive(clap::Args)]
 #[command(next_help_heading = heading::LODS)]
 pub(super) struct LodArgs {
-    /// Number of coarser levels, each with about half the triangles of the previous one
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LEVELS as i64))]
+    /// Number of additional levels, each with about half the triangles of the one before
+    #[arg(long, value_name = "N", value_parser = whole_number::<u8>(1..=MAX_LEVELS as u64), allow_negative_numbers = true)]
     lods: Option<u8>,
     /// How to store the levels [default: files]
     #[arg(long, value_enum, value_name = "STORAGE", requires = "lods")]

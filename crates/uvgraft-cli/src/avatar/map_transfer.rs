@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use uvgraft::{
     Averaging, Blend, Content, Direction, Filter, Graft, NormalOptions, NormalY, Pair, Prefer,
-    Size, Sizes, Texture, Toning,
+    Size, Sizes, Texture, ToneCorrection,
 };
 
 use super::layout::HeadLayout;
 use crate::failure::{OrBadInput, note};
 
-/// What was prepared for the colours of a face, reused for its other maps.
+/// The prepared transfer of a face's colours, reused for its other maps.
 pub(super) struct MapTransfer {
     pub(super) pair: Arc<Pair>,
     pub(super) blend: Arc<Blend>,
-    pub(super) toning: Option<Toning>,
+    pub(super) toning: Option<ToneCorrection>,
     pub(super) head: Option<HeadLayout>,
     /// The interpolation filter, if set.
     pub(super) filter: Option<Filter>,
@@ -31,8 +31,8 @@ pub(super) struct TransferredMap {
 }
 
 impl MapTransfer {
-    /// Transfers a map other than the albedo onto a base of the same role. What is excluded from
-    /// the colours is excluded from it too.
+    /// Transfers a map other than the albedo onto a base of the same role. Areas excluded from the
+    /// colours are excluded from it too.
     ///
     /// - `face`: the map of the head, if there is one; otherwise the base is unchanged.
     pub(super) fn carry(
@@ -51,7 +51,7 @@ impl MapTransfer {
         let graft = graft.shared_blend(Arc::clone(&self.blend)).build()?;
         let mut overlay = graft.overlay(&face, base.format())?.opaque();
         if let Some(toning) = &self.toning {
-            overlay = overlay.narrowed(toning)?;
+            overlay = overlay.with_exclusion(toning)?;
         }
         let base = if content == Content::Color { base } else { as_data(base) };
         let body = overlay.lay(0, base)?;
@@ -99,7 +99,11 @@ impl MapTransfer {
         let graft = graft.shared_blend(Arc::clone(head.blend())).build()?;
         let mut overlay = graft.overlay(face, beneath.format())?.opaque();
         if let Some(toning) = head.toning() {
-            overlay = if is_toned { overlay.toned(toning)? } else { overlay.narrowed(toning)? };
+            overlay = if is_toned {
+                overlay.with_tone(toning)?
+            } else {
+                overlay.with_exclusion(toning)?
+            };
         }
         Ok(overlay.lay(0, beneath)?)
     }

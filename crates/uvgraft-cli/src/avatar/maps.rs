@@ -6,9 +6,9 @@ use uvgraft::{
     Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
     TexelsMut, Texture,
 };
-use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, Style};
+use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, ShadingModel};
 use uvgraft_io::image;
-use uvgraft_pipeline::Onto;
+use uvgraft_pipeline::BaseSource;
 
 use super::map_transfer::{MapTransfer, TransferredMap};
 use super::materials::{MapRequest, MapRole, Materials, ROUGHNESS};
@@ -76,14 +76,14 @@ impl Materials {
             Texture::filled(map_transfer.limited(size), Channels::Rgb, encoding, Depth::U8, color)
         };
         let base = match &map.onto {
-            Some(Onto::Image(path)) => {
+            Some(BaseSource::Image(path)) => {
                 let base = read(path)?;
                 let size = map_transfer.limited(base.size());
                 let base =
                     base.resized(size, Filter::Bilinear, Averaging::Encoded).or_bad_input()?;
                 if map.role == MapRole::Normal { self.upward(base) } else { base }
             }
-            Some(Onto::Color(color)) => filled(&color[..3]).or_bad_input()?,
+            Some(BaseSource::Color(color)) => filled(&color[..3]).or_bad_input()?,
             None => filled(&map.role.nothing()).or_bad_input()?,
         };
         let content = match map.role {
@@ -186,7 +186,7 @@ impl TransferredMaps {
 pub(super) struct Encoder {
     pub(super) format: PictureFormat,
     pub(super) quality: u8,
-    pub(super) style: Style,
+    pub(super) style: ShadingModel,
 }
 
 impl Encoder {

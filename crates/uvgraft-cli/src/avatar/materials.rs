@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::NormalY;
-use uvgraft_gltf::glb::Style;
-use uvgraft_pipeline::Onto;
+use uvgraft_gltf::glb::ShadingModel;
+use uvgraft_pipeline::BaseSource;
 
 use crate::failure::bad_input;
 use crate::heading;
@@ -62,7 +62,7 @@ const ROLES: [(&str, MapRole); 7] = [
     ("emissive", MapRole::Emissive),
 ];
 
-/// As glTF takes it where there is no map; [`AvatarMaterial::new`] has it too.
+/// The glTF default for a missing map, as in [`AvatarMaterial::new`].
 pub(super) const ROUGHNESS: f32 = 0.7;
 
 impl MapRole {
@@ -88,35 +88,35 @@ pub(super) struct MapRequest {
     /// In the head's layout.
     pub(super) face: Option<PathBuf>,
     /// In the body's layout.
-    pub(super) onto: Option<Onto>,
+    pub(super) onto: Option<BaseSource>,
 }
 
 /// Validated material options.
 pub(super) struct Materials {
     pub(super) maps: Vec<MapRequest>,
     pub(super) normal_y: NormalY,
-    pub(super) style: Style,
+    pub(super) style: ShadingModel,
 }
 
 /// Parsed `--onto` options: the body's colour, and bases of maps.
 pub(super) struct Bases {
-    pub(super) color: Onto,
-    maps: Vec<(MapRole, Onto)>,
+    pub(super) color: BaseSource,
+    maps: Vec<(MapRole, BaseSource)>,
 }
 
 impl Bases {
     /// - `texts`: an image or a colour, and any number of `ROLE=IMAGE` or `ROLE=COLOUR`.
     pub(super) fn parse(texts: &[String]) -> anyhow::Result<Self> {
-        let (mut color, mut maps) = (None, Vec::<(MapRole, Onto)>::new());
+        let (mut color, mut maps) = (None, Vec::<(MapRole, BaseSource)>::new());
         for text in texts {
             let named = text.split_once('=');
             match named
                 .and_then(|(name, base)| Some((MapRole::named(&name.to_ascii_lowercase())?, base)))
             {
                 Some((role, _)) if maps.iter().any(|(known, _)| *known == role) => {
-                    return Err(bad_input(format!("--onto {text}: map given twice")));
+                    return Err(bad_input(format!("--onto {text}: role given twice")));
                 }
-                Some((role, base)) => maps.push((role, Onto::parse(base)?)),
+                Some((role, base)) => maps.push((role, BaseSource::parse(base)?)),
                 None if color.is_some() => {
                     return Err(bad_input(format!(
                         "--onto {text}: colour texture given twice; for other maps use \
@@ -124,7 +124,7 @@ impl Bases {
                         role_names()
                     )));
                 }
-                None => color = Some(Onto::parse(text)?),
+                None => color = Some(BaseSource::parse(text)?),
             }
         }
         let color = color.ok_or_else(|| {
@@ -150,7 +150,7 @@ impl MaterialArgs {
                 bad_input(format!("--map {name}: role must be one of {}", role_names()))
             })?;
             if maps.iter().any(|map| map.role == role) {
-                return Err(bad_input(format!("--map {name}={file}: map given twice")));
+                return Err(bad_input(format!("--map {name}={file}: role given twice")));
             }
             maps.push(MapRequest { role, face: Some(PathBuf::from(file)), onto: None });
         }
@@ -170,21 +170,21 @@ impl MaterialArgs {
         }
         let style = self.look.style();
         let ignored = maps.iter().find(|map| match style {
-            Style::Pbr => false,
-            Style::MToon => !matches!(map.role, MapRole::Normal | MapRole::Emissive),
-            Style::Unlit => true,
+            ShadingModel::Pbr => false,
+            ShadingModel::MToon => !matches!(map.role, MapRole::Normal | MapRole::Emissive),
+            ShadingModel::Unlit => true,
         });
         if let Some(map) = ignored {
             let name =
                 ROLES.iter().find(|(_, role)| *role == map.role).map_or("", |(name, _)| name);
             return Err(bad_input(match style {
-                Style::Unlit => {
+                ShadingModel::Unlit => {
                     format!("--look unlit cannot be used with the map {name}")
                 }
                 _ => format!("--look mtoon supports normal and emissive maps only, got {name}"),
             }));
         }
-        if style == Style::MToon && !is_vrm {
+        if style == ShadingModel::MToon && !is_vrm {
             return Err(bad_input(
                 "--look mtoon needs a .vrm output; for a .glb use --look unlit or --look pbr",
             ));
@@ -194,11 +194,11 @@ impl MaterialArgs {
 }
 
 impl LookName {
-    const fn style(self) -> Style {
+    const fn style(self) -> ShadingModel {
         match self {
-            Self::Pbr => Style::Pbr,
-            Self::Mtoon => Style::MToon,
-            Self::Unlit => Style::Unlit,
+            Self::Pbr => ShadingModel::Pbr,
+            Self::Mtoon => ShadingModel::MToon,
+            Self::Unlit => ShadingModel::Unlit,
         }
     }
 }
@@ -207,7 +207,7 @@ impl Materials {
     /// The input files.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.maps.iter().flat_map(|map| {
-            map.face.as_deref().into_iter().chain(map.onto.as_ref().and_then(Onto::path))
+            map.face.as_deref().into_iter().chain(map.onto.as_ref().and_then(BaseSource::path))
         })
     }
 }
@@ -221,8 +221,8 @@ mod tests {
         let parse =
             |texts: &[&str]| Bases::parse(&texts.iter().map(|&t| t.to_owned()).collect::<Vec<_>>());
         let bases = parse(&["normal=n.png", "a=b.png", "ORM=#ff8000"]).unwrap();
-        assert_eq!(bases.color, Onto::Image("a=b.png".into()));
-        assert_eq!(bases.maps[0], (MapRole::Normal, Onto::Image("n.png".into())));
+        assert_eq!(bases.color, BaseSource::Image("a=b.png".into()));
+        assert_eq!(bases.maps[0], (MapRole::Normal, BaseSource::Image("n.png".into())));
         assert_eq!(bases.maps[1].0, MapRole::Orm);
         assert!(parse(&["normal=n.png"]).is_err() && parse(&["a.png", "b.png"]).is_err());
         assert!(parse(&["a.png", "ao=n.png", "occlusion=n.png"]).is_err());

@@ -27,7 +27,7 @@ pub(super) struct MetaArgs {
     /// URL of further licence terms (.vrm only)
     #[arg(long, value_name = "URL")]
     license_url: Option<String>,
-    /// Licences of third-party content, such as the body model (.vrm only)
+    /// Third-party content and its licences, such as the body model (.vrm only)
     #[arg(long, value_name = "TEXT")]
     made_from: Option<String>,
 }

@@ -23,16 +23,18 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::Arg;
+use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr};
 use uvgraft::{MapOptions, Size};
 use uvgraft_gltf::glb::{self, Export, PictureFormat, VrmError};
-use uvgraft_gltf::preset::{self, Fitted, Preset};
+use uvgraft_gltf::preset::{self, FittedAvatar, Preset};
 use uvgraft_io::{output, pair_file};
 
 use crate::blending::BlendArgs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
 use crate::heading;
+use crate::number::whole_number;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
 use crate::report::{grouped, parse_size, to_stdout};
@@ -53,10 +55,12 @@ const JPEG_QUALITY: u8 = 92;
 
 /// Build an animated full-body avatar from a head texture
 ///
-/// The face is transferred onto the body's texture as by `uvgraft transfer`, with a membrane that hides
-/// the border unless --blend says otherwise. The body gets its skeleton, expressions and animations. The
-/// result is a GLB file, or a VRM 1.0 file if the output ends in .vrm.
+/// The face is transferred onto the body's texture as by `uvgraft transfer`, with a membrane that
+/// hides the boundary unless --blend says otherwise. The body gets its skeleton, expressions and
+/// animations. The result is a GLB file, or a VRM 1.0 file if the output ends in .vrm.
 #[derive(clap::Args)]
+#[command(mut_arg("blend", |blend| default_in_help(blend, "membrane")))]
+#[command(mut_arg("tone", |tone| default_in_help(tone, "source")))]
 pub(crate) struct Args {
     /// Pair file that links the head to the body
     pair: PathBuf,
@@ -70,17 +74,17 @@ pub(crate) struct Args {
     output: PathBuf,
     /// Body texture, or a colour such as #c08a70
     ///
-    /// An image in the body's layout, or a colour. Repeat the option as ROLE=IMAGE for the body's other
-    /// maps: see --map for the roles.
+    /// An image in the body's layout, or a colour. Repeat the option as ROLE=IMAGE for the body's
+    /// other maps: see --map for the roles.
     #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
     onto: Vec<String>,
-    /// List what is not used of the body model's file
+    /// List the unused arrays of the body model file
     #[arg(short, long, help_heading = heading::FILES)]
     verbose: bool,
     /// Body model file, or `demo` for the built-in figure
     ///
-    /// A model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME) as .npz or .pkl, or the figure that
-    /// `uvgraft demo` uses.
+    /// A model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME) as .npz or .pkl, or the figure
+    /// that `uvgraft demo` uses.
     #[arg(long, value_name = "MODEL|demo", help_heading = heading::BODY)]
     body: PathBuf,
     /// Shape coefficients, such as 0.5,-1.2, or a file that holds them
@@ -91,7 +95,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     playing: PlayArgs,
     /// Size of the body texture in texels [default: the base's, within the preset]
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::TEXTURE)]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true, help_heading = heading::TEXTURE)]
     size: Option<Size>,
     #[command(flatten)]
     layout: LayoutArgs,
@@ -99,7 +103,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, value_name = "FORMAT", help_heading = heading::TEXTURE)]
     texture: Option<TextureName>,
     /// Quality of JPEG textures [default: 92]
-    #[arg(long, value_name = "1-100", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "1-100", value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     #[arg(help_heading = heading::TEXTURE)]
     quality: Option<u8>,
     /// Interpolation filter [default: lanczos3]
@@ -107,7 +111,7 @@ pub(crate) struct Args {
     filter: Option<FilterName>,
     /// Width of the gutter around UV islands, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::TEXTURE)]
+    #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true, help_heading = heading::TEXTURE)]
     gutter: u32,
     /// UV island that owns texels shared by several islands
     ///
@@ -125,21 +129,36 @@ pub(crate) struct Args {
     blending: BlendArgs,
     #[command(flatten)]
     lods: LodArgs,
-    /// Platform whose limits the avatar must meet
+    /// Platform to target
     ///
-    /// Limits texture size and number of triangles, and prints a report. visionos is for AR Quick Look,
-    /// which opens USDZ files only: convert the avatar afterwards.
+    /// Limits texture size and number of triangles, and reports how the avatar compares with the
+    /// platform's published limits. visionos is for AR Quick
+    /// Look, which opens USDZ files only: convert the avatar afterwards.
     #[arg(long, help_heading = heading::PLATFORM)]
     #[arg(value_parser = presets())]
     preset: Option<String>,
     /// Maximum number of triangles [default: the preset's, or unlimited]
     ///
-    /// Hidden triangles, such as the backs of the eyeballs, are removed first; the rest is simplified.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..))]
+    /// Hidden triangles, such as the backs of the eyeballs, are removed first; the rest is
+    /// simplified.
+    #[arg(long, value_name = "N", value_parser = whole_number::<u32>(1000..=u64::from(u32::MAX)), allow_negative_numbers = true)]
     #[arg(help_heading = heading::PLATFORM)]
     triangles: Option<u32>,
     #[command(flatten)]
     meta: MetaArgs,
+}
+
+/// States another default in the help of an option than the command that it is shared with.
+fn default_in_help(option: Arg, default: &str) -> Arg {
+    let stated = |help: &StyledStr| {
+        let help = help.to_string();
+        let start = help.find("[default: ").expect("help that states the default");
+        let end = start + help[start..].find(']').expect("a closing bracket");
+        format!("{}[default: {default}{}", &help[..start], &help[end..])
+    };
+    let (short, long) = (option.get_help().map(stated), option.get_long_help().map(stated));
+    let option = option.help(short.expect("help"));
+    if let Some(long) = long { option.long_help(long) } else { option }
 }
 
 /// The names of presets, with their limits as help.
@@ -204,15 +223,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, told } = body;
+    let Body { avatar, name, apart, grounds, solved } = body;
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
-        // Before any message about a face that no file will have.
+        // Comes before messages about a face that will never be in a file.
         let (output, why) = (args.output.display(), VrmError::MissingBones { bones: missing });
         return Err(bad_input(format!("{name} as {output}: {why}")));
     }
-    if let Some((kind, told)) = &told {
-        expressions::tell(&args.body, *kind, told);
+    if let Some((kind, solved)) = &solved {
+        expressions::report(&args.body, *kind, solved);
     }
     let Dressed { body: mut color, head, map_transfer } = dressed;
     args.features.draw_eyes(&avatar, &mut color, &name);
@@ -227,7 +246,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (mut fitted, mut normals) = (None, None);
     if let Some(triangles) = plan.triangles {
         let fit = preset::fit(avatar, triangles).or_bad_input()?;
-        let Fitted { before, hidden, after, wanted, .. } = fit;
+        let FittedAvatar { before, hidden, after, wanted, .. } = fit;
         fitted = Some((before, hidden, after, wanted));
         // Simplifying may have removed the lowest vertex.
         (avatar, normals) = (fit.avatar.standing()?, fit.normals);

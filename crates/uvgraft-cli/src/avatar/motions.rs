@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyModel, Gender, Shape, Shaped};
-use uvgraft_avatar::motion::{ClipOptions, Ground, Motion, Person, Retarget, Soles, Up};
+use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion, Performer, Retarget, Soles, UpAxis};
 use uvgraft_avatar::rig::Skeleton;
 use uvgraft_io::arrays;
 
 use super::betas::far_from_people;
 use crate::failure::{OrBadInput, bad_input, note, warn};
 use crate::heading;
+use crate::number::whole_number;
 
 /// Default frame rate of animations.
 const FPS: f64 = 30.0;
@@ -26,7 +27,7 @@ pub(super) struct PlayArgs {
     #[arg(long, value_name = "AMASS.npz")]
     pub(super) motion: Vec<PathBuf>,
     /// Frame rate of the animations, 0 for that of the recording [default: 30]
-    #[arg(long, value_name = "N", requires = "motion", value_parser = clap::value_parser!(u16).range(0..=240))]
+    #[arg(long, value_name = "N", requires = "motion", value_parser = whole_number::<u16>(0..=240), allow_negative_numbers = true)]
     fps: Option<u16>,
     /// Ground contact of the animations [default: clip]
     ///
@@ -43,13 +44,13 @@ pub(super) struct PlayArgs {
 enum GroundName {
     /// Keep translations as recorded
     Keep,
-    /// Put the ground (y = 0) where the recorded person's feet stood
+    /// Put y = 0 at the ground of the recording, found from the recorded person's feet
     Clip,
-    /// Put the ground where the body's own feet are low and slow
+    /// Put y = 0 at the ground found from the avatar's own feet
     Feet,
 }
 
-impl From<GroundName> for Ground {
+impl From<GroundName> for GroundMode {
     fn from(name: GroundName) -> Self {
         match name {
             GroundName::Keep => Self::Keep,
@@ -67,7 +68,7 @@ enum UpName {
     Z,
 }
 
-impl From<UpName> for Up {
+impl From<UpName> for UpAxis {
     fn from(name: UpName) -> Self {
         match name {
             UpName::Y => Self::Y,
@@ -91,7 +92,7 @@ pub(super) enum Performers<'a> {
 }
 
 /// Skeleton and soles of a performer, in model space.
-struct Performer {
+struct OwnedPerformer {
     skeleton: Skeleton,
     soles: Option<Soles>,
 }
@@ -118,29 +119,29 @@ impl Recording {
         performers: &Performers<'_>,
     ) -> anyhow::Result<String> {
         let path = self.path.display();
-        let mut ground = playing.ground.map_or(Ground::Clip, Ground::from);
+        let mut ground = playing.ground.map_or(GroundMode::Clip, GroundMode::from);
         let (person, why) = match self.person(performers) {
             Ok(person) => (Some(person), None),
-            Err(why) => (None, Some(why).filter(|_| ground == Ground::Clip)),
+            Err(why) => (None, Some(why).filter(|_| ground == GroundMode::Clip)),
         };
         if why.is_some() {
-            ground = Ground::Feet;
+            ground = GroundMode::Feet;
         }
         // "As recorded" is relative to the model's own rest pose, which does not stand on y = 0.
         let own = match (performers, ground) {
-            (Performers::Of { body, .. }, Ground::Keep) => {
-                Some(Person { skeleton: body.skeleton(), soles: None })
+            (Performers::Of { body, .. }, GroundMode::Keep) => {
+                Some(Performer { skeleton: body.skeleton(), soles: None })
             }
             _ => None,
         };
         let known = person
             .as_ref()
-            .map(|person| Person { skeleton: &person.skeleton, soles: person.soles.as_ref() });
+            .map(|person| Performer { skeleton: &person.skeleton, soles: person.soles.as_ref() });
         let soles = avatar.soles();
         let options = ClipOptions {
             fps: Some(playing.fps.map_or(FPS, f64::from)).filter(|&fps| fps > 0.0),
             ground,
-            up: playing.up.map(Up::from),
+            up: playing.up.map(UpAxis::from),
             performer: known.or(own),
             soles: soles.as_ref(),
             ..ClipOptions::default()
@@ -151,7 +152,7 @@ impl Recording {
             .clip(&avatar.skeleton, &name, &options)
             .map_err(|error| bad_input(format!("{path}: {error}")))?;
         if let Some(why) = why {
-            note(format_args!("{path}: placed on the ground by the body's own feet: {why}"));
+            note(format_args!("{path}: falling back to --ground feet: {why}"));
         }
         if !report.missing.is_empty() {
             let missing = report.missing.join(", ");
@@ -170,7 +171,7 @@ impl Recording {
     }
 
     /// The recorded person, as a shape of the body's model; or why it is unknown.
-    fn person(&self, performers: &Performers<'_>) -> Result<Performer, String> {
+    fn person(&self, performers: &Performers<'_>) -> Result<OwnedPerformer, String> {
         let Performers::Of { model, gender, .. } = performers else {
             return Err("the demo figure cannot take the shape of the recorded person".to_owned());
         };
@@ -212,7 +213,7 @@ impl Recording {
         let shaped = model.shaped(&Shape { betas, ..Shape::default() });
         let shaped =
             shaped.map_err(|error| format!("cannot shape a body by its betas: {error}"))?;
-        Ok(Performer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
+        Ok(OwnedPerformer { skeleton: shaped.skeleton().clone(), soles: shaped.soles() })
     }
 
     /// The stem of the file name, with a number if another clip has the same name.
@@ -226,30 +227,33 @@ impl Recording {
     }
 }
 
-const fn axis(up: Up) -> &'static str {
+const fn axis(up: UpAxis) -> &'static str {
     match up {
-        Up::Y => "Y",
-        Up::Z => "Z",
+        UpAxis::Y => "Y",
+        UpAxis::Z => "Z",
     }
 }
 
 /// Summary of a clip's grounding.
-fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
+fn said(report: &Retarget, ground: GroundMode, frames: usize) -> String {
     let mut text = match (ground, &report.grounding) {
-        (Ground::Keep, _) | (_, None) => "translations as recorded".to_owned(),
+        (GroundMode::Keep, _) | (_, None) => "translations as recorded".to_owned(),
         (_, Some(_)) if report.in_place => {
-            "feet on y = 0; the file does not say where the body was".to_owned()
+            "feet on y = 0; the recording has no translations".to_owned()
         }
         (_, Some(done)) => {
-            let whose =
-                if ground == Ground::Clip { "the clip's person" } else { "the body's feet" };
+            let whose = if ground == GroundMode::Clip {
+                "the recorded person"
+            } else {
+                "the avatar's feet"
+            };
             let mut text = format!(
-                "by {whose}, planted feet in {} of {frames} frames, moved by {:.1} cm at most",
+                "from {whose}; feet planted in {} of {frames} frames, corrected by at most {:.1} cm",
                 done.planted,
-                done.most_m * 100.0
+                done.max_shift_m * 100.0
             );
-            if let Some(height) = done.ground_m.filter(|_| ground == Ground::Clip) {
-                let _ = write!(text, ", from a ground at {:.1} cm", height * 100.0);
+            if let Some(height) = done.ground_m.filter(|_| ground == GroundMode::Clip) {
+                let _ = write!(text, "; recorded ground at {:.1} cm", height * 100.0);
             }
             text
         }
@@ -260,7 +264,7 @@ fn said(report: &Retarget, ground: Ground, frames: usize) -> String {
     if report.turned_deg != 0.0 {
         let _ = write!(text, ", turned by {:.0}°", report.turned_deg);
     }
-    if report.up == Up::Y {
+    if report.up == UpAxis::Y {
         text.push_str(", Y up");
     }
     text

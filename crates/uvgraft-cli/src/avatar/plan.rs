@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use uvgraft::Size;
 use uvgraft_gltf::glb::{PictureFormat, VrmMeta};
 use uvgraft_gltf::preset::Preset;
-use uvgraft_pipeline::{Onto, Outputs};
+use uvgraft_pipeline::{BaseSource, Outputs};
 
 use super::materials::{Bases, Materials};
 use super::{Args, TextureName, body};
@@ -17,7 +17,7 @@ use crate::picture::check_name;
 /// A validated request.
 pub(super) struct Plan {
     /// The base of the body's colours.
-    pub(super) onto: Onto,
+    pub(super) onto: BaseSource,
     pub(super) materials: Materials,
     /// The preset, with overrides by options.
     pub(super) preset: Option<Preset>,
@@ -81,7 +81,7 @@ fn check_body(args: &Args) -> anyhow::Result<()> {
 /// The format of embedded textures.
 fn check_textures(
     args: &Args,
-    onto: &Onto,
+    onto: &BaseSource,
     preset: Option<&Preset>,
 ) -> anyhow::Result<PictureFormat> {
     if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
@@ -115,7 +115,7 @@ fn too_large(size: Size, preset: &Preset) -> bool {
 
 fn check_files(
     args: &Args,
-    onto: &Onto,
+    onto: &BaseSource,
     materials: &Materials,
     level_files: &[PathBuf],
 ) -> anyhow::Result<()> {

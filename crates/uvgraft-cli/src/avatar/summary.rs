@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::body::Apart;
+use uvgraft_avatar::body::Deviation;
 use uvgraft_gltf::glb::{AvatarMaterial, Report};
-use uvgraft_gltf::preset::{Limits, Measured};
+use uvgraft_gltf::preset::{Limits, Measurements};
 
 use crate::report::grouped;
 
@@ -20,7 +20,7 @@ pub(super) struct Made<'a> {
     pub(super) looks: &'a [AvatarMaterial],
     pub(super) report: &'a Report,
     /// Deviation of the clips from the body model.
-    pub(super) apart: &'a [(String, Apart)],
+    pub(super) apart: &'a [(String, Deviation)],
     /// Grounding of the clips.
     pub(super) grounds: &'a [String],
     /// Number of triangles of the fitted mouth.
@@ -49,12 +49,12 @@ impl Made<'_> {
         if let Some((before, hidden, after, wanted)) =
             self.fitted.filter(|fitted| fitted.0 != fitted.2)
         {
-            let mut how = format!("{} before", grouped(before));
+            let mut how = format!("from {} triangles", grouped(before));
             if hidden > 0 {
-                let _ = write!(how, ", {} of them hidden in the eyes", grouped(hidden));
+                let _ = write!(how, ", {} of them hidden inside the eyes", grouped(hidden));
             }
             if after > wanted {
-                let _ = write!(how, "; wanted {}", grouped(wanted));
+                let _ = write!(how, "; requested {}", grouped(wanted));
             }
             row("simplified", how);
         }
@@ -65,7 +65,7 @@ impl Made<'_> {
         row("morph targets", listed(&names));
         let names: Vec<&str> =
             avatar.expressions.iter().map(|expression| &*expression.name).collect();
-        let only = if self.is_vrm { "" } else { " (a .vrm has them by these names)" };
+        let only = if self.is_vrm { "" } else { " (by these names in a .vrm)" };
         row("expressions", format!("{}{only}", listed(&names)));
         let clips: Vec<String> = avatar
             .clips
@@ -80,9 +80,9 @@ impl Made<'_> {
         }
         if report.pruning.vertices > 0 {
             row(
-                "four joints",
+                "skin weights",
                 format!(
-                    "a vertex: {} followed more, which moves them by {:.2} mm at most",
+                    "limited to 4 joints per vertex; {} vertices had more, deviating by at most {:.2} mm",
                     grouped(report.pruning.vertices),
                     report.pruning_most * 1e3,
                 ),
@@ -90,22 +90,22 @@ impl Made<'_> {
         }
         for (clip, apart) in self.apart {
             row(
-                "from the model",
+                "deviation",
                 format!(
-                    "{:.1} mm in the mean and {:.1} mm at most in {clip}, for want of pose correctives",
+                    "{clip}: mean {:.1} mm, max {:.1} mm from the body model (no pose correctives)",
                     apart.mean_mm, apart.max_mm
                 ),
             );
         }
         if report.posed_as_t {
-            row("rest", "T-pose; clips show what they show in a GLB".to_owned());
+            row("rest pose", "T-pose; clips look the same as in a GLB".to_owned());
         }
         for (name, text) in &self.levels {
             row(name, text.clone());
         }
         row("written", format!("{}, {}", self.output.display(), megabytes(report.bytes)));
         if let Some(limits) = self.limits {
-            let measured = Measured::new(report, self.looks);
+            let measured = Measurements::new(report, self.looks);
             let rank = limits.rank(&measured).unwrap_or("beyond its limits");
             let _ = match limits.before {
                 Some(before) => writeln!(text, "\n{} {before}: {rank}", limits.platform),

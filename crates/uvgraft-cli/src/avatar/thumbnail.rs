@@ -2,7 +2,7 @@
 
 use uvgraft::{Averaging, Filter, Size, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureFormat, Style};
+use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureFormat, ShadingModel};
 use uvgraft_render::thumbnail;
 
 use crate::failure::warn;
@@ -42,7 +42,11 @@ impl Colors {
             .zip(self.0)
             .map(|(looks, color)| {
                 // Lighting shows the shape even where readers have none.
-                let style = if looks.style == Style::Unlit { Style::Unlit } else { Style::Pbr };
+                let style = if looks.style == ShadingModel::Unlit {
+                    ShadingModel::Unlit
+                } else {
+                    ShadingModel::Pbr
+                };
                 AvatarMaterial { style, ..AvatarMaterial::new(color) }
             })
             .collect();

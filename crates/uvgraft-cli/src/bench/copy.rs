@@ -25,8 +25,8 @@ impl CopyRate {
     /// Copies between two buffers with all threads of the pool, `runs` times and at least 5.
     ///
     /// # Source
-    /// As McCalpin's STREAM copy: buffers touched before, the best of several runs, bytes counted both
-    /// ways.
+    /// As McCalpin's STREAM copy: buffers touched before, the best of several runs, bytes counted
+    /// both ways.
     pub(super) fn measured(runs: u32) -> Self {
         // Neither is zero: zero pages may share one physical page until they are written.
         let (from, mut to) = (vec![1u8; BUFFER], vec![2u8; BUFFER]);

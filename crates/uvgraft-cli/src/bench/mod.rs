@@ -17,6 +17,7 @@ use uvgraft_io::pair_file;
 
 use crate::failure::OrBadInput;
 use crate::filters::FilterName;
+use crate::number::whole_number;
 use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use copy::CopyRate;
@@ -27,21 +28,21 @@ use workload::Workload;
 /// Benchmark each stage of a transfer on this machine
 ///
 /// Textures are generated: 8-bit RGB with detail down to single texels. Their PNG files are held in
-/// memory or in a temporary folder. Each round runs every stage once, so that other load on the machine
-/// affects all stages alike; the first round is a warm-up.
+/// memory or in a temporary folder. Each round runs every stage once, so that other load on the
+/// machine affects all stages alike; the first round is a warm-up.
 ///
-/// The last column compares a stage with memory bandwidth: the time to copy as many bytes as the stage
-/// must read and write, as a share of the stage's own time.
+/// The last column compares a stage with memory bandwidth: the time to copy as many bytes as the
+/// stage must read and write, as a share of the stage's own time.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
     pair: PathBuf,
     /// Texture size in the source layout
-    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     source_size: Size,
     /// Texture sizes in the target layout, comma-separated
     #[arg(long, visible_alias = "target-size", default_value = "4096", value_name = "N|WxH,...")]
-    #[arg(value_delimiter = ',', value_parser = parse_size)]
+    #[arg(value_delimiter = ',', value_parser = parse_size, allow_negative_numbers = true)]
     size: Vec<Size>,
     /// Transfer from the target layout to the source layout
     #[arg(long)]
@@ -65,7 +66,7 @@ pub(crate) struct Args {
     stage: Vec<StageKind>,
     /// Number of timed rounds
     #[arg(long, default_value_t = 5, value_name = "N")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
     runs: u32,
     /// Print the report as JSON
     #[arg(long)]

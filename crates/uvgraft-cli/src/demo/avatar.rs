@@ -6,14 +6,14 @@ use std::path::Path;
 use anyhow::Context;
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::eyes::Parted;
+use uvgraft_avatar::eyes::SeparatedEyes;
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
 use uvgraft_gltf::glb::{
     self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
 };
-use uvgraft_gltf::scene::{Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_io::image::animation::write_gif;
 use uvgraft_io::output::write_atomically;
@@ -40,7 +40,7 @@ impl Files {
     /// - `body`: the body's texture with the face.
     pub(super) fn new(figure: &Figure, mut body: Texture) -> anyhow::Result<Self> {
         let mut avatar = figure.avatar().standing()?;
-        if let Some(parted) = Parted::find(&avatar.mesh)? {
+        if let Some(parted) = SeparatedEyes::find(&avatar.mesh)? {
             parted.copy(&mut body);
             avatar.mesh = parted.mesh;
         }
@@ -88,19 +88,19 @@ pub(super) struct Pictures {
 impl Pictures {
     pub(super) fn new(glb: &[u8]) -> anyhow::Result<Self> {
         let scene = Scene::read(glb)?;
-        let renderer = Renderer::of(&scene);
+        let renderer = Renderer::for_scene(&scene);
         let clip = |name: &str, seconds| {
             let found = scene.clips().iter().position(|clip| clip.name == name);
-            anyhow::Ok(Posing {
+            anyhow::Ok(PoseRequest {
                 clip: Some((found.context("a clip")?, seconds)),
-                ..Posing::default()
+                ..PoseRequest::default()
             })
         };
         let face = |weights: &[(&str, f32)]| {
             let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
-            anyhow::Ok(Posing { weights, ..clip("idle", 0.0)? })
+            anyhow::Ok(PoseRequest { weights, ..clip("idle", 0.0)? })
         };
-        let shot = |posing: &Posing, camera: &Perspective, size| {
+        let shot = |posing: &PoseRequest, camera: &Perspective, size| {
             let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
             anyhow::Ok(renderer.render(&scene.pose(posing)?, camera, &options, size))
         };

@@ -1,4 +1,4 @@
-//! `uvgraft demo`: the whole workflow on an embedded example.
+//! `uvgraft demo`: the whole workflow on a built-in example.
 
 mod avatar;
 mod blending;
@@ -29,17 +29,18 @@ use crate::view;
 use blending::Blends;
 use views::{FACE, FULL, render};
 
-/// Run the whole workflow on an embedded example
+/// Run the whole workflow on a built-in example
 ///
-/// Generates a synthetic head and a synthetic body that contains the head in another UV layout, transfers
-/// the painted face onto the body and back, and writes the meshes, textures, avatars and pictures.
+/// Generates a synthetic head and a synthetic body that contains the head in another UV layout,
+/// transfers the painted face onto the body and back, and writes the meshes, textures, avatars and
+/// pictures.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Output folder, created if missing
     #[arg(short, long, default_value = "uvgraft-demo", value_name = "FOLDER")]
     output: PathBuf,
     /// Size of both textures in texels
-    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     size: Size,
 }
 
@@ -239,7 +240,7 @@ struct Shots {
     panels: [Panel; 3],
 }
 
-/// Two close-ups, one above the other, beside a picture of the whole figure if there is one.
+/// Two close-ups, one above the other, next to a picture of the whole figure, if given.
 struct Panel {
     caption: &'static str,
     whole: Option<Texture>,

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use uvgraft::Size;
-use uvgraft_gltf::scene::{Drawn, Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_render::{Bounds, Perspective};
 
 use crate::failure::OrBadInput;
@@ -49,8 +49,8 @@ impl Cameras {
     pub(super) fn look_at(
         &mut self,
         scene: &Scene,
-        posing: &Posing,
-        drawn: &[Drawn],
+        posing: &PoseRequest,
+        drawn: &[PosedPrimitive],
     ) -> anyhow::Result<()> {
         let points = || drawn.iter().flat_map(corners);
         let Some(body) = Bounds::of(points()) else { return Ok(()) };
@@ -59,7 +59,7 @@ impl Cameras {
             Aim::Shot(Shot::Body) => body,
             Aim::Box(bounds) => *bounds,
             Aim::Named(name) => {
-                let around = scene.around(name, posing).or_bad_input()?;
+                let around = scene.extent(name, posing).or_bad_input()?;
                 let points = around.points.iter().copied();
                 Bounds::of(points).unwrap_or_else(|| beside(around.joint, &body))
             }
@@ -96,12 +96,12 @@ impl Cameras {
         let views: Vec<Perspective> = azimuths.iter().map(view).collect();
         let farthest =
             views.iter().copied().max_by(|a, b| a.distance().total_cmp(&b.distance()))?;
-        Some(views.into_iter().map(|view| view.as_far_as(&farthest)).collect())
+        Some(views.into_iter().map(|view| view.at_distance_of(&farthest)).collect())
     }
 }
 
 /// The positions of all vertices used by triangles.
-fn corners(drawn: &Drawn) -> impl Iterator<Item = [f32; 3]> {
+fn corners(drawn: &PosedPrimitive) -> impl Iterator<Item = [f32; 3]> {
     drawn.triangles.iter().flatten().map(|&vertex| drawn.positions[vertex as usize])
 }
 

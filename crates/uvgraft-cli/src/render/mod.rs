@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::Size;
-use uvgraft_gltf::scene::{Drawn, Posing, Scene};
+use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_render::{Background, RenderOptions, Renderer};
 
 pub(crate) use self::camera::Aim;
@@ -23,7 +23,7 @@ use crate::report::{parse_size, to_stdout};
 
 /// Render a GLB, VRM or glTF file as an image or an animation
 ///
-/// The extension of the output selects the format: .png, .jpg, .webp, .tif or .gif. An animation
+/// The extension of the output selects the format: .png, .jpg, .webp, .tif, .exr or .gif. An animation
 /// (--turntable, --motion) is written as a GIF, an animated WebP, or one numbered file per frame.
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
     output: PathBuf,
     /// Size in pixels, at most 4096 a side
-    #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size)]
+    #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     #[arg(help_heading = heading::FILES)]
     size: Size,
     /// Framing of the model
@@ -43,7 +43,8 @@ pub(crate) struct Args {
     camera: Shot,
     /// Frame a bone, a node or a box instead
     ///
-    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in metres.
+    /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
+    /// metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = options::aim)]
     #[arg(conflicts_with = "camera", allow_hyphen_values = true, help_heading = heading::CAMERA)]
     look_at: Option<Aim>,
@@ -70,8 +71,8 @@ pub(crate) struct Args {
     print_camera: bool,
     /// Pose by name, or rotation of one bone; repeatable
     ///
-    /// Named poses: rest, t-pose, a-pose, stand, wave, walk. A bone is rotated by degrees about X, Y and
-    /// Z, as in leftUpperArm=0,0,-40.
+    /// Named poses: rest, t-pose, a-pose, stand, wave, walk. A bone is rotated by degrees about X,
+    /// Y and Z, as in leftUpperArm=0,0,-40.
     #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::pose)]
     #[arg(help_heading = heading::POSE)]
     pose: Vec<PoseOption>,
@@ -148,15 +149,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
     let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
-        return Err(bad_input(format!("{name}: every triangle has collapsed in this pose")));
+        return Err(bad_input(format!("{name}: no triangle has a finite position in this pose")));
     };
     // A GIF has no partial transparency for the soft edges of shadows.
     let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
     let floor = has_floor.then_some(cameras.lowest());
     let options = RenderOptions { lit: !args.unlit, background, floor, ..RenderOptions::default() };
-    let renderer = Renderer::of(&scene);
+    let renderer = Renderer::for_scene(&scene);
     output.write(frames.len(), |index| {
-        let drawn: Vec<Drawn> = pose(&frames[index])?;
+        let drawn: Vec<PosedPrimitive> = pose(&frames[index])?;
         Ok(renderer.render(&drawn, &views[index], &options, args.size))
     })?;
     if args.print_camera {
@@ -167,16 +168,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// A frame to draw.
 struct Frame {
-    posing: Posing,
+    posing: PoseRequest,
     azimuth: f32,
 }
 
 /// All frames; one for a still image.
 fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
-    let mut posing = Posing::default();
+    let mut posing = PoseRequest::default();
     for part in &args.pose {
         match part {
-            PoseOption::Stance(stance) => posing.stance = *stance,
+            PoseOption::NamedPose(stance) => posing.stance = *stance,
             PoseOption::Bone(bone, degrees) => posing.rotations.push((bone.clone(), *degrees)),
         }
     }

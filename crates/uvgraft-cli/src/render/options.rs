@@ -1,6 +1,6 @@
 //! Parsers of option values.
 
-use uvgraft_gltf::scene::Stance;
+use uvgraft_gltf::scene::NamedPose;
 use uvgraft_render::{Background, Bounds};
 
 use super::camera::Aim;
@@ -8,7 +8,7 @@ use super::camera::Aim;
 /// A pose option.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum PoseOption {
-    Stance(Stance),
+    NamedPose(NamedPose),
     /// A bone and its rotation in degrees.
     Bone(String, [f32; 3]),
 }
@@ -25,8 +25,8 @@ pub(super) fn pose(text: &str) -> Result<PoseOption, String> {
         let angles = <[f32; 3]>::try_from(angles).map_err(|_| wanted())?;
         return Ok(PoseOption::Bone(bone.trim().to_owned(), angles));
     }
-    Stance::named(text).map(PoseOption::Stance).ok_or_else(|| {
-        let names = Stance::ALL.map(Stance::name).join(", ");
+    NamedPose::named(text).map(PoseOption::NamedPose).ok_or_else(|| {
+        let names = NamedPose::ALL.map(NamedPose::name).join(", ");
         format!("must be one of {names}, or BONE=X,Y,Z in degrees")
     })
 }
@@ -96,7 +96,7 @@ pub(super) fn turntable(text: &str) -> Result<u16, String> {
 }
 
 pub(super) fn background(text: &str) -> Result<Background, String> {
-    let wanted = || "must be studio, transparent, or a colour as #rrggbb".to_owned();
+    let wanted = || "must be studio, transparent, or a colour such as #ff8000".to_owned();
     match text {
         "studio" => return Ok(Background::Studio),
         "transparent" => return Ok(Background::Transparent),
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn options_are_taken_apart() {
-        assert_eq!(pose("T-Pose"), Ok(PoseOption::Stance(Stance::TPose)));
+        assert_eq!(pose("T-Pose"), Ok(PoseOption::NamedPose(NamedPose::TPose)));
         assert_eq!(pose("head=1,-2,.5"), Ok(PoseOption::Bone("head".into(), [1.0, -2.0, 0.5])));
         assert_eq!(weight("a=b=0.5"), Ok(Weight("a=b".into(), 0.5)));
         assert_eq!(weight("blink"), Ok(Weight("blink".into(), 1.0)));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use uvgraft::{Size, Texture};
-use uvgraft_io::image::animation::{FilmError, write_gif, write_webp};
+use uvgraft_io::image::animation::{AnimationError, write_gif, write_webp};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
 use uvgraft_pipeline::Outputs;
@@ -47,11 +47,11 @@ impl Output {
         let extension = path.extension().and_then(|extension| extension.to_str());
         let is_gif = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("gif"));
         let format = Format::from_path(path);
-        const MOST_GIF_FPS: f32 = 50.0;
+        const MAX_GIF_FPS: f32 = 50.0;
         let kind = match (moving, format) {
-            (Some(fps), None) if is_gif && fps > MOST_GIF_FPS => {
+            (Some(fps), None) if is_gif && fps > MAX_GIF_FPS => {
                 return Err(bad_input(format!(
-                    "{name}: GIF supports at most {MOST_GIF_FPS} frames per second, got {fps}; \
+                    "{name}: GIF supports at most {MAX_GIF_FPS} frames per second, got {fps}; \
                      write a .webp, or use a lower --fps"
                 )));
             }
@@ -115,7 +115,7 @@ impl Output {
         } else {
             let frames = (0..frames).map(draw).collect::<anyhow::Result<Vec<Texture>>>()?;
             let path = &self.paths[0];
-            write_atomically::<FilmError>(path, |out| match self.kind {
+            write_atomically::<AnimationError>(path, |out| match self.kind {
                 OutputFormat::Gif(fps) => write_gif(&frames, fps, out),
                 OutputFormat::WebP(fps) => write_webp(&frames, fps, out),
                 OutputFormat::Images => Ok(()),

@@ -18,6 +18,7 @@ use crate::failure::{OrBadInput, bad_input, warn};
 use crate::filters::FilterName;
 use crate::heading;
 use crate::heatmap;
+use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::progress;
 use crate::report::{parse_size, to_stdout};
@@ -27,8 +28,8 @@ use report::{Outcome, Report};
 
 /// Transfer a texture to the other layout and back, and measure the loss
 ///
-/// The way back is laid over the original, so texels without a link stay unchanged. Scores are reported
-/// for the whole image and for the transferred region alone.
+/// The way back is laid over the original, so texels without a link stay unchanged. Scores are
+/// reported for the whole image and for the transferred region alone.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
@@ -46,7 +47,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FOLDER", help_heading = heading::FILES)]
     output: Option<PathBuf>,
     /// Texture size in the other layout, up to 16384 texels a side
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::SAMPLING)]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true, help_heading = heading::SAMPLING)]
     via: Size,
     /// Interpolation filters to compare, comma-separated
     #[arg(
@@ -60,7 +61,7 @@ pub(crate) struct Args {
     filter: Vec<FilterName>,
     /// Width of the gutter around UV islands in the other layout, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::SAMPLING)]
+    #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true, help_heading = heading::SAMPLING)]
     gutter: u32,
     /// Also measure `transfer --fit` with each filter
     #[arg(long, help_heading = heading::SAMPLING)]
@@ -72,7 +73,7 @@ pub(crate) struct Args {
     metrics: MetricsOption,
     /// Number of timed runs of fast stages; the median is reported
     #[arg(long, value_name = "N", default_value_t = 5, help_heading = heading::REPORT)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
     repeats: u32,
     /// Print the report as JSON
     ///

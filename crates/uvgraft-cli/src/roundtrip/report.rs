@@ -141,7 +141,7 @@ impl Report {
             if let Some(whole) = &outcome.whole_picture {
                 notes.push(format!(
                     "{}: an affine warp per triangle with integer corners, and a final median \
-                     filter over {MEDIAN_PX} texels to hide the cracks, which costs detail. Run \
+                     filter over {MEDIAN_PX} texels that hides cracks but removes detail. Run \
                      on the bounding box of each triangle. As in scripts, where each of {} warps \
                      covers the whole image, it would take about {}: extrapolated from {} \
                      triangles measured that way, without the median filter.",

@@ -24,7 +24,7 @@ const LINE: u32 = 14;
 /// Margin around the face, as a share of its longer side.
 const AROUND: f64 = 0.18;
 /// Islands smaller than this share of the largest one are ignored: the inside of the lips.
-const LEAST_ISLAND: f64 = 0.1;
+const MIN_ISLAND: f64 = 0.1;
 
 /// The part of a layout with the face, for one texture or two.
 pub(super) struct Face<'a> {
@@ -139,8 +139,8 @@ fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 
 /// The mean of a texture over the texels that a pixel spans, or interpolated where texels are
 /// larger.
 fn averaged(texture: &Texture, first: [f64; 2], step: [f64; 2]) -> Rgb {
-    const MOST: f64 = 4.0;
-    let counts = step.map(|step| step.ceil().clamp(1.0, MOST) as u32);
+    const MAX: f64 = 4.0;
+    let counts = step.map(|step| step.ceil().clamp(1.0, MAX) as u32);
     let mut sum = [0.0; 3];
     for row in 0..counts[1] {
         for column in 0..counts[0] {
@@ -187,8 +187,7 @@ fn bounds(mesh: &Mesh, anatomy: &Anatomy) -> Option<[[f64; 2]; 2]> {
     }
     let largest = extents.iter().copied().fold(0.0, f64::max);
     let is_shown = |&&face: &&usize| {
-        extents[islands.of_faces()[face] as usize]
-            >= (LEAST_ISLAND * largest).max(f64::MIN_POSITIVE)
+        extents[islands.of_faces()[face] as usize] >= (MIN_ISLAND * largest).max(f64::MIN_POSITIVE)
     };
     let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for uv in faces.iter().filter(is_shown).flat_map(|&face| mesh.uv_triangle(face)) {

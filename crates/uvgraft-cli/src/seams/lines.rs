@@ -31,7 +31,7 @@ pub(super) fn edge_color(edge: &SeamEdge) -> Rgb {
     edge.mean.map_or(UNKNOWN, |mean| step_color(mean, edge.is_rim))
 }
 
-/// Mixes two colours, with `share` of the second.
+/// Blends two colours, with `share` of the second.
 pub(super) fn blend(a: Rgb, b: Rgb, share: f64) -> Rgb {
     std::array::from_fn(|k| {
         let [a, b] = [a, b].map(|color| f64::from(color[k]));

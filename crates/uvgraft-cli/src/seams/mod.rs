@@ -21,22 +21,25 @@ use uvgraft_pipeline::{Length, Outputs, Unit};
 
 use crate::failure::{Notes, OrBadInput};
 use crate::heading;
+use crate::number::whole_number;
 use crate::picture::check_name;
 use crate::region::RegionArgs;
 use face::Face;
 
 /// Measure how visible the seams of a texture are
 ///
-/// Samples the colours on both sides of mesh edges and reports their difference (CIEDE2000): along UV
-/// seams, along the border of the linked region, and, for comparison, along ordinary edges, where the
-/// texture's own detail is the only difference. Edges are weighted by their length on the surface.
+/// Samples the colours on both sides of mesh edges and reports their difference (CIEDE2000): along
+/// UV seams, along the boundary of the linked region, and, for comparison, along ordinary edges,
+/// where the texture's own detail is the only difference. Edges are weighted by their length on the
+/// surface.
 ///
-/// If the mesh has a head, the skin tone is assessed too: the difference between cheeks and chest, beside
-/// that of the base if --onto is given; with --face also the colour shift of hair and brows and the share
-/// of clipped skin. A good blend hides the border even where the face has the wrong colour.
+/// If the mesh has a head, the skin tone is assessed too: the difference between cheeks and chest,
+/// alongside the base's own if --onto is given; with --face also the colour shift of hair and brows
+/// and the share of clipped skin. A good blend hides the boundary even where the face has the wrong
+/// colour.
 ///
-/// Colours are compared in sRGB, ignoring opacity and colour profiles. Edges with no colour on one side
-/// are skipped. The measure has no meaning for textures without colours, such as normal maps.
+/// Colours are compared in sRGB, ignoring alpha and colour profiles. Edges with no colour on one
+/// side are skipped. The measure has no meaning for textures without colours, such as normal maps.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
@@ -49,7 +52,7 @@ pub(crate) struct Args {
     /// Sampling distance from the edge on each side, in texels [default: 1]
     ///
     /// Samples stay inside the UV island.
-    #[arg(long, value_name = "TEXELS", value_parser = parse_distance, conflicts_with = "distance")]
+    #[arg(long, value_name = "TEXELS", value_parser = parse_distance, allow_negative_numbers = true, conflicts_with = "distance")]
     #[arg(help_heading = heading::MEASUREMENT)]
     offset: Option<f64>,
     /// Sampling distance from the edge on each side along the surface, such as 3mm
@@ -60,21 +63,21 @@ pub(crate) struct Args {
     region: RegionArgs,
     #[command(flatten)]
     tone: tone::ToneArgs,
-    /// Number of worst edges to list, for UV seams and for the border
+    /// Number of worst edges to list, for UV seams and for the boundary
     #[arg(long, value_name = "N", default_value_t = 5)]
-    #[arg(value_parser = clap::value_parser!(u16).range(0..=1000), help_heading = heading::REPORT)]
+    #[arg(value_parser = whole_number::<u16>(0..=1000), allow_negative_numbers = true, help_heading = heading::REPORT)]
     worst: u16,
-    /// Draw the layout with its seams, the worst places in detail, and the face
+    /// Draw the layout with its seams, the worst edges in detail, and the face
     #[arg(long, value_name = "OUT.png", help_heading = heading::REPORT)]
     picture: Option<PathBuf>,
     /// Print the report as JSON
     ///
-    /// `edges` holds one entry for each kind of edge: `uv_seams`, `uv_seams_inside` (the region), `rim`
-    /// (the border), ordinary edges `beside_` each of these, and all `ordinary` edges. Each entry has
-    /// `edges`, `length`, `points` and `delta_e`, which is null if no point could be measured. Lengths
-    /// are in the unit of the mesh; `uv` coordinates start at the top left corner of the texture. `tone`
-    /// holds `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and `fits`, and is null if the
-    /// mesh has no head.
+    /// `edges` holds one entry for each kind of edge: `uv_seams`, `uv_seams_inside` (the region),
+    /// `rim` (the boundary), ordinary edges adjacent to each of these (`beside_uv_seams` and so on),
+    /// and all `ordinary` edges. Each entry has `edges`, `length`, `points` and `delta_e`, which is
+    /// null if no point could be measured. Lengths are in the unit of the mesh; `uv` coordinates
+    /// start at the top left corner of the texture. `tone` holds `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and
+    /// `fits`, and is null if the mesh has no head.
     #[arg(long, help_heading = heading::REPORT)]
     json: bool,
 }

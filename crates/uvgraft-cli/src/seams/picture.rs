@@ -23,7 +23,7 @@ const CAPTION: u32 = 44;
 const LABEL: u32 = 14;
 const CELL: Size = Size::new(3 * CROP + 2 * GAP, CAPTION + CROP + LABEL + 14);
 /// More close-ups than this make the picture useless.
-const MOST_PLACES: usize = 60;
+const MAX_PLACES: usize = 60;
 
 const BACKGROUND: Rgb = [24, 26, 30];
 
@@ -35,9 +35,9 @@ pub(super) fn draw(
     seams: &SeamReport,
     face: Option<&Face<'_>>,
 ) -> anyhow::Result<Picture> {
-    let places: Vec<(&SeamEdge, Step)> = worst(seams).take(MOST_PLACES).collect();
+    let places: Vec<(&SeamEdge, Step)> = worst(seams).take(MAX_PLACES).collect();
     let layout = layout(texture, seams, &places)?;
-    // As many in a column as fit beside the layout, unless that takes too many columns.
+    // As many in a column as fit next to the layout, unless that takes too many columns.
     let columns = (places.len() as u32).div_ceil(PANEL / CELL.height).min(3);
     let rows = (places.len() as u32).div_ceil(columns.max(1));
     let width = MARGIN + PANEL + columns * (MARGIN + CELL.width) + MARGIN;
@@ -65,7 +65,7 @@ fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32
     let title = format!("seams of {}", subject.texture);
     picture.text(&Picture::fitted(&title, width, 2), MARGIN, MARGIN, 2, TITLE);
     let text = format!(
-        "on {}, {} texels; colours from {} on one side of an edge to as much on the other; the region \
+        "on {}, {} texels; colours sampled {} from the edge on either side; the region \
          is {}",
         subject.mesh,
         subject.size,
@@ -73,7 +73,7 @@ fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32
         subject.region
     );
     picture.text(&Picture::fitted(&text, width, 1), MARGIN, MARGIN + 26, 1, TEXT);
-    let columns = [("UV seams", &seams.uv_seams, false), ("rim", &seams.rim, true)];
+    let columns = [("UV seams", &seams.uv_seams, false), ("boundary", &seams.rim, true)];
     for (index, (name, group, is_rim)) in (0u32..).zip(columns) {
         scale(picture, [MARGIN + index * (PANEL / 2 + 6), MARGIN + 46], name, group, is_rim);
     }
@@ -204,7 +204,7 @@ fn cell(
     let title = format!("{number} {} ΔE {mean:.1}", kind(edge));
     picture.text(&title, left, top, 2, TITLE);
     let [a, b] = edge.sides.map(|side| side.face);
-    let text = format!("triangles {a}, {b}; the largest step is {:.1}", step.delta_e);
+    let text = format!("triangles {a}, {b}; largest difference {:.1}", step.delta_e);
     picture.text(&Picture::fitted(&text, CELL.width - 80, 1), left, top + 23, 1, TEXT);
     let colors = step.colors.map(|color| color.map(|value| (value * 255.0 + 0.5) as u8));
     for (color, start) in colors.into_iter().zip([CELL.width - 2 * SWATCH, CELL.width - SWATCH]) {

@@ -10,7 +10,7 @@ use crate::failure::bad_input;
 pub(super) struct Region {
     /// Its name for reports.
     pub name: &'static str,
-    /// The mesh of the layout, cut along the border of the region, and which triangles belong to
+    /// The mesh of the layout, cut along the boundary of the region, and which triangles belong to
     /// it.
     pub cut: CutMesh,
 }

@@ -33,9 +33,9 @@ impl Subject {
 /// The name of an edge's kind.
 pub(super) fn kind(edge: &SeamEdge) -> &'static str {
     match (edge.is_uv_seam, edge.is_rim) {
-        (true, true) => "rim and UV seam",
+        (true, true) => "boundary seam",
         (true, false) => "UV seam",
-        (false, _) => "rim",
+        (false, _) => "boundary",
     }
 }
 
@@ -157,7 +157,7 @@ impl<'a> Document<'a> {
 fn text(subject: &Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> String {
     let mut text = format!(
         "{}, {} texels, on {}; the region is {}\n\
-         steps between colours (CIEDE2000) from {} on one side of an edge to as much on the other\n\n",
+         colour differences (CIEDE2000) across edges, sampled {} from the edge on either side\n\n",
         subject.texture,
         subject.size,
         subject.mesh,
@@ -165,13 +165,13 @@ fn text(subject: &Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> Stri
         subject.offset(),
     );
     text += &groups(seams);
-    text += "\nBeside: ordinary edges that have a vertex in common with these, where steps are the\n\
-             texture's own detail. About 1 is the least that an eye finds, about 2.3 is seen at a glance.\n";
+    text += "\nAdjacent edges share a vertex with those above them; differences there are the texture's\n\
+             own detail. A difference of about 1 is barely visible, one of about 2.3 at a glance.\n";
     let places = places(subject, seams);
     if !places.is_empty() {
         let _ = write!(
             text,
-            "\nThe worst edges, and where in texels their largest step is:\n\n{places}"
+            "\nThe worst edges, and the position of their largest difference in texels:\n\n{places}"
         );
     }
     let notes = notes(&seams.notes);
@@ -202,12 +202,12 @@ fn groups(seams: &SeamReport) -> String {
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     for (name, group) in [
         ("UV seams", &seams.uv_seams),
-        ("beside them", &seams.beside_uv_seams),
+        ("adjacent edges", &seams.beside_uv_seams),
         ("UV seams in the region", &seams.uv_seams_inside),
-        ("beside them", &seams.beside_uv_seams_inside),
-        ("rim of the region", &seams.rim),
-        ("beside it", &seams.beside_rim),
-        ("all that are neither", &seams.ordinary),
+        ("adjacent edges", &seams.beside_uv_seams_inside),
+        ("boundary of the region", &seams.rim),
+        ("adjacent edges", &seams.beside_rim),
+        ("all ordinary edges", &seams.ordinary),
     ] {
         let mut row = vec![name.to_owned(), grouped(group.edges), length(group.length)];
         match &group.delta_e {
@@ -276,13 +276,16 @@ fn notes(notes: &SeamNotes) -> String {
     } = *notes;
     let mut text = String::new();
     for (count, what) in [
-        (no_area, "points left out: a triangle has no area to take a colour from"),
-        (clear, "points left out: one side has no opacity"),
-        (not_finite, "points left out: a colour is no number, or infinite"),
-        (shortened, "points measured closer to the edge, because what they are on ends before"),
-        (outside, "points outside the texture, at whose edge colours were taken"),
-        (collapsed_triangles, "triangles left out: two corners are in one place"),
-        (single_edges, "edges with a triangle on one side only"),
+        (no_area, "points skipped: a triangle has no area"),
+        (clear, "points skipped: one side is transparent"),
+        (not_finite, "points skipped: a colour is NaN or infinite"),
+        (
+            shortened,
+            "points measured closer to the edge, because their surface or island ends there",
+        ),
+        (outside, "points outside the texture, where its edge texels were sampled"),
+        (collapsed_triangles, "triangles skipped: two corners coincide"),
+        (single_edges, "open mesh edges skipped"),
     ] {
         if count > 0 {
             let _ = writeln!(text, "{} {what}", grouped(count));

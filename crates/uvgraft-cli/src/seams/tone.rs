@@ -7,7 +7,9 @@ use anyhow::Context;
 use serde::Serialize;
 use uvgraft::{Anatomy, Area, BlendDomain, Size, Texture};
 use uvgraft_io::image;
-use uvgraft_metrics::seams::{PastedFace, SkinColors, ToneMatch, ToneReferences, measure_tone};
+use uvgraft_metrics::seams::{
+    SkinColors, ToneMatch, ToneReferences, TransferredFace, measure_tone,
+};
 
 use super::region::Region;
 use crate::failure::{OrBadInput, bad_input};
@@ -18,8 +20,8 @@ use crate::heading;
 pub(super) struct ToneArgs {
     /// Base texture before the transfer, for comparing its tone
     ///
-    /// In the layout and size of the measured texture. Its own face must show skin: a blank head has no
-    /// tone.
+    /// In the layout and size of the measured texture. Its own face must show skin: a blank head
+    /// has no tone.
     #[arg(long, value_name = "BASE")]
     onto: Option<PathBuf>,
     /// Face texture before the transfer, for comparing its colours
@@ -72,7 +74,7 @@ pub(super) fn measured(
     references: &References,
 ) -> anyhow::Result<Option<ToneMatch>> {
     let Some(anatomy) = anatomy else { return Ok(None) };
-    let paste = |face| PastedFace::new(domain, face, texture.size());
+    let paste = |face| TransferredFace::new(domain, face, texture.size());
     let face =
         references.face.as_ref().map(paste).transpose().context("cannot transfer the face")?;
     let references = ToneReferences { base: references.base.as_ref(), face: face.as_ref() };
@@ -106,7 +108,7 @@ impl Document {
             chest: tone.skin.map(chest),
             hair_shift: tone.hair_shift,
             clipped: tone.clipped,
-            fits: tone.is_toned() && !tone.is_clipped(),
+            fits: tone.matches_body() && !tone.is_clipped(),
         }
     }
 }
@@ -120,17 +122,17 @@ pub(super) fn chest(skin: SkinColors) -> &'static str {
 pub(super) fn lines(tone: &ToneMatch) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(skin) = tone.skin {
-        let mut line = format!("cheek to {} ΔE {:.1}", chest(skin), skin.delta_e());
+        let mut line = format!("cheek to {}: ΔE {:.1}", chest(skin), skin.delta_e());
         if let Some(own) = tone.own {
-            let _ = write!(line, " (the base's own {:.1})", own.delta_e());
+            let _ = write!(line, " (base: {:.1})", own.delta_e());
         }
         lines.push(line);
     }
     if let Some(shift) = tone.hair_shift {
-        lines.push(format!("hair and brows shifted by ΔE {shift:.1} from the face's own"));
+        lines.push(format!("hair and brows: shifted by ΔE {shift:.1} from the source"));
     }
     if let Some(clipped) = tone.clipped {
-        lines.push(format!("clipped {:.2} % of the carried skin", clipped * 100.0));
+        lines.push(format!("clipped: {:.2} % of the transferred skin", clipped * 100.0));
     }
     lines
 }
@@ -138,7 +140,7 @@ pub(super) fn lines(tone: &ToneMatch) -> Vec<String> {
 /// What is wrong with the tone, if anything.
 pub(super) fn verdict(tone: &ToneMatch) -> Option<String> {
     let mut reasons = Vec::new();
-    if let (Some(skin), Some(excess), false) = (tone.skin, tone.excess(), tone.is_toned()) {
+    if let (Some(skin), Some(excess), false) = (tone.skin, tone.excess(), tone.matches_body()) {
         let more = if excess > 0.0 { "more" } else { "less" };
         reasons.push(format!(
             "its cheeks differ from the {} by ΔE {:.1} {more} than the base's",
@@ -150,5 +152,5 @@ pub(super) fn verdict(tone: &ToneMatch) -> Option<String> {
         reasons.push("its highlights are clipped".to_owned());
     }
     (!reasons.is_empty())
-        .then(|| format!("The face is not of the body's tone: {}.", reasons.join(", and ")))
+        .then(|| format!("The face does not match the body's tone: {}.", reasons.join(", and ")))
 }

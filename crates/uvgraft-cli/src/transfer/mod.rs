@@ -9,12 +9,13 @@ use uvgraft::{
     Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
 };
 use uvgraft_io::image::{Format, WriteOptions};
-use uvgraft_pipeline::{Existing, Inputs, MaterialMap, Onto, Role, Transfer, Values};
+use uvgraft_pipeline::{BaseSource, Existing, Inputs, MaterialMap, Role, Transfer, Values};
 
 use crate::blending::BlendArgs;
 use crate::failure::{bad_input, exit_code_of};
 use crate::filters::FilterName;
 use crate::heading;
+use crate::number::whole_number;
 use crate::picture::check_name;
 use crate::preference::PreferName;
 use crate::preview;
@@ -25,9 +26,9 @@ use progress::Progress;
 
 /// Transfer textures from one UV layout onto a base texture in the other
 ///
-/// Input formats (PNG, JPEG, WebP, TIFF, EXR) are detected from the content of the files; output formats
-/// follow from their extensions. The result has the channels of both source and base, and the greater bit
-/// depth of the two.
+/// Input formats (PNG, JPEG, WebP, TIFF, EXR) are detected from the content of the files; output
+/// formats follow from their extensions. The result has the channels of both source and base, and
+/// the greater bit depth of the two.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes
@@ -37,9 +38,9 @@ pub(crate) struct Args {
     sources: Vec<PathBuf>,
     /// Base texture or colour beneath the result [default: transparent]
     ///
-    /// An image in the target layout, or a colour such as #808080 or #80808000. With --map, repeat the
-    /// option for each role, as ROLE=IMAGE or ROLE=COLOUR. Without a base, data maps start from 0 and
-    /// normal maps from flat normals.
+    /// An image in the target layout, or a colour such as #808080 or #80808000. With --map, repeat
+    /// the option for each role, as ROLE=IMAGE or ROLE=COLOUR. Without a base, data maps start from
+    /// 0 and normal maps from flat normals.
     #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
     onto: Vec<String>,
     /// Output file, or folder for several textures
@@ -47,8 +48,8 @@ pub(crate) struct Args {
     output: PathBuf,
     /// Also write a mask of the texels that the transfer covers
     ///
-    /// White where the texture covers the base, grey where the base shows through a feather, and black
-    /// elsewhere, including the gutter.
+    /// White where the texture covers the base, grey where the base shows through a feather, and
+    /// black elsewhere, including the gutter.
     #[arg(long, value_name = "OUT.png", help_heading = heading::FILES)]
     mask: Option<PathBuf>,
     /// Transfer from the target layout to the source layout
@@ -57,7 +58,7 @@ pub(crate) struct Args {
     /// Size of the result in texels [default: the base's size]
     ///
     /// A base image of another size is resized. Required without a base image.
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size, help_heading = heading::FILES)]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true, help_heading = heading::FILES)]
     size: Option<Size>,
     /// Interpolation filter [default: lanczos3; bilinear with --data]
     #[arg(long, value_enum, help_heading = heading::SAMPLING)]
@@ -67,7 +68,7 @@ pub(crate) struct Args {
     /// The texture continues into the gutter, so that filtering and mip levels do not pick up the
     /// background.
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
-    #[arg(value_parser = clap::value_parser!(u32).range(0..=256), help_heading = heading::SAMPLING)]
+    #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true, help_heading = heading::SAMPLING)]
     gutter: u32,
     /// UV island that owns texels shared by several islands
     ///
@@ -86,15 +87,15 @@ pub(crate) struct Args {
     data: bool,
     /// Solve for the texture that best reproduces the source when transferred back
     ///
-    /// A least-squares fit, slower than sampling. Assumes the same filter on the way back. The result is
-    /// sharper and may overshoot with any filter.
+    /// A least-squares fit, slower than sampling. Assumes the same filter on the way back. The
+    /// result is sharper and may overshoot with any filter.
     #[arg(long, help_heading = heading::SAMPLING)]
     fit: bool,
     /// Maximum number of steps for --fit
     ///
     /// The solver stops earlier when another step gains little.
     #[arg(long, value_name = "N", requires = "fit", default_value_t = FitOptions::default().max_steps)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = heading::SAMPLING)]
+    #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true, help_heading = heading::SAMPLING)]
     fit_steps: u32,
     #[command(flatten)]
     region: RegionArgs,
@@ -102,9 +103,9 @@ pub(crate) struct Args {
     blending: BlendArgs,
     /// Material map to transfer, by its role; repeatable
     ///
-    /// For example albedo=a.png, normal=n.png, roughness=r.png or displacement=d.exr. The role decides
-    /// how the map is filtered and converted. Each map is written to the output folder under the name
-    /// of its role.
+    /// For example albedo=a.png, normal=n.png, roughness=r.png or displacement=d.exr. The role
+    /// decides how the map is filtered and converted. Each map is written to the output folder
+    /// under the name of its role.
     #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
     #[arg(help_heading = heading::MATERIALS)]
     maps: Vec<RoleFile>,
@@ -117,18 +118,19 @@ pub(crate) struct Args {
     normal_y_out: Option<NormalYName>,
     /// Skip outputs that are up to date
     ///
-    /// An output is up to date if it is unchanged and was made from inputs with the same content and
-    /// with the same options. A record of both is kept in .uvgraft-manifest.jsonl beside the outputs.
+    /// An output is up to date if it is unchanged and was made from inputs with the same content
+    /// and with the same options. A record of both is kept in .uvgraft-manifest.jsonl beside the
+    /// outputs.
     #[arg(long, help_heading = heading::BATCHES)]
     skip_existing: bool,
     /// Number of textures to process in parallel [default: one per thread]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole_number::<u16>(1..=1024), allow_negative_numbers = true)]
     #[arg(help_heading = heading::BATCHES)]
     jobs: Option<u16>,
     /// Memory limit for textures in flight, such as 500M or 4G
     ///
     /// Fewer textures than --jobs are processed in parallel where they would exceed the limit.
-    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = parse_bytes, allow_negative_numbers = true)]
     #[arg(help_heading = heading::BATCHES)]
     memory: u64,
     /// Output format for several textures [default: each source's format]
@@ -139,7 +141,7 @@ pub(crate) struct Args {
     compress: bool,
     /// JPEG quality
     #[arg(long, value_name = "1-100", default_value_t = 95, help_heading = heading::ENCODING)]
-    #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     quality: u8,
 }
 
@@ -231,7 +233,7 @@ impl Args {
         transfer.memory = self.memory;
         if let Some(preview) = &self.blending.preview {
             check_name(preview, "a preview")?;
-            transfer.also_written.push(preview.clone());
+            transfer.extra_outputs.push(preview.clone());
         }
         Ok(transfer)
     }
@@ -242,7 +244,7 @@ impl Args {
             if let [_, second, ..] = &self.onto[..] {
                 return Err(bad_input(format!("--onto {second}: base given twice")));
             }
-            let onto = self.onto.first().map(|text| Onto::parse(text)).transpose()?;
+            let onto = self.onto.first().map(|text| BaseSource::parse(text)).transpose()?;
             let values = if self.data { Values::Data } else { Values::Albedo };
             return Ok(Inputs::Textures { sources: self.sources.clone(), onto, values });
         }
@@ -268,7 +270,7 @@ impl Args {
         }
         let maps = self.maps.iter().map(|map| {
             let mut of_role = bases.iter().filter(|base| base.role == map.role);
-            let onto = of_role.next().map(|base| Onto::parse(&base.file)).transpose()?;
+            let onto = of_role.next().map(|base| BaseSource::parse(&base.file)).transpose()?;
             if of_role.next().is_some() {
                 return Err(bad_input(format!("--onto {}: role given twice", map.role)));
             }

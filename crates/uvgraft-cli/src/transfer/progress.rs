@@ -31,7 +31,7 @@ impl Progress {
 }
 
 impl State {
-    fn tell(&mut self, event: Event<'_>) {
+    fn show(&mut self, event: Event<'_>) {
         match event {
             Event::Note(text) => note(text),
             Event::Warning(text) => self.textures.suspend(|| warn(text)),
@@ -92,6 +92,6 @@ fn print(text: &str) {
 
 impl Observer for Progress {
     fn event(&self, event: Event<'_>) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).tell(event);
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).show(event);
     }
 }

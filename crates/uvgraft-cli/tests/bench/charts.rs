@@ -1,12 +1,12 @@
-//! Two charts that share texels, as two eyes do.
+//! Two charts that share texels, like two eyes.
 
 use uvgraft::{Mesh, Pair};
 use uvgraft_io::pair_file::{self, PairFile};
 
 use super::Bench;
 
-/// Two squares, side by side in the source, as `eyes.uvpair`. In the target the second begins at `left`;
-/// the first is to the right of the person and ends at a half.
+/// Two squares as `eyes.uvpair`, side by side in the source. In the target the second begins at
+/// `left`; the first is on the person's right and ends at 0.5.
 pub fn bench(left: f32) -> Bench {
     let squares = |lefts: [f32; 2]| {
         let (mut uv, mut positions) = (Vec::new(), Vec::new());

@@ -1,7 +1,7 @@
-//! A folder with two small meshes, their vertex map and their pair, to run the program in.
+//! A folder with two small meshes, their vertex map and their pair, in which to run the program.
 //!
-//! Both layouts hold the same sheet of 4×4 quads: from 0.1 to 0.9 of the source, and in the top left
-//! of the target, from 0.1 to 0.5. The target has one more quad, which nothing is linked to.
+//! Both layouts contain the same sheet of 4×4 quads: from 0.1 to 0.9 in the source, and at the top
+//! left of the target from 0.1 to 0.5. The target has one more quad, which is not linked.
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
@@ -28,7 +28,7 @@ pub struct Bench {
     folder: TempDir,
 }
 
-/// What a run of the program gave.
+/// The result of running the program.
 #[derive(Debug)]
 pub struct Run {
     pub code: Option<i32>,
@@ -37,7 +37,7 @@ pub struct Run {
 }
 
 impl Bench {
-    /// `source.obj`, `target.obj`, `ids.npy` and `my.uvpair`.
+    /// Creates `source.obj`, `target.obj`, `ids.npy` and `my.uvpair`.
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let [source, target] = [source(), target()];
@@ -56,7 +56,7 @@ impl Bench {
         Self { folder }
     }
 
-    /// Beside them the demo's figure: `demo.uvpair`, `face.png`, and `base.png` of darker skin.
+    /// Adds the demo's figure: `demo.uvpair`, `face.png`, and `base.png` with darker skin.
     pub fn of_figure(figure: &Figure, side: u32) -> Self {
         let bench = Self::new();
         let size = Size::square(side);
@@ -87,7 +87,7 @@ impl Bench {
         std::fs::write(self.path(name), bytes).unwrap();
     }
 
-    /// Writes a file that is another one with its bytes changed.
+    /// Writes a copy of a file with its bytes changed.
     pub fn derive(&self, name: &str, from: &str, change: impl FnOnce(&mut Vec<u8>)) {
         let mut bytes = self.bytes(from);
         change(&mut bytes);
@@ -109,7 +109,7 @@ impl Bench {
         self.save(name, Texture::new(size, channels, Encoding::Srgb, texels).unwrap());
     }
 
-    /// Writes a grey image of 64 by 64 texels, the left half of one value and the right half of another.
+    /// Writes a 64 by 64 greyscale image, its left half of one value and its right half of another.
     pub fn paint_halves(&self, name: &str, [left, right]: [u8; 2]) {
         let row = [[left; 32], [right; 32]].concat();
         let texels = Texels::U8(row.repeat(64));
@@ -117,13 +117,13 @@ impl Bench {
         self.save(name, texture.unwrap());
     }
 
-    /// Writes an image with another value in each texel, the same for the same name's size.
+    /// Writes an image with a pseudo-random value in each texel, deterministic for a name's size.
     pub fn paint_noise(&self, name: &str, size: (u32, u32), channels: Channels, depth: Depth) {
         let size = Size::new(size.0, size.1);
         let count = size.texels() * channels.count();
         let mut state = 7u32;
         let mut next = || {
-            // Any generator without visible patterns does; this is Numerical Recipes' `ranqd1`.
+            // Any generator without visible patterns will do; this is Numerical Recipes' `ranqd1`.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 16) as u16
         };
@@ -136,7 +136,7 @@ impl Bench {
         self.save(name, Texture::new(size, channels, encoding, texels).unwrap());
     }
 
-    /// Writes an 8-bit image, its texels by their place.
+    /// Writes an 8-bit image, its texels a function of position.
     pub fn draw<const C: usize>(
         &self,
         name: &str,
@@ -150,14 +150,14 @@ impl Bench {
         self.save(name, Texture::new(size, channels, Encoding::Srgb, Texels::U8(texels)).unwrap());
     }
 
-    /// Writes an image without loss.
+    /// Writes an image losslessly.
     pub fn save(&self, name: &str, texture: Texture) {
         let written =
             image::write(&texture.into(), &self.path(name), &WriteOptions::default()).unwrap();
         assert_eq!(written.losses, [], "{name}");
     }
 
-    /// Everything in the folder: files with their bytes, links with their destination, folders.
+    /// Everything in the folder: files with their bytes, links with their targets, folders.
     pub fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut content = BTreeMap::new();
         let mut folders = vec![self.folder.path().to_path_buf()];
@@ -178,12 +178,12 @@ impl Bench {
         content
     }
 
-    /// Runs the program in the folder, with arguments separated by blanks.
+    /// Runs the program in the folder, with arguments separated by spaces.
     pub fn run(&self, args: &str) -> Run {
         self.run_args(&args.split_whitespace().collect::<Vec<_>>())
     }
 
-    /// Writes the pair of a head and a body by the body's vertex for each of the head's.
+    /// Writes the pair of a head and a body, given the body's vertex for each of the head's.
     pub fn save_pair(&self, name: &str, head: Mesh, body: Mesh, ids: &[u32]) {
         let ids: Vec<i64> = ids.iter().map(|&id| i64::from(id)).collect();
         let file = PairFile {
@@ -207,12 +207,12 @@ impl Bench {
     pub fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_uvgraft"));
         command.current_dir(self.folder.path());
-        // Whatever networks the user imported, none are there.
+        // Ignore any networks that the user has imported.
         command.env("UVGRAFT_WEIGHTS", self.path("lpips.safetensors"));
         command
     }
 
-    /// Runs the program and expects it to succeed without a word on standard error.
+    /// Runs the program and expects success, without output on standard error.
     pub fn succeed(&self, args: &str) -> String {
         let run = self.run(args);
         assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "uvgraft {args}");
@@ -220,7 +220,7 @@ impl Bench {
         run.stdout
     }
 
-    /// Runs the program and expects it to succeed, whatever notes and warnings it writes.
+    /// Runs the program and expects success, with any notes and warnings.
     pub fn make(&self, args: &str) -> String {
         let run = self.run(args);
         assert_eq!(run.code, Some(0), "uvgraft {args}\n{}", run.stderr);
@@ -228,9 +228,9 @@ impl Bench {
         run.stdout
     }
 
-    /// Runs the program and expects it to refuse: exit code 2, one message that holds all of
-    /// `wanted`, nothing on standard output, and the folder as it was. Where the output is a file,
-    /// runs it a second time with an old one in its place.
+    /// Runs the program and expects a rejection: exit code 2, one message that contains all of
+    /// `wanted`, nothing on standard output, and an unchanged folder. If the output is a file, runs
+    /// it a second time with an existing file in its place.
     pub fn refuse(&self, args: &str, wanted: &[&str]) {
         self.refuse_args(&args.split_whitespace().collect::<Vec<_>>(), wanted);
     }
@@ -280,7 +280,7 @@ impl Bench {
     }
 }
 
-/// The target's vertex of a source vertex: the order is turned around.
+/// The target vertex for a source vertex: the order is reversed.
 pub fn target_of(vertex: u32) -> u32 {
     TARGET_VERTICES - 1 - vertex
 }
@@ -320,7 +320,7 @@ fn mesh(
     Mesh::from_polygons(positions, uv, &corners, &sizes).unwrap()
 }
 
-/// One texel's values, full being 1.0.
+/// The values of one texel; 1.0 is full intensity.
 pub fn texel(texture: &Texture, x: u32, y: u32) -> Vec<f32> {
     let count = texture.channels().count();
     let at = (y * texture.size().width + x) as usize * count;
@@ -335,7 +335,7 @@ pub fn texel(texture: &Texture, x: u32, y: u32) -> Vec<f32> {
     }
 }
 
-/// One texel's values of an 8-bit texture.
+/// The values of one texel of an 8-bit texture.
 pub fn texel_u8(texture: &Texture, x: u32, y: u32) -> Vec<u8> {
     assert_eq!(texture.depth(), Depth::U8);
     texel(texture, x, y).into_iter().map(|value| (value * 255.0).round() as u8).collect()

@@ -1,8 +1,8 @@
-//! A flat sheet, of which the middle is linked: distances on it are known by heart.
+//! A flat sheet with a linked centre, so that distances on it are known.
 //!
-//! The target is 16×16 quads of 10 mm, all of its layout; the source is the 8×8 in the middle, all of
-//! its own. With 64 texels a side in the source and 128 in the target a texel is 1.25 mm on both, and
-//! texel `(x, y)` of the source is texel `(x + 32, y + 32)` of the target.
+//! The target is 16×16 quads of 10 mm and fills its layout; the source is the 8×8 in the centre and
+//! fills its own. With 64 texels a side in the source and 128 in the target, a texel is 1.25 mm on
+//! both, and texel `(x, y)` of the source is texel `(x + 32, y + 32)` of the target.
 
 use uvgraft::{Mesh, Pair};
 use uvgraft_io::pair_file::{self, PairFile};
@@ -13,7 +13,7 @@ use super::Bench;
 pub const SOURCE_VERTICES: u32 = 81;
 /// Vertices of the target, seventeen in a row.
 pub const TARGET_VERTICES: u32 = 289;
-/// Texels of the target that are linked, along either axis.
+/// Linked texels of the target, along either axis.
 pub const LINKED: std::ops::Range<u32> = 32..96;
 
 /// A bench with `plane.uvpair`.
@@ -31,7 +31,7 @@ pub fn bench() -> Bench {
     bench
 }
 
-/// `quads` a side, from the `first` row and column of the sheet on.
+/// A square of `quads` a side, from row and column `first` of the sheet.
 fn sheet(quads: u32, first: u32) -> Mesh {
     let side = quads + 1;
     let vertices = (0..side * side).map(|id| [id % side, id / side]);

@@ -1,18 +1,18 @@
-//! Brows and forehead.
+//! Morphs of brows and forehead.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::{bell, smoothstep};
 
 use super::{Spot, lids};
 
-/// Both brows rise and the eyes open wide.
+/// Raises both brows and opens the eyes wide.
 pub(super) fn up(spot: Spot) -> Vec3 {
     let brow = near_brow(spot.p);
     let wide = lids::close(spot.p, spot.p.x.signum(), -0.16);
     spot.slid(0.0, 0.55 * brow) + wide
 }
 
-/// The inner ends go down and together.
+/// Lowers the inner ends of the brows and draws them together.
 pub(super) fn angry(spot: Spot) -> Vec3 {
     let p = spot.p;
     let inner = bell(p.x.abs() - 1.6, 1.8);
@@ -24,7 +24,7 @@ pub(super) fn angry(spot: Spot) -> Vec3 {
         + lids::close(p, p.x.signum(), 0.10)
 }
 
-/// The inner ends go up and together.
+/// Raises the inner ends of the brows and draws them together.
 pub(super) fn sad(spot: Spot) -> Vec3 {
     let p = spot.p;
     let inner = bell(p.x.abs() - 1.5, 1.6);
@@ -35,7 +35,7 @@ pub(super) fn sad(spot: Spot) -> Vec3 {
         + lids::close(p, p.x.signum(), 0.14)
 }
 
-/// 1 along the brows, 0 on lids, nose and under the hair.
+/// 1 along the brows; 0 on the lids, the nose and under the hair.
 fn near_brow(p: Vec3) -> f32 {
     let x = p.x.abs();
     smoothstep(0.75, 1.75, p.y)

@@ -1,21 +1,25 @@
-//! Eyelids.
+//! Eyelid morphs.
 
 use glam::{Vec3, vec3};
 use uvgraft::easing::{mix, smoothstep};
 
 use super::Spot;
-use crate::head::seen;
+use crate::head::front_hit;
 use crate::head_shape::{EYE, EYE_RADIUS, LID_RADIUS, LID_WIDTH, lower_lid, upper_lid};
 
-/// Where closed lids meet, from the upper lid's edge to the lower's.
+/// Where closed lids meet, from 0 at the upper lid's edge to 1 at the lower's.
 const MEET: f32 = 0.82;
 
-/// The lids of one eye close: `side` is 1 for the left one and -1 for the right one.
+/// Closes the lids of one eye: `side` is 1 for the left one and -1 for the right one.
 pub(super) fn blink(spot: Spot, side: f32) -> Vec3 {
     close(spot.p, side, 1.0)
 }
 
-/// What closes the lids of one eye by a share of the way; negative opens them wide.
+/// Offset that closes the lids of one eye by a fraction; a negative one opens them wide.
+///
+/// The vertical shift at the lid's edge fades out towards brow and cheek. The shifted point
+/// is projected back onto the skin, so that the lid slides over the eyeball instead of
+/// cutting through it.
 pub(super) fn close(p: Vec3, side: f32, share: f32) -> Vec3 {
     let centre = vec3(side * EYE.x, EYE.y, EYE.z);
     let (dx, dy) = ((p.x - centre.x) * side, p.y - centre.y);
@@ -26,7 +30,8 @@ pub(super) fn close(p: Vec3, side: f32, share: f32) -> Vec3 {
     let (upper, lower) = (upper_lid(x), lower_lid(x));
     let closed = mix(upper, lower, MEET);
     let is_upper = dy > mix(upper, lower, 0.5);
-    // Skin follows the lid's edge less and less up to the brow and down to the cheek.
+    // The skin follows the lid's edge with a weight that falls to zero at the brow and at the
+    // cheek.
     let shift = if is_upper {
         (closed - upper) * smoothstep(1.35, 0.0, dy - upper)
     } else {
@@ -37,11 +42,11 @@ pub(super) fn close(p: Vec3, side: f32, share: f32) -> Vec3 {
     }
     let shift = shift * share;
     let from_centre = (p - centre).length();
-    // The lid's underside lies in the ball's surface and moves with the edge.
+    // The lid's underside lies on the eyeball and moves with the edge.
     let depth =
         if from_centre < 0.5 * (EYE_RADIUS + LID_RADIUS) { from_centre / LID_RADIUS } else { 1.0 };
     let on_lid = if depth < 1.0 { centre + (p - centre) * (1.0 / depth) } else { p };
-    let goal = seen(on_lid.x, on_lid.y + shift);
+    let goal = front_hit(on_lid.x, on_lid.y + shift);
     (goal - on_lid) * depth
 }
 
@@ -61,7 +66,7 @@ mod tests {
         for dx in [-1.2, -0.6, 0.0, 0.6, 1.2] {
             let (upper, lower) = (on_lid(dx, upper_lid(dx)), on_lid(dx, lower_lid(dx)));
             let close = |p: Vec3, share: f32| p + blink(Spot::new(p, None), 1.0) * share;
-            // A twentieth of a millimetre is what marching along rays leaves open.
+            // Ray marching is accurate to a twentieth of a millimetre.
             assert!((close(upper, 1.0).y - close(lower, 1.0).y).abs() < 0.005, "{dx}");
             for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 for lid in [upper, lower] {
@@ -74,7 +79,7 @@ mod tests {
 
     #[test]
     fn brow_cheek_and_the_other_eye_stay() {
-        for p in [seen(EYE.x, 2.1), seen(EYE.x, -1.75), on_lid(0.0, 0.72).mirrored()] {
+        for p in [front_hit(EYE.x, 2.1), front_hit(EYE.x, -1.75), on_lid(0.0, 0.72).mirrored()] {
             assert_eq!(blink(Spot::new(p, None), 1.0), Vec3::default());
         }
     }

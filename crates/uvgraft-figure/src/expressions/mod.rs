@@ -1,7 +1,7 @@
-//! The figure's morph targets, and the expressions that mix them.
+//! The figure's morph targets, and the expressions that combine them.
 //!
-//! A morph is a function of the place in head space: skin slides over the head's contour, lids over
-//! the eyes, and the jaw turns about its hinge.
+//! A morph is a function of the position in head space: skin slides over the head's contour, lids
+//! over the eyes, and the jaw rotates about its hinge.
 
 mod brows;
 mod lids;
@@ -16,13 +16,13 @@ use super::head_shape::{EYE_LEVEL, contour};
 use super::sdf::meet;
 use super::surface::PartKind;
 
-/// A vertex of the face's skin at rest, in head space, in centimetres.
+/// A skin vertex of the face at rest, in head space, in centimetres.
 #[derive(Debug, Clone, Copy)]
 struct Spot {
     p: Vec3,
-    /// Where along the lips; see [`Figure::lips`].
+    /// Coordinate across the lips; see [`Figure::lips`].
     lip: Option<f32>,
-    /// Where the head's contour is in front of or behind it.
+    /// Depth (Z) of the head's contour in front of or behind it.
     contour_z: f32,
 }
 
@@ -31,20 +31,21 @@ impl Spot {
         Self { p, lip, contour_z: contour_z(p.x, p.y, 12.0) }
     }
 
-    /// What takes it to the left and up, and with it along the head's contour.
+    /// Offset by `dx` to the left and `dy` upwards that stays on the head's contour.
     fn slid(&self, dx: f32, dy: f32) -> Vec3 {
         let length = (dx * dx + dy * dy).sqrt();
         if length < 1e-4 {
             return Vec3::default();
         }
-        // Where the head turns away, depth says little.
+        // Where the head turns away from the front, depth changes too fast to follow:
+        // limit the slope.
         let steepest = 1.5 * length;
         let z = contour_z(self.p.x + dx, self.p.y + dy, self.contour_z + 2.0 * steepest);
         vec3(dx, dy, (z - self.contour_z).clamp(-steepest, steepest))
     }
 }
 
-/// Where the line of sight meets the head's contour, from a depth on.
+/// Depth at which a ray along -Z from `from` meets the head's contour.
 fn contour_z(x: f32, y: f32, from: f32) -> f32 {
     meet(contour, vec3(x, y, from), vec3(0.0, 0.0, -1.0), 12.0).z
 }
@@ -64,7 +65,7 @@ const SHAPES: [(&str, Shape); 10] = [
     ("brows_sad", brows::sad),
 ];
 
-/// What each expression mixes.
+/// The morphs and weights of each expression.
 const EXPRESSIONS: [(Preset, &[(&str, f32)]); 13] = [
     (Preset::Happy, &[("smile", 1.0)]),
     (Preset::Angry, &[("brows_angry", 1.0), ("frown", 0.6)]),
@@ -105,13 +106,13 @@ pub(crate) fn morphs(figure: &Figure) -> Vec<Morph> {
         .collect()
 }
 
-/// The expressions, all of VRM's presets but those for where the eyes look.
+/// The expressions: all VRM presets except the gaze directions.
 pub(crate) fn expressions(morphs: &[Morph]) -> Vec<Expression> {
-    let number = |name: &str| morphs.iter().position(|morph| morph.name == name);
+    let index_of = |name: &str| morphs.iter().position(|morph| morph.name == name);
     EXPRESSIONS
         .into_iter()
         .map(|(preset, mix)| {
-            let mix = mix.iter().filter_map(|&(name, weight)| Some((number(name)?, weight)));
+            let mix = mix.iter().filter_map(|&(name, weight)| Some((index_of(name)?, weight)));
             Expression::preset(preset, mix.collect())
         })
         .collect()
@@ -127,7 +128,7 @@ mod tests {
         let figure = Figure::new();
         let avatar = figure.avatar();
         let parts = figure.parts_of_vertices();
-        // Four ways to look, and none at all.
+        // Four gaze directions, and neutral.
         assert_eq!(avatar.expressions.len(), EXPRESSIONS.len() + 5);
         for (expression, (_, wanted)) in avatar.expressions.iter().zip(EXPRESSIONS) {
             assert_eq!(expression.morphs.len(), wanted.len(), "{}", expression.name);
@@ -135,7 +136,7 @@ mod tests {
         for morph in &avatar.morphs[..SHAPES.len()] {
             let most =
                 morph.offsets.iter().map(|(_, d)| Vec3::from(*d).length()).fold(0.0, f32::max);
-            // A few millimetres to a few centimetres.
+            // From a few millimetres to a few centimetres.
             assert!((0.002..0.04).contains(&most), "{} moves {most} m", morph.name);
             for &(vertex, offset) in &morph.offsets {
                 let [x, y, z] = figure.body.positions()[vertex as usize];
@@ -168,7 +169,7 @@ mod tests {
         }
     }
 
-    /// How much neighbouring faces of the left cheek are folded more than at rest, in degrees: the most.
+    /// The largest increase in the angle between neighbouring faces of the left cheek, in degrees.
     fn folded(figure: &Figure, morph: &Morph) -> f32 {
         let parts = figure.parts_of_vertices();
         let rest: Vec<Vec3> = figure.body.positions().iter().map(|&p| Vec3::from(p)).collect();
@@ -178,14 +179,14 @@ mod tests {
         }
         let on_cheek = |vertex: u32| {
             let p = rest[vertex as usize] * 100.0 - vec3(0.0, EYE_LEVEL, 0.0);
-            // Beside the lips and the nose, and above the chin.
+            // Lateral to the lips and the nose, and above the chin.
             parts[vertex as usize].kind == PartKind::Face
                 && (3.2..6.5).contains(&p.x)
                 && (-9.0..-2.0).contains(&p.y)
                 && p.z > 2.0
         };
-        let normal = |places: &[Vec3], face: [u32; 3]| {
-            let [a, b, c] = face.map(|vertex| places[vertex as usize]);
+        let normal = |points: &[Vec3], face: [u32; 3]| {
+            let [a, b, c] = face.map(|vertex| points[vertex as usize]);
             (b - a).cross(c - a).normalize_or_zero()
         };
         let mut seen = std::collections::HashMap::new();
@@ -214,7 +215,7 @@ mod tests {
         let morphs = figure.avatar().morphs;
         let round = morphs.iter().find(|morph| morph.name == "lips_round").unwrap();
         let crease = folded(&figure, round);
-        // 25 where lips push the cheek.
+        // It is 25 if lips push the cheek.
         assert!(crease < 8.0, "{crease} deg");
     }
 }

@@ -1,19 +1,19 @@
-//! A clip of the figure as AMASS stores motions: what SMPL-H's joints do, Z up.
+//! Exports a clip of the figure in the form of AMASS: rotations of SMPL-H's joints, Z up.
 
 use glam::{Quat, Vec3};
 use uvgraft_avatar::motion::{MEAN_LEG_M, MEAN_PELVIS};
 use uvgraft_avatar::rig::{Clip, HumanBone, Skeleton};
 
-/// The arrays of a motion file in AMASS's form.
+/// The arrays of an AMASS motion file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmassArrays {
     /// `poses`, `[frames, 156]`: a rotation vector in radians for each of SMPL-H's 52 joints.
     pub poses: Vec<f32>,
-    /// `trans`, `[frames, 3]`: how far the body is moved, in metres.
+    /// `trans`, `[frames, 3]`: translation of the body, in metres.
     pub trans: Vec<f32>,
-    /// `mocap_framerate`: frames a second.
+    /// `mocap_framerate`: frames per second.
     pub mocap_framerate: f32,
-    /// How many frames there are.
+    /// Number of frames.
     pub frames: usize,
 }
 
@@ -21,7 +21,7 @@ macro_rules! hand {
     ($($bone:ident)*) => { [$(HumanBone::$bone),*] };
 }
 
-/// SMPL-H's joints without the fingers, in its order.
+/// SMPL-H's joints without the fingers, in SMPL-H's order.
 ///
 /// # Source
 /// `smplx` (Python package), `joint_names.py`.
@@ -50,7 +50,7 @@ const SMPL_H: [HumanBone; 22] = [
     HumanBone::RightHand,
 ];
 
-/// Those that follow, of both hands: index, middle, little and ring finger, and thumb.
+/// The joints that follow, for both hands: index, middle, little and ring finger, and thumb.
 const HANDS: [[HumanBone; 15]; 2] = [
     hand!(LeftIndexProximal LeftIndexIntermediate LeftIndexDistal
         LeftMiddleProximal LeftMiddleIntermediate LeftMiddleDistal
@@ -64,18 +64,19 @@ const HANDS: [[HumanBone; 15]; 2] = [
         RightThumbMetacarpal RightThumbProximal RightThumbDistal),
 ];
 
-/// A clip as AMASS stores it, as if SMPL-H's mean body had moved: places are scaled to its legs.
+/// Converts a clip to AMASS arrays, as if SMPL-H's mean body had moved: translations are scaled by
+/// the ratio of leg lengths.
 ///
-/// `skeleton` has all of VRM's bones but eyes and jaw, aligned with the world in T-pose, and the
-/// clip's frames are evenly spaced; bones it lacks are at rest. Of a clip that loops, the last frame
-/// is the first again.
+/// `skeleton` must have all VRM bones except eyes and jaw, aligned with the world in T-pose;
+/// missing bones stay at rest. The clip's frames must be evenly spaced. If a clip loops, its last
+/// frame repeats the first.
 pub fn as_amass(skeleton: &Skeleton, clip: &Clip) -> AmassArrays {
     // From Y up, facing +Z, to Z up, facing -Y.
     let tilted = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
-    let place =
+    let position =
         |bone| skeleton.human(bone).map(|joint| Vec3::from(skeleton.joints()[joint].position));
-    let hips = place(HumanBone::Hips).unwrap_or_default();
-    let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(place);
+    let hips = position(HumanBone::Hips).unwrap_or_default();
+    let leg = [HumanBone::LeftUpperLeg, HumanBone::LeftLowerLeg, HumanBone::LeftFoot].map(position);
     let scale = match leg {
         [Some(hip), Some(knee), Some(ankle)] => {
             MEAN_LEG_M / (hip.distance(knee) + knee.distance(ankle)).max(1e-3)
@@ -141,10 +142,10 @@ mod tests {
             let wanted = Quat::from_array(pose.rotations[bone as usize]);
             assert!(turn(joint).angle_between(wanted) < 2e-3, "{}", bone.name());
         }
-        // Upright is a quarter turn about X where Z is up.
+        // Upright is a quarter turn about X if Z is up.
         let up = turn(0) * Vec3::Y;
         assert!(up.z > 0.99, "{up}");
-        // Hips of a mean body are 0.9 m high, which is less than the figure's.
+        // The mean body's hips are 0.9 m high, lower than the figure's.
         let height = arrays.trans[2] + MEAN_PELVIS.z;
         assert!((0.85..0.95).contains(&height), "{height}");
     }

@@ -1,4 +1,4 @@
-//! Motions of the figure, made by formula.
+//! Procedural motions of the figure.
 
 mod amass;
 mod legs;
@@ -14,10 +14,10 @@ use self::posture::Posture;
 use super::rigging::joints::{LEFT, RIGHT};
 pub use amass::{AmassArrays, as_amass};
 
-/// Frames a second of all clips.
+/// Frame rate of all clips, in frames per second.
 const RATE: f32 = 30.0;
 
-/// The clips `idle`, `wave` and `walk` of the figure's skeleton in T-pose; each ends as it begins.
+/// The clips `idle`, `wave` and `walk` for the figure's skeleton in T-pose; each loops.
 pub(crate) fn clips(skeleton: &Skeleton) -> Vec<Clip> {
     vec![
         clip("idle", 4.0, |seconds| idle(skeleton, seconds)),
@@ -26,7 +26,7 @@ pub(crate) fn clips(skeleton: &Skeleton) -> Vec<Clip> {
     ]
 }
 
-/// A clip that loops: its last pose is its first one.
+/// A looping clip: its last pose repeats the first.
 fn clip(name: &str, seconds: f32, pose: impl Fn(f32) -> Pose) -> Clip {
     let frames = (seconds * RATE).round() as usize;
     let mut poses: Vec<Pose> = (0..frames).map(|frame| pose(frame as f32 / RATE)).collect();
@@ -35,7 +35,7 @@ fn clip(name: &str, seconds: f32, pose: impl Fn(f32) -> Pose) -> Clip {
     Clip { name: name.to_owned(), times, poses }
 }
 
-/// Stands and breathes.
+/// Standing and breathing.
 fn idle(skeleton: &Skeleton, seconds: f32) -> Pose {
     let mut posture = Posture::standing(skeleton);
     breathe(&mut posture, seconds / 4.0);
@@ -43,7 +43,7 @@ fn idle(skeleton: &Skeleton, seconds: f32) -> Pose {
     posture.pose
 }
 
-/// Breath and a slow sway; `phase` counts breaths.
+/// Breathing and a slow sway; `phase` is in breaths.
 fn breathe(posture: &mut Posture<'_>, phase: f32) {
     let breath = 0.5 - 0.5 * (TAU * phase).cos();
     let sway = (TAU * phase).sin();
@@ -67,7 +67,7 @@ mod tests {
     use crate::surface::PartKind;
     use uvgraft_avatar::Avatar;
 
-    /// Where a bone's joint is in a pose.
+    /// Position of a bone's joint in a pose.
     fn place(avatar: &Avatar, pose: &Pose, bone: HumanBone) -> Vec3 {
         let motion = avatar.skeleton.motions(pose).unwrap()[bone as usize];
         motion.point(avatar.skeleton.joints()[bone as usize].position).into()
@@ -85,7 +85,7 @@ mod tests {
                 {
                     let turn =
                         Quat::from_array(*a).angle_between(Quat::from_array(*b)).to_degrees();
-                    // 600 degrees a second; the wrist of a waving hand stays well below.
+                    // 600 degrees per second; the wrist of a waving hand stays well below.
                     let bone = HumanBone::ALL[joint].name();
                     assert!(turn < 20.0, "{} {frame}: {bone} turns {turn} deg", clip.name);
                 }
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_feet_stay_where_they_are() {
+    fn standing_feet_do_not_move() {
         let avatar = Figure::new().avatar();
         for clip in &avatar.clips[..2] {
             for pose in &clip.poses {
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn walking_feet_keep_on_the_ground_and_with_it() {
+    fn walking_feet_stay_on_the_ground_and_move_with_it() {
         let figure = Figure::new();
         let avatar = figure.avatar();
         let parts = figure.parts_of_vertices();
@@ -140,7 +140,7 @@ mod tests {
                 }
             }
         }
-        // The left foot is flat from frame 4 to 12 and goes backwards with the ground.
+        // The left foot is flat from frame 4 to 12 and moves backwards with the ground.
         for frame in 5..12 {
             let z = |frame: usize| place(&avatar, &clip.poses[frame], LEFT.toes).z;
             let step = z(frame) - z(frame + 1);

@@ -1,4 +1,4 @@
-//! A pose under construction: joints are turned by degrees, feet are put on the ground.
+//! A pose under construction: joints rotate by degrees, feet are planted on the ground.
 
 use glam::{Quat, Vec3};
 use uvgraft_avatar::rig::{HumanBone, Pose, Skeleton};
@@ -11,7 +11,7 @@ pub(super) struct Posture<'a> {
 }
 
 impl<'a> Posture<'a> {
-    /// Upright with arms and hands at ease; the legs are as in T-pose.
+    /// Standing upright with relaxed arms and hands; the legs are as in the T-pose.
     pub fn standing(skeleton: &'a Skeleton) -> Self {
         let pose = Pose::rest(skeleton.joints().len());
         let mut posture = Self { skeleton, pose };
@@ -24,8 +24,8 @@ impl<'a> Posture<'a> {
 
     /// Lets an arm hang.
     ///
-    /// - `swing`: how far it swings forward, in degrees.
-    /// - `bend`: of the elbow.
+    /// - `swing`: forward swing, in degrees.
+    /// - `bend`: bend of the elbow, in degrees.
     pub fn hang(&mut self, limbs: &Limbs, swing: f32, bend: f32) {
         let s = limbs.sign;
         self.set(limbs.shoulder, degrees([0.0, 0.0, s * -5.0]));
@@ -35,11 +35,11 @@ impl<'a> Posture<'a> {
         self.set(limbs.hand, degrees([0.0, 0.0, s * -4.0]));
     }
 
-    /// Bends all fingers: 0 is straight, 1 at ease, 5 a fist.
+    /// Bends all fingers: 0 is straight, 1 relaxed, 5 a fist.
     pub fn curl(&mut self, limbs: &Limbs, amount: f32) {
         for (number, bones) in limbs.fingers.iter().enumerate() {
-            let place = |bone| Vec3::from(self.skeleton.joints()[bone as usize].position);
-            let along = (place(bones[1]) - place(bones[0])).normalize();
+            let position = |bone| Vec3::from(self.skeleton.joints()[bone as usize].position);
+            let along = (position(bones[1]) - position(bones[0])).normalize();
             let (goal, bends) = if number == 0 {
                 // The thumb bends across the palm.
                 (Vec3::new(limbs.sign * 0.2, -0.5, -0.8), [2.0, 6.0, 8.0])
@@ -55,7 +55,8 @@ impl<'a> Posture<'a> {
         }
     }
 
-    /// Turns a bone further, by degrees about X, then Y, then Z of the world, its parent at rest.
+    /// Rotates a bone further, by degrees about the world's X, then Y, then Z, its parent being at
+    /// rest.
     pub fn turn(&mut self, bone: HumanBone, turn: [f32; 3]) {
         self.set(bone, degrees(turn) * self.of(bone));
     }
@@ -64,7 +65,7 @@ impl<'a> Posture<'a> {
         self.pose.rotations[bone as usize] = rotation.normalize().into();
     }
 
-    /// Goes on to another rotation of a bone, by a share of the way.
+    /// Interpolates from the current rotation of a bone to another one.
     pub fn towards(&mut self, bone: HumanBone, goal: Quat, share: f32) {
         self.set(bone, self.of(bone).slerp(goal, share));
     }

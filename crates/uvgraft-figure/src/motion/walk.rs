@@ -10,19 +10,19 @@ use super::posture::{Posture, degrees};
 use crate::curve::curve;
 use crate::rigging::joints::{LEFT, Limbs, RIGHT};
 
-/// Two steps.
+/// Duration of a cycle of two steps.
 pub(super) const SECONDS: f32 = 1.2;
-/// How far the ground moves in a cycle, in metres.
+/// Distance that the ground moves in a cycle, in metres.
 pub(super) const STRIDE: f32 = 1.12;
-/// The share of the cycle that a foot is on the ground.
+/// The fraction of the cycle in which a foot is on the ground.
 pub(super) const STANCE: f32 = 0.62;
-/// Where a foot comes down, in front of its place at rest, in metres.
+/// Where a foot lands, in front of its rest position, in metres.
 const REACH: f32 = 0.36;
 
 pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     let phase = seconds / SECONDS;
     let mut posture = Posture::standing(skeleton);
-    // The left heel comes down at 0. Hips are lowest then, and highest as the legs pass.
+    // The left heel lands at 0. The hips are lowest then, and highest as the legs pass each other.
     let step = TAU * phase;
     let twice = 2.0 * step;
     posture.move_hips([1.6 * (step - 0.5).sin(), -3.5 - 1.4 * (twice - 0.5).cos(), 0.0]);
@@ -36,7 +36,7 @@ pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     posture.turn(HumanBone::Head, [-2.0 + 0.8 * twice.cos(), -0.5 * yaw, 0.1 * roll]);
     for limbs in [LEFT, RIGHT] {
         let own = if limbs.sign > 0.0 { phase } else { phase + 0.5 }.fract();
-        // Arms swing against the legs, elbows bend as they come forward.
+        // Arms swing opposite to the legs; elbows bend as they come forward.
         let swing = -(TAU * own - 0.25).cos();
         let late = -(TAU * own - 0.75).cos();
         posture.hang(&limbs, 3.0 + 21.0 * swing, 24.0 + 13.0 * late);
@@ -45,16 +45,17 @@ pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     posture.pose
 }
 
-/// Puts a foot where it is at `phase` of its cycle, which begins as its heel comes down.
+/// Places a foot at a `phase` of its cycle, which begins as its heel lands.
 fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
     let rest = |bone| Vec3::from(posture.skeleton.joints()[bone as usize].position);
     let ankle = rest(limbs.foot);
     let ball = rest(limbs.toes);
     let heel = Vec3::new(ankle.x, 0.0, ankle.z - 0.045);
-    let place = if phase < STANCE {
+    let target = if phase < STANCE {
         on_ground(phase, ankle, heel, ball)
     } else {
-        // Swings from where it left the ground to where it comes down, both at the ground's speed.
+        // A cubic Hermite curve from lift-off to landing, with the ground's speed at both ends, so
+        // that the foot's velocity is continuous.
         let (from, to) = (on_ground(STANCE, ankle, heel, ball), on_ground(0.0, ankle, heel, ball));
         let length = 1.0 - STANCE;
         let t = (phase - STANCE) / length;
@@ -67,10 +68,10 @@ fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
             + speed * (t3 - t2)
             + Vec3::Y * lift
     };
-    // Feet come closer to the middle than where they stand.
+    // Walking feet are closer to the centre line than standing ones.
     let inwards = Vec3::new(-0.022 * limbs.sign, 0.0, 0.0);
     let foot = degrees([pitch(phase), 0.0, 0.0]);
-    posture.plant(limbs, place + inwards, foot);
+    posture.plant(limbs, target + inwards, foot);
     // Toes stay on the ground as the heel rises.
     let toes = if phase < STANCE {
         pitch(phase).max(0.0)
@@ -80,7 +81,7 @@ fn step_foot(posture: &mut Posture<'_>, limbs: &Limbs, phase: f32) {
     posture.set(limbs.toes, Quat::from_rotation_x(-toes.to_radians()));
 }
 
-/// How far the heel is up, in degrees; negative for the toes.
+/// Pitch of the foot in degrees: positive with the heel raised, negative with the toes raised.
 fn pitch(phase: f32) -> f32 {
     const TURNS: [(f32, f32); 9] = [
         (0.0, -17.0),
@@ -96,7 +97,7 @@ fn pitch(phase: f32) -> f32 {
     curve(&TURNS, phase)
 }
 
-/// The ankle of a foot that rolls over heel and ball.
+/// Ankle position of a foot on the ground that rolls over heel and ball.
 fn on_ground(phase: f32, ankle: Vec3, heel: Vec3, ball: Vec3) -> Vec3 {
     let pitch = pitch(phase);
     let pivot = if pitch < 0.0 { heel } else { ball };

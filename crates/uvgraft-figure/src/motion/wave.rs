@@ -1,4 +1,4 @@
-//! A greeting: the right hand goes up and waves.
+//! A greeting: the right hand rises and waves.
 
 use std::f32::consts::TAU;
 
@@ -9,13 +9,13 @@ use super::posture::{Posture, degrees};
 use crate::rigging::joints::RIGHT;
 
 pub(super) const SECONDS: f32 = 3.6;
-/// Swings a second.
+/// Swings per second.
 const SWINGS: f32 = 2.2;
 
 pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     let mut posture = Posture::standing(skeleton);
     super::breathe(&mut posture, seconds / SECONDS);
-    // The upper arm begins, forearm and hand follow.
+    // The upper arm moves first; forearm and hand follow.
     let up = |late: f32| {
         smoothstep(0.1 + late, 0.85 + late, seconds) * smoothstep(3.5 - late, 2.7 - late, seconds)
     };
@@ -33,7 +33,7 @@ pub(super) fn pose(skeleton: &Skeleton, seconds: f32) -> Pose {
     posture.towards(RIGHT.hand, degrees([0.0, s * (8.0 + 12.0 * follow), s * 6.0]), hand);
     posture.curl(&RIGHT, 1.0 - 0.65 * hand);
 
-    // The weight goes to the other leg, the head leans to the hand.
+    // The weight shifts to the other leg, and the head tilts towards the hand.
     posture.move_hips([2.6 * arm, -0.5 * arm, 0.0]);
     posture.turn(HumanBone::Hips, [0.0, -3.0 * arm, 1.6 * arm]);
     posture.turn(HumanBone::Spine, [0.0, -arm, 1.2 * arm]);

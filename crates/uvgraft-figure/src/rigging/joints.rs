@@ -1,4 +1,4 @@
-//! The figure's joints: VRM's bones, placed by the constants that shape the figure.
+//! The figure's joints: VRM's bones, placed by the same constants that shape the figure.
 
 use glam::{Vec3, vec3};
 use uvgraft_avatar::rig::{HumanBone, Joint};
@@ -8,9 +8,9 @@ use crate::body_shape::{ARM, SHOULDER};
 use crate::head_shape::{EYE, EYE_LEVEL};
 use crate::symmetry::Symmetry as _;
 
-/// The bones of which a human has two.
+/// The bones that come in pairs, on one side.
 pub(crate) struct Limbs {
-    /// 1 on the left, which is +X, and -1 on the right.
+    /// 1 on the left (+X), -1 on the right.
     pub sign: f32,
     pub eye: HumanBone,
     pub upper_leg: HumanBone,
@@ -101,7 +101,7 @@ pub(crate) const RIGHT: Limbs = Limbs {
 pub(crate) const HIP: Vec3 = vec3(8.6, 90.0, -0.8);
 pub(crate) const KNEE: Vec3 = vec3(9.1, 50.0, 0.3);
 pub(crate) const ANKLE: Vec3 = vec3(9.9, 8.6, -3.0);
-/// Where the toes bend, in the ball of the foot.
+/// Joint of the toes, in the ball of the foot.
 pub(crate) const BALL: Vec3 = vec3(11.6, 2.2, 8.4);
 /// Distance of the elbow from the shoulder.
 pub(crate) const ELBOW: f32 = 27.0;
@@ -110,7 +110,7 @@ pub(crate) const JAW: Vec3 = vec3(0.0, -2.0, 0.6);
 /// The uppermost joint of the neck, in head space.
 pub(crate) const NAPE: Vec3 = vec3(0.0, -6.5, -2.4);
 
-/// The figure's joints as it is modelled, in metres: one for each of [`HumanBone::ALL`], in that
+/// The joints of the figure as modelled, in metres: one for each of [`HumanBone::ALL`], in that
 /// order.
 pub(crate) fn joints() -> Vec<Joint> {
     let head = |p: Vec3| p + vec3(0.0, EYE_LEVEL, 0.0);

@@ -1,4 +1,4 @@
-//! The rig of the figure: joints, weights, and the T-pose.
+//! The rig of the figure: joints, skin weights and the T-pose.
 
 mod hands;
 pub(crate) mod head;
@@ -25,86 +25,86 @@ use crate::symmetry::Symmetry as _;
 
 const BONES: usize = HumanBone::ALL.len();
 
-/// How far a vertex follows each bone.
+/// Skin weights of a vertex, one for each bone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shares([f32; BONES]);
+pub(crate) struct Weights([f32; BONES]);
 
-impl Default for Shares {
+impl Default for Weights {
     fn default() -> Self {
         Self([0.0; BONES])
     }
 }
 
-impl Shares {
+impl Weights {
     fn all(bone: HumanBone) -> Self {
-        let mut shares = Self::default();
-        shares.add(bone, 1.0);
-        shares
+        let mut weights = Self::default();
+        weights.add(bone, 1.0);
+        weights
     }
 
-    fn add(&mut self, bone: HumanBone, share: f32) {
-        self.0[bone as usize] += share;
+    fn add(&mut self, bone: HumanBone, weight: f32) {
+        self.0[bone as usize] += weight;
     }
 
     fn of(&self, bone: HumanBone) -> f32 {
         self.0[bone as usize]
     }
 
-    /// Gives a fraction of one bone's share to another.
+    /// Moves a fraction of one bone's weight to another.
     fn pass(&mut self, from: HumanBone, to: HumanBone, fraction: f32) {
-        let share = self.of(from) * fraction;
-        self.add(from, -share);
-        self.add(to, share);
+        let weight = self.of(from) * fraction;
+        self.add(from, -weight);
+        self.add(to, weight);
     }
 }
 
-/// The shares of a point of a part, in world space, in centimetres.
-fn shares(part: BodyPart, p: Vec3, lip: Option<f32>) -> Shares {
+/// The weights of a point of a part, in world space, in centimetres.
+fn weights(part: BodyPart, p: Vec3, lip: Option<f32>) -> Weights {
     let own = if p.x < 0.0 { RIGHT } else { LEFT };
     match part.kind {
-        PartKind::Eye => Shares::all(own.eye),
-        PartKind::Ear | PartKind::Hair => Shares::all(HumanBone::Head),
+        PartKind::Eye => Weights::all(own.eye),
+        PartKind::Ear | PartKind::Hair => Weights::all(HumanBone::Head),
         PartKind::Shoe => {
-            let mut shares = Shares::all(own.foot);
+            let mut weights = Weights::all(own.foot);
             let bent = smoothstep(
                 joints::BALL.z - 2.6,
                 joints::BALL.z + 2.6,
                 p.z + 0.13 * (p.folded().x - joints::BALL.x),
             );
-            shares.pass(own.foot, own.toes, bent);
-            shares
+            weights.pass(own.foot, own.toes, bent);
+            weights
         }
         PartKind::Finger(number) => hands::finger(number, p),
         PartKind::Arm => {
-            let mut shares = trunk::shares(part.kind, p);
-            hands::palm(&mut shares, p);
-            shares
+            let mut weights = trunk::weights(part.kind, p);
+            hands::palm(&mut weights, p);
+            weights
         }
         PartKind::Face => {
-            let mut shares = trunk::shares(part.kind, p);
+            let mut weights = trunk::weights(part.kind, p);
             let jaw = head::jaw(p - vec3(0.0, EYE_LEVEL, 0.0), lip);
-            shares.pass(HumanBone::Head, HumanBone::Jaw, jaw);
-            shares
+            weights.pass(HumanBone::Head, HumanBone::Jaw, jaw);
+            weights
         }
         PartKind::Chest | PartKind::Shirt | PartKind::Sleeve | PartKind::Leg => {
-            trunk::shares(part.kind, p)
+            trunk::weights(part.kind, p)
         }
     }
 }
 
 impl Figure {
-    /// The figure with a rig: all bones of VRM's humanoid by their names, in T-pose, with
-    /// expressions and the clips `idle`, `wave` and `walk`.
+    /// The rigged figure: all bones of VRM's humanoid by name, in T-pose, with expressions and the
+    /// clips `idle`, `wave` and `walk`.
     ///
-    /// No vertex follows more than four joints. In the pose in which the figure was modelled, arms
-    /// 40° down, the rig shows exactly its mesh.
+    /// No vertex has more than four influences. In the pose in which the figure was modelled, arms
+    /// 40° down, the skinned mesh equals the modelled one.
     pub fn avatar(&self) -> Avatar {
         self.try_avatar().expect("the figure's own rig is sound")
     }
 
     fn try_avatar(&self) -> Result<Avatar, RigError> {
         let modelled = Skeleton::new(joints::joints())?;
-        let (skin, _) = Skin::new(self.influences(), BONES)?.pruned(MOST_INFLUENCES);
+        let (skin, _) = Skin::new(self.influences(), BONES)?.pruned(MAX_INFLUENCES);
         let motions = modelled.motions(&t_pose())?;
         let mut joints = modelled.joints().to_vec();
         for (joint, motion) in joints.iter_mut().zip(&motions) {
@@ -114,8 +114,10 @@ impl Figure {
         let back = skeleton.motions(&modelled_pose())?;
         let turns = skin.turns(&back);
         let shifts = skin.pose(&vec![[0.0; 3]; self.body.positions().len()], &back);
-        // Blended motions shrink what is between two joints. Undoing them instead of doing them
-        // makes the modelled pose, from which limbs then go either way, the one without loss.
+        // Linear blend skinning shrinks the surface between two joints. The T-pose mesh is
+        // therefore computed by inverting the skinning to the modelled pose, not by
+        // skinning into the T-pose: this makes the modelled pose, from which limbs bend
+        // either way, the exact one.
         let undo = |((&position, turn), shift): ((&[f32; 3], &Mat3), [f32; 3])| {
             (turn.inverse() * (Vec3::from(position) - Vec3::from(shift))).into()
         };
@@ -144,14 +146,14 @@ impl Figure {
             .zip(parts)
             .zip(lips)
             .map(|((&position, part), lip)| {
-                let shares = shares(part, Vec3::from(position) * 100.0, lip);
-                let kept = |&(_, share): &(usize, f32)| share > LEAST_SHARE;
-                shares.0.into_iter().enumerate().filter(kept).collect()
+                let weights = weights(part, Vec3::from(position) * 100.0, lip);
+                let kept = |&(_, weight): &(usize, f32)| weight > MIN_WEIGHT;
+                weights.0.into_iter().enumerate().filter(kept).collect()
             })
             .collect()
     }
 
-    /// For each vertex of the body, where along the lips it is; see [`Figure::lips`].
+    /// For each vertex of the body, its coordinate along the lips; see [`Figure::lips`].
     pub(crate) fn lips_of_vertices(&self) -> Vec<Option<f32>> {
         let mut lips = vec![None; self.body.positions().len()];
         for &(vertex, along) in &self.lips {
@@ -160,7 +162,7 @@ impl Figure {
         lips
     }
 
-    /// Which part each vertex of the body belongs to; where two meet, the one that comes first.
+    /// The part of each body vertex; where two parts meet, the first one.
     pub(crate) fn parts_of_vertices(&self) -> Vec<BodyPart> {
         let mut parts = vec![self.body_parts[0].part; self.body.positions().len()];
         for part in self.body_parts.iter().rev() {
@@ -174,14 +176,15 @@ impl Figure {
     }
 }
 
-const MOST_INFLUENCES: usize = 4;
-/// Less than this moves nothing visibly.
-const LEAST_SHARE: f32 = 1e-3;
+const MAX_INFLUENCES: usize = 4;
+/// Smaller weights have no visible effect.
+const MIN_WEIGHT: f32 = 1e-3;
 
-/// How the modelled figure takes its T-pose.
+/// Rotations from the modelled pose to the T-pose.
 fn t_pose() -> Pose {
     let mut pose = Pose::rest(BONES);
-    // How far the arms are down, and the part of it that lifts the shoulders with them.
+    // The angle by which the arms are down, and the part of it by which the shoulders
+    // rise with them.
     let down = (-ARM.y).atan2(ARM.x);
     let lifted = 0.14;
     for limbs in [LEFT, RIGHT] {
@@ -189,7 +192,7 @@ fn t_pose() -> Pose {
         let z = |angle: f32| Quat::from_rotation_z(limbs.sign * angle);
         turn(limbs.shoulder, z(lifted));
         turn(limbs.upper_arm, z(down - lifted));
-        // Fingers are straight, and stay spread as they are.
+        // Fingers are straightened, but stay spread.
         for number in 1..5 {
             let joints =
                 finger_joints(number).map(|p| if limbs.sign < 0.0 { p.mirrored() } else { p });
@@ -207,7 +210,7 @@ fn t_pose() -> Pose {
     pose
 }
 
-/// How the figure takes from its T-pose the pose in which it was modelled.
+/// Rotations from the T-pose back to the modelled pose.
 fn modelled_pose() -> Pose {
     let forward = t_pose();
     let joints = joints::joints();
@@ -216,7 +219,7 @@ fn modelled_pose() -> Pose {
         let parent = joint.parent.map_or(Quat::IDENTITY, |parent| world[parent]);
         world.push(parent * Quat::from_array(rotation));
     }
-    // The world rotations from T are the inverse ones; local ones are relative to the parent's.
+    // World rotations from the T-pose are the inverse ones; local ones are relative to the parent.
     let local = joints.iter().zip(&world).map(|(joint, turned)| {
         let parent = joint.parent.map_or(Quat::IDENTITY, |parent| world[parent]);
         (parent * turned.inverse()).normalize().into()
@@ -230,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn has_all_bones_and_each_hangs_on_the_right_one() {
+    fn has_all_bones_with_the_right_parents() {
         let avatar = Figure::new().avatar();
         let joints = avatar.skeleton.joints();
         assert_eq!(joints.len(), HumanBone::ALL.len());
@@ -276,11 +279,11 @@ mod tests {
             ] {
                 let along = (place(to) - place(from)).normalize();
                 let off = along.angle_between(Vec3::X * limbs.sign).to_degrees();
-                // Fingers are spread a little, in the plane of the hand.
+                // Fingers are slightly spread, in the plane of the hand.
                 let most = if to == limbs.lower_arm || to == limbs.hand { 0.1 } else { 2.5 };
                 assert!(off < most && along.y.abs() < 0.01, "{} is {off} deg off", from.name());
             }
-            // Palms are down if thumbs are in front.
+            // Palms face down if thumbs are in front.
             assert!(place(limbs.fingers[0][2]).z > place(limbs.hand).z + 0.03);
         }
         let lowest = avatar.mesh.positions().iter().map(|p| p[1]).fold(f32::INFINITY, f32::min);
@@ -293,7 +296,7 @@ mod tests {
         let avatar = figure.avatar();
         let posed = avatar.posed(&modelled_pose(), &[]).unwrap();
         for (vertex, (&found, &wanted)) in posed.iter().zip(figure.body.positions()).enumerate() {
-            // Inverting and redoing in f32 costs a few micrometres.
+            // Inverting and reapplying in f32 costs a few micrometres.
             let off = Vec3::from(found).distance(Vec3::from(wanted));
             assert!(off < 2e-5, "vertex {vertex} is {off} m off");
         }
@@ -301,13 +304,13 @@ mod tests {
 
     #[test]
     fn weights_change_gently_and_sum_to_one() {
-        /// The steepest are in the corners of the mouth and between the thighs, where one thing touches another
-        /// that it must not follow.
+        /// Weights change fastest in the corners of the mouth and between the thighs, where one
+        /// surface touches another that it must not follow.
         const STEEPEST_PER_CM: f32 = 2.5;
         const PRUNED: f32 = 0.02;
         let figure = Figure::new();
         let skin = figure.avatar().skin;
-        assert!(skin.most_influences() <= MOST_INFLUENCES);
+        assert!(skin.most_influences() <= MAX_INFLUENCES);
         let dense = |vertex: u32| {
             let mut dense = [0.0_f32; BONES];
             for &(joint, weight) in skin.of(vertex as usize) {
@@ -333,9 +336,9 @@ mod tests {
     }
 
     #[test]
-    fn pruning_to_four_joints_changes_next_to_nothing() {
+    fn pruning_to_four_joints_is_nearly_lossless() {
         let (_, pruning) =
-            Skin::new(Figure::new().influences(), BONES).unwrap().pruned(MOST_INFLUENCES);
+            Skin::new(Figure::new().influences(), BONES).unwrap().pruned(MAX_INFLUENCES);
         assert!(pruning.most < 0.06 && pruning.mean < 1e-3, "{pruning:?}");
     }
 
@@ -361,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn left_and_right_follow_alike() {
+    fn weights_and_joints_are_symmetric() {
         let figure = Figure::new();
         let parts = figure.parts_of_vertices();
         let mut opposite: [usize; BONES] = std::array::from_fn(|bone| bone);
@@ -373,11 +376,11 @@ mod tests {
         }
         for (&position, part) in figure.body.positions().iter().zip(parts) {
             let p = Vec3::from(position) * 100.0;
-            // In the middle plane neither side is meant.
+            // On the symmetry plane the side is ambiguous.
             if p.x == 0.0 {
                 continue;
             }
-            let (here, there) = (shares(part, p, None), shares(part, p.mirrored(), None));
+            let (here, there) = (weights(part, p, None), weights(part, p.mirrored(), None));
             for bone in 0..BONES {
                 assert!((here.0[bone] - there.0[opposite[bone]]).abs() < 1e-4, "{part:?} {p:?}");
             }

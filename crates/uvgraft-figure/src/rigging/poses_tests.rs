@@ -1,4 +1,4 @@
-//! What the figure looks like in poses that are hard on it: sitting, arms up, deep bends.
+//! The figure in difficult poses: sitting, arms up, deep bends.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::clothes::HEM;
 use crate::symmetry::Symmetry as _;
 
-/// A turn about X, then about the fixed Y, then about the fixed Z axis, in degrees.
+/// Rotation about X, then about the fixed Y, then about the fixed Z axis, in degrees.
 fn from_degrees(degrees: [f32; 3]) -> [f32; 4] {
     let [x, y, z] = degrees.map(f32::to_radians);
     (Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x)).into()
@@ -16,12 +16,12 @@ fn from_degrees(degrees: [f32; 3]) -> [f32; 4] {
 struct Posed {
     figure: Figure,
     parts: Vec<BodyPart>,
-    /// As modelled, and as posed.
+    /// Modelled and posed positions.
     places: [Vec<Vec3>; 2],
 }
 
 impl Posed {
-    /// - `turns`: bones and their turns from the T-pose about X, Y or Z, in degrees.
+    /// - `turns`: bones with their rotations from the T-pose about X, Y and Z, in degrees.
     fn new(turns: &[(HumanBone, [f32; 3])]) -> Self {
         let figure = Figure::new();
         let avatar = figure.avatar();
@@ -47,7 +47,7 @@ impl Posed {
             .collect()
     }
 
-    /// How far posed vertices are outside of a part, by the plane of its nearest triangle.
+    /// Distance of posed vertices outside a part, from the plane of its nearest triangle.
     fn outside(&self, vertices: &[usize], kind: PartKind) -> Vec<f32> {
         let places = &self.places[1];
         let planes: Vec<(Vec3, Vec3)> = self
@@ -67,7 +67,7 @@ impl Posed {
         vertices.iter().map(off).collect()
     }
 
-    /// Angles between triangles that share an edge, posed, in degrees, from the flattest on.
+    /// Angles between posed triangles that share an edge, in degrees, in ascending order.
     fn folds(&self, kind: PartKind, keep: impl Fn(Vec3) -> bool) -> Vec<f32> {
         let [modelled, places] = &self.places;
         let mut normals: HashMap<[u32; 2], Vec3> = HashMap::new();
@@ -96,7 +96,7 @@ impl Posed {
 const LEGS: [(HumanBone, f32); 2] = [(LEFT.upper_leg, -90.0), (RIGHT.upper_leg, -90.0)];
 
 #[test]
-fn thighs_stay_under_the_hem_of_who_sits() {
+fn thighs_stay_under_the_hem_when_seated() {
     let bend = |degrees: f32| LEGS.map(|(bone, full)| (bone, [full * degrees / 90.0, 0.0, 0.0]));
     for turns in [bend(45.0).to_vec(), bend(90.0).to_vec(), bend(80.0)[..1].to_vec()] {
         let posed = Posed::new(&turns);
@@ -106,7 +106,7 @@ fn thighs_stay_under_the_hem_of_who_sits() {
         let least = |vertices: &[usize]| {
             posed.outside(vertices, PartKind::Leg).into_iter().fold(f32::INFINITY, f32::min)
         };
-        // In centimetres. Folds in the shirt dip as deep where it is loose, standing up too.
+        // In centimetres. Folds in the loose shirt dip as deep when standing up.
         let (hem, shirt) = (least(&hem), least(&shirt));
         assert!(hem > -0.3 && shirt > -1.0, "hem {hem}, shirt {shirt} outside of the trousers");
     }
@@ -119,9 +119,9 @@ fn sleeves_stay_in_the_shirt_with_arms_up() {
     let root = posed.vertices(PartKind::Sleeve, |p| crate::arms::in_arm(p.folded()).x < 1.6);
     assert!(root.len() > 100);
     let most = posed.outside(&root, PartKind::Shirt).into_iter().fold(0.0, f32::max);
-    // As far as at rest, where it bulges over the seam; 1.8 where sleeves follow the arm alone.
+    // The same as at rest, where the root bulges over the seam; 1.8 if sleeves follow only the arm.
     assert!(most < 1.1, "a root is {most} cm outside of the shirt");
-    // Cloth that is stretched to twice its length would show its texture's texels.
+    // Cloth stretched to twice its length would show the texels of its texture.
     let [modelled, places] = &posed.places;
     let mut stretched: Vec<f32> = posed
         .triangles(PartKind::Shirt)
@@ -148,12 +148,12 @@ fn knees_and_elbows_are_round() {
     let posed = Posed::new(&turns);
     let knee = posed.folds(PartKind::Leg, |p| p.x > 0.0 && p.z > 1.0 && (p.y - 50.0).abs() < 14.0);
     let most = knee[knee.len() - 1];
-    // Seven rings share 120°; the bend of the outline is over two of them where it is sharpest.
+    // Seven rings share 120°; at its sharpest the outline bends over two of them.
     assert!(most < 52.0 && knee[knee.len() * 95 / 100] < 29.0, "a knee has a corner of {most} deg");
     let elbow = posed.folds(PartKind::Arm, |p| {
         p.x > 0.0 && (crate::arms::in_arm(p).x - joints::ELBOW).abs() < 10.0
     });
     let most = elbow[elbow.len() - 1];
-    // Inside of the elbow skin meets skin.
+    // On the inside of the elbow skin meets skin.
     assert!(most < 80.0, "an elbow has a corner of {most} deg");
 }

@@ -1,10 +1,10 @@
-//! The binary part of a file as it grows: bytes, the views into them, and the accessors of views.
+//! Builds the binary chunk of a file: bytes, buffer views into them, and accessors of the views.
 
 use super::json::{
     Accessor, BufferView, FLOAT, Sparse, SparseIndices, SparseValues, UNSIGNED_INT, UNSIGNED_SHORT,
 };
 
-/// Views start at multiples of this, which suits every component type.
+/// Alignment of views, in bytes; suits every component type.
 const ALIGNMENT: usize = 4;
 
 #[derive(Default)]
@@ -14,17 +14,17 @@ pub(super) struct Buffer {
     pub accessors: Vec<Accessor>,
 }
 
-/// Values of one sampler among others in a view.
+/// The values of one animation sampler, stored in a view shared with others.
 pub(super) struct Track {
     pub values: Vec<f32>,
-    /// How many make one element.
+    /// Components of an element.
     pub components: usize,
-    /// Whether the accessor tells the least and the largest value; inputs of samplers must.
+    /// Whether the accessor has `min` and `max`, which sampler inputs require.
     pub bounds: bool,
 }
 
 impl Buffer {
-    /// Appends bytes as a view; returns its number.
+    /// Appends bytes as a view; returns its index.
     pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         self.align();
         let byte_offset = self.bytes.len();
@@ -37,7 +37,7 @@ impl Buffer {
         self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
     }
 
-    /// Appends vectors as an accessor; returns its number.
+    /// Appends vectors as an accessor; returns its index.
     pub fn floats<const N: usize>(
         &mut self,
         values: &[[f32; N]],
@@ -50,24 +50,25 @@ impl Buffer {
         self.accessor(Accessor { min, max, ..plain(view, FLOAT, values.len(), kind(N)) })
     }
 
-    /// Appends whole numbers as an accessor, 16 bits wide where they fit, else 32.
+    /// Appends indices as an accessor, as 16-bit integers if they fit, else 32-bit.
     pub fn indices(&mut self, indices: &[u32], target: Option<u32>) -> usize {
         let (component_type, bytes) = index_bytes(indices);
         let view = self.view(&bytes, target);
         self.accessor(plain(view, component_type, indices.len(), "SCALAR"))
     }
 
-    /// Appends integers in bytes of their own as an accessor of vectors of four.
-    pub fn fours(&mut self, bytes: &[u8], component_type: u32, count: usize, target: u32) -> usize {
+    /// Appends already encoded integers as an accessor of four-component vectors.
+    pub fn vec4s(&mut self, bytes: &[u8], component_type: u32, count: usize, target: u32) -> usize {
         let view = self.view(bytes, Some(target));
         self.accessor(plain(view, component_type, count, "VEC4"))
     }
 
-    /// Appends an accessor of `count` offsets of which the others are 0: sparse where that takes less.
+    /// Appends an accessor of `count` offsets, sparse where that is smaller; vertices not listed
+    /// have offset 0.
     ///
-    /// - `offsets`: vertices, rising, and values.
+    /// - `offsets`: vertices, in ascending order, with their offsets.
     pub fn offsets(&mut self, offsets: &[(u32, [f32; 3])], count: usize, bounds: bool) -> usize {
-        // An accessor of nothing at all is allowed, but not every reader knows that.
+        // Sparse accessors without entries are allowed, but not every reader supports them.
         let nothing = [(0, [0.0; 3])];
         let offsets = if offsets.is_empty() { &nothing } else { offsets };
         let vertices: Vec<u32> = offsets.iter().map(|&(vertex, _)| vertex).collect();
@@ -83,7 +84,7 @@ impl Buffer {
         }
         let (mut min, mut max) = (Vec::new(), Vec::new());
         if bounds {
-            // The vertices that stay where they are count as well.
+            // Bounds include the zero offset of unlisted vertices.
             let stay = if values.len() < count { &[[0.0; 3]][..] } else { &[] };
             (min, max) = extremes([&values[..], stay].concat().as_flattened(), 3);
         }
@@ -104,7 +105,7 @@ impl Buffer {
         self.accessor(accessor)
     }
 
-    /// Appends tracks as one view with an accessor for each; returns their numbers.
+    /// Appends tracks as one view with one accessor each; returns their indices.
     pub fn tracks(&mut self, tracks: &[Track]) -> Vec<usize> {
         let all: Vec<f32> = tracks.iter().flat_map(|track| &track.values).copied().collect();
         let view = self.view(&float_bytes(&all), None);
@@ -143,7 +144,7 @@ const fn kind(components: usize) -> &'static str {
     }
 }
 
-/// For each component the least and the largest value.
+/// Minimum and maximum of each component.
 fn extremes(values: &[f32], components: usize) -> (Vec<f32>, Vec<f32>) {
     let (mut min, mut max) = (vec![f32::INFINITY; components], vec![f32::NEG_INFINITY; components]);
     for element in values.chunks_exact(components) {
@@ -159,7 +160,8 @@ fn float_bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// 16 bits wide if no index is the largest of them, which some graphics interfaces take for a break.
+/// Encodes as 16 bits unless an index reaches 65535, which some graphics APIs treat as primitive
+/// restart.
 fn index_bytes(indices: &[u32]) -> (u32, Vec<u8>) {
     if indices.iter().all(|&index| index < u32::from(u16::MAX)) {
         let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
@@ -203,7 +205,7 @@ mod tests {
         let few = &buffer.accessors[0];
         assert_eq!((&few.min[..], &few.max[..]), (&[0.0, 0.0, -3.0][..], &[1.0, 2.0, 0.0][..]));
         assert!(few.sparse.as_ref().is_some_and(|sparse| sparse.count == 1));
-        // 14 bytes each where dense values take 12: from 6 of 7 on dense is smaller.
+        // An offset takes 14 bytes sparse and 12 dense, so dense is smaller from 6 of 7 on.
         let many: Vec<_> = (0..6).map(offset).collect();
         buffer.offsets(&many, 7, true);
         assert!(buffer.accessors[1].sparse.is_none());

@@ -1,4 +1,4 @@
-//! What cannot be written, and why.
+//! Validation of the input before anything is written.
 
 use uvgraft::Size;
 use uvgraft_avatar::Avatar;
@@ -12,37 +12,37 @@ use crate::container::TooLarge;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlbError {
-    /// The avatar's parts do not fit each other.
+    /// The avatar's parts are inconsistent.
     #[error(transparent)]
     Rig(#[from] RigError),
-    /// Every triangle has a vertex twice.
+    /// Every triangle is degenerate: it has a vertex twice.
     #[error("the mesh must have a triangle with three distinct vertices")]
     NoTriangles,
-    /// Two morphs or two expressions have one name, by which they could not be told apart.
+    /// Two morphs or two expressions share a name.
     #[error("duplicate name `{name}` of {what}")]
     Name {
-        /// Of what.
+        /// What has the name.
         what: &'static str,
         /// The name.
         name: String,
     },
-    /// A factor of the material is out of its range.
+    /// A material factor is out of range.
     #[error("the {what} must be 0 to 1, got {found}")]
     Factor {
-        /// Which.
+        /// Name of the factor.
         what: &'static str,
-        /// What was found.
+        /// Value of the factor.
         found: f32,
     },
-    /// A triangle has a material that there is not.
+    /// A triangle refers to a material that does not exist.
     #[error("triangle materials must be less than {materials}, got {found}")]
     Material {
-        /// Its number.
+        /// Index of the material.
         found: u8,
-        /// How many there are.
+        /// Number of materials.
         materials: usize,
     },
-    /// VRM knows no levels of detail.
+    /// VRM does not support levels of detail.
     #[error("VRM does not support levels of detail; write each level as a separate file")]
     VrmLevels,
     /// A thumbnail must be a square PNG or JPEG.
@@ -53,18 +53,18 @@ pub enum GlbError {
         /// Its size.
         size: Size,
     },
-    /// Lengths in GLB files have 32 bits.
+    /// The file is too large: lengths in GLB files are 32-bit.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
-    /// What VRM asks for beyond glTF is not there.
+    /// A requirement of VRM is not met.
     #[error(transparent)]
     Vrm(#[from] vrm::VrmError),
-    /// The JSON could not be made.
+    /// The JSON could not be serialised.
     #[error("cannot write the JSON: {0}")]
     Json(#[from] serde_json::Error),
 }
 
-/// Refuses what cannot be written.
+/// Checks that an avatar, its materials and its levels can be written.
 pub(super) fn check(
     avatar: &Avatar,
     materials: &[AvatarMaterial],
@@ -101,7 +101,7 @@ pub(super) fn check(
     unique("expressions", avatar.expressions.iter().map(|expression| &expression.name))
 }
 
-/// Levels move like the avatar: by the same joints and the same morphs.
+/// Checks that levels have the avatar's joints and morphs, so that they animate alike.
 fn check_levels(avatar: &Avatar, export: &Export) -> Result<(), GlbError> {
     if !export.levels.is_empty() && export.vrm.is_some() {
         return Err(GlbError::VrmLevels);

@@ -1,4 +1,5 @@
-//! Clips as animations: a rotation for each joint that turns, a translation for the root if it moves.
+//! Clips as animations: a rotation channel for each joint that rotates, and a translation
+//! channel for the root if it moves.
 
 use glam::{Quat, Vec3};
 use uvgraft_avatar::rig::{Clip, Pose, Skeleton};
@@ -6,13 +7,18 @@ use uvgraft_avatar::rig::{Clip, Pose, Skeleton};
 use super::buffer::{Buffer, Track};
 use super::json::{Animation, AnimationSampler, Channel, ChannelTarget};
 
-/// Values of a joint that stay within this are constant: rounding of rotations is some 1e-7.
+/// Tolerance within which a joint's values are constant: rounding errors of rotations are about
+/// 1e-7.
 const STILL: f32 = 1e-6;
 
-/// Appends a clip. Joints that stay as their nodes are have no channel; those that are held have a key
-/// at either end.
+/// Appends a clip as an animation.
 ///
-/// - `stand`: the pose in which the nodes are.
+/// Joints that stay at their nodes' transform get no channel. Joints that are constant but
+/// different from it get two keys, at the ends of the clip; all others get a key at every frame.
+/// All tracks share one buffer view, and the two time tracks (every frame, both ends) are
+/// written only if a channel uses them.
+///
+/// - `stand`: the pose that the nodes are in.
 pub(super) fn write(
     clip: &Clip,
     skeleton: &Skeleton,
@@ -26,8 +32,8 @@ pub(super) fn write(
     let held_frames = if clip.times.len() > 1 { vec![0, clip.times.len() - 1] } else { vec![0] };
     let times = |values| Track { values, components: 1, bounds: true };
     let mut tracks = vec![times(clip.times.clone()), times(ends)];
-    // Node, path, whether it is held, and its track.
-    let mut found = Vec::new();
+    // Node, path, whether it is constant, and index of its track.
+    let mut channels = Vec::new();
     let mut add = |node, path, values: Vec<Vec<f32>>, is_held: bool| {
         let components = values[0].len();
         let values = if is_held {
@@ -35,15 +41,15 @@ pub(super) fn write(
         } else {
             values.into_iter().flatten().collect()
         };
-        found.push((node, path, is_held, tracks.len()));
+        channels.push((node, path, is_held, tracks.len()));
         tracks.push(Track { values, components, bounds: false });
     };
     let root = Vec3::from(skeleton.joints()[0].position);
     let rest = root + Vec3::from(stand.translation);
-    let places: Vec<Vec3> =
+    let positions: Vec<Vec3> =
         clip.poses.iter().map(|pose| root + Vec3::from(pose.translation)).collect();
-    let is_held = places.iter().all(|place| place.abs_diff_eq(places[0], STILL));
-    let is_rest = is_held && places[0].abs_diff_eq(rest, STILL);
+    let is_held = positions.iter().all(|position| position.abs_diff_eq(positions[0], STILL));
+    let is_rest = is_held && positions[0].abs_diff_eq(rest, STILL);
     let rotations: Vec<Vec<Quat>> =
         (0..skeleton.joints().len()).map(|joint| rotations(clip, joint)).collect();
     let held = |turns: &[Quat]| turns.iter().all(|turn| turn.abs_diff_eq(turns[0], STILL));
@@ -52,17 +58,18 @@ pub(super) fn write(
         let near = |turn: Quat| turns[0].abs_diff_eq(turn, STILL);
         held(turns) && (near(stands) || near(-stands))
     };
-    // An animation must have a channel, so a clip at rest has that of the root.
+    // An animation must have at least one channel, so a clip that never leaves the rest
+    // pose gets the root's translation.
     if !is_rest || rotations.iter().enumerate().all(rests) {
-        let values = places.iter().map(|place| place.to_array().to_vec());
+        let values = positions.iter().map(|position| position.to_array().to_vec());
         add(0, "translation", values.collect(), is_held);
     }
     for (joint, turns) in rotations.iter().enumerate().filter(|&entry| !rests(entry)) {
         let values = turns.iter().map(|turn| turn.to_array().to_vec());
         add(joint, "rotation", values.collect(), held(turns));
     }
-    // Times that nobody asks for are left out.
-    let used = |held| found.iter().any(|&(_, _, is_held, _)| is_held == held);
+    // Unused time tracks are left out.
+    let used = |held| channels.iter().any(|&(_, _, is_held, _)| is_held == held);
     let [moving, holding] = [used(false), used(true)];
     let mut kept: Vec<Track> = Vec::with_capacity(tracks.len());
     let mut number = vec![0; tracks.len()];
@@ -76,7 +83,7 @@ pub(super) fn write(
     let accessors = buffer.tracks(&kept);
     let mut animation =
         Animation { name: clip.name.clone(), channels: Vec::new(), samplers: Vec::new() };
-    for (node, path, is_held, track) in found {
+    for (node, path, is_held, track) in channels {
         let sampler = animation.samplers.len();
         animation.channels.push(Channel { sampler, target: ChannelTarget { node, path } });
         let input = accessors[number[usize::from(is_held)]];
@@ -86,8 +93,8 @@ pub(super) fn write(
     animation
 }
 
-/// The rotations of a joint, each on the side of the one before, because not every player goes the
-/// shorter way.
+/// The rotations of a joint. Signs are chosen so that successive quaternions are in the same
+/// hemisphere, because some players do not interpolate along the shorter arc.
 fn rotations(clip: &Clip, joint: usize) -> Vec<Quat> {
     let mut before = Quat::IDENTITY;
     let next = |pose: &uvgraft_avatar::rig::Pose| {

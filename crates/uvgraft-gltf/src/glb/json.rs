@@ -1,7 +1,7 @@
-//! The JSON of a glTF 2.0 file, as far as avatars need it: plain structs in the order of the schema.
-//! What is `None` or empty is left out, because the schema forbids empty lists.
+//! The JSON of a glTF 2.0 file, limited to what avatars need: plain structs in the order of the
+//! schema. `None` and empty values are omitted, because the schema forbids empty lists.
 //!
-//! Source: Khronos Group, "glTF 2.0 Specification", 2021, and the schema beside it.
+//! Source: Khronos Group, "glTF 2.0 Specification", 2021, and its JSON schema.
 
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -13,7 +13,7 @@ pub(super) const UNSIGNED_BYTE: u32 = 5121;
 pub(super) const UNSIGNED_SHORT: u32 = 5123;
 pub(super) const UNSIGNED_INT: u32 = 5125;
 
-/// What a buffer view is bound as.
+/// Values of `bufferView.target`.
 pub(super) const ARRAY_BUFFER: u32 = 34962;
 pub(super) const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
@@ -194,7 +194,6 @@ pub(super) struct MaterialExtensions {
     pub mtoon: Option<MToon>,
 }
 
-/// An extension without properties.
 /// MToon 1.0.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -212,6 +211,7 @@ pub(super) struct MToon {
     pub outline_width_mode: &'static str,
 }
 
+/// An extension without properties.
 #[derive(Serialize)]
 pub(super) struct Unlit {}
 

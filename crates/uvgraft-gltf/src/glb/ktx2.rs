@@ -1,4 +1,4 @@
-//! Textures as KTX2 files: UASTC blocks with all mip levels, which graphics processors keep compressed.
+//! Textures as KTX2 files: UASTC blocks with all mip levels, which stay compressed in GPU memory.
 //!
 //! Sources: Khronos Group, "KTX File Format Specification", version 2.0, "Khronos Data Format
 //! Specification", version 1.3 (the descriptor), and `KHR_texture_basisu`.
@@ -9,13 +9,13 @@ use super::ktx2_header::KTX2_IDENTIFIER;
 use super::picture_error::PictureError;
 use super::uastc::{self, Level};
 
-/// Encodes a texture that is sRGB or data, and returns the file with its size in texels.
+/// Encodes an sRGB or data texture; returns the file and its size in texels.
 ///
-/// Readers must take sides that are multiples of 4 only; others are stretched to the next one, which
-/// leaves each point of the picture at its UV.
+/// Readers need only support sides that are multiples of 4; other sides are stretched to the next
+/// multiple, which leaves every point of the image at its UV.
 ///
 /// # Errors
-/// [`PictureError`] for a side above 16384, or if memory does not suffice.
+/// [`PictureError`] if a side is above 16384, or for lack of memory.
 pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
     let Size { width, height } = texture.size();
     if width.max(height) > uastc::MAX_SIDE {
@@ -34,7 +34,8 @@ pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size
     Ok((file(size, is_color, has_alpha, &blocks), size))
 }
 
-/// The texture, and smaller ones down to a single texel, each half as wide and high rounded down.
+/// The mip chain: the texture and smaller ones down to a single texel, each with half the
+/// width and height, rounded down.
 fn pyramid(mut texture: Texture, is_color: bool) -> Result<Vec<Level>, TextureError> {
     let averaging = if is_color { Averaging::Light } else { Averaging::Encoded };
     let mut levels = Vec::new();
@@ -55,29 +56,29 @@ fn pyramid(mut texture: Texture, is_color: bool) -> Result<Vec<Level>, TextureEr
     }
 }
 
-/// Assembles a file from the blocks of its levels, the largest first.
+/// Assembles a file from the blocks of its levels, largest level first.
 fn file(size: Size, is_color: bool, has_alpha: bool, levels: &[Vec<u8>]) -> Vec<u8> {
     const HEADER: usize = 80;
     const LEVEL: usize = 24;
     let descriptor = descriptor(is_color, has_alpha);
-    let facts = facts();
+    let metadata = metadata();
     let descriptor_at = HEADER + LEVEL * levels.len();
-    let facts_at = descriptor_at + descriptor.len();
-    // Levels begin at whole blocks, and fill them.
-    let first = (facts_at + facts.len()).next_multiple_of(uastc::BLOCK);
+    let metadata_at = descriptor_at + descriptor.len();
+    // Levels are aligned to the block size and consist of whole blocks.
+    let first = (metadata_at + metadata.len()).next_multiple_of(uastc::BLOCK);
     let mut out = KTX2_IDENTIFIER.to_vec();
     let mut words = |words: &[usize]| {
         out.extend(words.iter().flat_map(|&word| (word as u32).to_le_bytes()));
     };
-    // No format of Vulkan, whose values would be of one byte; neither deep nor an array; one face.
+    // vkFormat undefined, typeSize 1, width, height; no depth, no layers, one face, levels.
     words(&[0, 1, size.width as usize, size.height as usize, 0, 0, 1, levels.len()]);
-    // Not compressed again.
+    // No supercompression.
     words(&[0]);
-    words(&[descriptor_at, descriptor.len(), facts_at, facts.len()]);
-    // Nothing that all levels share.
+    words(&[descriptor_at, descriptor.len(), metadata_at, metadata.len()]);
+    // No supercompression global data.
     words(&[0; 4]);
     for index in 0..levels.len() {
-        // The smallest is stored first.
+        // The smallest level is stored first.
         let before: usize = levels[index + 1..].iter().map(Vec::len).sum();
         let len = levels[index].len();
         for value in [first + before, len, len] {
@@ -85,7 +86,7 @@ fn file(size: Size, is_color: bool, has_alpha: bool, levels: &[Vec<u8>]) -> Vec<
         }
     }
     out.extend(descriptor);
-    out.extend(facts);
+    out.extend(metadata);
     out.resize(first, 0);
     for level in levels.iter().rev() {
         out.extend(level);
@@ -93,7 +94,7 @@ fn file(size: Size, is_color: bool, has_alpha: bool, levels: &[Vec<u8>]) -> Vec<
     out
 }
 
-/// What the blocks hold: a basic data format descriptor.
+/// The format of the blocks: a basic data format descriptor.
 fn descriptor(is_color: bool, has_alpha: bool) -> Vec<u8> {
     const UASTC: u8 = 166;
     const UNSPECIFIED: u8 = 0;
@@ -104,33 +105,33 @@ fn descriptor(is_color: bool, has_alpha: bool) -> Vec<u8> {
     const RGBA: u8 = 3;
     let (primaries, transfer) = if is_color { (BT709, SRGB) } else { (UNSPECIFIED, LINEAR) };
     let mut out = Vec::new();
-    // The length of all, Khronos's basic descriptor, its version 2 and its length.
+    // Total length; vendor Khronos and the basic descriptor type; version 2; block length.
     out.extend(44_u32.to_le_bytes());
     out.extend(0_u32.to_le_bytes());
     out.extend(2_u16.to_le_bytes());
     out.extend(40_u16.to_le_bytes());
-    // The last: opacity is not multiplied in.
+    // The last: alpha is not premultiplied.
     out.extend([UASTC, primaries, transfer, 0]);
-    // A block's sides, less one.
+    // Sides of a block minus one.
     out.extend([3, 3, 0, 0]);
-    // The bytes of a block, in the first of eight planes.
+    // Bytes in a block, for plane 0 of 8.
     out.extend([uastc::BLOCK as u8, 0, 0, 0, 0, 0, 0, 0]);
-    // One sample: its first bit, its bits less one, and what it is.
+    // One sample: bit offset, bit length minus one, and channel.
     out.extend([0, 0, 127, if has_alpha { RGBA } else { RGB }]);
-    // Where in the block, and its range.
+    // Sample position, lower and upper limit.
     out.extend(0_u32.to_le_bytes());
     out.extend(0_u32.to_le_bytes());
     out.extend(u32::MAX.to_le_bytes());
     out
 }
 
-/// Facts by name, in the order of names.
-fn facts() -> Vec<u8> {
+/// Key/value data, sorted by key.
+fn metadata() -> Vec<u8> {
     let mut out = Vec::new();
-    // Rows go right, and down.
-    for fact in ["KTXorientation\0rd\0", "KTXwriter\0uvgraft\0"] {
-        out.extend((fact.len() as u32).to_le_bytes());
-        out.extend(fact.as_bytes());
+    // Texels run to the right, rows run down.
+    for entry in ["KTXorientation\0rd\0", "KTXwriter\0uvgraft\0"] {
+        out.extend((entry.len() as u32).to_le_bytes());
+        out.extend(entry.as_bytes());
         out.resize(out.len().next_multiple_of(4), 0);
     }
     out
@@ -145,7 +146,7 @@ mod tests {
     use super::super::{Picture, PictureFormat};
     use super::*;
 
-    /// Waves that turn once in 256 texels, and opacity across.
+    /// Waves with a period of 256 texels, and an alpha ramp along X.
     fn smooth(size: Size, channels: Channels, encoding: Encoding) -> Texture {
         let mut values = Vec::new();
         for k in 0..size.texels() {
@@ -164,10 +165,10 @@ mod tests {
         u32::from_le_bytes(*file[at..].first_chunk().unwrap())
     }
 
-    /// The levels of a file as the encoder's own decoder sees them.
+    /// The levels of a file, decoded by the encoder's own decoder.
     ///
-    /// That decoder reads `.basis` files. It tells where in one the blocks of a level are, and the
-    /// file must have the same where its index says.
+    /// That decoder reads `.basis` files. It reports where the blocks of a level are in one, and
+    /// the KTX2 file must have the same blocks at the offset in its level index.
     fn decoded(file: &[u8], levels: &[Level], is_color: bool) -> Vec<Vec<u8>> {
         let basis = uastc::basis_file(levels, is_color).unwrap();
         let mut decoder = Transcoder::new();
@@ -187,7 +188,7 @@ mod tests {
         levels.iter().enumerate().map(level).collect()
     }
 
-    /// Of all four channels, in dB.
+    /// PSNR over all four channels, in dB.
     fn psnr(found: &[u8], wanted: &[u8]) -> f64 {
         assert_eq!(found.len(), wanted.len());
         let squares =
@@ -203,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn decoders_find_the_picture_on_each_level() {
+    fn every_level_decodes_to_the_image() {
         let size = Size::new(256, 128);
         for (channels, has_alpha) in [(Channels::Rgb, false), (Channels::Rgba, true)] {
             let texture = smooth(size, channels, Encoding::Srgb);
@@ -214,7 +215,8 @@ mod tests {
             assert_eq!(levels.len(), 9);
             assert_eq!(levels[0].rgba, rgba(texture));
             let found = decoded(&file, &levels, true);
-            // Waves are half as long on the next level, which costs 5 dB; the first two are smooth.
+            // The waves' period halves with each level, which costs 5 dB; the first two levels are
+            // smooth.
             for (index, level) in levels.iter().enumerate().take(2) {
                 let psnr = psnr(&found[index], &level.rgba);
                 assert!(psnr > 40.0, "level {index} of {channels:?}: {psnr} dB");
@@ -224,8 +226,8 @@ mod tests {
 
     #[test]
     fn levels_are_means_of_light() {
-        // Blocks of 2 by 2 texels with one or two that are white. The means of light, 1/4 and 1/2, are
-        // levels 137 and 188 of sRGB (1.055 l^(1 / 2.4) - 0.055); those of data are 64 and 128.
+        // Squares of 2 × 2 texels, one or two of them white. The means of linear light, 1/4 and
+        // 1/2, are sRGB levels 137 and 188 (1.055 l^(1 / 2.4) - 0.055); those of data are 64 and 128.
         for (whites, encoding, mean) in [
             (1, Encoding::Srgb, 137),
             (2, Encoding::Srgb, 188),
@@ -239,7 +241,7 @@ mod tests {
             let (file, _) = encode(texture.clone(), false).unwrap();
             let levels = pyramid(texture.converted(Channels::Rgba, Depth::U8), is_color).unwrap();
             let found = decoded(&file, &levels, is_color);
-            // UASTC has a mode for blocks of one colour, which keeps it.
+            // UASTC has a mode for single-colour blocks, which is exact.
             for (index, texels) in [(1, 16), (2, 4), (3, 1)] {
                 let wanted = [mean, mean, mean, 255].repeat(texels);
                 assert_eq!(found[index], wanted, "level {index} of {encoding:?}, {whites} white");
@@ -272,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn descriptors_tell_data_and_opacity() {
+    fn descriptors_distinguish_data_and_alpha() {
         assert_eq!(descriptor(false, false)[12..16], [166, 0, 1, 0]);
         assert_eq!(descriptor(true, true)[12..16], [166, 1, 2, 0]);
         assert_eq!((descriptor(true, true)[31], descriptor(true, false)[31]), (3, 0));

@@ -1,4 +1,4 @@
-//! What KTX2 files begin with.
+//! The header of KTX2 files.
 //!
 //! # Source
 //! Khronos Group, "KTX File Format Specification", version 2.0, and `KHR_texture_basisu`.
@@ -7,10 +7,10 @@ use uvgraft::Size;
 
 use super::picture_error::PictureError;
 
-/// What every KTX2 file begins with.
+/// The file identifier of KTX2.
 pub(crate) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// The size of an image that `KHR_texture_basisu` allows.
+/// The image size from the header; errors if `KHR_texture_basisu` does not allow the file.
 pub(super) fn size(bytes: &[u8]) -> Result<Size, PictureError> {
     let wrong = |problem| Err(PictureError::Ktx2 { problem });
     let word = |index: usize| {

@@ -1,48 +1,50 @@
-//! The material of an avatar, and its images as the files they will be.
+//! Materials of an avatar, with their images as encoded files.
 
 use super::picture::Picture;
 
-/// How surfaces are lit.
+/// Lighting model of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Style {
-    /// By glTF's physically based model, which all readers have.
+pub enum ShadingModel {
+    /// glTF's physically based model, supported by all readers.
     #[default]
     Pbr,
-    /// As drawings are, by `VRMC_materials_mtoon` 1.0; for readers without it as [`Style::Pbr`].
+    /// Toon shading by `VRMC_materials_mtoon` 1.0; readers without it fall back to
+    /// [`ShadingModel::Pbr`].
     MToon,
-    /// Not at all: plain colours, by `KHR_materials_unlit`.
+    /// Unlit: plain colours, by `KHR_materials_unlit`.
     Unlit,
 }
 
-/// A material. Each one costs a draw call, and platforms rank avatars by how many they have.
+/// A material. Each one costs a draw call, and platforms rank avatars by their number.
 #[derive(Debug, Clone)]
 pub struct AvatarMaterial {
-    /// What the material is called.
+    /// Name of the material.
     pub name: String,
-    /// Base colour, sRGB. Its opacity is not shown.
+    /// Base colour, sRGB. Its alpha is ignored.
     pub color: Picture,
-    /// Normal map in tangent space with green up ("OpenGL"); with it the file has tangents.
+    /// Normal map in tangent space with green up ("OpenGL"); with it, tangents are written.
     pub normal: Option<Picture>,
-    /// Roughness in green and metalness in blue, as glTF has it; the factors are multiplied in.
+    /// Roughness in green and metalness in blue, as in glTF; multiplied by the factors.
     pub roughness: Option<Picture>,
-    /// Ambient occlusion in red; it may be the same picture as `roughness`, which is then stored once.
+    /// Ambient occlusion in red; if it is the same image as `roughness`, it is stored once.
     pub occlusion: Option<Picture>,
-    /// What shines by itself, sRGB.
+    /// Emitted light, sRGB.
     pub emissive: Option<Picture>,
-    /// `0.0..=1.0`, 1 for what does not shine.
+    /// `0.0..=1.0`, 1 for fully rough.
     pub roughness_factor: f32,
-    /// `0.0..=1.0`, 0 for what is no metal.
+    /// `0.0..=1.0`, 0 for non-metals.
     pub metallic_factor: f32,
-    /// Show the backs of triangles too.
+    /// Whether back faces are visible.
     pub double_sided: bool,
-    /// How it is lit.
-    pub style: Style,
-    /// Its triangles are in the way of who looks out of the avatar's eyes: VRM files hide them then.
+    /// Lighting model.
+    pub style: ShadingModel,
+    /// Whether its triangles block the view from the avatar's eyes: VRM files hide them in first
+    /// person.
     pub is_head: bool,
 }
 
 impl AvatarMaterial {
-    /// Skin and cloth under a texture: no metal, rather rough.
+    /// A default for skin and cloth with a texture: not metallic, rather rough.
     pub fn new(color: Picture) -> Self {
         Self {
             name: "body".to_owned(),
@@ -54,18 +56,18 @@ impl AvatarMaterial {
             roughness_factor: 0.7,
             metallic_factor: 0.0,
             double_sided: false,
-            style: Style::default(),
+            style: ShadingModel::default(),
             is_head: false,
         }
     }
 
-    /// Whether its vertices have tangents: where there is a normal map. Shaders of MToon refuse them (three-vrm 3), and
-    /// readers of such files make their own, as glTF has it.
+    /// Whether its vertices have tangents: with a normal map, but not with MToon, whose shaders
+    /// reject them (three-vrm 3); readers then compute tangents, as glTF specifies.
     pub(super) fn has_tangents(&self) -> bool {
-        self.normal.is_some() && self.style != Style::MToon
+        self.normal.is_some() && self.style != ShadingModel::MToon
     }
 
-    /// All images, each once, in the order in which they are stored.
+    /// All images, each once, in storage order.
     pub fn pictures(&self) -> impl Iterator<Item = &Picture> {
         let occlusion = self.occlusion.as_ref().filter(|_| self.occlusion != self.roughness);
         let data = [self.normal.as_ref(), self.roughness.as_ref(), occlusion];

@@ -1,4 +1,5 @@
-//! Materials, heads of their own, levels of detail and what VRM says of them, read back with the crate `gltf`.
+//! Materials, separate heads, levels of detail and their VRM metadata, read back with the crate
+//! `gltf`.
 
 use glam::Vec3;
 use serde_json::{Value, json as value};
@@ -10,7 +11,7 @@ use super::tests::{Player, human, json, looks, meta, picture};
 use super::*;
 use crate::scene::Scene;
 
-/// The upper half of an avatar's triangles is of the second material.
+/// Assigns the second material to the upper half of an avatar's triangles.
 fn divided(mut avatar: Avatar) -> Avatar {
     let faces = avatar.mesh.faces().len();
     avatar.materials = (0..faces).map(|face| u8::from(face >= faces / 2)).collect();
@@ -47,12 +48,12 @@ fn each_material_has_its_triangles() {
         let reader = primitive.reader(|buffer| player.buffer(buffer));
         let heights: Vec<f32> = reader.read_positions().unwrap().map(|[_, y, _]| y).collect();
         vertices += heights.len();
-        // Three rings of squares each; both have the ring at 30 cm.
+        // Three rings of squares each; both share the ring at 30 cm.
         let off = |y: &f32| if number == 0 { *y > 0.3001 } else { *y < 0.2999 };
         assert!(!heights.iter().any(off), "{number}");
     }
     assert_eq!(report.vertices, vertices);
-    // The scene is the same as that of one material.
+    // The scene is the same as with a single material.
     let whole = write(&tube(), &looks(), &Export::default()).unwrap();
     let [whole, parts] = [whole, exported].map(|file| Scene::read(&file.bytes).unwrap());
     assert_eq!((parts.triangles(), parts.textures().len()), (whole.triangles(), 2));
@@ -62,7 +63,7 @@ fn each_material_has_its_triangles() {
 }
 
 #[test]
-fn maps_go_where_gltf_has_them() {
+fn maps_use_the_slots_of_gltf() {
     let (rough, own) = (grey(8), grey(4));
     let looks = AvatarMaterial {
         normal: Some(picture(PictureFormat::Png)),
@@ -77,7 +78,7 @@ fn maps_go_where_gltf_has_them() {
     let pbr = &material["pbrMetallicRoughness"];
     assert_eq!(pbr["baseColorTexture"]["index"], 0);
     assert_eq!(material["normalTexture"]["index"], 1);
-    // One image for occlusion, roughness and metalness.
+    // One image holds occlusion, roughness and metalness.
     assert_eq!(pbr["metallicRoughnessTexture"]["index"], 2);
     assert_eq!(material["occlusionTexture"]["index"], 2);
     assert_eq!(material["emissiveTexture"]["index"], 3);
@@ -102,34 +103,34 @@ fn styles_are_extensions() {
         let scene = Scene::read(&exported.bytes).unwrap();
         (json(&exported.bytes), scene.materials()[0].unlit)
     };
-    let (found, is_unlit) = with(Style::Unlit);
+    let (found, is_unlit) = with(ShadingModel::Unlit);
     assert!(is_unlit);
     assert_eq!(found["extensionsUsed"], value!(["KHR_materials_unlit"]));
     assert_eq!(found["extensionsRequired"], Value::Null);
     let extensions = &found["materials"][0]["extensions"];
     assert_eq!(*extensions, value!({ "KHR_materials_unlit": {} }));
-    let (found, is_unlit) = with(Style::MToon);
+    let (found, is_unlit) = with(ShadingModel::MToon);
     assert!(!is_unlit);
     assert_eq!(found["extensionsUsed"], value!(["VRMC_materials_mtoon"]));
     assert_eq!(found["extensionsRequired"], Value::Null);
-    // Shaders for it fail on tangents.
+    // Its shaders fail with tangents.
     let normal = Some(picture(PictureFormat::Png));
-    let looks = AvatarMaterial { style: Style::MToon, normal, ..looks() };
+    let looks = AvatarMaterial { style: ShadingModel::MToon, normal, ..looks() };
     let with_normals = json(&write(&tube(), &looks, &Export::default()).unwrap().bytes);
     let attributes = &with_normals["meshes"][0]["primitives"][0]["attributes"];
     assert_eq!(attributes["TANGENT"], Value::Null);
     let mtoon = &found["materials"][0]["extensions"]["VRMC_materials_mtoon"];
     assert_eq!(mtoon["specVersion"], "1.0");
     assert_eq!(mtoon["shadeMultiplyTexture"]["index"], 0);
-    assert_eq!(with(Style::Pbr).0["extensionsUsed"], Value::Null);
+    assert_eq!(with(ShadingModel::Pbr).0["extensionsUsed"], Value::Null);
 }
 
-/// Tangents are of length 1 and at right angles to normals, where morphs move these as well.
+/// Tangents have length 1 and are perpendicular to normals, also where morphs move these.
 #[test]
 fn tangents_follow_morphs() {
     let looks = AvatarMaterial { normal: Some(picture(PictureFormat::Png)), ..looks() };
     let mut normals = vec![[0.0; 3]; tube().mesh.positions().len()];
-    // One that leans down, as a finer mesh might have it.
+    // A normal that leans down, as from a finer mesh.
     normals[0] = [0.0, -0.6, 0.8];
     let export = Export { normals: Some(normals), ..Export::default() };
     let exported = write(&tube(), &looks, &export).unwrap();
@@ -158,10 +159,10 @@ fn tangents_follow_morphs() {
 }
 
 #[test]
-fn levels_are_beside_the_scene() {
+fn levels_are_outside_the_scene() {
     let avatar = tube();
     let mut coarse = avatar.clone();
-    // Every second ring of squares would do; what counts is that it is another mesh.
+    // Any other mesh will do: this one is wider.
     coarse.mesh = coarse
         .mesh
         .clone()
@@ -183,7 +184,7 @@ fn levels_are_beside_the_scene() {
     assert_eq!(names, ["avatar", "avatar level 1", "avatar level 2"]);
     assert_eq!(found["meshes"][2]["extras"]["targetNames"], value!(["bump", "thick"]));
     assert_eq!(found["images"].as_array().unwrap().len(), 1);
-    // Who does not know levels sees the finest alone.
+    // Readers without level support show the finest level only.
     assert_eq!(Scene::read(&exported.bytes).unwrap().triangles(), 96);
 
     let mut other = level();
@@ -197,9 +198,9 @@ fn levels_are_beside_the_scene() {
 }
 
 #[test]
-fn a_head_of_its_own_is_hidden_from_its_wearer() {
+fn a_separate_head_is_hidden_in_first_person() {
     let mut avatar = divided(human());
-    // The last ring alone, which is the head's, and one that moves the body alone.
+    // This morph moves only the last ring, which is the head's; the other one moves everything.
     avatar.morphs[0] = Morph { name: "brow".to_owned(), offsets: vec![(55, [0.0, 0.01, 0.0])] };
     let export = Export { vrm: Some(meta()), ..Export::default() };
     let exported = write(&avatar, &[looks(), head()], &export).unwrap();
@@ -212,7 +213,7 @@ fn a_head_of_its_own_is_hidden_from_its_wearer() {
     ]);
     assert_eq!(vrm["firstPerson"]["meshAnnotations"], annotations);
     assert_eq!(found["scenes"][0]["nodes"], value!([0, 17, 18]));
-    // Expressions move what they move.
+    // Expressions bind the meshes that their morphs move.
     let binds = |name: &str, list: &str| {
         let binds = vrm["expressions"][list][name]["morphTargetBinds"].as_array().unwrap().clone();
         binds.iter().map(|bind| bind["node"].as_u64().unwrap()).collect::<Vec<_>>()
@@ -221,7 +222,7 @@ fn a_head_of_its_own_is_hidden_from_its_wearer() {
     assert_eq!(binds("huge", "custom"), [17, 18]);
 }
 
-/// The human without joints for its eyes, with morphs that turn them.
+/// The human without eye joints, with morphs that move the eyes.
 fn without_eyes() -> Avatar {
     let mut avatar = human();
     let joints = avatar.skeleton.joints().to_vec().into_iter();
@@ -240,7 +241,7 @@ fn without_eyes() -> Avatar {
 }
 
 #[test]
-fn eyes_without_joints_look_by_expressions() {
+fn gaze_without_eye_joints_uses_expressions() {
     let export = Export { vrm: Some(meta()), ..Export::default() };
     let vrm = |avatar: &Avatar| {
         json(&write(avatar, &looks(), &export).unwrap().bytes)["extensions"]["VRMC_vrm"].clone()
@@ -253,7 +254,7 @@ fn eyes_without_joints_look_by_expressions() {
         look_at["rangeMapVerticalUp"],
         value!({ "inputMaxValue": 25.0, "outputScale": 1.0 })
     );
-    // The tube's upper end is at 0.6 m, the head's joint at 1.5 m.
+    // The tube's upper end is at 0.6 m, the head joint at 1.5 m.
     assert!((look_at["offsetFromHeadBone"][1].as_f64().unwrap() + 0.9).abs() < 1e-6);
     assert!(found["expressions"]["preset"]["lookLeft"]["morphTargetBinds"][0]["node"].is_u64());
     let mut one_missing = avatar;
@@ -262,7 +263,7 @@ fn eyes_without_joints_look_by_expressions() {
 }
 
 #[test]
-fn a_thumbnail_is_an_image_that_no_material_has() {
+fn a_thumbnail_is_an_image_without_a_material() {
     let export = Export {
         vrm: Some(meta()),
         thumbnail: Some(picture(PictureFormat::Jpeg)),

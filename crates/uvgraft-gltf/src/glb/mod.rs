@@ -1,11 +1,12 @@
-//! Avatars as GLB files, and as VRM 1.0, which is GLB that knows which joints make a human.
+//! Avatars as GLB files, and as VRM 1.0, which is GLB with a mapping from joints to human bones.
 //!
-//! [`write()`] makes the bytes of a file. Its shape suits what reads such files: one mesh with one
-//! primitive (a draw call) for each material, at the root of the scene beside the joints; vertices split
-//! where the layout is; at most four joints a vertex; morph targets with names, sparse where that is smaller;
-//! clips as rotations, and translations of the root. Nodes have the numbers of joints, the mesh's comes after
-//! them. In a VRM file a head with a material of its own is a mesh of its own, so that its wearer need not see
-//! it. Coarser levels are nodes beside the scene (`MSFT_lod`): who does not know them shows the finest.
+//! [`write()`] produces the bytes of a file, laid out for its typical readers: one mesh with one
+//! primitive (a draw call) for each material, at the root of the scene next to the joints; vertices
+//! split at UV seams; at most four joints for each vertex; named morph targets, sparse where that
+//! is smaller; clips as rotations, and translations of the root. Nodes have the indices of their
+//! joints; mesh nodes follow. In a VRM file, a head with its own material is a separate mesh, so
+//! that first-person views can hide it. Coarser levels are nodes outside the scene (`MSFT_lod`):
+//! readers without that extension show the finest level.
 //!
 //! Sources: Khronos Group, "glTF 2.0 Specification", 2021; VRM Consortium, "VRMC_vrm-1.0"
 //! (specification, 2022).
@@ -41,68 +42,69 @@ mod tests;
 
 use serde_json::{Map, Value};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::rig::{MOST_INFLUENCES, Pose, Pruning};
+use uvgraft_avatar::rig::{MAX_INFLUENCES, Pose, Pruning};
 
 use self::buffer::Buffer;
 pub use self::check::GlbError;
 #[cfg(all(test, feature = "ktx2"))]
 pub(crate) use self::ktx2::encode as encode_ktx2;
 pub(crate) use self::ktx2_header::KTX2_IDENTIFIER;
-pub use self::material::{AvatarMaterial, Style};
+pub use self::material::{AvatarMaterial, ShadingModel};
 pub use self::picture::Picture;
 pub use self::picture_error::{PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmError, VrmMeta};
 use crate::container::Glb;
 
-/// What to write beside the avatar and its materials.
+/// What to write besides the avatar and its materials.
 #[derive(Debug, Clone, Default)]
 pub struct Export {
-    /// What the avatar is called; "avatar" if empty.
+    /// Name of the avatar; "avatar" if empty.
     pub name: String,
-    /// Who may copy it: `asset.copyright`.
+    /// Copyright notice: `asset.copyright`.
     pub copyright: Option<String>,
-    /// Facts for whoever wants them: `asset.extras`.
+    /// Arbitrary metadata: `asset.extras`.
     pub extras: Map<String, Value>,
-    /// Makes it a VRM file.
+    /// VRM metadata; if present, the file is a VRM file.
     pub vrm: Option<VrmMeta>,
-    /// Normals of the avatar's vertices at rest, such as those of a finer mesh that it was simplified
-    /// from. Without them, and with a normal map, they are smooth.
+    /// Normals of the avatar's vertices in the rest pose, for example those of a finer mesh that it
+    /// was simplified from. Without them they are computed as smooth normals.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// Coarser levels of the avatar, the finest of them first, for readers that know `MSFT_lod`; not in VRM files.
+    /// Coarser levels of the avatar, finest first, for readers that support `MSFT_lod`; not allowed
+    /// in VRM files.
     pub levels: Vec<CoarserLevel>,
-    /// A square picture of the avatar, PNG or JPEG; VRM files alone have a place for it.
+    /// A square thumbnail image of the avatar, PNG or JPEG; written to VRM files only.
     pub thumbnail: Option<Picture>,
 }
 
-/// An avatar with fewer triangles, for when it is far away.
+/// An avatar with fewer triangles, for display at a distance.
 #[derive(Debug, Clone)]
 pub struct CoarserLevel {
-    /// With the joints and morphs of the avatar itself.
+    /// The avatar; it must have the joints and morphs of the finest level.
     pub avatar: Avatar,
-    /// As [`Export::normals`].
+    /// See [`Export::normals`].
     pub normals: Option<Vec<[f32; 3]>>,
 }
 
-/// A file, and what it holds.
+/// A written file and a report on it.
 #[derive(Debug, Clone)]
 pub struct Exported {
-    /// The whole file.
+    /// The bytes of the file.
     pub bytes: Vec<u8>,
-    /// What there is to tell about it.
+    /// What the file contains.
     pub report: Report,
 }
 
-/// What a file holds, and what it lost.
+/// The contents of a file, and what was lost in writing it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {
-    /// Vertices, after splitting them along seams of the layout.
+    /// Vertices, after splitting them at UV seams.
     pub vertices: usize,
-    /// Triangles, of the finest level.
+    /// Triangles of the finest level.
     pub triangles: usize,
-    /// Meshes that are shown.
+    /// Meshes in the scene.
     pub meshes: usize,
-    /// Materials, counted for each mesh: draw calls.
+    /// Materials, counted once for each mesh: draw calls.
     pub materials: usize,
     /// Joints.
     pub joints: usize,
@@ -110,33 +112,34 @@ pub struct Report {
     pub morphs: usize,
     /// Animations.
     pub clips: usize,
-    /// Seconds of the longest of them.
+    /// Duration of the longest animation, in seconds.
     pub longest_clip: f32,
-    /// Influences beyond four a vertex, which are gone.
+    /// Influences dropped because a vertex may have four at most.
     pub pruning: Pruning,
-    /// How far that takes a vertex from where it was, in metres, at most: in frames of the clips, or
-    /// with all joints bent by 30° if there are none.
+    /// Largest vertex displacement caused by pruning, in metres, over frames of the clips, or with
+    /// all joints bent by 30° if there are none.
     pub pruning_most: f32,
-    /// The mean of that over all vertices.
+    /// Mean of that displacement over all vertices and poses.
     pub pruning_mean: f32,
-    /// The nodes were turned into T-pose, which VRM wants at rest.
+    /// Whether the nodes were moved to a T-pose, which VRM requires at rest.
     pub posed_as_t: bool,
-    /// Bytes of images.
+    /// Size of the images, in bytes.
     pub image_bytes: usize,
-    /// Bytes of the whole file.
+    /// Size of the file, in bytes.
     pub bytes: usize,
 }
 
-/// Writes an avatar as a GLB file, or as a VRM file if `export` has VRM's meta data. The same input
-/// makes the same bytes.
+/// Writes an avatar as a GLB file, or as a VRM file if `export` has VRM metadata. The output is
+/// deterministic: the same input gives the same bytes.
 ///
-/// The nodes of a VRM stand in a T-pose, by [`t_pose`]; the skin stays bound to the avatar's own rest, so
-/// clips show what they show in a GLB.
+/// The nodes of a VRM file are in a T-pose, see [`t_pose`]; the skin stays bound to the avatar's
+/// own rest pose, so clips look the same as in a GLB file.
 ///
-/// - `materials`: one material, or all that [`Avatar::materials`] name.
+/// - `materials`: a single material, or all that [`Avatar::materials`] refers to.
 ///
 /// # Errors
-/// [`GlbError`] if the avatar is not sound, or is no human by VRM's rules where VRM is asked for.
+/// [`GlbError`] if the avatar is invalid, or if a VRM file is requested and the avatar does not
+/// meet VRM's requirements for humanoids.
 pub fn write(
     avatar: &Avatar,
     materials: &(impl AsRef<[AvatarMaterial]> + ?Sized),
@@ -158,7 +161,7 @@ fn write_all(
     }
     let posed_as_t = t_posed.is_some();
     let stand = t_posed.unwrap_or_else(|| Pose::rest(avatar.skeleton.joints().len()));
-    let (skin, pruning) = avatar.skin.pruned(MOST_INFLUENCES);
+    let (skin, pruning) = avatar.skin.pruned(MAX_INFLUENCES);
     let (pruning_most, pruning_mean) = skin::error(avatar, &skin, &pruning)?;
 
     let mut buffer = Buffer::default();
@@ -168,7 +171,7 @@ fn write_all(
     }
     let mut levels = Vec::with_capacity(export.levels.len());
     for level in &export.levels {
-        let (skin, _) = level.avatar.skin.pruned(MOST_INFLUENCES);
+        let (skin, _) = level.avatar.skin.pruned(MAX_INFLUENCES);
         levels.push(parts::write(
             &level.avatar,
             &skin,

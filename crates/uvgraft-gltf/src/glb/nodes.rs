@@ -12,34 +12,34 @@ use super::parts::WrittenPrimitive;
 /// The extension of levels of detail.
 pub(super) const LEVELS: &str = "MSFT_lod";
 
-/// Where it covers less of the screen than this, the first coarser level is shown; each further one at half of it,
-/// as each has half the triangles.
+/// Screen coverage below which the first coarser level is shown. The threshold halves for each
+/// further level, as the number of triangles does.
 const FIRST_COVERAGE: f32 = 0.25;
 
-/// What a file shows.
+/// The scene graph of a file.
 pub(super) struct Graph {
     pub nodes: Vec<json::Node>,
     pub meshes: Vec<json::Mesh>,
     pub scene: json::Scene,
-    /// Nodes of the scene with a mesh.
+    /// The scene's nodes that have a mesh.
     pub shown: Vec<Shown>,
 }
 
 /// A node with a mesh.
 pub(super) struct Shown {
     pub node: usize,
-    /// For each morph whether it moves anything of the mesh.
+    /// For each morph, whether it moves any vertex of the mesh.
     pub moves: Vec<bool>,
-    /// All of it is in the way of who materials out of the avatar's eyes.
+    /// Whether the whole mesh blocks the view from the avatar's eyes.
     pub is_head: bool,
 }
 
-/// One node for each joint, then those of meshes. Meshes are at the scene's root, because the transforms
-/// of their parents would not count.
+/// One node for each joint, then the mesh nodes. Skinned meshes are at the root of the scene
+/// because readers ignore the transforms of their parents.
 ///
-/// - `stand`: the pose in which joints are.
-/// - `is_divided`: whether heads with a material of their own are meshes of their own.
-/// - `levels`: coarser ones, which no scene shows.
+/// - `stand`: the pose that the joint nodes are in.
+/// - `is_divided`: whether heads with their own material become separate meshes.
+/// - `levels`: coarser levels, whose nodes are in no scene.
 pub(super) fn graph(
     avatar: &Avatar,
     stand: &Pose,
@@ -63,7 +63,7 @@ pub(super) fn graph(
                 .then(|| json::MeshExtras { target_names: target_names.clone() }),
         });
         let node = nodes.len();
-        let (name, mesh) = (names.own(name), Some(meshes.len() - 1));
+        let (name, mesh) = (names.unique(name), Some(meshes.len() - 1));
         nodes.push(json::Node { name, mesh, skin: Some(0), ..json::Node::default() });
         node
     };
@@ -88,7 +88,7 @@ pub(super) fn graph(
         .collect();
     if let (Some(finest), false) = (shown.first(), coarser.is_empty()) {
         let changes = (0..coarser.len() as i32).map(|level| FIRST_COVERAGE * 0.5_f32.powi(level));
-        // The last value is where the coarsest level goes: never.
+        // The last value is the coverage below which the coarsest level is culled: never.
         let screen_coverage = changes.chain([0.0]).collect();
         let node = &mut nodes[finest.node];
         node.extensions = Some(json::NodeExtensions { levels: json::LevelNodes { ids: coarser } });
@@ -103,7 +103,7 @@ fn joints(avatar: &Avatar, stand: &Pose) -> Vec<json::Node> {
     let joints = avatar.skeleton.joints();
     let mut nodes: Vec<json::Node> = Vec::with_capacity(joints.len() + 2);
     for (index, joint) in joints.iter().enumerate() {
-        // The root is moved by the pose, all others keep their place beside their parents.
+        // The pose translates the root only; other joints keep their offsets from their parents.
         let moved = glam::Vec3::from(stand.translation);
         let from = joint.parent.map_or(-moved, |parent| joints[parent].position.into());
         let offset = glam::Vec3::from(joint.position) - from;
@@ -121,15 +121,15 @@ fn joints(avatar: &Avatar, stand: &Pose) -> Vec<json::Node> {
     nodes
 }
 
-/// Names of nodes with meshes.
+/// Assigns names to mesh nodes.
 struct Names<'a> {
     avatar: &'a Avatar,
     taken: Vec<String>,
 }
 
 impl Names<'_> {
-    /// A name that no other node has: players find nodes by name.
-    fn own(&mut self, name: &str) -> String {
+    /// A name that no other node has, since players find nodes by name.
+    fn unique(&mut self, name: &str) -> String {
         let mut name = name.to_owned();
         let joints = self.avatar.skeleton.joints();
         while self.taken.contains(&name) || joints.iter().any(|joint| joint.name == name) {

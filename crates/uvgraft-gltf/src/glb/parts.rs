@@ -1,4 +1,4 @@
-//! The geometry of a file: for each material of a mesh a primitive with vertices of its own.
+//! The geometry of a file: one primitive with its own vertices for each material of a mesh.
 
 use glam::{Quat, Vec3};
 use uvgraft::TangentFrames;
@@ -10,7 +10,7 @@ use super::json::{self, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER};
 use super::material::AvatarMaterial;
 use super::shading::Shading;
 use super::skin;
-use super::vertices::{Vertices, Wanted};
+use super::vertices::{Inputs, Vertices};
 
 /// The triangles of one material.
 pub(super) struct WrittenPrimitive {
@@ -18,19 +18,19 @@ pub(super) struct WrittenPrimitive {
     pub primitive: json::Primitive,
     pub vertices: usize,
     pub triangles: usize,
-    /// Whether all of its coordinates are in the unit square.
+    /// Whether all UV coordinates are within the unit square.
     pub is_inside: bool,
-    /// For each morph whether it moves anything here.
+    /// For each morph, whether it moves any of the vertices.
     pub moves: Vec<bool>,
 }
 
-/// Normals that change by less are left as they are: a tenth of a degree is not seen.
-const LEAST_NORMAL_CHANGE: f32 = 0.002;
+/// Smaller changes of normals are dropped: a tenth of a degree is invisible.
+const MIN_NORMAL_CHANGE: f32 = 0.002;
 
-/// Appends an avatar's geometry; materials without triangles have no part.
+/// Appends an avatar's geometry; materials without triangles get no primitive.
 ///
-/// - `skin`: the avatar's, with as many influences as a file has.
-/// - `normals`: as [`Export::normals`](super::Export::normals).
+/// - `skin`: the avatar's skin, pruned to the number of influences that a file can hold.
+/// - `normals`: see [`Export::normals`](super::Export::normals).
 pub(super) fn write(
     avatar: &Avatar,
     skin: &Skin,
@@ -44,15 +44,15 @@ pub(super) fn write(
         TangentFrames::with_normals(&avatar.mesh, &shown)
     });
     let changes =
-        avatar.morphs.iter().map(|morph| shading.changes(&morph.offsets, LEAST_NORMAL_CHANGE));
+        avatar.morphs.iter().map(|morph| shading.changes(&morph.offsets, MIN_NORMAL_CHANGE));
     let source = Source { avatar, skin, changes: changes.collect() };
     let mut parts = Vec::new();
-    for (material, materials) in (0_u8..=u8::MAX).zip(materials) {
-        let frames = frames.as_ref().filter(|_| materials.has_tangents());
-        let wanted = Wanted { frames, materials: &avatar.materials, only: Some(material) };
-        let vertices = Vertices::new(&avatar.mesh, &shading, wanted);
+    for (index, material) in (0_u8..=u8::MAX).zip(materials) {
+        let frames = frames.as_ref().filter(|_| material.has_tangents());
+        let inputs = Inputs { frames, materials: &avatar.materials, only: Some(index) };
+        let vertices = Vertices::new(&avatar.mesh, &shading, inputs);
         if !vertices.indices.is_empty() {
-            parts.push(source.part(material, &vertices, buffer));
+            parts.push(source.part(index, &vertices, buffer));
         }
     }
     parts
@@ -61,7 +61,7 @@ pub(super) fn write(
 struct Source<'a> {
     avatar: &'a Avatar,
     skin: &'a Skin,
-    /// For each morph how normals change.
+    /// Changes of normals for each morph.
     changes: Vec<Vec<(u32, [f32; 3])>>,
 }
 
@@ -104,7 +104,7 @@ impl Source<'_> {
     }
 }
 
-/// Appends a morph, and tells whether it moves any of the vertices.
+/// Appends a morph target; also returns whether it moves any of the vertices.
 fn target(
     morph: &Morph,
     changes: &[(u32, [f32; 3])],
@@ -130,7 +130,8 @@ fn target(
     (target, is_moved)
 }
 
-/// How a tangent changes with its normal: it is turned the shortest way along.
+/// Change of a tangent when its normal changes: it is rotated by the shortest arc from
+/// the old normal to the new one.
 fn tangent_change(normal: Vec3, change: Vec3, [x, y, z, _]: [f32; 4]) -> [f32; 3] {
     let tangent = Vec3::new(x, y, z);
     match (normal + change).try_normalize() {

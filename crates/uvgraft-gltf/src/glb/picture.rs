@@ -1,4 +1,4 @@
-//! Images as GLB files embed them.
+//! Encoded images to embed in GLB files.
 
 use std::io::Cursor;
 
@@ -18,10 +18,10 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Takes over an image as it is, after a look at its header.
+    /// Wraps an encoded image unchanged; only its header is read.
     ///
     /// # Errors
-    /// [`PictureError`] if it is none of the four formats, or damaged where that shows.
+    /// [`PictureError`] if its format is not one of the four, or its header is damaged.
     pub fn new(bytes: Vec<u8>) -> Result<Self, PictureError> {
         if bytes.starts_with(&ktx2_header::KTX2_IDENTIFIER) {
             let size = ktx2_header::size(&bytes)?;
@@ -37,16 +37,16 @@ impl Picture {
         Ok(Self { bytes, format, size: header.size, fallback: None })
     }
 
-    /// Encodes a texture with 8 bits a value; PNG fast rather than small.
+    /// Encodes a texture with 8 bits for each value; PNG is optimised for speed, not size.
     ///
-    /// - Linear colours become sRGB. Opacity is dropped where it is full, and for JPEG.
-    /// - `quality`: of a JPEG, in `1..=100`.
-    /// - KTX2 holds UASTC blocks and all mip levels, and tells colours from data by the texture's
-    ///   encoding. Sides that are no multiples of 4 are stretched to the next one.
+    /// - Linear colours become sRGB. Alpha is dropped if it is 1 everywhere, and for JPEG.
+    /// - `quality`: JPEG quality, in `1..=100`.
+    /// - KTX2 files hold UASTC blocks and all mip levels; the texture's encoding decides whether
+    ///   it is colour or data. Sides that are not multiples of 4 are stretched to the next one.
     ///
     /// # Errors
-    /// [`PictureError`] if the format cannot hold a texture of this size, or is KTX2 and the feature
-    /// `ktx2` is off.
+    /// [`PictureError`] if the format cannot hold a texture of this size, or is KTX2
+    /// and the feature `ktx2` is off.
     pub fn encode(
         texture: Texture,
         format: PictureFormat,
@@ -71,7 +71,7 @@ impl Picture {
         let size = texture.size();
         let mut out = Cursor::new(Vec::new());
         let options = WriteOptions::default().jpeg_quality(quality);
-        // Losses can only be opacity and bits, which are gone already.
+        // The reported losses can only be alpha and bit depth, dropped above on purpose.
         let _ = image::encode(&texture.into(), file_format, &options, &mut out)?;
         Ok(Self { bytes: out.into_inner(), format, size, fallback: None })
     }
@@ -90,11 +90,11 @@ impl Picture {
         Err(PictureError::NoKtx2)
     }
 
-    /// With another image for readers that do not know this one's format. Without it a WebP or KTX2
-    /// image makes its extension one that readers must know.
+    /// Adds a fallback for readers that do not support this image's format. Without one, a WebP or
+    /// KTX2 image makes its extension required.
     ///
     /// # Errors
-    /// [`PictureError::Fallback`] unless it is PNG or JPEG.
+    /// [`PictureError::Fallback`] unless the fallback is PNG or JPEG.
     pub fn with_fallback(mut self, fallback: Self) -> Result<Self, PictureError> {
         if !matches!(fallback.format, PictureFormat::Png | PictureFormat::Jpeg) {
             return Err(PictureError::Fallback { found: fallback.format });
@@ -103,22 +103,22 @@ impl Picture {
         Ok(self)
     }
 
-    /// The file.
+    /// The encoded bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// What kind of file it is.
+    /// The image format.
     pub const fn format(&self) -> PictureFormat {
         self.format
     }
 
-    /// In texels.
+    /// Size in texels.
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// What stands in for it.
+    /// The fallback image.
     pub fn fallback(&self) -> Option<&Self> {
         self.fallback.as_deref()
     }
@@ -157,13 +157,13 @@ mod tests {
             let decoded = image::decode(picture.bytes()).unwrap().texture;
             assert_eq!((decoded.size(), decoded.depth()), (Size::new(4, 2), Depth::U8));
             assert_eq!(decoded.channels(), channels);
-            // Level 51 of 255; a JPEG may be off by a little.
+            // Level 51 of 255; JPEG may be slightly off.
             assert!((decoded.get(1, 1, 0) - 0.2).abs() < 2.0 / 255.0);
         }
     }
 
     #[test]
-    fn what_gltf_does_not_know_is_refused() {
+    fn formats_unknown_to_gltf_are_rejected() {
         Picture::new(b"hello, this is no image".to_vec()).unwrap_err();
         let mut tiff = Cursor::new(Vec::new());
         let options = WriteOptions::default();
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn headers_of_ktx2_are_looked_at() {
+    fn ktx2_headers_are_validated() {
         let file = |words: &[u32]| {
             let words = words.iter().flat_map(|word| word.to_le_bytes());
             ktx2_header::KTX2_IDENTIFIER.into_iter().chain(words).collect::<Vec<u8>>()

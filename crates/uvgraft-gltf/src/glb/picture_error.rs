@@ -1,18 +1,18 @@
-//! Formats of embedded images, and why an image was refused.
+//! Formats of embedded images, and errors for them.
 
 use uvgraft::TextureError;
 use uvgraft_io::image::{EncodeError, ImageError};
 
-/// A format of images in GLB files.
+/// An image format of GLB files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PictureFormat {
-    /// Lossless; read by everything.
+    /// Lossless; supported by all readers.
     Png,
-    /// Lossy and without opacity; read by everything.
+    /// Lossy, without alpha; supported by all readers.
     Jpeg,
-    /// Written lossless, smaller than PNG; needs `EXT_texture_webp`, which browsers have.
+    /// Written lossless and smaller than PNG; needs `EXT_texture_webp`, which browsers support.
     WebP,
-    /// Compressed for graphics processors, which keep it so; needs `KHR_texture_basisu`.
+    /// Stays compressed in GPU memory; needs `KHR_texture_basisu`.
     Ktx2,
 }
 
@@ -28,38 +28,38 @@ impl PictureFormat {
     }
 }
 
-/// Why an image cannot be part of a GLB file.
+/// Why an image cannot be embedded in a GLB file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The image is damaged, or in no format that is known.
+    /// The image is damaged, or its format is unknown.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// A format that glTF does not have.
+    /// An image format that glTF does not support.
     #[error("a GLB file must hold PNG, JPEG, WebP or KTX2 images, got {found}; convert it first")]
     Format {
-        /// What it is.
+        /// The format.
         found: &'static str,
     },
     /// A KTX2 file that `KHR_texture_basisu` does not allow.
     #[error("a KTX2 image {problem}")]
     Ktx2 {
-        /// What is wrong.
+        /// The problem, to complete "a KTX2 image ...".
         problem: &'static str,
     },
-    /// What stands in for an image where its format is unknown must be PNG or JPEG.
+    /// A fallback image is neither PNG nor JPEG.
     #[error("a fallback image must be PNG or JPEG, got {found:?}")]
     Fallback {
-        /// What it is.
+        /// The format.
         found: PictureFormat,
     },
-    /// The encoder refused.
+    /// The encoder failed.
     #[error(transparent)]
     Encode(#[from] EncodeError),
     /// There is not enough memory to resize the texture.
     #[error(transparent)]
     Texture(#[from] TextureError),
-    /// This build has no encoder for it.
+    /// This build has no KTX2 encoder.
     #[error("KTX2 encoding needs a build with the feature `ktx2`")]
     NoKtx2,
 }

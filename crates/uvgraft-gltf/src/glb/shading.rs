@@ -1,23 +1,23 @@
-//! Smooth normals at the vertices of a mesh, and what morphs change of them.
+//! Smooth vertex normals of a mesh, and how morphs change them.
 //!
-//! Based on Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998: triangles
-//! count by their angle at the vertex, so normals depend on the shape and not on how it is cut into
-//! triangles. [`uvgraft::tangents`] has the same normals.
+//! Based on Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998: the
+//! normals of triangles are weighted by their angle at the vertex, so the result depends on the
+//! shape and not on its triangulation. [`uvgraft::tangents`] computes the same normals.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 use uvgraft::Mesh;
 
-/// Where triangles meet: vertices at the same place are one point, whatever seams of the layout or the
-/// file made of them.
+/// Shading normals of a mesh. Vertices at the same position share one normal, even if seams of the
+/// layout or the file split them.
 pub(crate) struct Shading<'a> {
     mesh: &'a Mesh,
     point_of_vertex: Vec<u32>,
     points: usize,
-    /// Smooth normals at rest, of length 1.
+    /// Smooth normals of the rest shape, unit length.
     pub normals: Vec<Vec3>,
-    /// Those that are shown.
+    /// The normals to display.
     pub shown: Vec<Vec3>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> Shading<'a> {
         let mut known = HashMap::with_capacity(mesh.positions().len());
         let point = |position: &[f32; 3]| {
             let next = known.len() as u32;
-            // Adding 0.0 makes one zero of the two.
+            // Adding 0.0 turns -0.0 into 0.0.
             *known.entry(position.map(|value| (value + 0.0).to_bits())).or_insert(next)
         };
         let point_of_vertex: Vec<u32> = mesh.positions().iter().map(point).collect();
@@ -41,8 +41,8 @@ impl<'a> Shading<'a> {
         shading.with_normals(&[])
     }
 
-    /// With other normals for vertices, as far as those have a length. Changes stay what they are of
-    /// smooth ones.
+    /// Replaces the displayed normals, except by zero vectors. [`Self::changes`] remain
+    /// relative to the smooth normals.
     pub fn with_normals(mut self, normals: &[[f32; 3]]) -> Self {
         self.shown.clone_from(&self.normals);
         for (shown, &normal) in self.shown.iter_mut().zip(normals) {
@@ -51,10 +51,12 @@ impl<'a> Shading<'a> {
         self
     }
 
-    /// Normals of vertices. One whose triangles have no area or cancel out takes that of its first
-    /// triangle that has one, else +Z.
+    /// Angle-weighted vertex normals, `normalize(Σ angle_f · normal_f)` over the adjacent
+    /// triangles. Without the weights, splitting a triangle would count its side of the surface
+    /// twice. If the triangles have no area or cancel out, the normal is that of the first
+    /// non-degenerate triangle, else +Z.
     ///
-    /// - `only`: points for which normals are wanted; others may come out as anything.
+    /// - `only`: mask of the points that need normals; results for others are unspecified.
     fn smooth(&self, positions: &[[f32; 3]], only: Option<&[bool]>) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; self.points];
         let mut first = vec![Vec3::ZERO; self.points];
@@ -77,15 +79,15 @@ impl<'a> Shading<'a> {
         }
         let normal = |&point: &u32| {
             let (sum, first) = (sums[point as usize], first[point as usize]);
-            // What cancels out leaves rounding.
+            // Opposite normals cancel up to rounding errors.
             let sum = Some(sum).filter(|sum| sum.length_squared() > 1e-12);
             sum.and_then(Vec3::try_normalize).or(first.try_normalize()).unwrap_or(Vec3::Z)
         };
         self.point_of_vertex.iter().map(normal).collect()
     }
 
-    /// How normals change where a morph moves vertices: vertices, rising, and differences longer than
-    /// `least`.
+    /// Changes of the normals under a morph: vertices, in ascending order, with those
+    /// differences that are longer than `least`.
     pub fn changes(&self, offsets: &[(u32, [f32; 3])], least: f32) -> Vec<(u32, [f32; 3])> {
         let mut moved = vec![false; self.points];
         let mut positions = self.mesh.positions().to_vec();
@@ -94,7 +96,7 @@ impl<'a> Shading<'a> {
             let position = &mut positions[vertex as usize];
             *position = (Vec3::from(*position) + Vec3::from(offset)).into();
         }
-        // The triangles around a point are changed by all of their corners.
+        // A moved corner changes the normals at all corners of its triangles.
         let mut changed = moved.clone();
         for face in self.mesh.faces() {
             let points = face.map(|vertex| self.point_of_vertex[vertex as usize] as usize);
@@ -118,7 +120,7 @@ impl<'a> Shading<'a> {
 mod tests {
     use super::*;
 
-    /// A roof: two squares that meet at right angles along the Z axis, the ridge.
+    /// A roof: two squares that meet at a right angle along the Z axis, the ridge.
     fn roof(doubled: bool) -> Mesh {
         let left = [[-1.0, -1.0, 0.0], [-1.0, -1.0, 1.0]];
         let ridge = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
@@ -134,11 +136,11 @@ mod tests {
     }
 
     #[test]
-    fn normals_are_smooth_across_seams_and_do_not_count_triangles() {
+    fn normals_are_smooth_across_seams_and_independent_of_triangulation() {
         for doubled in [false, true] {
             let mesh = roof(doubled);
             let shading = Shading::new(&mesh);
-            // Each side has 90° at either end of the ridge, cut into one triangle or two.
+            // Each side has an angle of 90° at both ends of the ridge, in one triangle or two.
             assert!(shading.normals[2].abs_diff_eq(Vec3::Y, 1e-6), "{}", shading.normals[2]);
             let slope = Vec3::new(-1.0, 1.0, 0.0).normalize();
             assert!(shading.normals[0].abs_diff_eq(slope, 1e-6));
@@ -149,7 +151,7 @@ mod tests {
     fn a_morph_changes_normals_where_triangles_move() {
         let mesh = roof(true);
         let shading = Shading::new(&mesh);
-        // The right side rises until the roof is flat there.
+        // The right side rises until it is horizontal.
         let rise = [(6, [0.0, 1.0, 0.0]), (7, [0.0, 1.0, 0.0])];
         let changes = shading.changes(&rise, 1e-4);
         let vertices: Vec<u32> = changes.iter().map(|&(vertex, _)| vertex).collect();

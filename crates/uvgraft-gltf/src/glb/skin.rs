@@ -1,23 +1,23 @@
-//! Joints and weights of the vertices, at most four each, and what leaving out the rest costs.
+//! Joints and weights of vertices, at most four each, and the error of pruning the rest.
 
 use glam::{Mat3, Quat, Vec3};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::rig::{MOST_INFLUENCES, Pose, Pruning, RigError, Rigid, Skin};
+use uvgraft_avatar::rig::{MAX_INFLUENCES, Pose, Pruning, RigError, Rigid, Skin};
 
 use super::buffer::Buffer;
 use super::json::{self, ARRAY_BUFFER, UNSIGNED_BYTE, UNSIGNED_SHORT};
 use super::vertices::Vertices;
 
-/// The steps that weights are rounded to: floats below 1 hold all of them.
+/// Steps per unit that weights are rounded to: an `f32` below 1 represents every step exactly.
 const STEPS: f32 = (1 << 23) as f32;
 
-/// Frames of all clips that are looked at for the error of pruning.
-const MOST_FRAMES: usize = 24;
+/// Upper limit of clip frames evaluated for the pruning error.
+const MAX_FRAMES: usize = 24;
 
-/// Appends joints and weights of vertices; returns their accessors.
+/// Appends joints and weights of vertices; returns the indices of their accessors.
 ///
-/// Weights are floats: they are a few bytes more than integers, but the file then moves exactly like the
-/// avatar.
+/// Weights are floats: a few bytes more than normalised integers, but the file then
+/// animates exactly like the avatar.
 pub(super) fn write(
     skin: &Skin,
     joints: usize,
@@ -28,13 +28,13 @@ pub(super) fn write(
     let narrow = joints <= usize::from(u8::MAX) + 1;
     for &vertex in &vertices.from {
         let influences = skin.of(vertex as usize);
-        // What stays unused is joint 0 with weight 0, as the specification asks.
-        let mut own = [(0, 0.0); MOST_INFLUENCES];
+        // Unused slots are joint 0 with weight 0, as the specification requires.
+        let mut own = [(0, 0.0); MAX_INFLUENCES];
         for (own, &influence) in own.iter_mut().zip(influences) {
             *own = influence;
         }
-        // Multiples of 2⁻²³ sum without rounding, in whichever order; the largest, which comes first,
-        // takes what is left of 1.
+        // Multiples of 2⁻²³ add up without rounding in any order; the largest weight, which comes
+        // first, takes the remainder of 1.
         for (_, weight) in &mut own[1..] {
             *weight = (*weight * STEPS).round() / STEPS;
         }
@@ -52,16 +52,16 @@ pub(super) fn write(
         weights.push(own.map(|(_, weight)| weight));
     }
     let component_type = if narrow { UNSIGNED_BYTE } else { UNSIGNED_SHORT };
-    let joints = buffer.fours(&numbers, component_type, vertices.count(), ARRAY_BUFFER);
+    let joints = buffer.vec4s(&numbers, component_type, vertices.count(), ARRAY_BUFFER);
     (joints, buffer.floats(&weights, Some(ARRAY_BUFFER), false))
 }
 
-/// Appends the joints as a skin. Nodes have the numbers of joints. The mesh is bound to the avatar's
-/// rest, wherever the nodes stand: all joints are aligned with the world there, so what takes vertices to
-/// a joint is a translation.
+/// Appends the joints as a skin. Nodes have the indices of joints. The mesh is bound to the
+/// avatar's rest pose, regardless of the pose of the nodes. Joints are axis-aligned there, so each
+/// inverse bind matrix is a translation.
 pub(super) fn write_joints(avatar: &Avatar, buffer: &mut Buffer) -> json::Skin {
     let inverse_bind = |joint: &uvgraft_avatar::rig::Joint| {
-        // The product with -1 could make a zero negative.
+        // Negating could yield -0.0.
         let [x, y, z] = joint.position.map(|value| 0.0 - value);
         [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, y, z, 1.0]
     };
@@ -75,9 +75,9 @@ pub(super) fn write_joints(avatar: &Avatar, buffer: &mut Buffer) -> json::Skin {
     }
 }
 
-/// How far vertices are from where the whole skin would take them, in metres: at most, and on average
-/// over all vertices and poses. Poses are frames of the clips, or all joints bent by 30° around each
-/// axis where there are none.
+/// Displacement of vertices by pruning, compared with the full skin, in metres: the maximum, and
+/// the mean over all vertices and poses. Poses are frames of the clips or, if there are none, all
+/// joints bent by 30° about each axis.
 pub(super) fn error(
     avatar: &Avatar,
     pruned: &Skin,
@@ -114,17 +114,17 @@ fn matrix(motion: &Rigid) -> (Mat3, Vec3) {
     (Mat3::from_quat(Quat::from_array(motion.rotation)), Vec3::from(motion.translation))
 }
 
-/// Frames at even steps through all clips, or bends.
+/// Evenly spaced frames of all clips, or bends if there are no clips.
 fn poses(avatar: &Avatar) -> Vec<Pose> {
     let frames: Vec<&Pose> = avatar.clips.iter().flat_map(|clip| &clip.poses).collect();
     if frames.is_empty() {
         return bends(avatar.skeleton.joints().len(), 30.0_f32.to_radians());
     }
-    let step = frames.len().div_ceil(MOST_FRAMES);
+    let step = frames.len().div_ceil(MAX_FRAMES);
     frames.into_iter().step_by(step).cloned().collect()
 }
 
-/// All joints turned around X, around Y, around Z.
+/// Poses with all joints rotated about X, about Y, about Z.
 ///
 /// - `angle`: in radians.
 pub(crate) fn bends(joints: usize, angle: f32) -> Vec<Pose> {

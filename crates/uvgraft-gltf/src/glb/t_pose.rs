@@ -1,11 +1,12 @@
-//! VRM's T-pose: arms, hands and fingers straight out to the sides with the palms down, thumbs half-way
-//! to the front, feet straight ahead on the floor.
+//! VRM's T-pose: arms, hands and fingers straight out to the sides with the palms down, thumbs
+//! half-way to the front, feet straight ahead on the floor.
 //!
-//! The file's nodes stand in this pose while the skin stays bound to the pose of the mesh, so a clip
-//! shows the same vertices, to the bit, in a VRM and a GLB: nothing is skinned twice.
+//! The file's nodes are in this pose while the skin stays bound to the mesh's rest pose, so a clip
+//! gives bit-identical vertices in a VRM and a GLB file: nothing is skinned twice.
 //!
-//! Source: VRM Consortium, "VRMC_vrm-1.0", `tpose.md`: definitions 1.2 to 1.8. How thumbs are rolled
-//! about themselves is left as the body has it: that turns the ball of the thumb inside out.
+//! Source: VRM Consortium, "VRMC_vrm-1.0", `tpose.md`: definitions 1.2 to 1.8. The roll
+//! of the thumbs about their own axes is left unchanged: rolling them as specified turns
+//! the ball of the thumb inside out.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -13,7 +14,7 @@ use glam::{Quat, Vec3};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::{HumanBone, Pose, RigError, Skeleton};
 
-/// The left arm's bones in order, each with the one at its end.
+/// The left arm's bones from the shoulder out, each with the bone at its end.
 const ARM: [(HumanBone, HumanBone); 3] = {
     use HumanBone as Bone;
     [
@@ -33,27 +34,30 @@ const FINGERS: [[HumanBone; 3]; 5] = {
         [Bone::LeftLittleProximal, Bone::LeftLittleIntermediate, Bone::LeftLittleDistal],
     ]
 };
-/// Turns below this are none, in radians: a hundredth of a degree.
+/// Rotations below this are ignored, in radians: a hundredth of a degree.
 const STILL: f32 = 2e-4;
-/// Feet that point farther to the side than this are no feet of somebody who stands, in radians.
-const MOST_SPLAY: f32 = 0.8;
-/// A vertex tells where a joint's part is if it follows the joint this far.
+/// Feet that point farther outwards than this are not aligned, since nobody stands like that, in
+/// radians.
+const MAX_SPLAY: f32 = 0.8;
+/// A vertex belongs to a joint if its weight there is above this.
 const OWN: f32 = 0.5;
 
-/// Where bones should point, in the world: nothing for those that may stay.
+/// World directions that bones should point in, for the bones that need one.
 struct Aims<'a> {
     skeleton: &'a Skeleton,
-    /// For each joint the direction of its bone at rest, and where that should point.
+    /// For each joint, the direction of its bone at rest and the target direction.
     bones: Vec<Option<(Vec3, Vec3)>>,
-    /// For each joint what should then point to the front as far as it can, turning about the bone.
+    /// For each joint, a rest-pose direction to turn to the front as far as a roll about the bone
+    /// allows.
     fronts: Vec<Option<Vec3>>,
 }
 
-/// The pose that takes an avatar's rest to VRM's T-pose; `None` if it is in one, or has no arms. Legs
-/// stay as they are but for the feet, and the height of the lowest vertex stays.
+/// The pose that turns an avatar's rest pose into VRM's T-pose; `None` if it is already
+/// in one, or has no arms. Legs are unchanged except for the feet, and the height of
+/// the lowest vertex is preserved.
 ///
 /// # Errors
-/// [`RigError`] if the avatar's parts do not fit each other.
+/// [`RigError`] if the avatar's parts are inconsistent.
 pub fn t_pose(avatar: &Avatar) -> Result<Option<Pose>, RigError> {
     let joints = avatar.skeleton.joints();
     let none = || vec![None; joints.len()];
@@ -68,7 +72,7 @@ pub fn t_pose(avatar: &Avatar) -> Result<Option<Pose>, RigError> {
     if pose.rotations.iter().all(rests) {
         return Ok(None);
     }
-    // Feet that turn on the floor may come off it where their soles are not level.
+    // Rotating a foot can lift it off the floor if its sole is not level.
     let before = avatar.lowest(avatar.mesh.positions());
     let after = avatar.lowest(&avatar.posed(&pose, &[])?);
     if let (Some(before), Some(after)) = (before, after) {
@@ -83,12 +87,12 @@ impl Aims<'_> {
         self.skeleton.human(bone)
     }
 
-    fn place(&self, joint: usize) -> Vec3 {
+    fn origin(&self, joint: usize) -> Vec3 {
         self.skeleton.joints()[joint].position.into()
     }
 
     fn aim(&mut self, joint: usize, end: Vec3, to: Vec3) {
-        if let Some(along) = (end - self.place(joint)).try_normalize() {
+        if let Some(along) = (end - self.origin(joint)).try_normalize() {
             self.bones[joint] = Some((along, to));
         }
     }
@@ -99,11 +103,11 @@ impl Aims<'_> {
             let (Some(bone), Some(end)) = (self.joint(bone, right), self.joint(end, right)) else {
                 continue;
             };
-            self.aim(bone, self.place(end), out);
+            self.aim(bone, self.origin(end), out);
         }
-        // The palm is down where the index finger is in front of the little one.
+        // The palm faces down if the index finger is in front of the little finger.
         let knuckle =
-            |aims: &Self, finger: usize| Some(aims.place(aims.joint(FINGERS[finger][0], right)?));
+            |aims: &Self, finger: usize| Some(aims.origin(aims.joint(FINGERS[finger][0], right)?));
         if let (Some(hand), Some(index), Some(little)) =
             (self.joint(HumanBone::LeftHand, right), knuckle(self, 1), knuckle(self, 4))
         {
@@ -115,7 +119,7 @@ impl Aims<'_> {
             for place in 0..finger.len() {
                 let Some(joint) = self.joint(finger[place], right) else { continue };
                 let next = finger.get(place + 1).and_then(|&next| self.joint(next, right));
-                let end = next.map(|next| self.place(next)).or_else(|| middle(avatar, joint));
+                let end = next.map(|next| self.origin(next)).or_else(|| center(avatar, joint));
                 if let Some(end) = end {
                     self.aim(joint, end, to);
                 }
@@ -123,16 +127,19 @@ impl Aims<'_> {
         }
     }
 
-    /// Turns a foot about the vertical, which leaves its sole on the floor.
+    /// Rotates a foot about the vertical axis, which keeps its sole on the floor.
     fn foot(&mut self, avatar: &Avatar, right: bool) {
         let Some(foot) = self.joint(HumanBone::LeftFoot, right) else { return };
         let toes = self.joint(HumanBone::LeftToes, right);
         let Some(ahead) = length_of_foot(avatar, foot, toes) else { return };
-        if ahead.angle_between(Vec3::Z) < MOST_SPLAY {
+        if ahead.angle_between(Vec3::Z) < MAX_SPLAY {
             self.bones[foot] = Some((ahead, Vec3::Z));
         }
     }
 
+    /// Solves for the joint rotations, parents first. With `above` the parent's world rotation, a
+    /// joint gets `world = arc(above · along, to) · above`, then a roll about `to` that brings its
+    /// front direction as close to +Z as possible; its local rotation is `above⁻¹ · world`.
     fn pose(&self) -> Pose {
         let joints = self.skeleton.joints();
         let mut pose = Pose::rest(joints.len());
@@ -141,7 +148,8 @@ impl Aims<'_> {
             let above = joint.parent.map_or(Quat::IDENTITY, |parent| world[parent]);
             world[index] = above;
             if let Some((along, to)) = self.bones[index] {
-                // The shortest way on from where the parent took it, so that nothing is twisted.
+                // The shortest arc from where the parent's rotation leaves the bone, so that
+                // nothing twists.
                 world[index] = (Quat::from_rotation_arc(above * along, to) * above).normalize();
                 if let Some(front) = self.fronts[index] {
                     let front = (world[index] * front).reject_from_normalized(to);
@@ -162,8 +170,8 @@ impl Aims<'_> {
     }
 }
 
-/// The middle of what follows a joint more than others.
-fn middle(avatar: &Avatar, joint: usize) -> Option<Vec3> {
+/// The centroid of the vertices that follow a joint more than all others together.
+fn center(avatar: &Avatar, joint: usize) -> Option<Vec3> {
     let (mut sum, mut count) = (Vec3::ZERO, 0.0);
     for (vertex, &place) in avatar.mesh.positions().iter().enumerate() {
         let follows = |&(found, weight): &(u16, f32)| usize::from(found) == joint && weight > OWN;
@@ -175,7 +183,7 @@ fn middle(avatar: &Avatar, joint: usize) -> Option<Vec3> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// Where a foot points, level: the direction in which its vertices are farthest from each other.
+/// The horizontal direction of a foot: the principal axis of its vertices in the XZ plane.
 fn length_of_foot(avatar: &Avatar, foot: usize, toes: Option<usize>) -> Option<Vec3> {
     let mut places = Vec::new();
     for (vertex, &[x, _, z]) in avatar.mesh.positions().iter().enumerate() {
@@ -198,7 +206,7 @@ fn length_of_foot(avatar: &Avatar, foot: usize, toes: Option<usize>) -> Option<V
         let (x, z) = (x - mean[0], z - mean[1]);
         (xx, xz, zz) = (xx + x * x, xz + x * z, zz + z * z);
     }
-    // The principal axis of a symmetric matrix of two rows.
+    // The principal axis of a symmetric 2 × 2 matrix, here the covariance.
     let angle = 0.5 * (2.0 * xz).atan2(zz - xx);
     Some(Vec3::new(angle.sin(), 0.0, angle.cos()))
 }
@@ -211,7 +219,7 @@ mod tests {
 
     use super::*;
 
-    /// An avatar of a left arm without a mesh to speak of.
+    /// An avatar that is only a left arm, with a placeholder mesh.
     fn left_arm(elbow: [f32; 3], hand: [f32; 3]) -> Avatar {
         let joint = |name: &str, parent, position, human| Joint {
             name: name.to_owned(),
@@ -252,10 +260,10 @@ mod tests {
     }
 
     #[test]
-    fn a_t_pose_is_left_alone() {
+    fn a_t_pose_is_left_unchanged() {
         let avatar = left_arm([0.5, 1.4, 0.0], [0.8, 1.4, 0.0]);
         assert_eq!(t_pose(&avatar).unwrap(), None);
-        // Some degrees are not left: a file costs nothing by them.
+        // A deviation of a few degrees is corrected, since that costs nothing in the file.
         let avatar = left_arm([0.5, 1.38, 0.0], [0.8, 1.38, 0.0]);
         assert!(t_pose(&avatar).unwrap().is_some());
     }
@@ -263,7 +271,7 @@ mod tests {
     #[test]
     fn hands_lie_flat_with_thumbs_to_the_front() {
         let mut avatar = Figure::new().avatar();
-        // Somebody with bent fingers, turned hands and splayed feet.
+        // Bent fingers, rotated hands and splayed feet.
         let mut rest = Pose::rest(avatar.skeleton.joints().len());
         for right in [false, true] {
             let side = if right { -1.0 } else { 1.0 };
@@ -278,7 +286,7 @@ mod tests {
                 finger.into_iter().for_each(|bone| turn(bone, Vec3::new(0.1, 0.0, -0.3 * side)));
             }
         }
-        avatar = avatar.rested_in(&rest).unwrap().standing().unwrap();
+        avatar = avatar.with_rest_pose(&rest).unwrap().standing().unwrap();
         let pose = t_pose(&avatar).unwrap().unwrap();
         let motions = avatar.skeleton.motions(&pose).unwrap();
         let place = |bone: HumanBone| {

@@ -7,8 +7,8 @@ use uvgraft_avatar::rig::{Clip, Expression, ExpressionPreset, Joint, Morph, Pose
 pub(crate) const SIDES: usize = 8;
 pub(crate) const RINGS: usize = 7;
 
-/// A tube of 0.6 m with a seam along it; each vertex follows all of its six joints. Both morphs have
-/// names; the clip turns some joints, holds one, and lets one rest.
+/// A tube of 0.6 m with a seam along it; each vertex follows all of its six joints. Both morphs
+/// have names; the clip rotates some joints, holds one constant, and leaves one at rest.
 pub(crate) fn tube() -> Avatar {
     let (mut positions, mut uv) = (Vec::new(), Vec::new());
     for ring in 0..RINGS {

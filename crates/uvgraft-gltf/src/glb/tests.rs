@@ -1,4 +1,5 @@
-//! Files are read back with the crate `gltf`, moved by what they hold, and compared with the avatar.
+//! Files are read back with the crate `gltf`, animated by their contents, and compared with the
+//! avatar.
 
 use std::collections::HashMap;
 
@@ -22,7 +23,7 @@ pub(super) fn looks() -> AvatarMaterial {
     AvatarMaterial::new(picture(PictureFormat::Png))
 }
 
-/// A file as a player sees it.
+/// A file as loaded by a player.
 pub(super) struct Player {
     pub(super) document: gltf::Document,
     blob: Vec<u8>,
@@ -42,7 +43,7 @@ impl Player {
         self.document.meshes().next().unwrap().primitives().next().unwrap()
     }
 
-    /// Positions with morphs mixed in.
+    /// Positions with morphs applied.
     fn positions(&self, weights: &[f32]) -> Vec<Vec3> {
         let primitive = self.primitive();
         let reader = primitive.reader(|buffer| self.buffer(buffer));
@@ -56,7 +57,7 @@ impl Player {
         positions
     }
 
-    /// The world matrices of joints in a frame of the first clip, or at rest.
+    /// The world matrices of joints, in a frame of the first clip or at rest.
     fn joints(&self, frame: Option<usize>) -> Vec<Mat4> {
         let mut locals: Vec<(Vec3, Quat)> = self
             .document
@@ -122,7 +123,7 @@ impl Player {
     }
 }
 
-/// For each vertex of a file the vertex of a mesh that is at its place.
+/// For each vertex of a file, the mesh vertex at its position.
 fn origins(player: &Player, mesh: &Mesh) -> Vec<usize> {
     let places: HashMap<[u32; 3], usize> =
         (0..).zip(mesh.positions()).map(|(v, position)| (position.map(f32::to_bits), v)).collect();
@@ -137,7 +138,7 @@ fn a_file_moves_like_the_avatar() {
     let exported = write(&avatar, &looks(), &Export::default()).unwrap();
     let player = Player::new(&exported.bytes);
     let origins = origins(&player, &avatar.mesh);
-    // The seam doubles one vertex of each ring.
+    // The seam duplicates one vertex of each ring.
     assert_eq!(origins.len(), RINGS * (SIDES + 1));
     let pruned = Avatar { skin: avatar.skin.pruned(4).0, ..avatar.clone() };
     for (weights, frame) in
@@ -148,14 +149,14 @@ fn a_file_moves_like_the_avatar() {
         let wanted = pruned.posed(&pose, &weights).unwrap();
         for (found, &vertex) in player.posed(frame, &weights).into_iter().zip(&origins) {
             let wanted = Vec3::from(wanted[vertex]);
-            // A hundredth of a millimetre; floats of this size are exact to a ten-thousandth.
+            // A hundredth of a millimetre; floats of this size are accurate to a ten-thousandth.
             assert!(found.distance(wanted) < 1e-5, "{frame:?} {vertex}: {found} {wanted}");
         }
     }
 }
 
 #[test]
-fn what_pruning_costs_is_told() {
+fn pruning_error_is_reported() {
     let avatar = tube();
     let report = write(&avatar, &looks(), &Export::default()).unwrap().report;
     assert_eq!(report.pruning.vertices, RINGS * SIDES);
@@ -187,11 +188,11 @@ fn accessors_are_as_readers_expect_them() {
     assert!(primitive.get(&gltf::Semantic::Tangents).is_none());
     let indices = primitive.indices().unwrap();
     assert_eq!((indices.data_type(), indices.count()), (DataType::U16, 6 * 16 * 3));
-    // The box around the tube: eight sides touch 5 cm in every direction.
+    // The bounding box of the tube: its eight sides touch 5 cm in every direction.
     let bounds = primitive.bounding_box();
     assert!((bounds.min[0] + 0.05).abs() < 1e-7 && (bounds.max[2] - 0.05).abs() < 1e-7);
     assert_eq!((bounds.min[1], bounds.max[1]), (0.0, 0.6));
-    // Few vertices move in the first morph, all in the second.
+    // The first morph moves few vertices, the second all.
     let targets: Vec<_> = primitive.morph_targets().collect();
     assert!(targets[0].positions().unwrap().sparse().is_some());
     assert!(targets[1].positions().unwrap().sparse().is_none());
@@ -212,7 +213,7 @@ fn joints_that_rest_have_no_channel() {
             (channel.target().node().index(), reader.read_inputs().unwrap().count())
         })
         .collect();
-    // The root's translation, and joints 1 and 3 and 5; joint 2 is held, 0 and 4 rest.
+    // The root's translation, and joints 1, 3 and 5; joint 2 is constant, 0 and 4 rest.
     assert_eq!(channels, [(0, 5), (1, 5), (2, 2), (3, 5), (5, 5)]);
 
     let mut still = tube();
@@ -221,7 +222,7 @@ fn joints_that_rest_have_no_channel() {
     let player = Player::new(&exported.bytes);
     let animation = player.document.animations().next().unwrap();
     assert_eq!(animation.channels().count(), 1);
-    // Its length stays what it was.
+    // The length is preserved.
     let channel = animation.channels().next().unwrap();
     let times = channel.reader(|buffer| player.buffer(buffer)).read_inputs().unwrap();
     assert_eq!(times.collect::<Vec<_>>(), [0.0, 1.0]);
@@ -238,7 +239,7 @@ fn a_normal_map_brings_tangents() {
     for ((position, normal), [x, y, z, w]) in
         positions.iter().zip(reader.read_normals().unwrap()).zip(reader.read_tangents().unwrap())
     {
-        // `u` grows counter-clockwise seen from above, along the tube's circle.
+        // `u` increases counter-clockwise seen from above, along the tube's circle.
         let out = Vec3::new(position.x, 0.0, position.z).normalize();
         assert!(Vec3::from(normal).abs_diff_eq(out, 1e-5), "{normal:?} {out}");
         assert!(Vec3::new(x, y, z).dot(Vec3::Y.cross(out)) > 0.99);
@@ -252,7 +253,7 @@ pub(super) fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn webp_is_required_unless_something_stands_in() {
+fn webp_is_required_unless_there_is_a_fallback() {
     let webp = picture(PictureFormat::WebP);
     let alone = write(&tube(), &AvatarMaterial::new(webp.clone()), &Export::default()).unwrap();
     let found = json(&alone.bytes);
@@ -275,7 +276,7 @@ fn the_same_avatar_makes_the_same_bytes() {
     assert_eq!(write(), write());
 }
 
-/// The tube with the bones that a human must have, the left arm hanging down.
+/// The tube with the required human bones, the left arm hanging down.
 pub(super) fn human() -> Avatar {
     use HumanBone as B;
     let mut avatar = tube();
@@ -314,7 +315,7 @@ pub(super) fn meta() -> VrmMeta {
 }
 
 #[test]
-fn a_vrm_knows_its_bones_and_stands_in_t_pose() {
+fn a_vrm_maps_its_bones_and_is_in_t_pose() {
     let avatar = human();
     let export = Export { vrm: Some(meta()), ..Export::default() };
     let exported = write(&avatar, &looks(), &export).unwrap();
@@ -333,13 +334,13 @@ fn a_vrm_knows_its_bones_and_stands_in_t_pose() {
     assert_eq!(vrm["lookAt"]["type"], "bone");
     assert!((vrm["lookAt"]["offsetFromHeadBone"][1].as_f64().unwrap() - 0.1).abs() < 1e-6);
     assert_eq!(vrm["firstPerson"]["meshAnnotations"][0]["node"], 17);
-    // 60 cm of arm, out to the left.
+    // The arm, 60 cm long, points to the left.
     let hand = Player::new(&exported.bytes).joints(None)[11].transform_point3(Vec3::ZERO);
     assert!(hand.abs_diff_eq(Vec3::new(0.8, 1.4, 0.0), 1e-6), "{hand}");
 }
 
 #[test]
-fn what_is_no_vrm_is_refused() {
+fn invalid_vrm_input_is_rejected() {
     let refused = |avatar: &Avatar, meta: VrmMeta| {
         let export = Export { vrm: Some(meta), ..Export::default() };
         write(avatar, &looks(), &export).unwrap_err().to_string()
@@ -360,7 +361,7 @@ fn what_is_no_vrm_is_refused() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_is_refused() {
+fn duplicate_names_are_rejected() {
     let mut wrong = tube();
     wrong.morphs[1].name = "bump".to_owned();
     let error = write(&wrong, &looks(), &Export::default()).unwrap_err();
@@ -373,7 +374,7 @@ fn what_cannot_be_told_apart_is_refused() {
 }
 
 #[test]
-fn normals_that_are_given_are_kept() {
+fn given_normals_are_kept() {
     let mut normals = vec![[0.0, 2.0, 0.0]; RINGS * SIDES];
     normals[0] = [f32::NAN; 3];
     let export = Export { normals: Some(normals.clone()), ..Export::default() };
@@ -382,7 +383,7 @@ fn normals_that_are_given_are_kept() {
     let primitive = player.primitive();
     let reader = primitive.reader(|buffer| player.buffer(buffer));
     let found: Vec<_> = reader.read_normals().unwrap().collect();
-    // What is none is made anew: the first vertex is in front.
+    // Zero normals are replaced: the first vertex is in front.
     assert!(Vec3::from(found[0]).abs_diff_eq(Vec3::Z, 1e-6));
     assert!(found[1..].iter().filter(|&&normal| normal == [0.0, 1.0, 0.0]).count() > 50);
 
@@ -393,7 +394,7 @@ fn normals_that_are_given_are_kept() {
 }
 
 #[test]
-fn the_mesh_has_a_name_of_its_own() {
+fn mesh_nodes_have_unique_names() {
     let export = Export { name: "joint 3".to_owned(), ..Export::default() };
     let exported = write(&tube(), &looks(), &export).unwrap();
     let player = Player::new(&exported.bytes);

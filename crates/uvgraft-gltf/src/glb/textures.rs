@@ -1,11 +1,11 @@
-//! Materials with their textures, and the extensions that these and their formats need.
+//! Materials with their textures and images, and the extensions they need.
 
 use super::buffer::Buffer;
 use super::json::{
     CLAMP_TO_EDGE, Image, LINEAR, LINEAR_MIPMAP_LINEAR, Material, MaterialExtensions, Pbr, REPEAT,
     Sampler, Texture, TextureExtensions, TextureInfo, TextureSource, Unlit,
 };
-use super::material::{AvatarMaterial, Style};
+use super::material::{AvatarMaterial, ShadingModel};
 use super::mtoon;
 use super::picture::Picture;
 use super::picture_error::PictureFormat;
@@ -17,10 +17,10 @@ pub(super) struct Written {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub samplers: Vec<Sampler>,
-    /// The number of the thumbnail among the images.
+    /// Index of the thumbnail in `images`.
     pub thumbnail: Option<usize>,
     pub image_bytes: usize,
-    /// Their names, and whether readers must know them.
+    /// Names of extensions, and whether they are required.
     pub extensions: Vec<(&'static str, bool)>,
 }
 
@@ -32,9 +32,9 @@ struct Writer<'a> {
     extensions: Vec<(&'static str, bool)>,
 }
 
-/// Appends the images, and makes materials of them.
+/// Appends the images and builds the materials.
 ///
-/// - `is_inside`: whether all coordinates are in the unit square.
+/// - `is_inside`: whether all UV coordinates are within the unit square.
 pub(super) fn write(
     materials: &[AvatarMaterial],
     is_inside: bool,
@@ -48,8 +48,8 @@ pub(super) fn write(
         image_bytes: 0,
         extensions: Vec::new(),
     };
-    let materials = materials.iter().map(|materials| writer.material(materials)).collect();
-    // Beyond its edges a texture only goes on where the layout does.
+    let materials = materials.iter().map(|material| writer.material(material)).collect();
+    // Textures repeat only if the layout leaves the unit square.
     let wrap = if is_inside { CLAMP_TO_EDGE } else { REPEAT };
     let (mag_filter, min_filter) = (LINEAR, LINEAR_MIPMAP_LINEAR);
     Written {
@@ -64,44 +64,46 @@ pub(super) fn write(
 }
 
 impl Writer<'_> {
-    fn material(&mut self, materials: &AvatarMaterial) -> Material {
-        let base_color_texture = self.texture("color", &materials.color);
+    /// Converts a material, and adds its textures, images and extensions.
+    fn material(&mut self, material: &AvatarMaterial) -> Material {
+        let base_color_texture = self.texture("color", &material.color);
         let mut texture = |name, picture: &Option<Picture>| {
             picture.as_ref().map(|picture| self.texture(name, picture))
         };
-        let normal_texture = texture("normal", &materials.normal);
-        let metallic_roughness_texture = texture("roughness", &materials.roughness);
+        let normal_texture = texture("normal", &material.normal);
+        let metallic_roughness_texture = texture("roughness", &material.roughness);
         let occlusion_texture = match metallic_roughness_texture {
-            Some(both) if materials.occlusion == materials.roughness => Some(both),
-            _ => texture("occlusion", &materials.occlusion),
+            Some(both) if material.occlusion == material.roughness => Some(both),
+            _ => texture("occlusion", &material.occlusion),
         };
-        let emissive_texture = texture("emissive", &materials.emissive);
-        // Not both: the validator warns of materials with two extensions, and lit materials are no worse to fall back to.
-        let extensions = match materials.style {
-            Style::Pbr => None,
-            Style::Unlit => {
+        let emissive_texture = texture("emissive", &material.emissive);
+        // One extension at most: the validator warns about materials with two, and lit
+        // materials are an equally good fallback.
+        let extensions = match material.style {
+            ShadingModel::Pbr => None,
+            ShadingModel::Unlit => {
                 self.extension(UNLIT, false);
                 Some(MaterialExtensions { unlit: Some(Unlit {}), mtoon: None })
             }
-            Style::MToon => {
+            ShadingModel::MToon => {
                 self.extension(mtoon::EXTENSION, false);
                 let mtoon = Some(mtoon::material(base_color_texture));
                 Some(MaterialExtensions { unlit: None, mtoon })
             }
         };
         Material {
-            name: materials.name.clone(),
+            name: material.name.clone(),
             pbr_metallic_roughness: Pbr {
                 base_color_texture,
-                metallic_factor: materials.metallic_factor,
-                roughness_factor: materials.roughness_factor,
+                metallic_factor: material.metallic_factor,
+                roughness_factor: material.roughness_factor,
                 metallic_roughness_texture,
             },
             normal_texture,
             occlusion_texture,
             emissive_texture,
             emissive_factor: emissive_texture.map(|_| [1.0; 3]),
-            double_sided: materials.double_sided,
+            double_sided: material.double_sided,
             extensions,
         }
     }

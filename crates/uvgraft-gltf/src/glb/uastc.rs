@@ -1,7 +1,7 @@
-//! Blocks of 4 by 4 texels in 16 bytes each, from the encoder of Basis Universal.
+//! UASTC blocks, 4 × 4 texels in 16 bytes each, from the encoder of Basis Universal.
 //!
-//! The encoder makes `.basis` files: a header, descriptions of slices, and slices. Here a slice is a
-//! mip level, and in UASTC its bytes are what a KTX2 file holds.
+//! The encoder produces `.basis` files: a header, slice descriptions, and slices. Here each slice
+//! is a mip level, and for UASTC its bytes are exactly those of a KTX2 level.
 //!
 //! Source: Binomial, "Basis Universal" (the layout of `.basis` files).
 
@@ -9,31 +9,31 @@ use basis_universal::BasisTextureFormat;
 use basis_universal::encoding::{ColorSpace, Compressor, CompressorParams};
 use uvgraft::{Size, threads};
 
-/// The most texels on a side.
+/// Largest side, in texels.
 pub(super) const MAX_SIDE: u32 = 16_384;
 
-/// The bytes of a block.
+/// Size of a block, in bytes.
 pub(super) const BLOCK: usize = 16;
 
-/// A mip level: red, green, blue and opacity of each texel, row by row from the top.
+/// A mip level: RGBA texels, row by row from the top.
 pub(super) struct Level {
     pub size: Size,
     pub rgba: Vec<u8>,
 }
 
-/// How many blocks an image has; those at the edges may reach beyond it.
+/// Number of blocks of an image; those at the edges may extend beyond it.
 pub(super) const fn blocks(size: Size) -> usize {
     size.width.div_ceil(4) as usize * size.height.div_ceil(4) as usize
 }
 
-/// The blocks of each level, row by row from the top; none if the encoder fails.
+/// The blocks of each level, row by row from the top; `None` if the encoder fails.
 ///
-/// Each level is to have 1 to [`MAX_SIDE`] texels on a side and as many values as that needs.
+/// Each level must have 1 to [`MAX_SIDE`] texels on a side and a matching number of values.
 pub(super) fn encode(levels: &[Level], is_color: bool) -> Option<Vec<Vec<u8>>> {
     slices(&basis_file(levels, is_color)?, levels)
 }
 
-/// A `.basis` file with an image for each level; none if the encoder fails.
+/// A `.basis` file with an image for each level; `None` if the encoder fails.
 #[expect(unsafe_code, reason = "the encoder is C++ and leaves it to callers to check what it gets")]
 pub(super) fn basis_file(levels: &[Level], is_color: bool) -> Option<Vec<u8>> {
     let is_sound = |level: &Level| {
@@ -48,17 +48,17 @@ pub(super) fn basis_file(levels: &[Level], is_color: bool) -> Option<Vec<u8>> {
     let mut params = CompressorParams::new();
     params.set_basis_format(BasisTextureFormat::UASTC4x4);
     params.set_color_space(if is_color { ColorSpace::Srgb } else { ColorSpace::Linear });
-    // Each level is an image by itself: the encoder would filter them otherwise than the rest here.
+    // Each level is a separate image: the encoder's own mipmap filter differs from ours.
     params.set_generate_mipmaps(false);
     params.resize_source_image_list(levels.len() as u32);
     for (index, Level { size, rgba }) in (0..).zip(levels) {
         params.source_image_mut(index).init(rgba, size.width, size.height, 4);
     }
-    // Blocks are independent of each other, so that threads change nothing.
+    // Blocks are encoded independently, so the number of threads does not affect the result.
     let most = threads::count().min(64) as u32;
     let mut compressor = Compressor::new(most);
-    // SAFETY: the parameters are the encoder's own but for a format it has and images that hold as many
-    // texels as their sizes say, none empty or above its limit.
+    // SAFETY: the parameters are the encoder's defaults except for a supported format and images
+    // whose buffers match their sizes, none empty or above the encoder's limit.
     let is_ready = unsafe { compressor.init(&params) };
     drop(params);
     if !is_ready {
@@ -69,7 +69,7 @@ pub(super) fn basis_file(levels: &[Level], is_color: bool) -> Option<Vec<u8>> {
     Some(compressor.basis_file().to_vec())
 }
 
-/// Takes the slices out of a `.basis` file with one for each level.
+/// Extracts the slices from a `.basis` file that has one for each level.
 fn slices(file: &[u8], levels: &[Level]) -> Option<Vec<Vec<u8>>> {
     const TOTAL: usize = 14;
     const FORMAT: usize = 20;
@@ -84,7 +84,7 @@ fn slices(file: &[u8], levels: &[Level]) -> Option<Vec<Vec<u8>>> {
     if !file.starts_with(b"sB") || file.get(FORMAT) != Some(&UASTC) {
         return None;
     }
-    // The number of slices has three bytes.
+    // The number of slices is a 24-bit field.
     if word(TOTAL)? & 0xff_ffff != levels.len() {
         return None;
     }
@@ -114,7 +114,7 @@ mod tests {
         let all = encode(&levels, true).unwrap();
         let lens: Vec<usize> = all.iter().map(Vec::len).collect();
         assert_eq!(lens, [6 * 16, 2 * 16, 16, 16]);
-        // What a level becomes does not depend on the others.
+        // The encoding of a level does not depend on the others.
         for (level, blocks) in levels.into_iter().zip(all) {
             assert_eq!(encode(&[level], true).unwrap(), [blocks]);
         }
@@ -130,12 +130,12 @@ mod tests {
     }
 
     #[test]
-    fn files_that_are_cut_short_have_no_slices() {
+    fn truncated_files_have_no_slices() {
         let one = [level(4, 4)];
         let mut file = vec![0; 100];
         file[..2].copy_from_slice(b"sB");
         (file[14], file[20], file[65]) = (1, 1, 77);
-        // The slice would begin at 100.
+        // The slice would start at offset 100.
         (file[77 + 13], file[77 + 17]) = (100, 16);
         assert_eq!(slices(&file, &one), None);
         file.extend(0..16);

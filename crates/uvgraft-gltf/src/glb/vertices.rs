@@ -1,5 +1,5 @@
-//! The vertices of a file: corners with the same vertex at the same UV coordinate of the same material, and
-//! with the same tangent where there are tangents, are one.
+//! The vertices of a file: corners of triangles are merged if they have the same mesh vertex, UV
+//! coordinate and material, and the same tangent if there are tangents.
 
 use std::collections::HashMap;
 
@@ -7,38 +7,41 @@ use uvgraft::{Mesh, TangentFrames};
 
 use super::shading::Shading;
 
-/// Which triangles vertices are made for, and what they have beside places, normals and coordinates.
+/// Which triangles to create vertices for, and their attributes besides positions, normals and UV
+/// coordinates.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Wanted<'a> {
-    /// Where tangents come from, if they have some.
+pub(crate) struct Inputs<'a> {
+    /// Source of tangents, if they are needed.
     pub frames: Option<&'a TangentFrames>,
-    /// As [`Avatar::materials`](uvgraft_avatar::Avatar::materials).
+    /// See [`Avatar::materials`](uvgraft_avatar::Avatar::materials).
     pub materials: &'a [u8],
-    /// Only triangles of this material.
+    /// Restricts the output to triangles of this material.
     pub only: Option<u8>,
 }
 
 pub(crate) struct Vertices {
-    /// The mesh's vertex that each is.
+    /// For each vertex, the mesh vertex it is a copy of.
     pub from: Vec<u32>,
-    /// The material of the triangles that each is a corner of.
+    /// For each vertex, the material of its triangles.
     pub materials: Vec<u8>,
     pub positions: Vec<[f32; 3]>,
     pub normals: Vec<[f32; 3]>,
     /// `[x, y, z, sign of the bitangent]`.
     pub tangents: Option<Vec<[f32; 4]>>,
     pub uv: Vec<[f32; 2]>,
-    /// Three for each triangle.
+    /// Three indices for each triangle.
     pub indices: Vec<u32>,
-    /// For each of the mesh's vertices the first that comes of it is in `copies[starts[v]]`, rising.
+    /// Copies of mesh vertex `v`, in ascending order, are `copies[starts[v]..starts[v + 1]]`.
     starts: Vec<u32>,
     copies: Vec<u32>,
 }
 
 impl Vertices {
-    /// Triangles that have a vertex twice are left out: nobody could see them.
-    pub fn new(mesh: &Mesh, shading: &Shading<'_>, wanted: Wanted<'_>) -> Self {
-        let Wanted { frames, materials, only } = wanted;
+    /// Merges equal corners into vertices and builds the index list. glTF has one index for all
+    /// attributes of a vertex, so a mesh vertex needs a copy for each combination of attributes at
+    /// its corners. Triangles that have a vertex twice are invisible and left out.
+    pub fn new(mesh: &Mesh, shading: &Shading<'_>, inputs: Inputs<'_>) -> Self {
+        let Inputs { frames, materials, only } = inputs;
         let mut known = HashMap::with_capacity(mesh.positions().len() * 5 / 4);
         let mut vertices = Self {
             from: Vec::new(),
@@ -64,7 +67,7 @@ impl Vertices {
                     let [x, y, z] = frame.tangent;
                     [x, y, z, frame.sign]
                 });
-                // Adding 0.0 makes one zero of the two.
+                // Adding 0.0 turns -0.0 into 0.0.
                 let bits = |value: f32| (value + 0.0).to_bits();
                 let key =
                     (vertex, material, uv.map(bits), tangent.map(|tangent| tangent.map(bits)));
@@ -86,6 +89,7 @@ impl Vertices {
         vertices
     }
 
+    /// Fills `starts` and `copies` by a counting sort on the mesh vertex.
     fn list_copies(&mut self, count: usize) {
         self.starts = vec![0; count + 1];
         for &vertex in &self.from {
@@ -106,7 +110,7 @@ impl Vertices {
         self.from.len()
     }
 
-    /// Offsets of the mesh's vertices as offsets of these, rising.
+    /// Converts offsets of mesh vertices into offsets of these vertices, in ascending order.
     pub fn spread(&self, offsets: &[(u32, [f32; 3])]) -> Vec<(u32, [f32; 3])> {
         let mut spread = Vec::with_capacity(offsets.len());
         for &(vertex, offset) in offsets {
@@ -126,25 +130,25 @@ mod tests {
     #[test]
     fn corners_split_where_their_coordinates_differ() {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-        // The second triangle has a coordinate of its own for vertex 0 and repeats that of vertex 2.
+        // The second triangle has a different coordinate at vertex 0 and repeats that of vertex 2.
         let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.5], [1.0, 1.0], [0.0, 1.0]];
         let faces = [[0, 1, 2], [0, 2, 3], [1, 1, 2]];
         let uv_faces = [[0, 1, 2], [3, 4, 5], [0, 1, 2]];
         let mesh = Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap();
         let shading = Shading::new(&mesh);
-        let vertices = Vertices::new(&mesh, &shading, Wanted::default());
+        let vertices = Vertices::new(&mesh, &shading, Inputs::default());
         assert_eq!(vertices.from, [0, 1, 2, 0, 3]);
         assert_eq!(vertices.indices, [0, 1, 2, 3, 2, 4]);
         assert_eq!(vertices.normals, [[0.0, 0.0, 1.0]; 5]);
         let offset = [0.1, 0.2, 0.3];
         assert_eq!(vertices.spread(&[(3, offset), (0, offset)]), [0, 3, 4].map(|v| (v, offset)));
 
-        // Of two materials they share nothing, whatever the coordinates.
-        let wanted = Wanted { materials: &[0, 1, 0], ..Wanted::default() };
-        let vertices = Vertices::new(&mesh, &shading, wanted);
+        // Triangles of different materials share no vertices, whatever their coordinates.
+        let inputs = Inputs { materials: &[0, 1, 0], ..Inputs::default() };
+        let vertices = Vertices::new(&mesh, &shading, inputs);
         assert_eq!(vertices.from, [0, 1, 2, 0, 2, 3]);
         assert_eq!(vertices.materials, [0, 0, 0, 1, 1, 1]);
-        let vertices = Vertices::new(&mesh, &shading, Wanted { only: Some(1), ..wanted });
+        let vertices = Vertices::new(&mesh, &shading, Inputs { only: Some(1), ..inputs });
         assert_eq!((vertices.from, vertices.indices), (vec![0, 2, 3], vec![0, 1, 2]));
     }
 }

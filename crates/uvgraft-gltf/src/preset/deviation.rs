@@ -1,22 +1,24 @@
-//! How far a surface is from another that it was simplified to.
+//! Deviation of a simplified surface from the original.
 //!
-//! Distances are from the vertices of the first to the triangles of the second, by a tree of boxes. Points of
-//! triangles after Ericson, "Real-Time Collision Detection", 2005, chapter 5.1.5.
+//! Distances are measured from the vertices of the original to the triangles of the simplified
+//! mesh, with a bounding volume hierarchy. Closest points on triangles: Ericson, "Real-Time
+//! Collision Detection", 2005, chapter 5.1.5.
 
 use glam::Vec3;
 use uvgraft::Mesh;
 
-/// How far the vertices of a mesh are from the surface that stands in for it, in the mesh's unit.
+/// Distances from the vertices of a mesh to a surface that replaces it, in the mesh's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// On average over the vertices.
+    /// Mean over the vertices.
     pub mean: f32,
-    /// At most.
+    /// Maximum.
     pub most: f32,
 }
 
 impl Deviation {
-    /// Of the vertices that triangles of `before` use, from the triangles of `after`; 0 where there are none.
+    /// Distances from the vertices used by triangles of `before` to the triangles of `after`; 0 if
+    /// there are none.
     pub fn between(before: &Mesh, after: &Mesh) -> Self {
         let tree = Tree::new(after);
         let mut is_used = vec![false; before.positions().len()];
@@ -35,15 +37,16 @@ impl Deviation {
     }
 }
 
-/// Triangles in leaves of a binary tree, whose halves are next to each other.
+/// A bounding volume hierarchy over triangles: an implicit, balanced binary tree, whose nodes cover
+/// contiguous halves of their parent's triangles.
 struct Tree {
     triangles: Vec<[Vec3; 3]>,
-    /// For each node its box; the children of node `n` are `2 n + 1` and `2 n + 2`.
+    /// Bounding box of each node; the children of node `n` are `2 n + 1` and `2 n + 2`.
     boxes: Vec<(Vec3, Vec3)>,
     levels: u32,
 }
 
-/// So many triangles, at most, are in a leaf.
+/// Maximum number of triangles in a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
@@ -63,6 +66,8 @@ impl Tree {
         tree
     }
 
+    /// Splits triangles at the median centroid along the longest axis of their bounding box,
+    /// recursively.
     fn divide(&mut self, triangles: &mut [[Vec3; 3]], node: usize, level: u32) {
         let corners = || triangles.iter().flatten();
         let low = corners().fold(Vec3::INFINITY, |low, &corner| low.min(corner));
@@ -94,9 +99,12 @@ impl Tree {
         least.sqrt()
     }
 
+    /// Branch and bound: visits the nearer child first and skips boxes that are farther
+    /// than the best distance so far.
+    ///
     /// - `at`: a node and its level.
-    /// - `range`: its triangles.
-    /// - `least`: the least squared distance so far.
+    /// - `range`: the node's triangles.
+    /// - `least`: the smallest squared distance so far.
     fn search(
         &self,
         point: Vec3,
@@ -124,13 +132,16 @@ impl Tree {
         }
     }
 
+    /// Squared distance from a point to a node's box.
     fn to_box(&self, node: usize, point: Vec3) -> f32 {
         let (low, high) = self.boxes[node];
         point.clamp(low.min(high), high.max(low)).distance_squared(point)
     }
 }
 
-/// The point of a triangle that is nearest to another.
+/// The point of a triangle closest to `point`: classifies the point by the Voronoi regions of the
+/// triangle's vertices, edges and face (Ericson 2005, 5.1.5). Falls back to corner `a` for
+/// degenerate triangles.
 fn nearest(point: Vec3, &[a, b, c]: &[Vec3; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -169,7 +180,7 @@ mod tests {
     use crate::glb::testing::tube;
 
     #[test]
-    fn the_tree_finds_what_a_search_of_all_triangles_finds() {
+    fn the_tree_agrees_with_a_brute_force_search() {
         let mesh = tube().mesh;
         let tree = Tree::new(&mesh);
         for k in 0..200 {
@@ -190,7 +201,7 @@ mod tests {
             let faces = [[0, 1, 2], [0, 2, 3]];
             Mesh::from_triangles(positions.into(), vec![[0.0; 2]; 4], &faces, &faces).unwrap()
         };
-        // Three corners are beyond the smaller square, by 1 to one side and both.
+        // Three corners are outside the smaller square: two by 1, one by √2.
         let found = Deviation::between(&square(0.0, 2.0), &square(0.0, 1.0));
         assert!((found.most - 2.0_f32.sqrt()).abs() < 1e-6, "{found:?}");
         assert!((found.mean - (2.0 + 2.0_f32.sqrt()) / 4.0).abs() < 1e-6, "{found:?}");

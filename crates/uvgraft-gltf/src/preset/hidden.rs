@@ -1,23 +1,26 @@
-//! Triangles that nobody sees: the backs of eyeballs.
+//! Triangles that are never visible: the backs of eyeballs.
 
 use glam::Vec3;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::eyes::eyeball::{Eyeball, eyeballs, pieces};
-use uvgraft_avatar::ray::meets;
+use uvgraft_avatar::ray::intersect;
 use uvgraft_avatar::rig::HumanBone;
 
-/// How far eyes turn from straight ahead, in degrees; with it the part of an eyeball that may show grows.
+/// Largest rotation of the eyes from straight ahead, in degrees; it widens the part of the
+/// eyeball that can become visible.
 const TURN: f32 = 35.0;
 
-/// What lids open further in a surprised face, and the width of a triangle, in degrees.
+/// Safety margin, in degrees: for lids that open wider in a surprised face, and for the width of a
+/// triangle.
 const MARGIN: f32 = 10.0;
 
-/// Which triangles nobody sees.
+/// For each triangle, whether it is never visible.
 ///
-/// An eyeball is a piece of the mesh that follows an eye's joint alone and is about a sphere. How wide
-/// the lids are open is measured from its centre: a direction in the front half that meets nothing but
-/// the eyeball is open. Triangles farther from straight ahead (+Z) than the widest open direction, the
-/// 35° that eyes turn and 10° to be safe stay behind the lids.
+/// An eyeball is a connected component of the mesh that follows only an eye's joint and is nearly a
+/// sphere. The opening of the lids is measured from its centre: a direction in the front half is
+/// open if its ray hits nothing but the eyeball. Triangles whose angle from straight ahead (+Z) is
+/// larger than that of the widest open direction, plus the 35° that eyes rotate and a margin of
+/// 10°, always stay behind the lids.
 pub fn hidden(avatar: &Avatar) -> Vec<bool> {
     let mut is_hidden = vec![false; avatar.mesh.faces().len()];
     let pieces = pieces(&avatar.mesh);
@@ -37,11 +40,11 @@ fn mark(avatar: &Avatar, eyeball: &Eyeball, pieces: &[u32], is_hidden: &mut [boo
     };
     let is_own = |face: &usize| pieces[mesh.faces()[*face][0] as usize] == piece;
     let (own, others): (Vec<usize>, Vec<usize>) = (0..mesh.faces().len()).partition(is_own);
-    // Whatever is behind the eye covers nothing in front.
+    // Triangles behind the eye's centre cannot cover its front.
     let before = |triangle: &[Vec3; 3]| triangle.iter().any(|corner| corner.z > 0.0);
     let covers: Vec<[Vec3; 3]> = others.into_iter().map(corners).filter(before).collect();
     let open = |direction: &Vec3| {
-        !covers.iter().any(|cover| meets(Vec3::ZERO, *direction, cover).is_some())
+        !covers.iter().any(|cover| intersect(Vec3::ZERO, *direction, cover).is_some())
     };
     let ahead: Vec<Vec3> = (0..pieces.len())
         .filter(|&vertex| pieces[vertex] == piece)
@@ -67,8 +70,8 @@ mod tests {
     const RINGS: usize = 18;
     const SIDES: usize = 12;
 
-    /// A ball around the Z axis with a vertex every 10° and 30°, and before it a square frame whose opening
-    /// reaches `opening` degrees to either side.
+    /// A sphere around the Z axis with a vertex every 10° and 30°, and in front of it a square
+    /// frame whose opening reaches `opening` degrees to either side.
     fn eye(opening: f32) -> Avatar {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         for ring in 0..=RINGS {
@@ -118,19 +121,20 @@ mod tests {
     }
 
     #[test]
-    fn what_lids_never_show_is_hidden() {
+    fn triangles_always_behind_lids_are_hidden() {
         let hidden = hidden(&eye(42.0));
-        // Along the opening's diagonal vertices at 45° and more might show: tan 42° · √2 is tan 51.9°,
-        // but vertices stand at 30° around and their corners are covered. Straight up the last open
-        // ring is at 40°; at 30° and 60° around, the opening reaches 42° / cos 30° or 46.1°.
-        // So 40° + 45° = 85°, and rings from 90° on may go: nine bands of 24 triangles.
+        // Along the opening's diagonal, vertices at 45° and more might be visible: tan 42° · √2
+        // is tan 51.9°, but vertices are at 30° steps around the axis, and the diagonal has
+        // none. Straight up, the last open ring is at 40°; at 30° and 60° around, the opening
+        // reaches 42° / cos 30° or 46.1°. So the limit is 40° + 45° = 85°, and rings from 90° on
+        // may go: nine bands of 24 triangles.
         let count = hidden.iter().filter(|&&is_hidden| is_hidden).count();
         assert_eq!(count, 9 * 2 * SIDES);
         assert!(hidden[9 * 2 * SIDES..RINGS * 2 * SIDES].iter().all(|&is_hidden| is_hidden));
     }
 
     #[test]
-    fn part_of_a_sphere_is_enough_to_know_it() {
+    fn a_cap_determines_its_sphere() {
         let center = Vec3::new(0.03, 1.6, 0.06);
         let cap: Vec<Vec3> = eye(42.0).mesh.positions()[..8 * SIDES]
             .iter()
@@ -142,9 +146,9 @@ mod tests {
     }
 
     #[test]
-    fn more_stays_where_lids_are_wide_and_what_is_no_eyeball_stays() {
+    fn wide_lids_hide_less_and_other_shapes_stay() {
         let count = |avatar: &Avatar| hidden(avatar).into_iter().filter(|&h| h).count();
-        // 60° and 45°: from 110° on.
+        // 60° + 45°: hidden from 110° on.
         assert_eq!(count(&eye(62.0)), 7 * 2 * SIDES);
         let mut other = eye(42.0);
         let joints = other.skeleton.joints().to_vec();

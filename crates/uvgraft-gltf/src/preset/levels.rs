@@ -1,33 +1,35 @@
-//! Levels of detail: the same avatar with ever fewer triangles.
+//! Levels of detail: the same avatar with fewer and fewer triangles.
 
 use uvgraft_avatar::Avatar;
 
 use super::{Deviation, PresetError};
 
-/// More levels than this are not made: each has half the triangles of the one before.
-pub const MOST_LEVELS: usize = 6;
+/// Maximum number of levels, each with half the triangles of the one before.
+pub const MAX_LEVELS: usize = 6;
 
 /// A coarser level of an avatar.
 #[derive(Debug, Clone)]
 pub struct Level {
     /// The avatar, with all its joints, morphs and clips.
     pub avatar: Avatar,
-    /// What [`Export::normals`](crate::glb::Export::normals) should be.
+    /// Value for [`Export::normals`](crate::glb::Export::normals).
     pub normals: Vec<[f32; 3]>,
-    /// Its triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// How far the finest level's vertices are from it at rest, in metres.
+    /// Deviation of the finest level's vertices from this level in the rest pose, in metres.
     pub deviation: Deviation,
 }
 
-/// Makes coarser levels of an avatar, the finest of them first, each with about half the triangles of the one
-/// before. All are simplified from the avatar itself, so errors do not add up.
+/// Creates coarser levels of an avatar, finest first, each with about half the triangles of the one
+/// before. All are simplified from the original avatar, so errors do not accumulate.
 ///
-/// - `normals`: those that it is shown with, as [`Fitted::normals`](super::Fitted::normals).
-/// - `count`: how many, [`MOST_LEVELS`] at most.
+/// - `normals`: the avatar's displayed normals, see
+///   [`FittedAvatar::normals`](super::FittedAvatar::normals).
+/// - `count`: number of levels, [`MAX_LEVELS`] at most.
 ///
 /// # Errors
-/// [`PresetError::Budget`] without the feature `simplify`, [`PresetError::Mesh`] if no triangle would be left.
+/// [`PresetError::Budget`] without the feature `simplify`, [`PresetError::Mesh`] if no triangle
+/// would be left.
 #[cfg(feature = "simplify")]
 pub fn levels(
     avatar: &Avatar,
@@ -45,13 +47,13 @@ pub fn levels(
             normals: simplified.normals,
         })
     };
-    (1..=count.min(MOST_LEVELS)).map(level).collect()
+    (1..=count.min(MAX_LEVELS)).map(level).collect()
 }
 
-/// Makes coarser levels of an avatar, which this build cannot.
+/// Levels of detail; not supported by this build.
 ///
 /// # Errors
-/// [`PresetError::Budget`] if any are asked for.
+/// [`PresetError::Budget`] unless `count` is 0.
 #[cfg(not(feature = "simplify"))]
 pub fn levels(
     avatar: &Avatar,
@@ -69,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_level_has_half_the_triangles_and_everything_else() {
+    fn levels_halve_the_triangles_and_keep_the_rest() {
         let figure = Figure::new().avatar();
         let all = figure.mesh.faces().len();
         let levels = levels(&figure, None, 3).unwrap();
@@ -85,7 +87,8 @@ mod tests {
             };
             assert_eq!(names(&level.avatar), names(&figure));
             assert!(level.avatar.morphs.iter().all(|morph| !morph.offsets.is_empty()), "{number}");
-            // The figure's eyes are 3 cm wide; two centimetres and more would be another person.
+            // The figure's eyes are 3 cm wide; with errors of two centimetres and more it
+            // would look like another person.
             let Deviation { mean, most } = level.deviation;
             assert!(most < 0.02 && mean < 0.002, "{number}: {mean} {most}");
             assert!(level.deviation.mean > before.mean, "{:?}", level.deviation);

@@ -1,43 +1,44 @@
-//! What platforms publish about how heavy an avatar may be, and where a file stands.
+//! Published limits of platforms for avatars, and how a file compares with them.
 //!
-//! | platform | figures | source |
+//! | platform | quantities | source |
 //! |---|---|---|
 //! | VRChat mobile, VRChat PC | ranks | VRChat, "Performance Ranks" (creators.vrchat.com/avatars/avatar-performance-ranking-system; its text is `avatar-performance-ranking-system.md` of github.com/vrchat-community/creator-docs) |
-//! | the same | size of downloads | VRChat, "Avatar Size Limits" (creators.vrchat.com/avatars/avatar-size-limits) |
+//! | the same | download size | VRChat, "Avatar Size Limits" (creators.vrchat.com/avatars/avatar-size-limits) |
 //! | Scene Viewer | recommended limits | Google, "Scene Viewer" (developers.google.com/ar/develop/scene-viewer), as presented in 2019 |
 //! | AR Quick Look | recommended limits | Apple, WWDC 2018, "Integrating Apps and Content with AR Quick Look", confirmed in 2021 (developer.apple.com/forums/thread/693867) |
 //!
-//! Platforms change their numbers; these are meant to tell early what an upload will say.
+//! Platforms change their limits; these are meant as an early estimate of what an upload will
+//! report.
 
 use std::fmt;
 
 use crate::glb::{AvatarMaterial, Picture, PictureFormat, Report};
 
-/// What is counted.
+/// A quantity that platforms limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Figure {
+pub enum Quantity {
     /// Triangles.
     Triangles,
-    /// Vertices, after splitting them along seams.
+    /// Vertices, after splitting them at UV seams.
     Vertices,
-    /// Bytes that textures take once compressed for graphics processors.
+    /// Size of textures after GPU compression, in bytes.
     TextureMemory,
-    /// Texels on the longer side of the largest texture.
+    /// Longer side of the largest texture, in texels.
     TextureSide,
     /// Joints.
     Bones,
-    /// Meshes that follow joints.
+    /// Skinned meshes.
     SkinnedMeshes,
-    /// Materials, counted for each mesh.
+    /// Materials, counted once for each mesh.
     MaterialSlots,
-    /// Bytes of the file.
+    /// File size, in bytes.
     FileSize,
-    /// Seconds of the longest animation.
+    /// Duration of the longest animation, in seconds.
     Animation,
 }
 
-impl Figure {
-    /// What people call it.
+impl Quantity {
+    /// Name for users.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Triangles => "triangles",
@@ -52,10 +53,10 @@ impl Figure {
         }
     }
 
-    /// A value in words.
+    /// Formats a value with its unit.
     fn text(self, value: f64) -> String {
         match self {
-            Self::TextureMemory | Self::FileSize => format!("{:.1} MB", value / MEGABYTE),
+            Self::TextureMemory | Self::FileSize => format!("{:.1} MiB", value / MIB),
             Self::TextureSide => format!("{value} texels"),
             Self::Animation => format!("{value:.1} s"),
             _ => grouped(value as u64),
@@ -63,8 +64,8 @@ impl Figure {
     }
 }
 
-/// VRChat and Unity count in 1024s.
-const MEGABYTE: f64 = 1024.0 * 1024.0;
+/// VRChat and Unity count in these, and call them megabytes.
+const MIB: f64 = 1024.0 * 1024.0;
 
 fn grouped(value: u64) -> String {
     let digits = value.to_string();
@@ -78,34 +79,34 @@ fn grouped(value: u64) -> String {
     text
 }
 
-/// What a platform publishes.
+/// The published limits of a platform.
 #[derive(Debug, PartialEq)]
 pub struct Limits {
     /// The platform.
     pub platform: &'static str,
-    /// The names of ranks, the best first.
+    /// Names of the ranks, best first.
     pub ranks: &'static [&'static str],
-    /// For each figure the most that each rank allows.
-    pub figures: &'static [(Figure, &'static [f64])],
-    /// What has to be done to a file before the platform takes it.
+    /// For each quantity, the maximum of each rank, or one maximum for all.
+    pub quantities: &'static [(Quantity, &'static [f64])],
+    /// What must be done to a file before the platform accepts it.
     pub before: Option<&'static str>,
 }
 
 const VRCHAT_RANKS: &[&str] = &["Excellent", "Good", "Medium", "Poor"];
-const MB: f64 = MEGABYTE;
 
-/// VRChat on phones and on headsets of their own.
+/// VRChat on phones and standalone headsets.
 pub const VRCHAT_MOBILE: Limits = Limits {
     platform: "VRChat mobile",
     ranks: VRCHAT_RANKS,
-    figures: &[
-        (Figure::Triangles, &[7_500.0, 10_000.0, 15_000.0, 20_000.0]),
-        (Figure::TextureMemory, &[10.0 * MB, 18.0 * MB, 25.0 * MB, 40.0 * MB]),
-        (Figure::Bones, &[75.0, 90.0, 150.0, 150.0]),
-        (Figure::SkinnedMeshes, &[1.0, 1.0, 2.0, 2.0]),
-        (Figure::MaterialSlots, &[1.0, 1.0, 2.0, 4.0]),
-        // A hard limit, whatever the rank; Unity's bundle differs from the file, mostly downwards.
-        (Figure::FileSize, &[10.0 * MB]),
+    quantities: &[
+        (Quantity::Triangles, &[7_500.0, 10_000.0, 15_000.0, 20_000.0]),
+        (Quantity::TextureMemory, &[10.0 * MIB, 18.0 * MIB, 25.0 * MIB, 40.0 * MIB]),
+        (Quantity::Bones, &[75.0, 90.0, 150.0, 150.0]),
+        (Quantity::SkinnedMeshes, &[1.0, 1.0, 2.0, 2.0]),
+        (Quantity::MaterialSlots, &[1.0, 1.0, 2.0, 4.0]),
+        // A hard limit for all ranks; the size of Unity's asset bundle differs from the
+        // file's and is usually smaller.
+        (Quantity::FileSize, &[10.0 * MIB]),
     ],
     before: None,
 };
@@ -114,65 +115,68 @@ pub const VRCHAT_MOBILE: Limits = Limits {
 pub const VRCHAT_PC: Limits = Limits {
     platform: "VRChat PC",
     ranks: VRCHAT_RANKS,
-    figures: &[
-        (Figure::Triangles, &[32_000.0, 70_000.0, 70_000.0, 70_000.0]),
-        (Figure::TextureMemory, &[40.0 * MB, 75.0 * MB, 110.0 * MB, 150.0 * MB]),
-        (Figure::Bones, &[75.0, 150.0, 256.0, 400.0]),
-        (Figure::SkinnedMeshes, &[1.0, 2.0, 8.0, 16.0]),
-        (Figure::MaterialSlots, &[4.0, 8.0, 16.0, 32.0]),
-        (Figure::FileSize, &[200.0 * MB]),
+    quantities: &[
+        (Quantity::Triangles, &[32_000.0, 70_000.0, 70_000.0, 70_000.0]),
+        (Quantity::TextureMemory, &[40.0 * MIB, 75.0 * MIB, 110.0 * MIB, 150.0 * MIB]),
+        (Quantity::Bones, &[75.0, 150.0, 256.0, 400.0]),
+        (Quantity::SkinnedMeshes, &[1.0, 2.0, 8.0, 16.0]),
+        (Quantity::MaterialSlots, &[4.0, 8.0, 16.0, 32.0]),
+        (Quantity::FileSize, &[200.0 * MIB]),
     ],
     before: None,
 };
 
-/// Google's viewer for web pages on Android, the strictest of what opens GLB files in browsers.
+/// Google's viewer for web pages on Android, the strictest of the viewers that open GLB files from
+/// browsers.
 pub const SCENE_VIEWER: Limits = Limits {
     platform: "Scene Viewer",
     ranks: &["recommended"],
-    figures: &[
-        (Figure::Vertices, &[30_000.0]),
-        (Figure::TextureSide, &[2048.0]),
-        (Figure::Bones, &[254.0]),
-        (Figure::MaterialSlots, &[10.0]),
-        (Figure::FileSize, &[10.0 * MB]),
+    quantities: &[
+        (Quantity::Vertices, &[30_000.0]),
+        (Quantity::TextureSide, &[2048.0]),
+        (Quantity::Bones, &[254.0]),
+        (Quantity::MaterialSlots, &[10.0]),
+        (Quantity::FileSize, &[10.0 * MIB]),
     ],
     before: None,
 };
 
-/// Apple's viewer. It opens USDZ only, which Apple's Reality Converter makes of a GLB file.
+/// Apple's viewer. It opens only USDZ, which Apple's Reality Converter can create from a GLB file.
 pub const AR_QUICK_LOOK: Limits = Limits {
     platform: "AR Quick Look",
     ranks: &["recommended"],
-    figures: &[
-        (Figure::Triangles, &[100_000.0]),
-        (Figure::TextureSide, &[2048.0]),
-        (Figure::MaterialSlots, &[1.0]),
-        (Figure::Animation, &[10.0]),
+    quantities: &[
+        (Quantity::Triangles, &[100_000.0]),
+        (Quantity::TextureSide, &[2048.0]),
+        (Quantity::MaterialSlots, &[1.0]),
+        (Quantity::Animation, &[10.0]),
     ],
     before: Some(
-        "opens USDZ, not this file: convert it, with Apple's Reality Converter or Blender, say. Its limits are \
-         compared with what is converted",
+        "opens only USDZ; convert this file, for example with Apple's Reality Converter or Blender. \
+         Limits are compared with this file, before conversion",
     ),
 };
 
-/// What platforms look at in a file.
+/// The quantities of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct Measurements {
     report: Report,
-    /// Bytes of textures with their mip levels, one byte a texel: block compression as KTX2 has it, and
-    /// Unity at import (BC7, ASTC 4×4; coarser ones take less). VRChat counts what Unity made.
+    /// Size of textures with mip levels, in bytes, at one byte for each texel: block compression as
+    /// in KTX2 and in Unity's import (BC7, ASTC 4×4; coarser ASTC blocks take less). VRChat
+    /// measures the result of Unity's import.
     pub texture_memory: u64,
-    /// The same where nothing compresses, four bytes a texel: PNG, JPEG and WebP in browsers.
+    /// The same without GPU compression, at four bytes for each texel: PNG, JPEG and WebP in
+    /// browsers.
     pub texture_memory_raw: u64,
     texture_side: u32,
 }
 
-impl Measured {
-    /// Of a file that was written.
-    pub fn new(report: &Report, looks: &(impl AsRef<[AvatarMaterial]> + ?Sized)) -> Self {
-        let pictures = || looks.as_ref().iter().flat_map(AvatarMaterial::pictures);
+impl Measurements {
+    /// Measures a written file.
+    pub fn new(report: &Report, materials: &(impl AsRef<[AvatarMaterial]> + ?Sized)) -> Self {
+        let pictures = || materials.as_ref().iter().flat_map(AvatarMaterial::pictures);
         let texels = |picture: &Picture| picture.size().texels() as u64;
-        // Each mip level has a quarter of the one before: 1 + 1/4 + 1/16 + ... = 4/3.
+        // Each mip level has a quarter of the texels of the one before: 1 + 1/4 + 1/16 + ... = 4/3.
         let with_mips = |bytes: u64| bytes * 4 / 3;
         let raw = |picture: &Picture| {
             let bytes = if picture.format() == PictureFormat::Ktx2 { 1 } else { 4 };
@@ -187,41 +191,42 @@ impl Measured {
         }
     }
 
-    /// One figure, in bytes and seconds.
-    pub fn get(&self, figure: Figure) -> f64 {
-        match figure {
-            Figure::Triangles => self.report.triangles as f64,
-            Figure::Vertices => self.report.vertices as f64,
-            Figure::TextureMemory => self.texture_memory as f64,
-            Figure::TextureSide => f64::from(self.texture_side),
-            Figure::Bones => self.report.joints as f64,
-            Figure::SkinnedMeshes => self.report.meshes as f64,
-            Figure::MaterialSlots => self.report.materials as f64,
-            Figure::FileSize => self.report.bytes as f64,
-            Figure::Animation => f64::from(self.report.longest_clip),
+    /// Value of a quantity; sizes in bytes, durations in seconds.
+    pub fn get(&self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Triangles => self.report.triangles as f64,
+            Quantity::Vertices => self.report.vertices as f64,
+            Quantity::TextureMemory => self.texture_memory as f64,
+            Quantity::TextureSide => f64::from(self.texture_side),
+            Quantity::Bones => self.report.joints as f64,
+            Quantity::SkinnedMeshes => self.report.meshes as f64,
+            Quantity::MaterialSlots => self.report.materials as f64,
+            Quantity::FileSize => self.report.bytes as f64,
+            Quantity::Animation => f64::from(self.report.longest_clip),
         }
     }
 }
 
-/// Where a file stands by one figure. As text: `triangles: 9,998 (VRChat mobile: Good, up to 10,000)`.
+/// Comparison of one quantity with the limits. Displayed as
+/// `triangles: 9,998 (VRChat mobile: Good, up to 10,000)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct LimitCheck {
     /// The platform.
     pub platform: &'static str,
-    /// What was counted.
-    pub figure: Figure,
-    /// The count, in bytes and seconds.
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its value; sizes in bytes, durations in seconds.
     pub value: f64,
-    /// The best rank that allows it; `None` if none does.
+    /// The best rank that allows this value; `None` if none does.
     pub rank: Option<&'static str>,
-    /// The most that this rank allows, or the last one.
+    /// The maximum of this rank, or of the last rank.
     pub limit: f64,
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for LimitCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (figure, limit) = (self.figure, self.figure.text(self.limit));
-        let (name, value) = (figure.name(), figure.text(self.value));
+        let (quantity, limit) = (self.quantity, self.quantity.text(self.limit));
+        let (name, value) = (quantity.name(), quantity.text(self.value));
         match self.rank {
             Some(rank) => write!(f, "{name}: {value} ({}: {rank}, up to {limit})", self.platform),
             None => write!(f, "{name}: {value} ({}: more than {limit})", self.platform),
@@ -230,24 +235,24 @@ impl fmt::Display for Line {
 }
 
 impl Limits {
-    /// Where a file stands, figure by figure.
-    pub fn report(&self, measured: &Measured) -> Vec<Line> {
-        let line = |&(figure, limits): &(Figure, &[f64])| {
-            let value = measured.get(figure);
+    /// Compares a file with the limits, quantity by quantity.
+    pub fn report(&self, measured: &Measurements) -> Vec<LimitCheck> {
+        let line = |&(quantity, limits): &(Quantity, &[f64])| {
+            let value = measured.get(quantity);
             let reached = limits.iter().position(|&limit| value <= limit);
-            // Where there is one limit for all ranks, keeping it says nothing about the rank.
+            // A single limit for all ranks does not determine a rank.
             let rank = |index: usize| if limits.len() == 1 { "allowed" } else { self.ranks[index] };
             let limit = limits[reached.unwrap_or(limits.len() - 1)];
-            Line { platform: self.platform, figure, value, rank: reached.map(rank), limit }
+            LimitCheck { platform: self.platform, quantity, value, rank: reached.map(rank), limit }
         };
-        self.figures.iter().map(line).collect()
+        self.quantities.iter().map(line).collect()
     }
 
-    /// The rank of the whole: the worst of its figures. `None` if one is beyond all limits.
-    pub fn rank(&self, measured: &Measured) -> Option<&'static str> {
+    /// The overall rank: the worst over all quantities. `None` if a quantity exceeds all limits.
+    pub fn rank(&self, measured: &Measurements) -> Option<&'static str> {
         let mut worst = 0;
-        for (figure, limits) in self.figures {
-            let reached = limits.iter().position(|&limit| measured.get(*figure) <= limit)?;
+        for (quantity, limits) in self.quantities {
+            let reached = limits.iter().position(|&limit| measured.get(*quantity) <= limit)?;
             worst = worst.max(if limits.len() == 1 { 0 } else { reached });
         }
         self.ranks.get(worst).copied()
@@ -260,7 +265,7 @@ mod tests {
 
     use super::*;
 
-    fn measured(triangles: usize, texture_memory: u64) -> Measured {
+    fn measured(triangles: usize, texture_memory: u64) -> Measurements {
         let report = Report {
             vertices: 1000,
             triangles,
@@ -277,7 +282,7 @@ mod tests {
             image_bytes: 0,
             bytes: 3 << 20,
         };
-        Measured { report, texture_memory, texture_memory_raw: 0, texture_side: 1024 }
+        Measurements { report, texture_memory, texture_memory_raw: 0, texture_side: 1024 }
     }
 
     #[test]
@@ -286,9 +291,9 @@ mod tests {
         let lines: Vec<String> =
             VRCHAT_MOBILE.report(&found).iter().map(ToString::to_string).collect();
         assert_eq!(lines[0], "triangles: 9,998 (VRChat mobile: Good, up to 10,000)");
-        assert_eq!(lines[1], "texture memory: 20.0 MB (VRChat mobile: Medium, up to 25.0 MB)");
+        assert_eq!(lines[1], "texture memory: 20.0 MiB (VRChat mobile: Medium, up to 25.0 MiB)");
         assert_eq!(lines[2], "bones: 76 (VRChat mobile: Good, up to 90)");
-        assert_eq!(lines[5], "file size: 3.0 MB (VRChat mobile: allowed, up to 10.0 MB)");
+        assert_eq!(lines[5], "file size: 3.0 MiB (VRChat mobile: allowed, up to 10.0 MiB)");
         assert_eq!(VRCHAT_MOBILE.rank(&found), Some("Medium"));
         let heavy = measured(20_001, 0);
         let line = VRCHAT_MOBILE.report(&heavy)[0].to_string();
@@ -299,11 +304,11 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_whole() {
+    fn tables_are_complete() {
         for limits in [VRCHAT_MOBILE, VRCHAT_PC, SCENE_VIEWER, AR_QUICK_LOOK] {
-            for (figure, values) in limits.figures {
-                assert!(values.len() == 1 || values.len() == limits.ranks.len(), "{figure:?}");
-                assert!(values.is_sorted(), "{figure:?}");
+            for (quantity, values) in limits.quantities {
+                assert!(values.len() == 1 || values.len() == limits.ranks.len(), "{quantity:?}");
+                assert!(values.is_sorted(), "{quantity:?}");
             }
         }
     }

@@ -1,14 +1,14 @@
-//! Avatars for platforms: how large their textures and how many triangles they may have, and where that
-//! stands against what the platforms publish ([`Limits`]).
+//! Presets for platforms: limits for textures and triangles, and how they compare with the limits
+//! that the platforms publish ([`Limits`]).
 //!
-//! | preset | texture | triangles | what for |
+//! | preset | texture | triangles | use |
 //! |---|---|---|---|
 //! | [`QUEST`] | 1024, PNG | 10,000 | VRChat's mobile ranks: "Good", which every headset shows |
 //! | [`PCVR`] | 2048, PNG | 32,000 | VRChat's PC ranks: "Excellent" |
-//! | [`WEB`] | 2048, JPEG | 50,000 | pages on phones: a small download; some 27,000 vertices of the 30,000 that are advised |
-//! | [`VISIONOS`] | 2048, PNG | 100,000 | AR Quick Look, which opens USDZ only: files need conversion |
+//! | [`WEB`] | 2048, JPEG | 50,000 | pages on phones: a small download; about 27,000 vertices of the recommended 30,000 |
+//! | [`VISIONOS`] | 2048, PNG | 100,000 | AR Quick Look, which opens only USDZ: files need conversion |
 //!
-//! Unity compresses textures at import, so VRChat's get them lossless.
+//! Unity compresses textures at import, so VRChat's presets use a lossless format.
 
 mod deviation;
 mod hidden;
@@ -29,30 +29,31 @@ use uvgraft_avatar::Avatar;
 
 pub use self::deviation::Deviation;
 pub use self::hidden::hidden;
-pub use self::levels::{Level, MOST_LEVELS, levels};
+pub use self::levels::{Level, MAX_LEVELS, levels};
 pub use self::limits::{
-    AR_QUICK_LOOK, Figure, Limits, Line, Measured, SCENE_VIEWER, VRCHAT_MOBILE, VRCHAT_PC,
+    AR_QUICK_LOOK, LimitCheck, Limits, Measurements, Quantity, SCENE_VIEWER, VRCHAT_MOBILE,
+    VRCHAT_PC,
 };
 #[cfg(feature = "simplify")]
 pub use self::simplify::{Simplified, simplify};
 use crate::glb::{Picture, PictureError, PictureFormat};
 
-/// What a platform wants.
+/// Limits for avatars on a platform.
 #[derive(Debug, PartialEq)]
 pub struct Preset {
-    /// What users call it.
+    /// Name for users.
     pub name: &'static str,
-    /// The longest side of a texture, in texels.
+    /// Longest side of a texture, in texels.
     pub texture_side: u32,
-    /// How textures are encoded.
+    /// Image format of textures.
     pub format: PictureFormat,
-    /// The most triangles.
+    /// Maximum number of triangles.
     pub triangles: usize,
-    /// What the platform publishes.
+    /// The limits that the platform publishes.
     pub limits: &'static Limits,
 }
 
-/// VRChat on phones and headsets of their own.
+/// VRChat on phones and standalone headsets.
 pub const QUEST: Preset = Preset {
     name: "quest",
     texture_side: 1024,
@@ -79,7 +80,7 @@ pub const WEB: Preset = Preset {
     limits: &SCENE_VIEWER,
 };
 
-/// Apple's headset.
+/// Apple's headset, through AR Quick Look.
 pub const VISIONOS: Preset = Preset {
     name: "visionos",
     texture_side: 2048,
@@ -88,25 +89,25 @@ pub const VISIONOS: Preset = Preset {
     limits: &AR_QUICK_LOOK,
 };
 
-/// The quality of JPEGs: a texture is looked at closely, and base colours have no blur to hide blocks.
+/// JPEG quality: textures are seen close up, and base colours have no blur to hide block artefacts.
 const JPEG_QUALITY: u8 = 92;
 
-/// Why an avatar does not fit a preset.
+/// Why an avatar could not be fitted to a preset.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PresetError {
-    /// This build cannot simplify.
+    /// The avatar has too many triangles and this build cannot simplify.
     #[error(
         "the avatar must have at most {wanted} triangles, got {found}; simplifying needs a build \
          with the feature `simplify`"
     )]
     Budget {
-        /// How many there are.
+        /// Number of triangles.
         found: usize,
-        /// How many there may be.
+        /// The budget.
         wanted: usize,
     },
-    /// Nothing is left of the mesh.
+    /// No triangle would be left.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The texture cannot be resized.
@@ -117,32 +118,40 @@ pub enum PresetError {
     Picture(#[from] PictureError),
 }
 
-/// An avatar within a budget of triangles.
+/// An avatar fitted to a triangle budget.
 #[derive(Debug, Clone)]
-pub struct Fitted {
+pub struct FittedAvatar {
     /// The avatar.
     pub avatar: Avatar,
-    /// What [`Export::normals`](crate::glb::Export::normals) should be if it was changed.
+    /// Value for [`Export::normals`](crate::glb::Export::normals), if the avatar was simplified.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// Its triangles before.
+    /// Number of triangles before fitting.
     pub before: usize,
-    /// Triangles that are gone because nobody sees them.
+    /// Number of triangles removed because they are never visible.
     pub hidden: usize,
-    /// Triangles that are left.
+    /// Number of triangles left.
     pub after: usize,
-    /// How many it may have. Simplifying may miss it, by 5 % at most in most cases.
+    /// The triangle budget. Simplifying may exceed it, usually by 5 % at most.
     pub wanted: usize,
 }
 
-/// Brings an avatar within a budget of triangles: first by leaving out what nobody sees, then by
-/// simplifying. One that is within it stays as it is.
+/// Fits an avatar to a triangle budget: first by removing triangles that are never visible, then by
+/// simplifying. An avatar within the budget is returned unchanged.
 ///
 /// # Errors
-/// [`PresetError::Budget`] if that is not enough and the feature `simplify` is off.
-pub fn fit(avatar: Avatar, wanted: usize) -> Result<Fitted, PresetError> {
+/// [`PresetError::Budget`] if removing hidden triangles is not enough and the feature `simplify` is
+/// off.
+pub fn fit(avatar: Avatar, wanted: usize) -> Result<FittedAvatar, PresetError> {
     let before = avatar.mesh.faces().len();
     if before <= wanted {
-        return Ok(Fitted { avatar, normals: None, before, hidden: 0, after: before, wanted });
+        return Ok(FittedAvatar {
+            avatar,
+            normals: None,
+            before,
+            hidden: 0,
+            after: before,
+            wanted,
+        });
     }
     let is_hidden = hidden(&avatar);
     fn seen<T: Copy>(values: &[T], is_hidden: &[bool]) -> Vec<T> {
@@ -160,17 +169,17 @@ pub fn fit(avatar: Avatar, wanted: usize) -> Result<Fitted, PresetError> {
         subset::with_faces(avatar, triangles)?
     };
     let after = before - hidden;
-    simplified(Fitted { avatar, normals: None, before, hidden, after, wanted })
+    simplified(FittedAvatar { avatar, normals: None, before, hidden, after, wanted })
 }
 
 #[cfg(feature = "simplify")]
-fn simplified(fitted: Fitted) -> Result<Fitted, PresetError> {
+fn simplified(fitted: FittedAvatar) -> Result<FittedAvatar, PresetError> {
     let Simplified { avatar, normals, after, .. } = simplify(fitted.avatar, fitted.wanted)?;
-    Ok(Fitted { avatar, normals: Some(normals), after, ..fitted })
+    Ok(FittedAvatar { avatar, normals: Some(normals), after, ..fitted })
 }
 
 #[cfg(not(feature = "simplify"))]
-fn simplified(fitted: Fitted) -> Result<Fitted, PresetError> {
+fn simplified(fitted: FittedAvatar) -> Result<FittedAvatar, PresetError> {
     let (found, wanted) = (fitted.after, fitted.wanted);
     if found <= wanted {
         return Ok(fitted);
@@ -179,7 +188,7 @@ fn simplified(fitted: Fitted) -> Result<Fitted, PresetError> {
 }
 
 impl Preset {
-    /// All of them.
+    /// All presets.
     pub const ALL: [&'static Self; 4] = [&QUEST, &PCVR, &WEB, &VISIONOS];
 
     /// The preset with this name.
@@ -187,15 +196,15 @@ impl Preset {
         Self::ALL.into_iter().find(|preset| preset.name == name)
     }
 
-    /// Brings an avatar within the budget of triangles; see [`fit`].
+    /// Fits an avatar to the preset's triangle budget; see [`fit`].
     ///
     /// # Errors
     /// As [`fit`].
-    pub fn fit(&self, avatar: Avatar) -> Result<Fitted, PresetError> {
+    pub fn fit(&self, avatar: Avatar) -> Result<FittedAvatar, PresetError> {
         fit(avatar, self.triangles)
     }
 
-    /// A texture's size within the preset's: the same, or shrunk until its longest side fits.
+    /// Size of a texture under this preset: unchanged, or scaled down until its longest side fits.
     pub fn texture_size(&self, size: Size) -> Size {
         let longest = size.width.max(size.height);
         if longest <= self.texture_side {
@@ -208,14 +217,15 @@ impl Preset {
         Size::new(scaled(size.width), scaled(size.height))
     }
 
-    /// Brings a texture to the preset's size, unless it is smaller, and encodes it.
+    /// Scales a texture down to the preset's size if it is larger, and encodes it.
     ///
     /// # Errors
     /// [`PresetError`] if the texture cannot be encoded.
     pub fn picture(&self, texture: Texture) -> Result<Picture, PresetError> {
         let found = texture.size();
         let longest = found.width.max(found.height);
-        // In whole steps samples fall on texels, whatever the filter; this one is the fastest.
+        // At integer ratios the samples coincide with texels, whatever the filter; bilinear is the
+        // fastest.
         let is_whole = longest.is_multiple_of(self.texture_side);
         let filter = if is_whole { Filter::Bilinear } else { Filter::CatmullRom };
         let texture = texture.resized(self.texture_size(found), filter, Averaging::Encoded)?;

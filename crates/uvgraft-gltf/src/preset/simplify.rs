@@ -1,10 +1,11 @@
-//! Fewer triangles, between fewer of the same vertices, so that what stays keeps its place, coordinates,
-//! weights and offsets.
+//! Mesh simplification that keeps a subset of the vertices, so the remaining ones keep their
+//! positions, UV coordinates, weights and offsets.
 //!
-//! Based on Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997, and Hoppe,
-//! "New Quadric Metric for Simplifying Meshes with Appearance Attributes", 1999, by the library
-//! meshoptimizer. Seams of the layout are edges with vertices on either side at one place; they collapse
-//! on both sides at once, so nothing opens. Where one material ends and another begins is such a seam.
+//! Based on Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997, and
+//! Hoppe, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", 1999, as
+//! implemented by the library meshoptimizer. UV seams are edges with separate vertices on both
+//! sides at the same position; they collapse on both sides at once, so they do not open. Boundaries
+//! between materials are seams too.
 
 use glam::{Quat, Vec3};
 use meshopt::{SimplifyOptions, simplify_with_attributes_and_locks_decoder};
@@ -15,33 +16,34 @@ use uvgraft_avatar::rig::{HumanBone, Rigid};
 use super::slivers::swap_edges;
 use super::subset::{Triangles, kept, with_faces};
 use crate::glb::shading::Shading;
-use crate::glb::vertices::{Vertices, Wanted};
+use crate::glb::vertices::{Inputs, Vertices};
 
-/// What simplifying did.
+/// Result of a simplification.
 #[derive(Debug, Clone)]
 pub struct Simplified {
-    /// The avatar with fewer triangles; its parts have no names any more.
+    /// The simplified avatar; names of its mesh parts are lost.
     pub avatar: Avatar,
-    /// Its vertices' normals as they were: triangles are larger now, and shading shows it less with them.
+    /// The original normals of its vertices: triangles are larger now, and keeping these normals
+    /// makes that less visible in the shading.
     pub normals: Vec<[f32; 3]>,
-    /// How many triangles there were.
+    /// Number of triangles before.
     pub before: usize,
-    /// How many there are.
+    /// Number of triangles after.
     pub after: usize,
-    /// How many were wanted.
+    /// The requested number of triangles.
     pub wanted: usize,
 }
 
 impl Simplified {
-    /// Whether there are at most 5 % more than wanted. Seams, borders and the shape of small pieces
-    /// can be in the way.
+    /// Whether the result exceeds the requested number by at most 5 %. Seams, boundaries and the
+    /// shape of small components can prevent it.
     pub const fn reached(&self) -> bool {
         self.after as u64 * 20 <= self.wanted as u64 * 21
     }
 }
 
-/// A vertex's values that count beside its place: coordinate, normal, where bends take it, where it is
-/// in the head, and where morphs take it. 32 is the most that meshoptimizer takes.
+/// Layout of a vertex's attributes: UV coordinate, normal, displacement under bends, position
+/// within the head, and displacement by morphs. 32 is meshoptimizer's maximum.
 const BENDS: usize = 3;
 const MORPH_MIXES: usize = 5;
 const NORMAL_AT: usize = 2;
@@ -50,23 +52,23 @@ const HEAD_AT: usize = BENDS_AT + 3 * BENDS;
 const MORPHS_AT: usize = HEAD_AT + 3;
 const VALUES: usize = MORPHS_AT + 3 * MORPH_MIXES;
 
-/// What an error of each counts, a place of the surface that is off by a metre being 1: of a coordinate,
-/// whose whole range is about as long as a body, of places after turns by 45° and in full morphs, both
-/// in metres.
+/// Weights of attribute errors relative to a position error of one metre: for UV coordinates, whose
+/// full range is about as long as a body, for displacements by rotations of 45°, and for
+/// displacements by full morphs, both in metres.
 ///
-/// Chosen on the example figure at 10,000 of 30,000 triangles. Against places alone coordinates are off by
-/// half as much (1.7 instead of 3.4 texels of 1024 at the 95th percentile), a pose by a quarter (2.4
-/// instead of 11 mm), the face by less than before, and the rest of the body by twice as much (1.9
-/// instead of 0.9 mm).
+/// Chosen on the example figure at 10,000 of 30,000 triangles. Compared with positions alone, UV
+/// errors are halved (1.7 instead of 3.4 texels of 1024 at the 95th percentile), pose errors are
+/// about a quarter (2.4 instead of 11 mm), the face is more accurate, and errors on the rest of the
+/// body are doubled (1.9 instead of 0.9 mm).
 const COORDINATE: f32 = 0.3;
 const BEND: f32 = 0.03;
 const MORPH: f32 = 1.0;
-/// Faces are looked at closely: what is off counts so much more on a head.
+/// Extra weight of position errors on the head, because faces are seen close up.
 const HEAD: f32 = 3.0;
-/// What an error of a normal counts, times the length of an edge.
+/// Weight of normal errors, multiplied by the edge length.
 const NORMAL: f32 = 0.3;
 
-/// Simplifies an avatar to a number of triangles, or near it.
+/// Simplifies an avatar to about the given number of triangles.
 ///
 /// # Errors
 /// [`MeshError`] if no triangle would be left.
@@ -74,17 +76,22 @@ pub fn simplify(avatar: Avatar, wanted: usize) -> Result<Simplified, MeshError> 
     simplify_shown(avatar, &[], wanted)
 }
 
-/// The same for an avatar that is shown with normals of its own.
+/// Like [`simplify`], for an avatar with given normals.
 ///
-/// - `normals`: `[vertices]`, or none for smooth ones.
+/// Collapses edges in the order of their quadric error, measured on positions and on the attributes
+/// from [`values`]. Without the attributes, simplification is optimal for the rest shape only:
+/// textures slide, and joints and faces lose the vertices that they need to deform. Slivers are
+/// then removed by edge swaps, and unused vertices dropped.
+///
+/// - `normals`: `[vertices]`, or empty for smooth normals.
 pub(super) fn simplify_shown(
     avatar: Avatar,
     normals: &[[f32; 3]],
     wanted: usize,
 ) -> Result<Simplified, MeshError> {
     let shading = Shading::new(&avatar.mesh).with_normals(normals);
-    let of = Wanted { materials: &avatar.materials, ..Wanted::default() };
-    let vertices = Vertices::new(&avatar.mesh, &shading, of);
+    let inputs = Inputs { materials: &avatar.materials, ..Inputs::default() };
+    let vertices = Vertices::new(&avatar.mesh, &shading, inputs);
     let before = avatar.mesh.faces().len();
     let all_normals: Vec<[f32; 3]> = shading.shown.iter().map(|&normal| normal.into()).collect();
     if vertices.indices.len() / 3 <= wanted {
@@ -93,7 +100,7 @@ pub(super) fn simplify_shown(
     let values = values(&avatar, &vertices);
     let weights = weights(&avatar.mesh, wanted);
     let unlocked = vec![false; vertices.count()];
-    // As far as it takes: what the platform allows decides, not an error.
+    // No error limit: the triangle budget decides.
     let any_error = f32::MAX;
     let indices = simplify_with_attributes_and_locks_decoder(
         &vertices.indices,
@@ -111,11 +118,11 @@ pub(super) fn simplify_shown(
     swap_edges(&shading, &avatar.morphs, &vertices, &mut uv_faces);
     let faces: Vec<[u32; 3]> =
         uv_faces.iter().map(|face| face.map(|index| vertices.from[index as usize])).collect();
-    // Seams keep their sides, so all corners of a triangle are of one material.
+    // Vertices are not merged across seams, so all corners of a triangle have the same material.
     let material = |face: &[u32; 3]| vertices.materials[face[0] as usize];
     let is_of_several = !avatar.materials.is_empty();
     let materials = uv_faces.iter().filter(|_| is_of_several).map(material).collect();
-    // Each vertex of a file has one coordinate, so those can have its numbers.
+    // Each vertex has one UV coordinate, so vertex indices are also UV indices.
     let positions = avatar.mesh.positions().to_vec();
     let mesh = Mesh::from_triangles(positions, vertices.uv, &faces, &uv_faces)?;
     let normals = kept(&faces, &all_normals);
@@ -124,8 +131,11 @@ pub(super) fn simplify_shown(
     Ok(Simplified { avatar, normals, before, after: faces.len(), wanted })
 }
 
-/// What each value counts in meshoptimizer's units: it takes places in parts of the mesh's extent, and
-/// errors of other values times the length of the edge that they are seen along.
+/// Attribute weights in meshoptimizer's units: it measures positions relative to the mesh's extent,
+/// and multiplies attribute errors by the length of the collapsed edge.
+///
+/// With `edge = sqrt(area / triangles)` as the expected edge length, a weight `w` per metre becomes
+/// `w / edge`, and a UV weight `w · extent / edge`.
 fn weights(mesh: &Mesh, wanted: usize) -> [f32; VALUES] {
     let places = || mesh.positions().iter().map(|&position| Vec3::from(position));
     let least = places().fold(Vec3::INFINITY, Vec3::min);
@@ -145,7 +155,7 @@ fn weights(mesh: &Mesh, wanted: usize) -> [f32; VALUES] {
     weights
 }
 
-/// For each vertex of a file its values, one after the other.
+/// The attributes of all vertices, concatenated.
 fn values(avatar: &Avatar, vertices: &Vertices) -> Vec<f32> {
     let mut all = vec![[0.0; VALUES]; vertices.count()];
     for (values, (uv, normal)) in all.iter_mut().zip(vertices.uv.iter().zip(&vertices.normals)) {
@@ -159,7 +169,8 @@ fn values(avatar: &Avatar, vertices: &Vertices) -> Vec<f32> {
         }
     };
     for axis in 0..BENDS {
-        // Each joint turns by itself and against its neighbours, so where weights change, places do.
+        // Each joint rotates on its own and opposite to its neighbours, so displacements
+        // differ wherever weights change.
         let bent = avatar.skin.pose(positions, &twist(avatar, axis));
         put(BENDS_AT + 3 * axis, &|v| Vec3::from(bent[v]) - Vec3::from(positions[v]));
     }
@@ -167,7 +178,8 @@ fn values(avatar: &Avatar, vertices: &Vertices) -> Vec<f32> {
         put(HEAD_AT, &|v| shares[v] * (Vec3::from(positions[v]) - place));
     }
     for (number, morph) in avatar.morphs.iter().enumerate() {
-        // Further morphs share; what moves other parts of a face doesn't meet.
+        // There are fewer slots than morphs, so morphs share them; usually they move different
+        // parts of a face.
         let at = MORPHS_AT + 3 * (number % MORPH_MIXES);
         for (vertex, offset) in vertices.spread(&morph.offsets) {
             let values = &mut all[vertex as usize][at..at + 3];
@@ -177,7 +189,8 @@ fn values(avatar: &Avatar, vertices: &Vertices) -> Vec<f32> {
     all.into_flattened()
 }
 
-/// Where the head's joint is, and how far each vertex follows it and what hangs on it.
+/// Position of the head joint, and the total weight of the head joint and its descendants at each
+/// vertex.
 fn head(avatar: &Avatar) -> Option<(Vec3, Vec<f32>)> {
     let head = avatar.skeleton.human(HumanBone::Head)?;
     let joints = avatar.skeleton.joints();
@@ -192,7 +205,7 @@ fn head(avatar: &Avatar) -> Option<(Vec3, Vec<f32>)> {
     Some((joints[head].position.into(), (0..avatar.skin.vertices()).map(share).collect()))
 }
 
-/// Turns of each joint around its own place, by 45° or, for every other generation, back.
+/// Rotations of each joint about its own position, by 45°, or -45° in every other generation.
 fn twist(avatar: &Avatar, axis: usize) -> Vec<Rigid> {
     let mut generations: Vec<usize> = Vec::new();
     for joint in avatar.skeleton.joints() {
@@ -232,7 +245,7 @@ mod tests {
             };
             assert_eq!(offset(after, vertex), offset(&avatar, known));
         }
-        // The tube is open at both ends and nowhere else.
+        // The tube is open only at its ends.
         assert_eq!(borders(&after.mesh).loops, 2);
         assert_eq!(simplify(avatar.clone(), 96).unwrap().avatar.mesh, avatar.mesh);
     }
@@ -240,14 +253,14 @@ mod tests {
     #[test]
     fn materials_keep_their_triangles() {
         let mut avatar = tube();
-        // The upper half is another material's; its islands in the layout are the same.
+        // The upper half has another material; the UV islands are unchanged.
         avatar.materials = (0..96).map(|face| u8::from(face >= 48)).collect();
         let after = simplify(avatar, 60).unwrap().avatar;
         after.check().unwrap();
         let vertices = Vertices::new(
             &after.mesh,
             &Shading::new(&after.mesh),
-            Wanted { materials: &after.materials, ..Wanted::default() },
+            Inputs { materials: &after.materials, ..Inputs::default() },
         );
         for (face, corners) in after.mesh.faces().iter().enumerate() {
             let side = |vertex: u32| after.mesh.positions()[vertex as usize][1] - 0.3;
@@ -260,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn five_in_a_hundred_more_are_near_enough() {
+    fn five_percent_over_budget_is_accepted() {
         let normals = Vec::new();
         let start = Simplified { avatar: tube(), normals, before: 96, after: 96, wanted: 60 };
         let simplified = |after| Simplified { after, ..start.clone() };

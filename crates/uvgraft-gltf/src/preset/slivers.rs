@@ -1,5 +1,6 @@
-//! Slivers that simplifying leaves: triangles without width, which face the wrong way as soon as a morph moves one of
-//! their corners past the opposite edge. Their edges are swapped, which changes next to nothing at rest.
+//! Removes slivers that simplification leaves: nearly degenerate triangles, which flip as soon as
+//! a morph moves one of their corners past the opposite edge. Their edges are swapped, which
+//! hardly changes the rest shape.
 
 use std::collections::HashMap;
 
@@ -9,17 +10,21 @@ use uvgraft_avatar::rig::Morph;
 use crate::glb::shading::Shading;
 use crate::glb::vertices::Vertices;
 
-/// Triangles are left alone while they face where their corners' normals point, by this at least: the cosine
-/// between them.
+/// Smallest acceptable cosine between a triangle's normal and the mean normal of its corners.
 const FACING: f32 = 0.1;
 
-/// One swap can be what lets the next one succeed.
+/// Maximum number of passes; one swap can make another one possible.
 const ROUNDS: usize = 4;
 
-/// Swaps edges of triangles that face the wrong way at rest or in one of the morphs, where that helps.
+/// Swaps edges of triangles that face the wrong way at rest or in a morph, where that helps.
 ///
-/// - `shading`: of the mesh that was simplified, whose normals tell which way is right.
-/// - `faces`: triangles of `vertices`, `[corners]` counterclockwise from outside.
+/// A triangle's score is the cosine between its normal and the mean of its corners' smooth
+/// normals, minimised over the rest shape and all morphs, since a triangle that is fine at rest
+/// may flip in a morph. An edge is swapped only if the lower score of its two triangles increases,
+/// so the worst triangle never gets worse.
+///
+/// - `shading`: normals of the original mesh, which define the correct orientation.
+/// - `faces`: triangles of `vertices`, counter-clockwise seen from outside.
 pub(super) fn swap_edges(
     shading: &Shading<'_>,
     morphs: &[Morph],
@@ -45,17 +50,17 @@ pub(super) fn swap_edges(
     }
 }
 
-/// Triangles that change.
+/// The triangle mesh being modified.
 struct Surface<'a> {
     faces: &'a mut [[u32; 3]],
     shapes: Vec<Shape>,
     uv: &'a [[f32; 2]],
-    /// The least of all shapes, for each triangle.
+    /// Score of each triangle: the minimum over all shapes.
     facing: Vec<f32>,
     face_of_edge: HashMap<(u32, u32), usize>,
 }
 
-/// Two neighbours, and what comes of them when the edge between them joins their other corners.
+/// Two adjacent triangles, and their replacements if the shared edge is swapped.
 struct Swap {
     numbers: [usize; 2],
     faces: [[u32; 3]; 2],
@@ -78,7 +83,7 @@ impl<'a> Surface<'a> {
         Self { faces, shapes, uv, facing, face_of_edge }
     }
 
-    /// The swap of one of a triangle's edges that does most good, if any does.
+    /// The best of the swaps of a triangle's edges, if one is an improvement.
     fn best_swap(&self, number: usize) -> Option<Swap> {
         let swaps = (0..3).filter_map(|edge| self.swap(number, edge));
         swaps.max_by(|one, other| one.least().total_cmp(&other.least()))
@@ -92,7 +97,7 @@ impl<'a> Surface<'a> {
         let d = opposite(self.faces[other], a, b)?;
         let is_there = |edge| self.face_of_edge.contains_key(&edge);
         let new = [[a, d, c], [d, b, c]];
-        // Layouts may have islands that are mirrored, but none that is so in part.
+        // UV islands may be mirrored, but only as a whole.
         let mirrored = [self.faces[other], new[0], new[1]].map(|face| self.is_mirrored(face));
         let is_even = mirrored[1..].iter().all(|&one| one == mirrored[0]);
         if c == d || !is_even || is_there((c, d)) || is_there((d, c)) {
@@ -119,7 +124,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The least of all shapes.
+/// Score of a triangle: the minimum over all shapes.
 fn facing(shapes: &[Shape], face: [u32; 3]) -> f32 {
     shapes.iter().map(|shape| shape.facing(face)).fold(f32::INFINITY, f32::min)
 }
@@ -133,7 +138,7 @@ fn opposite(face: [u32; 3], a: u32, b: u32) -> Option<u32> {
     face.into_iter().find(|&corner| corner != a && corner != b)
 }
 
-/// Vertices of a file at rest or in a morph, as the mesh has them that was simplified.
+/// Vertices of the original mesh at rest or in a morph.
 struct Shape {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -163,7 +168,8 @@ impl Shape {
         shapes
     }
 
-    /// The cosine between a triangle's normal and the mean of its corners'; 0 without area.
+    /// The cosine between a triangle's normal and the mean of its corners' normals; 0 if it has no
+    /// area.
     fn facing(&self, face: [u32; 3]) -> f32 {
         let [a, b, c] = face.map(|index| self.positions[index as usize]);
         let mean: Vec3 = face.iter().map(|&index| self.normals[index as usize]).sum();
@@ -177,12 +183,12 @@ mod tests {
 
     use super::*;
 
-    /// A square around a middle that is just beside one of its sides.
+    /// A square and an inner vertex very close to one of its sides.
     ///
     /// ```text
     /// 3 --- 2
-    /// |     |      the triangle 0 1 4 is a sliver, and a morph takes 4 below the side 0 1, whose other side is
-    /// |  4  |      the triangle 0 5 1
+    /// |     |      triangle 0 1 4 is a sliver; a morph moves 4
+    /// |  4  |      below side 0 1, into triangle 0 5 1
     /// 0 --- 1
     ///    5
     /// ```
@@ -203,7 +209,7 @@ mod tests {
     fn swapped(offset: [f32; 3]) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
         let mesh = square();
         let shading = Shading::new(&mesh);
-        let vertices = Vertices::new(&mesh, &shading, crate::glb::vertices::Wanted::default());
+        let vertices = Vertices::new(&mesh, &shading, crate::glb::vertices::Inputs::default());
         let before: Vec<[u32; 3]> = vertices.indices.as_chunks().0.to_vec();
         let mut faces = before.clone();
         let morph = Morph { name: "down".to_owned(), offsets: vec![(4, offset)] };

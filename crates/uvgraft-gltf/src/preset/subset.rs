@@ -1,22 +1,22 @@
-//! An avatar with some of its triangles, or with new ones between some of its vertices.
+//! An avatar with a subset of its triangles, or with new triangles between its vertices.
 
 use uvgraft::{Mesh, MeshError};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::Morph;
 
-/// Triangles of an avatar's own vertices and coordinates.
+/// Triangles of an avatar's vertices and UV coordinates.
 pub(super) struct Triangles<'a> {
     pub faces: &'a [[u32; 3]],
     pub uv_faces: &'a [[u32; 3]],
-    /// As [`Avatar::materials`].
+    /// See [`Avatar::materials`].
     pub materials: Vec<u8>,
 }
 
-/// Replaces an avatar's triangles, and leaves out the vertices and coordinates that none uses. What
-/// stays keeps its order, place, weights and offsets. Parts have no names any more.
+/// Replaces an avatar's triangles, and removes unused vertices and UV coordinates. The others keep
+/// their order, position, weights and offsets. Names of mesh parts are lost.
 ///
 /// # Errors
-/// [`MeshError::NoFaces`].
+/// [`MeshError::NoFaces`] if there are no triangles.
 pub(super) fn with_faces(avatar: Avatar, triangles: Triangles<'_>) -> Result<Avatar, MeshError> {
     let Triangles { faces, uv_faces, materials } = triangles;
     let mesh = &avatar.mesh;
@@ -39,7 +39,7 @@ pub(super) fn with_faces(avatar: Avatar, triangles: Triangles<'_>) -> Result<Ava
     Ok(Avatar { mesh, materials, skin, morphs, ..avatar })
 }
 
-/// Values of vertices, without those of vertices that no triangle uses.
+/// Per-vertex values without those of unused vertices.
 #[cfg(feature = "simplify")]
 pub(super) fn kept<T: Copy>(faces: &[[u32; 3]], values: &[T]) -> Vec<T> {
     used(faces, values.len()).0.into_iter().map(|vertex| values[vertex as usize]).collect()
@@ -47,7 +47,7 @@ pub(super) fn kept<T: Copy>(faces: &[[u32; 3]], values: &[T]) -> Vec<T> {
 
 const GONE: u32 = u32::MAX;
 
-/// What triangles use, rising, and the new number of each.
+/// The used indices, in ascending order, and the new index of each old one.
 fn used(faces: &[[u32; 3]], count: usize) -> (Vec<u32>, Vec<u32>) {
     let mut numbers = vec![GONE; count];
     for &index in faces.as_flattened() {
@@ -69,10 +69,10 @@ mod tests {
     use crate::glb::testing::tube;
 
     #[test]
-    fn what_stays_is_what_it_was() {
+    fn kept_vertices_are_unchanged() {
         let avatar = tube();
         let (faces, uv_faces) = (avatar.mesh.faces(), avatar.mesh.uv_faces());
-        // All but the first ring of squares: the lowest 8 vertices and 9 coordinates go.
+        // Everything except the first ring of squares: the lowest 8 vertices and 9 coordinates go.
         let triangles = |from: usize| Triangles {
             faces: &faces[from..],
             uv_faces: &uv_faces[from..],

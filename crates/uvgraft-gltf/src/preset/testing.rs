@@ -1,21 +1,21 @@
-//! What tests measure of meshes.
+//! Mesh measurements for tests.
 
 use std::collections::HashMap;
 
 use uvgraft::Mesh;
 
-/// Where a surface ends.
+/// Boundary of a surface.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Borders {
-    /// Edges that have one triangle.
+    /// Edges with a single triangle.
     pub edges: usize,
-    /// Closed runs of them.
+    /// Connected components of these edges.
     pub loops: usize,
-    /// Their length together.
+    /// Total length of these edges.
     pub length: f32,
 }
 
-/// The borders of a surface, vertices at one place being one.
+/// The boundary edges of a surface; vertices at the same position are merged.
 pub(crate) fn borders(mesh: &Mesh) -> Borders {
     let mut points = HashMap::new();
     let mut point = |vertex: u32| {

@@ -12,8 +12,9 @@ fn presets_have_names() {
     assert_eq!(Preset::named("visionos"), Some(&VISIONOS));
     assert_eq!(Preset::named("Quest"), None);
     for preset in Preset::ALL {
-        // What a preset allows must have a rank where the platform ranks triangles.
-        let limits = preset.limits.figures.iter().find(|(figure, _)| *figure == Figure::Triangles);
+        // A preset's triangle budget must be one of the platform's limits, if it has such limits.
+        let limits =
+            preset.limits.quantities.iter().find(|(quantity, _)| *quantity == Quantity::Triangles);
         if let Some((_, limits)) = limits {
             assert!(limits.contains(&(preset.triangles as f64)), "{}", preset.name);
         }
@@ -46,13 +47,13 @@ fn half_the_size_is_the_mean_of_four_texels() {
     for (x, y) in [(0, 0), (3, 5), (7, 7)] {
         let level = |dx, dy| texture.get(2 * x + dx, 2 * y + dy, 1);
         let wanted = (level(0, 0) + level(1, 0) + level(0, 1) + level(1, 1)) / 4.0;
-        // Rounded to a level.
+        // Up to rounding to 8 bits.
         assert!((found.get(x, y, 1) - wanted).abs() < 0.51 / 255.0, "{x} {y}");
     }
 }
 
 #[test]
-fn what_fits_stays() {
+fn avatars_within_the_budget_are_unchanged() {
     let fitted = tiny(96).fit(tube()).unwrap();
     assert_eq!((fitted.before, fitted.hidden, fitted.after), (96, 0, 96));
     assert_eq!(fitted.avatar.mesh, tube().mesh);
@@ -60,7 +61,7 @@ fn what_fits_stays() {
 
 #[cfg(feature = "simplify")]
 #[test]
-fn what_does_not_fit_is_simplified() {
+fn avatars_over_the_budget_are_simplified() {
     let fitted = tiny(60).fit(tube()).unwrap();
     assert_eq!((fitted.before, fitted.hidden, fitted.wanted), (96, 0, 60));
     assert!(fitted.after <= 63 && fitted.avatar.mesh.faces().len() == fitted.after);
@@ -68,13 +69,13 @@ fn what_does_not_fit_is_simplified() {
 
 #[cfg(not(feature = "simplify"))]
 #[test]
-fn without_the_feature_a_budget_that_is_exceeded_is_told() {
+fn without_the_feature_an_exceeded_budget_is_an_error() {
     let error = tiny(60).fit(tube()).unwrap_err().to_string();
     assert!(error.contains("at most 60 triangles, got 96; simplifying"), "{error}");
 }
 
-/// The example figure fits the mobile budget: the backs of its eyes go first, nothing opens, islands
-/// stay islands, and the file is as light as the platform's rank asks.
+/// The example figure fits the mobile budget: the backs of its eyes are removed first, no holes
+/// open, the number of UV islands is unchanged, and the file reaches the platform's rank.
 #[cfg(feature = "simplify")]
 #[test]
 fn the_figure_fits_a_headset() {
@@ -89,7 +90,7 @@ fn the_figure_fits_a_headset() {
     assert!(fitted.after <= 10_000 && fitted.after > 9_900, "{}", fitted.after);
     let after = borders(&fitted.avatar.mesh);
     assert_eq!(after.loops, before.loops);
-    // Corners of borders are cut, by this at most; the eyes' new borders are shorter too.
+    // Boundary corners are cut, by this at most; the eyes' new boundaries are shorter too.
     assert!((after.length / before.length - 1.0).abs() < 0.03, "{before:?} {after:?}");
     assert_eq!(uvgraft::islands::Islands::new(&fitted.avatar.mesh).count(), islands);
     fitted.avatar.check().unwrap();
@@ -100,14 +101,15 @@ fn the_figure_fits_a_headset() {
     let looks = AvatarMaterial::new(QUEST.picture(texture.unwrap()).unwrap());
     let export = Export { normals: fitted.normals, ..Export::default() };
     let report = write(&fitted.avatar, &looks, &export).unwrap().report;
-    let measured = Measured::new(&report, &looks);
+    let measured = Measurements::new(&report, &looks);
     assert_eq!(QUEST.limits.rank(&measured), Some("Good"));
-    // 1024 · 1024 bytes and a third for mip levels.
+    // 1024 · 1024 bytes plus a third for mip levels.
     assert_eq!(measured.texture_memory, 1_398_101);
     assert_eq!(measured.texture_memory_raw, 5_592_405);
 }
 
-/// SMPL-X's mesh with made-up weights: eyes on joints of their own, the rest by height.
+/// SMPL-X's mesh with synthetic weights: each eye follows its own joint, the rest is weighted by
+/// height.
 #[cfg(feature = "simplify")]
 fn smplx() -> Option<Avatar> {
     use uvgraft_avatar::rig::{HumanBone, Joint, Skeleton, Skin};
@@ -158,7 +160,7 @@ fn a_real_body_stays_closed() {
         let faces = avatar.mesh.faces().iter().zip(&is_hidden);
         faces.filter(|(face, is_hidden)| **is_hidden && vertices.contains(&face[0])).count()
     };
-    // More than half of either eyeball's 1088 triangles, and nothing of the body.
+    // More than half of each eyeball's 1088 triangles, and none of the body's.
     let counts = [count(9383..9929), count(9929..10_475)];
     assert!(counts.iter().all(|count| (545..900).contains(count)), "{counts:?}");
     assert_eq!(count(0..9383), 0);
@@ -166,11 +168,11 @@ fn a_real_body_stays_closed() {
     let fitted = QUEST.fit(avatar.clone()).unwrap();
     assert_eq!(fitted.hidden, counts.iter().sum::<usize>());
     assert!(fitted.after <= 10_000 && fitted.after > 9_900, "{}", fitted.after);
-    // The mouth, and now the backs of two eyes.
+    // Boundary loops: the mouth, and afterwards the backs of both eyes.
     assert_eq!((before.loops, borders(&fitted.avatar.mesh).loops), (1, 3));
     let islands = |avatar: &Avatar| uvgraft::islands::Islands::new(&avatar.mesh).count();
     assert_eq!(islands(&fitted.avatar), islands(&avatar));
-    // Outlines of islands keep their place: what was inside them is as large as before.
+    // Outlines of UV islands keep their shape: their area is almost unchanged.
     let area = |avatar: &Avatar| {
         let area = |face| {
             let [a, b, c] = avatar.mesh.uv_triangle(face);

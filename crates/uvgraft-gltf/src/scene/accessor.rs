@@ -9,7 +9,8 @@ use super::check::{find, too_many};
 use super::document::{Accessor, Document};
 use super::error::SceneError;
 
-/// Numbers that are decoded of one file in all: 1 GiB of floats. Arrays may be named many times.
+/// Limit of numbers decoded from one file: 1 GiB of floats. Needed since arrays may be referenced
+/// many times.
 const MAX_NUMBERS: u64 = 1 << 28;
 
 /// A file's arrays.
@@ -53,7 +54,7 @@ impl Component {
         }
     }
 
-    /// A stored number; whole ones are spread over 0 to 1 or -1 to 1 where they are `normalized`.
+    /// A stored number as a float; `normalized` integers are mapped to 0 to 1 or -1 to 1.
     fn float(self, bytes: &[u8], normalized: bool) -> f32 {
         let word = |k: usize| bytes.get(k).copied().unwrap_or(0);
         let two = [word(0), word(1)];
@@ -69,7 +70,7 @@ impl Component {
         if normalized { (value / most).max(-1.0) } else { value }
     }
 
-    fn whole(self, bytes: &[u8]) -> Option<u32> {
+    fn uint(self, bytes: &[u8]) -> Option<u32> {
         let word = |k: usize| u32::from(bytes.get(k).copied().unwrap_or(0));
         match self {
             Self::U8 => Some(word(0)),
@@ -80,7 +81,7 @@ impl Component {
     }
 }
 
-/// Elements at even distances in a buffer, all of which are there.
+/// Elements at a constant stride in a buffer, all within its bounds.
 struct Strided<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -93,7 +94,7 @@ impl<'a> Strided<'a> {
     }
 }
 
-/// Which elements replace others, and by what.
+/// Sparse replacements: indices, and new elements.
 type Replacements<'a> = (Vec<u32>, Strided<'a>);
 
 impl<'a> Accessors<'a> {
@@ -101,9 +102,9 @@ impl<'a> Accessors<'a> {
         Self { document, buffers, decoded: 0 }
     }
 
-    /// Elements of `N` finite numbers each.
+    /// Reads elements of `N` finite numbers each.
     ///
-    /// - `wanted`: how many there must be, if that is known.
+    /// - `wanted`: required number of elements, if known.
     pub fn floats<const N: usize>(
         &mut self,
         index: u32,
@@ -134,8 +135,8 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// Elements of `N` whole numbers each.
-    pub fn wholes<const N: usize>(
+    /// Reads elements of `N` unsigned integers each.
+    pub fn uints<const N: usize>(
         &mut self,
         index: u32,
         wanted: Option<usize>,
@@ -145,7 +146,7 @@ impl<'a> Accessors<'a> {
         let mut values = vec![[0; N]; accessor.count as usize];
         let decode = |bytes: &[u8], value: &mut [u32; N]| {
             for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *value = component.whole(bytes).ok_or_else(|| {
+                *value = component.uint(bytes).ok_or_else(|| {
                     let reason = "must hold unsigned integers";
                     SceneError::content(place.clone(), reason)
                 })?;
@@ -165,12 +166,12 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// How many numbers an element has.
+    /// Number of components of an element.
     pub fn width(&self, index: u32) -> Result<usize, SceneError> {
         width(self.accessor(index)?, &format!("accessor {index}"))
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of a buffer view, and its stride.
     pub fn view(&self, index: u32, place: &str) -> Result<(&'a [u8], Option<u64>), SceneError> {
         let views = &self.document.buffer_views;
         let view = find(views, index, "buffer view", place)?;
@@ -193,7 +194,7 @@ impl<'a> Accessors<'a> {
         find(&self.document.accessors, index, "accessor", "the file")
     }
 
-    /// An accessor whose shape, count and number of decoded values are acceptable.
+    /// An accessor, with type, count and total of decoded values checked.
     fn checked<const N: usize>(
         &mut self,
         index: u32,
@@ -244,7 +245,7 @@ impl<'a> Accessors<'a> {
         too_many("numbers in arrays", self.decoded, MAX_NUMBERS)?;
         let mut indices = Vec::with_capacity(sparse.count as usize);
         for at in 0..sparse.count as usize {
-            let index = component.whole(stored.element(at));
+            let index = component.uint(stored.element(at));
             match index.filter(|&index| u64::from(index) < accessor.count) {
                 Some(index) => indices.push(index),
                 None => {
@@ -278,7 +279,7 @@ impl<'a> Accessors<'a> {
             );
             return Err(SceneError::content(place, reason));
         }
-        // The last element may end before the stride does.
+        // The last element need not be padded to the stride.
         let end = match count {
             0 => Some(offset),
             _ => (count - 1)

@@ -1,4 +1,4 @@
-//! Materials and their textures: what a surface looks like.
+//! Reads materials and their textures.
 
 use uvgraft::Texture;
 
@@ -7,9 +7,9 @@ use super::asset::Asset;
 use super::document::{self, TextureInfo};
 use super::error::SceneError;
 use super::images::Images;
-use super::material::{Alpha, Gloss, Material, Scaled, TextureUse};
+use super::material::{AlphaMode, Material, ScaledTexture, SpecularGloss, TextureUse};
 
-/// Where a texture has its coordinates.
+/// The UV set of a texture, and the transform applied to it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct UvSource {
     pub set: u32,
@@ -32,7 +32,7 @@ impl UvSource {
     }
 
     /// # Source
-    /// Khronos, "KHR_texture_transform": scaled, then turned, then moved.
+    /// Khronos, "KHR_texture_transform": scale, then rotation, then offset.
     pub fn transform(&self, uv: &mut [[f32; 2]]) {
         let Some(transform) = self.transform else { return };
         let (sin, cos) = transform.rotation.sin_cos();
@@ -44,10 +44,10 @@ impl UvSource {
     }
 }
 
-/// Materials, one more than the file has: the last is for what has none.
+/// All materials, and one more at the end for primitives without a material.
 pub(super) struct Appearance {
     pub materials: Vec<Material>,
-    /// Of each material: what its textures name by [`TextureUse::coordinates`], one at least.
+    /// UV sources of each material, at least one; [`TextureUse::coordinates`] indexes them.
     pub uv_sources: Vec<Vec<UvSource>>,
     pub textures: Vec<Texture>,
 }
@@ -83,12 +83,12 @@ fn read(
         None => (pbr.base_color_factor, &pbr.base_color_texture),
     };
     let color = color.unwrap_or([1.0; 4]);
-    let strength = extensions.emissive_strength.as_ref().and_then(|told| told.emissive_strength);
+    let strength = extensions.emissive_strength.as_ref().and_then(|info| info.emissive_strength);
     let strength = strength.unwrap_or(1.0);
     let emissive = material.emissive_factor.unwrap_or_default().map(|value| value * strength);
     let cutoff = material.alpha_cutoff.unwrap_or(0.5);
     textures.finite(&[&color[..], &emissive, &[cutoff]].concat())?;
-    // The first one's coordinates come first.
+    // The base colour texture is read first, so its UV source has index 0.
     let texture = textures.used(texture.as_ref())?;
     Ok(Material {
         name: material.name.clone().unwrap_or_default(),
@@ -108,19 +108,19 @@ fn read(
 fn gloss(
     older: &document::SpecularGlossiness,
     textures: &mut MaterialTextures<'_, '_>,
-) -> Result<Gloss, SceneError> {
+) -> Result<SpecularGloss, SceneError> {
     let specular = older.specular_factor.unwrap_or([1.0; 3]);
     let glossiness = older.glossiness_factor.unwrap_or(1.0);
     textures.finite(&[&specular[..], &[glossiness]].concat())?;
     let texture = textures.used(older.specular_glossiness_texture.as_ref())?;
-    Ok(Gloss { specular, glossiness, texture })
+    Ok(SpecularGloss { specular, glossiness, texture })
 }
 
-fn alpha(material: &document::Material, cutoff: f32, place: &str) -> Result<Alpha, SceneError> {
+fn alpha(material: &document::Material, cutoff: f32, place: &str) -> Result<AlphaMode, SceneError> {
     Ok(match material.alpha_mode.as_deref() {
-        None | Some("OPAQUE") => Alpha::Opaque,
-        Some("MASK") => Alpha::Mask(cutoff),
-        Some("BLEND") => Alpha::Blend,
+        None | Some("OPAQUE") => AlphaMode::Opaque,
+        Some("MASK") => AlphaMode::Mask(cutoff),
+        Some("BLEND") => AlphaMode::Blend,
         Some(other) => {
             let reason = format!("alpha mode must be OPAQUE, MASK or BLEND, got {other:?}");
             return Err(SceneError::content(place, reason));
@@ -155,10 +155,10 @@ impl MaterialTextures<'_, '_> {
         &mut self,
         info: Option<&TextureInfo>,
         scale: impl Fn(&TextureInfo) -> Option<f32>,
-    ) -> Result<Option<Scaled>, SceneError> {
+    ) -> Result<Option<ScaledTexture>, SceneError> {
         let scale = info.and_then(scale).unwrap_or(1.0);
         self.finite(&[scale])?;
-        Ok(self.used(info)?.map(|texture| Scaled { texture, scale }))
+        Ok(self.used(info)?.map(|texture| ScaledTexture { texture, scale }))
     }
 
     fn finite(&self, values: &[f32]) -> Result<(), SceneError> {
@@ -184,7 +184,7 @@ mod tests {
         };
         let mut uv = [[0.25, 0.5]];
         UvSource { set: 0, transform: Some(transform) }.transform(&mut uv);
-        // (0.5, 1.5) turned by a quarter is (1.5, -0.5).
+        // (0.5, 1.5) rotated by 90° is (1.5, -0.5).
         assert!((uv[0][0] - 1.6).abs() < 1e-6 && (uv[0][1] + 0.3).abs() < 1e-6, "{uv:?}");
     }
 }

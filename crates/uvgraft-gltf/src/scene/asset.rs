@@ -1,4 +1,4 @@
-//! A file as glTF calls it an asset: its JSON, and the buffers and images that it names.
+//! A glTF asset: its JSON, and the buffers and images that it refers to.
 //!
 //! # Source
 //! Khronos, "glTF 2.0 Specification", sections 2.7 (asset), 3.6 (buffers) and 3.8 (images).
@@ -14,21 +14,21 @@ use super::document::{Buffer, Document};
 use super::error::SceneError;
 use crate::container::{Glb, is_glb};
 
-/// Bytes of a file that is read, and of files beside it.
+/// Size limit of a file, and of each external file, in bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 30;
-/// Bytes of JSON: files with their buffers inside have hundreds of megabytes of it.
+/// Size limit of the JSON, in bytes: files with embedded buffers have hundreds of megabytes.
 const MAX_JSON_BYTES: u64 = 1 << 29;
-/// Objects in the JSON, each of which takes a few hundred bytes once read.
+/// Limit of objects in the JSON, each of which takes a few hundred bytes in memory.
 const MAX_OBJECTS: u64 = 1 << 20;
 
-/// A file taken apart. What it holds is still to be checked.
+/// A file split into its parts. Their contents are not validated yet.
 pub(super) struct Asset<'a> {
     pub document: Document,
-    /// What the document was read from.
+    /// The JSON of the document.
     pub json: &'a [u8],
-    /// The chunk behind the JSON of a GLB.
+    /// The binary chunk of a GLB.
     binary: Option<&'a [u8]>,
-    /// Where files are that it names; none are read without.
+    /// Folder of external files; without it, they are not read.
     folder: Option<&'a Path>,
 }
 
@@ -48,13 +48,13 @@ impl<'a> Asset<'a> {
             let reason = format!("version must be 2.0, got {:?}", document.asset.version);
             return Err(SceneError::content("asset", reason));
         }
-        if let Some(name) = document.extensions_required.iter().find(|name| !is_read(name)) {
+        if let Some(name) = document.extensions_required.iter().find(|name| !is_supported(name)) {
             return Err(SceneError::extension(name));
         }
         Ok(Self { document, json, binary, folder })
     }
 
-    /// The bytes of every buffer, at least as long as it says.
+    /// The bytes of every buffer, at least as many as declared.
     pub fn buffers(&self) -> Result<Vec<Cow<'a, [u8]>>, SceneError> {
         let mut total = 0;
         let mut buffers = Vec::new();
@@ -85,7 +85,7 @@ impl<'a> Asset<'a> {
         Ok(buffers)
     }
 
-    /// What a URI names: data within it, or a file beside the one that is read.
+    /// Resolves a URI: embedded data, or an external file in the folder.
     pub fn resource(&self, uri: &str) -> Result<Cow<'a, [u8]>, String> {
         if let Some(data) = uri.strip_prefix("data:") {
             let (kind, text) = data.split_once(',').ok_or("data URI without a comma")?;
@@ -95,15 +95,16 @@ impl<'a> Asset<'a> {
             let decoded = STANDARD.decode(text);
             return decoded.map(Cow::Owned).map_err(|error| format!("invalid data URI: {error}"));
         }
-        let folder =
-            self.folder.ok_or_else(|| format!("refers to another file, {:?}", shortened(uri)))?;
-        let path = folder.join(beside(uri)?);
+        let folder = self
+            .folder
+            .ok_or_else(|| format!("refers to the external file {:?}", shortened(uri)))?;
+        let path = folder.join(relative_path(uri)?);
         read(&path).map(Cow::Owned).map_err(|error| format!("{}: {error}", path.display()))
     }
 }
 
-/// Extensions that may be required: read, or of no effect on the picture.
-const READ: [&str; 28] = [
+/// Required extensions that are accepted: supported, or without effect on rendering.
+const SUPPORTED: [&str; 28] = [
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
@@ -134,17 +135,17 @@ const READ: [&str; 28] = [
     "VRMC_vrm_animation",
 ];
 
-fn is_read(extension: &str) -> bool {
-    READ.contains(&extension) || (cfg!(feature = "ktx2") && extension == "KHR_texture_basisu")
+fn is_supported(extension: &str) -> bool {
+    SUPPORTED.contains(&extension) || (cfg!(feature = "ktx2") && extension == "KHR_texture_basisu")
 }
 
-/// Whether a buffer only stands in for compressed parts, for readers that cannot decompress.
+/// Whether a buffer is only a fallback for readers that cannot decompress, and has no data.
 fn is_stand_in(buffer: &Buffer, index: usize, has_chunk: bool) -> bool {
     let is_fallback = buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback);
     is_fallback && buffer.uri.is_none() && !(index == 0 && has_chunk)
 }
 
-/// The bytes of a JSON file, if they look like one.
+/// The bytes of a JSON file, without BOM; errors if they do not look like JSON.
 fn json(bytes: &[u8]) -> Result<&[u8], SceneError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
@@ -153,18 +154,18 @@ fn json(bytes: &[u8]) -> Result<&[u8], SceneError> {
     }
 }
 
-/// The relative path that a URI names, which never leaves the folder.
-fn beside(uri: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(unescaped(uri)?);
+/// The relative path in a URI, which must not leave the folder.
+fn relative_path(uri: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(percent_decoded(uri)?);
     let inside = path.components().all(|part| matches!(part, Component::Normal(_)));
     if !inside || path.as_os_str().is_empty() || uri.contains([':', '\\']) {
-        return Err(format!("{:?} must be a file beside the model", shortened(uri)));
+        return Err(format!("{:?} must be in the model's folder or below", shortened(uri)));
     }
     Ok(path)
 }
 
-/// Replaces `%20` and the like.
-fn unescaped(uri: &str) -> Result<String, String> {
+/// Decodes percent escapes such as `%20`.
+fn percent_decoded(uri: &str) -> Result<String, String> {
     let bad = || format!("{:?} is not a URI", shortened(uri));
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.bytes();
@@ -181,8 +182,8 @@ fn unescaped(uri: &str) -> Result<String, String> {
 }
 
 fn shortened(uri: &str) -> String {
-    const MOST: usize = 60;
-    if uri.chars().count() <= MOST { uri.to_owned() } else { uri.chars().take(MOST).collect() }
+    const MAX: usize = 60;
+    if uri.chars().count() <= MAX { uri.to_owned() } else { uri.chars().take(MAX).collect() }
 }
 
 fn read(path: &Path) -> std::io::Result<Vec<u8>> {
@@ -204,18 +205,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_looked_for_beside_and_nowhere_else() {
+    fn external_files_must_be_in_the_folder() {
         for (uri, path) in [("a.bin", "a.bin"), ("b/c%20d.png", "b/c d.png")] {
-            assert_eq!(beside(uri), Ok(PathBuf::from(path)));
+            assert_eq!(relative_path(uri), Ok(PathBuf::from(path)));
         }
         for uri in ["/etc/passwd", "../a.bin", "a/../../b", "http://x/y", "", ".", "%2e%2e/a", "%2"]
         {
-            assert!(beside(uri).is_err(), "{uri}");
+            assert!(relative_path(uri).is_err(), "{uri}");
         }
     }
 
     #[test]
-    fn what_is_required_is_refused_by_its_name() {
+    fn unsupported_required_extensions_are_named() {
         let json =
             br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"]}"#;
         let error = Asset::new(json, None).err().map(|error| error.to_string());

@@ -1,15 +1,15 @@
-//! Checks of what files claim, which all that read them share.
+//! Validation helpers shared by all readers of file contents.
 
 use super::error::SceneError;
 
-/// Refuses more than is ever read.
+/// Errors if `found` exceeds a limit of the reader.
 pub(super) fn too_many(what: &'static str, found: u64, max: u64) -> Result<(), SceneError> {
     if found > max { Err(SceneError::TooMany { what, found, max }) } else { Ok(()) }
 }
 
-/// An entry of one of the file's lists.
+/// An entry of one of the file's lists; errors if the index is out of range.
 ///
-/// - `place`: what names it.
+/// - `place`: the referring object, for messages.
 pub(super) fn find<'a, T>(
     list: &'a [T],
     index: u32,

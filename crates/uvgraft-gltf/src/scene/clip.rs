@@ -1,4 +1,4 @@
-//! Animations: values over time for nodes.
+//! Animation clips: channels of keyframes for nodes.
 //!
 //! # Source
 //! Khronos, "glTF 2.0 Specification", section 3.11 and appendix C, "Interpolation Modes".
@@ -7,14 +7,14 @@ use super::accessor::Accessors;
 use super::check::find;
 use super::document::Document;
 use super::error::SceneError;
-use super::transform::{Placement, unit};
+use super::transform::{LocalTransform, unit};
 
 /// An animation of a scene.
 #[derive(Debug)]
 pub struct Clip {
     /// Its name, which may be empty.
     pub name: String,
-    /// When its last key is, in seconds; it starts at 0.
+    /// Time of the last key, in seconds; the clip starts at 0.
     pub seconds: f32,
     pub(super) channels: Vec<Channel>,
 }
@@ -24,9 +24,9 @@ pub(super) struct Channel {
     pub node: usize,
     pub path: Path,
     interpolation: Interpolation,
-    /// In rising order, at least one.
+    /// Key times in ascending order, at least one.
     times: Vec<f32>,
-    /// `width` numbers a key; three times as many where it is cubic.
+    /// `width` numbers for each key; three times as many for cubic splines.
     values: Vec<f32>,
     width: usize,
 }
@@ -46,9 +46,12 @@ enum Interpolation {
     Cubic,
 }
 
-/// All animations of a file.
+/// Reads all animations of a file. Channels without a node, and channels with unknown paths, are
+/// skipped: they belong to extensions. Each channel must have non-decreasing times, and
+/// `keys · width` values, or three times as many for cubic splines (in-tangent, value,
+/// out-tangent).
 ///
-/// - `targets`: how many morph targets each node has.
+/// - `targets`: number of morph targets of each node.
 pub(super) fn clips(
     document: &Document,
     accessors: &mut Accessors<'_>,
@@ -63,7 +66,7 @@ pub(super) fn clips(
         };
         for (number, channel) in animation.channels.iter().enumerate() {
             let place = format!("animation {index}, channel {number}");
-            // Without a node it is for an extension.
+            // Channels without a node belong to extensions.
             let Some(node) = channel.target.node else { continue };
             let path = match channel.target.path.as_str() {
                 "translation" => Path::Translation,
@@ -120,9 +123,8 @@ pub(super) fn clips(
 }
 
 impl Channel {
-    /// Puts the values of a time into a node; before the first key and after the last one they stand
-    /// still.
-    pub fn apply(&self, seconds: f32, placement: &mut Placement, weights: &mut [f32]) {
+    /// Writes the values at a time to a node; times are clamped to the first and last key.
+    pub fn apply(&self, seconds: f32, placement: &mut LocalTransform, weights: &mut [f32]) {
         let rotation = self.path == Path::Rotation;
         let mut sampled = vec![0.0; self.width];
         self.sample(seconds, rotation, &mut sampled);
@@ -137,6 +139,10 @@ impl Channel {
         }
     }
 
+    /// Interpolates between the keys around a time.
+    ///
+    /// Cubic splines are Hermite: with `t` in 0 to 1 between keys `span` seconds apart,
+    /// `(2t³ - 3t² + 1) a + (t³ - 2t² + t) span · out_a + (3t² - 2t³) b + (t³ - t²) span · in_b`.
     fn sample(&self, seconds: f32, rotation: bool, out: &mut [f32]) {
         let cubic = self.interpolation == Interpolation::Cubic;
         let after = self.times.partition_point(|&time| time <= seconds);
@@ -194,19 +200,19 @@ mod tests {
 
     fn at(channel: &Channel, seconds: f32) -> f32 {
         let mut weights = [9.0];
-        channel.apply(seconds, &mut Placement::default(), &mut weights);
+        channel.apply(seconds, &mut LocalTransform::default(), &mut weights);
         weights[0]
     }
 
     #[test]
-    fn keys_are_joined_as_they_ask_for() {
+    fn keys_are_interpolated_by_their_mode() {
         let linear = channel(Interpolation::Linear, &[2.0, 6.0]);
         let times = [0.0, 1.0, 1.5, 3.0, 9.0];
         assert_eq!(times.map(|t| at(&linear, t)), [2.0, 2.0, 3.0, 6.0, 6.0]);
         let step = channel(Interpolation::Step, &[2.0, 6.0]);
         assert_eq!(times.map(|t| at(&step, t)), [2.0, 2.0, 2.0, 6.0, 6.0]);
-        // From 2, leaving at 1 a second, to 6, arriving at -1 a second, 2 seconds later: at half the
-        // way it is 0.5·2 + 0.125·2·1 + 0.5·6 - 0.125·2·(-1).
+        // From 2, with out-tangent 1 per second, to 6, with in-tangent -1 per second, over 2
+        // seconds: half-way, it is 0.5·2 + 0.125·2·1 + 0.5·6 - 0.125·2·(-1).
         let cubic = channel(Interpolation::Cubic, &[0.0, 2.0, 1.0, -1.0, 6.0, 0.0]);
         assert_eq!(at(&cubic, 2.0), 4.5);
         assert_eq!([0.0, 1.0, 3.0, 4.0].map(|t| at(&cubic, t)), [2.0, 2.0, 6.0, 6.0]);

@@ -1,4 +1,4 @@
-//! The part of glTF's JSON that a picture needs. What is not named here is not looked at.
+//! The part of glTF's JSON that rendering needs. Other properties are ignored.
 //!
 //! # Source
 //! Khronos, "glTF 2.0 Specification", section 5, "Properties Reference".
@@ -95,7 +95,7 @@ pub(super) struct Primitive {
     pub attributes: BTreeMap<String, u32>,
     pub indices: Option<u32>,
     pub material: Option<u32>,
-    /// Triangles where it is missing.
+    /// Triangles by default.
     pub mode: Option<u32>,
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, u32>>,
@@ -111,7 +111,7 @@ pub(super) struct PrimitiveExtensions {
     pub draco: Option<Draco>,
 }
 
-/// Attributes by their names, as Draco numbers them in a buffer view.
+/// Maps attribute names to Draco's attribute ids within a buffer view.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Draco {
@@ -226,7 +226,7 @@ pub(super) struct BufferExtensions {
     pub meshopt: Option<Fallback>,
 }
 
-/// A buffer for readers that cannot decompress; it need not be there.
+/// A fallback buffer for readers that cannot decompress; its data may be missing.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Fallback {
     #[serde(default)]
@@ -292,9 +292,9 @@ pub(super) struct TextureInfo {
     pub index: u32,
     #[serde(default)]
     pub tex_coord: u32,
-    /// How steep a normal map is.
+    /// Scale of a normal map.
     pub scale: Option<f32>,
-    /// How dark an occlusion map is.
+    /// Strength of an occlusion map.
     pub strength: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
@@ -363,7 +363,7 @@ pub(super) struct RootExtensions {
     pub vrm0: Option<Vrm0>,
 }
 
-/// What `EXT_meshopt_compression` says of a buffer view.
+/// The `EXT_meshopt_compression` extension of a buffer view.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Compressed {
@@ -377,7 +377,7 @@ pub(super) struct Compressed {
     pub filter: Option<String>,
 }
 
-/// Extras may be anything; what does not look as expected counts as absent.
+/// Extras may be any JSON; unexpected content is treated as absent.
 fn lenient<'de, D: serde::Deserializer<'de>>(from: D) -> Result<MeshExtras, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]

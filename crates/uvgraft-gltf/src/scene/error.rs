@@ -1,4 +1,4 @@
-//! Why a file is no scene, and why a scene does not take a pose.
+//! Errors of reading and posing scenes.
 
 use uvgraft_io::image::ImageError;
 
@@ -8,7 +8,7 @@ use crate::container::ContainerError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// Neither GLB nor JSON.
+    /// The file is neither GLB nor JSON.
     #[error(
         "not a glTF file: must be GLB (glTF 2.0) or glTF JSON, starts with \"{}\"",
         start.escape_ascii()
@@ -20,39 +20,39 @@ pub enum SceneError {
     /// The GLB container is damaged.
     #[error(transparent)]
     Container(#[from] ContainerError),
-    /// The JSON is damaged, or not glTF's.
+    /// The JSON is damaged or not glTF.
     #[error("invalid JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// The file cannot be shown without an extension that is not read.
+    /// The file requires an unsupported extension.
     #[error("unsupported extension {name}; {advice}")]
     Extension {
-        /// What it is called.
+        /// Its name.
         name: String,
-        /// What can be done about it.
+        /// What the user can do about it.
         advice: &'static str,
     },
-    /// Something refers to nothing, or contradicts itself.
+    /// A dangling reference, or inconsistent or invalid content.
     #[error("{place}: {reason}")]
     Content {
-        /// Where, such as "accessor 3".
+        /// Where, for example "accessor 3".
         place: String,
-        /// What was found and what was wanted.
+        /// What it must be, and what it is.
         reason: String,
     },
-    /// More than is ever read, found before it is allocated.
+    /// A limit of the reader is exceeded; detected before anything is allocated.
     #[error("must have at most {max} {what}, got {found}")]
     TooMany {
-        /// What there is too much of.
+        /// What exceeds the limit.
         what: &'static str,
-        /// How many there are, or as many as were counted before giving up.
+        /// The number found, or the number counted so far.
         found: u64,
-        /// How many are read.
+        /// The limit.
         max: u64,
     },
     /// An embedded image was refused.
     #[error("image {index}: {reason}")]
     Image {
-        /// Its number in the file.
+        /// Its index in the file.
         index: usize,
         /// Why.
         reason: ImageError,
@@ -79,21 +79,21 @@ impl SceneError {
     }
 }
 
-/// A pose that asks for something the scene does not have.
+/// Why a pose cannot be applied to a scene.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum PosingError {
-    /// There is nothing of that name.
+pub enum PoseRequestError {
+    /// Unknown name.
     #[error("no {what} {name:?}; {}", known(choices))]
     Unknown {
-        /// What was looked for: "clip", "bone", ...
+        /// What was requested: "clip", "bone", ...
         what: &'static str,
         /// Its name.
         name: String,
-        /// What there is.
+        /// The available names.
         choices: Vec<String>,
     },
-    /// A pose that needs bones which the scene does not name.
+    /// The pose needs a bone that the scene does not identify.
     #[error(
         "the pose {pose} needs the bone {bone}, which neither VRM's humanoid nor the node names \
          identify"
@@ -101,26 +101,26 @@ pub enum PosingError {
     NoBone {
         /// Name of the pose.
         pose: &'static str,
-        /// VRM's name of the bone.
+        /// VRM name of the bone.
         bone: &'static str,
     },
-    /// A time, an angle or a weight that is infinite or no number.
+    /// A time, an angle or a weight is infinite or NaN.
     #[error("{what} must be finite, got {found}")]
     NotFinite {
         /// What it is.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         found: String,
     },
 }
 
-/// "choose one of ...", with as many names as are readable.
+/// "must be one of ...", with at most 40 names.
 fn known(choices: &[String]) -> String {
-    const MOST: usize = 40;
+    const MAX: usize = 40;
     if choices.is_empty() {
         return "the file has none".to_owned();
     }
-    let more = if choices.len() > MOST { ", ..." } else { "" };
-    let shown: Vec<&str> = choices.iter().take(MOST).map(String::as_str).collect();
+    let more = if choices.len() > MAX { ", ..." } else { "" };
+    let shown: Vec<&str> = choices.iter().take(MAX).map(String::as_str).collect();
     format!("must be one of {}{more}", shown.join(", "))
 }

@@ -1,4 +1,4 @@
-//! Meshes of a file: their primitives with everything that moves them.
+//! Reads meshes: primitives with their vertex attributes, morph targets and skin weights.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -10,16 +10,16 @@ use super::appearance::UvSource;
 use super::document::{self, Document};
 use super::error::SceneError;
 
-/// Vertices of a primitive.
+/// Limit of vertices in a primitive.
 const MAX_VERTICES: u64 = 1 << 24;
 
-/// What a node shows: pieces with a material each, which morph alike.
+/// The mesh of a node: primitives with one material each, and common morph weights.
 #[derive(Debug)]
 pub(crate) struct Mesh {
     pub primitives: Vec<Primitive>,
-    /// Names of the morph targets; shorter where the file names fewer.
+    /// Names of the morph targets; may be shorter than the number of targets.
     pub target_names: Vec<String>,
-    /// The weights of the targets where a node says nothing else, one each.
+    /// Default weights of the targets, one each.
     pub weights: Vec<f32>,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Primitive {
     pub uv: Arc<[[f32; 2]]>,
     /// Further texture coordinates, for textures that have their own.
     pub more_uv: Vec<Arc<[[f32; 2]]>>,
-    /// Linear, with opacity.
+    /// Linear RGBA.
     pub colors: Option<Arc<[[f32; 4]]>>,
     pub triangles: Arc<[[u32; 3]]>,
     pub material: usize,
@@ -42,12 +42,12 @@ pub(crate) struct Primitive {
 #[derive(Debug)]
 pub(crate) enum Normals {
     Given(Vec<Vec3>),
-    /// To be made from the triangles: for each vertex, the first one at its place, so that seams of
-    /// the layout do not show.
+    /// To be computed from the triangles: for each vertex, the first vertex at its position, so
+    /// that seams of the layout do not show.
     Missing(Vec<u32>),
 }
 
-/// What a morph target moves, and by how much at weight 1.
+/// Non-zero displacements of a morph target at weight 1, by vertex.
 #[derive(Debug, Default)]
 pub(crate) struct Morph {
     pub positions: Vec<(u32, Vec3)>,
@@ -57,10 +57,10 @@ pub(crate) struct Morph {
 /// Joints of each vertex with their weights, which sum to 1.
 #[derive(Debug)]
 pub(crate) struct Influences {
-    /// Where each vertex's entries start, and the end of the last.
+    /// Start of each vertex's entries, and the end of the last.
     pub starts: Vec<u32>,
     pub entries: Vec<(u16, f32)>,
-    /// One more than the largest joint.
+    /// Largest joint index plus one.
     pub joints: usize,
 }
 
@@ -70,7 +70,9 @@ impl Influences {
     }
 }
 
-/// Where each material has its texture coordinates.
+/// Reads all meshes.
+///
+/// - `uv_sources`: UV sources of each material, the last for primitives without one.
 pub(super) fn meshes(
     document: &Document,
     accessors: &mut Accessors<'_>,
@@ -113,7 +115,11 @@ fn read(
     Ok(Mesh { primitives, target_names, weights })
 }
 
-/// A primitive, if it has triangles at all.
+/// A primitive; `None` if it has no positions, or consists of points or lines.
+///
+/// Indices and array lengths are checked against the number of vertices here, so that
+/// posing can index without checks. There is one UV array for each UV source of the
+/// material, already transformed.
 fn read_primitive(
     primitive: &document::Primitive,
     place: &str,
@@ -132,7 +138,7 @@ fn read_primitive(
     super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
 
     let corners = match primitive.indices {
-        Some(indices) => accessors.wholes::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),
+        Some(indices) => accessors.uints::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),
         None => (0..count as u32).collect::<Vec<_>>(),
     };
     if let Some(at) = corners.iter().position(|&corner| corner as usize >= count) {
@@ -165,7 +171,7 @@ fn read_primitive(
     };
     let normals = match attribute("NORMAL") {
         Some(index) => Normals::Given(vectors(accessors.floats(index, Some(count))?)),
-        None => Normals::Missing(first_at_each_place(&positions)),
+        None => Normals::Missing(first_at_position(&positions)),
     };
     let morphs = primitive
         .targets
@@ -190,7 +196,7 @@ fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {
     values.into_iter().map(Vec3::from).collect()
 }
 
-/// Lists, strips and fans as triangles; what was left over at the end of a list is an error.
+/// Converts lists, strips and fans to triangles; incomplete lists are an error.
 fn triangles(corners: &[u32], mode: u32, place: &str) -> Result<Vec<[u32; 3]>, SceneError> {
     match mode {
         4 if corners.len().is_multiple_of(3) => {
@@ -228,7 +234,7 @@ fn read_colors(
     accessors.floats::<4>(index, Some(count))
 }
 
-fn first_at_each_place(positions: &[Vec3]) -> Vec<u32> {
+fn first_at_position(positions: &[Vec3]) -> Vec<u32> {
     let mut first = HashMap::new();
     (0u32..)
         .zip(positions)
@@ -252,6 +258,7 @@ fn read_morph(
     Ok(Morph { positions: moved("POSITION")?, normals: moved("NORMAL")? })
 }
 
+/// Joints and weights from all sets (`JOINTS_0`, `JOINTS_1`, ...), normalised to sum to 1.
 fn read_influences(
     primitive: &document::Primitive,
     count: usize,
@@ -261,7 +268,7 @@ fn read_influences(
     for set in 0.. {
         let named = |name: &str| primitive.attributes.get(&format!("{name}_{set}")).copied();
         let (Some(joints), Some(weights)) = (named("JOINTS"), named("WEIGHTS")) else { break };
-        let joints = accessors.wholes::<4>(joints, Some(count))?;
+        let joints = accessors.uints::<4>(joints, Some(count))?;
         sets.push((joints, accessors.floats::<4>(weights, Some(count))?));
     }
     if sets.is_empty() {
@@ -273,7 +280,7 @@ fn read_influences(
         for (joints, weights) in &sets {
             for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
                 if weight > 0.0 {
-                    // Joints are stored in 16 bits at most, which `wholes` was not told.
+                    // glTF stores joints in at most 16 bits, but `uints` also reads 32-bit values.
                     let small = u16::try_from(joint).map_err(|_| {
                         SceneError::content(
                             "joints",
@@ -288,7 +295,7 @@ fn read_influences(
         let sum: f32 = own.iter().map(|entry| entry.1).sum();
         own.iter_mut().for_each(|entry| entry.1 /= sum);
         if own.is_empty() {
-            // Nothing moves it; as elsewhere, that is the first joint's.
+            // Vertices without weights follow the first joint, as in other viewers.
             influences.entries.push((0, 1.0));
         }
         influences.starts.push(influences.entries.len() as u32);

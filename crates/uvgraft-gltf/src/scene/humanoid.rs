@@ -1,4 +1,4 @@
-//! Which node is which bone of a person, by VRM's names: as VRM says it, or by what nodes are called.
+//! Maps VRM bone names to nodes: from VRM's own mapping, or from node names.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,9 @@ use super::document::Node;
 use super::error::SceneError;
 use super::vrm1::Vrm;
 
-/// Bones that poses and cameras ask for, as VRM calls them, and what two other families of skeletons
-/// call them: SMPL's, and Mixamo's. `left` stands for both sides. All in lower case.
+/// Bones used by poses and cameras, by VRM name, and their names in two other families of
+/// skeletons: SMPL and Mixamo. `left` stands for both sides. The other families' names are in lower
+/// case.
 const BONES: [[&str; 3]; 17] = [
     ["hips", "pelvis", "hips"],
     ["spine", "spine1", "spine"],
@@ -29,7 +30,7 @@ const BONES: [[&str; 3]; 17] = [
     ["leftMiddleProximal", "leftmiddle1", "lefthandmiddle1"],
 ];
 
-/// Nodes by the bone that they are.
+/// Nodes by bone name.
 pub(super) fn bones(
     vrm: Option<&Vrm>,
     nodes: &[Node],
@@ -45,6 +46,7 @@ pub(super) fn bones(
     Ok(bones)
 }
 
+/// Identifies bones by node names, using the family of names that matches most bones.
 fn by_name(nodes: &[Node]) -> BTreeMap<String, usize> {
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
     for (index, node) in nodes.iter().enumerate() {
@@ -66,11 +68,11 @@ fn by_name(nodes: &[Node]) -> BTreeMap<String, usize> {
         bones
     };
     let families = [family(0), family(1), family(2)];
-    // Of equally good ones the first.
+    // `max_by_key` returns the last maximum, so reversing prefers the first family.
     families.into_iter().rev().max_by_key(BTreeMap::len).unwrap_or_default()
 }
 
-/// A name without its prefix, case and punctuation.
+/// A name in lower case, without prefix and punctuation.
 fn plain(name: &str) -> String {
     let name = name.rsplit([':', '|']).next().unwrap_or_default();
     let name = name.strip_prefix("mixamorig").unwrap_or(name);
@@ -90,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shoulder_is_what_the_skeleton_calls_so() {
+    fn shoulders_follow_the_naming_family() {
         let smpl = found(&["pelvis", "left_collar", "left_shoulder", "left_elbow", "head"]);
         assert_eq!((smpl["leftUpperArm"], smpl["leftShoulder"], smpl["hips"]), (2, 1, 0));
         let mixamo =

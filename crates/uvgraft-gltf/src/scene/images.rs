@@ -1,4 +1,4 @@
-//! The images that a file's materials use, found first and decoded together.
+//! The images used by a file's materials: collected first, then decoded together.
 
 use std::borrow::Cow;
 
@@ -13,22 +13,22 @@ use super::error::SceneError;
 use super::material::{TextureUse, Wrap};
 use crate::glb::KTX2_IDENTIFIER;
 
-/// Texels of all images together.
+/// Limit of texels in all images together.
 const MAX_TEXELS: u64 = 1 << 28;
 
-/// Those of the file's images that are seen.
+/// The file's images that are in use.
 #[derive(Default)]
 pub(super) struct Images<'a> {
-    /// Their numbers in the file.
+    /// Their indices in the file.
     numbers: Vec<u32>,
     encoded: Vec<Cow<'a, [u8]>>,
     texels: u64,
 }
 
 impl<'a> Images<'a> {
-    /// A texture of the file; nothing if it names no image.
+    /// A texture of the file; `None` if it has no image.
     ///
-    /// - `place`: what names it.
+    /// - `place`: the referring object, for messages.
     pub fn use_of(
         &mut self,
         texture: u32,
@@ -78,14 +78,14 @@ impl<'a> Images<'a> {
         Ok(self.numbers.len() - 1)
     }
 
-    /// All of them, by the numbers that [`TextureUse::index`] has.
+    /// Decodes all images, in the order of [`TextureUse::index`].
     pub fn decode(self) -> Result<Vec<Texture>, SceneError> {
         let each = self.numbers.into_iter().zip(self.encoded);
         each.map(|(number, bytes)| decode(&bytes, number)).collect()
     }
 }
 
-/// The image that a texture is best read from: one that needs no decoder of C++ where there is a choice.
+/// The preferred image of a texture: one that needs no C++ decoder, if there is a choice.
 pub(super) fn source(texture: &document::Texture) -> Result<Option<u32>, SceneError> {
     let of = |source: &Option<document::Source>| source.as_ref().map(|source| source.source);
     let plain = of(&texture.extensions.webp).or(texture.source);
@@ -98,7 +98,7 @@ pub(super) fn source(texture: &document::Texture) -> Result<Option<u32>, SceneEr
     }
 }
 
-/// An image's file.
+/// The encoded bytes of an image.
 pub(super) fn bytes<'a>(
     image: &document::Image,
     asset: &Asset<'a>,
@@ -116,7 +116,7 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(&KTX2_IDENTIFIER)
 }
 
-/// The size of any image of a file, which is refused if it alone is too large.
+/// The size of an encoded image; errors if it alone exceeds the limit.
 pub(super) fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
     let size = if is_ktx2(bytes) {
         ktx2_size(bytes, number)?
@@ -128,7 +128,7 @@ pub(super) fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
     Ok(size)
 }
 
-/// Any image of a file. The caller has bounded its size.
+/// Decodes an image. The caller has limited its size.
 pub(super) fn decode(bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
     if is_ktx2(bytes) {
         return ktx2_texture(bytes, number);

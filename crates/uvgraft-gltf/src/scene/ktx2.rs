@@ -1,10 +1,11 @@
-//! Pictures in KTX2 files of Basis Universal: UASTC, plain or compressed by Zstandard, and ETC1S.
+//! Images in KTX2 files of Basis Universal: UASTC, uncompressed or with Zstandard, and ETC1S.
 //!
-//! The transcoder at hand reads ETC1S from files of its own form only, so such a file is put together
-//! from the same parts.
+//! Our transcoder reads ETC1S only from `.basis` files, so one is assembled from the parts of the
+//! KTX2 file.
 //!
 //! # Source
-//! Khronos, "KTX File Format Specification", version 2.0, "BasisLZ Global Data"; Binomial, "basis_file_headers.h".
+//! Khronos, "KTX File Format Specification", version 2.0, "BasisLZ Global Data"; Binomial,
+//! "basis_file_headers.h".
 
 use std::io::Read as _;
 
@@ -16,10 +17,10 @@ use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
 use crate::glb::KTX2_IDENTIFIER;
 
-/// Bytes of a block of 4 × 4 texels.
+/// Size of a block of 4 × 4 texels, in bytes.
 const UASTC_BLOCK: usize = 16;
 
-/// A file's header, its largest picture, and what all pictures share.
+/// A file's header, its largest image, and the data shared by all images.
 struct Ktx2<'a> {
     size: Size,
     supercompression: u32,
@@ -27,7 +28,7 @@ struct Ktx2<'a> {
     is_srgb: bool,
     level: &'a [u8],
     global: &'a [u8],
-    /// Pictures: levels times layers times faces.
+    /// Number of images: levels × layers × faces.
     pictures: usize,
 }
 
@@ -37,12 +38,12 @@ const ZSTANDARD: u32 = 2;
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 
-/// The size of a file's picture, with nothing decoded.
+/// The image size from the header, without decoding.
 pub(super) fn size(bytes: &[u8]) -> Result<Size, String> {
     Ktx2::new(bytes).map(|file| file.size)
 }
 
-/// A file's largest picture, as 8-bit RGBA. The caller has bounded its size.
+/// A file's largest image, as 8-bit RGBA. The caller has limited its size.
 pub(super) fn decode(bytes: &[u8]) -> Result<Texture, String> {
     let file = Ktx2::new(bytes)?;
     let rgba = match (file.model, file.supercompression) {
@@ -83,17 +84,17 @@ fn cut_short() -> String {
 impl<'a> Ktx2<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self, String> {
         if !bytes.starts_with(&KTX2_IDENTIFIER) {
-            return Err("it must be a KTX2 file".to_owned());
+            return Err("not a KTX2 file".to_owned());
         }
         let [width, height, depth] = [word(bytes, 20)?, word(bytes, 24)?, word(bytes, 28)?];
         let [layers, faces, levels] = [word(bytes, 32)?, word(bytes, 36)?, word(bytes, 40)?];
         if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || levels > 32 {
-            return Err("KTX2 file must hold one flat picture".to_owned());
+            return Err("a KTX2 file must hold a single 2D image".to_owned());
         }
-        // Sides of 16 bits are what the transcoder takes.
+        // The transcoder takes 16-bit sizes.
         if width.max(height) > u32::from(u16::MAX) {
             return Err(format!(
-                "KTX2 picture must have sides up to 65535, got {width} x {height}"
+                "a KTX2 image must have sides of at most 65535 texels, got {width} x {height}"
             ));
         }
         let descriptor = part(bytes, word(bytes, 48)?.into(), word(bytes, 52)?.into())?;
@@ -113,7 +114,7 @@ impl<'a> Ktx2<'a> {
         [self.size.width.div_ceil(4), self.size.height.div_ceil(4)]
     }
 
-    /// Bytes of the largest picture's blocks.
+    /// Size of the largest image's blocks, in bytes.
     fn block_bytes(&self) -> usize {
         self.blocks().map(|count| count as usize).iter().product::<usize>() * UASTC_BLOCK
     }
@@ -157,7 +158,12 @@ impl<'a> Ktx2<'a> {
         transcoder.transcode_image_level(&file, format, first).map_err(|_| bad())
     }
 
-    /// The largest picture of ETC1S as a `.basis` file of that one alone.
+    /// The largest ETC1S image as a single-image `.basis` file.
+    ///
+    /// Layout: header, slice descriptions (colour, then alpha if present), endpoints,
+    /// selectors, tables, slices. All but the header and the descriptions are copied unchanged
+    /// from the KTX2 file's global data and level. Entries of `header` and `described` are
+    /// pairs of value and width in bytes.
     fn as_basis(&self) -> Result<Vec<u8>, String> {
         const HEADER: usize = 77;
         const SLICE: usize = 23;
@@ -165,7 +171,7 @@ impl<'a> Ktx2<'a> {
         let global = self.global;
         let counts = word(global, 0)?;
         let lengths = [word(global, 4)?, word(global, 8)?, word(global, 12)?].map(u64::from);
-        // Color, then opacity: each a slice of the level's bytes.
+        // Colour, then alpha: each a slice of the level's bytes.
         let [color, color_len, alpha, alpha_len] =
             [word(global, 24)?, word(global, 28)?, word(global, 32)?, word(global, 36)?]
                 .map(u64::from);
@@ -173,7 +179,7 @@ impl<'a> Ktx2<'a> {
         if alpha_len > 0 {
             slices.push(part(self.level, alpha, alpha_len)?);
         }
-        // Endpoints, selectors and tables follow on each other.
+        // Endpoints, selectors and tables are contiguous.
         let mut at = 20 + (PICTURE * self.pictures) as u64;
         let mut parts = Vec::new();
         for length in lengths {
@@ -193,10 +199,11 @@ impl<'a> Ktx2<'a> {
         let size = |part: usize| parts[part].len() as u32;
         let flags = 1 | if slices.len() > 1 { 4 } else { 0 };
         let header = [
-            // The mark "sB", version 0x13, the header's length, and no checksums, which nobody looks at.
+            // Signature "sB", version 0x13, header length, and zero checksums, which are not
+            // verified.
             [(0x4273, 2), (0x13, 2), (HEADER as u32, 2), (0, 2)],
             [((offset - HEADER) as u32, 4), (0, 2), (slices.len() as u32, 3), (1, 3)],
-            // ETC1S, its flags, and a flat picture that is no film.
+            // ETC1S, flags, and texture type 2D, not video.
             [(0, 1), (flags, 2), (0, 1), (0, 3)],
             [(0, 4), (0, 4), (0, 4), (counts & 0xffff, 2)],
             [(offsets[0], 4), (size(0), 3), (counts >> 16, 2), (offsets[1], 4)],
@@ -206,7 +213,7 @@ impl<'a> Ktx2<'a> {
         let [width, height] = [self.size.width, self.size.height];
         let [columns, rows] = self.blocks();
         let described = slices.iter().enumerate().flat_map(|(index, slice)| {
-            // Image and level 0; whether it is opacity.
+            // Image and level 0; whether it is alpha.
             [
                 [(0, 3), (0, 1), (index as u32, 1), (width, 2)],
                 [(height, 2), (columns, 2), (rows, 2), (offsets[3 + index], 4)],
@@ -226,7 +233,7 @@ impl<'a> Ktx2<'a> {
 mod tests {
     use super::*;
 
-    /// A checked picture of two colours as our own encoder writes it.
+    /// A two-coloured image, written by our own encoder.
     fn file() -> Vec<u8> {
         let texels = (0..16 * 8_u32)
             .flat_map(|k| if k % 16 < 8 { [200, 40, 20, 255] } else { [10, 90, 160, 255] });
@@ -237,24 +244,24 @@ mod tests {
     }
 
     #[test]
-    fn uastc_that_was_written_is_read() {
+    fn written_uastc_is_read() {
         let file = file();
         assert_eq!(size(&file), Ok(Size::new(16, 8)));
         let texture = decode(&file).unwrap();
         for (x, wanted) in [(2, [200, 40, 20, 255]), (12, [10, 90, 160, 255])] {
             for (k, wanted) in wanted.into_iter().enumerate() {
                 let found = (texture.get(x, 3, k) * 255.0).round() as i32;
-                // Blocks of one colour are kept within their 5 to 8 bits of precision.
+                // Blocks of one colour are kept within their precision of 5 to 8 bits.
                 assert!((found - wanted).abs() <= 4, "{x} {k}: {found} {wanted}");
             }
         }
     }
 
     #[test]
-    fn damaged_files_are_refused_or_read() {
+    fn damaged_files_never_panic() {
         let file = file();
         for length in 0..file.len() {
-            // The smaller levels, which come first, are not looked at.
+            // The smaller levels, which come first, are not read.
             let _ = decode(&file[..length]);
         }
         assert!(decode(&file[..60]).unwrap_err().contains("truncated"));

@@ -1,29 +1,30 @@
-//! What surfaces look like: the part of glTF's materials that is drawn.
+//! Materials: the part of glTF's material model that is rendered.
 
-/// How a surface looks: the part of glTF's materials that is drawn.
+/// A surface material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Its name.
     pub name: String,
-    /// Linear colour and opacity; multiplies the texture.
+    /// Base colour, linear RGBA; multiplies the texture.
     pub color: [f32; 4],
-    /// What is spread over the surface.
+    /// Base colour texture.
     pub texture: Option<TextureUse>,
-    /// Linear light that it gives off by itself, which its texture is multiplied with. May be above 1.
+    /// Emitted light, linear; multiplied by its texture. May exceed 1.
     pub emissive: [f32; 3],
-    /// Where it gives off light, and of which colour.
+    /// Texture of the emitted light.
     pub emissive_texture: Option<TextureUse>,
-    /// Normals in tangent space: X along U, Y against V, Z out of the surface, each -1 to 1 as 0 to 1.
-    pub normal: Option<Scaled>,
-    /// How much of the sky reaches the surface, in the red channel.
-    pub occlusion: Option<Scaled>,
-    /// Highlights, where the file tells them by colour and sharpness.
-    pub gloss: Option<Gloss>,
-    /// What opacity means.
-    pub alpha: Alpha,
-    /// Whether it is seen from behind too.
+    /// Normal map in tangent space: X along U, Y against V, Z out of the surface, -1 to 1 stored as
+    /// 0 to 1.
+    pub normal: Option<ScaledTexture>,
+    /// Ambient occlusion, in the red channel: the share of the sky that is visible.
+    pub occlusion: Option<ScaledTexture>,
+    /// Specular highlights, for files in the specular-glossiness model.
+    pub gloss: Option<SpecularGloss>,
+    /// Alpha mode.
+    pub alpha: AlphaMode,
+    /// Whether back faces are visible.
     pub double_sided: bool,
-    /// Whether it has its colour whatever the light.
+    /// Whether it ignores lighting.
     pub unlit: bool,
 }
 
@@ -38,65 +39,66 @@ impl Default for Material {
             normal: None,
             occlusion: None,
             gloss: None,
-            alpha: Alpha::Opaque,
+            alpha: AlphaMode::Opaque,
             double_sided: false,
             unlit: false,
         }
     }
 }
 
-/// A texture of numbers, and how much of it counts.
+/// A data texture with a strength.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scaled {
+pub struct ScaledTexture {
     /// The texture.
     pub texture: TextureUse,
-    /// Multiplies a normal's X and Y, or is the share of an occlusion.
+    /// Scale of a normal's X and Y, or strength of the occlusion.
     pub scale: f32,
 }
 
-/// How a surface mirrors light.
+/// Specular reflection of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gloss {
-    /// Linear colour of what is mirrored straight on; what it takes is missing from the surface's own.
+pub struct SpecularGloss {
+    /// Specular colour at normal incidence, linear; diffuse reflection is reduced by as much.
     pub specular: [f32; 3],
     /// From 0, rough, to 1, a mirror.
     pub glossiness: f32,
-    /// Multiplies both: the colour and, as opacity, the glossiness.
+    /// Multiplies both: specular colour in RGB, glossiness in alpha.
     pub texture: Option<TextureUse>,
 }
 
-/// A texture and how it goes on beyond its edges.
+/// A texture with its sampler settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextureUse {
-    /// Its number among the scene's textures.
+    /// Index among the scene's textures.
     pub index: usize,
-    /// To the sides, and up and down.
+    /// Wrap modes along U and V.
     pub wrap: [Wrap; 2],
-    /// Whether enlarged texels are squares.
+    /// Whether magnification uses nearest-neighbour filtering.
     pub nearest: bool,
-    /// Which of the vertices' texture coordinates: 0 for `Drawn::uv`, others for `Drawn::more_uv`.
+    /// Index of the vertices' texture coordinates: 0 for `PosedPrimitive::uv`, others for
+    /// `PosedPrimitive::more_uv`.
     pub coordinates: usize,
 }
 
-/// How a texture goes on beyond its edges.
+/// Wrap mode of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wrap {
-    /// From its start again.
+    /// Repeats.
     #[default]
     Repeat,
-    /// Back and forth.
+    /// Repeats, mirrored every other time.
     Mirror,
-    /// With the colour at the edge.
+    /// Clamps to the colour at the edge.
     Clamp,
 }
 
-/// What opacity means.
+/// Alpha mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Alpha {
-    /// Nothing.
+pub enum AlphaMode {
+    /// Alpha is ignored.
     Opaque,
-    /// There is no surface where it is below this.
+    /// The surface is cut out where alpha is below this value.
     Mask(f32),
-    /// The share of what is seen.
+    /// Alpha blending.
     Blend,
 }

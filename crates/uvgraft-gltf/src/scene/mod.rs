@@ -1,30 +1,32 @@
-//! Avatars from GLB, VRM and glTF files of any maker, to be posed and drawn.
+//! Reads avatars from GLB, VRM and glTF files of any origin, to be posed and drawn.
 //!
-//! Read is what a picture needs: nodes, meshes with skins and morph targets, animations, materials
-//! with their textures, and the humanoid bones and expressions of VRM 1.0 and 0.x. What is compressed
-//! (Draco, meshoptimizer, KTX2) is decompressed first. Arrays are checked against the file's real
-//! length before anything is allocated; indices, trees and numbers are checked before they are used.
+//! Everything that affects rendering is read: nodes, meshes with skins and morph targets,
+//! animations, materials with their textures, and the humanoid bones and expressions of VRM 1.0
+//! and 0.x. Compressed parts (Draco, meshoptimizer, KTX2) are decompressed first. Arrays are
+//! checked against the file's real length before anything is allocated; indices, hierarchies and
+//! numbers are validated before use.
 //!
-//! The JSON is read by own types rather than by the crate `gltf`, which refuses a whole file for
-//! parts that a picture does not need: channels without a node, textures without a plain source.
+//! The JSON is parsed into our own types rather than by the crate `gltf`, which rejects whole files
+//! for parts that rendering does not need: channels without a node, textures without a plain
+//! source.
 
 mod accessor;
 mod appearance;
-mod around;
 mod asset;
 mod check;
 mod clip;
 mod document;
 mod error;
+mod extent;
 mod geometry;
 mod humanoid;
 mod images;
 #[cfg(feature = "ktx2")]
 mod ktx2;
 mod material;
+mod named_pose;
 mod posing;
 mod skinning;
-mod stance;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -43,31 +45,31 @@ use uvgraft::Texture;
 use uvgraft_io::input::{ReadError, read_file};
 
 use self::accessor::Accessors;
-pub use self::around::Around;
 use self::asset::{Asset, MAX_BYTES};
 use self::check::{find, too_many};
 pub use self::clip::Clip;
 use self::document::Document;
-pub use self::error::{PosingError, SceneError};
+pub use self::error::{PoseRequestError, SceneError};
+pub use self::extent::Extent;
 use self::geometry::Mesh;
-pub use self::material::{Alpha, Gloss, Material, Scaled, TextureUse, Wrap};
-pub use self::posing::{Drawn, Posing};
-pub use self::stance::Stance;
-pub use self::transform::Placement;
+pub use self::material::{AlphaMode, Material, ScaledTexture, SpecularGloss, TextureUse, Wrap};
+pub use self::named_pose::NamedPose;
+pub use self::posing::{PoseRequest, PosedPrimitive};
+pub use self::transform::LocalTransform;
 use self::vrm1::Expressions;
 pub use self::whole::whole;
 
-/// Vertices and triangles of all meshes together, each counted as often as it is shown.
+/// Limits for all meshes together, each counted once for every node that shows it.
 const MAX_VERTICES: u64 = 1 << 24;
 const MAX_TRIANGLES: u64 = 1 << 25;
 
-/// What a file shows, ready to be posed.
+/// The contents of a file, ready to be posed.
 #[derive(Debug)]
 pub struct Scene {
     nodes: Vec<Node>,
-    /// Every node, parents before their children.
+    /// All nodes, parents before their children.
     order: Vec<usize>,
-    /// Nodes with a mesh that belong to the scene.
+    /// Mesh nodes of the scene.
     shown: Vec<usize>,
     meshes: Vec<Mesh>,
     skins: Vec<SkinBinding>,
@@ -78,15 +80,15 @@ pub struct Scene {
     expressions: Vec<Expression>,
 }
 
-/// A node of the tree.
+/// A node of the hierarchy.
 #[derive(Debug)]
 struct Node {
     name: String,
     parent: Option<usize>,
-    rest: Placement,
+    rest: LocalTransform,
     mesh: Option<usize>,
     skin: Option<usize>,
-    /// Weights of the mesh's morph targets at rest, one each.
+    /// Rest weights of the mesh's morph targets, one each.
     weights: Vec<f32>,
 }
 
@@ -96,30 +98,30 @@ struct SkinBinding {
     inverse_bind: Vec<Affine3A>,
 }
 
-/// A named face that VRM defines through morph targets.
+/// A named VRM expression, a combination of morph targets.
 #[derive(Debug)]
 struct Expression {
     name: String,
-    /// Node, morph target and the target's weight where the expression's is 1.
+    /// Node, morph target, and the target's weight when the expression's weight is 1.
     binds: Vec<(usize, usize, f32)>,
-    /// Whether there is no half of it.
+    /// Whether its weight is either 0 or 1.
     is_binary: bool,
 }
 
 impl Scene {
-    /// Reads a GLB, VRM or glTF file that is whole in itself: its buffers and images are in the GLB
-    /// or in data URIs.
+    /// Reads a self-contained GLB, VRM or glTF file: buffers and images are in the GLB or in data
+    /// URIs.
     ///
     /// # Errors
-    /// [`SceneError`] for anything that is cut short, damaged, absurdly large or refers to nothing.
+    /// [`SceneError`] for anything truncated, damaged or too large, and for dangling references.
     pub fn read(bytes: &[u8]) -> Result<Self, SceneError> {
         Self::read_in(bytes, None)
     }
 
-    /// Reads a GLB, VRM or glTF file, and the files beside it that it names.
+    /// Reads a GLB, VRM or glTF file and the external files that it refers to.
     ///
     /// # Errors
-    /// As [`Scene::read`], with the path; also for names of files that are not in its folder.
+    /// As [`Scene::read`], with the path; also if it refers to a file outside its folder.
     pub fn load(path: &Path) -> Result<Self, ReadError<SceneError>> {
         let folder = path.parent().unwrap_or(Path::new(""));
         read_file(path, MAX_BYTES, |bytes| Self::read_in(bytes, Some(folder)))
@@ -173,7 +175,7 @@ impl Scene {
         &self.clips
     }
 
-    /// How its surfaces look. The last one is for those that name none.
+    /// Its materials. The last one is for primitives without a material.
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -183,12 +185,12 @@ impl Scene {
         &self.textures
     }
 
-    /// VRM's names of the humanoid bones that were found.
+    /// VRM names of the humanoid bones that were found.
     pub fn bones(&self) -> impl Iterator<Item = &str> {
         self.bones.keys().map(String::as_str)
     }
 
-    /// Names of VRM's expressions, then of morph targets, each once.
+    /// Names of the VRM expressions, then of the morph targets, without duplicates.
     pub fn expressions(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.expressions.iter().map(|e| e.name.as_str()).collect();
         for name in self.meshes.iter().flat_map(|mesh| &mesh.target_names) {
@@ -199,7 +201,7 @@ impl Scene {
         names
     }
 
-    /// Triangles that a picture of it shows.
+    /// Number of triangles drawn.
     pub fn triangles(&self) -> usize {
         let meshes = self.shown.iter().filter_map(|&node| self.nodes[node].mesh);
         let primitives = meshes.flat_map(|mesh| &self.meshes[mesh].primitives);
@@ -248,16 +250,16 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
     Ok(nodes)
 }
 
-fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError> {
+fn placement(node: &document::Node, place: &str) -> Result<LocalTransform, SceneError> {
     let not_finite = || SceneError::content(place, "world transform must be finite");
     if let Some(matrix) = &node.matrix {
         if !matrix.iter().all(|value| value.is_finite()) {
             return Err(not_finite());
         }
-        return Ok(Placement::nearest(&transform::affine_from_columns(matrix)));
+        return Ok(LocalTransform::nearest(&transform::affine_from_columns(matrix)));
     }
-    let rest = Placement::default();
-    let placement = Placement {
+    let rest = LocalTransform::default();
+    let placement = LocalTransform {
         translation: node.translation.unwrap_or(rest.translation),
         rotation: transform::unit(node.rotation.unwrap_or(rest.rotation)).into(),
         scale: node.scale.unwrap_or(rest.scale),
@@ -271,7 +273,8 @@ fn placement(node: &document::Node, place: &str) -> Result<Placement, SceneError
     }
 }
 
-/// Puts everything under one more node, which makes what looks along -Z, as VRM 0.x does, look along +Z.
+/// Adds a root node that rotates everything by 180° about Y, since VRM 0.x models face -Z and ours
+/// +Z.
 fn turn_around(nodes: &mut Vec<Node>) {
     let above = nodes.len();
     for root in nodes.iter_mut().filter(|node| node.parent.is_none()) {
@@ -280,14 +283,14 @@ fn turn_around(nodes: &mut Vec<Node>) {
     nodes.push(Node {
         name: String::new(),
         parent: None,
-        rest: Placement { rotation: [0.0, 1.0, 0.0, 0.0], ..Placement::default() },
+        rest: LocalTransform { rotation: [0.0, 1.0, 0.0, 0.0], ..LocalTransform::default() },
         mesh: None,
         skin: None,
         weights: Vec::new(),
     });
 }
 
-/// All nodes in an order in which parents come first.
+/// All nodes in breadth-first order, so parents come first.
 fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
     let mut children = vec![Vec::new(); nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
@@ -302,7 +305,7 @@ fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
         order.append(&mut children[node]);
         next += 1;
     }
-    // No node has two parents, so those that no root leads to go around in circles.
+    // Every node has at most one parent, so nodes that no root reaches are in or below a cycle.
     if order.len() < nodes.len() {
         let mut reached = vec![false; nodes.len()];
         order.iter().for_each(|&node| reached[node] = true);
@@ -312,7 +315,7 @@ fn parents_first(nodes: &[Node]) -> Result<Vec<usize>, SceneError> {
     Ok(order)
 }
 
-/// The nodes with a mesh that the file's scene contains.
+/// The mesh nodes in the file's scene.
 fn shown(document: &Document, nodes: &[Node], order: &[usize]) -> Result<Vec<usize>, SceneError> {
     let scene = document.scene.unwrap_or(0);
     let mut is_shown = vec![document.scenes.is_empty(); nodes.len()];

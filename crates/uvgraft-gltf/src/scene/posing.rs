@@ -1,43 +1,44 @@
-//! A scene at one moment: which bones are turned, which faces it makes, and what is drawn then.
+//! Posing of a scene: clip, named pose, expressions and bone rotations, and the resulting
+//! triangles.
 
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::stance::Stance;
-use super::transform::{Placement, from_degrees};
-use super::{PosingError, Scene, skinning};
+use super::named_pose::NamedPose;
+use super::transform::{LocalTransform, from_degrees};
+use super::{PoseRequestError, Scene, skinning};
 
-/// What a scene is asked to do. Empty for its rest pose.
+/// A pose request for a scene. The default is the rest pose.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Posing {
-    /// An animation by its number, at a time in seconds; times outside stand still at its ends.
+pub struct PoseRequest {
+    /// An animation by index, and a time in seconds; times outside the clip are clamped.
     pub clip: Option<(usize, f32)>,
-    /// A pose of the whole body, in place of what the clip does to those bones.
-    pub stance: Stance,
-    /// VRM's expressions or morph targets by their names, with their weights; usually 0 to 1.
+    /// A pose of the whole body; overrides the clip for the bones it affects.
+    pub stance: NamedPose,
+    /// VRM expressions or morph targets by name, with weights, usually 0 to 1.
     pub weights: Vec<(String, f32)>,
-    /// Bones by VRM's names, or any nodes by theirs, turned by degrees about X, then Y, then Z: the
-    /// axes are those of the world in the rest pose, carried along by the parents.
+    /// Rotations of bones, by VRM name, or of any nodes, by name, in degrees about X, then Y, then
+    /// Z: the axes are those of the world in the rest pose, and rotate along with the parents.
     pub rotations: Vec<(String, [f32; 3])>,
 }
 
-/// Triangles of one material in the world, ready to be drawn. Metres, Y up.
+/// Triangles of one material in world space, ready to be drawn. Metres, Y up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drawn {
-    /// Of each vertex.
+pub struct PosedPrimitive {
+    /// Position of each vertex.
     pub positions: Vec<[f32; 3]>,
-    /// Of each vertex, of unit length where they mean anything.
+    /// Normal of each vertex, of unit length unless undefined.
     pub normals: Vec<[f32; 3]>,
-    /// Of each vertex, in its material's texture; the origin is at the top left.
+    /// Texture coordinate of each vertex for its material's texture; the origin is at the top left.
     pub uv: Arc<[[f32; 2]]>,
-    /// The same for textures with coordinates of their own.
+    /// Further coordinates, for textures that have their own.
     pub more_uv: Vec<Arc<[[f32; 2]]>>,
-    /// Of each vertex: a linear colour and opacity that multiply the material's.
+    /// Linear colour and alpha of each vertex, which multiply the material's.
     pub colors: Option<Arc<[[f32; 4]]>>,
-    /// Corners, counter-clockwise where seen from the front.
+    /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Arc<[[u32; 3]]>,
-    /// Number of the material.
+    /// Index of the material.
     pub material: usize,
 }
 
@@ -45,9 +46,9 @@ impl Scene {
     /// The scene's triangles in a pose.
     ///
     /// # Errors
-    /// [`PosingError`] for a name that the scene does not have, and for numbers that are not finite.
-    pub fn pose(&self, posing: &Posing) -> Result<Vec<Drawn>, PosingError> {
-        let (placements, weights) = self.moved(posing)?;
+    /// [`PoseRequestError`] for unknown names, and for numbers that are not finite.
+    pub fn pose(&self, posing: &PoseRequest) -> Result<Vec<PosedPrimitive>, PoseRequestError> {
+        let (placements, weights) = self.local_pose(posing)?;
         let world = self.world(|node| placements[node]);
         let mut drawn = Vec::new();
         for &index in &self.shown {
@@ -71,7 +72,7 @@ impl Scene {
                 } else {
                     Arc::clone(&primitive.triangles)
                 };
-                drawn.push(Drawn {
+                drawn.push(PosedPrimitive {
                     positions,
                     normals,
                     uv: Arc::clone(&primitive.uv),
@@ -85,24 +86,32 @@ impl Scene {
         Ok(drawn)
     }
 
-    /// Where a humanoid bone is in a pose: its position in the world, if the scene has it.
+    /// World position of a humanoid bone in a pose, if the scene has the bone.
     ///
-    /// - `bone`: VRM's name.
+    /// - `bone`: VRM name.
     ///
     /// # Errors
     /// As [`Scene::pose`].
-    pub fn bone(&self, bone: &str, posing: &Posing) -> Result<Option<[f32; 3]>, PosingError> {
-        self.bones.get(bone).map(|&node| self.place(node, posing)).transpose()
+    pub fn bone(
+        &self,
+        bone: &str,
+        posing: &PoseRequest,
+    ) -> Result<Option<[f32; 3]>, PoseRequestError> {
+        self.bones.get(bone).map(|&node| self.position(node, posing)).transpose()
     }
 
-    /// Where a node is in a pose.
-    pub(super) fn place(&self, node: usize, posing: &Posing) -> Result<[f32; 3], PosingError> {
-        let (placements, _) = self.moved(posing)?;
+    /// World position of a node in a pose.
+    pub(super) fn position(
+        &self,
+        node: usize,
+        posing: &PoseRequest,
+    ) -> Result<[f32; 3], PoseRequestError> {
+        let (placements, _) = self.local_pose(posing)?;
         Ok(self.world(|node| placements[node])[node].translation.into())
     }
 
-    /// Where each node is, from where each is relative to its parent.
-    fn world(&self, local: impl Fn(usize) -> Placement) -> Vec<Affine3A> {
+    /// World transforms of all nodes from their local transforms.
+    fn world(&self, local: impl Fn(usize) -> LocalTransform) -> Vec<Affine3A> {
         let mut world = vec![Affine3A::IDENTITY; self.nodes.len()];
         for &node in &self.order {
             let own = local(node).affine();
@@ -114,14 +123,22 @@ impl Scene {
         world
     }
 
-    /// Each node's place relative to its parent, and the weights of its morph targets.
-    fn moved(&self, posing: &Posing) -> Result<(Vec<Placement>, Vec<Vec<f32>>), PosingError> {
-        let mut placements: Vec<Placement> = self.nodes.iter().map(|node| node.rest).collect();
+    /// Local transform of each node, and its morph target weights, in a pose.
+    ///
+    /// Order: clip, expressions, named pose, rotations. A named pose replaces the clip's rotation
+    /// of a bone; rotations are applied on top. A rotation `R` about world axes becomes
+    /// `P⁻¹ · R · P` in the parent's space, `P` being the parent's world rotation at rest, so the
+    /// same angles mean the same in skeletons whose bone axes differ.
+    fn local_pose(
+        &self,
+        posing: &PoseRequest,
+    ) -> Result<(Vec<LocalTransform>, Vec<Vec<f32>>), PoseRequestError> {
+        let mut placements: Vec<LocalTransform> = self.nodes.iter().map(|node| node.rest).collect();
         let mut weights: Vec<Vec<f32>> =
             self.nodes.iter().map(|node| node.weights.clone()).collect();
         if let Some((index, seconds)) = posing.clip {
             finite("a time", &[seconds])?;
-            let clip = self.clips.get(index).ok_or_else(|| PosingError::Unknown {
+            let clip = self.clips.get(index).ok_or_else(|| PoseRequestError::Unknown {
                 what: "clip",
                 name: index.to_string(),
                 choices: (0..self.clips.len()).map(|clip| clip.to_string()).collect(),
@@ -133,9 +150,9 @@ impl Scene {
         }
         for (name, weight) in &posing.weights {
             finite("a weight", &[*weight])?;
-            self.express(name, *weight, &mut weights)?;
+            self.add_expression(name, *weight, &mut weights)?;
         }
-        let rest = self.rest_turns();
+        let rest = self.rest_rotations();
         let mut turn = |node: usize, turn: Quat, clears: bool| {
             let parent = self.nodes[node].parent.map_or(Quat::IDENTITY, |p| rest[p]);
             let local = parent.inverse() * turn * parent;
@@ -143,7 +160,7 @@ impl Scene {
             placements[node].rotation =
                 (local * Quat::from_array(from.rotation)).normalize().into();
         };
-        for (node, rotation) in self.stance_turns(posing.stance)? {
+        for (node, rotation) in self.stance_rotations(posing.stance)? {
             turn(node, rotation, true);
         }
         for (name, degrees) in &posing.rotations {
@@ -153,26 +170,27 @@ impl Scene {
         Ok((placements, weights))
     }
 
-    /// How each node is turned in the world at rest.
-    fn rest_turns(&self) -> Vec<Quat> {
-        let mut turns = vec![Quat::IDENTITY; self.nodes.len()];
+    /// World rotations of all nodes at rest.
+    fn rest_rotations(&self) -> Vec<Quat> {
+        let mut rotations = vec![Quat::IDENTITY; self.nodes.len()];
         for &node in &self.order {
             let own = Quat::from_array(self.nodes[node].rest.rotation);
-            turns[node] = match self.nodes[node].parent {
-                Some(parent) => (turns[parent] * own).normalize(),
+            rotations[node] = match self.nodes[node].parent {
+                Some(parent) => (rotations[parent] * own).normalize(),
                 None => own,
             };
         }
-        turns
+        rotations
     }
 
-    /// Turns of bones about the world's axes, as [`Posing::rotations`] has them, that make a pose.
-    fn stance_turns(&self, stance: Stance) -> Result<Vec<(usize, Quat)>, PosingError> {
+    /// Bone rotations about the world's axes, in the convention of [`PoseRequest::rotations`], that
+    /// produce a named pose.
+    fn stance_rotations(&self, stance: NamedPose) -> Result<Vec<(usize, Quat)>, PoseRequestError> {
         let world = self.world(|node| self.nodes[node].rest);
-        let mut whole: Vec<Option<Quat>> = vec![None; self.nodes.len()];
-        let mut turns = Vec::new();
+        let mut total: Vec<Option<Quat>> = vec![None; self.nodes.len()];
+        let mut rotations = Vec::new();
         for aim in stance.aims() {
-            let missing = |bone| PosingError::NoBone { pose: stance.name(), bone };
+            let missing = |bone| PoseRequestError::NoBone { pose: stance.name(), bone };
             let (bone, tip) = (self.bones.get(aim.bone), self.bones.get(aim.tip));
             if aim.optional && (bone.is_none() || tip.is_none()) {
                 continue;
@@ -180,25 +198,25 @@ impl Scene {
             let &bone = bone.ok_or_else(|| missing(aim.bone))?;
             let &tip = tip.ok_or_else(|| missing(aim.tip))?;
             let mut above = self.nodes[bone].parent;
-            while let Some(node) = above.filter(|&node| whole[node].is_none()) {
+            while let Some(node) = above.filter(|&node| total[node].is_none()) {
                 above = self.nodes[node].parent;
             }
-            let carried = above.and_then(|node| whole[node]).unwrap_or(Quat::IDENTITY);
+            let carried = above.and_then(|node| total[node]).unwrap_or(Quat::IDENTITY);
             let rest = Vec3::from(world[tip].translation - world[bone].translation);
             let own = aim.turn(carried, rest);
-            turns.push((bone, own));
-            whole[bone] = Some((carried * own).normalize());
+            rotations.push((bone, own));
+            total[bone] = Some((carried * own).normalize());
         }
-        Ok(turns)
+        Ok(rotations)
     }
 
-    /// Adds an expression or a morph target.
-    fn express(
+    /// Adds an expression or a morph target, by exact name, otherwise ignoring case.
+    fn add_expression(
         &self,
         name: &str,
         weight: f32,
         weights: &mut [Vec<f32>],
-    ) -> Result<(), PosingError> {
+    ) -> Result<(), PoseRequestError> {
         let by = |same: fn(&str, &str) -> bool| {
             let expression = self.expressions.iter().find(|e| same(&e.name, name));
             if let Some(expression) = expression {
@@ -222,7 +240,7 @@ impl Scene {
         }
         let known = self.expressions.iter().any(|e| e.name.eq_ignore_ascii_case(name));
         if added.is_empty() && !known {
-            return Err(PosingError::Unknown {
+            return Err(PoseRequestError::Unknown {
                 what: "expression",
                 name: name.to_owned(),
                 choices: self.expressions().into_iter().map(str::to_owned).collect(),
@@ -236,7 +254,8 @@ impl Scene {
         Ok(())
     }
 
-    pub(super) fn bone_or_node(&self, name: &str) -> Result<usize, PosingError> {
+    /// Looks up a node by VRM bone name, else by node name, else by bone name ignoring case.
+    pub(super) fn bone_or_node(&self, name: &str) -> Result<usize, PoseRequestError> {
         let bone = self.bones.get(name).copied();
         let bone = bone.or_else(|| self.nodes.iter().position(|node| node.name == name));
         let alike = |(bone, &node): (&String, &usize)| {
@@ -246,7 +265,7 @@ impl Scene {
             let bones = self.bones.keys().cloned();
             let nodes = self.nodes.iter().map(|node| node.name.clone());
             let named: Vec<String> = nodes.filter(|name| !name.is_empty()).collect();
-            PosingError::Unknown {
+            PoseRequestError::Unknown {
                 what: "bone",
                 name: name.to_owned(),
                 choices: if self.bones.is_empty() { named } else { bones.collect() },
@@ -255,9 +274,9 @@ impl Scene {
     }
 }
 
-fn finite(what: &'static str, values: &[f32]) -> Result<(), PosingError> {
+fn finite(what: &'static str, values: &[f32]) -> Result<(), PoseRequestError> {
     match values.iter().find(|value| !value.is_finite()) {
-        Some(found) => Err(PosingError::NotFinite { what, found: found.to_string() }),
+        Some(found) => Err(PoseRequestError::NotFinite { what, found: found.to_string() }),
         None => Ok(()),
     }
 }

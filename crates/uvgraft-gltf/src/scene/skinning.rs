@@ -1,4 +1,4 @@
-//! Linear blend skinning after morphing, vertex by vertex.
+//! Morphing, then linear blend skinning, vertex by vertex.
 //!
 //! # Source
 //! Magnenat-Thalmann et al., "Joint-dependent local deformations for hand animation and object
@@ -10,14 +10,19 @@ use uvgraft::threads;
 use super::geometry::{Influences, Normals, Primitive};
 use super::transform::normal_matrix;
 
-/// Vertices in a piece of work: enough to be worth one.
+/// Vertices in a unit of parallel work, enough to amortise its overhead.
 const CHUNK: usize = 1024;
 
 /// World positions and unit normals of a primitive.
 ///
-/// - `weights`: of the morph targets.
-/// - `joints`: for each joint of its skin, where that takes the bind pose.
-/// - `node`: where the node is, for what has no skin.
+/// Positions are `Σ w_j M_j (p + Σ w_m Δ_m)`, with `M_j` the world transform of joint `j` times its
+/// inverse bind matrix. Normals use the cofactor matrix of the blended transform, so they stay
+/// perpendicular under scaling, and are defined even for singular transforms. Missing normals are
+/// computed from the deformed triangles.
+///
+/// - `weights`: weights of the morph targets.
+/// - `joints`: transforms of the skin's joints from the bind pose to the world.
+/// - `node`: world transform of the node, for primitives without a skin.
 pub(super) fn deformed(
     primitive: &Primitive,
     weights: &[f32],
@@ -39,11 +44,11 @@ pub(super) fn deformed(
         (Some(joints), Some(influences)) => {
             skin(&mut positions, &mut normals, influences, joints);
         }
-        _ => place(&mut positions, &mut normals, node),
+        _ => transform(&mut positions, &mut normals, node),
     }
     if let Normals::Missing(first) = &primitive.normals {
-        normals = made_from_triangles(&positions, &primitive.triangles, first);
-        // Corners of what is mirrored go round the wrong way.
+        normals = area_weighted_normals(&positions, &primitive.triangles, first);
+        // Mirroring reverses the winding.
         if joints.is_none() && node.matrix3.determinant() < 0.0 {
             normals.iter_mut().for_each(|normal| *normal = -*normal);
         }
@@ -60,17 +65,17 @@ fn add(vectors: &mut [Vec3], deltas: &[(u32, Vec3)], weight: f32) {
     }
 }
 
-fn turned(matrix: &Mat3A, normal: Vec3) -> Vec3 {
+fn map_normal(matrix: &Mat3A, normal: Vec3) -> Vec3 {
     (*matrix * normal).normalize_or_zero()
 }
 
-fn place(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine3A) {
+fn transform(positions: &mut [Vec3], normals: &mut [Vec3], node: &Affine3A) {
     let matrix = normal_matrix(&node.matrix3);
     threads::for_each_chunk(positions, CHUNK, |_, positions| {
         positions.iter_mut().for_each(|p| *p = node.transform_point3(*p));
     });
     threads::for_each_chunk(normals, CHUNK, |_, normals| {
-        normals.iter_mut().for_each(|n| *n = turned(&matrix, *n));
+        normals.iter_mut().for_each(|n| *n = map_normal(&matrix, *n));
     });
 }
 
@@ -102,13 +107,13 @@ fn skin(
         for (k, (p, n)) in positions.iter_mut().zip(normals).enumerate() {
             let map = map(chunk * CHUNK + k);
             *p = map.transform_point3(*p);
-            *n = turned(&normal_matrix(&map.matrix3), *n);
+            *n = map_normal(&normal_matrix(&map.matrix3), *n);
         }
     });
 }
 
-/// Means of the triangles' normals weighted by area, the same at all vertices of one place.
-fn made_from_triangles(positions: &[Vec3], triangles: &[[u32; 3]], first: &[u32]) -> Vec<Vec3> {
+/// Area-weighted vertex normals, shared by all vertices at one position.
+fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], first: &[u32]) -> Vec<Vec3> {
     let mut sums = vec![Vec3::default(); positions.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);

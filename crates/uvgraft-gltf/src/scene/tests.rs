@@ -1,4 +1,4 @@
-//! Files that are whole, and files that are not.
+//! Reading and posing valid files, and rejecting invalid ones.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -11,14 +11,14 @@ fn read(strip: &Strip) -> Scene {
     Scene::read(&strip.glb()).unwrap()
 }
 
-fn positions(scene: &Scene, posing: &Posing) -> Vec<[f32; 3]> {
+fn positions(scene: &Scene, posing: &PoseRequest) -> Vec<[f32; 3]> {
     scene.pose(posing).unwrap()[0].positions.clone()
 }
 
 fn assert_near(found: &[[f32; 3]], wanted: &[[f32; 3]]) {
     assert_eq!(found.len(), wanted.len());
     for (a, b) in found.iter().zip(wanted) {
-        // Sums of a few products of numbers up to 2 in single precision.
+        // Rounding error of sums of a few products of numbers up to 2 in single precision.
         assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{found:?} instead of {wanted:?}");
     }
 }
@@ -32,8 +32,8 @@ const REST: [[f32; 3]; 6] = [
     [0.5, 2.0, 0.0],
 ];
 
-/// Joint 1 turned by 90° about Z around (0, 1, 0): the top goes to the left, the middle is the mean
-/// of where it was and of (0, 0.5, 0) or (0, 1.5, 0).
+/// Joint 1 rotated by 90° about Z around (0, 1, 0): the top moves to the left, the middle is the
+/// mean of its original position and of (0, 0.5, 0) or (0, 1.5, 0).
 const BENT: [[f32; 3]; 6] = [
     [-0.5, 0.0, 0.0],
     [0.5, 0.0, 0.0],
@@ -50,18 +50,21 @@ fn a_strip_is_read_and_bends_as_computed_by_hand() {
     assert_eq!((scene.clips()[0].name.as_str(), scene.clips()[0].seconds), ("bend", 1.0));
     assert_eq!(scene.expressions(), ["bulge"]);
     assert_eq!(scene.textures()[0].size(), uvgraft::Size::square(2));
-    assert_near(&positions(&scene, &Posing::default()), &REST);
-    let at = |seconds| Posing { clip: Some((0, seconds)), ..Posing::default() };
+    assert_near(&positions(&scene, &PoseRequest::default()), &REST);
+    let at = |seconds| PoseRequest { clip: Some((0, seconds)), ..PoseRequest::default() };
     assert_near(&positions(&scene, &at(0.0)), &REST);
     assert_near(&positions(&scene, &at(1.0)), &BENT);
-    // Half the time is half the angle.
+    // At half the time, the angle is halved.
     let half = positions(&scene, &at(0.5));
     let side = std::f32::consts::FRAC_1_SQRT_2;
     assert_near(&half[5..], &[[0.5 * side - side, 1.0 + 0.5 * side + side, 0.0]]);
-    let turned = Posing { rotations: vec![("head".into(), [0.0, 0.0, 90.0])], ..Posing::default() };
+    let turned = PoseRequest {
+        rotations: vec![("head".into(), [0.0, 0.0, 90.0])],
+        ..PoseRequest::default()
+    };
     assert_near(&positions(&scene, &turned), &BENT);
-    // Both: the turn comes on top of the clip.
-    let both = Posing { rotations: vec![("head".into(), [0.0, 0.0, -90.0])], ..at(1.0) };
+    // The rotation is applied on top of the clip.
+    let both = PoseRequest { rotations: vec![("head".into(), [0.0, 0.0, -90.0])], ..at(1.0) };
     assert_near(&positions(&scene, &both), &REST);
 }
 
@@ -69,13 +72,13 @@ fn a_strip_is_read_and_bends_as_computed_by_hand() {
 fn morphs_move_before_joints_do() {
     let scene = read(&Strip::new());
     let bulge = |weight| vec![("Bulge".to_owned(), weight)];
-    let found = positions(&scene, &Posing { weights: bulge(0.5), ..Posing::default() });
+    let found = positions(&scene, &PoseRequest { weights: bulge(0.5), ..PoseRequest::default() });
     assert_eq!((found[2], found[0]), ([-0.5, 1.0, 0.25], [-0.5, 0.0, 0.0]));
-    // A quarter turn about X takes Z to -Y for the half that is the joint's.
-    let posing = Posing {
+    // A rotation by 90° about X maps Z to -Y for the half that follows the joint.
+    let posing = PoseRequest {
         weights: bulge(1.0),
         rotations: vec![("head".into(), [90.0, 0.0, 0.0])],
-        ..Posing::default()
+        ..PoseRequest::default()
     };
     assert_near(&positions(&scene, &posing)[2..3], &[[-0.5, 0.75, 0.25]]);
 }
@@ -85,14 +88,14 @@ fn normals_turn_with_the_surface() {
     let scene = read(&Strip::new());
     for (rotation, wanted) in [([0.0; 3], [0.0, 0.0, 1.0]), ([0.0, 90.0, 0.0], [1.0, 0.0, 0.0])] {
         let rotations = vec![("foot".into(), rotation)];
-        let drawn = scene.pose(&Posing { rotations, ..Posing::default() }).unwrap();
+        let drawn = scene.pose(&PoseRequest { rotations, ..PoseRequest::default() }).unwrap();
         assert_near(&drawn[0].normals, &[wanted; 6]);
     }
 }
 
 #[test]
-fn a_turn_means_the_same_whatever_way_a_bone_lies() {
-    // The joint's own axes are turned by 90° about X, and its bind matrix undoes that.
+fn rotations_are_independent_of_bone_axes() {
+    // The joint's axes are rotated by 90° about X, and its bind matrix undoes that.
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let mut strip = Strip::new().with("/nodes/1/rotation", json!([half, 0, 0, half]));
     let inverse: [[f32; 4]; 8] = [
@@ -108,25 +111,25 @@ fn a_turn_means_the_same_whatever_way_a_bone_lies() {
     let bytes = inverse.concat().into_iter().flat_map(f32::to_le_bytes).collect::<Vec<_>>();
     let accessor = strip.add(&bytes, 5126, 2, "MAT4");
     let scene = read(&strip.with("/skins/0/inverseBindMatrices", accessor.into()));
-    assert_near(&positions(&scene, &Posing::default()), &REST);
+    assert_near(&positions(&scene, &PoseRequest::default()), &REST);
     let rotations = vec![("head".into(), [0.0, 0.0, 90.0])];
-    assert_near(&positions(&scene, &Posing { rotations, ..Posing::default() }), &BENT);
+    assert_near(&positions(&scene, &PoseRequest { rotations, ..PoseRequest::default() }), &BENT);
 }
 
 #[test]
-fn what_is_not_skinned_is_where_its_node_is() {
+fn unskinned_meshes_follow_their_node() {
     let mut strip = Strip::new()
         .with("/nodes/2/matrix", json!([-2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 4, 5, 1]));
     strip.json["nodes"][2].as_object_mut().unwrap().remove("skin");
-    let drawn = read(&strip).pose(&Posing::default()).unwrap();
+    let drawn = read(&strip).pose(&PoseRequest::default()).unwrap();
     assert_near(&drawn[0].positions[..1], &[[4.0, 4.0, 5.0]]);
-    // Mirrored, so corners go round the other way to keep the front in front.
+    // Mirrored, so the winding is reversed to keep front faces in front.
     assert_eq!(drawn[0].triangles[0], [0, 3, 1]);
     assert_near(&drawn[0].normals[..1], &[[0.0, 0.0, 1.0]]);
 }
 
 #[test]
-fn quantised_and_sparse_arrays_are_what_they_stand_for() {
+fn quantised_and_sparse_arrays_are_decoded() {
     let mut strip = Strip::new().with("/extensionsRequired", json!(["KHR_mesh_quantization"]));
     let bytes = [0_i8, 127, -127, -128].map(|value| value as u8).repeat(6);
     let weights = strip.add(&bytes, 5120, 6, "VEC4");
@@ -145,12 +148,12 @@ fn quantised_and_sparse_arrays_are_what_they_stand_for() {
     let found = accessors.floats::<4>(weights as u32, Some(6)).unwrap();
     assert_eq!(found[5], [0.0, 1.0, -1.0, -1.0]);
     let scene = Scene::read(&glb).unwrap();
-    let found = positions(&scene, &Posing::default());
+    let found = positions(&scene, &PoseRequest::default());
     assert_eq!((found[4], found[3]), ([1.0; 3], REST[3]));
 }
 
 #[test]
-fn buffers_and_images_may_be_in_the_text_or_beside_it() {
+fn buffers_and_images_may_be_embedded_or_external() {
     let strip = Strip::new();
     let uri =
         |bytes: &[u8]| format!("data:application/octet-stream;base64,{}", STANDARD.encode(bytes));
@@ -158,7 +161,7 @@ fn buffers_and_images_may_be_in_the_text_or_beside_it() {
         .with("/buffers/0/uri", uri(&strip.binary).into())
         .with("/images/0", json!({ "uri": uri(&strip::texture()) }));
     let scene = Scene::read(inline.json.to_string().as_bytes()).unwrap();
-    assert_near(&positions(&scene, &Posing::default()), &REST);
+    assert_near(&positions(&scene, &PoseRequest::default()), &REST);
 
     let folder = std::env::temp_dir().join(format!("uvgraft-scene-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -166,9 +169,9 @@ fn buffers_and_images_may_be_in_the_text_or_beside_it() {
     let beside = Strip::new().with("/buffers/0/uri", "the%20strip.bin".into());
     std::fs::write(folder.join("me.gltf"), beside.json.to_string()).unwrap();
     let scene = Scene::load(&folder.join("me.gltf")).unwrap();
-    assert_near(&positions(&scene, &Posing::default()), &REST);
+    assert_near(&positions(&scene, &PoseRequest::default()), &REST);
     let alone = Scene::read(beside.json.to_string().as_bytes()).unwrap_err().to_string();
-    assert!(alone.contains("another file"), "{alone}");
+    assert!(alone.contains("external file"), "{alone}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
@@ -191,18 +194,18 @@ fn vrm_names_bones_and_faces() {
     let scene = read(&strip);
     assert_eq!(scene.bones().collect::<Vec<_>>(), ["head", "hips"]);
     assert_eq!(scene.expressions(), ["blink", "happy", "bulge"]);
-    let bone = |bone| scene.bone(bone, &Posing::default()).unwrap();
+    let bone = |bone| scene.bone(bone, &PoseRequest::default()).unwrap();
     assert_eq!((bone("head"), bone("jaw")), (Some([0.0, 1.0, 0.0]), None));
     let depth = |name: &str, weight: f32| {
         let weights = vec![(name.to_owned(), weight)];
-        positions(&scene, &Posing { weights, ..Posing::default() })[2][2]
+        positions(&scene, &PoseRequest { weights, ..PoseRequest::default() })[2][2]
     };
     assert_eq!((depth("happy", 0.8), depth("blink", 0.4), depth("blink", 0.6)), (0.2, 0.0, 0.5));
 }
 
 #[test]
-fn arms_point_where_a_pose_wants_them_whatever_the_rest_pose() {
-    // Hands and elbows hang down along Y, or ahead along Z.
+fn named_poses_are_independent_of_the_rest_pose() {
+    // Hands and elbows are below along Y, or ahead along Z.
     for (elbow, hand) in [([0.3, -0.3, 0.0], [0.3, -0.6, 0.0]), ([0.0, 0.0, 0.5], [0.0, 0.5, 0.5])]
     {
         let bones = |side: f32, first: usize| {
@@ -224,29 +227,29 @@ fn arms_point_where_a_pose_wants_them_whatever_the_rest_pose() {
         let length = |v: [f32; 3]| v.iter().map(|x| x * x).sum::<f32>().sqrt();
         let upper = length(elbow);
         let lower = length([0, 1, 2].map(|k| hand[k] - elbow[k]));
-        let posing = Posing { stance: Stance::TPose, ..Posing::default() };
+        let posing = PoseRequest { stance: NamedPose::TPose, ..PoseRequest::default() };
         for (bone, side) in [("left", 1.0), ("right", -1.0)] {
             let found = scene.bone(&format!("{bone}Hand"), &posing).unwrap().unwrap();
             assert_near(&[found], &[[side * (0.2 + upper + lower), 1.4, 0.0]]);
         }
     }
-    let posing = Posing { stance: Stance::Wave, ..Posing::default() };
+    let posing = PoseRequest { stance: NamedPose::Wave, ..PoseRequest::default() };
     let error = read(&Strip::new()).pose(&posing).unwrap_err();
     assert!(error.to_string().contains("leftUpperArm"), "{error}");
 }
 
 #[test]
-fn asking_for_what_is_not_there_names_what_is() {
+fn unknown_names_list_the_available_ones() {
     let scene = read(&Strip::new());
-    let refused = |posing: Posing| scene.pose(&posing).unwrap_err().to_string();
-    let none = Posing::default();
+    let refused = |posing: PoseRequest| scene.pose(&posing).unwrap_err().to_string();
+    let none = PoseRequest::default();
     for (posing, wanted) in [
-        (Posing { clip: Some((1, 0.0)), ..none.clone() }, "no clip \"1\""),
-        (Posing { clip: Some((0, f32::NAN)), ..none.clone() }, "finite"),
-        (Posing { weights: vec![("smile".into(), 1.0)], ..none.clone() }, "bulge"),
-        (Posing { weights: vec![("bulge".into(), f32::NAN)], ..none.clone() }, "finite"),
-        (Posing { rotations: vec![("tail".into(), [0.0; 3])], ..none.clone() }, "head"),
-        (Posing { rotations: vec![("head".into(), [f32::INFINITY; 3])], ..none }, "finite"),
+        (PoseRequest { clip: Some((1, 0.0)), ..none.clone() }, "no clip \"1\""),
+        (PoseRequest { clip: Some((0, f32::NAN)), ..none.clone() }, "finite"),
+        (PoseRequest { weights: vec![("smile".into(), 1.0)], ..none.clone() }, "bulge"),
+        (PoseRequest { weights: vec![("bulge".into(), f32::NAN)], ..none.clone() }, "finite"),
+        (PoseRequest { rotations: vec![("tail".into(), [0.0; 3])], ..none.clone() }, "head"),
+        (PoseRequest { rotations: vec![("head".into(), [f32::INFINITY; 3])], ..none }, "finite"),
     ] {
         let found = refused(posing);
         assert!(found.contains(wanted), "{found}");
@@ -254,7 +257,7 @@ fn asking_for_what_is_not_there_names_what_is() {
 }
 
 #[test]
-fn a_file_that_is_cut_off_anywhere_is_refused() {
+fn truncated_files_are_rejected() {
     let glb = Strip::new().glb();
     for length in (0..glb.len()).step_by(16).chain([glb.len() - 1]) {
         let error = Scene::read(&glb[..length]).expect_err("cut off");
@@ -264,8 +267,8 @@ fn a_file_that_is_cut_off_anywhere_is_refused() {
 }
 
 #[test]
-fn any_flipped_byte_is_read_or_refused() {
-    // No panic, whatever it says.
+fn flipped_bytes_never_panic() {
+    // It must not panic, whatever the result.
     let glb = Strip::new().glb();
     for at in 0..glb.len() {
         for flip in [0x01, 0x80, 0xff] {
@@ -274,14 +277,14 @@ fn any_flipped_byte_is_read_or_refused() {
             if let Ok(scene) = Scene::read(&bytes) {
                 let clip = (!scene.clips().is_empty()).then_some((0, 0.3));
                 let weights = vec![("bulge".to_owned(), 0.5)];
-                let _ = scene.pose(&Posing { clip, weights, ..Posing::default() });
+                let _ = scene.pose(&PoseRequest { clip, weights, ..PoseRequest::default() });
             }
         }
     }
 }
 
 #[test]
-fn what_refers_to_nothing_or_is_no_number_is_refused_by_its_place() {
+fn invalid_references_and_numbers_are_located() {
     let nan = f32::NAN.to_le_bytes();
     let bomb = {
         let mut strip = Strip::new();
@@ -333,14 +336,14 @@ fn what_refers_to_nothing_or_is_no_number_is_refused_by_its_place() {
         (strip().with("/bufferViews/0/buffer", json!(1)), "refers to buffer 1"),
         (strip().with("/bufferViews/0/byteStride", json!(4)), "got 4"),
         (strip().with("/buffers/0/byteLength", json!(1 << 30)), "buffer 0: must have"),
-        (strip().with("/buffers/0/uri", json!("../x.bin")), "another file"),
+        (strip().with("/buffers/0/uri", json!("../x.bin")), "external file"),
         (strip().with("/buffers/0/uri", json!("data:;base64,?")), "data URI"),
         (
             strip().with("/materials/0/alphaMode", json!("ADD")),
             "alpha mode must be OPAQUE, MASK or BLEND, got \"ADD\"",
         ),
         (strip().with("/textures/0/source", json!(4)), "refers to image 4"),
-        (strip().with("/images/0/bufferView", json!(0)), "image 0: not an image"),
+        (strip().with("/images/0/bufferView", json!(0)), "image 0: not a supported image"),
         (strip().with("/animations/0/samplers/0/input", json!(0)), "accessor 0"),
         (strip().with("/animations/0/channels/0/sampler", json!(4)), "sampler 4"),
         (strip().with("/animations/0/channels/0/target/node", json!(4)), "node 4"),
@@ -348,7 +351,7 @@ fn what_refers_to_nothing_or_is_no_number_is_refused_by_its_place() {
         (strip().with("/meshes/0/primitives/0/material", json!(3)), "material 3"),
         (strip().with("/asset/version", json!("1.0")), "version must be 2.0, got \"1.0\""),
         (strip().with("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"])), "EXT_mesh_gpu"),
-        // A build with the decoder looks into it.
+        // With the decoder, the image itself is checked.
         (ktx2, if cfg!(feature = "ktx2") { "image 0" } else { "KHR_texture_basisu" }),
         (bomb, "texels of images"),
     ];

@@ -1,8 +1,8 @@
-//! Placements of nodes, as glTF has them, and the affine maps that they make.
+//! Node transforms as in glTF, and conversions to affine maps.
 
 use glam::{Affine3A, EulerRot, Mat3, Mat3A, Quat, Vec3, Vec3A};
 
-/// A quaternion of unit length; the identity for one without a length, or with NaN.
+/// A normalised quaternion; the identity if the length is 0 or not finite.
 pub(crate) fn unit(q: [f32; 4]) -> Quat {
     let q = Quat::from_array(q);
     let length = q.length();
@@ -15,15 +15,15 @@ pub(crate) fn from_degrees(angles: [f32; 3]) -> Quat {
     Quat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
-/// The smallest rotation that takes one direction to another; both of any length.
+/// The shortest-arc rotation from one direction to another, of any lengths.
 pub(crate) fn between(from: Vec3, to: Vec3) -> Quat {
     Quat::from_rotation_arc(from.normalize_or_zero(), to.normalize_or_zero())
 }
 
 /// Translation, rotation and scale of a node, relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
-    /// In the parent's unit.
+pub struct LocalTransform {
+    /// In the parent's units.
     pub translation: [f32; 3],
     /// A unit quaternion: x, y, z, w.
     pub rotation: [f32; 4],
@@ -31,13 +31,13 @@ pub struct Placement {
     pub scale: [f32; 3],
 }
 
-impl Default for Placement {
+impl Default for LocalTransform {
     fn default() -> Self {
         Self { translation: [0.0; 3], rotation: Quat::IDENTITY.to_array(), scale: [1.0; 3] }
     }
 }
 
-impl Placement {
+impl LocalTransform {
     /// The map from the node's space to its parent's.
     pub(crate) fn affine(&self) -> Affine3A {
         Affine3A::from_scale_rotation_translation(
@@ -47,7 +47,7 @@ impl Placement {
         )
     }
 
-    /// The placement that is nearest to a map: it has no shear. Axes of no length have scale 0.
+    /// The closest placement to a map, ignoring shear. Zero-length axes get scale 0.
     pub(crate) fn nearest(map: &Affine3A) -> Self {
         let axes = Mat3::from(map.matrix3);
         let mut scale = [axes.x_axis, axes.y_axis, axes.z_axis].map(Vec3::length);
@@ -65,15 +65,16 @@ impl Placement {
     }
 }
 
-/// A map from sixteen values by columns; the last row is taken for 0, 0, 0, 1.
+/// A map from a column-major 4 × 4 matrix; the last row is assumed to be 0, 0, 0, 1.
 pub(crate) fn affine_from_columns(m: &[f32; 16]) -> Affine3A {
     let column = |k: usize| Vec3A::new(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
     Affine3A { matrix3: Mat3A::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
-/// The map of normals, up to their length: they stay perpendicular to what `map` rotates and stretches.
+/// The transform of normals, up to length: they stay perpendicular to surfaces under `map`.
 ///
-/// It is the matrix of cofactors, which singular maps have too, and the inverse transpose elsewhere.
+/// It is the cofactor matrix times the sign of the determinant: `|det map|` times the inverse
+/// transpose, but it also exists for singular maps.
 pub(crate) fn normal_matrix(map: &Mat3A) -> Mat3A {
     let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
     let sign = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
@@ -91,10 +92,10 @@ mod tests {
     }
 
     #[test]
-    fn turns_go_the_right_way_round_in_the_right_order() {
+    fn rotations_have_the_right_sign_and_order() {
         let v = from_degrees([0.0, 0.0, 90.0]) * vec3(1.0, 0.0, 0.0);
         assert!(near(v, vec3(0.0, 1.0, 0.0)), "{v:?}");
-        // X takes Y to Z; then Y takes Z to X; then Z takes X to Y.
+        // X rotates Y to Z; then Y rotates Z to X; then Z rotates X to Y.
         let v = from_degrees([90.0, 90.0, 90.0]) * vec3(0.0, 1.0, 0.0);
         assert!(near(v, vec3(0.0, 1.0, 0.0)), "{v:?}");
         let v = from_degrees([90.0, 90.0, 0.0]) * vec3(0.0, 1.0, 0.0);
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn quaternions_without_a_length_turn_nothing() {
+    fn degenerate_quaternions_are_the_identity() {
         for q in [[0.0; 4], [f32::NAN, 0.0, 0.0, 1.0], [f32::INFINITY, 0.0, 0.0, 1.0]] {
             assert_eq!(unit(q), Quat::IDENTITY);
         }
@@ -110,22 +111,22 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_gives_back_what_it_was_made_of() {
+    fn a_matrix_decomposes_into_its_parts() {
         for angles in [[10.0, 20.0, 30.0], [170.0, 5.0, 0.0], [0.0, 179.0, 3.0], [0.0, 2.0, 178.0]]
         {
-            let placement = Placement {
+            let placement = LocalTransform {
                 translation: [1.0, -2.0, 3.0],
                 rotation: from_degrees(angles).into(),
                 scale: [-2.0, 0.5, 3.0],
             };
             let map = placement.affine();
-            let again = Placement::nearest(&map).affine();
+            let again = LocalTransform::nearest(&map).affine();
             assert!(again.abs_diff_eq(map, 1e-5), "{angles:?}");
         }
     }
 
     #[test]
-    fn directions_are_taken_to_each_other_even_opposite_ones() {
+    fn rotations_between_directions_even_opposite_ones() {
         for (from, to) in [
             (vec3(0.0, -2.0, 0.0), vec3(1.0, 0.0, 0.0)),
             (vec3(1.0, 0.0, 0.0), vec3(-3.0, 0.0, 0.0)),

@@ -1,8 +1,8 @@
-//! VRM 0.x in the words of VRM 1.0: its bones, and its groups of blend shapes as expressions.
+//! Converts VRM 0.x to the terms of VRM 1.0: bones, and blend shape groups as expressions.
 //!
 //! # Source
-//! VRM Consortium, "VRM 0.0" (`humanoid`, `blendShapeMaster`), and its page on migrating to 1.0 for
-//! what is called otherwise.
+//! VRM Consortium, "VRM 0.0" (`humanoid`, `blendShapeMaster`), and its guide on migrating to 1.0
+//! for renamed items.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ struct Bones {
 #[derive(Debug, Deserialize)]
 struct Bone {
     bone: String,
-    /// -1 where there is none.
+    /// -1 if there is none.
     node: i64,
 }
 
@@ -54,7 +54,7 @@ struct Group {
     binds: Vec<Bind>,
 }
 
-/// Names a mesh, where VRM 1.0 names a node; weights are percents.
+/// Refers to a mesh, unlike VRM 1.0, which refers to a node; weights are in percent.
 #[derive(Debug, Deserialize)]
 struct Bind {
     mesh: u32,
@@ -63,13 +63,13 @@ struct Bind {
 }
 
 impl Vrm0 {
-    /// The same as VRM 1.0 would say it.
+    /// Converts to VRM 1.0.
     ///
-    /// - `mesh_of_node`: the mesh of each of the file's nodes.
-    /// - `meshes`: how many the file has.
+    /// - `mesh_of_node`: mesh of each node.
+    /// - `meshes`: number of meshes in the file.
     ///
     /// # Errors
-    /// [`SceneError`] for a blend shape of a mesh that there is not.
+    /// [`SceneError`] if a blend shape refers to a missing mesh.
     pub fn as_vrm1(&self, mesh_of_node: &[Option<u32>], meshes: usize) -> Result<Vrm, SceneError> {
         let mut human_bones = BTreeMap::new();
         for bone in &self.humanoid.human_bones {
@@ -109,7 +109,7 @@ impl Group {
     }
 }
 
-/// The thumb's first bone is its metacarpal in VRM 1.0, so the names move by one.
+/// In VRM 1.0 the thumb's first bone is the metacarpal, so thumb names shift by one.
 fn bone_name(name: &str) -> String {
     match name.split_once("Thumb") {
         Some((side, "Proximal")) => format!("{side}ThumbMetacarpal"),

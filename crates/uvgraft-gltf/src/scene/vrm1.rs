@@ -1,4 +1,4 @@
-//! The part of VRM 1.0's JSON that a picture needs.
+//! The part of VRM 1.0's JSON that rendering needs.
 //!
 //! # Source
 //! VRM Consortium, "VRMC_vrm 1.0": `humanoid` and `expressions`.

@@ -1,4 +1,4 @@
-//! What other programs write: compressed files, VRM 0.x, materials of any kind.
+//! Files as other programs write them: compressed, VRM 0.x, various materials.
 
 use std::borrow::Cow;
 
@@ -10,14 +10,14 @@ use uvgraft_tests::strip::{self, Strip};
 use super::whole::whole_of;
 use super::*;
 
-/// The strip's positions, coordinates, joints, weights and indices as Google's encoder (1.5.7, with
-/// gltf-transform's defaults) compresses them.
+/// The strip's positions, UV coordinates, joints, weights and indices, compressed by Google's
+/// encoder (1.5.7, with gltf-transform's defaults).
 const DRACO: &str = "RFJBQ08CAgEBAAAABgQDBAAAAu8G/wER/wEz/wEz/wEzBP8AAAAAAAEAAAIAAAEACQMAAAIBAwkCAAECAQQCBAACAQEECQQA\
     AwIBAQEADwMBIC8BIAMA+I8AwP8PAPz//j8A8P8DAAAABAAAAAD/PwAAAAAAvwAAAAAAAAAAAAAAQA4BAQEADQMBIK0KI1UV\
     AyuobgDw/wHw/wIAAAAAAP8PAAAAAAAAAAAAAAAAgD8MAQEBAQECVT2tAgMvno4AAAAAAQAAAAEBAQANA60qJ1UVA+c6iv//\
     /wAAAP/v/wAAAAACAAAAAP8PAAAAAAAAAAAAAAAAAAAAAAAAAACAPww=";
 
-/// The strip with its primitive compressed by Draco, without the morph target that it does not have then.
+/// The strip with its primitive compressed by Draco, without the morph target.
 fn draco() -> Strip {
     let mut strip = Strip::new();
     let view = strip.view(&STANDARD.decode(DRACO).unwrap());
@@ -34,7 +34,7 @@ fn draco() -> Strip {
         )
 }
 
-/// Compresses indices as a sequence and weights as attributes: every byte as it is, by hand.
+/// Compresses indices as a sequence and weights as attributes, by hand: every byte uncompressed.
 fn meshopt() -> Strip {
     let mut strip = Strip::new();
     let mut sequence = vec![0xd1];
@@ -82,18 +82,19 @@ fn meshopt() -> Strip {
     strip.with("/extensionsRequired", json!(["EXT_meshopt_compression"]))
 }
 
-/// All corners of the strip's triangles while it bends, in an order that no encoder changes.
+/// All corners of the strip's triangles while it bends, in an order independent of the encoder.
 fn bent(scene: &Scene) -> Vec<[i32; 3]> {
-    let drawn = scene.pose(&Posing { clip: Some((0, 1.0)), ..Posing::default() }).unwrap();
+    let drawn =
+        scene.pose(&PoseRequest { clip: Some((0, 1.0)), ..PoseRequest::default() }).unwrap();
     let corners = drawn[0].triangles.iter().flatten().map(|&v| drawn[0].positions[v as usize]);
-    // Hundredths: Draco keeps 14 bits of places, and weights are of 8 bits.
+    // In hundredths: Draco keeps 14 bits of positions, and weights have 8 bits.
     let mut rounded: Vec<_> = corners.map(|p| p.map(|x| (x * 100.0).round() as i32)).collect();
     rounded.sort_unstable();
     rounded
 }
 
 #[test]
-fn compressed_files_show_what_plain_ones_show() {
+fn compressed_files_equal_plain_ones() {
     let plain = bent(&Scene::read(&Strip::new().glb()).unwrap());
     for strip in [draco(), meshopt()] {
         let glb = strip.glb();
@@ -103,7 +104,7 @@ fn compressed_files_show_what_plain_ones_show() {
             }
         };
         near(&Scene::read(&glb).unwrap());
-        // As it goes into a page: plain, for the crate `gltf` too, and read by ourselves again.
+        // As embedded in a page: uncompressed, readable by the crate `gltf` and by ourselves.
         let whole = whole_of(&glb, None).unwrap();
         let scene = Scene::read(&whole).unwrap();
         assert_eq!(scene.triangles(), 4);
@@ -111,13 +112,13 @@ fn compressed_files_show_what_plain_ones_show() {
         let document = gltf::Gltf::from_slice_without_validation(&whole).unwrap();
         assert_eq!((document.extensions_required().count(), document.buffers().count()), (0, 1));
     }
-    // What is whole already is left as it is.
+    // A self-contained file is returned unchanged.
     let glb = Strip::new().glb();
     assert!(matches!(whole_of(&glb, None), Ok(Cow::Borrowed(_))));
 }
 
 #[test]
-fn compressed_parts_that_lie_are_refused() {
+fn inconsistent_compressed_parts_are_rejected() {
     let meshopt = |pointer: &str, value: Value| {
         let strip = meshopt();
         let view = &strip.json["accessors"][strip::WEIGHTS]["bufferView"].to_string();
@@ -135,12 +136,15 @@ fn compressed_parts_that_lie_are_refused() {
         (meshopt("buffer", json!(7)), "refers to buffer 7"),
         (meshopt("byteStride", json!(6)), "multiple of 4"),
         (meshopt("mode", json!("SOUP")), "SOUP"),
-        (meshopt("filter", json!("QUATERNION")), "stride of 8"),
+        (meshopt("filter", json!("QUATERNION")), "QUATERNION must be 8"),
         (draco().with(&format!("{compressed}/bufferView"), json!(99)), "refers to buffer view 99"),
         (draco().with(&format!("{compressed}/bufferView"), json!(4)), "Draco stream"),
         (draco().with(&format!("{compressed}/attributes/POSITION"), json!(9)), "no attribute 9"),
         (draco().with("/accessors/0/count", json!(7)), "must have 7 elements, got 6"),
-        (draco().with("/meshes/0/primitives/0/mode", json!(5)), "mode must be 4, got 5"),
+        (
+            draco().with("/meshes/0/primitives/0/mode", json!(5)),
+            "mode must be 4 (triangles) with Draco compression, got 5",
+        ),
     ];
     for (strip, wanted) in cases {
         let error = Scene::read(&strip.glb()).expect_err(wanted).to_string();
@@ -149,7 +153,7 @@ fn compressed_parts_that_lie_are_refused() {
 }
 
 #[test]
-fn any_flipped_byte_of_a_compressed_part_is_read_or_refused() {
+fn flipped_bytes_of_compressed_parts_never_panic() {
     for strip in [draco(), meshopt()] {
         let glb = strip.glb();
         let start = glb.len() - 300;
@@ -158,7 +162,7 @@ fn any_flipped_byte_of_a_compressed_part_is_read_or_refused() {
                 let mut bytes = glb.clone();
                 bytes[at] ^= flip;
                 if let Ok(scene) = Scene::read(&bytes) {
-                    let _ = scene.pose(&Posing::default());
+                    let _ = scene.pose(&PoseRequest::default());
                 }
                 let _ = whole_of(&bytes, None);
             }
@@ -166,7 +170,7 @@ fn any_flipped_byte_of_a_compressed_part_is_read_or_refused() {
     }
 }
 
-/// The strip as VRM 0.x, with a lower body so that bones have names.
+/// The strip as VRM 0.x, with bones and blend shape groups.
 fn vrm0() -> Strip {
     Strip::new().with(
         "/extensions",
@@ -187,22 +191,22 @@ fn vrm0() -> Strip {
 }
 
 #[test]
-fn vrm_0_faces_the_viewer_and_has_the_names_of_vrm_1() {
+fn vrm_0_is_turned_around_and_gets_the_names_of_vrm_1() {
     let scene = Scene::read(&vrm0().glb()).unwrap();
     let bones: Vec<&str> = scene.bones().collect();
     assert_eq!(bones, ["head", "hips", "leftThumbMetacarpal"]);
     assert_eq!(scene.expressions(), ["aa", "blinkLeft", "happy", "Wink", "bulge"]);
     let posed = |name: &str, weight| {
         let weights = vec![(name.to_owned(), weight)];
-        scene.pose(&Posing { weights, ..Posing::default() }).unwrap()[0].positions.clone()
+        scene.pose(&PoseRequest { weights, ..PoseRequest::default() }).unwrap()[0].positions.clone()
     };
-    // Half a turn about Y: what bulged towards +Z bulges towards -Z, left is right.
+    // A rotation by 180° about Y: what bulged towards +Z bulges towards -Z, left is right.
     let happy = posed("happy", 1.0);
     assert!((happy[2][0] - 0.5).abs() < 1e-6 && (happy[2][2] + 0.25).abs() < 1e-6, "{happy:?}");
     assert!((posed("aa", 0.6)[2][2] + 0.5).abs() < 1e-6 && posed("aa", 0.4)[2][2].abs() < 1e-6);
-    // Turns are about the axes of the world that one sees.
+    // Rotations are about the axes of the visible world.
     let rotations = vec![("head".to_owned(), [0.0, 0.0, 90.0])];
-    let turned = scene.pose(&Posing { rotations, ..Posing::default() }).unwrap();
+    let turned = scene.pose(&PoseRequest { rotations, ..PoseRequest::default() }).unwrap();
     let top = turned[0].positions[4];
     assert!((top[0] + 1.0).abs() < 1e-6 && (top[1] - 1.5).abs() < 1e-6, "{top:?}");
     for (pointer, value, wanted) in [
@@ -216,7 +220,7 @@ fn vrm_0_faces_the_viewer_and_has_the_names_of_vrm_1() {
 }
 
 #[test]
-fn textures_have_coordinates_of_their_own() {
+fn textures_have_their_own_coordinates() {
     let moved =
         json!({ "index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } } });
     let strip = Strip::new()
@@ -240,7 +244,7 @@ fn textures_have_coordinates_of_their_own() {
         occlusion.texture.coordinates,
     ];
     assert_eq!(numbers, [0, 1, 2, 0]);
-    let drawn = &scene.pose(&Posing::default()).unwrap()[0];
+    let drawn = &scene.pose(&PoseRequest::default()).unwrap()[0];
     assert_eq!(drawn.more_uv.len(), 2);
     assert_eq!(
         (drawn.uv[1], drawn.more_uv[0][1], drawn.more_uv[1][1]),
@@ -274,7 +278,7 @@ fn specular_glossiness_is_read_and_rewritten() {
     };
     let png = &document.blob.as_ref().unwrap()[view.offset()..][..view.length()];
     let rough = images::decode(png, 1).unwrap();
-    // The texture is opaque, so half of full glossiness is left everywhere: 255 - 127.5.
+    // The texture is opaque, so half of the full glossiness remains everywhere: 255 - 127.5.
     assert_eq!([0, 1, 2].map(|k| (rough.get(0, 0, k) * 255.0).round()), [0.0, 128.0, 0.0]);
     let json: Value = serde_json::from_slice(Asset::new(&whole, None).unwrap().json).unwrap();
     let used = json["extensionsUsed"].to_string();
@@ -284,7 +288,7 @@ fn specular_glossiness_is_read_and_rewritten() {
 }
 
 #[test]
-fn a_file_with_parts_beside_it_becomes_one() {
+fn external_parts_are_embedded() {
     let strip = Strip::new();
     let folder = std::env::temp_dir().join(format!("uvgraft-whole-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("parts")).unwrap();
@@ -301,7 +305,7 @@ fn a_file_with_parts_beside_it_becomes_one() {
     let refused = whole(&path).unwrap_err().to_string();
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(
-        refused.contains("me.gltf") && refused.contains("must be a file beside the model"),
+        refused.contains("me.gltf") && refused.contains("must be in the model's folder or below"),
         "{refused}"
     );
     let scene = Scene::read(&glb).unwrap();
@@ -311,21 +315,24 @@ fn a_file_with_parts_beside_it_becomes_one() {
 }
 
 #[test]
-fn a_camera_finds_what_a_bone_moves() {
+fn cameras_can_frame_a_bone() {
     let scene = Scene::read(&Strip::new().glb()).unwrap();
-    let around = |name: &str| scene.around(name, &Posing::default());
+    let around = |name: &str| scene.extent(name, &PoseRequest::default());
     let head = around("head").unwrap();
     assert_eq!(head.joint, [0.0, 1.0, 0.0]);
-    // The middle belongs to both by halves, which is not mostly.
+    // The middle belongs half to each, which is not a majority.
     assert!(head.points.len() == 3 && head.points.iter().all(|p| p[1] == 2.0), "{head:?}");
-    // The foot is no bone of a body here: all that hangs on it is its own.
+    // The foot is not a body part here, so all its descendants belong to it.
     assert_eq!(around("foot").unwrap().points.len(), 12);
     assert!(around("tail").unwrap_err().to_string().contains("no bone \"tail\""));
-    let posed = Posing { rotations: vec![("foot".into(), [0.0, 0.0, 90.0])], ..Posing::default() };
-    let turned = scene.around("head", &posed).unwrap().points[0];
+    let posed = PoseRequest {
+        rotations: vec![("foot".into(), [0.0, 0.0, 90.0])],
+        ..PoseRequest::default()
+    };
+    let turned = scene.extent("head", &posed).unwrap().points[0];
     assert!((turned[0] + 2.0).abs() < 1e-6, "{turned:?}");
-    // Of a humanoid, hips go without the head.
+    // In a humanoid, the hips do not include the head.
     let scene = Scene::read(&vrm0().glb()).unwrap();
-    let hips = scene.around("hips", &Posing::default()).unwrap();
+    let hips = scene.extent("hips", &PoseRequest::default()).unwrap();
     assert!(hips.points.iter().all(|p| p[1] == 0.0) && !hips.points.is_empty(), "{hips:?}");
 }

@@ -11,7 +11,7 @@ use crate::obj::shown;
 
 /// Maximum expansion factor of a deflated entry: a block of 258 equal bytes takes two bits. Larger
 /// claims are rejected before anything is allocated.
-const MOST_GROWTH: u64 = 1032;
+const MAX_GROWTH: u64 = 1032;
 
 /// A ZIP archive whose stated entry sizes stay within a limit in total.
 pub(crate) struct Archive<R> {
@@ -38,15 +38,15 @@ impl<R: Read + Seek> Archive<R> {
     pub(crate) fn new(bytes: R, most: u64) -> Result<Self, ArraysError> {
         // The directory is at the end of the file, so an incomplete download fails here.
         let mut archive = ZipArchive::new(bytes).map_err(|error| {
-            let problem = format!("truncated or damaged: no central directory ({error})");
+            let problem = format!("truncated or damaged: {error}");
             ArraysError::Archive { problem }
         })?;
         if archive.has_duplicate_names() {
             let problem = "duplicate entry names".to_owned();
             return Err(ArraysError::Archive { problem });
         }
-        if archive.len() > super::MOST_NAMES {
-            return Err(ArraysError::TooMany { what: "entries", most: super::MOST_NAMES as u64 });
+        if archive.len() > super::MAX_NAMES {
+            return Err(ArraysError::TooMany { what: "entries", most: super::MAX_NAMES as u64 });
         }
         let mut names = Vec::with_capacity(archive.len());
         let mut distinct = HashSet::with_capacity(archive.len());
@@ -59,7 +59,7 @@ impl<R: Read + Seek> Archive<R> {
                 return Err(ArraysError::TooMany { what: "uncompressed bytes", most });
             }
             if !distinct.insert(name.clone()) {
-                return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
+                return Err(ArraysError::Duplicate { name: shown(name.as_bytes()) });
             }
             names.push(name);
         }
@@ -83,7 +83,7 @@ impl<R: Read + Seek> Archive<R> {
         })?
         .map_err(|unread| match unread {
             Unread::Refused(error) => error,
-            Unread::LeftOut(problem) | Unread::Broken(problem) => {
+            Unread::Unusable(problem) | Unread::Broken(problem) => {
                 ArraysError::Array { name: self.shown(index), problem }
             }
         })
@@ -103,7 +103,7 @@ impl<R: Read + Seek> Archive<R> {
         let broken = |problem: String| ArraysError::Array { name: name.clone(), problem };
         let mut entry = self.archive.by_index(index).map_err(|error| broken(error.to_string()))?;
         let (packed, size) = (entry.compressed_size(), entry.size());
-        if size > packed.saturating_mul(MOST_GROWTH) {
+        if size > packed.saturating_mul(MAX_GROWTH) {
             return Err(broken(format!("{packed} compressed bytes cannot expand to {size}")));
         }
         let mut limited = entry.by_ref().take(size);

@@ -1,18 +1,18 @@
 //! Extracts arrays by name from a pickle.
 
-use super::error::{ArraysError, MOST_NAMES, MOST_NUMBERS, Unread};
+use super::error::{ArraysError, MAX_NAMES, MAX_NUMBERS, Unread};
 use super::named::{Held, NamedArrays};
 use super::numeric::{Numbers, NumericArray, count};
 use super::sparse;
 use crate::numpy::NumberKind;
 use crate::numpy::text::lenient;
-use crate::pickle::{Array, Class, Made, Value};
+use crate::pickle::{Array, Class, Object, Value};
 
 /// Maximum nesting depth of dicts, lists and objects. A pickle may contain itself.
-const MOST_DEPTH: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 /// Maximum total number of list items in a file, counted each time a list is visited.
-const MOST_ITEMS: usize = 1 << 20;
+const MAX_ITEMS: usize = 1 << 20;
 
 /// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 1024;
@@ -22,7 +22,7 @@ pub(crate) trait Outside {
     /// The values of a tensor; `spend` receives their number before they are read.
     fn tensor(
         &mut self,
-        tensor: Made<'_>,
+        tensor: Object<'_>,
         spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
     ) -> Result<NumericArray, Unread>;
 }
@@ -44,7 +44,7 @@ struct Budget {
 impl Budget {
     fn spend(&mut self, count: usize) -> Result<(), Unread> {
         let left = self.numbers.checked_sub(count);
-        let most = MOST_NUMBERS as u64;
+        let most = MAX_NUMBERS as u64;
         self.numbers =
             left.ok_or(Unread::Refused(ArraysError::TooMany { what: "numbers", most }))?;
         Ok(())
@@ -52,7 +52,7 @@ impl Budget {
 
     fn spend_items(&mut self, count: usize) -> Result<(), Unread> {
         let left = self.items.checked_sub(count);
-        let most = MOST_ITEMS as u64;
+        let most = MAX_ITEMS as u64;
         self.items =
             left.ok_or(Unread::Refused(ArraysError::TooMany { what: "list items", most }))?;
         Ok(())
@@ -61,7 +61,7 @@ impl Budget {
 
 impl<'o> Collector<'o> {
     pub(crate) fn new(outside: Option<&'o mut dyn Outside>) -> Self {
-        let budget = Budget { numbers: MOST_NUMBERS, items: MOST_ITEMS };
+        let budget = Budget { numbers: MAX_NUMBERS, items: MAX_ITEMS };
         Self { found: NamedArrays::new(), outside, budget, names: 0 }
     }
 
@@ -72,12 +72,12 @@ impl<'o> Collector<'o> {
     /// All entries of a dict, or a single array under an empty name.
     pub(crate) fn collect(mut self, root: Value<'_>) -> Result<NamedArrays, ArraysError> {
         if root.entries().is_some() {
-            self.add_dict("", root, MOST_DEPTH)?;
+            self.add_dict("", root, MAX_DEPTH)?;
         } else {
-            match self.convert(root, MOST_DEPTH) {
+            match self.convert(root, MAX_DEPTH) {
                 Ok(held @ Held::Array(_)) => self.hold("", held),
-                Ok(_) => return Err(ArraysError::NoDict { found: root.kind().to_owned() }),
-                Err(Unread::LeftOut(found)) => return Err(ArraysError::NoDict { found }),
+                Ok(_) => return Err(ArraysError::NotADict { found: root.kind().to_owned() }),
+                Err(Unread::Unusable(found)) => return Err(ArraysError::NotADict { found }),
                 Err(unread) => self.unread("", unread)?,
             }
         }
@@ -90,7 +90,7 @@ impl<'o> Collector<'o> {
 
     /// Adds the value of a name; a dict adds its entries.
     pub(super) fn add(&mut self, name: &str, value: Value<'_>) -> Result<(), ArraysError> {
-        self.add_within(name, value, MOST_DEPTH)
+        self.add_within(name, value, MAX_DEPTH)
     }
 
     fn add_within(
@@ -139,8 +139,8 @@ impl<'o> Collector<'o> {
     /// Counts a visited name: one dict may be contained in many.
     fn count_name(&mut self) -> Result<(), ArraysError> {
         self.names += 1;
-        if self.names > MOST_NAMES {
-            return Err(ArraysError::TooMany { what: "names", most: MOST_NAMES as u64 });
+        if self.names > MAX_NAMES {
+            return Err(ArraysError::TooMany { what: "names", most: MAX_NAMES as u64 });
         }
         Ok(())
     }
@@ -150,12 +150,12 @@ impl<'o> Collector<'o> {
     }
 
     pub(super) fn leave_out(&mut self, name: &str, reason: String) {
-        self.hold(name, Held::LeftOut(reason));
+        self.hold(name, Held::Unusable(reason));
     }
 
     pub(super) fn unread(&mut self, name: &str, unread: Unread) -> Result<(), ArraysError> {
         match unread {
-            Unread::LeftOut(reason) => self.leave_out(name, reason),
+            Unread::Unusable(reason) => self.leave_out(name, reason),
             Unread::Broken(problem) => return Err(ArraysError::array(name, problem)),
             Unread::Refused(error) => return Err(error),
         }
@@ -181,7 +181,9 @@ impl<'o> Collector<'o> {
 
     fn array(&mut self, value: Value<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let Some(depth) = depth.checked_sub(1) else {
-            return Err(Unread::LeftOut("arrays nested too deeply in lists or objects".to_owned()));
+            return Err(Unread::Unusable(
+                "arrays nested too deeply in lists or objects".to_owned(),
+            ));
         };
         let value = single(value);
         let scalar = match (value.as_bool(), value.as_int(), value.as_float()) {
@@ -198,7 +200,7 @@ impl<'o> Collector<'o> {
             self.spend(array.count())?;
             return plain(&array);
         }
-        if let Some(made) = value.as_made() {
+        if let Some(made) = value.as_object() {
             return self.made(made, depth);
         }
         if let Some(items) = value.objects() {
@@ -206,16 +208,16 @@ impl<'o> Collector<'o> {
         }
         match value.items() {
             Some(items) => self.stacked(items, depth),
-            None => Err(Unread::LeftOut(value.kind().to_owned())),
+            None => Err(Unread::Unusable(value.kind().to_owned())),
         }
     }
 
-    fn made(&mut self, made: Made<'_>, depth: usize) -> Result<NumericArray, Unread> {
+    fn made(&mut self, made: Object<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let broken = |problem: &str| Unread::Broken(problem.to_owned());
         // One object may be reached many times through others.
         self.budget.spend_items(1)?;
         match made.class() {
-            Class::SparseColumns | Class::SparseRows | Class::SparsePlaces => {
+            Class::SparseCsc | Class::SparseCsr | Class::SparseCoo => {
                 // Both closures draw on the budget, one after the other.
                 let budget = std::cell::RefCell::new(&mut self.budget);
                 let numbers = |value: Value<'_>| {
@@ -244,15 +246,15 @@ impl<'o> Collector<'o> {
                 self.spend(places.numbers().len())?;
                 chosen(a, &places, shape.as_ref())
             }
-            Class::Parameter => match made.arg(0).and_then(Value::as_made) {
+            Class::Parameter => match made.arg(0).and_then(Value::as_object) {
                 Some(tensor) if tensor.class() == Class::Tensor => self.made(tensor, depth),
                 _ => Err(broken("a parameter must have a tensor")),
             },
             Class::Tensor => match &mut self.outside {
                 Some(outside) => outside.tensor(made, &mut |count| self.budget.spend(count)),
-                None => Err(Unread::LeftOut("a tensor outside a torch file".to_owned())),
+                None => Err(Unread::Unusable("a tensor outside a torch file".to_owned())),
             },
-            Class::Storage(_) => Err(Unread::LeftOut("a torch storage".to_owned())),
+            Class::Storage(_) => Err(Unread::Unusable("a torch storage".to_owned())),
         }
     }
 
@@ -273,7 +275,7 @@ impl<'o> Collector<'o> {
                 Some((first, _)) => {
                     let found =
                         format!("a list of arrays of different shapes, {first:?} and {shape:?}");
-                    return Err(Unread::LeftOut(found));
+                    return Err(Unread::Unusable(found));
                 }
             }
         }
@@ -295,7 +297,7 @@ fn single(value: Value<'_>) -> Value<'_> {
 fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
     let numbers = Numbers::decode(array.dtype(), array.bytes()).ok_or_else(|| {
         debug_assert_eq!(array.dtype().kind, NumberKind::Unsigned, "all others are read");
-        Unread::LeftOut("an array of integers beyond 63 bits".to_owned())
+        Unread::Unusable("an array of integers beyond 63 bits".to_owned())
     })?;
     let shape = array.shape().to_vec();
     let array = if array.is_fortran_order() {

@@ -1,63 +1,62 @@
-//! Why a file of arrays was refused, and how much of one is read at most.
+//! Errors of array files, and the limits of reading them.
 
 use crate::obj::shown;
 use crate::pickle::PickleError;
 
-/// A larger file is refused by [`read`](super::read) before it is loaded. The largest body models take some
-/// 300 MB.
+/// Larger files are rejected by [`read`](super::read) before they are loaded. The largest body
+/// models have about 300 MB.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// As many bytes as the entries of an archive may have together when they are unpacked.
-pub const MOST_UNPACKED_BYTES: u64 = 1 << 30;
+/// Maximum total size of an archive's unpacked entries, in bytes.
+pub const MAX_UNPACKED_BYTES: u64 = 1 << 30;
 
-/// As many numbers as all arrays of a file may have together. A pickle holds one array for any number
-/// of names, and a torch file repeats its numbers by a stride of 0, so the bytes of the file are no
-/// bound.
-pub const MOST_NUMBERS: usize = 1 << 27;
+/// Maximum total number of values in a file. A pickle may contain one array under many names, and a
+/// torch file may repeat values with a stride of 0, so the size of the file is no bound.
+pub const MAX_NUMBERS: usize = 1 << 27;
 
-/// As many numbers as a sparse matrix may have when it is made dense: its size is a claim. Joint
-/// regressors have some 600 thousand.
-pub const MOST_DENSE_NUMBERS: usize = 1 << 24;
+/// Maximum number of values of a sparse matrix made dense: its shape is only a claim. Joint
+/// regressors have about 600 thousand.
+pub const MAX_DENSE_NUMBERS: usize = 1 << 24;
 
-/// As many names as a file may have.
-pub const MOST_NAMES: usize = 1 << 14;
+/// Maximum number of names in a file.
+pub const MAX_NAMES: usize = 1 << 14;
 
-/// Names in an error that lists them.
-const MOST_LISTED: usize = 64;
+/// Maximum number of names listed in an error.
+const MAX_LISTED: usize = 64;
 
-/// Why a file of arrays was refused.
+/// Why a file of arrays was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArraysError {
-    /// Another kind of file.
+    /// The file has another format.
     #[error("must be {wanted}, got {found}")]
     Foreign {
-        /// What it looks like.
+        /// What it appears to be.
         found: String,
-        /// What was wanted.
+        /// What it must be.
         wanted: &'static str,
     },
     /// A pickle that is not plain data, or damaged.
     #[error(transparent)]
     Pickle(#[from] PickleError),
-    /// A pickle of something else than arrays.
+    /// The pickle does not hold arrays.
     #[error("the pickle must hold a dict of arrays by name, got {found}")]
-    NoDict {
-        /// What was pickled.
+    NotADict {
+        /// What it holds.
         found: String,
     },
-    /// An archive that is damaged, or packed in another way.
+    /// The archive is damaged, or uses an unsupported compression.
     #[error("archive: {problem}")]
     Archive {
         /// What is wrong.
         problem: String,
     },
-    /// An array that is damaged.
+    /// An array is damaged.
     #[error("array `{name}`: {problem}")]
     Array {
         /// Its name, shortened.
         name: String,
-        /// What was found, and what was wanted.
+        /// What is wrong with it.
         problem: String,
     },
     /// More than any model or motion has.
@@ -68,38 +67,38 @@ pub enum ArraysError {
         /// The limit.
         most: u64,
     },
-    /// Two arrays of one name.
+    /// Two arrays have the same name.
     #[error("duplicate array name `{name}`")]
-    Twice {
+    Duplicate {
         /// The name, shortened.
         name: String,
     },
-    /// There is no array of that name.
+    /// No array has the name.
     #[error("no array `{name}`; the file has {}", listed(names))]
     Missing {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// The names in the file.
         names: Vec<String>,
     },
-    /// What the file has under that name is no array that is read.
+    /// The value of the name is not a supported array.
     #[error("array `{name}` cannot be used: {reason}")]
-    LeftOut {
-        /// The name that was asked for.
+    Unusable {
+        /// The requested name.
         name: String,
         /// Why.
         reason: String,
     },
 }
 
-/// Why something is no array.
+/// Why a value was not read as an array.
 #[derive(Debug)]
 pub(crate) enum Unread {
-    /// It is sound, and something else: it is left out, for that reason.
-    LeftOut(String),
+    /// It is valid, but not an array: it is skipped, for this reason.
+    Unusable(String),
     /// It is damaged, and so is the file.
     Broken(String),
-    /// It is too much.
+    /// It exceeds a limit.
     Refused(ArraysError),
 }
 
@@ -109,18 +108,15 @@ impl ArraysError {
     }
 }
 
-/// Names for a message: printable, and not more than one can read.
+/// Names for a message: printable, and not too many.
 fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }
-    let mut text: Vec<String> = names
-        .iter()
-        .take(MOST_LISTED)
-        .map(|name| format!("`{}`", shown(name.as_bytes())))
-        .collect();
-    if names.len() > MOST_LISTED {
-        text.push(format!("{} more", names.len() - MOST_LISTED));
+    let mut text: Vec<String> =
+        names.iter().take(MAX_LISTED).map(|name| format!("`{}`", shown(name.as_bytes()))).collect();
+    if names.len() > MAX_LISTED {
+        text.push(format!("{} more", names.len() - MAX_LISTED));
     }
     text.join(", ")
 }

@@ -1,7 +1,7 @@
-//! Arrays by name, as body models and motions are published: NumPy's NPZ archives, and Python pickles
-//! of a dict.
+//! Arrays by name, the form in which body models and motions are published: NumPy's NPZ archives,
+//! and Python pickles of a dict.
 //!
-//! Pickles are read, never run; see [`crate::pickle`]. Torch's files give the same; see
+//! Pickles are parsed, never run; see [`crate::pickle`]. Torch files are read in the same form; see
 //! [`crate::torch`].
 
 pub(crate) mod archive;
@@ -18,7 +18,7 @@ mod sparse;
 mod write;
 
 pub use self::error::{
-    ArraysError, MAX_FILE_BYTES, MOST_DENSE_NUMBERS, MOST_NAMES, MOST_NUMBERS, MOST_UNPACKED_BYTES,
+    ArraysError, MAX_DENSE_NUMBERS, MAX_FILE_BYTES, MAX_NAMES, MAX_NUMBERS, MAX_UNPACKED_BYTES,
 };
 pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;

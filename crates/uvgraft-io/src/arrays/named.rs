@@ -14,7 +14,7 @@ pub(super) enum Held {
     Array(NumericArray),
     Text(String),
     /// Neither of them, and why.
-    LeftOut(String),
+    Unusable(String),
     /// Not requested.
     Skipped,
 }
@@ -27,7 +27,7 @@ impl NamedArrays {
 
     /// The names of arrays and strings, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        let is_read = |held: &Held| !matches!(held, Held::LeftOut(_));
+        let is_read = |held: &Held| !matches!(held, Held::Unusable(_));
         self.entries.iter().filter(move |(_, held)| is_read(held)).map(|(name, _)| name.as_str())
     }
 
@@ -50,7 +50,7 @@ impl NamedArrays {
     /// Why the value of a name was not read.
     pub fn left_out(&self, name: &str) -> Option<&str> {
         match self.held(name)? {
-            Held::LeftOut(reason) => Some(reason),
+            Held::Unusable(reason) => Some(reason),
             _ => None,
         }
     }
@@ -58,20 +58,20 @@ impl NamedArrays {
     /// The array of a name.
     ///
     /// # Errors
-    /// [`ArraysError::LeftOut`] with the reason if the name refers to something else, and
+    /// [`ArraysError::Unusable`] with the reason if the name refers to something else, and
     /// [`ArraysError::Missing`] with the known names if it does not exist.
     pub fn require(&self, name: &str) -> Result<&NumericArray, ArraysError> {
         let reason = match self.held(name) {
             Some(Held::Array(array)) => return Ok(array),
             Some(Held::Text(_)) => "it is a string".to_owned(),
-            Some(Held::LeftOut(reason)) => reason.clone(),
+            Some(Held::Unusable(reason)) => reason.clone(),
             Some(Held::Skipped) => "it was not requested".to_owned(),
             None => {
                 let names = self.names().map(str::to_owned).collect();
                 return Err(ArraysError::Missing { name: name.to_owned(), names });
             }
         };
-        Err(ArraysError::LeftOut { name: name.to_owned(), reason })
+        Err(ArraysError::Unusable { name: name.to_owned(), reason })
     }
 
     /// Removes and returns an array; other values are not removed.
@@ -134,7 +134,7 @@ mod tests {
         let mut arrays = NamedArrays::new();
         arrays.insert("f", NumericArray::new_i64(vec![1], vec![3]).unwrap());
         arrays.insert_text("gender", "male");
-        arrays.hold("joints".to_owned(), Held::LeftOut("a dict".to_owned()));
+        arrays.hold("joints".to_owned(), Held::Unusable("a dict".to_owned()));
         let why = |name| arrays.require(name).unwrap_err().to_string();
         assert_eq!(arrays.require("f").unwrap().integers(), Some(vec![3]));
         assert_eq!(why("weights"), "no array `weights`; the file has `f`, `gender`");

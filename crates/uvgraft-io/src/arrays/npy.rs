@@ -74,7 +74,7 @@ pub(super) fn read<'a>(
 ) -> Result<Content<'a>, Unread> {
     let array = parse(bytes)?;
     let Some(descr) = array.dtype_text() else {
-        return Err(Unread::LeftOut("a structured array".to_owned()));
+        return Err(Unread::Unusable("a structured array".to_owned()));
     };
     if matches!(descr, b"|O" | b"O" | b"|O8" | b"O8") {
         return Ok(Content::Pickle(array.values));
@@ -98,16 +98,16 @@ pub(super) fn read<'a>(
                 Some(text) => Ok(Content::Held(Held::Text(text))),
                 None => Err(Unread::Broken("invalid character in a string".to_owned())),
             },
-            _ => Err(Unread::LeftOut(format!("an array of strings of shape {shape:?}"))),
+            _ => Err(Unread::Unusable(format!("an array of strings of shape {shape:?}"))),
         };
     }
     let Some(dtype) = array.dtype() else {
-        return Err(Unread::LeftOut(format!("an array of dtype `{}`", shown(descr))));
+        return Err(Unread::Unusable(format!("an array of dtype `{}`", shown(descr))));
     };
     check(Some(dtype.width))?;
     spend(array.values.len() / dtype.width)?;
     let numbers = Numbers::decode(dtype, array.values)
-        .ok_or_else(|| Unread::LeftOut("an array of integers beyond 63 bits".to_owned()))?;
+        .ok_or_else(|| Unread::Unusable("an array of integers beyond 63 bits".to_owned()))?;
     let array = if array.fortran_order {
         NumericArray::new_in_fortran_order(shape, numbers)
     } else {

@@ -30,12 +30,12 @@ pub(super) fn each<R: Read + Seek>(
     for index in 0..archive.names().len() {
         let file = archive.names()[index].clone();
         let Some(name) = file.strip_suffix(".npy") else {
-            // Folders and other files beside the arrays.
+            // Folders and other files next to the arrays.
             collector.leave_out(&file, "not a .npy file".to_owned());
             continue;
         };
         if collector.has(name) {
-            return Err(ArraysError::Twice { name: shown(name.as_bytes()) });
+            return Err(ArraysError::Duplicate { name: shown(name.as_bytes()) });
         }
         read(archive, index, name, &mut collector)?;
     }

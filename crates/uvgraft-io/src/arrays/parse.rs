@@ -1,32 +1,32 @@
-//! Files of arrays by name, whatever format they are in.
+//! Files of arrays by name, in any supported format.
 
 use std::path::Path;
 
 use super::archive::ArchiveInMemory;
 use super::collect::Collector;
-use super::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES};
+use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES};
 use super::named::NamedArrays;
 use super::npz;
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
 use crate::pickle;
 
-/// Reads arrays by name. The bytes tell the format:
+/// Reads arrays by name. The format is detected from the content:
 /// - NPZ: a ZIP archive of NPY files, stored or deflated.
 /// - A torch file: a ZIP archive with a `data.pkl`; see [`crate::torch::parse`].
-/// - A pickle of any protocol, otherwise: a dict of arrays. Sparse matrices of SciPy become dense,
-///   and arrays of chumpy become plain ones.
+/// - Otherwise a pickle of any protocol: a dict of arrays. SciPy's sparse matrices become dense,
+///   and chumpy's arrays become plain ones.
 ///
-/// Numbers may be integers, bools, or floats of 16 to 64 bits, of either byte order and in C or
-/// Fortran order; single numbers become arrays without axes, lists of numbers or of arrays of one
-/// shape become arrays, and the keys of a dict in a dict follow its name and a dot. What is none of
-/// these is left out, with a reason that [`NamedArrays::require`] tells.
+/// Values may be integers, bools, or floats of 16 to 64 bits, of either byte order and in C or
+/// Fortran order. Single numbers become arrays without axes, lists of numbers or of arrays of one
+/// shape become arrays, and the keys of a nested dict are appended to its name with a dot.
+/// Everything else is skipped, with a reason that [`NamedArrays::require`] reports.
 ///
 /// # Errors
-/// [`ArraysError`] for damaged files, for pickles that ask for anything but plain data, and beyond
-/// the limits of this module.
+/// [`ArraysError`] for damaged files, for pickles that are not plain data, and beyond the limits of
+/// this module.
 pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
-    parse_within(bytes, MOST_UNPACKED_BYTES)
+    parse_within(bytes, MAX_UNPACKED_BYTES)
 }
 
 fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysError> {
@@ -44,7 +44,8 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
         [] => foreign("an empty file"),
         _ if bytes.starts_with(crate::numpy::MAGIC) => foreign("a single NPY array"),
         _ if bytes.starts_with(crate::torch::OLD_MAGIC) => Err(crate::torch::old()),
-        // What a pickle begins with: its protocol, a mark, an empty dict or list, or a name.
+        // The possible first bytes of a pickle: its protocol, a mark, an empty dict or list, or a
+        // name.
         [0x80 | b'(' | b'}' | b']' | b'c', ..] => {
             let pickle = pickle::parse(bytes)?;
             Collector::new(None).collect(pickle.root())
@@ -53,10 +54,10 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
     }
 }
 
-/// Reads arrays by name from a file, whatever its extension; see [`parse`].
+/// Reads arrays by name from a file, regardless of its extension; see [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is refused by
+/// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
 pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
     read_file(path, MAX_FILE_BYTES, parse)

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
-use super::error::{ArraysError, MAX_FILE_BYTES, MOST_UNPACKED_BYTES, Unread};
+use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, Unread};
 use super::named::Held;
 use super::named::NamedArrays;
 use super::npy;
@@ -44,7 +44,7 @@ enum Source {
 }
 
 /// Maximum length of an NPY header that is read without its array.
-const MOST_HEADER: u64 = 1 << 20;
+const MAX_HEADER: u64 = 1 << 20;
 
 impl ArrayFile {
     /// Opens a file; the formats are those of [`parse`].
@@ -67,7 +67,7 @@ impl ArrayFile {
         if file.read(&mut start).map_err(io)? < 2 || start != *b"PK" {
             return whole();
         }
-        let archive = Archive::new(BufReader::new(file), MOST_UNPACKED_BYTES)
+        let archive = Archive::new(BufReader::new(file), MAX_UNPACKED_BYTES)
             .map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })?;
         let is_torch = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
         if archive.names().iter().any(is_torch) {
@@ -200,8 +200,8 @@ fn read_header(entry: &mut dyn Read, header: &mut Vec<u8>) -> Result<(), Unread>
         }
         _ => return Ok(()),
     };
-    if length > MOST_HEADER {
-        let problem = format!("header must have at most {MOST_HEADER} bytes, got {length}");
+    if length > MAX_HEADER {
+        let problem = format!("header must have at most {MAX_HEADER} bytes, got {length}");
         return Err(Unread::Broken(problem));
     }
     more(header, length)
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(wide.f32s()[..8], [0.0, 1.0, 150.0, 199.0, 200.0, 201.0, 350.0, 399.0]);
         assert_eq!(wide.f32s()[5999], 299_999.0);
         assert!(some.get("few").is_none() && some.text("gender").is_none());
-        // Asked again, for the rest.
+        // Requested again, for the rest.
         let rest =
             file.read(
                 |name, _| {

@@ -52,7 +52,7 @@ pub(super) fn decode(
             })
         };
         if !fits {
-            return Err(Unread::LeftOut("an array of integers beyond 63 bits".to_owned()));
+            return Err(Unread::Unusable("an array of integers beyond 63 bits".to_owned()));
         }
     }
     let mut shape = shape.clone();

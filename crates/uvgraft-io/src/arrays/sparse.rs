@@ -2,17 +2,17 @@
 
 use std::ops::AddAssign;
 
-use super::error::MOST_DENSE_NUMBERS;
+use super::error::MAX_DENSE_NUMBERS;
 use super::error::Unread;
 use super::numeric::{Numbers, NumericArray};
-use crate::pickle::{Class, Made, Value};
+use crate::pickle::{Class, Object, Value};
 
 fn broken(problem: impl Into<String>) -> Unread {
     Unread::Broken(problem.into())
 }
 
 /// The coordinates of the values of a matrix, in order: row and column of each.
-struct Places {
+struct Coordinates {
     rows: Vec<i64>,
     columns: Vec<i64>,
 }
@@ -20,7 +20,7 @@ struct Places {
 /// The dense matrix; values at the same coordinates are summed, as in SciPy. `spend` receives the
 /// number of values before they are allocated; `numbers` reads the arrays of the state.
 pub(super) fn dense<'p>(
-    matrix: Made<'p>,
+    matrix: Object<'p>,
     mut numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
     spend: impl FnOnce(usize) -> Result<(), Unread>,
 ) -> Result<NumericArray, Unread> {
@@ -33,10 +33,10 @@ pub(super) fn dense<'p>(
     let Some(&[height, width]) = shape.as_deref() else {
         return Err(broken("the shape of a sparse matrix must have two dimensions"));
     };
-    let count = height.checked_mul(width).filter(|&count| count <= MOST_DENSE_NUMBERS);
+    let count = height.checked_mul(width).filter(|&count| count <= MAX_DENSE_NUMBERS);
     let count = count.ok_or_else(|| {
-        Unread::LeftOut(format!(
-            "a sparse matrix of {height} x {width} (at most {MOST_DENSE_NUMBERS} values are \
+        Unread::Unusable(format!(
+            "a sparse matrix of {height} x {width} (at most {MAX_DENSE_NUMBERS} values are \
              supported)"
         ))
     })?;
@@ -51,13 +51,13 @@ pub(super) fn dense<'p>(
         found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix must hold integers")))
     };
     let places = match matrix.class() {
-        Class::SparseColumns => {
+        Class::SparseCsc => {
             let columns = spread(&integers("indptr")?, width, data.len())?;
-            Places { rows: begin(integers("indices")?, columns.len())?, columns }
+            Coordinates { rows: begin(integers("indices")?, columns.len())?, columns }
         }
-        Class::SparseRows => {
+        Class::SparseCsr => {
             let rows = spread(&integers("indptr")?, height, data.len())?;
-            Places { columns: begin(integers("indices")?, rows.len())?, rows }
+            Coordinates { columns: begin(integers("indices")?, rows.len())?, rows }
         }
         _ => match matrix.attribute("coords").and_then(Value::items) {
             Some(coords) => {
@@ -69,9 +69,9 @@ pub(super) fn dense<'p>(
                     let found = numbers(value)?.integers();
                     found.ok_or_else(|| broken("`coords` of a sparse matrix must hold integers"))
                 };
-                Places { rows: integers(rows)?, columns: integers(columns)? }
+                Coordinates { rows: integers(rows)?, columns: integers(columns)? }
             }
-            None => Places { rows: integers("row")?, columns: integers("col")? },
+            None => Coordinates { rows: integers("row")?, columns: integers("col")? },
         },
     };
     let numbers = match data {
@@ -113,11 +113,11 @@ fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
 
 fn fill<T: Copy + Default + AddAssign>(
     values: &[T],
-    places: &Places,
+    places: &Coordinates,
     height: usize,
     width: usize,
 ) -> Result<Vec<T>, Unread> {
-    let Places { rows, columns } = places;
+    let Coordinates { rows, columns } = places;
     if rows.len() != columns.len() || rows.len() > values.len() {
         return Err(broken("a sparse matrix has different numbers of coordinates and values"));
     }

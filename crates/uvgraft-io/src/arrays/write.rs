@@ -26,7 +26,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
         SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
     let mut archive = ZipWriter::new(out);
     for (name, held) in arrays.entries() {
-        if matches!(held, Held::LeftOut(_) | Held::Skipped) {
+        if matches!(held, Held::Unusable(_) | Held::Skipped) {
             continue;
         }
         archive.start_file(format!("{name}.npy"), options)?;
@@ -35,7 +35,7 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
         match held {
             Held::Array(array) => write_array(array, &mut entry)?,
             Held::Text(text) => write_text(text, &mut entry)?,
-            Held::LeftOut(_) | Held::Skipped => {}
+            Held::Unusable(_) | Held::Skipped => {}
         }
         entry.flush()?;
     }

@@ -2,16 +2,18 @@
 //!
 //! A workspace holds them in two forms: the tensors that were trained, exactly
 //! (`baking*/dump_texture/*_tex_dump.pth`), and pictures of them, of 8 bits
-//! (`baking*/visualize_texture/*_color.png`). Both become textures in the conventions of this program.
+//! (`baking*/visualize_texture/*_color.png`). Both become textures in the conventions of this
+//! program.
 //!
-//! Source: FATE (Zhang et al., "FATE: Full-head Gaussian Avatar with Textural Editing from Monocular
-//! Video", CVPR 2025), as its published program bakes:
+//! Source: FATE (Zhang et al., "FATE: Full-head Gaussian Avatar with Textural Editing from
+//! Monocular Video", CVPR 2025), as its published program bakes:
 //! - `color` is `[1, 3, N, N]`, red = 0.5 + 0.5 tanh; `opacity` is `[1, 1, N, N]`, opacity =
 //!   1 / (1 + exp(-value)). The colour is looked up after its tanh, the opacity before its sigmoid.
 //! - Row 0 is v = 0 of the OBJ file, the bottom of a picture. Textures are looked up with their
-//!   corners aligned: texel `i` of a row lies at `i / (N - 1)`, and between texels the lookup is linear.
-//! - Pictures stand upright, and show colours of spherical harmonics, which are (red - 0.5) / 0.2821,
-//!   from -1.78 to 1.78.
+//!   corners aligned: texel `i` of a row lies at `i / (N - 1)`, and between texels the lookup is
+//!   linear.
+//! - Pictures stand upright, and show colours of spherical harmonics, which are (red - 0.5) /
+//!   0.2821, from -1.78 to 1.78.
 
 mod find;
 mod resample;
@@ -57,13 +59,13 @@ pub enum FateError {
     },
     /// The training diverged.
     #[error("`{name}` must be finite, got {count} values that are NaN or infinite")]
-    NoNumbers {
+    NotFinite {
         /// Which tensor.
         name: &'static str,
         /// How many.
         count: usize,
     },
-    /// The folder has no textures.
+    /// The folder contains no textures.
     #[error(
         "must be a FATE workspace after baking, with baking*/dump_texture/*tex_dump.pth or \
          baking*/visualize_texture/*color.png"
@@ -165,7 +167,7 @@ fn planes(
     let values = array.f32s();
     let count = values.iter().filter(|value| value.is_nan()).count();
     if count > 0 {
-        return Err(FateError::NoNumbers { name, count });
+        return Err(FateError::NotFinite { name, count });
     }
     let values = values.iter().map(|&value| activated(value)).collect();
     Ok(Planes { values, channels, side, upright: Upright::No })

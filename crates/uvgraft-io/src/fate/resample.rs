@@ -30,12 +30,12 @@ struct Between {
 }
 
 /// The positions of the centres of `size` texels among `side` values.
-fn places(size: u32, side: usize) -> impl Iterator<Item = Between> {
+fn positions(size: u32, side: usize) -> impl Iterator<Item = Between> {
     let last = side - 1;
     (0..size).map(move |texel| {
-        let place = (f64::from(texel) + 0.5) / f64::from(size) * last as f64;
-        let first = (place as usize).min(last);
-        let fraction = (place - first as f64) as f32;
+        let position = (f64::from(texel) + 0.5) / f64::from(size) * last as f64;
+        let first = (position as usize).min(last);
+        let fraction = (position - first as f64) as f32;
         Between { first, second: (first + 1).min(last), fraction }
     })
 }
@@ -78,7 +78,7 @@ impl Planes {
         let mut texels = Vec::new();
         let reserved = texels.try_reserve_exact(square.texels().saturating_mul(self.channels));
         reserved.map_err(|_| TextureError::Memory(square))?;
-        let columns: Vec<Between> = places(size, self.side).collect();
+        let columns: Vec<Between> = positions(size, self.side).collect();
         let mut rows = columns.clone();
         if self.upright == Upright::No {
             rows.reverse();

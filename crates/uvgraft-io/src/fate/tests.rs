@@ -40,7 +40,7 @@ fn colours_and_confidence_have_their_own_curves() {
     let (top, bottom) = (0.5 + 0.5 * 0.462_117_2 * 0.75, 0.5 + 0.5 * 0.462_117_2 * 0.25);
     assert!(near(found.color.get(0, 0, 2), top), "{}", found.color.get(0, 0, 2));
     assert!(near(found.color.get(1, 1, 0), bottom), "{}", found.color.get(1, 1, 0));
-    // The opacity is mixed before its curve: 1 / (1 + exp(-1)) = 0.731059.
+    // The opacity is interpolated before its sigmoid: 1 / (1 + exp(-1)) = 0.731059.
     let confidence = found.confidence.unwrap();
     assert!(near(confidence.get(0, 0, 0), 0.731_058_6), "{}", confidence.get(0, 0, 0));
     assert!(near(confidence.get(0, 1, 0), 0.268_941_4), "{}", confidence.get(0, 1, 0));

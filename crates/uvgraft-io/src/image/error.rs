@@ -6,18 +6,14 @@ use std::path::PathBuf;
 use uvgraft::texture::{Depth, Size, Texture, TextureError};
 
 use super::{Format, TextureSpec};
+use crate::input::beginning;
 
 /// Why bytes were rejected as an image.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
     /// The bytes match the signature of no format.
-    #[error(
-        "not an image (must be {names}): {}",
-        if start.is_empty() { "the file is empty".to_owned() }
-        else { format!("starts with \"{}\"", start.escape_ascii()) },
-        names = Format::names()
-    )]
+    #[error("not a supported image ({names}): {}", beginning(start), names = Format::names())]
     NotAnImage {
         /// The first bytes, at most 8.
         start: Vec<u8>,
@@ -49,7 +45,7 @@ pub enum ImageError {
     },
     /// The file is truncated.
     #[error("truncated {format}")]
-    CutShort {
+    Truncated {
         /// The format of the file.
         format: Format,
     },
@@ -92,7 +88,7 @@ impl ImageError {
     /// Reading from memory fails only at its end, so every such failure means truncation.
     pub(super) fn from_io(format: Format, error: &io::Error) -> Self {
         match error.kind() {
-            io::ErrorKind::UnexpectedEof => Self::CutShort { format },
+            io::ErrorKind::UnexpectedEof => Self::Truncated { format },
             _ => Self::damaged(format, error),
         }
     }

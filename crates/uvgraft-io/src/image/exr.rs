@@ -157,7 +157,7 @@ fn from_exr(error: Error) -> ImageError {
     match error {
         // The crate's error for the end of a file.
         Error::Invalid(reason) if reason == "reference to missing bytes" => {
-            ImageError::CutShort { format: FORMAT }
+            ImageError::Truncated { format: FORMAT }
         }
         Error::NotSupported(reason) => ImageError::Unsupported {
             format: FORMAT,

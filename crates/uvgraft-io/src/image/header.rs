@@ -52,12 +52,12 @@ impl TextureSpec {
         TexelFormat { channels: self.channels, depth: self.depth, encoding: self.encoding }
     }
 
-    /// How many values there are in a row.
+    /// Number of values in a row.
     pub(super) const fn row_values(&self) -> usize {
         self.size.width as usize * self.channels.count()
     }
 
-    /// How many values there are, `usize::MAX` if it cannot hold their number.
+    /// Number of values; `usize::MAX` if there are more.
     pub(super) const fn values(&self) -> usize {
         self.size.texels().saturating_mul(self.channels.count())
     }
@@ -93,12 +93,12 @@ impl StoredHeader {
         Header { format, size: orientation.size(size), channels, depth }
     }
 
-    /// How many values a stored row has.
+    /// Number of values in a stored row.
     pub(super) fn row_values(&self) -> usize {
         self.size.width as usize * self.channels.count()
     }
 
-    /// How many values the decoded image has.
+    /// Number of values in the decoded image.
     pub(super) fn values(&self) -> usize {
         self.size.texels() * self.channels.count()
     }

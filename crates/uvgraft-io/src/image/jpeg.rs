@@ -74,7 +74,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     let Size { width, height } = header.size;
     let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
     if !is_whole(bytes) || bytes.len() as u64 * 8 < blocks {
-        return Err(ImageError::CutShort { format: FORMAT });
+        return Err(ImageError::Truncated { format: FORMAT });
     }
     let color = if header.channels == Channels::Grey { ColorSpace::Luma } else { ColorSpace::RGB };
     // Strict, because otherwise a truncated scan is filled with grey.
@@ -85,7 +85,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
         .jpeg_set_out_colorspace(color);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     let values = decoder.decode().map_err(|error| match error {
-        DecodeErrors::ExhaustedData => ImageError::CutShort { format: FORMAT },
+        DecodeErrors::ExhaustedData => ImageError::Truncated { format: FORMAT },
         error => ImageError::damaged(FORMAT, format_args!("{error:?}")),
     })?;
     Ok(Decoded { header, texels: Texels::U8(values), icc: decoder.icc_profile() })

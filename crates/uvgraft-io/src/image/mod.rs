@@ -1,8 +1,10 @@
-//! Images in and out as textures: PNG, JPEG, WebP, TIFF and OpenEXR; moving ones out ([`animation`]): GIF and WebP.
+//! Reads and writes images as textures: PNG, JPEG, WebP, TIFF and OpenEXR. Animations are only
+//! written ([`animation`]): GIF and WebP.
 //!
-//! The content of a file decides what it is, never its name. Images are turned the right way up as
-//! their EXIF or TIFF orientation asks, so written files carry none. ICC profiles travel along
-//! unchanged where the format has a place for them; [`Written`] names what a file does not hold.
+//! The format is detected from a file's content, never from its name. Images are turned upright
+//! according to their EXIF or TIFF orientation, so written files have none. ICC profiles are passed
+//! through unchanged where the format supports them; [`Written`] lists what a file does not
+//! preserve.
 //!
 //! | | depths | channels | texture encoding | ICC | written as |
 //! |---|---|---|---|---|---|
@@ -12,11 +14,12 @@
 //! | TIFF | 8, 16, float | all | sRGB, float: linear | yes | |
 //! | EXR | half, float | all | linear | no | float, alpha premultiplied |
 //!
-//! [`BandReader`] and [`BandWriter`] do the same in bands of rows, so that an image need not be in
-//! memory as a whole.
+//! [`BandReader`] and [`BandWriter`] do the same in bands of rows, so that the whole image need not
+//! be in memory.
 //!
 //! Textures of another encoding are converted on writing, except for [`Encoding::Data`]. Files do
-//! not say that they hold data: whoever knows calls [`Texture::with_encoding`] after reading.
+//! not record that they hold data: the caller sets this after reading, with
+//! [`Texture::with_encoding`].
 //!
 //! [`Encoding::Data`]: uvgraft::color::Encoding::Data
 
@@ -167,7 +170,7 @@ const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
     let bad = |reason| ReadError::Io { path: path.into(), reason };
     if path.is_dir() {
-        return Err(bad(std::io::Error::other("is a folder, must be a file")));
+        return Err(bad(std::io::Error::other("must be a file, but is a folder")));
     }
     let file = File::open(path).map_err(bad)?;
     header_of(&mut BufReader::new(file))

@@ -18,7 +18,7 @@ use super::{Decoded, EncodeError, Format, ImageError};
 
 const FORMAT: Format = Format::Tiff;
 
-/// The format of stored samples, beside the header.
+/// The format of stored samples, in addition to the header.
 struct SampleLayout {
     header: StoredHeader,
     /// Bits of a stored value; below 8 they are packed, with rows starting at a byte.

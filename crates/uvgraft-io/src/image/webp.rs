@@ -58,7 +58,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     if let Some(length) = bytes.get(4..).and_then(|rest| rest.first_chunk())
         && (bytes.len() as u64) < u64::from(u32::from_le_bytes(*length)) + 8
     {
-        return Err(ImageError::CutShort { format: FORMAT });
+        return Err(ImageError::Truncated { format: FORMAT });
     }
     let (mut decoder, header) = open(Cursor::new(bytes))?;
     let mut values = vec![0; header.values()];

@@ -2,7 +2,7 @@
 
 use super::{IntegersError, List};
 use crate::numpy::header::HeaderError;
-use crate::numpy::{Dtype, NpyArray, NumberKind};
+use crate::numpy::{Dtype, NpyArray};
 use crate::obj::shown;
 
 /// What arrays are read as.
@@ -18,13 +18,11 @@ pub(super) fn integers(array: &NpyArray<'_>) -> Result<Vec<i64>, IntegersError> 
 /// The values of an array as integers or bools.
 pub(super) fn integers_or_mask(array: &NpyArray<'_>) -> Result<List, IntegersError> {
     check_list(array)?;
-    match array.dtype() {
-        Some(Dtype { kind: NumberKind::Bool, width, .. }) => {
-            check_length(array, width)?;
-            Ok(List::Mask(array.values.iter().map(|&value| value != 0).collect()))
-        }
-        _ => integers_or(array, INTEGERS_OR_BOOLS).map(List::Integers),
+    if array.dtype_text() != Some(b"|b1") {
+        return integers_or(array, INTEGERS_OR_BOOLS).map(List::Integers);
     }
+    check_length(array, 1)?;
+    Ok(List::Mask(array.values.iter().map(|&value| value != 0).collect()))
 }
 
 /// Checks that one axis at most is longer than 1, where C and Fortran order are the same.
@@ -40,7 +38,7 @@ fn check_list(array: &NpyArray<'_>) -> Result<(), IntegersError> {
 
 fn integers_or(array: &NpyArray<'_>, wanted: &'static str) -> Result<Vec<i64>, IntegersError> {
     let refused = || IntegersError::NpyDtype { found: shown(array.descr), wanted };
-    // Files say the byte order where there is one.
+    // Files state the byte order where it matters.
     let has_order = |dtype: &Dtype| match array.dtype_text() {
         Some([b'<' | b'>', ..]) => true,
         Some([b'|', ..]) => dtype.width == 1,
@@ -67,7 +65,7 @@ impl From<HeaderError> for IntegersError {
     fn from(error: HeaderError) -> Self {
         match error {
             HeaderError::Version { major, minor } => Self::NpyVersion { major, minor },
-            HeaderError::CutShort { wanted, found } => Self::NpyCutShort { wanted, found },
+            HeaderError::Truncated { wanted, found } => Self::NpyCutShort { wanted, found },
             HeaderError::Header { found, wanted } => Self::NpyHeader { found, wanted },
         }
     }
@@ -159,6 +157,10 @@ mod tests {
         let found = mask("'|b1'", "(1, 3)", &[1, 0, 1]);
         assert_eq!(found, Ok(List::Mask(vec![true, false, true])));
         assert_eq!(mask("'|u1'", "(3,)", &[1, 0, 1]), Ok(List::Integers(vec![1, 0, 1])));
+        // NumPy writes no other notation of bools.
+        for other in ["'b1'", "'<b1'", "'=b1'"] {
+            assert!(mask(other, "(3,)", &[1, 0, 1]).is_err(), "{other}");
+        }
         let cut = "NPY array must have 3 bytes after the header, got 2";
         assert_eq!(mask("'|b1'", "(3,)", &[1, 0]), Err(cut.to_owned()));
         let floats = mask("'<f4'", "(1,)", &[0; 4]).unwrap_err();

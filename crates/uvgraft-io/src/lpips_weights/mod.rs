@@ -3,11 +3,11 @@
 //! - The header's `__metadata__` MUST hold the key `uvgraft-lpips` with a JSON object as its text:
 //!   `version`, `source`, the SHA-256 of what the weights were imported from, and `checksum`, that
 //!   of everything after the container's header.
-//! - For each network, `alex` and `vgg`, there MUST be the tensors `NETWORK.conv1.kernel` (f32, HWIO:
-//!   height, width, inputs, outputs), `NETWORK.conv1.bias` (f32, `[outputs]`) and so on for each
-//!   convolution, and `NETWORK.linear1` (f32, `[channels]`) to `NETWORK.linear5`. Every value MUST be
-//!   finite.
-//! - Other tensors and keys MAY be there; readers of this version ignore them.
+//! - For each network, `alex` and `vgg`, there MUST be the tensors `NETWORK.conv1.kernel`
+//!   (f32, HWIO: height, width, inputs, outputs), `NETWORK.conv1.bias` (f32, `[outputs]`)
+//!   and so on for each convolution, and `NETWORK.linear1` (f32, `[channels]`) to
+//!   `NETWORK.linear5`. Every value MUST be finite.
+//! - Other tensors and keys MAY be present; readers of this version ignore them.
 
 pub mod sdist;
 

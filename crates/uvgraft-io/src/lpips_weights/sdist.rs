@@ -26,14 +26,14 @@ pub const SHA256: &str = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69
 pub const MAX_BYTES: u64 = 128 << 20;
 
 /// Maximum uncompressed size; the right archive has 69 MB.
-const MOST_UNPACKED: u64 = 128 << 20;
+const MAX_UNPACKED: u64 = 128 << 20;
 
 /// Why the weights were not imported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
     /// Another file.
-    #[error("not {NAME}: its SHA-256 is {found}, wanted {SHA256}")]
+    #[error("not {NAME}: its SHA-256 must be {SHA256}, got {found}")]
     Checksum {
         /// Of the file.
         found: String,
@@ -86,7 +86,7 @@ pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
     if found != SHA256 {
         return Err(ImportError::Checksum { found });
     }
-    let [alex, vgg] = unpack(bytes, MOST_UNPACKED)?;
+    let [alex, vgg] = unpack(bytes, MAX_UNPACKED)?;
     Ok(BothNetworks {
         alex: weights(&alex, LpipsNetwork::Alex)?,
         vgg: weights(&vgg, LpipsNetwork::Vgg)?,
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn another_file_is_refused_with_both_checksums() {
         let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
-        let wanted = format!("not {NAME}: its SHA-256 is {empty}, wanted {SHA256}");
+        let wanted = format!("not {NAME}: its SHA-256 must be {SHA256}, got {empty}");
         assert_eq!(error(import(b"")), wanted);
     }
 
@@ -229,14 +229,14 @@ mod tests {
         let bytes = archive(&[("other", b"1"), (vgg, &zeros), (alex, b"22")]);
         let [a, v] = unpack(&bytes, 5 << 20).unwrap();
         assert_eq!((&a[..], v.len()), (&b"22"[..], zeros.len()));
-        // Four megabytes of zeros in some kilobytes, and no room for them.
+        // Four megabytes of zeros in a few kilobytes, and a limit below that.
         assert!(bytes.len() < 100_000);
         assert!(unpack(&bytes, 1 << 20).is_err());
         assert!(unpack(&bytes[..bytes.len() / 2], 5 << 20).is_err());
         assert!(unpack(b"no archive", 5 << 20).is_err());
         let lacking = error(unpack(&archive(&[(alex, b"22")]), 5 << 20));
         assert_eq!(lacking, format!("{NAME} must contain {vgg}"));
-        // A header that states more than there is.
+        // A header that states more bytes than follow.
         let mut header = tar::Header::new_gnu();
         header.set_path(alex).unwrap();
         header.set_size(1 << 40);

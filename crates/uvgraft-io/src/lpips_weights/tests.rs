@@ -1,6 +1,6 @@
 use super::*;
 
-/// Weights that tell places apart.
+/// Weights that are different at every position.
 fn counted(network: LpipsNetwork) -> LpipsWeights {
     let mut next = 0;
     let mut values = |count: usize| -> Vec<f32> {
@@ -53,7 +53,7 @@ fn what_is_written_is_read_and_nothing_less() {
         changed("[11,11,3,64]", "[11,3,11,64]"),
         "damaged LPIPS weights: tensor `alex.conv1.kernel` must be F32 [11, 11, 3, 64], got F32 [11, 3, 11, 64]"
     );
-    // One bit of one value.
+    // A single bit of one value.
     bytes[header + 54_019] ^= 0x40;
     assert!(error(&bytes).contains("SHA-256"), "{}", error(&bytes));
 }

@@ -1,6 +1,6 @@
-//! How NumPy writes numbers.
+//! Numeric types of NumPy.
 
-/// What kind of number an array holds.
+/// The kind of number in an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NumberKind {
     /// `b`
@@ -13,19 +13,19 @@ pub enum NumberKind {
     Float,
 }
 
-/// How the numbers of an array are written.
+/// The stored type of an array's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dtype {
     /// Their kind.
     pub kind: NumberKind,
-    /// Bytes of each: 1 to 8, a power of two.
+    /// Bytes of a number: 1 to 8, a power of two.
     pub width: usize,
-    /// Whether the highest byte comes first.
+    /// Whether they are big-endian.
     pub big_endian: bool,
 }
 
 impl Dtype {
-    /// From NumPy's notation, such as `f4` or `>i8`; nothing for what is no number.
+    /// Parses NumPy's notation, such as `f4` or `>i8`; `None` unless it is numeric.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let (order, text) = match text.as_bytes() {
             [order @ (b'<' | b'>' | b'|' | b'='), rest @ ..] => (*order, rest),
@@ -41,17 +41,17 @@ impl Dtype {
         Some(Self { kind, width: usize::from(width), big_endian: order == b'>' })
     }
 
-    /// The bytes of numbers in a shape, if they can be counted.
+    /// The bytes of an array of some shape, unless it overflows.
     pub(crate) fn bytes(self, shape: &[usize]) -> Option<usize> {
         shape.iter().copied().try_fold(self.width, usize::checked_mul)
     }
 
-    /// Whether its numbers are integers.
+    /// Whether they are integers.
     pub(crate) const fn is_integer(self) -> bool {
         matches!(self.kind, NumberKind::Signed | NumberKind::Unsigned)
     }
 
-    /// One integer from its bytes, as many as it is wide; or the unsigned one beyond 63 bits.
+    /// Decodes one integer; as the error, the unsigned one beyond 63 bits.
     pub(crate) fn integer(self, bytes: &[u8]) -> Result<i64, u64> {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(bytes);
@@ -61,7 +61,7 @@ impl Dtype {
         let value = u64::from_le_bytes(word);
         let unused_bits = 64 - 8 * self.width as u32;
         if self.kind == NumberKind::Signed {
-            // Moves the sign to the top and back again.
+            // Extends the sign.
             Ok((value << unused_bits).cast_signed() >> unused_bits)
         } else {
             i64::try_from(value).map_err(|_| value)

@@ -16,7 +16,7 @@ pub(crate) enum HeaderError {
     #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
     Version { major: u8, minor: u8 },
     #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
-    CutShort { wanted: u64, found: usize },
+    Truncated { wanted: u64, found: usize },
     #[error("NPY header: must have {wanted}, got `{found}`")]
     Header { found: String, wanted: &'static str },
 }
@@ -39,7 +39,7 @@ impl<'a> Header<'a> {
     pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, HeaderError> {
         let cut_short = |wanted: u64| {
             let before = MAGIC.len();
-            HeaderError::CutShort { wanted: wanted + before as u64, found: bytes.len() + before }
+            HeaderError::Truncated { wanted: wanted + before as u64, found: bytes.len() + before }
         };
         let (start, length) = match *bytes {
             [1, 0, a, b, ..] => (4, u64::from(u16::from_le_bytes([a, b]))),

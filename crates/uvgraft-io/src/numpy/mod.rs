@@ -13,10 +13,10 @@ use std::io::{self, Write};
 pub(crate) use self::array::NpyArray;
 pub use self::dtype::{Dtype, NumberKind};
 
-/// What every NPY file begins with.
+/// The magic of NPY files.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// The most axes that an array has: the limit of NumPy 2. Version 1 had 32.
+/// Maximum number of axes: the limit of NumPy 2. Version 1 had 32.
 pub(crate) const MAX_AXES: usize = 64;
 
 /// Header and values together start at a multiple of this.

@@ -1,6 +1,6 @@
 //! Orders of axes.
 
-/// Brings numbers whose first axis runs fastest into the usual order.
+/// Reorders values from Fortran order, in which the first axis is contiguous, to C order.
 pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
     let mut step = 1;
     let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());

@@ -91,7 +91,7 @@ fn faces_may_come_before_their_vertices() {
     let text = format!("{}\n{}", faces.join("\n"), vertices.join("\n"));
     assert_eq!(parse(text.as_bytes()).unwrap(), small());
 
-    // Line 2 is within the two vertices that come; line 3 is the first that is not.
+    // Line 2 is within the two vertices that follow; line 3 is the first that is not.
     let text = "vt 0 0\nf 1/1 2/1 2/1\nf 1/1 2/1 3/1\nf 9/1 1/1 1/1\nv 0 0 0\nv 0 0 0\n";
     let error = parse(text.as_bytes()).unwrap_err();
     let wanted = ObjError::Index { line: 3, corner: 3, what: "vertex", found: 3, count: 2 };

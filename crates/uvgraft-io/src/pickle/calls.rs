@@ -1,17 +1,17 @@
-//! What stands for calling a name. Nothing of Python's is run: each call makes one value of this crate.
+//! Calls of imported names. No Python code is run: each call creates one value of this crate.
 
 use std::borrow::Cow;
 
 use super::error::PickleError;
 use super::machine::Machine;
-use super::node::{ArrayLayout, Class, Global, Id, Items, Making, Node};
+use super::node::{ArrayLayout, Class, Global, Id, Instance, Items, Node};
 use super::value::Value;
 use crate::numpy::text::TextDtype;
 use crate::numpy::{Dtype, MAX_AXES};
 use crate::obj::shown;
 
 impl<'a> Machine<'a> {
-    /// What calling a name makes.
+    /// The result of calling a name.
     pub(super) fn call(&mut self, callee: Id, args: &[Id]) -> Result<Node<'a>, PickleError> {
         let &Node::Global(global) = self.value(callee).node() else {
             let kind = self.value(callee).kind();
@@ -53,7 +53,7 @@ impl<'a> Machine<'a> {
             }
             (Global::OrderedDict, []) => Ok(Node::Dict(Vec::new())),
             (Global::OrderedDict, &[items]) => self.dict_of_pairs(items),
-            // What a set holds is never asked for.
+            // The items of a set are never needed.
             (Global::Set, [] | [_]) => Ok(Node::Set),
             (Global::Size, &[shape]) => {
                 let shape = self.arguments(shape)?;
@@ -67,7 +67,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Fills what a call made: NumPy's dtypes and arrays take a tuple, objects a dict.
+    /// Sets the state of a created value: a tuple for NumPy's dtypes and arrays, a dict for
+    /// objects.
     pub(super) fn build(&mut self, object: Id, state: Id) -> Result<(), PickleError> {
         let filled = match self.value(object).node() {
             Node::Dtype(items) => {
@@ -75,14 +76,14 @@ impl<'a> Machine<'a> {
                 self.filled_dtype(items, state)?
             }
             Node::Array(_) => self.filled_array(state)?,
-            Node::Made(making) if matches!(self.value(state).node(), Node::Dict(_)) => {
-                let (class, args) = (making.class, making.args.clone());
-                Node::Made(Box::new(Making { class, args, state: Some(state) }))
+            Node::Object(instance) if matches!(self.value(state).node(), Node::Dict(_)) => {
+                let (class, args) = (instance.class, instance.args.clone());
+                Node::Object(Box::new(Instance { class, args, state: Some(state) }))
             }
-            // Torch's dicts of tensors have attributes that tell of versions.
+            // Torch's dicts of tensors have attributes with version information.
             Node::Dict(_) if matches!(self.value(state).node(), Node::Dict(_)) => return Ok(()),
             found => {
-                let what = if matches!(found, Node::Made(_) | Node::Dict(_)) {
+                let what = if matches!(found, Node::Object(_) | Node::Dict(_)) {
                     "in an unsupported way"
                 } else {
                     "although it takes no state"
@@ -157,7 +158,7 @@ impl<'a> Machine<'a> {
         Ok(Node::Array(Some(Box::new(layout))))
     }
 
-    /// An array of texts. Only a single text is kept.
+    /// An array of strings. Only a single string is kept.
     fn texts(
         &mut self,
         dtype: TextDtype,
@@ -206,7 +207,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// A dict from pairs of keys and values, as Python 2 wrote those that keep their order.
+    /// A dict from key-value pairs, as Python 2 stored an `OrderedDict`.
     fn dict_of_pairs(&mut self, items: Id) -> Result<Node<'a>, PickleError> {
         let pair = |item: Value<'_>| match item.node() {
             Node::List(pair) | Node::Tuple(pair) => match pair[..] {
@@ -218,7 +219,7 @@ impl<'a> Machine<'a> {
         let pairs = self.value(items).items();
         let pairs: Option<Vec<(Id, Id)>> = pairs.and_then(|pairs| pairs.map(pair).collect());
         let pairs = pairs.ok_or_else(|| self.scan.malformed("dict without key-value pairs"))?;
-        // One list may be made into any number of dicts.
+        // One list may be converted into any number of dicts.
         self.count_copy(size_of_val(&pairs[..]))?;
         Ok(Node::Dict(pairs))
     }
@@ -233,7 +234,7 @@ impl<'a> Machine<'a> {
         Ok(shape)
     }
 
-    /// A bool, or 0 or 1 as protocols without bools write them.
+    /// A bool, or 0 or 1 as in protocols without bools.
     fn flag(&self, id: Id) -> Result<bool, PickleError> {
         let value = self.value(id);
         let flag = value.as_bool().or(match value.as_int() {
@@ -244,7 +245,7 @@ impl<'a> Machine<'a> {
         flag.ok_or_else(|| self.scan.malformed("must be a bool"))
     }
 
-    /// The bytes that a text of characters below 256 stands for.
+    /// The bytes of a string of characters below 256.
     fn latin1(&mut self, text: Id) -> Result<Node<'a>, PickleError> {
         let Node::Text(text) = self.value(text).node() else {
             return Err(self.scan.malformed("must be a string of bytes"));
@@ -259,5 +260,5 @@ impl<'a> Machine<'a> {
 }
 
 fn made<'a>(class: Class, args: &[Id]) -> Node<'a> {
-    Node::Made(Box::new(Making { class, args: args.to_vec(), state: None }))
+    Node::Object(Box::new(Instance { class, args: args.to_vec(), state: None }))
 }

@@ -1,13 +1,13 @@
-//! Why a pickle was refused.
+//! Errors of pickles.
 
-/// As many instructions as a pickle may have. Files of arrays have some thousands.
-pub const MOST_INSTRUCTIONS: usize = 1 << 20;
+/// Maximum number of instructions. Files of arrays have a few thousand.
+pub const MAX_INSTRUCTIONS: usize = 1 << 20;
 
-/// Why a pickle was refused. Places count bytes from the start.
+/// Why a pickle was rejected. Positions count bytes from the start.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PickleError {
-    /// It asks for something of Python that is not plain data.
+    /// It imports a Python name that is not plain data.
     #[error("refused: the pickle imports {name}, but only plain data may be loaded")]
     Refused {
         /// Module and name, shortened.
@@ -16,27 +16,27 @@ pub enum PickleError {
     /// The bytes end too early.
     #[error("truncated pickle: byte {at} must be followed by {needed} bytes, got {left}")]
     Truncated {
-        /// Where.
+        /// Position.
         at: usize,
-        /// How many bytes must follow.
+        /// Bytes required.
         needed: u64,
-        /// How many follow.
+        /// Bytes available.
         left: usize,
     },
-    /// An instruction that does not exist, or that plain data does not need.
+    /// An instruction that is unknown, or not needed for plain data.
     #[error("byte {at} of the pickle: unsupported instruction 0x{found:02x}")]
     Instruction {
-        /// Where.
+        /// Position.
         at: usize,
-        /// Which.
+        /// The instruction.
         found: u8,
     },
-    /// An instruction that does not fit what came before it.
+    /// An instruction that does not fit the preceding ones.
     #[error("byte {at} of the pickle: {problem}")]
     Malformed {
-        /// Where the instruction starts.
+        /// Position of the instruction.
         at: usize,
-        /// What was found, and what was wanted.
+        /// What is wrong.
         problem: String,
     },
     /// More work than any file of arrays takes.
@@ -47,10 +47,10 @@ pub enum PickleError {
         /// The limit.
         most: usize,
     },
-    /// Something follows the end.
+    /// Bytes follow the end.
     #[error("unexpected {count} bytes after the end of the pickle")]
     Trailing {
-        /// How many bytes.
+        /// Number of bytes.
         count: usize,
     },
 }

@@ -1,10 +1,11 @@
-//! The names that a pickle may use. All others are refused.
+//! The names that a pickle may import. All others are rejected.
 
 use super::error::PickleError;
 use super::node::{Class, Global, StorageKind};
 use crate::obj::shown;
 
-/// NumPy 2 moved its inner modules from `core` to `_core`; SciPy's have been there since 1.8.
+/// NumPy 2 moved its internal modules from `core` to `_core`; SciPy 1.8 moved its sparse ones
+/// likewise.
 const ALLOWED: [(&str, &str, Global); 47] = [
     ("numpy", "ndarray", Global::Ndarray),
     ("numpy", "dtype", Global::Dtype),
@@ -24,18 +25,18 @@ const ALLOWED: [(&str, &str, Global); 47] = [
     ("__builtin__", "set", Global::Set),
     ("builtins", "set", Global::Set),
     ("collections", "OrderedDict", Global::OrderedDict),
-    ("scipy.sparse.csc", "csc_matrix", Global::Class(Class::SparseColumns)),
-    ("scipy.sparse._csc", "csc_matrix", Global::Class(Class::SparseColumns)),
-    ("scipy.sparse._csc", "csc_array", Global::Class(Class::SparseColumns)),
-    ("scipy.sparse._arrays", "csc_array", Global::Class(Class::SparseColumns)),
-    ("scipy.sparse.csr", "csr_matrix", Global::Class(Class::SparseRows)),
-    ("scipy.sparse._csr", "csr_matrix", Global::Class(Class::SparseRows)),
-    ("scipy.sparse._csr", "csr_array", Global::Class(Class::SparseRows)),
-    ("scipy.sparse._arrays", "csr_array", Global::Class(Class::SparseRows)),
-    ("scipy.sparse.coo", "coo_matrix", Global::Class(Class::SparsePlaces)),
-    ("scipy.sparse._coo", "coo_matrix", Global::Class(Class::SparsePlaces)),
-    ("scipy.sparse._coo", "coo_array", Global::Class(Class::SparsePlaces)),
-    ("scipy.sparse._arrays", "coo_array", Global::Class(Class::SparsePlaces)),
+    ("scipy.sparse.csc", "csc_matrix", Global::Class(Class::SparseCsc)),
+    ("scipy.sparse._csc", "csc_matrix", Global::Class(Class::SparseCsc)),
+    ("scipy.sparse._csc", "csc_array", Global::Class(Class::SparseCsc)),
+    ("scipy.sparse._arrays", "csc_array", Global::Class(Class::SparseCsc)),
+    ("scipy.sparse.csr", "csr_matrix", Global::Class(Class::SparseCsr)),
+    ("scipy.sparse._csr", "csr_matrix", Global::Class(Class::SparseCsr)),
+    ("scipy.sparse._csr", "csr_array", Global::Class(Class::SparseCsr)),
+    ("scipy.sparse._arrays", "csr_array", Global::Class(Class::SparseCsr)),
+    ("scipy.sparse.coo", "coo_matrix", Global::Class(Class::SparseCoo)),
+    ("scipy.sparse._coo", "coo_matrix", Global::Class(Class::SparseCoo)),
+    ("scipy.sparse._coo", "coo_array", Global::Class(Class::SparseCoo)),
+    ("scipy.sparse._arrays", "coo_array", Global::Class(Class::SparseCoo)),
     ("chumpy.ch", "Ch", Global::Class(Class::Chumpy)),
     ("chumpy", "Ch", Global::Class(Class::Chumpy)),
     ("chumpy.reordering", "Select", Global::Class(Class::ChumpySelect)),
@@ -55,10 +56,10 @@ const ALLOWED: [(&str, &str, Global); 47] = [
     ("torch", "Size", Global::Size),
 ];
 
-/// What a name stands for.
+/// Looks up an imported name.
 ///
 /// # Errors
-/// [`PickleError::Refused`] for every name that plain data does not need.
+/// [`PickleError::Refused`] for every name not needed for plain data.
 pub(super) fn find(module: &str, name: &str) -> Result<Global, PickleError> {
     let found = ALLOWED.iter().find(|allowed| (allowed.0, allowed.1) == (module, name));
     found.map(|allowed| allowed.2).ok_or_else(|| PickleError::Refused {

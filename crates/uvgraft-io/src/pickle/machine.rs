@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::error::{MOST_INSTRUCTIONS, PickleError};
+use super::error::{MAX_INSTRUCTIONS, PickleError};
 use super::globals;
 use super::node::{Id, Node};
 use super::scan::Scan;
@@ -12,7 +12,7 @@ use super::value::{Pickle, Value};
 const NEWEST_PROTOCOL: u8 = 5;
 
 /// The state of a dtype has eight entries, the most of all calls.
-const MOST_ARGUMENTS: usize = 8;
+const MAX_ARGUMENTS: usize = 8;
 
 pub(super) struct Machine<'a> {
     pub(super) scan: Scan<'a>,
@@ -43,14 +43,14 @@ pub(super) fn run(bytes: &[u8], persistent: bool) -> Result<Pickle<'_>, PickleEr
         most_copied: bytes.len(),
         persistent,
     };
-    for _ in 0..MOST_INSTRUCTIONS {
+    for _ in 0..MAX_INSTRUCTIONS {
         let instruction = machine.scan.next_instruction()?;
         if instruction == b'.' {
             return machine.finish();
         }
         machine.step(instruction)?;
     }
-    Err(PickleError::TooMany { what: "instructions", most: MOST_INSTRUCTIONS })
+    Err(PickleError::TooMany { what: "instructions", most: MAX_INSTRUCTIONS })
 }
 
 impl<'a> Machine<'a> {
@@ -120,9 +120,9 @@ impl<'a> Machine<'a> {
                 let length = self.scan.unsigned(8)?;
                 let left = self.scan.left();
                 if length > left as u64 {
-                    return Err(self
-                        .scan
-                        .malformed(format!("a frame must have {length} bytes, got {left}")));
+                    return Err(self.scan.malformed(format!(
+                        "truncated: a frame must have {length} bytes, got {left}"
+                    )));
                 }
             }
             _ => {
@@ -213,7 +213,7 @@ impl<'a> Machine<'a> {
     /// one from taking time.
     pub(super) fn arguments(&self, tuple: Id) -> Result<Vec<Id>, PickleError> {
         match self.value(tuple).node() {
-            Node::Tuple(args) if args.len() <= MOST_ARGUMENTS => Ok(args.clone()),
+            Node::Tuple(args) if args.len() <= MAX_ARGUMENTS => Ok(args.clone()),
             Node::Tuple(args) => {
                 Err(self.scan.malformed(format!("too many arguments: {}", args.len())))
             }

@@ -25,12 +25,12 @@ mod value;
 
 pub use crate::numpy::{Dtype, NumberKind};
 pub use array::Array;
-pub use class::Made;
-pub use error::{MOST_INSTRUCTIONS, PickleError};
+pub use class::Object;
+pub use error::{MAX_INSTRUCTIONS, PickleError};
 pub use node::{Class, StorageKind};
 pub use value::{Pickle, Value};
 
-/// Reads a pickle; texts and arrays borrow from its bytes.
+/// Reads a pickle; strings and arrays borrow from its bytes.
 ///
 /// # Errors
 /// [`PickleError`]; nothing in a pickle is ever run.

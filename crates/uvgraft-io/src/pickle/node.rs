@@ -1,16 +1,16 @@
-//! What the values of a pickle are made of. Values lie in one list and refer to each other by number, so that
-//! those which are shared, or hold themselves, are held once and dropped without recursion.
+//! The values of a pickle. They are stored in one list and refer to each other by index, so that
+//! shared or cyclic values are stored once and dropped without recursion.
 
 use std::borrow::Cow;
 
 use crate::numpy::Dtype;
 use crate::numpy::text::TextDtype;
 
-/// The number of a value.
+/// The index of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Id(pub(super) u32);
 
-/// One value, with the numbers of those that it holds.
+/// One value, with the indices of those it contains.
 #[derive(Debug)]
 pub(super) enum Node<'a> {
     None,
@@ -24,31 +24,31 @@ pub(super) enum Node<'a> {
     Dict(Vec<(Id, Id)>),
     Global(Global),
     Dtype(Items),
-    /// An array; `None` between its creation and its filling.
+    /// An array; `None` between its creation and its initialisation.
     Array(Option<Box<ArrayLayout>>),
-    /// An array of whatever the list of that number holds.
+    /// An array of the objects in a list.
     Objects(Id),
-    /// An array of several texts, which nobody asks for.
+    /// An array of several strings, which are not kept.
     Texts,
-    /// A set, of which nobody asks what it holds.
+    /// A set, whose items are not kept.
     Set,
     /// An object of a known class.
-    Made(Box<Making>),
-    /// What lies outside of the pickle, under a name.
+    Object(Box<Instance>),
+    /// A reference to data outside of the pickle, by its identifier.
     Persistent(Id),
 }
 
-/// What an array holds.
+/// The item type of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Items {
     Numbers(Dtype),
     Texts(TextDtype),
-    /// Whatever the pickle holds, one by one.
+    /// Any values of the pickle.
     Objects,
 }
 
 impl Items {
-    /// From NumPy's notation; nothing for structures, dates and other rare things.
+    /// Parses NumPy's notation; `None` for structures, dates and other rare types.
     pub(super) fn from_text(text: &str) -> Option<Self> {
         match text {
             "O" | "O8" | "O4" | "|O" | "|O8" => Some(Self::Objects),
@@ -59,7 +59,7 @@ impl Items {
     }
 }
 
-/// What an array is, and which value of the pickle holds its bytes.
+/// An array's type and shape, and the value that holds its bytes.
 #[derive(Debug)]
 pub(super) struct ArrayLayout {
     pub(super) dtype: Dtype,
@@ -69,39 +69,39 @@ pub(super) struct ArrayLayout {
 }
 
 impl ArrayLayout {
-    /// The bytes that the shape asks for, if they can be counted.
+    /// The bytes required by the shape, unless it overflows.
     pub(super) fn bytes(&self) -> Option<usize> {
         self.dtype.bytes(&self.shape)
     }
 }
 
-/// A class or function that a pickle may name, of which only the arguments and the state are kept.
+/// A class or function that a pickle may import; only its arguments and state are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Class {
-    /// SciPy's matrices by columns: state `data`, `indices`, `indptr`, `_shape`.
-    SparseColumns,
-    /// SciPy's matrices by rows, with the same state.
-    SparseRows,
-    /// SciPy's matrices by places: state `data`, `_shape`, and `row` and `col` or `coords`.
-    SparsePlaces,
+    /// SciPy's CSC matrices: state `data`, `indices`, `indptr`, `_shape`.
+    SparseCsc,
+    /// SciPy's CSR matrices, with the same state.
+    SparseCsr,
+    /// SciPy's COO matrices: state `data`, `_shape`, and `row` and `col` or `coords`.
+    SparseCoo,
     /// `chumpy.ch.Ch`: an array, in the state's `x`.
     Chumpy,
-    /// `chumpy.reordering.Select`: the numbers `idxs` of `a`, in shape `preferred_shape`.
+    /// `chumpy.reordering.Select`: the values of `a` at `idxs`, in shape `preferred_shape`.
     ChumpySelect,
     /// `torch._utils._rebuild_tensor` and `_rebuild_tensor_v2`: storage, offset, shape, strides.
     Tensor,
-    /// `torch._utils._rebuild_parameter`: a tensor, and what training needs of it.
+    /// `torch._utils._rebuild_parameter`: a tensor, and data for training.
     Parameter,
-    /// A class of torch's storages, which is only ever named.
+    /// A class of torch's storages, which is only referenced.
     Storage(StorageKind),
 }
 
 impl Class {
-    /// What an object of it is, for messages.
+    /// A description of its objects, for messages.
     pub(super) const fn kind(self) -> &'static str {
         match self {
-            Self::SparseColumns | Self::SparseRows | Self::SparsePlaces => "a sparse matrix",
+            Self::SparseCsc | Self::SparseCsr | Self::SparseCoo => "a sparse matrix",
             Self::Chumpy | Self::ChumpySelect => "a chumpy array",
             Self::Tensor | Self::Parameter => "a tensor",
             Self::Storage(_) => "a torch storage",
@@ -109,7 +109,7 @@ impl Class {
     }
 }
 
-/// What kind of number a torch storage holds.
+/// The value type of a torch storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "named as in torch")]
 pub enum StorageKind {
@@ -125,38 +125,38 @@ pub enum StorageKind {
     Bool,
 }
 
-/// What a call of a class was given, and what it was filled with.
+/// An object of a known class: the arguments of its constructor, and its state.
 #[derive(Debug)]
-pub(super) struct Making {
+pub(super) struct Instance {
     pub(super) class: Class,
     pub(super) args: Vec<Id>,
     pub(super) state: Option<Id>,
 }
 
-/// What a name stands for.
+/// The meaning of an imported name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Global {
-    /// The class of arrays, which is only ever handed to the next.
+    /// The class of arrays, which is only passed to `Reconstruct`.
     Ndarray,
-    /// Makes an array that is filled afterwards.
+    /// Creates an array that is initialised later.
     Reconstruct,
-    /// Makes an array of its bytes, in protocol 5.
+    /// Creates an array from its bytes, in protocol 5.
     FromBuffer,
-    /// Makes a single number.
+    /// Creates a single number.
     Scalar,
     Dtype,
-    /// Bytes in protocols that have none: a text, to be encoded.
+    /// Creates bytes from a string, in protocols without bytes.
     Encode,
-    /// Bytes in such protocols where there are none.
+    /// Creates empty bytes, in the same protocols.
     NoBytes,
-    /// Makes an object of a class, in protocols that have no instruction for it.
+    /// Creates an object of a class, in protocols that have no instruction for it.
     Reconstructor,
-    /// The class that all others come from, which is only ever handed to the one before.
+    /// The base class of all others, which is only passed to `Reconstructor`.
     Object,
     OrderedDict,
-    /// Sets in protocols that have no instruction for them.
+    /// Creates a set, in protocols that have no instruction for it.
     Set,
-    /// A tuple of torch's, made of a plain one.
+    /// `torch.Size`, made from a tuple.
     Size,
     Class(Class),
 }

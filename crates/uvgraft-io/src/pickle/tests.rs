@@ -1,4 +1,4 @@
-//! Pickles as Python writes them, by protocol, and those that nobody should write.
+//! Pickles as written by Python, by protocol, and malicious ones.
 
 use super::*;
 
@@ -57,7 +57,7 @@ fn every_cut_and_every_changed_byte_is_survived() {
             for value in 0..=255 {
                 let mut changed = bytes.to_vec();
                 changed[place] = value;
-                // Some changes leave a pickle of something else.
+                // Some changes result in a pickle of something else.
                 if let Ok(pickle) = parse(&changed) {
                     drop(
                         pickle.root().get("a").and_then(Value::as_array).map(|array| array.f32s()),
@@ -131,7 +131,7 @@ fn whatever_could_run_is_refused_by_name() {
     }
     let long = [&b"c"[..], &b"x".repeat(10_000), b"\nsystem\n."].concat();
     assert!(error(&long).len() < 200);
-    // Persistent identifiers, extensions, buffers beside the pickle, and what does not exist.
+    // Persistent identifiers, extensions, out-of-band buffers, and unknown instructions.
     for instruction in *b"PQ\x82\x83\x84\x92\x97\x98\x00\xff?" {
         let found = error(&[b'N', instruction, 0, 0, 0, 0, b'\n']);
         let wanted = format!("unsupported instruction 0x{instruction:02x}");
@@ -244,36 +244,36 @@ fn arrays_that_are_not_what_they_say() {
     let pickle = parse(number).unwrap();
     let number = pickle.root().as_array().unwrap();
     assert_eq!((number.shape(), number.f32s().unwrap()), (&[][..], vec![1.0]));
-    // An array that was never filled is none.
+    // An array that was never initialised is not an array.
     let empty = b"cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n)NtR.";
     assert!(parse(empty).unwrap().root().as_array().is_none());
 }
 
 #[test]
 fn bombs() {
-    // A tuple in a tuple in a tuple, half a million times; dropped without recursion too.
+    // A tuple in a tuple in a tuple, half a million deep; dropped without recursion too.
     let deep = [&b")"[..], &b"\x85".repeat(500_000), b"."].concat();
     assert_eq!(parse(&deep).unwrap().root().kind(), "a tuple");
     let marks = [&b"(".repeat(500_000)[..], b"N."].concat();
     assert!(error(&marks).contains("left on the stack"));
-    // Each tuple holds the one before twice: 2^100 leaves, were they ever spread out.
+    // Each tuple contains the previous one twice: 2^100 leaves if expanded.
     let doubled = [&b"K\x01q\0"[..], &b"0h\0h\0\x86q\0".repeat(100), b"."].concat();
     assert_eq!(parse(&doubled).unwrap().root().items().unwrap().len(), 2);
-    // A list that holds itself.
+    // A list that contains itself.
     let own = parse(b"]q\0h\0a.").unwrap();
     assert_eq!(own.root().items().unwrap().next().unwrap().kind(), "a list");
     // More instructions than any file has.
-    let long = b"N0".repeat(MOST_INSTRUCTIONS / 2 + 1);
+    let long = b"N0".repeat(MAX_INSTRUCTIONS / 2 + 1);
     let wanted = "pickle must have at most 1048576 instructions";
     assert_eq!(error(&long), wanted);
-    // One long text that is made into bytes again and again.
+    // One long string that is converted to bytes repeatedly.
     let mut decoded = b"\x80\x02c_codecs\nencode\nq\0X\0\0\x10\0".to_vec();
     decoded.extend(b"a".repeat(1 << 20));
     decoded.extend(b"U\x06latin1\x86q\x01(");
     decoded.extend(b"h\0h\x01R".repeat(50_000));
     decoded.extend(b"t.");
     assert!(error(&decoded).contains("decoded bytes"));
-    // One long tuple of arguments that is called with again and again.
+    // One long tuple of arguments that is used for repeated calls.
     let mut called = b"(".to_vec();
     called.extend(b"N".repeat(300_000));
     called.extend(b"tq\0cnumpy\ndtype\nh\0R.");

@@ -56,7 +56,7 @@ impl<'p> Value<'p> {
             Node::Objects(_) => "an array of objects",
             Node::Texts => "an array of strings",
             Node::Set => "a set",
-            Node::Made(making) => making.class.kind(),
+            Node::Object(instance) => instance.class.kind(),
             Node::Persistent(_) => "an external object",
         }
     }

@@ -9,10 +9,10 @@ use crate::arrays::error::Unread;
 use crate::arrays::numeric::NumericArray;
 use crate::numpy::{Dtype, NumberKind};
 use crate::obj::shown;
-use crate::pickle::{Class, Made, StorageKind, Value};
+use crate::pickle::{Class, Object, StorageKind, Value};
 
 /// Maximum number of axes of torch tensors.
-const MOST_AXES: usize = 64;
+const MAX_AXES: usize = 64;
 
 /// The storages of an archive, each unpacked once.
 pub(super) struct Storages<'t, 'a> {
@@ -85,7 +85,7 @@ impl<'t, 'a> Storages<'t, 'a> {
 impl Outside for Storages<'_, '_> {
     fn tensor(
         &mut self,
-        tensor: Made<'_>,
+        tensor: Object<'_>,
         spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
     ) -> Result<NumericArray, Unread> {
         let arg = |index| tensor.arg(index).ok_or_else(|| broken("tensor with too few entries"));
@@ -153,7 +153,7 @@ fn size(value: Value<'_>) -> Option<usize> {
 }
 
 fn sizes(value: Value<'_>) -> Option<Vec<usize>> {
-    value.items().filter(|items| items.len() <= MOST_AXES)?.map(size).collect()
+    value.items().filter(|items| items.len() <= MAX_AXES)?.map(size).collect()
 }
 
 /// Bytes of a value.

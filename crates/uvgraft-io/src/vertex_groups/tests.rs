@@ -1,9 +1,9 @@
-//! Groups as Python writes them, and those that nobody should write.
+//! Groups as written by Python, and malicious ones.
 
 use super::*;
 
-/// `{"face": numpy.array([9, 2, 5]), "scalp": [1, numpy.int32(4)], "rim": numpy.array([[300], [7]], ">u2")}`,
-/// as Python 3 with NumPy 2 writes it, in protocols 0, 2, 4 and 5.
+/// `{"face": numpy.array([9, 2, 5]), "scalp": [1, numpy.int32(4)], "rim": numpy.array([[300], [7]],
+/// ">u2")}`, as written by Python 3 with NumPy 2, in protocols 0, 2, 4 and 5.
 const WRITTEN: [&[u8]; 4] = [
     b"(dp0\nVface\np1\ncnumpy._core.multiarray\n_reconstruct\np2\n(cnumpy\nndarray\np3\n(I0\ntp4\n\
       c_codecs\nencode\np5\n(Vb\np6\nVlatin1\np7\ntp8\nRp9\ntp10\nRp11\n(I1\n(I3\ntp12\ncnumpy\ndt\
@@ -46,8 +46,8 @@ const WRITTEN: [&[u8]; 4] = [
       \xff\xffK\0t\x94bK\x02K\x01\x86\x94h\x0ft\x94R\x94u.",
 ];
 
-/// `{"face": numpy.array([9, 2, 5]), "left_ear": numpy.array([7, 300])}`, as Python 2 wrote it: texts
-/// are bytes, and arrays' bytes are texts.
+/// `{"face": numpy.array([9, 2, 5]), "left_ear": numpy.array([7, 300])}`, as written by Python 2:
+/// strings are bytes, and the bytes of arrays are strings.
 const BY_PYTHON_2: &[u8] =
     b"\x80\x02}q\x01(U\x04faceq\x02cnumpy.core.multiarray\n_reconstruct\nq\x03cnumpy\nndarray\nq\
       \x04K\0\x85U\x01b\x87Rq\x05(K\x01K\x03\x85cnumpy\ndtype\nq\x06U\x02i8K\0K\x01\x87Rq\x07(K\
@@ -59,7 +59,7 @@ fn error(bytes: &[u8]) -> String {
     parse(bytes).unwrap_err().to_string()
 }
 
-/// A pickle of a dict that holds what some instructions make, under the name `face`.
+/// A pickle of a dict that has the result of some instructions under the name `face`.
 fn face(ids: &[u8]) -> Vec<u8> {
     [&b"}X\x04\0\0\0face"[..], ids, b"s."].concat()
 }
@@ -76,7 +76,7 @@ fn pickles_of_every_kind() {
     assert_eq!(groups.names().collect::<Vec<_>>(), ["face", "left_ear"]);
     assert_eq!(groups.vertices("face", 10), Ok(vec![2, 5, 9]));
     assert_eq!(groups.vertices("left_ear", 301), Ok(vec![7, 300]));
-    // A name that comes twice: the last counts.
+    // Of a duplicate name, the last one is used.
     let twice = parse(b"}(X\x01\0\0\0a]K\x05aX\x01\0\0\0a]K\x06au.").unwrap();
     assert_eq!(twice.vertices("a", 9), Ok(vec![6]));
 }
@@ -87,18 +87,24 @@ fn json_of_the_same_shape() {
     assert_eq!(groups.names().collect::<Vec<_>>(), ["head", "neck"]);
     assert_eq!(groups.vertices("head", 4), Ok(vec![1, 3]));
     for (text, wanted) in [
-        ("{\"head\": [1.0]}", "JSON: invalid type: floating point `1.0`, expected i64 at line 1"),
-        ("{\"head\": 7}", "JSON: invalid type: integer `7`, expected a sequence at line 1"),
-        ("[1, 2]", "JSON: invalid type: sequence, expected an object of lists of integers at line"),
-        ("{\"head\": [1, 2", "JSON: EOF while parsing a list at line 1 column 14"),
-        ("{\"head\": [1]} x", "JSON: trailing characters at line 1 column 15"),
+        (
+            "{\"head\": [1.0]}",
+            "invalid JSON: invalid type: floating point `1.0`, expected i64 at line 1",
+        ),
+        ("{\"head\": 7}", "invalid JSON: invalid type: integer `7`, expected a sequence at line 1"),
+        (
+            "[1, 2]",
+            "invalid JSON: invalid type: sequence, expected an object of lists of integers at line",
+        ),
+        ("{\"head\": [1, 2", "invalid JSON: EOF while parsing a list at line 1 column 14"),
+        ("{\"head\": [1]} x", "invalid JSON: trailing characters at line 1 column 15"),
         ("{}", "must have at least one vertex group"),
     ] {
         let found = error(text.as_bytes());
         assert!(found.starts_with(wanted), "found:  {found}\nwanted: {wanted}");
     }
     let deep = format!("{{\"a\": {}", "[".repeat(100_000));
-    assert!(error(deep.as_bytes()).starts_with("JSON: "));
+    assert!(error(deep.as_bytes()).starts_with("invalid JSON: "));
 }
 
 #[test]
@@ -179,7 +185,7 @@ fn hostile_files_are_refused() {
             "refused: the pickle imports os.system, but only plain data may be loaded"
         )
     );
-    // One list of 70,000 ids under 300 names.
+    // One list of 70,000 indices under 300 names.
     let mut bytes = b"](".to_vec();
     bytes.extend(b"K\x01".repeat(70_000));
     bytes.extend(b"eq\x000}(");
@@ -191,10 +197,10 @@ fn hostile_files_are_refused() {
     bytes.extend(b"u.");
     assert_eq!(error(&bytes), "must have at most 16777216 vertex indices");
     let mut many = b"}(".to_vec();
-    many.extend(b"X\x01\0\0\0a]".repeat(MOST_GROUPS + 1));
+    many.extend(b"X\x01\0\0\0a]".repeat(MAX_GROUPS + 1));
     many.extend(b"u.");
     assert_eq!(error(&many), "must have at most 4096 groups");
-    let many: Vec<String> = (0..=MOST_GROUPS).map(|k| format!("\"{k}\": []")).collect();
+    let many: Vec<String> = (0..=MAX_GROUPS).map(|k| format!("\"{k}\": []")).collect();
     let found = error(format!("{{{}}}", many.join(",")).as_bytes());
     assert!(found.contains("must have at most 4096 groups"), "{found}");
 }
@@ -209,7 +215,7 @@ fn every_cut_and_every_changed_byte_is_survived() {
             for value in 0..=255 {
                 let mut changed = bytes.to_vec();
                 changed[place] = value;
-                // Some changes leave groups of something else.
+                // Some changes result in groups of something else.
                 if let Ok(groups) = parse(&changed) {
                     let _ = groups.vertices("face", 400);
                 }

@@ -1,6 +1,6 @@
 """Makes the samples in this folder. Run once with each Python, from this folder:
 
-    python2.7 make.py   # with numpy 1.16, scipy 1.2, chumpy 0.67.6: what body models were pickled with
+    python2.7 make.py   # with numpy 1.16, scipy 1.2, chumpy 0.67.6: as used to pickle body models
     python3 make.py     # with numpy 2.4, scipy 1.17, torch 2.x
 
 All values are invented. The tests read the files and need neither Python.
@@ -20,7 +20,7 @@ def regressor():
 
 
 def by_python_2():
-    """A model in little, as SMPL's, MANO's and FLAME's files hold theirs."""
+    """A tiny model, in the form of SMPL's, MANO's and FLAME's files."""
     import cPickle
     import chumpy
 
@@ -43,7 +43,7 @@ def by_python_3():
     import torch
 
     class Ch:
-        """chumpy's arrays keep their numbers in `x`; it has no release for this Python."""
+        """Stands in for chumpy, which has no release for this Python; its arrays keep their values in `x`."""
 
     Ch.__module__, Ch.__qualname__ = "chumpy.ch", "Ch"
     modules = {"chumpy": type(sys)("chumpy"), "chumpy.ch": type(sys)("chumpy.ch")}
@@ -102,7 +102,7 @@ def by_python_3():
     torch.save(base, "before_1_6.pth", _use_new_zipfile_serialization=False)
     torch.jit.save(torch.jit.script(torch.nn.Identity()), "script.pt")
 
-    # A dump of 8x8 texels: colours are a part of a larger output, as FATE cuts them out of it.
+    # A dump of 8x8 texels, whose colours are a slice of a larger output, as in FATE.
     output = torch.zeros(1, 11, 8, 8)
     u, v = torch.meshgrid(torch.arange(8) / 7, torch.arange(8) / 7, indexing="xy")
     for channel, value in enumerate([0.1 + 0.8 * u, 0.1 + 0.8 * v, torch.full((8, 8), 0.5)]):

@@ -1,7 +1,8 @@
-//! One affine warp per triangle, as image libraries offer it and as scripts loop over it.
+//! One affine warp per triangle, the way scripts use the functions of image libraries.
 //!
-//! Corners are cut to whole texels; for each triangle the whole source is warped, the whole result
-//! is masked and laid over the picture; a median of 17 texels at the end hides the cracks.
+//! Corners are truncated to whole texels; for each triangle the whole source is warped, and
+//! the whole result is masked and pasted over the picture. A 17 × 17 median at the end
+//! hides the cracks.
 
 use std::borrow::Cow;
 
@@ -12,10 +13,10 @@ use uvgraft::threads::for_each_chunk;
 
 use super::median::median;
 
-/// Side of the median's window, in texels.
+/// Side of the median window, in texels.
 pub const MEDIAN_PX: u32 = 17;
 
-/// The triangles of one direction of a pair, at one source and one target size.
+/// The triangles for one direction of a pair, at fixed source and target sizes.
 #[derive(Debug, Clone)]
 pub struct Affine {
     triangles: Vec<Triangle>,
@@ -27,12 +28,12 @@ pub struct Affine {
 struct Triangle {
     /// Corners in whole texels, wound so that the inside is on the positive side of each edge.
     target: [[i64; 2]; 3],
-    /// `source = offset + slope · target`.
+    /// Affine map from target to source: `source = offset + slope · target`.
     offset: [f64; 2],
     slope: [[f64; 2]; 2],
 }
 
-/// Columns and rows that are looked at, the last included.
+/// Ranges of columns and rows, both inclusive.
 #[derive(Debug, Clone, Copy)]
 struct Bounds {
     x: [u32; 2],
@@ -40,12 +41,12 @@ struct Bounds {
 }
 
 impl Affine {
-    /// The triangles that still have an area with corners in whole texels.
+    /// The triangles whose area is not zero once their corners are truncated to whole texels.
     pub fn new(pair: &Pair, direction: Direction, sizes: Sizes) -> Self {
         let Sizes { from: source_size, to: target_size } = sizes;
         let mut pieces: Vec<Piece> = pair.pieces().collect();
         if direction == Direction::Reverse {
-            // Triangles are drawn over each other in the order of the faces that they fill.
+            // Triangles are drawn in the order of the faces that they fill, later ones on top.
             pieces.sort_by_key(|piece| piece.source);
         }
         let triangles = pieces.iter().filter_map(|piece| {
@@ -53,7 +54,7 @@ impl Affine {
             if direction == Direction::Reverse {
                 std::mem::swap(&mut target, &mut source);
                 if let Extent::Whole(corners) = piece.extent {
-                    // In the order of the corners of the face that is filled.
+                    // In corner order of the face that is filled.
                     let at = |corner: u8| corners.iter().position(|&other| other == corner);
                     let order = [0, 1, 2].map(|corner| at(corner).unwrap_or(usize::from(corner)));
                     target = order.map(|at| target[at]);
@@ -68,17 +69,17 @@ impl Affine {
         Self { triangles: triangles.collect(), source_size, target_size }
     }
 
-    /// How many triangles are drawn.
+    /// Number of triangles that are drawn.
     pub fn triangles(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Carries a texture as 8-bit RGB. Only the rectangle around each triangle is warped and laid
-    /// over, which gives the same picture sooner. The median runs over the picture that results, and
-    /// counts where a triangle was drawn; elsewhere the base stays.
+    /// Transfers a texture, as 8-bit RGB. Only the bounding rectangle of each triangle is warped
+    /// and pasted, which gives the same picture faster. The median runs over the resulting picture
+    /// and replaces the texels that a triangle covers; elsewhere the base is unchanged.
     ///
     /// # Panics
-    /// If a texture has another size than this was made for.
+    /// If a texture differs in size from the sizes given to [`Affine::new`].
     pub fn transfer(&self, source: &Texture, base: Texture) -> Texture {
         let (source, mut base) = self.rgb(source, base);
         let width = self.target_size.width as usize;
@@ -111,11 +112,12 @@ impl Affine {
         base
     }
 
-    /// Does for one triangle what scripts do for each: warps the whole picture, then lays it over
-    /// through a mask of the whole picture. For telling what that costs.
+    /// Does for one triangle what scripts do for each: warps the whole picture, then pastes it
+    /// through a mask of the whole picture. Only for measuring its cost.
     ///
     /// # Panics
-    /// If a texture has another size than this was made for, or there is no such triangle.
+    /// If a texture differs in size from the sizes given to [`Affine::new`], or the triangle does
+    /// not exist.
     pub fn draw_whole_picture(&self, triangle: usize, source: &Texture, base: Texture) -> Texture {
         let (source, mut base) = self.rgb(source, base);
         let triangle = &self.triangles[triangle];
@@ -155,10 +157,10 @@ impl Affine {
     }
 }
 
-/// The texel whose number is left when a UV position is cut to integers.
+/// Texel coordinates of a UV position, truncated to integers.
 fn whole_texel(uv: [f64; 2], size: Size) -> [i64; 2] {
     let cut = |value: f64, count: u32| {
-        // Far beyond any texture, and far from where products of two would overflow.
+        // Far beyond any texture, but small enough that products of two values do not overflow.
         const FAR: f64 = 1e6;
         (value * f64::from(count)).clamp(-FAR, FAR) as i64
     };
@@ -189,7 +191,7 @@ impl Triangle {
         Some(Self { target, offset, slope })
     }
 
-    /// The rectangle around the triangle within a texture.
+    /// The bounding rectangle of the triangle, clipped to a texture.
     fn bounds(&self, size: Size) -> Option<Bounds> {
         let range = |axis: usize, count: u32| {
             let values = self.target.map(|corner| corner[axis]);
@@ -208,7 +210,7 @@ impl Triangle {
         })
     }
 
-    /// The source's colour for a target texel: bilinear between whole positions, black outside.
+    /// The source's colour for a target texel: bilinear between integer positions, black outside.
     fn warped(&self, x: u32, y: u32, source: &[u8], size: Size) -> [u8; 3] {
         let (x, y) = (f64::from(x), f64::from(y));
         let at = [0, 1].map(|k| self.offset[k] + self.slope[k][0] * x + self.slope[k][1] * y);
@@ -257,12 +259,12 @@ mod tests {
     fn moves_whole_texels_and_smooths_them() {
         let size = Size::square(40);
         let (source, base) = (noise(size, 1), noise(size, 2));
-        // The same square, ten texels to the right and five down.
+        // The same square, moved ten texels to the right and five down.
         let moved = [[0.25, 0.125], [0.75, 0.125], [0.75, 0.625], [0.25, 0.625]];
         let affine = Affine::new(&pair(moved), Direction::Forward, Sizes { from: size, to: size });
         assert_eq!(affine.triangles(), 2);
         let result = affine.transfer(&source, base.clone());
-        // Without the median: the square pasted, its far edges included.
+        // Without the median: the pasted square, including its right and bottom edges.
         let sharp =
             (0..2).fold(base.clone(), |base, k| affine.draw_whole_picture(k, &source, base));
         for (x, y) in [(10, 5), (30, 25), (20, 15), (11, 24)] {

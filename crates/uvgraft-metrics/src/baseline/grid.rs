@@ -1,18 +1,19 @@
 //! The convention of the published reference implementation of Song et al. (arXiv 2508.19518).
 //!
-//! Positions are built at texel centres but sampled with corners aligned, which is up to half a
-//! texel off; values are truncated; nothing is padded and no gutter is made. Bilinear, one sample a
-//! texel. Theirs keeps a grid of positions and faces for each texel; that is the same picture.
+//! Positions are computed at texel centres but sampled with aligned corners, an error of up to half
+//! a texel. Values are truncated, and there is no padding and no gutter. Bilinear, one sample per
+//! texel. Their implementation stores a grid of positions and faces for each texel; the resulting
+//! picture is the same.
 
 use uvgraft::map::SamplingMap;
 use uvgraft::texture::{Channels, Depth, Texels, TexelsMut, Texture};
 use uvgraft::threads::for_each_chunk;
 
-/// Carries a texture through a map the reference's way, as 8-bit RGB. A map for this has no gutter;
-/// if it has one, that is left out.
+/// Transfers a texture through a map the way the reference does, as 8-bit RGB. A map for this has
+/// no gutter; if it has one, it is skipped.
 ///
 /// # Panics
-/// If the base has another size than the map.
+/// If the base and the map differ in size.
 pub fn transfer(map: &SamplingMap, source: &Texture, base: Texture) -> Texture {
     assert_eq!(base.size(), map.size(), "a map is for one size");
     let source = source.clone().converted(Channels::Rgb, Depth::U8);

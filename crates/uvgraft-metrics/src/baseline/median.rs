@@ -1,12 +1,12 @@
-//! The median of a square window, by a histogram that slides along the row.
+//! Median filter over a square window, using a histogram that slides along the row.
 //!
 //! Based on Huang, Yang and Tang 1979, "A fast two-dimensional median filtering algorithm".
 
 use uvgraft::texture::Size;
 use uvgraft::threads::for_each_chunk;
 
-/// The median of each channel of 8-bit RGB texels over a window of `side` × `side` texels, odd.
-/// Beyond the edge the edge counts.
+/// The median of each channel of 8-bit RGB texels over a window of `side` × `side` texels, `side`
+/// being odd. Edge texels are repeated outwards.
 pub fn median(values: &[u8], size: Size, side: u32) -> Vec<u8> {
     let (width, height) = (size.width as usize, size.height as usize);
     let radius = side as usize / 2;
@@ -20,7 +20,7 @@ pub fn median(values: &[u8], size: Size, side: u32) -> Vec<u8> {
         for channel in 0..3 {
             let at = |x: usize| (x.saturating_sub(radius)).min(width - 1) * 3 + channel;
             let mut window = Histogram::default();
-            // Columns are counted from `radius` left of the edge.
+            // Column 0 of the window is `radius` left of the picture's edge.
             for column in 0..side as usize {
                 rows.iter().for_each(|row| window.add(row[at(column)]));
             }
@@ -36,7 +36,7 @@ pub fn median(values: &[u8], size: Size, side: u32) -> Vec<u8> {
     out
 }
 
-/// How often each value occurs, and how many are below the one that was looked up last.
+/// Counts of each value, and the number of values below the median found last.
 struct Histogram {
     counts: [i32; 256],
     value: usize,
@@ -60,7 +60,8 @@ impl Histogram {
         self.below -= i32::from((value as usize) < self.value);
     }
 
-    /// The value with `rank` others sorted before it; found from the last one, which is near.
+    /// The value at `rank` in ascending order. The search starts at the previous result, which is
+    /// usually close.
     fn value_at(&mut self, rank: i32) -> u8 {
         while self.below > rank {
             self.value -= 1;
@@ -79,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn is_the_middle_of_the_sorted_window() {
+    fn is_the_median_of_the_window() {
         let mut rng = fastrand::Rng::with_seed(4);
         for (size, side) in [(Size::new(23, 19), 5), (Size::new(4, 3), 17), (Size::new(1, 1), 3)] {
             let values: Vec<u8> = (0..size.texels() * 3).map(|_| rng.u8(..)).collect();

@@ -1,4 +1,4 @@
-//! What textures were carried with before, written anew to compare with. Nothing else uses it.
+//! Earlier methods of texture transfer, reimplemented for comparison. Nothing else uses them.
 
 pub mod affine;
 pub mod grid;

@@ -1,14 +1,14 @@
-//! How far apart two feature maps are, texel by texel.
+//! Per-texel distance of two feature maps.
 
 use uvgraft::threads;
 
 use super::maps::Map;
 use super::rows::Rows;
 
-/// Keeps directions of length zero finite, as the official code does.
+/// Keeps zero-length feature vectors finite, as the official code does.
 const EPSILON: f32 = 1e-10;
 
-/// Appends the differences of the two pictures' features in the rows from `first` on.
+/// Appends the differences of the two pictures' features, for the rows from `first` on.
 pub(super) fn append_differences(map: &mut Map, features: &Rows, first: usize, weights: &[f32]) {
     let channels = features.channels;
     let new = map.extend_to(features.end());
@@ -22,7 +22,7 @@ pub(super) fn append_differences(map: &mut Map, features: &Rows, first: usize, w
     });
 }
 
-/// The weighted sum of squared differences of two directions.
+/// The weighted sum of squared differences of two feature vectors, each normalised to unit length.
 fn weighted_difference(a: &[f32], b: &[f32], weights: &[f32]) -> f32 {
     let length = |values: &[f32]| {
         let squared = sum_in_lanes([values; 3], |value, _, _| value * value);
@@ -35,8 +35,8 @@ fn weighted_difference(a: &[f32], b: &[f32], weights: &[f32]) -> f32 {
     })
 }
 
-/// The sum of a term for each entry of three equally long lists. Eight sums side by side: one alone
-/// could not be vectorised, because floats must be added in the order that is written.
+/// The sum of a term over three equally long lists, in eight lanes. A single sum could not be
+/// vectorised, because floating-point additions must keep their order.
 fn sum_in_lanes(lists: [&[f32]; 3], term: impl Fn(f32, f32, f32) -> f32) -> f32 {
     let [(a, a_rest), (b, b_rest), (c, c_rest)] = lists.map(|list| list.as_chunks::<8>());
     let mut lanes = [0.0; 8];
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_count_and_lengths_do_not() {
+    fn directions_matter_and_lengths_do_not() {
         let unit = |at: usize, length: f32| {
             let mut values = [0.0; 11];
             values[at] = length;
@@ -65,7 +65,7 @@ mod tests {
         (weights[2], weights[10]) = (3.0, 4.0);
         assert_eq!(weighted_difference(&unit(2, 5.0), &unit(2, 0.5), &weights), 0.0);
         assert_eq!(weighted_difference(&unit(2, 5.0), &unit(10, 9.0), &weights), 7.0);
-        // Nothing at all has no direction, and is as far from one as the weight says.
+        // A zero vector has no direction; its distance from a direction is that channel's weight.
         assert_eq!(weighted_difference(&[0.0; 11], &unit(10, 2.0), &weights), 4.0);
         assert_eq!(weighted_difference(&[0.0; 11], &[0.0; 11], &weights), 0.0);
     }

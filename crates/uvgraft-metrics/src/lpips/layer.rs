@@ -1,4 +1,4 @@
-//! One layer's step: from the rows that came in, the rows that they suffice for.
+//! One layer of the network: computes all output rows for which enough input rows are available.
 
 use ndarray::linalg::general_mat_mul;
 use ndarray::{ArrayView2, ArrayViewMut2};
@@ -8,12 +8,12 @@ use super::network::{Layer, Window};
 use super::rows::Rows;
 use super::weights::ConvolutionWeights;
 
-/// Output texels of one piece of a convolution. Each piece packs the kernel anew, which fewer
-/// texels would not pay for; more would leave deep, small maps in too few pieces.
-const PIECE: usize = 128;
+/// Output texels per task of a convolution. Each task packs the kernel again, which does not pay
+/// for fewer texels; with more, small deep maps would give too few tasks.
+const CHUNK: usize = 128;
 
-/// How many output rows there can be: all whose windows lie in the rows that came in. Below the
-/// last row there is nothing to wait for.
+/// Number of output rows whose windows lie within the available input. At the last input row there
+/// is nothing left to wait for.
 fn ready(window: Window, input: &Rows) -> usize {
     let all = window.outputs(input.height);
     if input.end() == input.height {
@@ -23,7 +23,8 @@ fn ready(window: Window, input: &Rows) -> usize {
     rest.map_or(0, |rest| rest / window.stride + 1).min(all)
 }
 
-/// Appends to `output` what `input` suffices for, and forgets the input rows that this used up.
+/// Appends the output rows that can be computed to `output`, and drops the input rows that are no
+/// longer needed.
 pub(super) fn advance(
     layer: &Layer,
     weights: Option<&ConvolutionWeights>,
@@ -39,8 +40,8 @@ pub(super) fn advance(
     input.forget_before((end * layer.window.stride).saturating_sub(layer.window.padding));
 }
 
-/// Convolution, bias and ReLU as a matrix product: a row for each output texel with all that its
-/// window sees, times the kernel.
+/// Convolution, bias and ReLU as a matrix product ("im2col"): the matrix of patches has a row for
+/// each output texel, with all values in its window, and is multiplied by the kernel.
 fn convolve(
     window: Window,
     weights: &ConvolutionWeights,
@@ -49,21 +50,21 @@ fn convolve(
     end: usize,
 ) {
     let (first, width, channels) = (output.end(), output.width, output.channels);
-    let seen = window.side * window.side * input.channels;
-    let kernel = ArrayView2::from_shape((seen, channels), &weights.kernel)
+    let patch_length = window.side * window.side * input.channels;
+    let kernel = ArrayView2::from_shape((patch_length, channels), &weights.kernel)
         .expect("weights were checked against the network");
     let values = output.extend_to(end);
-    threads::for_each_chunk(values, PIECE * channels, |piece, values| {
+    threads::for_each_chunk(values, CHUNK * channels, |chunk, values| {
         let texels = values.len() / channels;
-        let mut patches = Vec::with_capacity(texels * seen);
-        for index in piece * PIECE..piece * PIECE + texels {
+        let mut patches = Vec::with_capacity(texels * patch_length);
+        for index in chunk * CHUNK..chunk * CHUNK + texels {
             let (row, picture, x) = (first + index / width / 2, index / width % 2, index % width);
             gather(window, input, row, picture, x, &mut patches);
         }
         for texel in values.chunks_exact_mut(channels) {
             texel.copy_from_slice(&weights.bias);
         }
-        let patches = ArrayView2::from_shape((texels, seen), &patches)
+        let patches = ArrayView2::from_shape((texels, patch_length), &patches)
             .expect("every window gives the same number of values");
         let mut sums = ArrayViewMut2::from_shape((texels, channels), &mut *values)
             .expect("pieces are whole texels");
@@ -74,7 +75,7 @@ fn convolve(
     });
 }
 
-/// Appends what the window of one output texel sees, with zeros beside the map.
+/// Appends the values in the window of one output texel, with zeros outside the map.
 fn gather(
     window: Window,
     input: &Rows,
@@ -101,7 +102,7 @@ fn gather(
     }
 }
 
-/// The greatest value of each channel in each window; pools have no padding.
+/// Max pooling: the largest value of each channel in each window. Pools have no padding.
 fn pool(window: Window, input: &Rows, output: &mut Rows, end: usize) {
     let (first, channels) = (output.end(), output.channels);
     let row_length = output.row_length();

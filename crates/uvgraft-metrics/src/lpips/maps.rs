@@ -1,11 +1,11 @@
-//! The differences in every layer, and what they come to.
+//! Difference maps of every layer, and their means.
 
 use uvgraft::texture::Size;
 use uvgraft::threads;
 
 use crate::{Mask, MetricError};
 
-/// The differences in one layer, row by row, at that layer's resolution.
+/// The differences in one layer, row-major, at that layer's resolution.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Map {
     width: usize,
@@ -18,7 +18,7 @@ impl Map {
         Self { width, height, values: Vec::with_capacity(width * height) }
     }
 
-    /// Makes room for the rows up to `end` and gives it.
+    /// Appends rows up to `end` and returns them.
     pub(super) fn extend_to(&mut self, end: usize) -> &mut [f32] {
         let held = self.values.len();
         self.values.resize(end * self.width, 0.0);
@@ -30,7 +30,7 @@ impl Map {
     }
 }
 
-/// How far apart two pictures are in the sight of a network, layer by layer and place by place.
+/// The perceptual difference of two pictures, for each compared layer and texel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LpipsMaps {
     size: Size,
@@ -42,8 +42,8 @@ impl LpipsMaps {
         Self { size, layers }
     }
 
-    /// LPIPS of the whole pictures: the layers' means, added up. 0 for equal pictures; higher is
-    /// further apart, seldom above 1.
+    /// LPIPS of the whole pictures: the sum of the layers' means. 0 for equal pictures; higher
+    /// means less similar, seldom above 1.
     ///
     /// # Source
     /// As the Python package `lpips` 0.1.4 with `spatial=False`.
@@ -51,16 +51,16 @@ impl LpipsMaps {
         self.layers.iter().map(Map::mean).sum()
     }
 
-    /// LPIPS of the texels that a mask selects. Each layer's map is enlarged bilinearly to the
-    /// pictures' size; their sum is averaged over the selected texels. With all texels selected
-    /// this is near [`LpipsMaps::mean`], but not the same: enlarged by a factor that is not whole,
-    /// a map's texels do not all weigh alike.
+    /// LPIPS over a mask. Each layer's map is enlarged bilinearly to the size of the pictures, and
+    /// their sum is averaged over the selected texels. With all texels selected this is close to
+    /// [`LpipsMaps::mean`] but not equal: if a map is enlarged by a non-integer factor, its texels
+    /// have slightly different weights.
     ///
-    /// A texel's value depends on its surroundings too, up to about a hundred texels away, whatever
-    /// the mask says.
+    /// A texel's value also depends on its surroundings, up to about a hundred texels away, even
+    /// outside the mask.
     ///
     /// # Errors
-    /// [`MetricError::Size`] for a mask of another size than the pictures'.
+    /// [`MetricError::Size`] if the mask differs in size from the pictures.
     ///
     /// # Source
     /// As the Python package `lpips` 0.1.4 with `spatial=True`, averaged over a mask.
@@ -70,9 +70,9 @@ impl LpipsMaps {
             return Err(MetricError::Size { what: "mask", found, wanted });
         }
         let (width, height) = (self.size.width as usize, self.size.height as usize);
-        let across: Vec<Vec<Between>> =
+        let across: Vec<Vec<Lerp>> =
             self.layers.iter().map(|map| enlarge(map.width, width)).collect();
-        let down: Vec<Vec<Between>> =
+        let down: Vec<Vec<Lerp>> =
             self.layers.iter().map(|map| enlarge(map.height, height)).collect();
         let sums = threads::map_indices(height, |y| {
             let selected = &mask.selected()[y * width..(y + 1) * width];
@@ -81,16 +81,16 @@ impl LpipsMaps {
             }
             let mut sum = 0.0;
             for ((map, across), down) in self.layers.iter().zip(&across).zip(&down) {
-                let Between { low, high, share } = down[y];
+                let Lerp { low, high, weight } = down[y];
                 let row = |row: usize| &map.values[row * map.width..(row + 1) * map.width];
                 let between: Vec<f32> = row(low)
                     .iter()
                     .zip(row(high))
-                    .map(|(low, high)| low + (high - low) * share)
+                    .map(|(low, high)| low + (high - low) * weight)
                     .collect();
                 for (at, _) in across.iter().zip(selected).filter(|(_, selected)| **selected) {
                     let (low, high) = (between[at.low], between[at.high]);
-                    sum += f64::from(low + (high - low) * at.share);
+                    sum += f64::from(low + (high - low) * at.weight);
                 }
             }
             sum
@@ -99,22 +99,22 @@ impl LpipsMaps {
     }
 }
 
-/// Two neighbours and the second one's share.
+/// Two neighbours and the weight of the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Between {
+struct Lerp {
     low: usize,
     high: usize,
-    share: f32,
+    weight: f32,
 }
 
-/// Where each of `many` texels lies among `few` that cover the same length; beyond the outermost
-/// centres it takes the outermost value.
-fn enlarge(few: usize, many: usize) -> Vec<Between> {
+/// Linear interpolation of `many` texels between `few` texels that cover the same length; beyond
+/// the outermost centres the outermost value is repeated.
+fn enlarge(few: usize, many: usize) -> Vec<Lerp> {
     let scale = few as f64 / many as f64;
     let at = |index: usize| {
-        let place = ((index as f64 + 0.5) * scale - 0.5).max(0.0);
-        let low = (place as usize).min(few - 1);
-        Between { low, high: (low + 1).min(few - 1), share: (place - low as f64) as f32 }
+        let position = ((index as f64 + 0.5) * scale - 0.5).max(0.0);
+        let low = (position as usize).min(few - 1);
+        Lerp { low, high: (low + 1).min(few - 1), weight: (position - low as f64) as f32 }
     };
     (0..many).map(at).collect()
 }
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn maps_are_enlarged_bilinearly() {
         let places: Vec<_> =
-            enlarge(2, 4).into_iter().map(|at| (at.low, at.high, at.share)).collect();
+            enlarge(2, 4).into_iter().map(|at| (at.low, at.high, at.weight)).collect();
         assert_eq!(places, [(0, 1, 0.0), (0, 1, 0.25), (0, 1, 0.75), (1, 1, 0.25)]);
         let map = Map { width: 2, height: 1, values: vec![1.0, 3.0] };
         let flat = Map { width: 1, height: 1, values: vec![10.0] };

@@ -1,11 +1,11 @@
 //! LPIPS 0.1: learned perceptual image patch similarity.
 //!
-//! Two pictures go through a network that was trained to name what pictures show; what its layers
-//! respond with is compared channel by channel, weighted by what people saw as different.
+//! Both pictures go through a network trained for image classification. The responses of its layers
+//! are compared channel by channel, with weights fitted to human judgements of similarity.
 //!
-//! Source: Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep Features
-//! as a Perceptual Metric", CVPR 2018, and the Python package `lpips` 0.1.4, whose values this
-//! matches.
+//! Source: Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep
+//! Features as a Perceptual Metric", CVPR 2018, and the Python package `lpips` 0.1.4, whose values
+//! this matches.
 
 mod difference;
 mod layer;
@@ -22,24 +22,23 @@ pub use maps::LpipsMaps;
 pub use network::LpipsNetwork;
 pub use weights::{ConvolutionWeights, LpipsWeights, LpipsWeightsError};
 
-/// LPIPS with one network.
+/// LPIPS with a given network.
 #[derive(Debug, Clone)]
 pub struct Lpips {
     weights: LpipsWeights,
 }
 
 impl Lpips {
-    /// LPIPS with the network that the weights belong to.
+    /// LPIPS with the network of the weights.
     pub const fn new(weights: LpipsWeights) -> Self {
         Self { weights }
     }
 
-    /// Compares two pictures. Their values are taken as they are: display-referred sRGB with 1.0
-    /// for white.
+    /// Compares two pictures. Values are used as stored: display-referred sRGB with 1.0 for white.
     ///
-    /// What is held beside the pictures and the result does not grow with the pictures' height; for
+    /// Memory beyond the pictures and the result does not grow with the height of the pictures; for
     /// a width of 4096 texels it is below 500 MB with VGG16 and 30 MB with AlexNet. The result is
-    /// the same to the bit for any number of threads.
+    /// bit-identical for any number of threads.
     ///
     /// # Errors
     /// [`MetricError::Size`] for pictures of different sizes, [`MetricError::TooSmall`] for sides
@@ -51,12 +50,12 @@ impl Lpips {
         if size.width.min(size.height) < least {
             return Err(MetricError::TooSmall { metric: "LPIPS", least, found: size });
         }
-        // The networks multiply what they see some hundredfold in each layer.
-        const MOST: u32 = 1_000_000;
+        // The networks amplify their input some hundredfold in each layer.
+        const MAX: u32 = 1_000_000;
         for picture in [first, second] {
-            if let Some(index) = picture.values().iter().position(|v| v.abs() > MOST as f32) {
+            if let Some(index) = picture.values().iter().position(|v| v.abs() > MAX as f32) {
                 let (x, y) = ((index / 3) as u32 % size.width, (index / 3) as u32 / size.width);
-                return Err(MetricError::OutOfRange { metric: "LPIPS", most: MOST, x, y });
+                return Err(MetricError::OutOfRange { metric: "LPIPS", most: MAX, x, y });
             }
         }
         let LpipsWeights { convolutions, linear, .. } = &self.weights;

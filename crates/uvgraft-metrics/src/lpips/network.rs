@@ -1,16 +1,16 @@
-//! The two networks whose features are compared: layers, shapes, sizes.
+//! Layer structure of the two networks whose features are compared.
 //!
 //! Source: torchvision's AlexNet ("One weird trick", Krizhevsky 2014) and VGG16 (Simonyan and
-//! Zisserman 2015, configuration D), cut after the last ReLU that LPIPS looks at.
+//! Zisserman 2015, configuration D), truncated after the last ReLU that LPIPS uses.
 
 use std::fmt;
 
-/// Which network's features LPIPS compares.
+/// The network whose features LPIPS compares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LpipsNetwork {
-    /// AlexNet: fast, and what LPIPS's authors recommend for measuring.
+    /// AlexNet: fast, and recommended by the authors of LPIPS for measuring.
     Alex,
-    /// VGG16: some twenty times the work.
+    /// VGG16: some twenty times the cost.
     Vgg,
 }
 
@@ -18,7 +18,7 @@ impl LpipsNetwork {
     /// Both networks.
     pub const ALL: [Self; 2] = [Self::Alex, Self::Vgg];
 
-    /// The shapes of the convolutions' kernels: height, width, inputs, outputs.
+    /// The shapes of the convolution kernels: height, width, inputs, outputs.
     pub fn kernel_shapes(self) -> Vec<[usize; 4]> {
         let shape = |layer: &Layer| match layer.kind {
             LayerKind::Convolution { inputs, outputs } => {
@@ -29,13 +29,13 @@ impl LpipsNetwork {
         self.layers().iter().filter_map(shape).collect()
     }
 
-    /// The number of channels of each of the five feature maps that are compared.
+    /// The number of channels of each of the five compared feature maps.
     pub fn compared_channels(self) -> Vec<usize> {
         let compared = self.layers().iter().filter(|layer| layer.compared);
         compared.map(|layer| layer.channels_after(0)).collect()
     }
 
-    /// The shortest side of a picture that leaves every layer something to look at, in texels.
+    /// The shortest side of a picture, in texels, for which every layer has an output.
     pub const fn least_side(self) -> u32 {
         match self {
             Self::Alex => 31,
@@ -43,7 +43,7 @@ impl LpipsNetwork {
         }
     }
 
-    /// The layers, first to last.
+    /// The layers, from first to last.
     pub(super) const fn layers(self) -> &'static [Layer] {
         match self {
             Self::Alex => &ALEX,
@@ -66,20 +66,21 @@ impl fmt::Display for LpipsNetwork {
 pub(super) struct Layer {
     pub(super) kind: LayerKind,
     pub(super) window: Window,
-    /// Whether its output is one of the feature maps that are compared.
+    /// Whether its output is one of the compared feature maps.
     pub(super) compared: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum LayerKind {
-    /// A convolution with a bias, and the ReLU after it.
+    /// A convolution with bias, followed by a ReLU.
     Convolution { inputs: usize, outputs: usize },
-    /// The greatest value of each channel.
+    /// Max pooling.
     Pool,
 }
 
-/// What one output texel sees along either axis: `side` texels, the first `stride` texels after the
-/// first of the output texel before. `padding` zeros stand on each side of the map.
+/// The window of a layer along either axis: each output texel reads `side` input texels,
+/// starting `stride` texels after those of the previous one. `padding` zeros are added on each
+/// side of the map.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
     pub(super) side: usize,
@@ -88,7 +89,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// How many outputs `length` inputs give.
+    /// Number of outputs for `length` inputs.
     pub(super) const fn outputs(self, length: usize) -> usize {
         match (length + 2 * self.padding).checked_sub(self.side) {
             Some(rest) => rest / self.stride + 1,
@@ -161,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_side_is_the_least() {
+    fn the_least_side_is_minimal() {
         for network in LpipsNetwork::ALL {
             let last = |side: usize| {
                 network.layers().iter().fold(side, |side, layer| match side {
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_fit_each_other() {
+    fn layer_shapes_are_consistent() {
         for network in LpipsNetwork::ALL {
             let mut channels = 3;
             for [_, _, inputs, outputs] in network.kernel_shapes() {
@@ -184,7 +185,7 @@ mod tests {
             }
             assert_eq!(network.compared_channels().len(), 5);
         }
-        // Sides of torchvision's feature maps for a picture of 224².
+        // Sides of torchvision's feature maps for a 224² picture.
         let sides = |network: LpipsNetwork| {
             let sides = network.layers().iter().scan(224, |side, layer| {
                 *side = layer.window.outputs(*side);

@@ -1,13 +1,13 @@
-//! The rows of a feature map that are still needed, of both pictures.
+//! The rows of a feature map that are still needed, for both pictures.
 
-/// A window of consecutive rows that slides down a feature map. Both pictures move in step; a row
-/// holds the first picture's texels, then the second's: `[rows, 2, width, channels]`.
+/// A sliding window of consecutive rows of a feature map. Both pictures move in step; a row holds
+/// the first picture's texels, then the second's: `[rows, 2, width, channels]`.
 pub(super) struct Rows {
     pub(super) width: usize,
-    /// Rows of the whole map.
+    /// Height of the whole map, in rows.
     pub(super) height: usize,
     pub(super) channels: usize,
-    /// The number of the first row that is held.
+    /// Index of the first row held.
     first: usize,
     values: Vec<f32>,
 }
@@ -17,34 +17,35 @@ impl Rows {
         Self { width, height, channels, first: 0, values: Vec::new() }
     }
 
-    /// Values in one row of one picture.
+    /// Number of values in one row of one picture.
     pub(super) const fn row_length(&self) -> usize {
         self.width * self.channels
     }
 
-    /// The number of the first row that has not come yet.
+    /// Index of the first row that has not been computed yet.
     pub(super) const fn end(&self) -> usize {
         self.first + self.values.len() / (2 * self.row_length())
     }
 
-    /// One row of one picture, or nothing above and below the map.
+    /// One row of one picture; `None` above and below the map.
     pub(super) fn row(&self, row: Option<usize>, picture: usize) -> Option<&[f32]> {
         let row = row.filter(|&row| row < self.height)?;
         let start = (2 * (row - self.first) + picture) * self.row_length();
         Some(&self.values[start..start + self.row_length()])
     }
 
-    /// Makes room for the rows up to `end` and gives it.
+    /// Appends rows up to `end` and returns them.
     pub(super) fn extend_to(&mut self, end: usize) -> &mut [f32] {
         let held = self.values.len();
-        let wanted = (end - self.first) * 2 * self.row_length();
-        // No spare room: every strip takes as much as the one before, so it would never be used.
-        self.values.reserve_exact(wanted.saturating_sub(held));
-        self.values.resize(wanted, 0.0);
+        let length = (end - self.first) * 2 * self.row_length();
+        // No spare capacity: every strip needs as much as the one before, so it would never be
+        // used.
+        self.values.reserve_exact(length.saturating_sub(held));
+        self.values.resize(length, 0.0);
         &mut self.values[held..]
     }
 
-    /// Forgets the rows before `row`, as far as they came.
+    /// Drops the rows before `row`, as far as they have been computed.
     pub(super) fn forget_before(&mut self, row: usize) {
         let row = row.min(self.end());
         let count = row.saturating_sub(self.first);

@@ -1,9 +1,9 @@
-//! The pictures' way through a network, some rows at a time.
+//! Streams both pictures through a network, a strip of rows at a time.
 //!
 //! Whole feature maps of large pictures do not fit into memory: VGG16's first ones take 4 GiB for
-//! each picture of 4096². So both pictures go through the layers together, a strip of rows at a
-//! time; between two layers only those rows are kept that a window still looks at. Nothing is
-//! computed twice, and where the strips end shows in the last bits at most.
+//! each 4096² picture. So both pictures pass through all layers together, strip by strip; between
+//! two layers only those rows are kept that a window still needs. Nothing is computed twice, and
+//! the strip height affects at most the last bits of the result.
 
 use uvgraft::threads;
 
@@ -15,22 +15,21 @@ use super::rows::Rows;
 use super::weights::ConvolutionWeights;
 use crate::Colors;
 
-/// Texels of a picture in one strip. Larger strips give the deep layers, whose maps are 1/16 as
-/// wide and high, enough texels to share among threads; memory grows with them.
+/// Texels of a picture in one strip. The maps of the deep layers are 1/16 as wide and high; larger
+/// strips give them enough texels to divide among threads, but need more memory.
 const STRIP_TEXELS: usize = 1 << 17;
 
-/// What the official scaling layer takes off and divides by, for values in `-1.0..=1.0`.
+/// Offset and divisor of the official scaling layer, for values in `-1.0..=1.0`.
 const SHIFT: [f32; 3] = [-0.030, -0.088, -0.188];
 const SCALE: [f32; 3] = [0.458, 0.448, 0.450];
 
-/// How many rows of a picture go through the network together. Only the width counts, so that
-/// results do not depend on anything else.
+/// Rows of a picture in one strip. Depends only on the width, so that results depend
+/// on nothing else.
 pub(super) const fn strip_rows(width: u32) -> usize {
     STRIP_TEXELS.div_ceil(width as usize)
 }
 
-/// The differences of two pictures' features in every layer that is compared, from strips of
-/// `strip` rows.
+/// The difference maps of all compared layers, computed in strips of `strip` rows.
 pub(super) fn differences(
     layers: &[Layer],
     convolutions: &[ConvolutionWeights],
@@ -63,12 +62,12 @@ pub(super) fn differences(
             };
             let (before, after) = maps.split_at_mut(index + 1);
             let (input, output) = (&mut before[index], &mut after[0]);
-            let known = output.end();
+            let first_new = output.end();
             advance(layer, weights, input, output);
             if layer.compared
                 && let Some((map, weights)) = compared.next()
             {
-                append_differences(map, output, known, weights);
+                append_differences(map, output, first_new, weights);
             }
         }
         let last = &mut maps[layers.len()];
@@ -77,7 +76,7 @@ pub(super) fn differences(
     found
 }
 
-/// Appends the pictures' rows up to `end`, from `0.0..=1.0` to what the networks were trained on.
+/// Appends the pictures' rows up to `end`, scaled from `0.0..=1.0` to the networks' input range.
 fn append_scaled(rows: &mut Rows, pictures: [&Colors; 2], end: usize) {
     let (first, length) = (rows.end(), rows.row_length());
     threads::for_each_chunk(rows.extend_to(end), length, |index, values| {

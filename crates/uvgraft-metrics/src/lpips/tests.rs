@@ -1,4 +1,4 @@
-//! The streaming network against a plain one: whole maps, six nested loops, sums in `f64`.
+//! Compares the streaming network with a plain one: whole maps, nested loops, sums in `f64`.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels, Texture};
@@ -8,7 +8,7 @@ use super::stream::differences;
 use super::*;
 use crate::testing::{mask, noise};
 
-/// Streamed sums are `f32` and in another order; the largest deviation seen is 1e-5.
+/// Streamed sums are `f32` and in a different order; the largest deviation seen is 1e-5.
 const TOLERANCE: f64 = 1e-4;
 
 /// A whole feature map: `[height, width, channels]`.
@@ -37,7 +37,7 @@ impl Features {
         }
     }
 
-    /// A value, or `beside` where there is none.
+    /// A value, or `beside` outside the map.
     fn get(&self, y: isize, x: isize, channel: usize, beside: f64) -> f64 {
         let (Ok(y), Ok(x)) = (usize::try_from(y), usize::try_from(x)) else { return beside };
         if y >= self.height || x >= self.width {
@@ -81,7 +81,7 @@ impl Features {
     }
 }
 
-/// The differences in each layer that is compared.
+/// The differences in each compared layer.
 fn plain(
     layers: &[Layer],
     convolutions: &[ConvolutionWeights],
@@ -116,7 +116,7 @@ fn plain(
     found
 }
 
-/// Weights of the size that keeps signals alive through many layers.
+/// Random weights, scaled so that signals survive many layers.
 fn random_weights(layers: &[Layer], seed: u64) -> (Vec<ConvolutionWeights>, Vec<Vec<f32>>) {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut values = |count: usize, low: f32, high: f32| -> Vec<f32> {
@@ -151,7 +151,8 @@ fn assert_near(found: &[super::maps::Map], wanted: &[Vec<f64>], case: &str) {
     }
 }
 
-/// Both networks' kinds of windows with few channels, and numbers of them that no lane divides.
+/// The window shapes of both networks with few channels, in numbers that are not multiples of
+/// eight.
 fn small_networks() -> [Vec<Layer>; 2] {
     [
         vec![
@@ -175,7 +176,7 @@ fn small_networks() -> [Vec<Layer>; 2] {
 }
 
 #[test]
-fn strips_of_any_height_give_what_whole_maps_give() {
+fn strips_of_any_height_equal_whole_maps() {
     for (network, layers) in small_networks().iter().enumerate() {
         let (convolutions, linear) = random_weights(layers, 5);
         for (width, height) in [(31, 31), (32, 47), (45, 33), (70, 63), (35, 130)] {
@@ -209,7 +210,7 @@ fn the_real_layers_at_their_least_sizes() {
 }
 
 #[test]
-fn equal_pictures_are_no_distance_apart() {
+fn equal_pictures_have_distance_zero() {
     let layers = LpipsNetwork::Alex.layers();
     let (convolutions, linear) = random_weights(layers, 3);
     let weights = LpipsWeights::new(LpipsNetwork::Alex, convolutions, linear).unwrap();
@@ -228,13 +229,13 @@ fn equal_pictures_are_no_distance_apart() {
     );
     let small = noise((64, 30), 4);
     let refused = lpips.compare(&small, &small).unwrap_err();
-    assert_eq!(refused.to_string(), "LPIPS needs at least 31 texels a side, got 64×30");
+    assert_eq!(refused.to_string(), "LPIPS needs images of at least 31 texels per side, got 64×30");
     let mut values = vec![0.5; size.texels() * 3];
     values[(64 * 5 + 7) * 3] = -2e6;
     let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::F32(values));
     let refused = lpips.compare(&Colors::new(texture.unwrap()).unwrap(), &picture).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "texel (7, 5) exceeds the range of LPIPS, from -1000000 to 1000000"
+        "texel (7, 5) is outside the range of LPIPS, -1000000 to 1000000"
     );
 }

@@ -1,8 +1,8 @@
-//! What the networks learned.
+//! Trained weights of the networks.
 
 use super::network::LpipsNetwork;
 
-/// The weights of one network and of the five linear layers on top of it, checked to fit.
+/// The weights of one network and of the five linear layers on top of it, with checked shapes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LpipsWeights {
     network: LpipsNetwork,
@@ -10,7 +10,7 @@ pub struct LpipsWeights {
     pub(super) linear: Vec<Vec<f32>>,
 }
 
-/// One convolution's weights.
+/// The weights of one convolution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConvolutionWeights {
     /// `[height, width, inputs, outputs]`, row-major.
@@ -19,21 +19,21 @@ pub struct ConvolutionWeights {
     pub bias: Vec<f32>,
 }
 
-/// Why weights were refused.
+/// Why weights were rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LpipsWeightsError {
-    /// There are more or fewer values than the network has.
-    #[error("{what}: expected {wanted} values, got {found}")]
+    /// The number of values does not match the network.
+    #[error("{what} must have {wanted} values, got {found}")]
     Length {
         /// Which weights.
         what: String,
-        /// How many there are.
+        /// The actual number.
         found: usize,
-        /// How many the network has.
+        /// The number that the network has.
         wanted: usize,
     },
-    /// A value that is no number, or infinite.
+    /// A value is NaN or infinite.
     #[error("{0} must be finite")]
     NotFinite(
         /// Which weights.
@@ -42,14 +42,14 @@ pub enum LpipsWeightsError {
 }
 
 impl LpipsWeights {
-    /// Checks that weights fit a network.
+    /// Checks that weights match a network.
     ///
-    /// - `convolutions`: first to last, of [`LpipsNetwork::kernel_shapes`].
-    /// - `linear`: for each feature map that is compared the weight of each channel, of
+    /// - `convolutions`: from first to last, in the shapes of [`LpipsNetwork::kernel_shapes`].
+    /// - `linear`: for each compared feature map the weights of its channels, as many as in
     ///   [`LpipsNetwork::compared_channels`].
     ///
     /// # Errors
-    /// [`LpipsWeightsError`] for another number of values, and for values that are not finite.
+    /// [`LpipsWeightsError`] if the number of values differs, or a value is not finite.
     pub fn new(
         network: LpipsNetwork,
         convolutions: Vec<ConvolutionWeights>,
@@ -70,17 +70,17 @@ impl LpipsWeights {
         Ok(Self { network, convolutions, linear })
     }
 
-    /// Which network they belong to.
+    /// The network that they belong to.
     pub const fn network(&self) -> LpipsNetwork {
         self.network
     }
 
-    /// The convolutions' weights, first to last.
+    /// The weights of the convolutions, from first to last.
     pub fn convolutions(&self) -> &[ConvolutionWeights] {
         &self.convolutions
     }
 
-    /// The weight of each channel of each feature map that is compared.
+    /// The weights of the channels of each compared feature map.
     pub fn linear(&self) -> &[Vec<f32>] {
         &self.linear
     }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_that_do_not_fit_are_refused() {
+    fn mismatched_weights_are_rejected() {
         let network = LpipsNetwork::Alex;
         let parts = || {
             let zeros = |shape: [usize; 4]| ConvolutionWeights {
@@ -128,10 +128,10 @@ mod tests {
         };
         let (convolutions, linear) = parts();
         assert!(LpipsWeights::new(network, convolutions, linear).is_ok());
-        assert_eq!(refused(|parts| parts.0.truncate(4)), "convolutions: expected 5 values, got 4");
+        assert_eq!(refused(|parts| parts.0.truncate(4)), "convolutions must have 5 values, got 4");
         assert_eq!(
             refused(|parts| parts.0[1].bias.truncate(191)),
-            "the biases of convolution 2: expected 192 values, got 191"
+            "the biases of convolution 2 must have 192 values, got 191"
         );
         assert_eq!(
             refused(|parts| parts.1[4][3] = f32::NAN),

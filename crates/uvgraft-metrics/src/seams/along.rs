@@ -1,24 +1,24 @@
-//! Steps between colours along an edge.
+//! Colour differences along an edge.
 
 use uvgraft::color::delta_e;
 use uvgraft::edges::SharedEdge;
 use uvgraft::mesh::Mesh;
 
 use super::edge_class::{EdgeClass, point_count};
-use super::probe::{Fate, Probe};
+use super::probe::{Outcome, Probe};
 use super::{SeamEdge, SeamNotes, Side, Step};
 
-/// An edge that was measured.
+/// A measured edge.
 pub(super) struct Walked {
     pub seam: SeamEdge,
     pub kind: EdgeClass,
-    /// Points along it, measured or not.
+    /// Number of points along it, whether measured or not.
     pub points: usize,
     pub steps: Vec<f64>,
     pub notes: SeamNotes,
 }
 
-/// Measures an edge at points about a texel apart.
+/// Measures an edge at points about one texel apart.
 pub(super) fn along(mesh: &Mesh, probe: &Probe<'_>, edge: &SharedEdge, kind: EdgeClass) -> Walked {
     let points = point_count(edge, mesh, probe.texture());
     let mut notes = SeamNotes::default();
@@ -50,7 +50,7 @@ pub(super) fn along(mesh: &Mesh, probe: &Probe<'_>, edge: &SharedEdge, kind: Edg
     Walked { seam, kind, points, steps, notes }
 }
 
-/// The step at one point of an edge, if there is one; what was found is added to the notes.
+/// The step at one point of an edge, if it can be measured; problems are counted in `notes`.
 pub(super) fn step(
     mesh: &Mesh,
     probe: &Probe<'_>,
@@ -58,18 +58,18 @@ pub(super) fn step(
     at: f64,
     notes: &mut SeamNotes,
 ) -> Option<Step> {
-    let [a, b] = edge.places(at).map(|(half, at)| probe.look(half, at));
+    let [a, b] = edge.at(at).map(|(half, at)| probe.color_at(half, at));
     let seen = match (a, b) {
-        (Fate::Observation(a), Fate::Observation(b)) => [a, b],
-        (Fate::NoArea, _) | (_, Fate::NoArea) => {
+        (Outcome::Color(a), Outcome::Color(b)) => [a, b],
+        (Outcome::NoArea, _) | (_, Outcome::NoArea) => {
             notes.no_area += 1;
             return None;
         }
-        (Fate::Clear, _) | (_, Fate::Clear) => {
+        (Outcome::Clear, _) | (_, Outcome::Clear) => {
             notes.clear += 1;
             return None;
         }
-        (Fate::NotFinite, _) | (_, Fate::NotFinite) => {
+        (Outcome::NotFinite, _) | (_, Outcome::NotFinite) => {
             notes.not_finite += 1;
             return None;
         }

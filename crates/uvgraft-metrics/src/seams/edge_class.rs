@@ -1,4 +1,4 @@
-//! What kind of edge an edge is, and how long.
+//! Classification of edges, and their lengths.
 
 use glam::Vec3;
 use uvgraft::edges::{Edges, SharedEdge};
@@ -7,10 +7,10 @@ use uvgraft::texture::Texture;
 
 use super::walk::HalfKind;
 
-/// Along an edge there are no more points than this: a thousand are enough to know it by.
-const MOST_POINTS: f64 = 1024.0;
+/// Maximum number of points along an edge: a thousand characterise it well enough.
+const MAX_POINTS: f64 = 1024.0;
 
-/// What an edge is.
+/// The class of an edge.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EdgeClass {
     pub is_uv_seam: bool,
@@ -27,16 +27,16 @@ impl EdgeClass {
     }
 }
 
-/// How many points are measured along an edge.
+/// Number of points at which an edge is measured.
 pub(super) fn point_count(edge: &SharedEdge, mesh: &Mesh, texture: &Texture) -> usize {
-    edge.texels(mesh, texture.size()).round().clamp(1.0, MOST_POINTS) as usize
+    edge.texels(mesh, texture.size()).round().clamp(1.0, MAX_POINTS) as usize
 }
 
 pub(super) fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
     Vec3::from(a).as_dvec3().distance(Vec3::from(b).as_dvec3())
 }
 
-/// What each triangle's edge is.
+/// The class of each half-edge.
 pub(super) fn kinds_by_half(edges: &Edges, kinds: &[EdgeClass]) -> Vec<HalfKind> {
     let mut by_half = vec![HalfKind::default(); edges.opposite.len()];
     for (edge, kind) in edges.shared.iter().zip(kinds) {

@@ -1,13 +1,14 @@
-//! How visible seams are: steps between the colours on both sides of edges.
+//! Visibility of seams: colour differences across edges.
 //!
-//! A texture is continuous on the surface only as far as its islands go. Where an island ends, the
-//! surface goes on in another one, whose texels somebody painted, filtered or carried separately; and
-//! where a transferred region ends, two textures meet. [`measure`] walks along those edges, looks at
-//! the colours on both sides, and tells how different they look ([`delta_e`](uvgraft::color::delta_e)). Ordinary edges, at
-//! which nothing ends, tell how different neighbouring colours of the texture are anyway.
+//! A texture is continuous on the surface only within a UV island. Where an island ends, the
+//! surface continues in another one, whose texels were painted, filtered or transferred separately;
+//! and where a transferred region ends, two textures meet. [`measure`] walks along those edges,
+//! samples the colours on both sides and computes their perceptual difference
+//! ([`delta_e`](uvgraft::color::delta_e)). Ordinary edges, at which neither an island nor the
+//! region ends, show how much neighbouring colours of the texture differ anyway.
 //!
-//! A blend may hide the border of a face that is of another colour than its body. [`measure_tone`] compares cheeks
-//! with the chest, and a carried face with what it was.
+//! A blend may hide the boundary of a face whose skin tone differs from the body's.
+//! [`measure_tone`] compares cheeks with the chest, and a transferred face with its original.
 
 mod along;
 mod edge_class;
@@ -22,40 +23,40 @@ mod walk;
 mod worst;
 
 use uvgraft::color::Encoding;
-use uvgraft::edges::{Edges, NONE, SharedEdge};
+use uvgraft::edges::{Edges, NO_HALF_EDGE, SharedEdge};
 use uvgraft::mesh::Mesh;
 use uvgraft::texture::{Size, Texture};
 use uvgraft::threads;
 
 use along::{Walked, along, step};
 use edge_class::{EdgeClass, kinds_by_half, point_count};
-pub use pasted::PastedFace;
+pub use pasted::TransferredFace;
 pub use probe::Offset;
 use probe::Probe;
 pub use report::{EdgeGroup, SeamEdge, SeamNotes, SeamReport, Side, Step};
-pub use statistics::Steps;
+pub use statistics::StepStatistics;
 pub use tone::{SkinColors, ToneMatch, ToneReferences, measure_tone};
 pub use unfold::Unfolded;
 use worst::worst;
 
-/// How seams are measured.
+/// Options for measuring seams.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SeamOptions {
-    /// How far from the edge colours are taken, on each side.
+    /// Distance from the edge at which colours are sampled, on each side.
     pub offset: Offset,
-    /// How many of the worst places to name at most, at UV seams and at the rim each.
+    /// Maximum number of worst edges to report, for UV seams and for the region boundary each.
     pub worst: usize,
 }
 
 impl SeamOptions {
-    /// The same with colours taken so far from the edge.
+    /// Sets the sampling distance from the edge.
     #[must_use]
     pub const fn offset(self, offset: Offset) -> Self {
         Self { offset, ..self }
     }
 
-    /// The same with at most so many of the worst places named.
+    /// Sets the maximum number of worst edges to report.
     #[must_use]
     pub const fn worst(self, worst: usize) -> Self {
         Self { worst, ..self }
@@ -63,65 +64,67 @@ impl SeamOptions {
 }
 
 impl Default for SeamOptions {
-    /// One texel, five places of each kind.
+    /// One texel, five edges of each kind.
     fn default() -> Self {
         Self { offset: Offset::Texels(1.0), worst: 5 }
     }
 }
 
-/// Why seams were not measured.
+/// Why seams could not be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SeamError {
-    /// The texture holds normals, roughness, a mask.
+    /// The texture holds data such as normals, roughness or a mask.
     #[error("the texture must hold colours, got data")]
     NotColor,
-    /// The region is of another mesh.
+    /// The region belongs to another mesh.
     #[error("the region must cover the mesh's {wanted} triangles, got {found}")]
     Region {
-        /// Triangles that the region tells of.
+        /// Number of triangles in the region's array.
         found: usize,
-        /// Triangles of the mesh.
+        /// Number of triangles of the mesh.
         wanted: usize,
     },
-    /// An offset that is negative or no number.
+    /// The offset is negative or not finite.
     #[error("the offset from the edge must be finite and at least 0, got {0}")]
     Offset(f64),
-    /// What a texture is compared with has another size.
+    /// A reference texture differs in size from the texture.
     #[error("the {what} must have the size of the texture, {wanted}, got {found}")]
     Size {
         /// `"base"` or `"face"`.
         what: &'static str,
-        /// The size that it has.
+        /// Its size.
         found: Size,
-        /// The texture's.
+        /// The size of the texture.
         wanted: Size,
     },
 }
 
-/// Groups to compare with are measured at this many points at most, evenly along all their edges.
-const MOST_CONTROLS: usize = 1 << 13;
-/// Points of these groups are so many texels away from vertices of seams, because filtering reads one
-/// texel beyond a place in both directions.
+/// Maximum number of points at which a control group is measured, evenly spaced along all its
+/// edges.
+const MAX_CONTROLS: usize = 1 << 13;
+/// Distance in texels that points of control groups keep from vertices of seams, because filtering
+/// reads one texel beyond a point in either direction.
 const CONTROL_MARGIN: f64 = 1.5;
-/// Edges and points that a thread takes at once.
+/// Edges or points per task.
 const CHUNK: usize = 64;
 
-/// Measures the steps between colours at UV seams and at the rim of a region.
+/// Measures the colour differences at UV seams and at the boundary of a region.
 ///
-/// - `mesh`: its surface tells what is beside what, its layout where that is in the texture. Vertices
-///   in one place are one vertex; see [`SeamNotes`] for edges that more than two triangles share.
-/// - `texture`: sRGB or linear, as [`delta_e`](uvgraft::color::delta_e) sees it; texels are read bilinearly, and places outside
-///   the unit square at the texture's edge.
+/// - `mesh`: its surface determines which triangles are adjacent, its layout where they are in the
+///   texture. Vertices at the same position are one vertex; see [`SeamNotes`] for edges that more
+///   than two triangles share.
+/// - `texture`: sRGB or linear, compared by [`delta_e`](uvgraft::color::delta_e). Texels are
+///   filtered bilinearly; outside the unit square the texture's edge is repeated.
 /// - `inside`: `[triangles]`, whether each belongs to the region.
 ///
-/// Points lie along each edge about a texel apart, on the side that has more. On each side the colour
-/// is taken at [`SeamOptions::offset`] from there. Every point counts as the length on the surface
-/// that it stands for. The result does not depend on the number of threads.
+/// Points lie along each edge about one texel apart, on the side that has more texels. On each side
+/// the colour is sampled at [`SeamOptions::offset`] from there. Every point is weighted by the
+/// length on the surface that it represents. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`SeamError`] for a texture of data, a region that does not fit the mesh, or an offset that is no
-/// distance.
+/// [`SeamError`] for a texture of data, a region that does not match the mesh, or an
+/// invalid offset.
 pub fn measure(
     mesh: &Mesh,
     texture: &Texture,
@@ -172,7 +175,7 @@ fn check_region(mesh: &Mesh, inside: &[bool]) -> Result<(), SeamError> {
     if found == wanted { Ok(()) } else { Err(SeamError::Region { found, wanted }) }
 }
 
-/// What is measured, and with what.
+/// The inputs of a measurement.
 struct Survey<'a> {
     mesh: &'a Mesh,
     edges: &'a Edges,
@@ -182,11 +185,11 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Steps at UV seams and at the rim, edge by edge.
+    /// Steps at UV seams and at the region boundary, edge by edge.
     fn measured(&self, inside: &[bool]) -> Vec<Walked> {
         let oriented = |edge: &SharedEdge| {
             let [a, b] = edge.halves.map(|half| inside[half as usize / 3]);
-            if b && !a { edge.turned() } else { *edge }
+            if b && !a { edge.swapped() } else { *edge }
         };
         let members: Vec<(SharedEdge, EdgeClass)> = self
             .with_kinds()
@@ -202,8 +205,8 @@ impl Survey<'_> {
         chunks.into_iter().flatten().collect()
     }
 
-    /// Steps at edges that are neither: of those that are wanted, and have a vertex in common with an
-    /// edge of the kind that they should be beside.
+    /// Steps at ordinary edges, for comparison: those that `is_wanted` accepts and that
+    /// share a vertex with an edge accepted by `beside`, if it is given.
     fn ordinary(
         &self,
         is_wanted: impl Fn(EdgeClass) -> bool,
@@ -231,8 +234,9 @@ impl Survey<'_> {
         self.control(&members)
     }
 
-    /// Steps at points that lie evenly along edges, as if these were one. Points at which a seam or the
-    /// rim would be seen too are left out.
+    /// Steps at points spaced evenly along edges, as if these were one long edge. Points
+    /// whose samples a seam or the region boundary would disturb are left out, or the group would
+    /// measure the seams that it is to be compared with.
     fn control(&self, members: &[SharedEdge]) -> EdgeGroup {
         let (mesh, texture) = (self.mesh, self.probe.texture());
         let mut length = 0.0;
@@ -244,7 +248,7 @@ impl Survey<'_> {
             wanted += point_count(edge, mesh, texture);
         }
         let is_disturbed = self.disturbed_vertices();
-        let count = wanted.min(MOST_CONTROLS);
+        let count = wanted.min(MAX_CONTROLS);
         let step_at = |point: usize| {
             let at = (point as f64 + 0.5) / count as f64 * length;
             let index = starts.partition_point(|&start| start <= at).checked_sub(1)?;
@@ -259,14 +263,14 @@ impl Survey<'_> {
             let texel = edge.length(mesh) / texels;
             if ends.into_iter().any(is_near)
                 || !edge
-                    .places(along)
+                    .at(along)
                     .iter()
                     .all(|&(half, at)| self.probe.is_undisturbed(half, at, texel))
             {
                 return None;
             }
             let step = step(mesh, &self.probe, edge, along, &mut SeamNotes::default())?;
-            // All stand for equally much.
+            // All points have equal weight.
             Some((step.delta_e, 1.0))
         };
         let chunks = threads::map_indices(count.div_ceil(CHUNK), |chunk| {
@@ -275,14 +279,14 @@ impl Survey<'_> {
         });
         let steps: Vec<(f64, f64)> = chunks.into_iter().flatten().collect();
         let points = steps.len();
-        EdgeGroup { edges: members.len(), length, points, delta_e: Steps::of(steps) }
+        EdgeGroup { edges: members.len(), length, points, delta_e: StepStatistics::of(steps) }
     }
 
-    /// The vertices at which UV seams, the rim or the surface end.
+    /// The vertices on UV seams, on the region boundary and on the boundary of the surface.
     fn disturbed_vertices(&self) -> Vec<bool> {
         let mut is_disturbed = vec![false; self.edges.vertex_count];
         let seams = self.with_kinds().filter(|(_, kind)| kind.is_uv_seam || kind.is_rim);
-        let ends = self.edges.opposite.iter().zip(0..).filter(|(other, _)| **other == NONE);
+        let ends = self.edges.opposite.iter().zip(0..).filter(|(other, _)| **other == NO_HALF_EDGE);
         let halves = seams.map(|(edge, _)| edge.halves[0]).chain(ends.map(|(_, half)| half));
         for vertex in halves.flat_map(|half| self.edges.ends(half)) {
             is_disturbed[vertex as usize] = true;
@@ -304,7 +308,7 @@ impl EdgeGroup {
             let weight = edge.seam.length / edge.points as f64;
             steps.extend(edge.steps.iter().map(|&step| (step, weight)));
         }
-        Self { edges, length, points: steps.len(), delta_e: Steps::of(steps) }
+        Self { edges, length, points: steps.len(), delta_e: StepStatistics::of(steps) }
     }
 }
 

@@ -1,4 +1,4 @@
-//! A face as it was before anything was blended.
+//! A transferred face before blending.
 
 use std::sync::Arc;
 
@@ -11,34 +11,34 @@ use uvgraft::texture::{Channels, Depth, Size, Sizes, Texels, Texture};
 
 use super::sample::texel;
 
-/// A face laid over nothing with a hard border, and what it shows: hair, skin.
+/// A face pasted onto a transparent texture with a hard edge, with labels for hair and skin.
 #[derive(Debug, Clone)]
-pub struct PastedFace {
-    /// Clear where nothing is carried.
+pub struct TransferredFace {
+    /// Transparent outside the face.
     texture: Texture,
-    /// In the same layout how far texels are hair or brow, in red, and how far skin, in green.
+    /// Weights of hair or brow, in red, and of skin, in green, in the same layout.
     labels: Option<Texture>,
 }
 
-/// What a texel of a [`PastedFace`] shows, each from 0 to 1.
+/// Label weights of a texel of a [`TransferredFace`], each from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shown {
-    /// Hair of the head, beards and brows.
+    /// Hair of the head, beard and brows.
     pub hair: f32,
     pub skin: f32,
 }
 
-impl PastedFace {
-    /// Carries a face, and the labels that are found in it.
+impl TransferredFace {
+    /// Transfers a face, and the labels found in it.
     ///
-    /// - `domain`: the pair and the direction in which the face was carried.
-    /// - `face`: in the layout that textures are carried from, of any size.
-    /// - `size`: that of the texture it is compared with.
+    /// - `domain`: the pair and the direction in which the face was transferred.
+    /// - `face`: in the source layout, of any size.
+    /// - `size`: size of the texture to compare with.
     ///
-    /// What is not the texture of a head has no labels; see [`PastedFace::has_labels`].
+    /// A texture that does not show a head has no labels; see [`TransferredFace::has_labels`].
     ///
     /// # Errors
-    /// [`GraftError::Texture`] for want of memory.
+    /// [`GraftError::Texture`] if memory runs out.
     pub fn new(domain: &BlendDomain, face: &Texture, size: Size) -> Result<Self, GraftError> {
         let carry = |texture: &Texture, content, filter, blank: Texture| {
             Graft::builder(Arc::clone(domain.pair()), Sizes { from: texture.size(), to: size })
@@ -62,30 +62,30 @@ impl PastedFace {
         Ok(Self { texture, labels })
     }
 
-    /// The size that it was carried to.
+    /// The size after the transfer.
     pub fn size(&self) -> Size {
         self.texture.size()
     }
 
-    /// Whether it is known which texels are hair and which are skin.
+    /// Whether the labels of hair and skin are known.
     pub fn has_labels(&self) -> bool {
         self.labels.is_some()
     }
 
-    /// Its colour at a texel: sRGB, 1.0 for full; nothing where it is not carried.
+    /// Its colour at a texel: sRGB, 1.0 at full intensity; `None` outside the face.
     pub(super) fn color(&self, x: u32, y: u32) -> Option<[f32; 3]> {
-        let (rgb, opacity) = texel(&self.texture, x, y);
-        (opacity > 0.5 && rgb.iter().all(|value| value.is_finite())).then_some(rgb)
+        let (rgb, alpha) = texel(&self.texture, x, y);
+        (alpha > 0.5 && rgb.iter().all(|value| value.is_finite())).then_some(rgb)
     }
 
-    /// What it shows at a texel, if that is known.
+    /// The label weights at a texel, if they are known.
     pub(super) fn shown(&self, x: u32, y: u32) -> Option<Shown> {
         let labels = self.labels.as_ref()?;
         Some(Shown { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
     }
 }
 
-/// Labels as data in the layout that they were found in.
+/// Labels as a data texture, in the layout in which they were found.
 fn weights(labels: &Labels) -> Texture {
     let size = labels.size();
     let level = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;

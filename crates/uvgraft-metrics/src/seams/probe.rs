@@ -1,4 +1,4 @@
-//! Looking at a texture beside an edge.
+//! Sampling a texture next to an edge.
 
 use uvgraft::edges::{Edges, HalfEdge};
 use uvgraft::mesh::Mesh;
@@ -8,14 +8,15 @@ use super::SeamError;
 use super::sample::{Sample, sample};
 use super::walk::{DistanceSpace, HalfKind, Heading, Walker};
 
-/// How far from an edge colours are taken, at right angles to it. Both go on into neighbouring
-/// triangles where the edge's own is too narrow.
+/// Distance from an edge at which colours are sampled, perpendicular to it. Where the edge's own
+/// triangle is too narrow, both variants continue into neighbouring triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Offset {
-    /// Texels in the texture. The island is not left: where it is narrower, its far edge is read.
+    /// Texels in the texture, within the same island: where that is narrower, its far
+    /// edge is sampled.
     Texels(f64),
-    /// Distance on the surface, in the mesh's unit, over UV seams too. Where the surface ends before
-    /// that, its end is read.
+    /// Distance on the surface, in mesh units, across UV seams. Where the surface ends earlier, its
+    /// end is sampled.
     Distance(f64),
 }
 
@@ -26,32 +27,32 @@ impl Offset {
     }
 }
 
-/// A mesh and a texture, to look at.
+/// A mesh and the texture to sample.
 pub(super) struct Probe<'a> {
     walker: Walker<'a>,
     texture: &'a Texture,
-    ground: DistanceSpace,
+    space: DistanceSpace,
     distance: f64,
 }
 
-/// What a look at one side of an edge gave.
-pub(super) enum Fate {
+/// The result of sampling one side of an edge.
+pub(super) enum Outcome {
     /// A colour.
-    Observation(Observation),
+    Color(Color),
     /// The triangle has no area.
     NoArea,
-    /// Nothing there is opaque.
+    /// All texels there are transparent.
     Clear,
-    /// The colour is no number.
+    /// The colour is NaN or infinite.
     NotFinite,
 }
 
-/// A colour beside an edge.
-pub(super) struct Observation {
-    /// Where, in the texture's unit square.
+/// A colour next to an edge.
+pub(super) struct Color {
+    /// The sampled point, in the texture's unit square.
     pub uv: [f64; 2],
     pub color: [f32; 3],
-    /// Whether it is as far from the edge as it should be.
+    /// Whether it lies at the full distance from the edge.
     pub complete: bool,
 }
 
@@ -63,40 +64,41 @@ impl<'a> Probe<'a> {
         texture: &'a Texture,
         offset: Offset,
     ) -> Self {
-        let (ground, distance) = match offset {
+        let (space, distance) = match offset {
             Offset::Texels(texels) => (DistanceSpace::Texels(texture.size()), texels),
             Offset::Distance(distance) => (DistanceSpace::Surface, distance),
         };
-        Self { walker: Walker::new(mesh, edges, kinds), texture, ground, distance }
+        Self { walker: Walker::new(mesh, edges, kinds), texture, space, distance }
     }
 
     pub fn texture(&self) -> &Texture {
         self.texture
     }
 
-    /// Whether a walk from a place on an edge to where its colour is taken, and a texel on, which is
-    /// what filtering reads, meets no UV seam, no rim and no end of the surface.
+    /// Whether a walk from a point on an edge to its sample, and one texel beyond, which filtering
+    /// reads, crosses no UV seam, no region boundary and no boundary of the surface.
     ///
-    /// - `texel`: how long a texel is on the surface, about.
+    /// - `texel`: approximate size of a texel on the surface.
     pub fn is_undisturbed(&self, half: HalfEdge, at: f64, texel: f64) -> bool {
-        let more = if self.ground == DistanceSpace::Surface { texel } else { 1.0 };
+        let more = if self.space == DistanceSpace::Surface { texel } else { 1.0 };
         let heading = Heading { along: 0.0, across: 1.0, distance: self.distance + more };
-        let arrival = self.walker.walk(self.ground, half, at, heading);
+        let arrival = self.walker.walk(self.space, half, at, heading);
         arrival.is_some_and(|arrival| arrival.complete && !arrival.crossed)
     }
 
-    /// The colour beside a place on an edge, 0 at its start and 1 at its end, on its triangle's side.
-    pub fn look(&self, half: HalfEdge, at: f64) -> Fate {
+    /// The colour next to a point on a half-edge (0 at its start, 1 at its end), on its
+    /// triangle's side.
+    pub fn color_at(&self, half: HalfEdge, at: f64) -> Outcome {
         let heading = Heading { along: 0.0, across: 1.0, distance: self.distance };
-        let Some(arrival) = self.walker.walk(self.ground, half, at, heading) else {
-            return Fate::NoArea;
+        let Some(arrival) = self.walker.walk(self.space, half, at, heading) else {
+            return Outcome::NoArea;
         };
         match sample(self.texture, arrival.uv) {
             Sample::Color(color) => {
-                Fate::Observation(Observation { uv: arrival.uv, color, complete: arrival.complete })
+                Outcome::Color(Color { uv: arrival.uv, color, complete: arrival.complete })
             }
-            Sample::Clear => Fate::Clear,
-            Sample::NotFinite => Fate::NotFinite,
+            Sample::Clear => Outcome::Clear,
+            Sample::NotFinite => Outcome::NotFinite,
         }
     }
 }

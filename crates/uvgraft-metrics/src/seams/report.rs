@@ -1,62 +1,61 @@
-//! What is found at seams.
+//! Results of measuring seams.
 
-use super::Steps;
+use super::StepStatistics;
 
-/// Steps between colours at the edges of a mesh.
+/// Colour differences at the edges of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeamReport {
-    /// Edges at which islands end: one side has another UV coordinate than the other.
+    /// Edges at which UV islands end: the two sides have different UV coordinates.
     pub uv_seams: EdgeGroup,
-    /// Those of them that have the region on both sides.
+    /// UV seams with the region on both sides.
     pub uv_seams_inside: EdgeGroup,
-    /// Edges at which the region ends, whether or not an island does.
+    /// Edges at which the region ends, on a UV seam or not.
     pub rim: EdgeGroup,
-    /// Ordinary edges that have a vertex in common with a UV seam, to compare [`Self::uv_seams`] with.
+    /// Ordinary edges that share a vertex with a UV seam, to compare with [`Self::uv_seams`].
     pub beside_uv_seams: EdgeGroup,
-    /// Ordinary edges inside the region that have a vertex in common with one of
-    /// [`Self::uv_seams_inside`].
+    /// Ordinary edges inside the region that share a vertex with one of [`Self::uv_seams_inside`].
     pub beside_uv_seams_inside: EdgeGroup,
-    /// Ordinary edges that have a vertex in common with the rim, to compare [`Self::rim`] with.
+    /// Ordinary edges that share a vertex with the region boundary, to compare with [`Self::rim`].
     pub beside_rim: EdgeGroup,
-    /// Edges that are neither, everywhere. Points of this and the other groups to compare with lie where
-    /// neither a seam nor the rim is seen.
+    /// All ordinary edges, which are neither. Points of this and the other comparison groups lie
+    /// where neither a seam nor the region boundary affects the samples.
     pub ordinary: EdgeGroup,
-    /// UV seams and rim, edge by edge, in the order of their triangles.
+    /// UV seams and the region boundary, edge by edge, in the order of their triangles.
     pub edges: Vec<SeamEdge>,
-    /// The worst places: indices into [`Self::edges`], those with the largest mean first. Those at UV
-    /// seams are apart from each other by a fiftieth of what is measured across, and so are those at
-    /// the rim, which a UV seam at the rim counts to.
+    /// The worst edges: indices into [`Self::edges`], in descending order of their mean. Those at
+    /// UV seams keep a distance of a fiftieth of the measured extent from each other, and so do
+    /// those at the region boundary, which include UV seams there.
     pub worst: Vec<usize>,
-    /// What could not be measured as it should.
+    /// Problems during the measurement.
     pub notes: SeamNotes,
 }
 
-/// Edges of one kind.
+/// Edges of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EdgeGroup {
-    /// How many edges there are.
+    /// Number of edges.
     pub edges: usize,
-    /// Their length on the surface, in the mesh's unit.
+    /// Their length on the surface, in mesh units.
     pub length: f64,
-    /// How many points were measured along them.
+    /// Number of points measured along them.
     pub points: usize,
-    /// How large the steps are; `None` if no point could be measured.
-    pub delta_e: Option<Steps>,
+    /// Statistics of the steps; `None` if no point could be measured.
+    pub delta_e: Option<StepStatistics>,
 }
 
 /// An edge of the surface, and the steps along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeamEdge {
-    /// Its two triangles, that of the region first where only one is.
+    /// Its two triangles. If only one belongs to the region, it is the first.
     pub sides: [Side; 2],
     /// Its ends on the surface.
     pub ends: [[f32; 3]; 2],
-    /// Its length on the surface, in the mesh's unit.
+    /// Its length on the surface, in mesh units.
     pub length: f64,
-    /// Whether the triangles' UV coordinates differ.
+    /// Whether the UV coordinates of the two triangles differ.
     pub is_uv_seam: bool,
-    /// Whether the region has the first triangle but not the second.
+    /// Whether the first triangle belongs to the region and the second does not.
     pub is_rim: bool,
     /// The mean of the steps along it; `None` if no point could be measured.
     pub mean: Option<f64>,
@@ -69,47 +68,49 @@ pub struct SeamEdge {
 pub struct Side {
     /// The triangle.
     pub face: u32,
-    /// The edge runs from this corner (0, 1 or 2) of the triangle to the next, or back.
+    /// The edge runs from this corner (0, 1 or 2) of the triangle to the next, or in the
+    /// opposite direction.
     pub corner: u8,
-    /// Where the ends are in the texture's unit square, origin at the top left; in the same order on
-    /// both sides.
+    /// The ends in the texture's unit square, origin at the top left, in the same order on both
+    /// sides.
     pub uv: [[f32; 2]; 2],
 }
 
-/// A step between two colours. Arrays have the two sides in the order of [`SeamEdge::sides`].
+/// The difference between two colours. Arrays have the two sides in the order of
+/// [`SeamEdge::sides`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// How large it is.
+    /// The difference in ΔE₀₀.
     pub delta_e: f64,
-    /// Where along the edge: 0 at its first end, 1 at its second.
+    /// Position along the edge: 0 at its first end, 1 at its second.
     pub along: f64,
-    /// The place on the edge, in the texture's unit square.
+    /// The point on the edge, in the texture's unit square.
     pub uv: [[f64; 2]; 2],
-    /// The places that colours were taken at.
+    /// The points at which colours were sampled.
     pub sampled: [[f64; 2]; 2],
-    /// The colours: sRGB, 1.0 for full.
+    /// The colours: sRGB, 1.0 at full intensity.
     pub colors: [[f32; 3]; 2],
 }
 
-/// What could not be measured as it should. Points are those at UV seams and at the rim.
+/// Problems during the measurement. Points are those at UV seams and at the region boundary.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SeamNotes {
-    /// Edges of triangles that have no triangle on the other side: borders of the mesh, and what is
-    /// left where three meet.
+    /// Half-edges without a triangle on the other side: boundaries of the mesh, and what remains
+    /// where three triangles meet.
     pub single_edges: usize,
-    /// Triangles left out because two of their corners are in one place.
+    /// Triangles skipped because two of their corners coincide.
     pub collapsed_triangles: usize,
-    /// Points left out because a triangle has no area to walk into.
+    /// Points skipped because a triangle has no area to walk into.
     pub no_area: usize,
-    /// Points left out because one side has no opacity.
+    /// Points skipped because one side is transparent.
     pub clear: usize,
-    /// Points left out because a colour is no number, or infinite.
+    /// Points skipped because a colour is NaN or infinite.
     pub not_finite: usize,
-    /// Points that were measured closer to the edge because the surface, or in texels the island,
-    /// ended before.
+    /// Points measured closer to the edge than requested, because the surface or, for an offset in
+    /// texels, the island ended earlier.
     pub shortened: usize,
-    /// Points with a side outside the unit square, where the texture's edge is read.
+    /// Points with a side outside the unit square, where the texture's edge is repeated.
     pub outside: usize,
 }
 

@@ -1,24 +1,24 @@
-//! A texture's colour at a place, as a renderer without mipmaps shows it.
+//! Samples a texture's colour the way a renderer without mipmaps does.
 
 use uvgraft::color::{Encoding, srgb_from_linear};
 use uvgraft::texture::{Channels, Texture};
 
-/// What there is at a place.
+/// The sample at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sample {
-    /// A colour: sRGB, 1.0 for full, whatever its opacity.
+    /// A colour: sRGB, 1.0 at full intensity, whatever its alpha.
     Color([f32; 3]),
-    /// Nothing but texels without opacity.
+    /// All texels are transparent.
     Clear,
-    /// A value that is no number, or infinite.
+    /// A value is NaN or infinite.
     NotFinite,
 }
 
-/// The colour at a place, bilinearly filtered from the four texels around it.
+/// The colour at a point, filtered bilinearly from the four texels around it.
 ///
-/// - `uv`: finite; places outside the texture get the colour of its nearest edge.
+/// - `uv`: finite; points outside the texture get the colour of its nearest edge.
 ///
-/// Values are filtered as sRGB, weighted by their opacity.
+/// Values are filtered as sRGB, weighted by alpha.
 pub(super) fn sample(texture: &Texture, uv: [f64; 2]) -> Sample {
     let size = texture.size();
     let axis = |coordinate: f64, count: u32| {
@@ -30,23 +30,23 @@ pub(super) fn sample(texture: &Texture, uv: [f64; 2]) -> Sample {
     let (columns, right) = axis(uv[0], size.width);
     let (rows, down) = axis(uv[1], size.height);
     let mut color = [0.0; 3];
-    let mut opacity = 0.0;
+    let mut total = 0.0;
     for (row, across) in rows.into_iter().zip([1.0 - down, down]) {
         for (column, along) in columns.into_iter().zip([1.0 - right, right]) {
             let weight = along * across;
             if weight > 0.0 {
                 let (rgb, alpha) = texel(texture, column, row);
                 let weight = weight * f64::from(alpha);
-                // A texel that shows nothing may hold anything, NaN too.
+                // A fully transparent texel may hold anything, even NaN.
                 if weight != 0.0 {
                     (0..3).for_each(|k| color[k] += weight * f64::from(rgb[k]));
-                    opacity += weight;
+                    total += weight;
                 }
             }
         }
     }
-    let color = color.map(|value| (value / opacity) as f32);
-    if opacity == 0.0 {
+    let color = color.map(|value| (value / total) as f32);
+    if total == 0.0 {
         Sample::Clear
     } else if color.iter().all(|value| value.is_finite()) {
         Sample::Color(color)
@@ -55,7 +55,7 @@ pub(super) fn sample(texture: &Texture, uv: [f64; 2]) -> Sample {
     }
 }
 
-/// A texel's sRGB values and its opacity.
+/// A texel's sRGB values and its alpha.
 pub(super) fn texel(texture: &Texture, x: u32, y: u32) -> ([f32; 3], f32) {
     let channels = texture.channels();
     let get = |channel: usize| texture.get(x, y, channel);
@@ -66,7 +66,7 @@ pub(super) fn texel(texture: &Texture, x: u32, y: u32) -> ([f32; 3], f32) {
     };
     let alpha = match channels {
         Channels::Grey | Channels::Rgb => 1.0,
-        // Float textures may hold opacities that are none; below 0 nothing is to be seen.
+        // Float textures may hold any value as alpha; below 0 a texel is invisible.
         Channels::GreyAlpha => get(1).max(0.0),
         Channels::Rgba => get(3).max(0.0),
     };
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn opacity_weighs_and_may_be_missing() {
+    fn alpha_is_a_weight_and_may_be_zero() {
         let values = [1.0, 0.5, 0.0, 1.0, f32::NAN, 0.0, f32::NAN, 0.0];
         let texture = texture(Channels::GreyAlpha, Encoding::Srgb, &values);
         assert_eq!(sample(&texture, [0.5, 0.25]), Sample::Color([1.0 / 3.0; 3]));

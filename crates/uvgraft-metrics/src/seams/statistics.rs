@@ -1,26 +1,27 @@
-//! Order statistics of steps between colours, weighted by length.
+//! Statistics of colour differences, weighted by length.
 
-/// How large steps between colours are, in ΔE₀₀; each point weighs as much as the length of edge
-/// that it stands for.
+/// Distribution of colour differences in ΔE₀₀. Each point is weighted by the length of edge
+/// that it represents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Steps {
+pub struct StepStatistics {
     /// The mean.
     pub mean: f64,
-    /// Half of the length is at most this.
+    /// Median: half of the length has at most this step.
     pub median: f64,
-    /// 95 % of the length are at most this.
+    /// 95th percentile by length.
     pub p95: f64,
-    /// 99 % of the length are at most this.
+    /// 99th percentile by length.
     pub p99: f64,
     /// The largest.
     pub max: f64,
 }
 
-impl Steps {
-    /// Of steps and their weights, in any order; `None` if there is no weight at all.
+impl StepStatistics {
+    /// Statistics of `(step, weight)` pairs in any order; `None` if the total weight is zero.
     ///
-    /// Percentiles are the smallest step at which the weight of all up to it reaches the share.
+    /// A percentile is the smallest step at which the cumulative weight reaches the
+    /// requested share.
     pub(super) fn of(mut steps: Vec<(f64, f64)>) -> Option<Self> {
         steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let total: f64 = steps.iter().map(|(_, weight)| weight).sum();
@@ -35,8 +36,9 @@ impl Steps {
         });
         let mut last = (0.0, 0.0);
         let mut at = |share: f64| {
-            // The sum of all in one order is `total` itself, so 1.0 would be found too; the slack is
-            // for shares that whole numbers of equal weights reach but for rounding.
+            // Slack for shares that a whole number of equal weights reaches except for rounding. A
+            // share of 1.0 is reached without it, since the cumulative sum runs in the same order
+            // as `total`.
             while last.0 < share * total * (1.0 - 1e-12) {
                 match cumulated.next() {
                     Some(next) => last = next,
@@ -56,20 +58,21 @@ mod tests {
 
     #[test]
     fn by_length() {
-        let even = Steps::of((0..=100).rev().map(|k| (f64::from(k), 0.1)).collect()).unwrap();
+        let even =
+            StepStatistics::of((0..=100).rev().map(|k| (f64::from(k), 0.1)).collect()).unwrap();
         assert_eq!([even.median, even.p95, even.p99, even.max], [50.0, 95.0, 99.0, 100.0]);
         assert!((even.mean - 50.0).abs() < 1e-9);
         // A long edge with a small step, a short one with a large step.
-        let Steps { mean, median, p95, p99, max } =
-            Steps::of(vec![(20.0, 1.0), (1.0, 24.0)]).unwrap();
+        let StepStatistics { mean, median, p95, p99, max } =
+            StepStatistics::of(vec![(20.0, 1.0), (1.0, 24.0)]).unwrap();
         assert_eq!([mean, median, p95, p99, max], [1.76, 1.0, 1.0, 20.0, 20.0]);
-        let halves = Steps::of(vec![(3.0, 0.7), (1.0, 0.7)]).unwrap();
+        let halves = StepStatistics::of(vec![(3.0, 0.7), (1.0, 0.7)]).unwrap();
         assert_eq!((halves.median, halves.p95), (1.0, 3.0));
     }
 
     #[test]
     fn none_of_nothing() {
-        assert_eq!(Steps::of(vec![]), None);
-        assert_eq!(Steps::of(vec![(1.0, 0.0)]), None);
+        assert_eq!(StepStatistics::of(vec![]), None);
+        assert_eq!(StepStatistics::of(vec![(1.0, 0.0)]), None);
     }
 }

@@ -6,8 +6,8 @@ use super::*;
 const RED: [f32; 3] = [0.8, 0.2, 0.2];
 const BLUE: [f32; 3] = [0.2, 0.2, 0.8];
 
-/// Two squares beside each other along x, each of its own width, and where they lie in the texture:
-/// left, top and right, bottom of each. Vertices are split where they meet, as exporters do.
+/// Two adjacent squares along x, each with its own width and its own rectangle in the texture
+/// (left, top, right, bottom). Vertices are split where they meet, as exporters do.
 fn squares(widths: [f32; 2], places: [[f32; 4]; 2]) -> Mesh {
     let [a, b] = widths;
     let square =
@@ -28,7 +28,7 @@ fn painted(color: impl Fn(f32, f32) -> [f32; 3]) -> Texture {
     Texture::new(Size::square(100), Channels::Rgb, Encoding::Srgb, texels).unwrap()
 }
 
-/// Red left of the middle, blue right of it.
+/// Red in the left half, blue in the right one.
 fn halves() -> Texture {
     painted(|x, _| if x < 50.0 { RED } else { BLUE })
 }
@@ -57,7 +57,7 @@ fn two_islands_of_two_colours() {
     let report = measured(&mesh, &halves(), [true; 4], Offset::Texels(1.0));
     let wanted = delta_e(RED, BLUE);
     assert!(wanted > 40.0);
-    // One seam, along which the right island has the more texels: 40.
+    // One seam; the right island has more texels along it: 40.
     let EdgeGroup { edges, length, points, delta_e } = report.uv_seams;
     assert_eq!((edges, length, points), (1, 1.0, 40));
     let steps = delta_e.unwrap();
@@ -66,10 +66,10 @@ fn two_islands_of_two_colours() {
     }
     assert_eq!(report.uv_seams_inside, report.uv_seams);
     assert_eq!((report.rim.edges, report.rim.delta_e), (0, None));
-    // Two diagonals, in each of which there is one colour.
+    // Two diagonals, each within one colour.
     let EdgeGroup { edges, length, points, delta_e } = report.ordinary;
     assert_eq!(edges, 2);
-    // 36 and 50 texels, less what is near the corners, where walks leave the squares.
+    // 36 and 50 texels, less those near the corners, where walks leave the squares.
     assert!((70..86).contains(&points), "{points}");
     close(length, 2.0 * 2f64.sqrt());
     assert_eq!(delta_e.unwrap().max, 0.0);
@@ -85,7 +85,7 @@ fn two_islands_of_two_colours() {
     assert_eq!(seam.sides[0].uv, [[0.4, 0.1], [0.4, 0.3]]);
     assert_eq!(seam.sides[1].uv, [[0.6, 0.4], [0.6, 0.8]]);
     assert_eq!(seam.ends, [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
-    // All steps are the same, so the first is the worst: half a point from the first end.
+    // All steps are equal, so the first one is the worst: half a point spacing from the first end.
     let step = seam.worst.unwrap();
     close(step.along, 0.0125);
     close_uv(step.uv, [[0.4, 0.1025], [0.6, 0.405]]);
@@ -95,14 +95,14 @@ fn two_islands_of_two_colours() {
 }
 
 #[test]
-fn a_texture_that_goes_on_has_no_step() {
+fn a_continuous_texture_has_no_step() {
     let across = |x: f32, y: f32| [x / 100.0, y / 100.0, 0.5];
     let mirrored = [[0.1, 0.1, 0.4, 0.3], [0.4, 0.1, 0.1, 0.3]];
     let report =
         measured(&squares([1.0; 2], mirrored), &painted(across), [true; 4], Offset::Texels(1.0));
-    // The right island lies on the left one, folded at the edge: no UV seam.
+    // The right island lies on the left one, folded at the edge: not a UV seam.
     assert_eq!(report.uv_seams.edges, 0);
-    // Mirrored and elsewhere.
+    // Mirrored and moved.
     let turned = [[0.1, 0.1, 0.4, 0.3], [0.9, 0.1, 0.6, 0.3]];
     let repeated = painted(|x, y| across(x % 50.0, y));
     let report = measured(&squares([1.0; 2], turned), &repeated, [true; 4], Offset::Texels(3.0));
@@ -121,21 +121,22 @@ fn the_rim_may_be_inside_an_island() {
     close(report.rim.delta_e.unwrap().median, delta_e(RED, BLUE));
     assert_eq!((report.beside_rim.edges, report.ordinary.edges), (2, 2));
     assert!(report.edges[0].is_rim && !report.edges[0].is_uv_seam);
-    // Of the diagonals that end at the rim, no point sees it.
+    // The diagonals end at the boundary, but no point on them samples across it.
     assert_eq!(report.beside_rim.delta_e.unwrap().max, 0.0);
     assert!(report.beside_rim.points > 60, "{:?}", report.beside_rim);
     // The region's side comes first.
     let red_first = |report: &SeamReport| report.edges[0].worst.unwrap().colors[0][0] > 0.5;
     assert!(red_first(&report));
     assert!(!red_first(&measured(&mesh, &halves(), right, Offset::Texels(1.0))));
-    // Right at the edge there is nothing between the sides.
+    // Exactly on the edge both sides have the same colour.
     let report = measured(&mesh, &halves(), left, Offset::Texels(0.0));
     close(report.rim.delta_e.unwrap().max, 0.0);
 }
 
 #[test]
 fn distances_are_those_of_the_surface() {
-    // 0.25 are a quarter of the left square, which has 30 texels, and a twelfth of the right one's 40.
+    // 0.25 is a quarter of the left square, 30 texels wide, and a twelfth of the right one, 40
+    // texels wide.
     let mesh = squares([1.0, 3.0], TOGETHER);
     let region = [true, true, false, false];
     let report = measured(&mesh, &halves(), region, Offset::Distance(0.25));
@@ -143,15 +144,15 @@ fn distances_are_those_of_the_surface() {
     let v = step.uv[0][1];
     close_uv(step.sampled, [[0.5 - 0.075, v], [0.5 + 0.4 / 12.0, v]]);
     assert_eq!(report.notes.shortened, 0);
-    // 2 are more than the left square has.
+    // The left square is narrower than 2.
     let report = measured(&mesh, &halves(), region, Offset::Distance(2.0));
     assert_eq!(report.notes.shortened, 20);
     let step = report.edges[0].worst.unwrap();
     close_uv(step.sampled, [[0.2, v], [0.5 + 0.8 / 3.0, v]]);
 }
 
-/// A long seam without a step and a short one with: the length on the surface decides, not how many
-/// texels there are.
+/// A long seam without a step and a short one with a step: weights are lengths on the surface, not
+/// numbers of texels.
 #[test]
 fn long_edges_weigh_more() {
     // Three triangles around an edge of length 3 and one of length 1.
@@ -179,14 +180,14 @@ fn long_edges_weigh_more() {
     close(steps.mean, wanted / 4.0);
     assert_eq!(steps.median, 0.0);
     close(steps.p95, wanted);
-    // Only the edge that has a step is a bad place.
+    // Only the edge that has a step is reported.
     assert_eq!(report.worst, [1]);
     close(report.edges[1].mean.unwrap(), wanted);
 }
 
 #[test]
-fn bad_places_are_apart() {
-    // Ten seams in a row; steps grow to the right, but the last edges lie close together.
+fn worst_edges_keep_a_distance() {
+    // Ten seams in a row; steps grow to the right, but the last edges are close together.
     let x = |k: u32| if k < 9 { k as f32 } else { 8.0 + (k - 8) as f32 * 0.01 };
     let mut positions = Vec::new();
     let mut uv = Vec::new();
@@ -210,9 +211,9 @@ fn bad_places_are_apart() {
     assert_eq!((report.uv_seams.edges, report.worst.len()), (10, 3));
     let steps: Vec<f64> = report.worst.iter().map(|&k| report.edges[k].mean.unwrap()).collect();
     assert!(steps.is_sorted_by(|a, b| a >= b));
-    // There is one colour along each.
+    // The colour is constant along each seam.
     close(steps[0], report.uv_seams.delta_e.unwrap().max);
-    // Places at the rim are others, and do not push these aside.
+    // Edges at the region boundary are counted separately and do not displace these.
     let mut inside = vec![true; 22];
     inside[20..].fill(false);
     let with_rim = measure(&mesh, &texture, &inside, &options).unwrap();
@@ -228,7 +229,7 @@ fn bad_places_are_apart() {
 fn what_cannot_be_measured_is_counted() {
     let mesh = squares([1.0; 2], APART);
     let options = SeamOptions::default();
-    // Clear on the right.
+    // Transparent on the right.
     let texels = (0..10_000).flat_map(|k| [9, 9, 9, if k % 100 < 50 { 255 } else { 0 }]).collect();
     let clear = Texture::new(Size::square(100), Channels::Rgba, Encoding::Srgb, Texels::U8(texels))
         .unwrap();
@@ -237,25 +238,25 @@ fn what_cannot_be_measured_is_counted() {
     assert_eq!((report.uv_seams.delta_e, report.edges[0].worst), (None, None));
     assert!(report.worst.is_empty());
     assert_eq!(report.uv_seams.length, 1.0);
-    // No number in the rows that the lower half of the right edge reads; whether the point at the
-    // centre of the last row above them reads the next is up to rounding.
+    // NaN in the rows that the lower half of the right edge samples; whether the point at the
+    // centre of the last row above them samples the next one depends on rounding.
     let nan = painted(|_, y| if y < 60.0 { RED } else { [f32::NAN; 3] });
     let report = measure(&mesh, &nan, &[true; 4], &options).unwrap();
     assert!((20..=21).contains(&report.notes.not_finite));
     assert_eq!(report.notes.not_finite + report.uv_seams.points, 40);
-    // A line in the texture.
+    // Degenerate to a line in the texture.
     let line = squares([1.0; 2], [APART[0], [0.6, 0.4, 0.6, 0.8]]);
     let report = measure(&line, &halves(), &[true; 4], &options).unwrap();
     assert_eq!((report.notes.no_area, report.uv_seams.points), (40, 0));
-    // On the surface it has an area, and one line's colours.
+    // On the surface it has an area, in which all colours are those of the line.
     let report = measured(&line, &halves(), [true; 4], Offset::Distance(0.1));
     assert_eq!((report.notes.no_area, report.uv_seams.points), (0, 40));
-    // Narrower than the offset: 2 of 5 texels, out to the far side.
+    // Narrower than the offset: 2 of 5 texels, up to the far side.
     let narrow = squares([1.0; 2], [APART[0], [0.6, 0.4, 0.62, 0.8]]);
     let report = measured(&narrow, &halves(), [true; 4], Offset::Texels(5.0));
     assert_eq!(report.notes.shortened, 40);
     close(report.edges[0].worst.unwrap().sampled[1][0], 0.62);
-    // Beside the texture, whose edge is blue.
+    // Outside the texture, whose right edge is blue.
     let beside = squares([1.0; 2], [APART[0], [3.6, 0.4, 3.9, 0.8]]);
     let report = measure(&beside, &halves(), &[true; 4], &options).unwrap();
     assert_eq!((report.notes.outside, report.uv_seams.points), (40, 40));
@@ -263,7 +264,7 @@ fn what_cannot_be_measured_is_counted() {
 }
 
 #[test]
-fn refused() {
+fn bad_arguments_are_rejected() {
     let mesh = squares([1.0; 2], APART);
     let options = |offset| SeamOptions { offset, worst: 1 };
     let data = halves().with_encoding(Encoding::Data);
@@ -281,7 +282,7 @@ fn refused() {
     }
 }
 
-/// Random triangles over few vertices: everything that a mesh may not be, with wild numbers.
+/// Random triangles over few vertices, with extreme coordinates: every possible mesh defect.
 fn rubble(seed: u64) -> (Mesh, Vec<bool>) {
     let mut random = fastrand::Rng::with_seed(seed);
     let wild = [0.0, -0.0, 1.0, 1e-30, 3e38, -3e38, 1e-45];
@@ -300,7 +301,7 @@ fn rubble(seed: u64) -> (Mesh, Vec<bool>) {
 }
 
 #[test]
-fn rubble_is_no_panic_and_no_nan() {
+fn malformed_meshes_cause_no_panic_and_no_nan() {
     let texture = halves();
     for seed in 0..30 {
         let (mesh, inside) = rubble(seed);
@@ -309,7 +310,7 @@ fn rubble_is_no_panic_and_no_nan() {
         {
             let report = measured_with(&mesh, &texture, &inside, offset);
             for group in [report.uv_seams, report.rim, report.ordinary] {
-                let finite = |steps: Steps| steps.mean.is_finite() && steps.max <= 120.0;
+                let finite = |steps: StepStatistics| steps.mean.is_finite() && steps.max <= 120.0;
                 assert!(group.delta_e.is_none_or(finite), "{seed}: {group:?}");
             }
             for edge in &report.edges {
@@ -324,7 +325,7 @@ fn measured_with(mesh: &Mesh, texture: &Texture, inside: &[bool], offset: Offset
     measure(mesh, texture, inside, &SeamOptions { offset, worst: 5 }).unwrap()
 }
 
-/// Enough edges for many chunks, and for fewer points than there are texels along ordinary edges.
+/// Enough edges for many chunks; along ordinary edges, fewer points than texels.
 #[test]
 fn threads_do_not_show() {
     let mut random = fastrand::Rng::with_seed(3);
@@ -356,13 +357,13 @@ fn threads_do_not_show() {
         pool.install(|| measured_with(&mesh, &texture, &inside, Offset::Texels(1.0)))
     };
     let one = run(1);
-    assert!(one.edges.len() > 10 * CHUNK && (1000..MOST_CONTROLS).contains(&one.ordinary.points));
+    assert!(one.edges.len() > 10 * CHUNK && (1000..MAX_CONTROLS).contains(&one.ordinary.points));
     assert_eq!(one, run(2));
     assert_eq!(one, run(5));
 }
 
 #[test]
-fn surroundings_laid_flat() {
+fn surroundings_are_unfolded() {
     let mesh = squares([1.0, 3.0], APART);
     let report = measured(&mesh, &halves(), [true, true, false, false], Offset::Texels(1.0));
     let unfolded = Unfolded::new(&mesh);

@@ -1,6 +1,7 @@
-//! Whether a carried face is of its body's tone.
+//! Whether a transferred face matches the skin tone of its body.
 //!
-//! Seams say nothing of that: a blend that takes a tone across the border hides it whatever the cheeks look like.
+//! Seams do not show this: a blend that carries the tone across the boundary hides it, whatever
+//! colour the cheeks have.
 
 use palette::white_point::D65;
 use palette::{FromColor, Lab, Srgb};
@@ -13,62 +14,63 @@ use uvgraft::mesh::Mesh;
 use uvgraft::texture::Texture;
 use uvgraft::threads::map_indices;
 
-use super::pasted::PastedFace;
+use super::pasted::TransferredFace;
 use super::sample::texel;
 use super::{SeamError, check_region};
 
 type Rgb = [f32; 3];
 
-/// Mean colours of skin, in the face and below it: sRGB, 1.0 for full.
+/// Mean skin colours in the face and below it: sRGB, 1.0 at full intensity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinColors {
-    /// Of the cheeks.
+    /// Mean colour of the cheeks.
     pub cheeks: [f32; 3],
-    /// Of the chest, or of the neck where there is no chest.
+    /// Mean colour of the chest, or of the neck if there is no chest.
     pub chest: [f32; 3],
-    /// Which of the two it is: [`Area::Chest`] or [`Area::Neck`].
+    /// The source of `chest`: [`Area::Chest`] or [`Area::Neck`].
     pub chest_area: Area,
 }
 
-/// What a texture's tone is compared with. The more there is, the more is known.
+/// Reference textures for a tone measurement. All are optional; each allows further results.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ToneReferences<'a> {
-    /// The base as it was before the face was carried, in the layout and of the size of the texture.
+    /// The base before the transfer, in the layout and size of the texture.
     pub base: Option<&'a Texture>,
-    /// The face as it was before it was blended, carried to the size of the texture.
-    pub face: Option<&'a PastedFace>,
+    /// The face before blending, transferred to the size of the texture.
+    pub face: Option<&'a TransferredFace>,
 }
 
-/// How a carried face's tone fits the body; from [`measure_tone`].
+/// How well the tone of a transferred face matches the body; from [`measure_tone`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ToneMatch {
-    /// The skin of the texture; `None` if cheeks, or both chest and neck, show no colour.
+    /// Skin colours of the texture; `None` if the cheeks, or both chest and neck, have no colour.
     pub skin: Option<SkinColors>,
-    /// The same of the base; `None` without one.
+    /// Skin colours of the base; `None` without one.
     pub own: Option<SkinColors>,
-    /// Median difference (CIEDE2000) between hair and brows and what they were in the face; `None` without one, or
-    /// if it has no hair that is known.
+    /// Median difference (CIEDE2000) of hair and brows from the original face; `None` without a
+    /// face, or if no hair is labelled in it.
     pub hair_shift: Option<f64>,
-    /// The share of the carried skin, `0.0..=1.0`, that has a full channel which the face had not; without a face
-    /// the share of all that is carried with a full channel. `None` if nothing is carried.
+    /// The fraction of the transferred skin, `0.0..=1.0`, with a saturated channel that was not
+    /// saturated in the face. Without a face, the fraction of all transferred texels with a
+    /// saturated channel. `None` if nothing is transferred.
     pub clipped: Option<f64>,
 }
 
-/// Labels that are weaker than this are not trusted.
+/// Labels with a smaller weight are not trusted.
 const CERTAIN: f32 = 0.8;
-/// Values that are stored as 255 in 8 bits.
+/// Values from here on are stored as 255 in 8 bits.
 const FULL: f32 = 254.5 / 255.0;
 
 impl SkinColors {
-    /// Looks at the skin of a texture: means in CIELAB of what is near the median, over four places of each
-    /// triangle. `None` if there are too few.
+    /// Measures the skin of a texture: means in CIELAB after removing outliers from the median,
+    /// over four samples of each triangle. `None` if there are too few.
     ///
-    /// - `mesh`, `anatomy`: the anatomy is that of the mesh.
-    /// - `texture`: of any size; colours with less than half of opacity are passed over.
+    /// - `mesh`, `anatomy`: the anatomy must be that of the mesh.
+    /// - `texture`: of any size; colours with alpha below one half are ignored.
     ///
     /// # Panics
-    /// If the anatomy is that of a mesh with fewer vertices.
+    /// If the anatomy refers to more vertices than the mesh has.
     pub fn of(mesh: &Mesh, anatomy: &Anatomy, texture: &Texture) -> Option<Self> {
         let of_area =
             |area| mean(&without_outliers(colors_of(mesh, anatomy, area, texture, &|_| true))?);
@@ -79,49 +81,51 @@ impl SkinColors {
         Some(Self { cheeks, chest, chest_area })
     }
 
-    /// How different the two look (CIEDE2000).
+    /// The perceptual difference of the two (CIEDE2000).
     pub fn delta_e(&self) -> f64 {
         delta_e(self.cheeks, self.chest)
     }
 }
 
 impl ToneMatch {
-    /// The most by which [`ToneMatch::excess`] is that of a face of the body's tone.
-    pub const MOST_EXCESS: f64 = 4.0;
-    /// The most of the carried skin that is clipped without being seen.
-    pub const MOST_CLIPPED: f64 = 0.01;
+    /// The largest magnitude of [`ToneMatch::excess`] at which the face matches the body's tone.
+    pub const MAX_EXCESS: f64 = 4.0;
+    /// The largest clipped fraction of the transferred skin that is not visible.
+    pub const MAX_CLIPPED: f64 = 0.01;
 
-    /// How much more cheeks and chest differ than they did in the base (CIEDE2000); negative if they differ less.
+    /// How much more cheeks and chest differ than in the base (CIEDE2000); negative if
+    /// they differ less.
     pub fn excess(&self) -> Option<f64> {
         Some(self.skin?.delta_e() - self.own?.delta_e())
     }
 
-    /// Whether cheeks and chest differ by about as much as in the base, as far as that is known.
-    pub fn is_toned(&self) -> bool {
-        self.excess().is_none_or(|excess| excess.abs() <= Self::MOST_EXCESS)
+    /// Whether cheeks and chest differ about as much as in the base; true if that is unknown.
+    pub fn matches_body(&self) -> bool {
+        self.excess().is_none_or(|excess| excess.abs() <= Self::MAX_EXCESS)
     }
 
-    /// Whether so much of the carried skin is clipped that it looks burnt out.
+    /// Whether so much of the transferred skin is clipped that it looks overexposed.
     pub fn is_clipped(&self) -> bool {
-        self.clipped.is_some_and(|clipped| clipped > Self::MOST_CLIPPED)
+        self.clipped.is_some_and(|clipped| clipped > Self::MAX_CLIPPED)
     }
 }
 
-/// Measures how a carried face's tone fits the body that it was carried to.
+/// Measures how well the tone of a transferred face matches the body.
 ///
 /// - `mesh`, `anatomy`: a mesh with a head, and its anatomy.
 /// - `texture`: sRGB or linear, in the mesh's layout.
-/// - `inside`: `[triangles]` whether the face was carried to each.
-/// - `references`: what is known of how base and face were.
+/// - `inside`: `[triangles]`, whether the face was transferred to each.
+/// - `references`: the base and the face before the transfer, where available.
 ///
 /// The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`SeamError::NotColor`] for a texture or a base of data, [`SeamError::Region`] if `inside` does not fit the mesh,
-/// [`SeamError::Size`] for a base or a face of another size than the texture.
+/// [`SeamError::NotColor`] for a texture or a base of data, [`SeamError::Region`] if `inside`
+/// does not match the mesh, [`SeamError::Size`] for a base or a face that differs in size
+/// from the texture.
 ///
 /// # Panics
-/// If the anatomy is that of a mesh with fewer vertices.
+/// If the anatomy refers to more vertices than the mesh has.
 pub fn measure_tone(
     mesh: &Mesh,
     anatomy: &Anatomy,
@@ -135,7 +139,7 @@ pub fn measure_tone(
     }
     check_region(mesh, inside)?;
     let wanted = texture.size();
-    let sizes = [("base", base.map(Texture::size)), ("face", face.map(PastedFace::size))];
+    let sizes = [("base", base.map(Texture::size)), ("face", face.map(TransferredFace::size))];
     for (what, found) in sizes {
         if let Some(found) = found.filter(|&found| found != wanted) {
             return Err(SeamError::Size { what, found, wanted });
@@ -150,17 +154,17 @@ pub fn measure_tone(
     })
 }
 
-/// What is found in the texels of the carried part.
+/// Counts over the texels of the transferred region.
 #[derive(Debug, Default)]
 struct Tally {
     skin: usize,
     clipped: usize,
-    /// Of hair and brows, from what they were.
+    /// Differences of hair and brows from the original face.
     shifts: Vec<f64>,
 }
 
 impl Tally {
-    fn of(mesh: &Mesh, texture: &Texture, inside: &[bool], face: Option<&PastedFace>) -> Self {
+    fn of(mesh: &Mesh, texture: &Texture, inside: &[bool], face: Option<&TransferredFace>) -> Self {
         let map = SamplingMap::of_layout(mesh, texture.size(), &MapOptions::with_gutter(0));
         let is_inside = |run: &&Run| inside[map.patches()[run.patch as usize].face as usize];
         let rows = map_indices(texture.size().height as usize, |y| {
@@ -179,9 +183,9 @@ impl Tally {
         })
     }
 
-    fn add(&mut self, texture: &Texture, face: Option<&PastedFace>, [x, y]: [u32; 2]) {
-        let (color, opacity) = texel(texture, x, y);
-        if opacity <= 0.0 || !color.iter().all(|value| value.is_finite()) {
+    fn add(&mut self, texture: &Texture, face: Option<&TransferredFace>, [x, y]: [u32; 2]) {
+        let (color, alpha) = texel(texture, x, y);
+        if alpha <= 0.0 || !color.iter().all(|value| value.is_finite()) {
             return;
         }
         let before = face.and_then(|face| face.color(x, y));
@@ -232,28 +236,30 @@ mod tests {
         let (tan, pale) = ([0.78, 0.58, 0.48], [0.93, 0.80, 0.73]);
         let unknown = ToneMatch { skin: None, own: None, hair_shift: None, clipped: None };
         let alone = ToneMatch { skin: skin(tan, pale), ..unknown };
-        // Without a base nobody knows how much is the body's own.
+        // Without a base the body's own difference is unknown.
         for unjudged in [unknown, alone] {
-            assert!(unjudged.is_toned() && !unjudged.is_clipped() && unjudged.excess().is_none());
+            assert!(
+                unjudged.matches_body() && !unjudged.is_clipped() && unjudged.excess().is_none()
+            );
         }
         let toned = ToneMatch { own: skin(pale, tan), ..alone };
-        assert!(toned.is_toned() && toned.excess() == Some(0.0));
+        assert!(toned.matches_body() && toned.excess() == Some(0.0));
         let browner = ToneMatch { own: skin(pale, pale), ..alone };
-        assert!(!browner.is_toned() && browner.excess().unwrap() > 10.0);
+        assert!(!browner.matches_body() && browner.excess().unwrap() > 10.0);
         let evened = ToneMatch { skin: skin(pale, pale), own: skin(tan, pale), ..unknown };
-        assert!(!evened.is_toned() && evened.excess().unwrap() < -10.0);
+        assert!(!evened.matches_body() && evened.excess().unwrap() < -10.0);
         for (clipped, wanted) in [(0.0, false), (0.01, false), (0.011, true)] {
             assert_eq!(ToneMatch { clipped: Some(clipped), ..unknown }.is_clipped(), wanted);
         }
     }
 
     #[test]
-    fn means_are_those_of_what_is_seen() {
+    fn means_are_taken_in_cielab() {
         assert_eq!(mean(&[]), None);
         let color = [0.8, 0.6, 0.5];
         let found = mean(&[color; 3]).unwrap();
         assert!((0..3).all(|k| (found[k] - color[k]).abs() < 1e-5), "{found:?}");
-        // Half as light as white in CIELAB, L* = 50, is 0.466 in sRGB.
+        // L* = 50, half as light as white in CIELAB, is 0.466 in sRGB.
         let grey = mean(&[[0.0; 3], [1.0; 3]]).unwrap();
         assert!(grey.iter().all(|value| (value - 0.4663).abs() < 1e-3), "{grey:?}");
         assert_eq!([median(vec![]), median(vec![3.0, 1.0, 2.0])], [None, Some(2.0)]);

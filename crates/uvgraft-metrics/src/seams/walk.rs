@@ -1,45 +1,45 @@
-//! Straight walks over the surface, from an edge into one of its triangles and on.
+//! Straight walks over the surface, from an edge into one of its triangles and beyond.
 //!
-//! Triangles are laid flat one after the other, each beside the edge over which it was entered, so a
-//! walk is a straight line on the unfolded surface. What a triangle's sides measure is either their
-//! length on the surface or their length in texels.
+//! Triangles are unfolded into a plane one after the other, each attached at the edge through which
+//! it was entered, so a walk is a straight line on the unfolded surface. Lengths of sides are
+//! measured either on the surface or in texels.
 
 use glam::{DVec3, Vec3};
-use uvgraft::edges::{Edges, HalfEdge, NONE};
+use uvgraft::edges::{Edges, HalfEdge, NO_HALF_EDGE};
 use uvgraft::mesh::Mesh;
 use uvgraft::texture::Size;
 
-/// A walk ends after this many triangles: only around vertices where slivers meet are there more.
-const MOST_TRIANGLES: usize = 256;
+/// Maximum number of triangles in a walk; only walks around a vertex of many slivers reach it.
+const MAX_TRIANGLES: usize = 256;
 
-/// What distances are measured in.
+/// The unit of distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DistanceSpace {
     /// Texels of a texture of this size; walks end at UV seams.
     Texels(Size),
-    /// The unit of the mesh's positions; walks go on over UV seams.
+    /// Units of the mesh's positions; walks continue across UV seams.
     Surface,
 }
 
-/// Where to go from an edge.
+/// Direction and length of a walk that starts at an edge.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Heading {
-    /// In the edge's own direction, together with `across` of length 1.
+    /// Component along the edge's direction; `(along, across)` has unit length.
     pub along: f64,
-    /// Into the triangle; above 0.
+    /// Component into the triangle; above 0.
     pub across: f64,
-    /// How far.
+    /// Length of the walk.
     pub distance: f64,
 }
 
-/// Where a walk led.
+/// The end of a walk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arrival {
-    /// The place in the texture, in its unit square.
+    /// The end point, in the texture's unit square.
     pub uv: [f64; 2],
-    /// Whether it went as far as it should have; if not, there was no more surface to walk on.
+    /// Whether the walk has its full length; if not, the surface ended.
     pub complete: bool,
-    /// Whether it went over a UV seam or the rim.
+    /// Whether it crossed a UV seam or the region boundary.
     pub crossed: bool,
 }
 
@@ -50,15 +50,15 @@ pub(super) struct Walker<'a> {
     kinds: &'a [HalfKind],
 }
 
-/// What a triangle's edge is.
+/// The class of a half-edge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct HalfKind {
     pub is_uv_seam: bool,
     pub is_rim: bool,
 }
 
-/// A triangle laid flat: from `(0, 0)` to `(base, 0)` the edge over which it was entered, beyond it
-/// the third corner, at `apex`, with a positive second coordinate.
+/// A triangle in the plane: the edge through which it was entered runs from `(0, 0)` to
+/// `(base, 0)`, and the third corner is at `apex`, with a positive second coordinate.
 struct Flat {
     base: f64,
     apex: [f64; 2],
@@ -70,42 +70,47 @@ impl<'a> Walker<'a> {
         Self { mesh, edges, kinds }
     }
 
-    /// Walks from a place on an edge into the edge's triangle.
+    /// Walks from a point on a half-edge into its triangle.
     ///
-    /// - `at`: the place, from 0 where the edge starts to 1 where it ends.
+    /// - `at`: the point, from 0 at the start of the half-edge to 1 at its end.
     ///
-    /// `None` if the triangle is a line or a point.
+    /// In each triangle the line is followed to the side through which it leaves. The direction is
+    /// then expressed in the frame of the next triangle, whose base is that side: the component
+    /// along the side changes sign if the two half-edges run in opposite directions, the outward
+    /// component becomes the inward one.
+    ///
+    /// `None` if the triangle has no area.
     pub fn walk(
         &self,
-        ground: DistanceSpace,
+        space: DistanceSpace,
         half: HalfEdge,
         at: f64,
         heading: Heading,
     ) -> Option<Arrival> {
         let mut half = half;
-        let mut flat = self.flat(ground, half)?;
+        let mut flat = self.flat(space, half)?;
         let mut from = [at * flat.base, 0.0];
         let mut direction = [heading.along, heading.across];
-        let mut left = heading.distance;
+        let mut remaining = heading.distance;
         let mut crossed = false;
-        for _ in 0..MOST_TRIANGLES {
-            let (way, exit) = flat.exit(from, direction);
-            if left <= way {
-                let to = [from[0] + direction[0] * left, from[1] + direction[1] * left];
+        for _ in 0..MAX_TRIANGLES {
+            let (distance, exit) = flat.exit(from, direction);
+            if remaining <= distance {
+                let to = [from[0] + direction[0] * remaining, from[1] + direction[1] * remaining];
                 return Some(Arrival { uv: self.uv(half, &flat, to), complete: true, crossed });
             }
-            let to = [from[0] + direction[0] * way, from[1] + direction[1] * way];
+            let to = [from[0] + direction[0] * distance, from[1] + direction[1] * distance];
             let ended = Arrival { uv: self.uv(half, &flat, to), complete: false, crossed };
             let out = half / 3 * 3 + (half + exit) % 3;
             let next = self.edges.opposite[out as usize];
-            if next == NONE
-                || (ground != DistanceSpace::Surface && self.kinds[out as usize].is_uv_seam)
+            if next == NO_HALF_EDGE
+                || (space != DistanceSpace::Surface && self.kinds[out as usize].is_uv_seam)
             {
                 return Some(ended);
             }
             let kind = self.kinds[out as usize];
             crossed |= kind.is_uv_seam || kind.is_rim;
-            let Some(next_flat) = self.flat(ground, next) else { return Some(ended) };
+            let Some(next_flat) = self.flat(space, next) else { return Some(ended) };
             let [start, end] = flat.side(exit);
             let along = unit([end[0] - start[0], end[1] - start[1]]);
             let onward = direction[0] * along[0] + direction[1] * along[1];
@@ -118,19 +123,19 @@ impl<'a> Walker<'a> {
             } else {
                 ([passed, 0.0], [onward, outward])
             };
-            left -= way;
+            remaining -= distance;
             (half, flat) = (next, next_flat);
         }
         let uv = self.uv(half, &flat, from);
         Some(Arrival { uv, complete: false, crossed })
     }
 
-    /// A triangle laid flat, if it has an area.
-    fn flat(&self, ground: DistanceSpace, half: HalfEdge) -> Option<Flat> {
+    /// A triangle laid into the plane, if it has an area.
+    fn flat(&self, space: DistanceSpace, half: HalfEdge) -> Option<Flat> {
         let (face, corner) = (half as usize / 3, half as usize % 3);
         let at = |k: usize| {
             let corner = (corner + k) % 3;
-            match ground {
+            match space {
                 DistanceSpace::Surface => {
                     let vertex = self.mesh.faces()[face][corner];
                     Vec3::from(self.mesh.positions()[vertex as usize]).as_dvec3()
@@ -150,13 +155,13 @@ impl<'a> Walker<'a> {
         let base = edge.length();
         let along = side.dot(edge) / base;
         let height = (side - edge * (along / base)).length();
-        // Rounding leaves corners of a line beside it by a share of its length.
+        // With rounding, collinear corners are off the line by a small fraction of its length.
         let is_wide = height > (base + along.abs()) * 1e-12 && height > 0.0;
         (base > 0.0 && is_wide && (base + along + height).is_finite())
             .then_some(Flat { base, apex: [along, height] })
     }
 
-    /// The texture's place of a place in a flat triangle.
+    /// The texture coordinates of a point in a flat triangle.
     fn uv(&self, half: HalfEdge, flat: &Flat, at: [f64; 2]) -> [f64; 2] {
         let third = (at[1] / flat.apex[1]).clamp(0.0, 1.0);
         let second = ((at[0] - third * flat.apex[0]) / flat.base).clamp(0.0, 1.0 - third);
@@ -174,7 +179,7 @@ impl<'a> Walker<'a> {
 }
 
 impl Flat {
-    /// The ends of side 0 (the base), 1 or 2, going around.
+    /// The ends of side 0 (the base), 1 or 2, in order around the triangle.
     fn side(&self, side: u32) -> [[f64; 2]; 2] {
         let (start, end) = ([0.0, 0.0], [self.base, 0.0]);
         match side {
@@ -184,16 +189,16 @@ impl Flat {
         }
     }
 
-    /// How far it is to the side that a walk from the base leaves by, and which side that is.
+    /// Distance to the side through which a walk from the base leaves, and the index of that side.
     fn exit(&self, from: [f64; 2], direction: [f64; 2]) -> (f64, u32) {
-        let way = |side: u32| {
+        let distance = |side: u32| {
             let [start, end] = self.side(side);
             let normal = [end[1] - start[1], start[0] - end[0]];
             let speed = direction[0] * normal[0] + direction[1] * normal[1];
             let gap = (start[0] - from[0]) * normal[0] + (start[1] - from[1]) * normal[1];
             if speed > 0.0 { (gap / speed).max(0.0) } else { f64::INFINITY }
         };
-        let [right, left] = [way(1), way(2)];
+        let [right, left] = [distance(1), distance(2)];
         if right <= left { (right, 1) } else { (left, 2) }
     }
 }
@@ -209,8 +214,8 @@ mod tests {
 
     const ACROSS: Heading = Heading { along: 0.0, across: 1.0, distance: 0.0 };
 
-    /// A strip of three unit squares along x, bent up by a right angle after the first; in the
-    /// texture the squares are 10, 20 and 30 of 100 texels wide, the last one elsewhere.
+    /// A strip of three unit squares along x, bent up at a right angle after the first. In the
+    /// texture the squares are 10, 20 and 30 of 100 texels wide, and the last one is elsewhere.
     fn strip() -> (Mesh, Vec<HalfKind>) {
         let positions = vec![
             [0.0, 0.0, 0.0],
@@ -246,23 +251,23 @@ mod tests {
     }
 
     fn walk(
-        ground: DistanceSpace,
+        space: DistanceSpace,
         half: HalfEdge,
         at: f64,
         heading: Heading,
     ) -> Option<([f64; 2], bool)> {
         let (mesh, kinds) = strip();
         let edges = Edges::new(&mesh);
-        let arrival = Walker::new(&mesh, &edges, &kinds).walk(ground, half, at, heading)?;
+        let arrival = Walker::new(&mesh, &edges, &kinds).walk(space, half, at, heading)?;
         assert_eq!(arrival.crossed, arrival.uv[0] > 0.5, "the third square is beyond the seam");
-        // To 12 digits.
+        // Rounded to six decimals.
         Some((arrival.uv.map(|value| (value * 1e6).round() / 1e6), arrival.complete))
     }
 
-    /// From the far left edge (edge 2 of triangle 1, from (0, 1) to (0, 0)), a quarter of its length
-    /// from its end.
+    /// From the far left edge (edge 2 of triangle 1, from (0, 1) to (0, 0)), a quarter of its
+    /// length from its end.
     #[test]
-    fn on_the_surface_it_goes_around_corners_and_over_seams() {
+    fn walks_on_the_surface_continue_over_bends_and_seams() {
         let to = |distance| {
             walk(DistanceSpace::Surface, 5, 0.75, Heading { distance, ..ACROSS }).unwrap()
         };
@@ -275,9 +280,9 @@ mod tests {
     }
 
     #[test]
-    fn in_texels_it_stays_in_the_island() {
-        let ground = DistanceSpace::Texels(Size::square(100));
-        let to = |distance| walk(ground, 5, 0.75, Heading { distance, ..ACROSS }).unwrap();
+    fn walks_in_texels_stay_in_the_island() {
+        let space = DistanceSpace::Texels(Size::square(100));
+        let to = |distance| walk(space, 5, 0.75, Heading { distance, ..ACROSS }).unwrap();
         assert_eq!(to(5.0), ([0.05, 0.025], true));
         assert_eq!(to(25.0), ([0.25, 0.025], true));
         assert_eq!(to(35.0), ([0.3, 0.025], false));
@@ -285,16 +290,16 @@ mod tests {
 
     #[test]
     fn aslant() {
-        // 3 along against the edge's direction, which is upwards, for 4 across.
+        // 3 along, against the edge's upward direction, for every 4 across.
         let heading = Heading { along: -0.6, across: 0.8, distance: 0.5 };
         assert_eq!(walk(DistanceSpace::Surface, 5, 0.75, heading), Some(([0.04, 0.055], true)));
-        // Out over the side.
+        // Leaves over the side.
         let heading = Heading { distance: 5.0, ..heading };
         assert_eq!(walk(DistanceSpace::Surface, 5, 0.75, heading), Some(([0.1, 0.1], false)));
     }
 
     #[test]
-    fn a_line_cannot_be_walked_on() {
+    fn triangles_without_area_cannot_be_walked_on() {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
         let uv = vec![[0.1, 0.3], [0.2, 0.4], [0.1, 0.5]];
         let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();

@@ -1,16 +1,17 @@
-//! The worst places at seams.
+//! Selects the worst edges.
 
 use glam::Vec3;
 
 use super::SeamEdge;
 use super::edge_class::distance;
 
-/// The worst places are apart by this share of what is measured across.
-const APART: f64 = 0.02;
+/// Minimum distance between selected edges, as a fraction of the measured extent.
+const SPACING: f64 = 0.02;
 
-/// The edges with the largest mean steps, `count` of UV seams and of the rim each, the worst first;
-/// each away from those of its kind before it. The mean, because a single large step is often a detail
-/// of the texture, or the rim met near the end of a UV seam.
+/// The edges with the largest mean steps, in descending order: up to `count` at UV seams and
+/// `count` at the region boundary, each at some distance from earlier ones of its kind. The mean is
+/// used because a single large step is often a detail of the texture, or the boundary met near the
+/// end of a UV seam.
 pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     let ends = edges.iter().flat_map(|edge| edge.ends).map(Vec3::from);
     let (low, high) = ends.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), end| {
@@ -19,7 +20,7 @@ pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
     let across = high.as_dvec3().distance(low.as_dvec3());
     let middle = |edge: &SeamEdge| {
         let [a, b] = edge.ends.map(Vec3::from);
-        // Halved first: the sum of two great coordinates may be infinite.
+        // Halved first: the sum of two large coordinates may overflow.
         (a * 0.5 + b * 0.5).to_array()
     };
     let mut ranked: Vec<(f64, usize)> = edges
@@ -40,7 +41,7 @@ pub(super) fn worst(edges: &[SeamEdge], count: usize) -> Vec<usize> {
             .filter(|&other| edges[other].is_rim == edges[index].is_rim)
             .collect();
         let here = middle(&edges[index]);
-        let is_apart = |&other: &usize| distance(here, middle(&edges[other])) >= across * APART;
+        let is_apart = |&other: &usize| distance(here, middle(&edges[other])) >= across * SPACING;
         if alike.len() < count && alike.iter().all(is_apart) {
             worst.push(index);
         }

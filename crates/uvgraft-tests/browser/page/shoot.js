@@ -1,4 +1,4 @@
-// See ../shoot.mjs. Nothing here is the viewer's, so that both do not err alike.
+// See ../shoot.mjs. Shares no code with the viewer, so that both cannot have the same bug.
 
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
@@ -75,13 +75,13 @@ function shoot(wanted) {
     node.quaternion.fromArray(rotation);
   }
   if (vrm) {
-    // A clip moves the file's own nodes, which normalized bones at rest would put back.
+    // A clip animates the file's own nodes, which normalized bones at rest would reset.
     vrm.humanoid.autoUpdateHumanBones = !isPlaying;
     for (const [name, weight] of Object.entries(expressions)) {
       if (!vrm.expressionManager?.getExpression(name)) throw new Error(`no expression ${name}`);
       vrm.expressionManager.setValue(name, weight);
     }
-    // With none set, updating would clear the morph targets that a clip moves.
+    // With no expression set, an update would clear the morph targets that a clip animates.
     if (Object.keys(expressions).length) vrm.update(0);
     else vrm.humanoid.update();
   } else {

@@ -1,31 +1,32 @@
-//! Painted bodies, with or without clothes, each with a face of its own.
+//! Painted bodies, with or without clothes, each with its own face.
 
 use uvgraft::Mesh;
+use uvgraft::easing::{bell, mix, smoothstep};
 
 use super::frame::Piece;
-use super::noise::{Point, bell, fractal, mix, smoothstep};
+use super::noise::{Point, fractal};
 use super::skin::{Dye, blend, cloth, linear, scaled, sparse_hairs};
 use super::{BodyFrame, Color, FaceLook, HairColor, Label, LayoutSpots, Painted, SkinTone, Spot};
 
-/// What somebody wears.
+/// The clothes of a painted body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clothing {
-    /// A shirt, and how far down the arm it reaches: 1 to the wrist.
+    /// A shirt, and where its sleeves end: 0 at the shoulder, 1 at the wrist.
     pub shirt: Option<(Dye, f32)>,
-    /// Trousers, and how far down the leg they reach: 0 to the crotch, 1 to the ankles.
+    /// Trousers, and where their legs end: 0 at the crotch, 1 at the ankles.
     pub trousers: Option<(Dye, f32)>,
 }
 
-/// Whose body is painted.
+/// The appearance of a painted body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyLook {
     /// The name in tables.
     pub name: &'static str,
-    /// The face that the body comes with.
+    /// The face painted on the body.
     pub face: FaceLook,
-    /// What is worn.
+    /// The clothes.
     pub clothing: Clothing,
-    /// Hairs on arms, legs and chest: 0 for none, 1 for many.
+    /// Density of hairs on arms, legs and chest: 0 for none, 1 for many.
     pub hairiness: f32,
 }
 
@@ -38,7 +39,7 @@ impl BodyLook {
         Self { name, face: FaceLook::new(name, skin), clothing, hairiness: 0.0 }
     }
 
-    /// Bodies that between them have all that is difficult.
+    /// Bodies that together cover all difficult cases.
     pub fn all() -> Vec<Self> {
         let new = Self::new;
         let shorts = |color| Some((Dye::Plain(color), 0.35));
@@ -74,7 +75,7 @@ impl BodyLook {
 
     /// Paints the body in its layout.
     ///
-    /// - `layout`: of `mesh`.
+    /// - `layout`: the layout of `mesh`.
     pub fn paint(&self, mesh: &Mesh, frame: &BodyFrame, layout: &LayoutSpots) -> Painted {
         let pieces = frame.head.pieces(mesh);
         layout.paint(|spot| {
@@ -114,7 +115,8 @@ impl BodyLook {
         (scaled(color, 1.0 - shade), label)
     }
 
-    /// What is worn near a place, and how far the place is beyond its edge, in centimetres.
+    /// The garments near a point, with its distance beyond each one's edge in centimetres, negative
+    /// inside.
     fn worn(&self, frame: &BodyFrame, p: Point) -> [Option<(Dye, f32)>; 2] {
         let along = frame.along_arm(p);
         let [waist, crotch, _, ankle] = frame.heights;

@@ -1,4 +1,4 @@
-//! What painted faces may look like.
+//! The appearance of painted faces.
 
 use super::skin::Dye;
 use super::{Color, SkinTone};
@@ -6,15 +6,15 @@ use super::{Color, SkinTone};
 /// The colour of hair and brows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HairColor {
-    /// Nearly no colour, with blue gloss.
+    /// Nearly black.
     Black,
     /// Chestnut.
     Brown,
-    /// As light as light skin.
+    /// As light as fair skin.
     Blond,
-    /// White and dark hairs.
+    /// White and dark hairs mixed.
     Grey,
-    /// None on the skull; brows are black.
+    /// No hair on the skull; black brows.
     Bald,
 }
 
@@ -29,25 +29,25 @@ impl HairColor {
     }
 }
 
-/// What grows below the nose.
+/// The hair below the nose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beard {
-    /// Nothing.
+    /// None.
     Shaved,
-    /// Dark dots; counts as skin.
+    /// Dark dots; labelled as skin.
     Stubble,
-    /// A full beard; counts as hair.
+    /// A full beard; labelled as hair.
     Full,
 }
 
-/// The cloth at the neck.
+/// The cloth around the neck.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collar {
-    /// How it is dyed.
+    /// The colours of the cloth.
     pub dye: Dye,
-    /// How high it reaches: 0 for a crew neck, 1 for a polo neck.
+    /// The height: 0 for a crew neck, 1 for a polo neck.
     pub height: f32,
-    /// How far its upper edge goes up and down, in centimetres.
+    /// How unevenly the upper edge runs: its amplitude in centimetres.
     pub unevenness: f32,
 }
 
@@ -57,14 +57,14 @@ impl Collar {
         Self { dye: Dye::Plain(color), height: 0.0, unevenness: 0.15 }
     }
 
-    /// The same with another height and unevenness.
+    /// The same collar with another height and unevenness.
     #[must_use]
     pub const fn cut(self, height: f32, unevenness: f32) -> Self {
         Self { height, unevenness, ..self }
     }
 }
 
-/// Who is painted, and how they were captured.
+/// The appearance of a painted face, and the conditions of its capture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceLook {
     /// The name in tables.
@@ -77,14 +77,14 @@ pub struct FaceLook {
     pub fringe: bool,
     /// What grows below the nose.
     pub beard: Beard,
-    /// Whether there are glasses.
+    /// Whether the face wears glasses.
     pub glasses: bool,
-    /// The cloth at the neck.
+    /// The cloth around the neck.
     pub collar: Option<Collar>,
-    /// How much darker the neck is than the face: 0 for what only ambient light does.
+    /// How much darker the neck is than the face: 0 for ambient occlusion alone.
     pub neck_shade: f32,
-    /// How many times baked light doubles from the right ear to the left.
+    /// Change of the baked light from the right ear to the left, in stops.
     pub light_ramp: f32,
-    /// Of all noise.
+    /// Seed of all noise.
     pub seed: u32,
 }

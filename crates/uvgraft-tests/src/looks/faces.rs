@@ -1,16 +1,17 @@
 //! Painted faces: captures of people who do not exist, in the layout of a head mesh.
 
 use uvgraft::Mesh;
+use uvgraft::easing::{bell, smoothstep};
 
 use super::face_look::{Beard, Collar, FaceLook, HairColor};
 use super::features::{glasses_cover, lash_cover, lip_cover};
 use super::frame::Piece;
-use super::noise::{Point, bell, smoothstep};
+use super::noise::Point;
 use super::skin::{Dye, blend, cloth, linear, scaled};
 use super::{Color, HeadFrame, Label, LayoutSpots, Painted, SkinTone, Spot};
 
 impl FaceLook {
-    /// Short brown hair and nothing else.
+    /// Short brown hair; no beard, glasses or collar.
     pub const fn new(name: &'static str, skin: SkinTone) -> Self {
         Self {
             name,
@@ -26,7 +27,7 @@ impl FaceLook {
         }
     }
 
-    /// Faces that between them have all that is difficult.
+    /// Faces that together cover all difficult cases.
     pub fn all() -> Vec<Self> {
         let (white, black) = ([0.93, 0.935, 0.95], [0.055, 0.055, 0.065]);
         let blue = [0.25, 0.42, 0.70];
@@ -67,13 +68,13 @@ impl FaceLook {
         looks
     }
 
-    /// The same with other hair.
+    /// The same face with other hair.
     #[must_use]
     pub const fn hair(self, hair: HairColor) -> Self {
         Self { hair, ..self }
     }
 
-    /// The same with a collar.
+    /// The same face with a collar.
     #[must_use]
     pub const fn collar(self, collar: Collar) -> Self {
         Self { collar: Some(collar), ..self }
@@ -81,7 +82,7 @@ impl FaceLook {
 
     /// Paints the face in the layout of a head.
     ///
-    /// - `layout`: of `mesh`.
+    /// - `layout`: the layout of `mesh`.
     pub fn paint(&self, mesh: &Mesh, frame: &HeadFrame, layout: &LayoutSpots) -> Painted {
         let pieces = frame.pieces(mesh);
         layout.paint(|spot| {
@@ -91,7 +92,7 @@ impl FaceLook {
         })
     }
 
-    /// Baked light, and a camera that may see no colours.
+    /// Applies the baked light and, for a greyscale capture, drops the colours.
     pub(super) fn captured(&self, p: Point, color: Color) -> Color {
         let color = scaled(color, (self.light_ramp * p[0] / 16.0).exp2());
         if !self.skin.is_grey() {
@@ -100,7 +101,8 @@ impl FaceLook {
         [0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]; 3]
     }
 
-    /// Linear light and label of a place.
+    /// Linear light and label of a point. Lips, brows, beard, lashes, hair, collar and glasses are
+    /// laid over lit skin in this order; a layer that covers more than half sets the label.
     pub(super) fn at(
         &self,
         frame: &HeadFrame,
@@ -140,7 +142,7 @@ impl FaceLook {
         }
         if let Some(collar) = &self.collar {
             let above = collar.above(frame, p, self.seed);
-            // The shadow that it casts.
+            // The shadow that the collar casts.
             let shade = 0.45 * smoothstep(0.9, 0.0, above);
             lay([0.0; 3], if above > 0.0 { shade } else { 0.0 }, Label::Skin);
             let seam = 1.0 - 0.3 * bell(above + 0.8, 0.1);

@@ -1,12 +1,14 @@
-//! The features of painted faces: skin, eyes, mouth, hair, and what is worn.
+//! The features of painted faces: skin, eyes, mouth, hair, collar and glasses.
+
+use uvgraft::easing::{bell, mix, smoothstep};
 
 use super::face_look::{Beard, Collar, FaceLook, HairColor};
-use super::noise::{Point, bell, curve, fractal, mix, noise, smoothstep};
+use super::noise::{Point, curve, fractal, noise};
 use super::skin::{blend, linear, scaled};
 use super::{Color, HeadFrame};
 
 impl FaceLook {
-    /// Skin with blood, hollows, shine.
+    /// Skin with varying blood supply, shaded hollows, and gloss.
     pub(super) fn lit_skin(&self, frame: &HeadFrame, p: Point, normal: [f32; 3]) -> Color {
         let (x, y, z) = (p[0].abs(), p[1], p[2]);
         let front = smoothstep(-3.5, 0.0, z);
@@ -37,7 +39,7 @@ impl FaceLook {
             + self.neck_shade * neck
             + 0.15 * behind;
         let light = 0.92 + 0.08 * normal[1] + 0.08 * normal[2];
-        // What reaches hollows went through skin and is redder.
+        // Light reaches hollows partly through skin, and is redder there.
         let dim = (1.0 - hollow).clamp(0.06, 1.0);
         let gain = if self.skin.is_grey() {
             [dim; 3]
@@ -49,7 +51,8 @@ impl FaceLook {
             0.16 * bell(x, 0.5) * bell(y - nose_y - 0.3, 0.8) * smoothstep(nose_z - 1.5, nose_z, z)
                 + 0.09 * bell(x - 1.0, 2.2) * bell(y - 0.65 * frame.hairline, 1.2) * front
                 + 0.035 * bell(x - 4.6, 1.4) * bell(y + 1.9, 0.9) * front;
-        // Oil shines as brightly on dark skin, but less of it is blurred below the surface.
+        // Oil shines as brightly on dark skin, but less of the gloss is scattered below the
+        // surface.
         let rough = 1.0 + 0.6 * fractal(p, 0.5, self.seed + 51);
         let rough = rough * (0.3 + 0.7 * self.skin.0[1]);
         color.map(|value| value + gloss * rough)
@@ -83,7 +86,7 @@ impl FaceLook {
         let x = p[0] / frame.mouth_width;
         let [top, middle, bottom] = frame.lips;
         let depth = frame.mouth_depth - 1.2 * x * x;
-        // Below the lower lip's border the chin begins, in front of the mouth's floor.
+        // Below the lower lip the chin lies in front of the floor of the mouth.
         let depth = if p[1] < bottom + 0.2 { depth - 0.9 } else { depth };
         if x.abs() > 1.0 || !(bottom - 0.7..top).contains(&p[1]) || p[2] > depth || p[2] < -1.0 {
             return None;
@@ -103,7 +106,7 @@ impl FaceLook {
         scaled(red, upper * line * (1.0 + 0.14 * creases))
     }
 
-    /// Hair with its strands; brows and beards vary less.
+    /// Colour of strands of hair; `calm` from 0 to 1 fades the gloss, for brows and the like.
     pub(super) fn strands(&self, p: Point, calm: f32) -> Color {
         let q = [p[0], p[1] - 7.0, p[2] + 9.0];
         let around = q[0].atan2(q[2]) + 0.25 * noise(p.map(|value| value * 0.25), self.seed + 80);
@@ -118,7 +121,7 @@ impl FaceLook {
         scaled(base, (light + spread).max(0.15))
     }
 
-    /// Short hairs that hang down.
+    /// Colour of short hairs that hang down.
     pub(super) fn whiskers(&self, p: Point) -> Color {
         let curl = 0.4 * noise(p, self.seed + 92);
         let strand = noise([p[0] * 5.0 + curl, p[1] * 1.1, p[2] * 5.0], self.seed + 93);
@@ -150,7 +153,7 @@ impl FaceLook {
         let ragged = 0.45 * noise([around * 9.0, 0.0, 0.0], self.seed + 84)
             + 0.35 * noise([around * 40.0, p[1] * 0.4, 0.0], self.seed + 85);
         let ragged = ragged * if self.fringe { 1.8 } else { 1.0 };
-        // Ears are free.
+        // Hair leaves the ears free.
         let ear = smoothstep(8.0, 8.2, p[0].abs()) * smoothstep(4.2, 3.9, p[1]);
         smoothstep(-0.35, 0.35, p[1] - line + ragged) * (1.0 - ear)
     }
@@ -168,7 +171,7 @@ impl FaceLook {
         0.92 * smoothstep(0.0, 0.55, body) * smoothstep(1.1, 1.7, x) * smoothstep(5.9, 5.2, x)
     }
 
-    /// Coverage, and whether that is hair or skin with dots.
+    /// Coverage of the beard, and whether it is hair rather than skin with dots.
     pub(super) fn beard_cover(&self, frame: &HeadFrame, p: Point) -> (f32, bool) {
         if self.beard == Beard::Shaved {
             return (0.0, false);
@@ -192,7 +195,7 @@ impl FaceLook {
 }
 
 impl Collar {
-    /// How far a place is above the collar's upper edge, in centimetres.
+    /// Height of a point above the collar's upper edge, in centimetres.
     pub(super) fn above(&self, frame: &HeadFrame, p: Point, seed: u32) -> f32 {
         let [slope, crew, polo] = frame.collar;
         let beyond = 0.6 * (p[0].abs() - 4.5).max(0.0) * (1.0 - self.height);
@@ -232,7 +235,7 @@ pub(super) fn lash_cover(frame: &HeadFrame, p: Point) -> f32 {
     (0.9 * line).min(0.9)
 }
 
-/// Round lenses, a bridge, and arms to the ears.
+/// Coverage of glasses: round lenses, a bridge, and arms to the ears.
 pub(super) fn glasses_cover(frame: &HeadFrame, p: Point) -> f32 {
     let x = p[0].abs();
     let ring = ((x - frame.eye[0] - 0.1) / 2.55).hypot((p[1] + 0.35) / 2.2) - 1.0;

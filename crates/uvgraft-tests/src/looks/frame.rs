@@ -1,39 +1,42 @@
-//! Landmarks of the meshes that are painted on.
+//! Landmarks of the meshes to paint on.
 
 use uvgraft::Mesh;
 use uvgraft_figure::Figure;
 
 use super::noise::Point;
 
-/// Landmarks of a head. Lengths but [`HeadFrame::origin`] and `unit` are in centimetres from the point between the
-/// eyes' centres: Y up, Z out of the face, X to its left. The left eye stands for both.
+/// Landmarks of a head. Except for `unit` and [`HeadFrame::origin`], lengths are in centimetres
+/// from the midpoint of the eyes' centres: Y up, Z out of the face, X to its left. The left eye
+/// stands for both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadFrame {
-    /// Centimetres to the mesh's unit.
+    /// Centimetres per unit of the mesh.
     pub unit: f32,
-    /// The point between the eyes' centres, in the mesh's unit.
+    /// The midpoint of the eyes' centres, in the mesh's unit.
     pub origin: [f32; 3],
-    /// The left eyeball's centre.
+    /// Centre of the left eyeball.
     pub eye: [f32; 3],
-    /// The eyeball's radius.
+    /// Radius of the eyeball.
     pub eye_radius: f32,
-    /// Upper and lower lid over the pupil.
+    /// Heights of the upper and lower lid over the pupil.
     pub lids: [f32; 2],
     /// Height of the brow over the pupil.
     pub brow: f32,
-    /// Height and depth of the nose's tip.
+    /// Height and depth of the tip of the nose.
     pub nose: [f32; 2],
-    /// Heights of the upper lip's upper border, of where the lips meet, and of the lower lip's lower border.
+    /// Heights of the upper lip's upper edge, the line between the lips, and the lower lip's lower
+    /// edge.
     pub lips: [f32; 3],
-    /// Half the mouth's width.
+    /// Half the width of the mouth.
     pub mouth_width: f32,
-    /// What is between the lips and less far out than this belongs to the mouth's inside.
+    /// Points between the lips that are less far out than this are inside the mouth.
     pub mouth_depth: f32,
-    /// Height of the chin's lower border.
+    /// Height of the chin's lower edge.
     pub chin: f32,
     /// Height of the hairline over the forehead.
     pub hairline: f32,
-    /// A collar covers what has `y + slope · z` below a level: the slope, then the levels of crew and polo necks.
+    /// A collar covers points whose `y + slope · z` is below a level: the slope, then the levels of
+    /// crew and polo necks.
     pub collar: [f32; 3],
 }
 
@@ -68,7 +71,7 @@ impl HeadFrame {
         ..Self::FLAME
     };
 
-    /// The synthetic figure, its head and its body.
+    /// The synthetic figure, for its head and its body alike.
     pub const FIGURE: Self = Self {
         unit: 100.0,
         origin: [0.0, 1.63, 0.065],
@@ -85,7 +88,7 @@ impl HeadFrame {
         collar: [0.26, -16.3, -13.6],
     };
 
-    /// A position of the mesh in centimetres from the point between the eyes.
+    /// A position on the mesh, in centimetres from the midpoint of the eyes.
     pub fn local(&self, position: [f32; 3]) -> Point {
         [0, 1, 2].map(|k| (position[k] - self.origin[k]) * self.unit)
     }
@@ -95,8 +98,9 @@ impl HeadFrame {
         d.iter().map(|value| value * value).sum::<f32>() < (self.eye_radius * share).powi(2)
     }
 
-    /// For each triangle, what it belongs to as a whole: eyeballs are pieces of the mesh that lie within the eyes,
-    /// and hair that has a shape of its own is named so.
+    /// The component that each triangle is part of: eyeballs are the connected components of the
+    /// mesh that lie within the eyes; the hair shell and shoes are parts with known object and
+    /// material names.
     pub(super) fn pieces(&self, mesh: &Mesh) -> Vec<Piece> {
         let mut root: Vec<u32> = (0..mesh.positions().len() as u32).collect();
         fn find(root: &mut [u32], mut at: u32) -> u32 {
@@ -140,7 +144,7 @@ impl HeadFrame {
     }
 }
 
-/// What a triangle belongs to as a whole.
+/// The component that a triangle is part of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Piece {
     Body,
@@ -149,18 +153,21 @@ pub(super) enum Piece {
     Shoe,
 }
 
-/// Landmarks of a body, in centimetres from where the head's frame has its origin; the left side stands for both.
+/// Landmarks of a body, in centimetres from the origin of the head's frame; the left side stands
+/// for both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyFrame {
-    /// Of the head on this body.
+    /// Landmarks of the head on this body.
     pub head: HeadFrame,
-    /// The neck's rim in front, and what its plane rises by towards the back for a centimetre.
+    /// Height of the neck's boundary in front, and the rise of its plane per centimetre towards the
+    /// back.
     pub rim: [f32; 2],
-    /// The shoulder and the wrist.
+    /// Positions of the shoulder and the wrist.
     pub arm: [[f32; 3]; 2],
     /// Heights of the waist, the crotch, the knees and the ankles.
     pub heights: [f32; 4],
-    /// A box of chest that shirts leave free: half its width, then its height from below to above; in front alone.
+    /// The front of the chest that shirts leave free: half its width, then its lower and upper
+    /// height.
     pub chest: [f32; 3],
 }
 
@@ -183,7 +190,7 @@ impl BodyFrame {
         chest: [5.0, -23.0, -17.5],
     };
 
-    /// How far along the arm a place is: 0 at the shoulder, 1 at the wrist, `None` on the trunk.
+    /// Position along the arm: 0 at the shoulder, 1 at the wrist, `None` on the trunk.
     pub(super) fn along_arm(&self, p: Point) -> Option<f32> {
         let [shoulder, wrist] = self.arm;
         let q = [p[0].abs() - shoulder[0], p[1] - shoulder[1], p[2] - shoulder[2]];

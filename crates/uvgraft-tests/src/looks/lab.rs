@@ -1,4 +1,4 @@
-//! CIELAB under D65, for means: the mean of colours as they look, not of what is stored.
+//! CIELAB under D65, so that mean colours are perceptual rather than means of stored values.
 
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 
@@ -47,7 +47,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The mean in CIELAB, as sRGB; `None` of nothing.
+/// The mean in CIELAB, as sRGB; `None` if there are no colours.
 pub fn mean_color(colors: impl IntoIterator<Item = Color>) -> Option<Color> {
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for color in colors {

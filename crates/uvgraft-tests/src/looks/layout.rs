@@ -1,34 +1,34 @@
-//! Where on a mesh each texel of its layout is.
+//! The surface point of each texel in a mesh's layout.
 
 use uvgraft::raster::ScanTriangle;
 use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, threads};
 
 use super::{Color, Label, Labels, Painted};
 
-/// A point of the surface that wants its colour.
+/// A surface point to be painted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// In the mesh's unit.
+    /// Position, in the mesh's unit.
     pub position: [f32; 3],
-    /// Of unit length, outwards.
+    /// Unit normal, pointing outwards.
     pub normal: [f32; 3],
-    /// The triangle.
+    /// Index of the triangle.
     pub face: u32,
 }
 
-/// The spots of all texels of a mesh's layout.
+/// The surface points of all texels in a mesh's layout.
 #[derive(Debug, Clone)]
 pub struct LayoutSpots {
     size: Size,
-    /// `[texels]`, row by row; `None` outside the islands.
+    /// `[texels]`, row-major; `None` outside the islands.
     spots: Vec<Option<Spot>>,
 }
 
-/// How far the gutter reaches, in texels: past what a filter's footprint sees.
+/// Width of the gutter in texels: beyond any filter's footprint.
 const GUTTER_PX: usize = 6;
 
 impl LayoutSpots {
-    /// Rasterises a layout. Texels that several triangles cover are the last one's.
+    /// Rasterises a layout. Where triangles overlap, the last one wins.
     pub fn new(mesh: &Mesh, size: Size) -> Self {
         let normals = vertex_normals(mesh);
         let mut spots = vec![None; size.texels()];
@@ -59,19 +59,19 @@ impl LayoutSpots {
         Self { size, spots }
     }
 
-    /// The size of the textures that it is for.
+    /// The size of the textures to be painted.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// `[texels]`, row by row; `None` outside the islands.
+    /// `[texels]`, row-major; `None` outside the islands.
     pub fn spots(&self) -> &[Option<Spot>] {
         &self.spots
     }
 
-    /// Paints every spot, and a gutter around the islands.
+    /// Paints every surface point, and a gutter around the islands.
     ///
-    /// - `paint`: linear light, and what it shows.
+    /// - `paint`: returns the linear light and the label of a point.
     pub(super) fn paint(&self, paint: impl Fn(&Spot) -> (Color, Label) + Send + Sync) -> Painted {
         let painted =
             threads::map_indices(self.spots.len(), |at| self.spots[at].as_ref().map(&paint));
@@ -93,7 +93,7 @@ fn level_from_linear(value: f32) -> u8 {
     (uvgraft::color::srgb_from_linear(value).clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// Fills texels beside filled ones with the mean of these, ring by ring.
+/// Fills empty texels with the mean of their filled neighbours, ring by ring.
 fn spread(colors: &mut [Option<[u8; 3]>], width: usize) {
     for _ in 0..GUTTER_PX {
         let before = colors.to_vec();
@@ -102,14 +102,14 @@ fn spread(colors: &mut [Option<[u8; 3]>], width: usize) {
                 continue;
             }
             let (x, y) = (at % width, at / width);
-            let beside = [
+            let neighbours = [
                 (x > 0).then(|| at - 1),
                 (x + 1 < width).then_some(at + 1),
                 (y > 0).then(|| at - width),
                 (at + width < before.len()).then_some(at + width),
             ];
             let mut sum = [0_u32; 4];
-            for color in beside.into_iter().flatten().filter_map(|other| before[other]) {
+            for color in neighbours.into_iter().flatten().filter_map(|other| before[other]) {
                 (0..3).for_each(|k| sum[k] += u32::from(color[k]));
                 sum[3] += 1;
             }

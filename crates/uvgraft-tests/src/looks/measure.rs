@@ -1,4 +1,4 @@
-//! How a transfer looks, in figures.
+//! Measures of how good a transfer looks.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,23 +12,23 @@ use uvgraft_metrics::seams::{self, Offset, SeamOptions};
 
 use super::{BodyFrame, Color, Label, Labels, LayoutSpots, mean_color};
 
-/// How far from edges between labels texels are looked at: filters blur what is nearer.
+/// Texels closer than this to another label are ignored, since filters blur across the edge.
 const MARGIN_PX: u32 = 2;
-/// How far from the rim colours are taken on both sides, in metres.
+/// Distance from the boundary at which colours are taken on both sides, in metres.
 const RIM_OFFSET_M: f64 = 0.003;
 
-/// A pair and what is known about its target.
+/// A pair, with what is known about its target.
 #[derive(Debug, Clone)]
 pub struct Bench {
     pair: Arc<Pair>,
-    /// Of the target.
+    /// Layout of the target.
     layout: LayoutSpots,
-    /// `[texels]` what of the target the pair's links reach.
+    /// `[texels]`, whether the pair's links reach a texel of the target.
     carried: Vec<bool>,
     areas: Areas,
 }
 
-/// Parts of a body, in its layout.
+/// Areas of a body, in its layout.
 #[derive(Debug, Clone)]
 struct Areas {
     cheeks: Vec<bool>,
@@ -37,83 +37,85 @@ struct Areas {
     feet: Vec<bool>,
 }
 
-/// A result and all that it is judged by. Textures are in the target's layout, at the bench's size.
+/// A result and everything it is judged by. Textures are in the target's layout, at the bench's
+/// size.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
-    /// What the carried face truly shows, by [`Bench::carry`]; `None` for faces of which that is unknown.
+    /// True labels of the carried face, from [`Bench::carry`]; `None` if unknown.
     pub face: Option<&'a Labels>,
-    /// What the body truly shows; `None` for bodies that are all skin where no face is carried.
+    /// True labels of the body; `None` if it is all skin outside the carried face.
     pub body: Option<&'a Labels>,
-    /// The body before.
+    /// The body before the transfer.
     pub base: &'a Texture,
-    /// The face laid over it without any blending.
+    /// The face laid over it without blending.
     pub paste: &'a Texture,
-    /// What is judged.
+    /// The texture that is judged.
     pub result: &'a Texture,
-    /// The region that was transferred, cut along its rim.
+    /// The transferred region, cut along its boundary.
     pub region: &'a CutMesh,
 }
 
-/// Differences of many texels.
+/// Statistics of the differences over many texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shift {
     /// The median.
     pub median: f64,
     /// The mean.
     pub mean: f64,
-    /// What 95 % are below.
+    /// The 95th percentile.
     pub p95: f64,
 }
 
-/// What [`Bench::measure`] finds; differences are CIEDE2000, and `None` where there is nothing to look at.
+/// Results of [`Bench::measure`]; differences are CIEDE2000, `None` where no texel qualifies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Between the mean colours of cheeks and chest in the result.
+    /// Between the mean colours of cheeks and chest, in the result.
     pub cheek_to_chest: Option<f64>,
-    /// The same in the body as it was.
+    /// The same in the body before the transfer.
     pub own_cheek_to_chest: Option<f64>,
     /// Hair in the result against the plain paste.
     pub hair: Option<Shift>,
-    /// The same of brows and lips.
+    /// The same for brows.
     pub brow: Option<Shift>,
-    /// The same of eyes.
+    /// The same for eyes.
     pub eye: Option<Shift>,
-    /// The same of teeth and the mouth's inside.
+    /// The same for teeth and the inside of the mouth.
     pub mouth: Option<Shift>,
-    /// Cloth outside of what is carried, in the result against the body.
+    /// Cloth outside the carried area, in the result against the body.
     pub cloth: Option<Shift>,
-    /// Skin outside of what is carried, in the result against the body: what a tone changes.
+    /// Skin outside the carried area, in the result against the body: the effect of a tone.
     pub skin: Option<Shift>,
-    /// Hands against what they would be with the gains of the chest.
+    /// Hands in the result against the body's hands with the chest's gains applied.
     pub hands: Option<f64>,
-    /// The same of feet.
+    /// The same for feet.
     pub feet: Option<f64>,
-    /// Share of carried skin with a channel at its top that is not there in the plain paste.
+    /// Share of carried skin texels with a channel at its maximum that is below it in the plain
+    /// paste.
     pub clipped_high: Option<f64>,
     /// The same for channels at 0.
     pub clipped_low: Option<f64>,
-    /// The same for channels within ten levels of the top: washed out, though no texel need be clipped.
+    /// The same for channels within ten levels of the maximum: washed out, even if not clipped.
     pub washed_out: Option<f64>,
-    /// Median step across the region's rim.
+    /// Median step across the region's boundary.
     pub rim: Option<f64>,
-    /// The same in the body as it was.
+    /// The same in the body before the transfer.
     pub own_rim: Option<f64>,
 }
 
-/// How well labels agree with the truth.
+/// Agreement of labels with the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
-    /// Texels that are cloth in both, of those that are in either; `None` if neither has any.
+    /// Intersection over union of cloth; `None` if neither has any.
     pub cloth_iou: Option<f64>,
-    /// Share of true skin that is labelled as cloth or as [`Label::Other`].
+    /// Share of true skin that is labelled as cloth or [`Label::Other`].
     pub lost_skin: f64,
 }
 
 impl Bench {
-    /// Prepares a pair whose target has these landmarks.
+    /// Prepares a pair whose target has the landmarks of `frame`.
     ///
     /// # Panics
-    /// If the pair carries nothing.
+    /// If the pair links nothing.
     pub fn new(pair: Arc<Pair>, frame: &BodyFrame, size: Size) -> Self {
         let layout = LayoutSpots::new(pair.target(), size);
         let mask = nearest(&pair, size, size).mask();
@@ -122,12 +124,12 @@ impl Bench {
         Self { pair, layout, carried, areas }
     }
 
-    /// The layout of the target.
+    /// Layout of the target.
     pub fn layout(&self) -> &LayoutSpots {
         &self.layout
     }
 
-    /// A face's labels in the target's layout; [`Label::Other`] where nothing is carried.
+    /// A face's labels, carried to the target's layout; [`Label::Other`] where nothing is carried.
     pub fn carry(&self, face: &Labels) -> Labels {
         let size = self.layout.size();
         let graft = nearest(&self.pair, face.size, size);
@@ -135,7 +137,7 @@ impl Bench {
         let blank = blank.expect("a size that the layout has");
         let carried = graft.apply(face.texture(), blank).expect("textures of these sizes");
         let mut labels = Labels::from_texture(&carried);
-        // The gutter is nobody's.
+        // The gutter belongs to no label.
         for (label, &is_carried) in labels.of_texels.iter_mut().zip(&self.carried) {
             if !is_carried {
                 *label = Label::Other;
@@ -144,7 +146,9 @@ impl Bench {
         labels
     }
 
-    /// Measures a result.
+    /// Measures a result: differences over the texels of one label, away from its edges, between
+    /// the result and the plain paste inside the carried area, and between the result and the body
+    /// outside.
     ///
     /// # Panics
     /// If a texture is not of the bench's size.
@@ -157,7 +161,7 @@ impl Bench {
         let is = |labels: Option<&Labels>, at: usize, label: Label| {
             labels.is_none_or(|labels| labels.of_texels[at] == label)
         };
-        // Of the face within the region, of the body beside it.
+        // Labels come from the face within the region, and from the body outside.
         let shows_skin =
             |at: usize| is(if self.carried[at] { case.face } else { case.body }, at, Label::Skin);
         let own_skin = |at: usize| is(case.body, at, Label::Skin);
@@ -171,7 +175,7 @@ impl Bench {
             Shift::of((0..count).filter(|&at| chosen(at)).map(|at| delta_e(a[at], b[at])).collect())
         };
         let carried_shift = |label: Label| {
-            // Mouths are a few texels wide in bodies' layouts.
+            // Mouths are only a few texels wide in body layouts.
             let margin = if label == Label::Mouth { 0 } else { MARGIN_PX };
             let inside = case.face?.well_inside(label, margin);
             shift(&result, &paste, &|at| inside[at])
@@ -215,7 +219,8 @@ impl Bench {
         }
     }
 
-    /// How far the mean of an area is from what the chest's gains in linear light would make of it.
+    /// Difference of an area's mean colour from the prediction by the chest's gains in linear
+    /// light.
     fn follows(
         &self,
         base: &[Color],
@@ -271,7 +276,7 @@ fn nearest(pair: &Arc<Pair>, from: Size, to: Size) -> Graft {
     graft.expect("sizes that textures have")
 }
 
-/// Red, green and blue of all texels; the first channel where there is one alone.
+/// Red, green and blue of all texels; the first channel in place of each if there is no colour.
 fn texels(texture: &Texture) -> impl Iterator<Item = Color> + '_ {
     let Size { width, height } = texture.size();
     let channels = if texture.channels().has_color() { [0, 1, 2] } else { [0; 3] };
@@ -290,7 +295,7 @@ impl Shift {
     }
 }
 
-/// Labels that were found, in the classes and at the size of the truth.
+/// Labels found by the library, in the classes and at the size of the truth.
 pub fn labels_like(truth: &Labels, found: &uvgraft::Labels) -> Labels {
     let (to, from) = (truth.size, found.size());
     let at = |index: usize| {
@@ -316,7 +321,7 @@ pub fn labels_like(truth: &Labels, found: &uvgraft::Labels) -> Labels {
     Labels { size: to, of_texels: (0..to.texels()).map(at).collect() }
 }
 
-/// How well predicted labels agree with the truth.
+/// Agreement of predicted labels with the truth.
 ///
 /// # Panics
 /// If they differ in size.
@@ -339,7 +344,7 @@ pub fn agreement(predicted: &Labels, truth: &Labels) -> Agreement {
 }
 
 impl Figures {
-    /// The heads of the columns that [`Figures`] prints.
+    /// Column headings for the `Display` output of [`Figures`].
     pub const HEAD: &str = "cheek-chest(own)   hair med/mean   brow    eye  mouth  cloth95   skin  hands   feet  \
                             clip255%   clip0%  washed%    rim(own)";
 }

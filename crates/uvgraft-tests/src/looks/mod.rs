@@ -1,8 +1,8 @@
-//! A bench for how faces look on bodies: painted faces and bodies whose every texel is known to be skin, hair,
-//! cloth and so on, and measures of what a transfer makes of them.
+//! A bench for the appearance of faces on bodies: painted faces and bodies with a known label
+//! (skin, hair, cloth and so on) for every texel, and measures of what a transfer makes of them.
 //!
-//! Everything is painted by place on the mesh, in a frame of landmarks that is handed in. What is true comes from
-//! the painters alone, never from the code that is judged.
+//! Colours and labels are functions of the position on the mesh, relative to given landmarks. The
+//! truth comes from the painters alone, never from the code under test.
 
 pub mod bodies;
 pub mod face_look;
@@ -31,7 +31,7 @@ pub use skin::{Color, Dye, SkinTone, ramped, recolored};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(u8)]
 pub enum Label {
-    /// Outside the layout, glasses, the inside of eye sockets: nothing that is judged.
+    /// Not judged: texels outside the layout, glasses, the inside of the eye sockets.
     #[default]
     Other,
     /// Skin, stubble included.
@@ -51,7 +51,7 @@ pub enum Label {
 }
 
 impl Label {
-    /// All of them, in the order of their numbers.
+    /// All labels, in ascending order of their values.
     pub const ALL: [Self; 8] = [
         Self::Other,
         Self::Skin,
@@ -67,26 +67,26 @@ impl Label {
 /// A label for each texel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
-    /// Of the texture that they describe.
+    /// Size of the labelled texture.
     pub size: Size,
-    /// `[height * width]`, row by row.
+    /// `[height * width]`, row-major.
     pub of_texels: Vec<Label>,
 }
 
 impl Labels {
-    /// How many texels have a label.
+    /// Number of texels with a label.
     pub fn count(&self, label: Label) -> usize {
         self.of_texels.iter().filter(|&&found| found == label).count()
     }
 
-    /// As 8-bit data: the labels' numbers.
+    /// As an 8-bit data texture of the labels' values.
     pub fn texture(&self) -> Texture {
         let values = self.of_texels.iter().map(|&label| label as u8).collect();
         Texture::new(self.size, Channels::Grey, Encoding::Data, Texels::U8(values))
             .expect("as many values as texels")
     }
 
-    /// From what [`Labels::texture`] makes; unknown numbers are [`Label::Other`].
+    /// The inverse of [`Labels::texture`]; unknown values become [`Label::Other`].
     pub fn from_texture(texture: &Texture) -> Self {
         let label = |value: f32| {
             let number = (value * 255.0).round() as usize;
@@ -99,8 +99,8 @@ impl Labels {
         Self { size, of_texels }
     }
 
-    /// The texels of a label that are at least `margin` texels away from any other label, along rows and columns
-    /// and diagonally.
+    /// The texels of a label without any other label within `margin` texels, along rows, columns
+    /// and diagonals (erosion by a square).
     pub fn well_inside(&self, label: Label, margin: u32) -> Vec<bool> {
         let (width, height) = (self.size.width as i32, self.size.height as i32);
         let margin = margin as i32;
@@ -122,11 +122,11 @@ impl Labels {
     }
 }
 
-/// A texture and what its texels truly are.
+/// A texture and the true labels of its texels.
 #[derive(Debug, Clone)]
 pub struct Painted {
     /// 8-bit sRGB.
     pub texture: Texture,
-    /// What was painted.
+    /// The labels that were painted.
     pub truth: Labels,
 }

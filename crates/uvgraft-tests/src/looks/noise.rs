@@ -1,24 +1,11 @@
-//! Repeatable noise and the curves that painters shape things with.
+//! Repeatable noise, and the curves that define the painters' shapes.
 
-/// A place in centimetres.
+use uvgraft::easing::{mix, smoothstep};
+
+/// A point, in centimetres.
 pub(super) type Point = [f32; 3];
 
-/// From 0 at `from` to 1 at `to`, smoothly; `from` may be the larger one.
-pub(super) fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
-/// 1 at 0, and falling off within about `width`.
-pub(super) fn bell(x: f32, width: f32) -> f32 {
-    (-(x / width) * (x / width)).exp()
-}
-
-pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
-}
-
-/// Linear between knots, constant beyond.
+/// Piecewise linear between knots, constant beyond.
 pub(super) fn curve(knots: &[(f32, f32)], x: f32) -> f32 {
     let after = knots.partition_point(|knot| knot.0 <= x);
     match (after.checked_sub(1).map(|k| knots[k]), knots.get(after)) {
@@ -40,7 +27,7 @@ fn lattice(x: i32, y: i32, z: i32, seed: u32) -> f32 {
     ((bits ^ bits >> 13) >> 8) as f32 / 8_388_608.0 - 1.0
 }
 
-/// Smooth noise in `-1.0..1.0` with features about 1 apart.
+/// Smooth value noise in `-1.0..1.0`, on a lattice of spacing 1.
 pub(super) fn noise(p: Point, seed: u32) -> f32 {
     let whole = p.map(f32::floor);
     let t = [0, 1, 2].map(|k| smoothstep(0.0, 1.0, p[k] - whole[k]));
@@ -50,7 +37,7 @@ pub(super) fn noise(p: Point, seed: u32) -> f32 {
     mix(plane(z), plane(z + 1), t[2])
 }
 
-/// Three octaves of [`noise`], the largest features about `scale` apart; about `-1.0..1.0`.
+/// Three octaves of [`noise`], the coarsest with spacing `scale`; roughly in `-1.0..1.0`.
 pub(super) fn fractal(p: Point, scale: f32, seed: u32) -> f32 {
     let mut q = p.map(|value| value / scale);
     let (mut sum, mut weight) = (0.0, 0.57);

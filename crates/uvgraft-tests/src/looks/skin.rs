@@ -1,12 +1,13 @@
-//! What faces and bodies have in common: skin, cloth, and other light.
+//! Shared by faces and bodies: skin, cloth, and relighting.
 
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::easing::{bell, mix, smoothstep};
 use uvgraft::{Channels, Encoding, Texels, Texture};
 
-use super::noise::{Point, bell, fractal, mix, noise, smoothstep};
+use super::noise::{Point, fractal, noise};
 use super::{LayoutSpots, Painted};
 
-/// sRGB unless something else is said, 1.0 for full.
+/// sRGB unless stated otherwise; 1.0 is full intensity.
 pub type Color = [f32; 3];
 
 /// A complexion: the mean sRGB colour of skin in even light.
@@ -30,25 +31,25 @@ impl SkinTone {
     pub const DARK: Self = Self([0.40, 0.265, 0.195]);
     /// Nearly black.
     pub const VERY_DARK: Self = Self([0.245, 0.165, 0.13]);
-    /// Of somebody who never was.
+    /// A fictional complexion.
     pub const BLUE: Self = Self([0.30, 0.46, 0.72]);
-    /// A capture without colours.
+    /// A greyscale capture.
     pub const GREY: Self = Self([0.62, 0.62, 0.62]);
 
     pub(super) fn is_grey(self) -> bool {
         self.0[0] == self.0[1] && self.0[1] == self.0[2]
     }
 
-    /// Linear light of skin at a place: tone over centimetres, blotches, pores.
+    /// Linear light of skin at a point: tone over centimetres, blotches, pores.
     ///
-    /// - `flush`: how much blood there is below the mean (negative) or above.
+    /// - `flush`: blood supply relative to the mean, negative for less.
     pub(super) fn at(self, p: Point, flush: f32, seed: u32) -> Color {
         let tone = fractal(p, 4.5, seed + 21);
         let blotches = fractal(p, 1.1, seed + 31);
         let pores = noise(p.map(|value| value * 6.0), seed + 41);
         let light = 1.0 + 0.06 * tone + 0.05 * blotches + 0.05 * pores;
         let flush = flush + 0.22 * tone + 0.16 * blotches;
-        // Blood takes green and blue away; there is less of it to be seen in dark skin.
+        // Blood absorbs green and blue; less of it shows in dark skin.
         let depth = 0.6 + 0.4 * self.0[0];
         let gain = [1.0 + 0.05 * flush, 1.0 - 0.30 * flush * depth, 1.0 - 0.26 * flush * depth];
         let gain = if self.is_grey() { [1.0 - 0.12 * flush; 3] } else { gain };
@@ -68,16 +69,16 @@ pub(super) fn blend(a: Color, b: Color, share: f32) -> Color {
     [0, 1, 2].map(|k| mix(a[k], b[k], share))
 }
 
-/// How cloth is dyed.
+/// The colours of a cloth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dye {
     /// One colour.
     Plain(Color),
-    /// Two, in stripes of a centimetre.
+    /// Two colours, in stripes of a centimetre.
     Striped(Color, Color),
 }
 
-/// Linear light of cloth: weave, folds, wear.
+/// Linear light of cloth, with weave, folds and wear.
 pub(super) fn cloth(dye: Dye, p: Point, normal: [f32; 3], seed: u32) -> Color {
     let around = p[0].atan2(p[2] + 9.0) * 9.0;
     let color = match dye {
@@ -97,17 +98,18 @@ pub(super) fn cloth(dye: Dye, p: Point, normal: [f32; 3], seed: u32) -> Color {
     scaled(color, light.max(0.1))
 }
 
-/// The same picture with its light multiplied: a capture with another white balance or exposure.
+/// The same texture with its linear light multiplied: a capture with another white balance or
+/// exposure.
 ///
-/// - `gain`: of linear red, green and blue.
+/// - `gain`: factors of linear red, green and blue.
 pub fn recolored(painted: &Painted, gain: Color) -> Painted {
     multiplied(painted, |_| gain)
 }
 
-/// The same picture in a light that grows along a direction.
+/// The same texture in light that increases along a direction.
 ///
-/// - `stops`: how many times it doubles from one side of the layout's mesh to the other.
-/// - `direction`: of the growing light, in the mesh's axes.
+/// - `stops`: change of exposure from one side of the layout's mesh to the other.
+/// - `direction`: direction of increasing light, in the mesh's axes.
 pub fn ramped(painted: &Painted, layout: &LayoutSpots, direction: [f32; 3], stops: f32) -> Painted {
     let along = |p: [f32; 3]| (0..3).map(|k| p[k] * direction[k]).sum::<f32>();
     let values = || layout.spots().iter().flatten().map(|spot| along(spot.position));
@@ -138,7 +140,7 @@ fn multiplied(painted: &Painted, gain: impl Fn(usize) -> Color) -> Painted {
     Painted { texture, truth: painted.truth.clone() }
 }
 
-/// Single hairs on skin, such as on arms: coverage from 0 to 1.
+/// Coverage of sparse hairs on skin, such as on arms, from 0 to 1.
 pub(super) fn sparse_hairs(p: Point, along: [f32; 2], density: f32, seed: u32) -> f32 {
     let curl = 0.5 * noise(p.map(|value| value * 0.6), seed);
     let strand = noise([along[0] * 7.0 + curl * 6.0, along[1] * 1.1 + curl, 0.0], seed + 1);

@@ -1,4 +1,4 @@
-//! Faces and bodies to be looked at: painted ones, and real ones where there are some.
+//! Faces and bodies to test with: painted ones, and real ones where available.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,24 +11,24 @@ use super::measure::{Bench, Case, Figures};
 use super::{BodyFrame, BodyLook, FaceLook, HeadFrame, Labels, LayoutSpots, frame};
 use crate::real;
 
-/// The size of faces that are painted.
+/// Size of painted faces.
 pub const FACE: Size = Size::square(512);
-/// The size of bodies.
+/// Size of bodies.
 pub const BODY: Size = Size::square(1024);
 
-/// A face, or a body, with what it truly shows where that is known.
+/// A face or a body, with its true labels if known.
 pub struct Subject {
-    /// Its name.
+    /// Name in tables.
     pub name: String,
     /// Its texture.
     pub texture: Texture,
-    /// What it truly shows, where it was painted.
+    /// True labels, if it was painted.
     pub truth: Option<Labels>,
-    /// Of faces: which pair carries them.
+    /// For faces, the index of the pair that carries them.
     pub pair: usize,
 }
 
-/// Pairs, landmarks, faces and bodies: real ones where there are some.
+/// Pairs, landmarks, faces and bodies; real ones where available.
 pub fn subjects() -> (Vec<Arc<Pair>>, BodyFrame, Vec<Subject>, Vec<Subject>) {
     let folder = real::folder();
     let (mut pairs, frame, head) = match real::flame_to_smplx() {
@@ -72,7 +72,7 @@ fn subject(name: &str, texture: Texture) -> Subject {
     Subject { name: name.to_owned(), texture, truth: None, pair: 0 }
 }
 
-/// FLAME with HiFi3D's layout: the same triangles in the same order, other UVs.
+/// FLAME with HiFi3D's layout: the same triangles in the same order, but other UVs.
 fn hifi3d_pair(folder: &Path) -> Arc<Pair> {
     let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
     let ids = uvgraft_io::vertex_map::read(&folder.join("smplx_flame_vertex_ids.npy"));
@@ -84,18 +84,18 @@ fn hifi3d_pair(folder: &Path) -> Arc<Pair> {
     Arc::new(pair.expect("a head that is part of the body"))
 }
 
-/// What a transfer makes of a body.
+/// A transfer of a face to a body.
 #[derive(Debug)]
 pub struct Outcome {
-    /// The face laid over without any blending.
+    /// The face laid over without blending.
     pub paste: Texture,
-    /// The face blended.
+    /// The face blended in.
     pub result: Texture,
-    /// What that is like.
+    /// Measurements of the blended result.
     pub figures: Figures,
 }
 
-/// The transfer as users get it, and what it is like.
+/// Runs the transfer as users do, and measures it.
 pub fn transfer(
     pair: &Arc<Pair>,
     bench: &Bench,
@@ -114,7 +114,7 @@ pub fn transfer(
     let overlay =
         graft.overlay(&face.texture, body.texture.format()).expect("a texture of that size");
     let overlay = match &toning {
-        Some(toning) => overlay.toned(toning).expect("found for it"),
+        Some(toning) => overlay.with_tone(toning).expect("found for it"),
         None => overlay,
     };
     let result = overlay.lay(0, body.texture.clone()).expect("a base of that size");

@@ -1,4 +1,4 @@
-//! Of painters and measures: figures that are known beforehand.
+//! Tests of painters and measures against values known in advance.
 
 use std::sync::Arc;
 
@@ -73,7 +73,7 @@ fn gained(color: Color, gain: f32) -> Color {
 }
 
 #[test]
-fn faces_have_all_that_they_are_said_to_have() {
+fn faces_show_the_features_of_their_look() {
     let figure = Figure::new();
     let layout = LayoutSpots::new(&figure.head, FACE);
     for look in FaceLook::all() {
@@ -93,7 +93,7 @@ fn faces_have_all_that_they_are_said_to_have() {
 }
 
 #[test]
-fn bodies_are_paler_on_the_chest_and_wear_what_they_wear() {
+fn bodies_are_paler_on_the_chest_and_wear_their_clothes() {
     let stage = Stage::new(&FaceLook::all()[0], &BodyLook::all()[0]);
     let figure = Figure::new();
     for look in BodyLook::all() {
@@ -103,7 +103,7 @@ fn bodies_are_paler_on_the_chest_and_wear_what_they_wear() {
         let clothing = look.clothing;
         let is_dressed = clothing.shirt.is_some() || clothing.trousers.is_some();
         let cloth = painted.truth.count(Label::Cloth);
-        // Shoes are cloth, too.
+        // Shoes are labelled as cloth, too.
         assert_eq!(cloth > BODY.texels() / 15, is_dressed, "{name}: {cloth}");
         let figures = stage.bench.measure(&Case {
             face: Some(&painted.truth),
@@ -120,7 +120,7 @@ fn bodies_are_paler_on_the_chest_and_wear_what_they_wear() {
 }
 
 #[test]
-fn what_is_unchanged_has_not_shifted() {
+fn unchanged_textures_show_no_shift() {
     let stage = Stage::new(&FaceLook::all()[0], &BodyLook::all()[1]);
     let same = stage.measured(&stage.body.texture, &stage.paste);
     for shift in [same.hair, same.brow, same.eye, same.cloth, same.skin] {
@@ -132,7 +132,7 @@ fn what_is_unchanged_has_not_shifted() {
     assert!(same.rim > same.own_rim, "{:?} {:?}", same.rim, same.own_rim);
 }
 
-/// Light that is halved everywhere: hands follow the chest, and hair has shifted by as much as its colour.
+/// With all light halved, hands follow the chest, and hair shifts by its own colour difference.
 #[test]
 fn a_known_gain_is_measured() {
     let stage = Stage::new(&FaceLook::all()[0], &BodyLook::all()[1]);
@@ -151,7 +151,7 @@ fn a_known_gain_is_measured() {
     let found = figures.hair.expect("hair").median;
     assert!((found - wanted[wanted.len() / 2]).abs() < 0.05, "{found}");
     assert!(figures.hands.expect("hands") < 0.5, "{:?}", figures.hands);
-    // Were the hands left as they are, that would be seen.
+    // Hands left unchanged would be noticed.
     let frame = BodyFrame::FIGURE;
     let is_hand = |at: usize| {
         stage.bench.layout().spots()[at].is_some_and(|spot| {
@@ -176,7 +176,7 @@ fn clipped_texels_are_counted() {
     let found = figures.clipped_high.expect("skin");
     assert!((found - 0.25).abs() < 0.02, "{found}");
     assert_eq!(figures.clipped_low, Some(0.0));
-    // A shoulder that keeps colours below the top does not keep them from washing out.
+    // A soft clip below the maximum does not keep colours from washing out.
     let pale = [250.0 / 255.0; 3];
     let result = mapped(&stage.paste, |at, color| if burnt.contains(&at) { pale } else { color });
     let figures = stage.measured(&stage.body.texture, &result);
@@ -186,7 +186,7 @@ fn clipped_texels_are_counted() {
 }
 
 #[test]
-fn labels_agree_as_far_as_they_do() {
+fn agreement_of_labels_by_hand() {
     let labels = |of: &[Label]| Labels { size: Size::new(6, 1), of_texels: of.to_vec() };
     use Label::{Cloth, Hair, Other, Skin};
     let truth = labels(&[Cloth, Cloth, Cloth, Skin, Skin, Hair]);
@@ -204,13 +204,13 @@ fn labels_survive_textures_and_erosion_takes_their_edges() {
     let labels = Labels { size: Size::square(7), of_texels };
     assert_eq!(Labels::from_texture(&labels.texture()), labels);
     let inside = labels.well_inside(Label::Skin, 1);
-    // One texel at the border and those around the hair are gone: 25 - 9.
+    // The texels along the border and those around the hair are eroded: 25 - 9.
     assert_eq!(inside.iter().filter(|&&inside| inside).count(), 16);
     assert_eq!(labels.well_inside(Label::Hair, 0).iter().filter(|&&inside| inside).count(), 1);
 }
 
 #[test]
-fn light_is_multiplied_as_it_is_said() {
+fn recolouring_and_ramps_multiply_light() {
     let figure = Figure::new();
     let layout = LayoutSpots::new(&figure.head, FACE);
     let painted =

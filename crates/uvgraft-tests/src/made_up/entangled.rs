@@ -1,4 +1,4 @@
-//! Components of expression that are random mixes of known movements.
+//! Expression components that are random mixtures of known movements.
 
 use fastrand::Rng;
 use glam::Vec3;
@@ -7,28 +7,29 @@ use uvgraft::anatomy::Anatomy;
 
 use super::Truth;
 
-/// How truths become components.
+/// How known movements are mixed into components.
 #[derive(Debug, Clone)]
 pub struct Entanglement {
-    /// Another seed mixes otherwise.
+    /// Seed of the mixture.
     pub seed: u64,
-    /// How many components there are.
+    /// Number of components.
     pub components: usize,
-    /// Noise of each component at each vertex, in the mesh's unit.
+    /// Standard deviation of each component's noise at each vertex, in the mesh's unit.
     pub noise: f32,
-    /// Movements whose names begin so are left out.
+    /// Movements whose names start with one of these are left out.
     pub without: Vec<&'static str>,
 }
 
 impl Default for Entanglement {
-    /// A hundred components with a hundredth of a millimetre of noise, which can do everything.
+    /// A hundred components, which span all movements, with a hundredth of a millimetre of noise.
     fn default() -> Self {
         Self { seed: 1, components: 100, noise: 1e-5, without: Vec::new() }
     }
 }
 
 impl Entanglement {
-    /// The components: a random rotation of the truths and of smooth bumps that fill up their number.
+    /// The components: a random rotation of the movements, padded with smooth bumps to the full
+    /// number.
     pub(super) fn components(
         &self,
         mesh: &Mesh,
@@ -62,7 +63,7 @@ impl Entanglement {
     }
 }
 
-/// A few bumps of a millimetre somewhere on the head.
+/// A few random bumps of about a millimetre on the head.
 fn bumps(mesh: &Mesh, anatomy: &Anatomy, rng: &mut Rng) -> Vec<[f32; 3]> {
     let frame = anatomy.frame();
     let unit = frame.unit as f32;
@@ -83,7 +84,7 @@ fn bumps(mesh: &Mesh, anatomy: &Anatomy, rng: &mut Rng) -> Vec<[f32; 3]> {
     mesh.positions().iter().map(at).collect()
 }
 
-/// Orthonormal rows of as many columns, by Gram and Schmidt; with fewer rows than columns, a part of a rotation.
+/// Random orthonormal rows by Gram-Schmidt; with fewer rows than columns, part of a rotation.
 fn rotation(rows: usize, columns: usize, rng: &mut Rng) -> Vec<Vec<f64>> {
     let mut done: Vec<Vec<f64>> = Vec::with_capacity(rows);
     for _ in 0..rows {
@@ -99,7 +100,7 @@ fn rotation(rows: usize, columns: usize, rng: &mut Rng) -> Vec<Vec<f64>> {
     done
 }
 
-/// A normally distributed number (Box and Muller).
+/// A normally distributed number (Box-Muller).
 fn normal(rng: &mut Rng) -> f64 {
     let radius = (-2.0 * (1.0 - rng.f64()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.f64()).cos()

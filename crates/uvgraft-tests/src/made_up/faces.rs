@@ -1,21 +1,22 @@
-//! What a face can truly do: smooth movements, each by formula.
+//! The true movements of a face: smooth, each given by a formula.
 //!
-//! Places are in the head's coordinates: 1 is the distance between the eyes' centres, some 64 mm.
+//! Positions are in the head's coordinates: 1 is the distance between the eyes' centres, about 64
+//! mm.
 
 use glam::{Quat, Vec3};
 use uvgraft::Mesh;
 use uvgraft::anatomy::{Anatomy, Landmark};
 
-/// A movement that has a name.
+/// A named movement.
 #[derive(Debug, Clone)]
 pub struct Truth {
-    /// What it does.
+    /// Its name.
     pub name: &'static str,
-    /// How far it takes each vertex, in the mesh's unit.
+    /// Offset of each vertex, in the mesh's unit.
     pub offsets: Vec<[f32; 3]>,
 }
 
-/// A face's places, in the head's coordinates.
+/// Landmarks of a face, in the head's coordinates.
 struct Face {
     mouth: Vec3,
     corner: Vec3,
@@ -24,10 +25,11 @@ struct Face {
     eye_radius: f32,
 }
 
-/// What a movement does at a place of the skin, and how much that is the upper lip's.
-type Movement = fn(&Face, Vec3, f32) -> Vec3;
+/// The offset of a skin point, given its position and its side of the lips: from 1 at the base of
+/// the nose to -1 at the chin (see `lips::upper`).
+type BlendBasis = fn(&Face, Vec3, f32) -> Vec3;
 
-const MOVEMENTS: [(&str, Movement); 20] = [
+const MOVEMENTS: [(&str, BlendBasis); 20] = [
     ("blink left", |face, p, _| lids(face, p, 1.0, 1.0)),
     ("blink right", |face, p, _| lids(face, p, -1.0, 1.0)),
     ("squint", |face, p, _| lids(face, p, 1.0, 0.3) + lids(face, p, -1.0, 0.3)),
@@ -65,7 +67,7 @@ const MOVEMENTS: [(&str, Movement); 20] = [
     }),
 ];
 
-/// All that the face of a mesh can do.
+/// All movements of a mesh's face.
 pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     let frame = anatomy.frame();
     let local = |place: [f64; 3]| Vec3::from(frame.local(place).map(|value| value as f32));
@@ -81,7 +83,7 @@ pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     let axes = frame.axes.map(|axis| Vec3::from(axis.map(|value| value as f32)));
     let upper = super::lips::upper(mesh, anatomy);
     let eyeballs = super::joints::eyeballs(mesh, anatomy);
-    let offset = |movement: Movement, vertex: usize| {
+    let offset = |movement: BlendBasis, vertex: usize| {
         if eyeballs[vertex].is_some() {
             return [0.0; 3];
         }
@@ -96,7 +98,8 @@ pub(super) fn truths(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Truth> {
     MOVEMENTS.into_iter().map(truth).collect()
 }
 
-/// Half of eyeballs' width: the median distance of what is near the eyes' centres and moves not with the skin.
+/// Radius of an eyeball: the median distance from the left eye's centre to the eye area's vertices
+/// around it.
 fn eye_radius(mesh: &Mesh, anatomy: &Anatomy) -> f32 {
     let eyes = anatomy.area(uvgraft::anatomy::Area::Eyes);
     let center = anatomy.point(Landmark::LeftEye).expect("an eye").map(|value| value as f32);
@@ -118,9 +121,10 @@ fn smooth(from: f32, to: f32, at: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Lids turn about the eye's centre until they meet, `share` 1; negative opens them.
+/// Rotates the lids of an eye about its centre until they meet, at `share` 1; negative values open
+/// them.
 fn lids(face: &Face, p: Vec3, side: f32, share: f32) -> Vec3 {
-    /// Where margins are in the middle of the eye, and how far skin follows beyond, in degrees.
+    /// Angle of the lid margins at the centre of the eye, and of the falloff beyond, in degrees.
     const MARGIN: f32 = 20.0;
     const BEYOND: f32 = 25.0;
     let q = p - Vec3::new(0.5 * side, 0.0, 0.0);
@@ -128,7 +132,7 @@ fn lids(face: &Face, p: Vec3, side: f32, share: f32) -> Vec3 {
     if distance > 1.9 || q.z < 0.0 {
         return Vec3::ZERO;
     }
-    // Inner corners are nearer to the middle of the eye than outer ones.
+    // The inner corner is closer to the centre of the eye than the outer one.
     let across = (q.x * side / q.length()).asin().to_degrees() - 5.0;
     let open = (1.0 - (across / 52.0).powi(2)).max(0.0).sqrt();
     let elevation = q.y.atan2(q.z).to_degrees();
@@ -138,26 +142,27 @@ fn lids(face: &Face, p: Vec3, side: f32, share: f32) -> Vec3 {
     let beyond = (elevation - margin) * outwards;
     let follows = smooth(BEYOND, 0.0, beyond) * smooth(1.9, 1.3, distance);
     let turn = (meet - margin) * follows * share;
-    // Lids slide a little forward over the cornea.
+    // Lids slide slightly forward over the cornea.
     let turned = Quat::from_rotation_x(-turn.to_radians()) * q;
     turned * (1.0 + 0.04 * follows * share.max(0.0)) - q
 }
 
-/// A corner of the mouth goes somewhere, `by` as on the left.
+/// Moves a corner of the mouth; `by` is given for the left one.
 fn corner(face: &Face, p: Vec3, side: f32, by: Vec3) -> Vec3 {
     let at = Vec3::new(side * face.corner.x, face.corner.y, face.corner.z);
     Vec3::new(side * by.x, by.y, by.z) * blob(p - at, 0.24)
 }
 
-/// How much a lip moves where `its` is above 0. Both are still at the corners.
-fn lip(face: &Face, p: Vec3, its: f32) -> f32 {
+/// Weight of a lip's movement, where `side` is above 0 on that lip. It vanishes at the corners.
+fn lip(face: &Face, p: Vec3, side: f32) -> f32 {
     let q = p - face.mouth;
-    let is_its = smooth(-0.02, 0.02, its);
+    let on_side = smooth(-0.02, 0.02, side);
     let across = (1.0 - (q.x / face.corner.x).powi(2)).max(0.0);
-    is_its * across * (-q.y * q.y / 0.05 - (q.z / 0.5).powi(2)).exp()
+    on_side * across * (-q.y * q.y / 0.05 - (q.z / 0.5).powi(2)).exp()
 }
 
-/// Brows move up by `by` around a distance from the midline, on one side or, with 0, on both.
+/// Moves the brows up by `by` around a distance from the midline, on one side or, if `side` is 0,
+/// on both.
 fn brow(face: &Face, p: Vec3, out: f32, by: f32, side: f32) -> Vec3 {
     let on = if side == 0.0 { 1.0 } else { smooth(-0.1, 0.1, side * p.x) };
     let q = Vec3::new(p.x.abs() - out, 0.7 * (p.y - face.brow.y), 0.3 * (p.z - face.brow.z));

@@ -1,11 +1,11 @@
-//! Joints of made-up models, and how vertices follow them.
+//! Joints of synthetic models, and the vertices' weights for them.
 
 use glam::Vec3;
 use uvgraft::Mesh;
 use uvgraft::anatomy::{Anatomy, Landmark};
 use uvgraft_avatar::body::BodyKind;
 
-/// Joints, weights `[V, J]` and the regressor `[J, V]`, row by row.
+/// Joints, weights `[V, J]` and regressor `[J, V]`, row-major.
 pub(super) struct Rig {
     pub places: Vec<Vec3>,
     pub parents: Vec<Option<usize>>,
@@ -13,8 +13,9 @@ pub(super) struct Rig {
     pub regressor: Vec<f32>,
 }
 
-/// Where SMPL-X's joints are in its template, in centimetres, by slices through it: the body's 22, and a hand's
-/// 15 (index, middle, pinky, ring, thumb). The left side; the right one mirrors it.
+/// Positions of SMPL-X's joints in its template, in centimetres, from slices through it: the body's
+/// 22, and a hand's 15 (index, middle, pinky, ring, thumb). Left side only; the right one mirrors
+/// it.
 const CENTER: [(usize, [f32; 3]); 6] = [
     (0, [0.0, -36.0, 1.0]),
     (3, [0.0, -24.0, -1.0]),
@@ -51,7 +52,7 @@ const LEFT_FINGERS: [[f32; 3]; 15] = [
     [77.0, 0.5, -0.5],
 ];
 
-/// Joints of a kind on its template, weights by distance from bones.
+/// Joints of a kind on its template, with weights by distance from the bones.
 pub(super) fn rig(kind: BodyKind, mesh: &Mesh, anatomy: &Anatomy) -> Rig {
     let (places, parents) = match kind {
         BodyKind::Flame => flame(anatomy),
@@ -102,7 +103,8 @@ fn flame(anatomy: &Anatomy) -> (Vec<Vec3>, Vec<Option<usize>>) {
     (places, vec![None, Some(0), Some(1), Some(1), Some(1)])
 }
 
-/// The jaw turns about a line through its hinges, a little before and below the ears' openings.
+/// Jaw, left and right eye. The jaw rotates about its hinges, slightly in front of and below the
+/// ear openings.
 fn jaw_and_eyes(anatomy: &Anatomy) -> [Vec3; 3] {
     let eye = |landmark| point(anatomy, landmark);
     [world(anatomy, [0.0, -0.75, -0.95]), eye(Landmark::LeftEye), eye(Landmark::RightEye)]
@@ -117,6 +119,9 @@ fn world(anatomy: &Anatomy, local: [f64; 3]) -> Vec3 {
     Vec3::from(anatomy.frame().world(local).map(|value| value as f32))
 }
 
+/// Skinning weights: the inverse sixth power of the distance from each joint's bones, for the four
+/// nearest joints. Above the neck the skull takes over, and the jaw for lower lip and chin;
+/// eyeballs follow their own joints rigidly.
 fn weights(
     mesh: &Mesh,
     anatomy: &Anatomy,
@@ -144,7 +149,7 @@ fn weights(
             let ends =
                 if ends.is_empty() { vec![end(joint, start, parents, places)] } else { ends };
             let near = ends.iter().map(|&end| distance(place, start, end)).fold(9.0, f32::min);
-            // Far below a skull's size, so that only neighbours share.
+            // 3 mm is far below a skull's size, so that only adjacent bones share a vertex.
             row[joint] = (near + 0.003).powi(-6);
         }
         let mut order: Vec<usize> = (0..count).collect();
@@ -153,7 +158,7 @@ fn weights(
         let sum: f32 = row.iter().sum();
         row.iter_mut().for_each(|weight| *weight /= sum);
         let local = anatomy.frame().local(mesh.positions()[vertex].map(f64::from));
-        // What is above the neck follows the skull alone, and the chin the jaw.
+        // Above the neck, vertices follow the skull alone, and those of the chin the jaw.
         let skull = ramp(-2.5, -1.8, local[1] - 0.5 * local[2].clamp(-1.5, 0.0))
             * ramp(1.9, 1.4, local[0].abs());
         let skull = skull as f32;
@@ -171,16 +176,17 @@ fn ramp(from: f64, to: f64, at: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// How much of what follows the skull follows the jaw instead: lower lip and chin, up to the line of the lips.
+/// Share of the jaw in the weights of the head: lower lip and chin, up to the line between the
+/// lips.
 fn jaw_share([x, y, z]: [f64; 3], upper: f64) -> f64 {
-    // At the corners lips stretch; between them they part.
+    // Lips stretch at the corners and part between them.
     let width = 0.02 + 0.5 * ramp(0.25, 0.6, x.abs());
     let line = ramp(width, -width, upper);
     let front = ramp(-1.6, -0.5, z) * ramp(-2.1, -1.5, y);
     line * front
 }
 
-/// For each vertex the eyeball that it is part of, 0 for the left one.
+/// For each vertex, the eyeball it is part of, if any; 0 is the left one.
 pub(super) fn eyeballs(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Option<usize>> {
     let centers = [Landmark::LeftEye, Landmark::RightEye].map(|eye| point(anatomy, eye));
     let radius = 0.26 * anatomy.frame().unit as f32;
@@ -201,10 +207,10 @@ pub(super) fn eyeballs(mesh: &Mesh, anatomy: &Anatomy) -> Vec<Option<usize>> {
     roots.iter().map(|root| inside[root].iter().position(|&inside| inside)).collect()
 }
 
-/// Where the bone of a joint without children ends: as far beyond it as a short bone is long.
+/// Where the bone of a leaf joint ends: a short extension away from the parent.
 fn end(joint: usize, start: Vec3, parents: &[Option<usize>], places: &[Vec3]) -> Vec3 {
     let from = parents[joint].map_or(start - Vec3::Y, |parent| places[parent]);
-    // A head goes up, not on along the neck.
+    // The head's bone points up rather than along the neck.
     let (along, length) =
         if joint == 15 || places.len() == 5 { (Vec3::Y, 0.15) } else { (start - from, 0.03) };
     start + along.normalize_or_zero() * length
@@ -216,7 +222,7 @@ fn distance(place: Vec3, start: Vec3, end: Vec3) -> f32 {
     place.distance(start + along * t)
 }
 
-/// Parts of near vertices that sum to 1 and make a place: those of the least squares.
+/// Weights of nearby vertices that sum to 1 and reproduce a point: the least-squares solution.
 fn between(mesh: &Mesh, place: Vec3) -> Vec<f32> {
     const NEAR: usize = 48;
     let positions = mesh.positions();
@@ -226,7 +232,7 @@ fn between(mesh: &Mesh, place: Vec3) -> Vec<f32> {
         from(a).total_cmp(&from(b)).then(a.cmp(&b))
     });
     order.truncate(NEAR);
-    // Parts 1/n + d·g of offsets d from the mean, where the sum of d dᵀ times g is what the mean lacks.
+    // Weights 1/n + d·g with the offsets d from the mean, where (Σ d dᵀ) g = place - mean.
     let mean = order.iter().map(|&at| Vec3::from(positions[at])).sum::<Vec3>() / NEAR as f32;
     let mut spread = glam::Mat3::from_diagonal(Vec3::splat(1e-9));
     for &at in &order {
@@ -241,7 +247,7 @@ fn between(mesh: &Mesh, place: Vec3) -> Vec<f32> {
     parts
 }
 
-/// Ten smooth components of shape: size, stoutness, legs, arms, and waves along the body.
+/// Ten smooth shape components: size, stoutness, legs, arms, and waves along the body.
 pub(super) fn shapes(mesh: &Mesh) -> Vec<Vec<[f32; 3]>> {
     let wave = |component: usize, [x, y, z]: [f32; 3]| match component {
         0 => [0.03 * x, 0.03 * y, 0.03 * z],

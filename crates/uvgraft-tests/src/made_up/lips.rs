@@ -1,4 +1,4 @@
-//! Which lip is which, along the surface.
+//! Distinguishes the lips by distance along the surface.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,8 +7,9 @@ use glam::Vec3;
 use uvgraft::Mesh;
 use uvgraft::anatomy::{Anatomy, Landmark};
 
-/// For each vertex from 1, next to the base of the nose, over 0, as near to the chin along edges, to -1, on the
-/// chin. Lips that touch are far apart along the surface, so its sign tells them from each other.
+/// For each vertex, from 1 at the base of the nose through 0, where the chin is equally near along
+/// edges, to -1 at the chin. Lips that touch are far apart along the surface, so the sign
+/// distinguishes them.
 pub(super) fn upper(mesh: &Mesh, anatomy: &Anatomy) -> Vec<f32> {
     let positions: Vec<Vec3> = mesh.positions().iter().map(|&place| place.into()).collect();
     let mut neighbours = vec![Vec::new(); positions.len()];
@@ -28,7 +29,7 @@ pub(super) fn upper(mesh: &Mesh, anatomy: &Anatomy) -> Vec<f32> {
     nose.into_iter().zip(chin).map(side).collect()
 }
 
-/// Along edges from the vertex that is nearest to a place (Dijkstra).
+/// Distances along edges from the vertex nearest to a point (Dijkstra).
 fn distances(positions: &[Vec3], neighbours: &[Vec<usize>], from: Vec3) -> Vec<f32> {
     let nearer = |&a: &usize, &b: &usize| {
         positions[a].distance_squared(from).total_cmp(&positions[b].distance_squared(from))
@@ -36,7 +37,7 @@ fn distances(positions: &[Vec3], neighbours: &[Vec<usize>], from: Vec3) -> Vec<f
     let start = (0..positions.len()).min_by(nearer).expect("a vertex");
     let mut distances = vec![f32::INFINITY; positions.len()];
     distances[start] = 0.0;
-    // Positive floats are ordered as their bits are.
+    // Non-negative floats sort like their bit patterns.
     let mut queue = BinaryHeap::from([Reverse((0_u32, start))]);
     while let Some(Reverse((bits, vertex))) = queue.pop() {
         for &next in &neighbours[vertex] {

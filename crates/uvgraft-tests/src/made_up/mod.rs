@@ -1,9 +1,9 @@
-//! Body models made up on real templates: SMPL-X and FLAME by their keys and sizes, with joints, weights
-//! and expressions of our own, so that what an expression truly does is known.
+//! Synthetic body models on real templates: SMPL-X and FLAME in keys and sizes, with our own
+//! joints, weights and expressions, so that the true effect of every expression is known.
 //!
-//! Real models may not be passed on. What is made here has their meshes, which the data folder has, and
-//! components of expression that are a random rotation of known, smooth ones: as entangled as those that
-//! are learnt, and just as able.
+//! Real models may not be redistributed. These use their meshes, which are in the data folder, and
+//! expression components that are a random rotation of known, smooth ones: as entangled as learnt
+//! components, and as expressive.
 
 mod entangled;
 mod faces;
@@ -20,21 +20,21 @@ use uvgraft_io::arrays::{NamedArrays, NumericArray};
 
 use crate::real;
 
-/// A made-up model.
+/// A synthetic model.
 #[derive(Debug, Clone)]
 pub struct MadeUp {
-    /// What its file would hold.
+    /// The arrays of its model file.
     pub arrays: NamedArrays,
-    /// Its mesh, with the layout of the data folder.
+    /// Its mesh, with the layout from the data folder.
     pub mesh: Mesh,
-    /// What its components of expression were mixed from.
+    /// The movements that its expression components were mixed from.
     pub truths: Vec<Truth>,
 }
 
 /// SMPL-X on its template; `None`, with a message, without real data.
 ///
 /// # Panics
-/// If the folder does not hold the files that it should.
+/// If a file in the folder is missing or invalid.
 pub fn smplx(entanglement: &Entanglement) -> Option<MadeUp> {
     let path = real::folder()?.join("smplx_addon.obj");
     Some(model(BodyKind::SmplX, uvgraft_io::obj::read(&path).expect("a sound mesh"), entanglement))
@@ -43,13 +43,13 @@ pub fn smplx(entanglement: &Entanglement) -> Option<MadeUp> {
 /// FLAME on its template; `None`, with a message, without real data.
 ///
 /// # Panics
-/// If the folder does not hold the files that it should.
+/// If a file in the folder is missing or invalid.
 pub fn flame(entanglement: &Entanglement) -> Option<MadeUp> {
     let path = real::folder()?.join("flame_head_template.obj");
     Some(model(BodyKind::Flame, uvgraft_io::obj::read(&path).expect("a sound mesh"), entanglement))
 }
 
-/// A model of a kind with a face.
+/// A model of a kind that has a face.
 fn model(kind: BodyKind, mesh: Mesh, entanglement: &Entanglement) -> MadeUp {
     let anatomy = Anatomy::find(&mesh).expect("a template that shows a face");
     let vertices = mesh.positions().len();
@@ -81,7 +81,7 @@ fn model(kind: BodyKind, mesh: Mesh, entanglement: &Entanglement) -> MadeUp {
     MadeUp { arrays, mesh, truths }
 }
 
-/// Offsets of all vertices, component by component, as the columns of a table.
+/// Vertex offsets of all components, as the columns of a matrix.
 fn in_columns(components: &[Vec<[f32; 3]>]) -> Vec<f32> {
     let coordinates = components.first().map_or(0, |component| component.len() * 3);
     let row = |at: usize| components.iter().map(move |component| component[at / 3][at % 3]);

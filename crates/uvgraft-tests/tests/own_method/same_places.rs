@@ -1,13 +1,14 @@
-//! Triangles at the same three places: a method for meshes of one shape whose vertices have other numbers.
+//! Triangles at the same three positions: a method for meshes of one shape with different vertex
+//! indices.
 
 use std::collections::HashMap;
 
 use uvgraft::{Mesh, Pair, PairError, Piece};
 
-/// The three corners of a triangle, whichever comes first.
+/// The positions of a triangle's corners.
 type Places = [[u32; 3]; 3];
 
-/// Links each triangle of the target to the first of the source whose corners are where its own are.
+/// Links each target triangle to the first source triangle with corners at the same positions.
 pub fn pair(source: Mesh, target: Mesh) -> Result<Pair, PairError> {
     let mut known: HashMap<Places, u32> = HashMap::new();
     for face in 0..source.faces().len() {

@@ -3,29 +3,29 @@
 use glam::DVec3;
 
 use super::landmarks::Face;
-use super::points::Points;
 use crate::directions::direction;
 use crate::easing::smoothstep_f64;
 
-/// A mesh that ends higher below the eyes, in distances between them, is no whole body.
-const LEAST_HEIGHT: f64 = 8.0;
-/// Lengths as shares of the height of a body.
+/// A whole body extends at least this far below the eyes, in distances between them.
+const MIN_HEIGHT: f64 = 8.0;
+/// Length of a hand and height of the ankle, as fractions of the body's height.
 const HAND: f64 = 0.103;
 const ANKLE: f64 = 0.043;
 
-/// Values of hands and of feet at every point.
-pub(super) fn extremities(points: &Points, face: &Face) -> [Vec<f32>; 2] {
+/// Each point's weights for hands and for feet.
+pub(super) fn extremities(face: &Face) -> [Vec<f32>; 2] {
     let at = &face.local.positions;
     let nothing = vec![0.0; at.len()];
-    if face.bottom > -LEAST_HEIGHT {
+    if face.bottom > -MIN_HEIGHT {
         return [nothing.clone(), nothing];
     }
     let height = face.crown.y - face.bottom;
-    let hands = hands(points, face, height).unwrap_or_else(|| nothing.clone());
+    let hands = hands(face, height).unwrap_or_else(|| nothing.clone());
     [hands, feet(at, face, height).unwrap_or(nothing)]
 }
 
-fn hands(_points: &Points, face: &Face, height: f64) -> Option<Vec<f32>> {
+/// Weights of the points beyond the wrist of each arm, within a cylinder around the hand's axis.
+fn hands(face: &Face, height: f64) -> Option<Vec<f32>> {
     let at = &face.local.positions;
     let mut values = vec![0.0; at.len()];
     let mut is_any = false;
@@ -44,7 +44,7 @@ fn hands(_points: &Points, face: &Face, height: f64) -> Option<Vec<f32>> {
     is_any.then_some(values)
 }
 
-/// The last part of an arm.
+/// The end of an arm, from the wrist to the finger tips.
 struct Arm {
     tip: DVec3,
     /// From the forearm to the tip.
@@ -54,9 +54,13 @@ struct Arm {
 }
 
 impl Arm {
-    /// `None` where no hand is wider than the wrist before it.
+    /// Finds the hand on one side of the body. `None` if it is not wider than the wrist.
+    ///
+    /// The tip is the body's farthest point to the side and a little downwards; the axis runs
+    /// from the forearm's centroid to the hand's. The wrist is the narrowest slice at 6 to 16 %
+    /// of the body's height from the tip.
     fn new(at: &[DVec3], side: f64, face: &Face, height: f64) -> Option<Self> {
-        // Outwards and a little downwards: finger tips in a T-pose as in an A-pose.
+        // Outwards and a little downwards, which finds the finger tips in T-pose and A-pose alike.
         let out = direction(DVec3::new(side, -0.25, 0.0))?;
         let is_arm = |p: &&DVec3| p.y < face.jaw_bottom.y && p.y > face.bottom + 0.25 * height;
         let tip = *at.iter().filter(is_arm).max_by(|a, b| a.dot(out).total_cmp(&b.dot(out)))?;
@@ -84,12 +88,14 @@ impl Arm {
         if widths[wrist] > 0.85 * palm.fold(0.0, f64::max) || widths[wrist] <= 0.0 {
             return None;
         }
-        // Forearms may be as thin as the wrist for long: hands have a usual length.
+        // Forearms may be as thin as the wrist over a long stretch, so limit hands to a usual
+        // length.
         let length = (wrist as f64 + 0.5) * 0.01 * height;
         Some(Self { tip, towards, length: length.clamp(0.9 * HAND * height, 1.12 * HAND * height) })
     }
 
-    /// The largest distance from the axis within each hundredth of the body's height from the tip.
+    /// The radius around its centroid of each slice from the tip; slices are 1 % of the body's
+    /// height.
     fn widths(at: &[DVec3], tip: DVec3, towards: DVec3, height: f64) -> [f64; 20] {
         let mut slices: [Vec<DVec3>; 20] = Default::default();
         for &p in at {
@@ -107,14 +113,15 @@ impl Arm {
             });
             widths.fold(0.0, f64::max)
         });
-        // Coarse arms have slices with points on one side only: neighbours fill in for them.
+        // Slices of coarse arms may have points on one side only, so take the maximum with both
+        // neighbours.
         std::array::from_fn(|k| {
             own[k.saturating_sub(1)..(k + 2).min(20)].iter().copied().fold(0.0, f64::max)
         })
     }
 }
 
-/// What is below the ankles, where two legs end.
+/// Weights of the points below the ankles; `None` unless the mesh ends in two separate legs.
 fn feet(at: &[DVec3], face: &Face, height: f64) -> Option<Vec<f32>> {
     let low = |p: &&DVec3| p.y < face.bottom + 0.1 * height;
     let (mut left, mut right, mut middle) = (0, 0, 0);

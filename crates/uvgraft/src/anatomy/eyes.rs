@@ -1,11 +1,11 @@
-//! Eyeballs: pairs of components that are spheres, or caps of spheres, of the same size.
+//! Eyeballs: pairs of components that are spheres, or caps of spheres, of equal size.
 
 use glam::DVec3;
 use nalgebra::{Matrix4, Vector4};
 
 use super::points::Points;
 
-/// A sphere through points.
+/// A fitted sphere.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sphere {
     pub center: DVec3,
@@ -18,9 +18,10 @@ pub(super) struct EyePair {
     pub spheres: [Sphere; 2],
 }
 
-/// Least-squares fit of a sphere, summed up point by point.
+/// Least-squares fit of a sphere, accumulated point by point.
 ///
-/// `|p|² = 2 c·p + k` is linear in the centre `c` and in `k = r² - |c|²` (Coope 1993).
+/// `|p|² = 2 c·p + k` is linear in the centre `c` and in `k = r² - |c|²` (Coope 1993), so
+/// one 4×4 system of normal equations replaces an iterative fit.
 #[derive(Clone)]
 pub(super) struct SphereFit {
     origin: DVec3,
@@ -30,7 +31,7 @@ pub(super) struct SphereFit {
 }
 
 impl SphereFit {
-    /// `origin` is near the points, for the sake of rounding.
+    /// - `origin`: a point near the sphere, to keep rounding errors small.
     pub fn new(origin: DVec3) -> Self {
         Self { origin, matrix: Matrix4::zeros(), right: Vector4::zeros(), count: 0 }
     }
@@ -53,7 +54,7 @@ impl SphereFit {
     }
 }
 
-/// The pairs of components that may be eyes, the most plausible first; few.
+/// Up to 8 pairs of components that may be eyes, most plausible first.
 pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
     let spheres = spheres(points);
     let mut pairs = Vec::new();
@@ -64,7 +65,8 @@ pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
             let unlike = (a.0.radius - b.0.radius).abs() / radius;
             let counts = f64::from(a.1.min(b.1)) / f64::from(a.1.max(b.1));
             if unlike < 0.12 && counts > 0.6 && (2.0..9.0).contains(&ratio) {
-                // Real eyes are five radii apart, large ones less; outer shells (corneas) come first.
+                // Real eyes are five radii apart, larger ones less. Outer shells (corneas) come
+                // first.
                 let cost = unlike * 5.0 + (1.0 - counts) + (ratio / 4.5).ln().abs();
                 pairs.push((cost, EyePair { spheres: [a.0, b.0] }));
             }
@@ -75,9 +77,9 @@ pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
     pairs.into_iter().map(|(_, pair)| pair).collect()
 }
 
-/// Components that are spheres, with the number of their points.
+/// Components that are spheres, with their numbers of points; the 64 with the most points.
 fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
-    const MOST: usize = 64;
+    const MAX: usize = 64;
     let mut fits: Vec<Option<SphereFit>> = vec![None; points.component_count];
     for (&position, &component) in points.positions.iter().zip(&points.component) {
         fits[component as usize].get_or_insert_with(|| SphereFit::new(position)).add(position);
@@ -88,7 +90,8 @@ fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
         .map(|fit| fit.as_ref().filter(|fit| fit.count >= 12)?.sphere())
         .map(|sphere| sphere.filter(|sphere| (0.002..0.2).contains(&(sphere.radius / diagonal))))
         .collect();
-    // The sums of squared deviations, of outward directions and how far that goes around.
+    // Sums of squared relative deviations, and of outward directions: short if points are all
+    // around.
     let mut deviation = vec![(0.0, DVec3::ZERO); points.component_count];
     for (&position, &component) in points.positions.iter().zip(&points.component) {
         if let Some(sphere) = spheres[component as usize] {
@@ -104,12 +107,12 @@ fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
         let (Some(sphere), Some(fit)) = (sphere, fit) else { continue };
         let count = f64::from(fit.count);
         let (error, lopsided) = ((squares / count).sqrt(), sum.length() / count);
-        // A cap of less than 50 degrees is too flat to have a reliable centre.
+        // A cap of less than 50 degrees is too flat for a reliable centre.
         if error < 0.08 && lopsided < 0.85 {
             found.push((error, sphere, fit.count));
         }
     }
     found.sort_by(|a, b| b.2.cmp(&a.2).then(a.0.total_cmp(&b.0)));
-    found.truncate(MOST);
+    found.truncate(MAX);
     found.into_iter().map(|(_, sphere, count)| (sphere, count)).collect()
 }

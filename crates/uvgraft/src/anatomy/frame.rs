@@ -2,8 +2,9 @@ use glam::{DMat3, DVec3};
 
 use crate::directions::direction;
 
-/// The coordinates of a head: origin halfway between the centres of the eyes, x to the person's left, y up,
-/// z where the face looks; the unit is the distance between the centres of the eyes.
+/// The coordinate frame of a head: origin halfway between the centres of the eyes, x to the
+/// person's left, y up, z forward, in the direction the face looks. The unit is the
+/// distance between the centres of the eyes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadFrame {
     /// The origin in the mesh's space.
@@ -23,7 +24,7 @@ impl HeadFrame {
         Some(Self { origin: origin.to_array(), axes, unit })
     }
 
-    /// A position of the mesh's space in the head's coordinates.
+    /// Transforms a position from the mesh's space to the head's coordinates.
     pub fn local(&self, position: [f64; 3]) -> [f64; 3] {
         self.to_local(position.into()).to_array()
     }
@@ -32,14 +33,14 @@ impl HeadFrame {
         self.local_direction(position - DVec3::from(self.origin)) / self.unit
     }
 
-    /// A position of the head's coordinates in the mesh's space.
+    /// Transforms a position from the head's coordinates to the mesh's space.
     pub fn world(&self, local: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = self.axes.map(DVec3::from);
         let [left, up, forward] = local.map(|value| value * self.unit);
         (DVec3::from(self.origin) + x * left + y * up + z * forward).to_array()
     }
 
-    /// A direction of the mesh's space along the head's axes.
+    /// Rotates a direction from the mesh's space to the head's axes.
     pub(super) fn local_direction(&self, direction: DVec3) -> DVec3 {
         DMat3::from_cols_array_2d(&self.axes).transpose_mul_vec3(direction)
     }

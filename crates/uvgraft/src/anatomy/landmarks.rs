@@ -1,4 +1,8 @@
 //! Landmarks of the face, from the profile on the midline and the outline of the head.
+//!
+//! Each landmark is an extremum of the depth map within a range of heights relative to
+//! landmarks found before. Thresholds are in distances between the eyes; where an extremum
+//! is missing, the proportions of an average face are used instead.
 
 use glam::DVec3;
 
@@ -7,7 +11,7 @@ use super::points::Points;
 use super::relief::{Local, Relief};
 use super::search::Eyes;
 
-/// Places and sizes that areas are measured by, in the head's coordinates.
+/// Landmarks and sizes that areas are defined by, in the head's coordinates.
 pub(super) struct Face {
     pub local: Local,
     pub eyes: Eyes,
@@ -21,20 +25,22 @@ pub(super) struct Face {
     pub jaw_bottom: DVec3,
     pub brow: DVec3,
     pub crown: DVec3,
-    /// Left and right.
+    /// The outermost points of the left and right ear.
     pub ears: [Option<DVec3>; 2],
-    /// Whether each component is the skin or has the place and size of an ear.
+    /// Whether each component is the skin, or has the position and size of an ear.
     pub may_be_ear: Vec<bool>,
     /// Half the width of the head in front of the ears.
     pub half_width: f64,
     /// Half its width above the ears.
     pub upper_half_width: f64,
     pub neck_base: Option<DVec3>,
-    /// The mesh's lowest point.
+    /// The height of the mesh's lowest point.
     pub bottom: f64,
 }
 
 impl Face {
+    /// Finds the landmarks from the nose downwards, then brow, crown, ears and neck; each search is
+    /// bounded by the landmarks found before.
     pub fn new(points: &Points, frame: &HeadFrame, eyes: &Eyes, relief: &Relief) -> Self {
         let local = Local {
             positions: points.positions.iter().map(|&at| frame.to_local(at)).collect(),
@@ -62,7 +68,7 @@ impl Face {
         let brow = foremost(relief, [0.18, 0.5]).unwrap_or(DVec3::new(0.0, 0.35, nose_tip.z - 0.3));
         let crown = crown(&skin);
         let upper_half_width = widest(&skin, [0.3, 0.8], [-2.2, -0.5]).max(0.7);
-        // In front of any ear.
+        // Depths in front of the ears only.
         let half_width = widest(&skin, [-0.5, 0.9], [-0.75, 0.1]).max(0.7);
         let may_be_ear = may_be_ear(&local.positions, points, eyes.skin);
         let ears = ears(&local.positions, points, &may_be_ear, half_width);
@@ -114,7 +120,8 @@ fn foremost(relief: &Relief, heights: [f64; 2]) -> Option<DVec3> {
     Some(DVec3::new(0.0, best[0], best[1]))
 }
 
-/// How deep the notch of the lips is in a column, and at which height.
+/// The deepest notch of a column, such as that between the lips: its depth below the lower
+/// of its two sides, and its height.
 fn notch(relief: &Relief, x: f64, heights: [f64; 2]) -> Option<(f64, f64)> {
     const REACH: usize = 9;
     let column = relief.column(x, heights);
@@ -122,7 +129,7 @@ fn notch(relief: &Relief, x: f64, heights: [f64; 2]) -> Option<(f64, f64)> {
     for middle in 2..column.len().saturating_sub(2) {
         let depth = column[middle][1];
         let peak = |range: std::ops::Range<usize>| {
-            column[range].iter().map(|place| place[1]).fold(f64::NEG_INFINITY, f64::max)
+            column[range].iter().map(|point| point[1]).fold(f64::NEG_INFINITY, f64::max)
         };
         let below = peak(middle.saturating_sub(REACH)..middle);
         let above = peak(middle + 1..column.len().min(middle + 1 + REACH));
@@ -134,21 +141,21 @@ fn notch(relief: &Relief, x: f64, heights: [f64; 2]) -> Option<(f64, f64)> {
     best
 }
 
-/// The notch between nose and chin, whose lips stand before it on either side.
+/// The deepest notch between nose and chin, which lies between the lips.
 fn mouth(relief: &Relief, nose_tip: DVec3) -> DVec3 {
     let heights = [nose_tip.y - 0.85, nose_tip.y - 0.28];
-    // A column beside the middle may show the gap of lips that touch at one place only.
+    // Columns off the midline may show the gap between lips that touch only at the centre.
     let found = [0.0, 0.06, 0.12].map(|x| notch(relief, x, heights));
     let best = found.into_iter().flatten().reduce(|a, b| if b.0 > a.0 * 1.5 { b } else { a });
     let y = best.filter(|best| best.0 > 0.004).map_or(nose_tip.y - 0.5, |best| best.1);
     let around = relief.column(0.0, [y - 0.06, y + 0.06]);
-    let lowest = around.iter().map(|place| place[1]).fold(f64::INFINITY, f64::min);
-    let highest = around.iter().map(|place| place[1]).fold(f64::NEG_INFINITY, f64::max);
+    let lowest = around.iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
+    let highest = around.iter().map(|point| point[1]).fold(f64::NEG_INFINITY, f64::max);
     let depth = if highest.is_finite() { lowest.max(highest - 0.12) } else { nose_tip.z - 0.25 };
     DVec3::new(0.0, y, depth)
 }
 
-/// Where the profile is furthest behind the line from the tip of the nose to the upper lip.
+/// The point of the profile farthest behind the line from the tip of the nose to the upper lip.
 fn nose_base(relief: &Relief, tip: DVec3, mouth: DVec3) -> DVec3 {
     let lip = foremost(relief, [mouth.y + 0.03, mouth.y + 0.2]).unwrap_or(mouth);
     let column = relief.column(0.0, [lip.y, tip.y - 0.04]);
@@ -161,7 +168,7 @@ fn nose_base(relief: &Relief, tip: DVec3, mouth: DVec3) -> DVec3 {
     DVec3::new(0.0, y, depth)
 }
 
-/// Walks outwards along the notch of the lips until there is none.
+/// Follows the notch between the lips outwards until it ends.
 fn mouth_corner(relief: &Relief, mouth: DVec3) -> DVec3 {
     let mut corner = mouth;
     let mut misses = 0;
@@ -180,7 +187,7 @@ fn mouth_corner(relief: &Relief, mouth: DVec3) -> DVec3 {
             break;
         }
     }
-    // Lips are rarely narrower or wider than this; a line that was lost early says little.
+    // Lips are rarely narrower or wider; a corner outside this range means that the notch was lost.
     if !(0.25..0.75).contains(&corner.x) {
         let x = corner.x.clamp(0.38, 0.6);
         corner = DVec3::new(x, mouth.y, relief.both(x, mouth.y).unwrap_or(mouth.z));
@@ -188,43 +195,44 @@ fn mouth_corner(relief: &Relief, mouth: DVec3) -> DVec3 {
     corner
 }
 
-/// The foremost point below the fold under the lower lip, measured along a line that leans back as chins do.
+/// The foremost point below the fold under the lower lip, relative to a line that slopes
+/// back as chins do.
 fn chin(relief: &Relief, mouth: DVec3) -> DVec3 {
     let column = relief.column(0.0, [mouth.y - 1.0, mouth.y - 0.1]);
     let lean = |&[y, depth]: &[f64; 2]| depth + 0.25 * (mouth.y - y).max(0.0);
     let fold = column
         .iter()
-        .filter(|place| place[0] > mouth.y - 0.5)
+        .filter(|point| point[0] > mouth.y - 0.5)
         .min_by(|a, b| lean(a).total_cmp(&lean(b)))
-        .map_or(mouth.y - 0.3, |place| place[0]);
-    let below = column.iter().filter(|place| place[0] < fold - 0.04);
+        .map_or(mouth.y - 0.3, |point| point[0]);
+    let below = column.iter().filter(|point| point[0] < fold - 0.04);
     let best = below.max_by(|a, b| lean(a).total_cmp(&lean(b)));
     let [y, depth] = best.copied().unwrap_or([mouth.y - 0.55, mouth.z - 0.1]);
     DVec3::new(0.0, y, depth)
 }
 
-/// Where the profile has gone well behind the chin.
+/// The first point below the chin where the profile is well behind it.
 fn jaw_bottom(relief: &Relief, chin: DVec3) -> DVec3 {
     let column = relief.column(0.0, [chin.y - 0.7, chin.y]);
-    let behind = column.iter().rev().find(|place| place[1] < chin.z - 0.22);
+    let behind = column.iter().rev().find(|point| point[1] < chin.z - 0.22);
     let otherwise = DVec3::new(0.0, chin.y - 0.25, chin.z - 0.2);
     behind.map_or(otherwise, |&[y, depth]| DVec3::new(0.0, y, depth.max(chin.z - 0.4)))
 }
 
-/// The highest point near the midline, as far up as heads go.
+/// The highest point near the midline, within the height of a head.
 fn crown(skin: &[DVec3]) -> DVec3 {
     let near = |p: &&DVec3| p.x.abs() < 0.5 && (0.6..3.2).contains(&p.y) && p.z > -3.5;
     let best = skin.iter().filter(near).max_by(|a, b| a.y.total_cmp(&b.y));
     best.map_or(DVec3::new(0.0, 1.8, -1.2), |p| p.with_x(0.0))
 }
 
-/// The largest distance from the midline within heights and depths.
+/// The largest distance from the midline within a range of heights and depths.
 fn widest(skin: &[DVec3], [low, high]: [f64; 2], [back, front]: [f64; 2]) -> f64 {
     let near = skin.iter().filter(|p| (low..high).contains(&p.y) && (back..front).contains(&p.z));
     near.map(|p| p.x.abs()).filter(|x| *x < 2.2).fold(0.0, f64::max)
 }
 
-/// Whether each component is the skin, or an ear by its place and size.
+/// Whether each component is the skin, or an ear by its position and size.
 fn may_be_ear(at: &[DVec3], points: &Points, skin: u32) -> Vec<bool> {
     let mut reach = vec![[f64::INFINITY, f64::NEG_INFINITY]; points.component_count];
     for (p, &component) in at.iter().zip(&points.component) {
@@ -262,7 +270,7 @@ fn neck_base(skin: &[DVec3], relief: &Relief, jaw_bottom: DVec3) -> Option<DVec3
     if y > jaw_bottom.y - 0.25 {
         return None;
     }
-    let depth = relief.column(0.0, [y - 0.04, y + 0.06]).first().map(|place| place[1]);
+    let depth = relief.column(0.0, [y - 0.04, y + 0.06]).first().map(|point| point[1]);
     let nearest = || {
         let near = skin.iter().filter(|p| p.x.abs() < 0.3 && (p.y - y).abs() < 0.3);
         near.map(|p| p.z).reduce(f64::max)

@@ -1,8 +1,9 @@
-//! Named points and areas of a human head, found by geometry alone.
+//! Landmarks and areas of a human head, detected from geometry alone.
 //!
-//! [`Anatomy::find`] takes a head, a bust or a whole body in any unit and orientation. It needs no vertex
-//! numbers and no data: eyeballs (or the symmetry of the mesh and the profile of a face) give a frame, a depth
-//! map of the face gives the landmarks, and areas are functions of position, normal and component in that frame.
+//! [`Anatomy::find`] takes a head, a bust or a whole body in any unit and orientation. It
+//! needs no vertex indices and no training data: eyeballs (or the mesh's symmetry and the
+//! profile of a face) give a coordinate frame, a depth map of the face gives the landmarks,
+//! and areas are functions of position, normal and component in that frame.
 
 mod areas;
 mod body;
@@ -25,7 +26,7 @@ use self::points::Points;
 use self::search::Head;
 use crate::mesh::Mesh;
 
-/// A point of the head. Left and right are the person's.
+/// A landmark of the head. Left and right are the person's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Landmark {
@@ -53,7 +54,8 @@ pub enum Landmark {
     LeftEar,
     /// Outermost point of the right ear.
     RightEar,
-    /// Front of the neck between the collar bones, or the neck's lowest point where the mesh ends above them.
+    /// Hollow of the neck between the collar bones, or the neck's lowest point if the mesh ends
+    /// above them.
     NeckBase,
 }
 
@@ -61,7 +63,7 @@ pub enum Landmark {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Area {
-    /// Plain skin beside the nose, above the line of beard and moustache.
+    /// Plain skin next to the nose, above the line of beard and moustache.
     Cheeks,
     /// Between brows and hairline.
     Forehead,
@@ -71,9 +73,9 @@ pub enum Area {
     Jaw,
     /// Both lips.
     Lips,
-    /// What lies behind the lips: cavity, teeth, tongue.
+    /// Everything behind the lips: cavity, teeth, tongue.
     MouthInterior,
-    /// Eyeballs and what is within the lids.
+    /// Eyeballs and the inside of the lids.
     Eyes,
     /// Lids and the skin around them.
     EyeSockets,
@@ -85,16 +87,16 @@ pub enum Area {
     Scalp,
     /// From the line of the jaw down to the collar bones.
     Neck,
-    /// Upper chest and front of the shoulders; meshes that go on below the neck have it.
+    /// Upper chest and front of the shoulders; only on meshes that extend below the neck.
     Chest,
-    /// From the wrists on; bodies only.
+    /// Hands, from the wrists; whole bodies only.
     Hands,
-    /// From the ankles on; bodies only.
+    /// Feet, from the ankles down; whole bodies only.
     Feet,
 }
 
 impl Area {
-    /// Every area, in the order of their declaration.
+    /// All areas, in order of declaration.
     pub const ALL: [Self; 15] = [
         Self::Cheeks,
         Self::Forehead,
@@ -114,30 +116,30 @@ impl Area {
     ];
 }
 
-/// Why no head was found.
+/// Why no head was detected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AnatomyError {
-    /// Too few distinct points, or all of them at one place.
+    /// Too few distinct points, or all of them coincide.
     #[error("a head must have at least {needed} distinct points that span a volume, got {found}")]
     TooCoarse {
-        /// How many there are.
+        /// Number of distinct points or non-degenerate triangles, whichever is less.
         found: usize,
-        /// How many there must be.
+        /// Least number required.
         needed: usize,
     },
-    /// There is neither a pair of eyeballs nor a plane that mirrors the mesh onto itself.
+    /// The mesh has neither a pair of eyeballs nor a symmetry plane.
     #[error(
         "mesh has neither a pair of eyeballs nor a symmetry plane: at best {:.0} % of it is \
          symmetric, must be at least {:.0} %", found * 100.0, needed * 100.0
     )]
     NoSymmetry {
-        /// The share of points that have a mirror image, `0.0..=1.0`.
+        /// Fraction of points that have a mirror image, `0.0..=1.0`.
         found: f64,
-        /// The least that is accepted.
+        /// Least fraction accepted.
         needed: f64,
     },
-    /// The mesh is symmetric, but its outline is nowhere that of a face.
+    /// The mesh is symmetric, but no part of its outline matches the profile of a face.
     #[error("mesh has no face: {reason}")]
     NoFace {
         /// What is missing.
@@ -145,7 +147,7 @@ pub enum AnatomyError {
     },
 }
 
-/// Landmarks and areas of the head of one mesh.
+/// The landmarks and areas of a mesh's head.
 #[derive(Debug, Clone)]
 pub struct Anatomy {
     frame: HeadFrame,
@@ -154,13 +156,13 @@ pub struct Anatomy {
 }
 
 impl Anatomy {
-    /// Finds the head of a mesh: of a head alone, a bust or a body, with or without eyeballs, hair and
-    /// clothes, in any unit and orientation. Vertices at the same position count as one.
+    /// Detects the head of a mesh: a head alone, a bust or a body, with or without eyeballs, hair
+    /// and clothes, in any unit and orientation. Vertices at the same position are merged.
     ///
-    /// The result depends on shape alone: not on the order of vertices, on UVs or on names of parts.
+    /// The result depends on shape alone, not on the order of vertices, UVs or names of parts.
     ///
     /// # Errors
-    /// [`AnatomyError`] if the mesh is too coarse or shows no face.
+    /// [`AnatomyError`] if the mesh is too coarse or no face is detected.
     pub fn find(mesh: &Mesh) -> Result<Self, AnatomyError> {
         let points = Points::new(mesh)?;
         let Head { frame, eyes, relief } = search::head(&points)?;
@@ -172,18 +174,18 @@ impl Anatomy {
         Ok(Self { frame, landmarks, areas })
     }
 
-    /// The head's own coordinates.
+    /// The head's coordinate frame.
     pub fn frame(&self) -> &HeadFrame {
         &self.frame
     }
 
-    /// Where a landmark is, in the mesh's space; `None` where the mesh does not show it.
+    /// The position of a landmark in the mesh's space; `None` if the mesh lacks it.
     pub fn point(&self, landmark: Landmark) -> Option<[f64; 3]> {
         self.landmarks[landmark as usize]
     }
 
-    /// `[vertices]` how far each vertex of the mesh belongs to an area, `0.0..=1.0`, soft at its edges. All
-    /// zero where the mesh lacks the area.
+    /// `[vertices]`: each vertex's weight for an area, `0.0..=1.0`, soft at the area's edges.
+    /// All zero if the mesh lacks the area.
     pub fn area(&self, area: Area) -> &[f32] {
         &self.areas[area as usize]
     }

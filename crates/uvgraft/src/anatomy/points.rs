@@ -1,4 +1,4 @@
-//! The mesh as distinct points: welded by position, with components and normals.
+//! The mesh as distinct points, welded by position, with connected components and normals.
 
 use glam::{DVec3, Vec3};
 
@@ -7,20 +7,20 @@ use crate::directions::direction;
 use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
 
-/// Fewer points show no face.
-const LEAST_POINTS: usize = 120;
+/// With fewer points or triangles, no face can be detected.
+const MIN_POINTS: usize = 120;
 
 /// Distinct positions of a mesh and the triangles between them.
 pub(super) struct Points {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
-    /// Unit normals, weighted by area; zero where triangles cancel.
+    /// Unit normals, weighted by area; zero where the triangles' normals cancel.
     pub normals: Vec<DVec3>,
-    /// The component of each point.
+    /// The connected component of each point.
     pub component: Vec<u32>,
     pub component_count: usize,
     of_vertex: Vec<u32>,
-    /// The bounding box's lowest and highest corner.
+    /// The lowest and highest corner of the bounding box.
     pub bounds: [DVec3; 2],
 }
 
@@ -30,8 +30,8 @@ impl Points {
         let used = mesh.faces().iter().map(|face| face.map(|vertex| of_vertex[vertex as usize]));
         let triangles: Vec<[u32; 3]> =
             used.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-        let too_coarse = |found| Err(AnatomyError::TooCoarse { found, needed: LEAST_POINTS });
-        if positions.len() < LEAST_POINTS || triangles.len() < LEAST_POINTS {
+        let too_coarse = |found| Err(AnatomyError::TooCoarse { found, needed: MIN_POINTS });
+        if positions.len() < MIN_POINTS || triangles.len() < MIN_POINTS {
             return too_coarse(positions.len().min(triangles.len()));
         }
         let (component, component_count) = components(positions.len(), &triangles);
@@ -40,7 +40,8 @@ impl Points {
         if !(diagonal.is_normal() && diagonal < 1e30) {
             return too_coarse(1);
         }
-        // Lengths near 1 keep squares and cubes within the range of floats.
+        // Reject meshes of extreme size that are so far from the origin that little precision is
+        // left.
         let center = bounds[0].midpoint(bounds[1]);
         let is_extreme = !(1e-6..1e9).contains(&diagonal);
         if is_extreme && center.length() > 1e6 * diagonal {
@@ -55,7 +56,7 @@ impl Points {
         self.bounds[1].distance(self.bounds[0])
     }
 
-    /// Values of points as values of the mesh's vertices.
+    /// Expands values of points to values of the mesh's vertices.
     pub fn to_vertices(&self, values: &[f32]) -> Vec<f32> {
         self.of_vertex.iter().map(|&point| values[point as usize]).collect()
     }
@@ -65,8 +66,8 @@ impl Points {
     }
 }
 
-/// The point of each vertex, and the points' positions. A hash table with linear probing over the bits of
-/// the coordinates.
+/// Merges vertices with the same position: returns the point of each vertex, and the points'
+/// positions. Uses a hash table with linear probing, keyed by the bits of the coordinates.
 fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     const EMPTY: u32 = u32::MAX;
     let vertices = mesh.positions();
@@ -74,7 +75,7 @@ fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     let mut table = vec![EMPTY; mask + 1];
     let mut first_vertex: Vec<u32> = Vec::with_capacity(vertices.len());
     let mut of_vertex = Vec::with_capacity(vertices.len());
-    // Adding 0.0 makes one zero of the two.
+    // Adding 0.0 turns -0.0 into 0.0.
     let key = |vertex: usize| vertices[vertex].map(|value| (value + 0.0).to_bits());
     for vertex in 0..vertices.len() {
         let bits = key(vertex);
@@ -95,7 +96,7 @@ fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     (of_vertex, first_vertex.iter().map(position).collect())
 }
 
-/// The component of each point, numbered from 0, and how many there are.
+/// The component of each point, numbered from 0 by first point, and the number of components.
 fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = DisjointSets::new(count as u32);
     for &[a, b, c] in triangles {

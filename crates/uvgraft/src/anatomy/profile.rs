@@ -1,13 +1,13 @@
-//! The outline of a mesh in a plane, and where on it the profile of a face is.
+//! Matches the profile of a face against a planar section of the mesh.
 
 use glam::DVec3;
 
 use super::points::Points;
 use crate::directions::perpendicular;
 
-/// Profile of an adult face on the midline: height and depth from the centre between the eyeballs, in
-/// distances between the eyes. Rounded facial proportions (sellion, pronasale, subnasale, stomion, pogonion
-/// and what is between them), hairline to chin.
+/// Profile of an adult face on the midline, from hairline to chin: height and depth relative to the
+/// centre between the eyeballs, in distances between the eyes. Rounded facial proportions (sellion,
+/// pronasale, subnasale, stomion, pogonion and points between them).
 const TEMPLATE: [[f64; 2]; 24] = [
     [1.2, 0.15],
     [1.0, 0.26],
@@ -34,24 +34,24 @@ const TEMPLATE: [[f64; 2]; 24] = [
     [-1.8, 0.25],
     [-1.95, -0.1],
 ];
-/// The tip of the nose in it.
+/// The tip of the nose in [`TEMPLATE`].
 const TIP: [f64; 2] = [-0.6, 0.74];
-/// A larger deviation says no more than this one.
+/// Deviations are clamped to this, so that single outliers don't dominate the mean.
 const LARGEST_DEVIATION: f64 = 0.5;
 
-/// Where a mesh cuts a plane: segments in the plane's own coordinates.
+/// The intersection of a mesh with a plane, as segments in the plane's coordinates.
 pub(super) struct Section {
     origin: DVec3,
     axes: [DVec3; 2],
     segments: Vec<[[f64; 2]; 2]>,
 }
 
-/// Where a face was found in a section.
+/// The position of a face in space, matched by its profile.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct FaceFit {
     /// Mean deviation from the profile of a face, in distances between the eyes.
     pub deviation: f64,
-    /// Halfway between the eyes.
+    /// The point halfway between the eyes.
     pub origin: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
@@ -59,11 +59,11 @@ pub(super) struct Found {
     pub unit: f64,
 }
 
-/// What it adds to the deviation of an orientation that the rest of the mesh speaks against: narrow or
-/// flat heads deviate by a tenth the right way up.
+/// Penalty on the deviation of orientations that the rest of the mesh contradicts. Narrow
+/// or flat heads deviate by a tenth even when upright.
 const UPSIDE_DOWN: f64 = 0.08;
 
-/// An orientation of a section: the direction of forward, and on which side of it up is.
+/// An orientation of a section: the angle of forward, and the side of it on which up is.
 #[derive(Debug, Clone, Copy)]
 struct Turn {
     angle: f64,
@@ -89,9 +89,9 @@ impl Turn {
     }
 }
 
-/// Where a face may be in a section: its eyes in coordinates of the turned section.
+/// A candidate for the face in a section: its eyes are in coordinates of the rotated section.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Guess {
     deviation: f64,
     turn: Turn,
     eyes: [f64; 2],
@@ -99,7 +99,8 @@ struct Place {
 }
 
 impl Section {
-    /// Cuts the triangles within `reach` of `origin` by the plane through it at right angles to `normal`.
+    /// Intersects the triangles within `reach` of `origin` with the plane through it normal to
+    /// `normal`.
     pub fn new(points: &Points, origin: DVec3, normal: DVec3, reach: f64) -> Self {
         let first = perpendicular(normal);
         let axes = [first, normal.cross(first)];
@@ -130,8 +131,9 @@ impl Section {
         Self { origin, axes, segments }
     }
 
-    /// The orientation in which the face is, its eyes being known.
-    pub fn around_eyes(&self, unit: f64) -> Found {
+    /// The best orientation of the face if the eyes are known: all angles in steps of 10
+    /// degrees, refined down to 0.02 degrees.
+    pub fn around_eyes(&self, unit: f64) -> FaceFit {
         let deviation = |turn: Turn| {
             let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 93);
             let unlikely = if self.is_upside_down(turn) { UPSIDE_DOWN } else { 0.0 };
@@ -144,7 +146,8 @@ impl Section {
         self.found(best.0, best.1, [0.0, 0.0], unit)
     }
 
-    /// Whether a section around eyes goes on above them far more than below: necks and bodies do, not skulls.
+    /// Whether the section extends far more above the eyes than below: a neck or body does, a
+    /// skull doesn't.
     fn is_upside_down(&self, turn: Turn) -> bool {
         let [up, _] = turn.up_and_forward();
         let heights = self.segments.iter().flatten().map(|[p, q]| p * up[0] + q * up[1]);
@@ -152,52 +155,56 @@ impl Section {
         high > 1.4 * -low
     }
 
-    /// Where the section of a head without eyes may have a face, the likeliest place first; few.
-    pub fn anywhere(&self) -> Vec<Found> {
-        const MOST: usize = 8;
+    /// Up to 8 candidates for the face if the eyes are unknown, likeliest first.
+    ///
+    /// Exhaustive search over orientations and scales, with the nose at each local maximum of the
+    /// outline, since the deviation has many local minima. The best candidates are then refined in
+    /// angle and scale.
+    pub fn anywhere(&self) -> Vec<FaceFit> {
+        const MAX: usize = 8;
         let reach = self.segments.iter().flatten().map(|end| end[0].hypot(end[1]));
         let reach = reach.fold(0.0, f64::max);
         let units: Vec<f64> = (0..20).map(|k| reach / 17.0 * 1.13_f64.powi(k)).collect();
-        let all = Turn::all(36).filter_map(|turn| self.best_place(turn, &units, reach, 900));
-        let mut places: Vec<Place> = all.collect();
-        places.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
-        places.truncate(MOST);
-        for place in &mut places {
+        let all = Turn::all(36).filter_map(|turn| self.best_guess(turn, &units, reach, 900));
+        let mut guesses: Vec<Guess> = all.collect();
+        guesses.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+        guesses.truncate(MAX);
+        for guess in &mut guesses {
             for step in [0.05, 0.02] {
-                let units = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| place.unit * (1.0 + step * k));
-                let near = place.turn.near(step);
-                let all = near.filter_map(|turn| self.best_place(turn, &units, reach, 1200));
+                let units = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| guess.unit * (1.0 + step * k));
+                let near = guess.turn.near(step);
+                let all = near.filter_map(|turn| self.best_guess(turn, &units, reach, 1200));
                 let best = all.min_by(|a, b| a.deviation.total_cmp(&b.deviation));
-                *place = best.unwrap_or(*place);
+                *guess = best.unwrap_or(*guess);
             }
         }
-        places.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
-        let found = |place: Place| self.found(place.deviation, place.turn, place.eyes, place.unit);
-        places.into_iter().map(found).collect()
+        guesses.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+        let found = |guess: Guess| self.found(guess.deviation, guess.turn, guess.eyes, guess.unit);
+        guesses.into_iter().map(found).collect()
     }
 
-    /// The likeliest place of a face for an orientation.
-    fn best_place(&self, turn: Turn, units: &[f64], reach: f64, bins: usize) -> Option<Place> {
+    /// The best candidate for an orientation, over all scales in `units`.
+    fn best_guess(&self, turn: Turn, units: &[f64], reach: f64, bins: usize) -> Option<Guess> {
         let outline = Outline::new(self, turn, [-reach, reach], bins);
-        let mut best: Option<Place> = None;
+        let mut best: Option<Guess> = None;
         for &unit in units {
             outline.for_each_tip(unit, |eyes| {
                 let limit = best.map_or(LARGEST_DEVIATION, |best| best.deviation);
                 let deviation = outline.deviation(eyes, unit, limit);
                 if deviation < limit {
-                    best = Some(Place { deviation, turn, eyes, unit });
+                    best = Some(Guess { deviation, turn, eyes, unit });
                 }
             });
         }
         best
     }
 
-    fn found(&self, deviation: f64, turn: Turn, eyes: [f64; 2], unit: f64) -> Found {
+    fn found(&self, deviation: f64, turn: Turn, eyes: [f64; 2], unit: f64) -> FaceFit {
         let [up, forward] = turn.up_and_forward();
         let space = |[a, b]: [f64; 2]| [self.axes[0] * a, self.axes[1] * b].iter().sum();
         let (up, forward): (DVec3, DVec3) = (space(up), space(forward));
         let origin = self.origin + up * eyes[0] + forward * eyes[1];
-        Found { deviation, origin, up, forward, unit }
+        FaceFit { deviation, origin, up, forward, unit }
     }
 }
 
@@ -211,7 +218,7 @@ fn least(turns: impl Iterator<Item = Turn>, deviation: impl Fn(Turn) -> f64) -> 
     )
 }
 
-/// The foremost depth at each height of a section that is turned.
+/// The foremost depth at each height of a rotated section.
 struct Outline {
     low: f64,
     step: f64,
@@ -251,7 +258,8 @@ impl Outline {
         self.depths.get(bin).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// How far the outline is from a face whose eyes are at a height and depth, or some number above `limit`.
+    /// Mean absolute deviation of the outline from [`TEMPLATE`] with the eyes at a height and
+    /// depth, in distances between the eyes; any value above `limit` if it exceeds that.
     fn deviation(&self, eyes: [f64; 2], unit: f64, limit: f64) -> f64 {
         let limit = limit * TEMPLATE.len() as f64;
         let mut sum = 0.0;
@@ -265,7 +273,8 @@ impl Outline {
         sum / TEMPLATE.len() as f64
     }
 
-    /// Calls `visit` with where eyes are if a tip of a nose is at each foremost place of the outline.
+    /// Visits the positions of the eyes that follow if the tip of the nose is at a local
+    /// maximum of the outline, for each maximum that may be a nose.
     fn for_each_tip(&self, unit: f64, mut visit: impl FnMut([f64; 2])) {
         let beside = ((0.2 * unit / self.step) as usize).max(1);
         for bin in beside..self.depths.len().saturating_sub(beside) {
@@ -274,7 +283,7 @@ impl Outline {
                 continue;
             }
             let height = self.low + (bin as f64 + 0.5) * self.step;
-            // A nose stands before the line from the brow to the upper lip.
+            // A nose protrudes from the line between brow and upper lip.
             let [brow, lip] = [0.9, -0.35].map(|above| self.at(height + above * unit));
             if depth - 0.28 * brow - 0.72 * lip < 0.12 * unit {
                 continue;

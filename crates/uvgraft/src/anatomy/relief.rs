@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use super::points::Points;
 
+/// The side of a cell, in distances between the eyes.
 const STEP: f64 = 0.02;
+/// The lowest x and y of the grid, in the head's coordinates.
 const LOW: [f64; 2] = [-1.5, -2.8];
 const COLUMNS: usize = 150;
 const ROWS: usize = 240;
@@ -15,14 +17,14 @@ pub(super) struct Local {
     pub normals: Vec<DVec3>,
 }
 
-/// The foremost depth over the plane of x and y, and which component it is of.
+/// A depth map over the plane of x and y: the foremost depth of each cell, and its component.
 pub(super) struct Relief {
     depths: Vec<f32>,
     components: Vec<u32>,
 }
 
 impl Relief {
-    /// Draws the triangles of components that are `wanted`.
+    /// Rasterises the triangles of the `wanted` components.
     pub fn new(points: &Points, at: &[DVec3], wanted: impl Fn(u32) -> bool) -> Self {
         let mut relief = Self {
             depths: vec![f32::NEG_INFINITY; COLUMNS * ROWS],
@@ -40,7 +42,7 @@ impl Relief {
     }
 
     fn draw(&mut self, corners: [DVec3; 3], component: u32) {
-        // Cells have their centres at whole numbers.
+        // Cell centres are at integer coordinates.
         let [a, b, c] =
             corners.map(|p| [(p.x - LOW[0]) / STEP - 0.5, (p.y - LOW[1]) / STEP - 0.5, p.z]);
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
@@ -77,13 +79,13 @@ impl Relief {
             .then(|| row as usize * COLUMNS + column as usize)
     }
 
-    /// The foremost depth; `None` where nothing is.
+    /// The foremost depth at a position; `None` where there is no surface.
     pub fn depth(&self, x: f64, y: f64) -> Option<f64> {
         let depth = f64::from(self.depths[Self::cell(x, y)?]);
         depth.is_finite().then_some(depth)
     }
 
-    /// The mean depth of both sides.
+    /// The mean depth of a position and its mirror image; that of one if only one has a surface.
     pub fn both(&self, x: f64, y: f64) -> Option<f64> {
         match (self.depth(x, y), self.depth(-x, y)) {
             (Some(a), Some(b)) => Some(0.5 * (a + b)),
@@ -91,8 +93,8 @@ impl Relief {
         }
     }
 
-    /// The least depth among the cells around, so that what is on a steep slope is not behind it; `None` where
-    /// nothing is.
+    /// The least depth of the 3 × 3 cells around, so that points on a steep slope don't count
+    /// as behind it; `None` where there is no surface.
     pub fn around(&self, x: f64, y: f64) -> Option<f64> {
         let around = (0..9).filter_map(|k| {
             let [dx, dy] = [f64::from(k % 3 - 1), f64::from(k / 3 - 1)];
@@ -101,14 +103,14 @@ impl Relief {
         around.reduce(f64::min)
     }
 
-    /// Heights and depths along a column, both sides taken together, from the lowest up.
+    /// Heights and depths along a column, averaged over both sides, in ascending order of height.
     pub fn column(&self, x: f64, [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
         let count = ((high - low) / STEP) as usize;
         let heights = (0..=count).map(|k| low + k as f64 * STEP);
         heights.filter_map(|y| self.both(x, y).map(|depth| [y, depth])).collect()
     }
 
-    /// Places of a grid within half-axes around a centre, with their depths.
+    /// The surface points of the cells within a radius of a centre.
     pub fn within(&self, center: [f64; 2], radius: f64) -> Vec<DVec3> {
         let steps = (radius / STEP) as i32;
         let mut found = Vec::new();
@@ -129,7 +131,7 @@ impl Relief {
         found
     }
 
-    /// The component that most of the lower face is of.
+    /// The component that covers most of the lower face.
     pub fn skin(&self, count: usize) -> Option<u32> {
         let mut cells = vec![0u32; count];
         for row in 0..ROWS {
@@ -146,12 +148,12 @@ impl Relief {
         (cells[best] > 0).then_some(best as u32)
     }
 
-    /// Whether nothing but one component is visible.
+    /// Whether a component is the only one visible.
     pub fn is_all(&self, component: u32) -> bool {
         self.components.iter().all(|&found| found == component || found == u32::MAX)
     }
 
-    /// The share of the face in which something is.
+    /// The fraction of the face's disc that has a surface.
     pub fn coverage(&self) -> f64 {
         let found = self.within([0.0, -0.45], 0.9).len() as f64;
         found * STEP * STEP / (std::f64::consts::PI * 0.81)
@@ -159,10 +161,10 @@ impl Relief {
 
     /// The mean difference in depth between both sides of the face.
     pub fn asymmetry(&self) -> f64 {
-        let places = self.within([0.0, -0.4], 0.8);
-        let differences: Vec<f64> = places
+        let points = self.within([0.0, -0.4], 0.8);
+        let differences: Vec<f64> = points
             .iter()
-            .filter_map(|place| Some((self.depth(-place.x, place.y)? - place.z).abs().min(0.5)))
+            .filter_map(|point| Some((self.depth(-point.x, point.y)? - point.z).abs().min(0.5)))
             .collect();
         if differences.is_empty() {
             return f64::INFINITY;

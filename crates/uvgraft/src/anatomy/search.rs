@@ -1,4 +1,4 @@
-//! Where the head is: from its eyeballs, or without them from its symmetry and the profile of its face.
+//! Locates the head: by its eyeballs, or else by its symmetry and the profile of its face.
 
 use glam::DVec3;
 
@@ -6,12 +6,12 @@ use super::AnatomyError;
 use super::eyes::{EyePair, SphereFit, pairs};
 use super::frame::HeadFrame;
 use super::points::Points;
-use super::profile::{Found, Section};
+use super::profile::{FaceFit, Section};
 use super::relief::Relief;
-use super::symmetry::{LEAST_MIRRORED, planes};
+use super::symmetry::{MIN_MIRRORED, planes};
 use crate::directions::direction;
 
-/// A head that was found.
+/// A detected head.
 pub(super) struct Head {
     pub frame: HeadFrame,
     pub eyes: Eyes,
@@ -21,9 +21,9 @@ pub(super) struct Head {
 
 /// Eyes in the head's coordinates.
 pub(super) struct Eyes {
-    /// The left one's centre and the right one's.
+    /// The centres of the left and right eye.
     pub centers: [DVec3; 2],
-    /// `None` where there are no eyeballs.
+    /// `None` if no eyeballs were detected.
     pub radius: Option<f64>,
     /// Whether each component is part of an eyeball.
     pub components: Vec<bool>,
@@ -31,10 +31,12 @@ pub(super) struct Eyes {
     pub skin: u32,
 }
 
-/// Deviations from the profile of a face that are accepted: the eyes being known, or not.
+/// Largest accepted deviations from the profile of a face, with and without known eyes.
 const LARGEST_DEVIATION: f64 = 0.26;
 const LARGEST_DEVIATION_WITHOUT_EYES: f64 = 0.085;
 
+/// Locates the head by the pair of eyeballs whose profile fits best, or by symmetry if no
+/// pair fits.
 pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
     let mut best: Option<(f64, Head)> = None;
     for pair in pairs(points) {
@@ -50,6 +52,8 @@ pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
     }
 }
 
+/// The head around a pair of spheres: the plane between them must cut the mesh in the profile
+/// of a face. Returns the deviation from that profile with the head.
 fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
     let [a, b] = pair.spheres;
     let unit = b.center.distance(a.center);
@@ -70,21 +74,23 @@ fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
     Some((found.deviation, Head { frame, eyes, relief }))
 }
 
+/// The head of a mesh without eyeballs: the best match of a face's profile in any symmetry
+/// plane that passes the checks of the depth map.
 fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
     let planes = planes(points);
     let mirrored = planes.first().map_or(0.0, |plane| plane.mirrored);
-    if mirrored < LEAST_MIRRORED {
-        return Err(AnatomyError::NoSymmetry { found: mirrored, needed: LEAST_MIRRORED });
+    if mirrored < MIN_MIRRORED {
+        return Err(AnatomyError::NoSymmetry { found: mirrored, needed: MIN_MIRRORED });
     }
-    let mut founds: Vec<Found> = planes
+    let mut fits: Vec<FaceFit> = planes
         .iter()
-        .filter(|plane| plane.mirrored >= LEAST_MIRRORED)
+        .filter(|plane| plane.mirrored >= MIN_MIRRORED)
         .flat_map(|plane| Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere())
         .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
         .collect();
-    founds.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+    fits.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
     let mut reason = "no part of the outline matches the profile of a face";
-    for found in founds {
+    for found in fits {
         match without_eyes(points, &found) {
             Ok(head) => return Ok(head),
             Err(why) => reason = why,
@@ -93,38 +99,43 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
     Err(AnatomyError::NoFace { reason })
 }
 
-fn without_eyes(points: &Points, found: &Found) -> Result<Head, &'static str> {
+/// Refines a matched profile to a head. Bulges at the eyes, if there are any, correct
+/// origin and unit, which the profile alone determines only roughly.
+fn without_eyes(points: &Points, found: &FaceFit) -> Result<Head, &'static str> {
     let nothing = vec![false; points.component_count];
     let mut frame = HeadFrame::new(found.origin, found.up, found.forward, found.unit)
         .ok_or("the outline is a single point")?;
     let mut radius = None;
-    let (relief, _) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
+    let (relief, _) = skin_relief(points, &frame, &nothing)
+        .ok_or("there is no surface where the face should be")?;
     let bulge = bulge(&relief).filter(|(center, _)| (center.x - 0.5).abs() < 0.06);
     if let Some((center, size)) = bulge {
-        // The plane of symmetry is more reliable than the centres of two small spheres.
+        // The symmetry plane is more reliable than the centres of two small spheres.
         let origin = frame.world([0.0, center.y, center.z]);
         radius = Some(size / (2.0 * center.x));
         frame = HeadFrame { origin, unit: frame.unit * 2.0 * center.x, ..frame };
     }
-    let (relief, skin) = skin_relief(points, &frame, &nothing).ok_or("the face is a hole")?;
+    let (relief, skin) = skin_relief(points, &frame, &nothing)
+        .ok_or("there is no surface where the face should be")?;
     check(&relief, 0.25)?;
     let centers = [0.5, -0.5].map(|x| DVec3::new(x, 0.0, 0.0));
     let eyes = Eyes { centers, radius, components: nothing, skin };
     Ok(Head { frame, eyes, relief })
 }
 
-/// Centre and radius of what bulges where eyes are: eyeballs joined to the skin, or closed lids. The left one,
-/// as the mean of both sides.
+/// Centre and radius of the left eye's bulge, averaged with the mirrored right one:
+/// eyeballs joined to the skin, or closed lids. Fits spheres to discs of the depth map
+/// around a grid of positions, and takes the pair with the least error.
 fn bulge(relief: &Relief) -> Option<(DVec3, f64)> {
     let sphere = |x: f64, y: f64| {
         let places = relief.within([x, y], 0.065);
         let mut fit = SphereFit::new(DVec3::new(x, y, 0.0));
-        places.iter().for_each(|&place| fit.add(place));
+        places.iter().for_each(|&point| fit.add(point));
         let sphere = fit.sphere().filter(|_| places.len() > 20)?;
         let errors = places.iter().map(|&p| (p.distance(sphere.center) - sphere.radius).abs());
         let error = errors.sum::<f64>() / places.len() as f64;
-        let is_behind = places.iter().all(|place| place.z > sphere.center.z);
-        // An eye looks forward; the slopes of brow and lid do not.
+        let is_behind = places.iter().all(|point| point.z > sphere.center.z);
+        // An eye faces forward, the slopes of brow and lid do not.
         let is_near = (sphere.center.x - x).hypot(sphere.center.y - y) < 0.06;
         let is_eye = error < 0.006 && is_behind && is_near && (0.12..0.26).contains(&sphere.radius);
         is_eye.then_some((error, sphere))
@@ -140,7 +151,7 @@ fn bulge(relief: &Relief) -> Option<(DVec3, f64)> {
     found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bulge)| bulge)
 }
 
-/// Components that lie within either eye.
+/// Whether each component lies entirely within one of the eyes, such as the parts of an eyeball.
 fn eye_components(
     points: &Points,
     frame: &HeadFrame,
@@ -158,7 +169,7 @@ fn eye_components(
     is_eye
 }
 
-/// The depth map of the component that the face is of, and which one that is.
+/// The depth map of the face's skin, and the skin's component.
 fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(Relief, u32)> {
     let at: Vec<DVec3> = points.positions.iter().map(|&p| frame.to_local(p)).collect();
     let all = Relief::new(points, &at, |component| !is_eye[component as usize]);
@@ -169,10 +180,12 @@ fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(R
     Some((Relief::new(points, &at, |component| component == skin), skin))
 }
 
-/// Whether a depth map is that of a face, with a nose that stands out at least so far.
+/// Checks that a depth map is that of a face.
+///
+/// - `nose`: least protrusion of the nose from the cheeks, in distances between the eyes.
 fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
     if relief.coverage() < 0.7 {
-        return Err("there are holes in place of the face");
+        return Err("the face has large holes");
     }
     if relief.asymmetry() > 0.14 {
         return Err("the two sides of the face differ");

@@ -1,4 +1,4 @@
-//! Planes that mirror a mesh onto itself.
+//! Symmetry planes of a mesh.
 
 use std::collections::HashMap;
 
@@ -13,15 +13,15 @@ use crate::directions::direction;
 pub(super) struct Plane {
     pub point: DVec3,
     pub normal: DVec3,
-    /// The share of points that have a mirror image, `0.0..=1.0`.
+    /// Fraction of points that have a mirror image, `0.0..=1.0`.
     pub mirrored: f64,
 }
 
-/// Planes that mirror at least this share of the points are worth a look.
-pub(super) const LEAST_MIRRORED: f64 = 0.7;
+/// Least fraction of mirrored points for a plane to be considered.
+pub(super) const MIN_MIRRORED: f64 = 0.7;
 
-/// Candidates are the planes through the centre along the mesh's axes and along its principal axes, each
-/// moved to where points and the mirror images of others meet. The best comes first.
+/// Candidates for symmetry planes, best first: planes through the centre normal to the mesh's axes
+/// and to its principal axes, each refined to align points with their mirror images.
 pub(super) fn planes(points: &Points) -> Vec<Plane> {
     let cloud = Cloud::new(points);
     let mut normals = DVec3::AXES.to_vec();
@@ -39,7 +39,7 @@ pub(super) fn planes(points: &Points) -> Vec<Plane> {
     planes
 }
 
-/// Some of the points, findable by place.
+/// A sample of the points in a grid of cells, for nearest-neighbour queries.
 struct Cloud {
     points: Vec<DVec3>,
     cells: HashMap<[i32; 3], Vec<u32>>,
@@ -50,15 +50,15 @@ struct Cloud {
 
 impl Cloud {
     fn new(all: &Points) -> Self {
-        const MOST: usize = 6_000;
-        let stride = all.positions.len().div_ceil(MOST);
+        const MAX: usize = 6_000;
+        let stride = all.positions.len().div_ceil(MAX);
         let points: Vec<DVec3> = all.positions.iter().step_by(stride).copied().collect();
         let cell = all.diagonal() * 0.015;
         let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         for (index, point) in (0..).zip(&points) {
             cells.entry(cell_of(*point, cell)).or_default().push(index);
         }
-        // Weighed by area, or a head of many small triangles would outweigh the rest.
+        // Weighted by area, or a head with many small triangles would outweigh the rest.
         let (mut area, mut center, mut matrix) = (0.0, DVec3::ZERO, Matrix3::zeros());
         for &triangle in all.triangles.iter().step_by(all.triangles.len().div_ceil(40_000)) {
             let [a, b, c] = all.corners(triangle);
@@ -81,6 +81,7 @@ impl Cloud {
         eigen.eigenvectors.column_iter().map(|axis| DVec3::new(axis[0], axis[1], axis[2])).collect()
     }
 
+    /// The nearest point, if it is closer than the side of a cell.
     fn nearest(&self, to: DVec3) -> Option<DVec3> {
         let [i, j, k] = cell_of(to, self.cell);
         let mut best: Option<(f64, DVec3)> = None;
@@ -97,7 +98,12 @@ impl Cloud {
         best.map(|(_, at)| at)
     }
 
-    /// Moves a plane to where points and mirror images meet, as ICP does. `None` if they hardly do.
+    /// Refines a plane to align points with their mirror images. `None` if fewer than a quarter
+    /// match.
+    ///
+    /// Like iterative closest point (Besl & McKay 1992): each round pairs samples with the points
+    /// nearest to their mirror images, then fits the plane to the pairs. Its point is the mean of
+    /// their midpoints, its normal the main eigenvector of `Σ (a - b)(a - b)ᵀ`.
     fn refined(&self, mut plane: Plane) -> Option<Plane> {
         const SAMPLES: usize = 300;
         let stride = self.points.len().div_ceil(SAMPLES);
@@ -124,7 +130,7 @@ impl Cloud {
             if !matrix.iter().all(|x| x.is_finite()) {
                 return None;
             }
-            // Differences of mirror images all lie along the normal.
+            // The differences of mirror images are all parallel to the normal.
             let eigen = matrix.symmetric_eigen();
             let column = eigen.eigenvectors.column(eigen.eigenvalues.imax());
             plane.normal = direction(DVec3::new(column[0], column[1], column[2]))?;
@@ -137,7 +143,7 @@ fn cell_of(point: DVec3, cell: f64) -> [i32; 3] {
     (point / cell).floor().as_ivec3().to_array()
 }
 
-/// A column vector times itself as a row.
+/// The outer product of a vector with itself.
 fn squared(offset: DVec3) -> Matrix3<f64> {
     let column = Vector3::from(offset.to_array());
     column * column.transpose()

@@ -1,10 +1,10 @@
-//! Heads made of rings, in many poses and pieces, and what is none.
+//! Synthetic heads built of rings, in many poses and topologies, and shapes that are not heads.
 
 use glam::{DMat3, DVec3};
 
 use super::*;
 
-/// The value of a line through `[place, value]`, whose places rise.
+/// The value at `at` of a polyline through `[position, value]`, in ascending order of position.
 fn line(line: &[[f64; 2]], at: f64) -> f64 {
     let next = line.iter().position(|place| place[0] > at);
     let Some(next) = next.filter(|&next| next > 0) else {
@@ -14,7 +14,7 @@ fn line(line: &[[f64; 2]], at: f64) -> f64 {
     a + (b - a) * (at - from) / (to - from)
 }
 
-/// Where the skin is at a height and an angle around the head, in distances between the eyes.
+/// The surface point at a height and an angle around the head, in distances between the eyes.
 fn skin(y: f64, angle: f64) -> [f64; 3] {
     let width = [[-3.0, 0.8], [-2.0, 0.75], [-1.2, 1.0], [0.0, 1.2], [0.6, 1.25], [1.2, 1.05]];
     let width = line(&[&width[..], &[[1.6, 0.7], [1.9, 0.02]]].concat(), y);
@@ -30,7 +30,7 @@ fn skin(y: f64, angle: f64) -> [f64; 3] {
     [x, y, 0.5 * (front + back) + 0.5 * (front - back) * angle.cos() + nose]
 }
 
-/// Adds a grid of quads, closed around.
+/// Adds a tube of quads.
 fn tube(
     positions: &mut Vec<[f64; 3]>,
     faces: &mut Vec<[u32; 3]>,
@@ -53,7 +53,7 @@ fn tube(
     }
 }
 
-/// A head, with eyeballs of a radius if it is not 0.
+/// A head, with eyeballs of radius `eye` if it is not 0.
 fn head(eye: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     tube(&mut positions, &mut faces, [160, 90], |v, angle| skin(-3.0 + 4.9 * v, angle));
@@ -75,7 +75,7 @@ fn mesh(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Mesh {
     Mesh::from_triangles(positions, vec![[0.0; 2]], faces, &uv_faces).unwrap()
 }
 
-/// Turns around an axis by degrees, then scales and shifts.
+/// Rotates around an axis by an angle in degrees, shifts, then scales.
 fn posed(positions: &[[f64; 3]], axis: [f64; 3], degrees: f64, scale: f64) -> Vec<[f64; 3]> {
     let turn = DMat3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians());
     let shift = DVec3::new(0.7, 1.9, -0.4);
@@ -83,7 +83,7 @@ fn posed(positions: &[[f64; 3]], axis: [f64; 3], degrees: f64, scale: f64) -> Ve
     positions.iter().map(pose).collect()
 }
 
-/// The largest mean difference that any area shows.
+/// The largest mean difference over all areas.
 fn difference(a: &Anatomy, b: &Anatomy) -> f64 {
     let mean = |area| {
         let pairs = a.area(area).iter().zip(b.area(area));
@@ -93,7 +93,7 @@ fn difference(a: &Anatomy, b: &Anatomy) -> f64 {
 }
 
 #[test]
-fn landmarks_are_where_the_head_has_them() {
+fn landmarks_match_the_head() {
     for (eye, tolerance) in [(0.2, 0.06), (0.32, 0.06), (0.0, 0.15)] {
         let (positions, faces) = head(eye);
         let found = Anatomy::find(&mesh(&positions, &faces)).unwrap();
@@ -165,7 +165,7 @@ fn orientation_and_unit_do_not_matter() {
 fn numbering_and_seams_do_not_matter() {
     let (positions, faces) = head(0.2);
     let whole = Anatomy::find(&mesh(&positions, &faces)).unwrap();
-    // Every triangle with vertices of its own, in reverse.
+    // Unshared vertices for every triangle, in reverse order.
     let corners: Vec<u32> = faces.iter().rev().flatten().copied().collect();
     let apart: Vec<[f64; 3]> = corners.iter().map(|&vertex| positions[vertex as usize]).collect();
     let own: Vec<[u32; 3]> =
@@ -180,7 +180,7 @@ fn numbering_and_seams_do_not_matter() {
 }
 
 #[test]
-fn what_has_no_face_is_refused() {
+fn shapes_without_a_face_are_refused() {
     let refused = |name: &str, positions: &[[f64; 3]], faces: &[[u32; 3]]| {
         let found = Anatomy::find(&mesh(positions, faces));
         assert!(found.is_err(), "{name} was taken for a head: {:?}", found.map(|f| f.frame));
@@ -208,7 +208,7 @@ fn what_has_no_face_is_refused() {
     let soup: Vec<[f64; 3]> = (0..3000).map(|_| [(); 3].map(|()| random.f64())).collect();
     let own: Vec<[u32; 3]> = (0..1000).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
     refused("soup", &soup, &own);
-    // Two balls, with and without something behind them.
+    // The eyeballs alone.
     let (positions, faces) = head(0.2);
     let balls = |p: &[u32; 3]| p[0] as usize >= 161 * 90;
     let two: Vec<[u32; 3]> = faces.iter().copied().filter(balls).collect();

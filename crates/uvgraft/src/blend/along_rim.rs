@@ -1,10 +1,11 @@
-//! The tone along a rim, where nothing else is known: what most of it says, taken on over the surface.
+//! Tone correction from the colours along the boundary alone: their robust ratio, extended over the
+//! surface.
 
 use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
 use super::selection::BlendDomain;
 use super::tone::{GAINS, Matrix};
-use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
+use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::color::Encoding;
 use crate::mesh::Mesh;
@@ -18,27 +19,33 @@ use crate::threads::map_indices;
 type Rgb = [f32; 3];
 
 impl Blend {
-    /// What both sides get from each other by what their colours along the rim are.
+    /// Recolours both sides by their colours along the boundary, where no skin can be
+    /// compared over larger areas.
+    ///
+    /// The statistics of both sides' skin are matched first, if requested. The membrane then
+    /// extends the remaining ratio along the boundary harmonically over the surface, since one gain
+    /// for all of it would leave a visible edge where the ratio varies.
     ///
     /// # Errors
-    /// [`ToningError`] where there is nothing to go by.
+    /// [`ToneError`] if the region has no boundary, a side has no colours along it,
+    /// or its skin is not detected.
     pub(super) fn along_rim(
         &self,
         measure: &Measure,
         source: &Texture,
         base: &Texture,
-    ) -> Result<Recolored, ToningError> {
+    ) -> Result<Recolored, ToneError> {
         let rim = &measure.rim;
         if rim.points.is_empty() {
-            return Err(ToningError::NoRim);
+            return Err(ToneError::NoBoundary);
         }
         let [mut of_source, mut of_base] = [rim.source(source, |_| 1.0), rim.base(base, |_| 1.0)];
         for (side, what) in [(&of_source, "texture"), (&of_base, "base")] {
             if side.iter().all(|&(_, area)| area == 0.0) {
-                return Err(ToningError::NoColors(what));
+                return Err(ToneError::NoColors(what));
             }
         }
-        // Of colours as they are, before any of them is changed.
+        // Estimated from the original colours, before any of them change.
         let base_skin = match self.options.tone {
             Tone::Base => None,
             Tone::Source | Tone::Both => Some(self.base_model(&of_base, base)?),
@@ -51,17 +58,18 @@ impl Blend {
                 Tone::Base | Tone::Both => [&of_source, &of_base],
                 Tone::Source => [&of_base, &of_source],
             };
-            // Hair at the nape and a collar are no skin; without an estimate of that all counts.
+            // Hair at the nape and collars are not skin; without a skin model all colours weigh the
+            // same.
             let models = sides.map(|side| SkinModel::new(&seeds(side), &[]).ok());
-            let counts =
+            let weights =
                 models.map(|model| move |rgb| model.map_or(1.0, |model| model.weight(rgb)));
-            let found = rim.difference(sides, Some([&counts[0], &counts[1]]), |_, to| to);
-            let found = found.ok_or(ToningError::NoColors("texture"))?;
+            let found = rim.difference(sides, Some([&weights[0], &weights[1]]), |_, to| to);
+            let found = found.ok_or(ToneError::NoColors("texture"))?;
             let of_rim =
                 |share: f64, is_skin: &[bool]| self.gains(rim, harmonic, &found, is_skin, share);
             let everywhere = vec![true; self.inside.len()];
-            // Parts that no way leads to are of the same person: ears that are meshes of their own
-            // are skin, eyes are not. Of a base only skin changes in any case.
+            // Parts that are not connected to the boundary belong to the same person: ears that are
+            // separate meshes are skin, eyes are not. On a base only skin changes in any case.
             let parts = || {
                 let all = self.source_colors(source);
                 self.parts_of_skin(source, SkinModel::new(&seeds(&of_source), &all).ok())
@@ -80,22 +88,22 @@ impl Blend {
         Ok(Recolored { source, base })
     }
 
-    /// What gives one side's skin the statistics of the other's, if that is asked for; the colours beside the rim are
-    /// changed so.
+    /// The matrices that give one side's skin the statistics of the other's, if requested. They are
+    /// applied to the colours along the boundary too.
     fn matched_along(
         &self,
         source: &Texture,
         base: &Texture,
         [of_source, of_base]: [&mut Side; 2],
-    ) -> Result<[Recolor; 2], ToningError> {
+    ) -> Result<[Recolor; 2], ToneError> {
         let none = || Recolor { matrix: None, gains: Vec::new() };
         if !self.options.match_skin {
             return Ok([none(), none()]);
         }
         let skin_of = |what, side: &Side, all: Vec<Rgb>| {
             let model = SkinModel::new(&seeds(side), &all)
-                .map_err(|reason| ToningError::Skin { what, reason })?;
-            Ok::<_, ToningError>(only_skin(&model, &all))
+                .map_err(|reason| ToneError::Skin { what, reason })?;
+            Ok::<_, ToneError>(only_skin(&model, &all))
         };
         let texture = skin_of("texture", of_source, self.source_colors(source))?;
         let body = skin_of("base", of_base, self.base_colors(base))?;
@@ -115,21 +123,21 @@ impl Blend {
         Ok(matrices.map(|matrix| Recolor { matrix, gains: Vec::new() }))
     }
 
-    /// What looks like skin in a base, if no mask says it.
-    fn base_model(&self, side: &Side, base: &Texture) -> Result<Option<SkinModel>, ToningError> {
+    /// The model of a base's skin; `None` if a mask is given.
+    fn base_model(&self, side: &Side, base: &Texture) -> Result<Option<SkinModel>, ToneError> {
         if self.skin.is_some() {
             return Ok(None);
         }
         let model = SkinModel::new(&seeds(side), &self.base_colors(base))
-            .map_err(|reason| ToningError::Skin { what: "base", reason })?;
+            .map_err(|reason| ToneError::Skin { what: "base", reason })?;
         Ok(Some(model))
     }
 
-    /// The gains at every point, from their logarithms along the rim.
+    /// The gains at every point, from their logarithms along the boundary.
     ///
-    /// - `is_skin`: of a point that is too far from the rim, or from which no way leads there, whether it changes as
-    ///   the rim does on the whole.
-    /// - `share`: what the logarithms are multiplied by.
+    /// - `is_skin`: for points too far from the boundary or not connected to it, whether they take
+    ///   on the boundary's overall gain.
+    /// - `share`: factor on the logarithms.
     fn gains(
         &self,
         rim: &Rim,
@@ -155,8 +163,8 @@ impl Blend {
         gains
     }
 
-    /// For each point, whether a good share of the connected part of the region that it belongs to is
-    /// skin in a source; nothing is without a model of skin.
+    /// For each point, whether the connected part of the region that it belongs to shows enough
+    /// skin in the source ([`SKIN_SHARE`]); all false without a skin model.
     fn parts_of_skin(&self, source: &Texture, model: Option<SkinModel>) -> Vec<bool> {
         let domain = &self.domain;
         let surface = domain.surface();
@@ -175,10 +183,10 @@ impl Blend {
             while let Some(&face) = part.get(next) {
                 next += 1;
                 for &piece in domain.pieces().of_face(face as usize) {
-                    let uv = domain.middle(piece, mesh);
-                    let [rgb @ .., opacity] = sampler.rgba_as(uv, Encoding::Srgb);
+                    let uv = domain.centroid(piece, mesh);
+                    let [rgb @ .., alpha] = sampler.rgba_as(uv, Encoding::Srgb);
                     let area = surface.area(face) * domain.pieces().share(piece);
-                    if opacity >= 0.5 {
+                    if alpha >= 0.5 {
                         skin += area * f64::from(model.weight(rgb));
                         all += area;
                     }
@@ -202,38 +210,38 @@ impl Blend {
         is_skin
     }
 
-    /// Colours of a source at the middles of all pieces of the region.
+    /// The source's colours at the centroids of all pieces of the region.
     fn source_colors(&self, source: &Texture) -> Vec<Rgb> {
         let domain = &self.domain;
         let mesh = domain.pair().from(domain.direction());
         let pieces = domain.pieces().all();
         colors(source, pieces.len(), |index| {
             let piece = pieces[index];
-            self.touched[piece.to as usize].then(|| domain.middle(piece, mesh))
+            self.touched[piece.to as usize].then(|| domain.centroid(piece, mesh))
         })
     }
 
-    /// Colours of a base at the middles of all triangles beyond the region.
+    /// The base's colours at the centroids of all triangles outside the region.
     fn base_colors(&self, base: &Texture) -> Vec<Rgb> {
         let mesh = self.domain.mesh();
         colors(base, self.touched.len(), |face| {
-            (!self.touched[face]).then(|| middle(wide(mesh.uv_triangle(face))))
+            (!self.touched[face]).then(|| centroid(wide(mesh.uv_triangle(face))))
         })
     }
 }
 
 impl BlendDomain {
-    /// The middle of a piece in the layout of the mesh that is read.
-    pub(super) fn middle(&self, piece: FacePiece, read: &Mesh) -> [f64; 2] {
+    /// The centroid of a piece in the layout of the mesh that is read.
+    pub(super) fn centroid(&self, piece: FacePiece, read: &Mesh) -> [f64; 2] {
         let corners = wide(read.uv_triangle(piece.from as usize));
-        middle(match self.pieces().part(piece) {
+        centroid(match self.pieces().part(piece) {
             None => corners,
             Some(part) => part.from.map(|weights| mixed(&corners, weights)),
         })
     }
 }
 
-/// The colours at some places of a layout, where there are any.
+/// The colours at given UV coordinates, without those that are `None` or transparent.
 fn colors(
     texture: &Texture,
     count: usize,
@@ -241,26 +249,28 @@ fn colors(
 ) -> Vec<Rgb> {
     let sampler = Sampler::new(texture);
     let found = map_indices(count, |index| {
-        let [r, g, b, opacity] = sampler.rgba_as(uv(index)?, Encoding::Srgb);
-        (opacity >= 0.5).then_some([r, g, b])
+        let [r, g, b, alpha] = sampler.rgba_as(uv(index)?, Encoding::Srgb);
+        (alpha >= 0.5).then_some([r, g, b])
     });
     found.into_iter().flatten().collect()
 }
 
-pub(super) fn middle(corners: [[f64; 2]; 3]) -> [f64; 2] {
+/// The centroid of a UV triangle.
+pub(super) fn centroid(corners: [[f64; 2]; 3]) -> [f64; 2] {
     [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / 3.0)
 }
 
-/// So much of a part is skin at least, if it is one: ears are redder than the face, and eyes have none.
+/// Fraction of skin above which a connected part counts as skin: ears are redder than the
+/// face, and eyes have no skin.
 const SKIN_SHARE: f64 = 0.2;
 
-/// The colours beside a rim, for what skin looks like.
+/// The colours along a boundary, as seeds of a skin model.
 fn seeds(side: &Side) -> Vec<Rgb> {
     let with_color = side.iter().filter(|&&(_, area)| area > 0.0);
     with_color.map(|(color, _)| color.map(|value| value as f32)).collect()
 }
 
-/// Those that a model takes for skin.
+/// The colours that a model classifies as skin.
 fn only_skin(model: &SkinModel, colors: &[Rgb]) -> Vec<Rgb> {
     colors.iter().filter(|&&rgb| model.weight(rgb) > 0.5).copied().collect()
 }

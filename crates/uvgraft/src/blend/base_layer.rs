@@ -1,4 +1,4 @@
-//! A base whose skin takes on another tone, before anything is laid over it.
+//! Recolours the skin of a base before anything is laid over it.
 
 use std::ops::Range;
 
@@ -17,29 +17,29 @@ use super::stretch::{Plane, RowGains, STRETCH, join, lanes, split};
 use super::tone::{Matrix, toned};
 use crate::skin::SkinModel;
 
-/// What is done to the texels of a base.
+/// How the texels of a base are recoloured.
 #[derive(Debug, Clone)]
 pub(crate) struct BaseLayer<'a> {
-    /// All of the base's layout.
+    /// The base's whole layout.
     pub map: &'a SamplingMap,
-    /// For each patch, the gains of red, green and blue; empty for none.
+    /// For each patch, the gains of red, green and blue; empty if there are none.
     pub gains: &'a [[Slope; 3]],
-    /// What is done to colours before that.
+    /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
     /// Which texels change.
     pub skin: SkinCriterion<'a>,
 }
 
-/// What is skin in a base.
+/// How skin is recognised in a base.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum SkinCriterion<'a> {
-    /// What looks like it.
+    /// By its colour.
     Model(SkinModel),
-    /// What a mask says.
+    /// By a mask.
     Mask(&'a SkinMask),
 }
 
-/// What a row is worked on with.
+/// Buffers for one row.
 #[derive(Default)]
 struct Buffers {
     hidden: Vec<Range<u32>>,
@@ -47,10 +47,15 @@ struct Buffers {
 }
 
 impl BaseLayer<'_> {
-    /// Changes the rows of a base from `first_row` on. Grey textures are left as they are where their
-    /// lightness is not that of skin.
+    /// Recolours the rows of a base from `first_row` on. Grey textures change only where their
+    /// lightness is that of skin.
     ///
-    /// - `hiding`: what is laid over it, if that is opaque; what it hides need not change.
+    /// Runs that are hidden or masked out are skipped. Adjacent runs are joined to spans, since
+    /// single ones are too short to fill vectors; linear light, matrices and grey go texel by
+    /// texel.
+    ///
+    /// - `hiding`: the opaque composition that is laid over the base, if any; texels
+    ///   that it hides need not change.
     pub fn lay<T: Value>(
         &self,
         channels: Channels,
@@ -62,7 +67,7 @@ impl BaseLayer<'_> {
         let count = channels.count();
         let width = self.map.size().width as usize * count;
         let level = Level::new();
-        let is_one_by_one =
+        let is_per_texel =
             encoding == Encoding::Linear || self.matrix.is_some() || !channels.has_color();
         for_each_with(rows.chunks_mut(width), Buffers::default, |buffers, index, texels| {
             let row = first_row + index as u32;
@@ -90,7 +95,7 @@ impl BaseLayer<'_> {
                     continue;
                 }
                 if let SkinCriterion::Mask(mask) = self.skin
-                    && mask.is_none([run.x, row], run.len)
+                    && mask.is_black([run.x, row], run.len)
                 {
                     continue;
                 }
@@ -98,7 +103,7 @@ impl BaseLayer<'_> {
                     .gains
                     .get(run.patch as usize)
                     .map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
-                if is_one_by_one {
+                if is_per_texel {
                     let part = run.x as usize * count..end as usize * count;
                     for (k, texel) in (0..).zip(texels[part].chunks_exact_mut(count)) {
                         let gains = of_run.map(|gain| gain.at(k));
@@ -106,20 +111,20 @@ impl BaseLayer<'_> {
                     }
                     continue;
                 }
-                // Runs are short, and those beside each other are one span.
+                // Runs are short, so adjacent ones are joined to one span.
                 if run.x != span_end {
                     lay_span(gains, span_end, texels);
                 }
                 gains.push(&of_run, run.len as usize);
                 span_end = end;
             }
-            if !is_one_by_one {
+            if !is_per_texel {
                 lay_span(gains, span_end, texels);
             }
         });
     }
 
-    /// What [`BaseLayer::texel`] does to sRGB colours without a matrix.
+    /// Vectorised [`BaseLayer::texel`] for sRGB colours without a matrix.
     #[inline(always)]
     fn span<S: Simd, T: Value, const C: usize>(
         &self,
@@ -159,7 +164,7 @@ impl BaseLayer<'_> {
                 let change = of_channel[..lanes].iter().zip(&weights);
                 for (value, (&gain, &weight)) in values.iter_mut().zip(change) {
                     let toned = toned(*value, gain, 1.0);
-                    // Written as it is asked: a weight that is no number is none.
+                    // Compared this way round so that a NaN weight becomes 0.
                     let weight = if weight > 0.0 { weight } else { 0.0 };
                     *value = (*value + (toned - *value) * weight) * one;
                 }
@@ -168,7 +173,9 @@ impl BaseLayer<'_> {
         }
     }
 
-    /// What is done to one texel: the specification.
+    /// Recolours one texel: the specification that [`BaseLayer::span`] is tested against.
+    ///
+    /// `value + (toned(matrix(value)) - value) · weight` per channel, with the weight of skin.
     #[inline(always)]
     fn texel<T: Value>(
         &self,
@@ -251,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_equal_texels_to_the_bit() {
+    fn spans_match_single_texels_bit_for_bit() {
         compare::<u8, 3>(|rng| rng.u8(..));
         compare::<u8, 4>(|rng| rng.u8(100..));
         compare::<u16, 3>(|rng| rng.u16(..));

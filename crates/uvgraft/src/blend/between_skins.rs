@@ -1,4 +1,5 @@
-//! The tone from skin to skin: one gain over all of it, and what is left at the rim fades out near there.
+//! Tone correction from skin to skin: one gain over each side, and a residual at the
+//! boundary that fades out near it.
 
 use std::sync::Arc;
 
@@ -6,7 +7,7 @@ use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
 use super::skins::{BodySkin, SkinSample, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
-use super::toning::{BaseSkin, Recolor, Recolored, ToningError};
+use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::anatomy::Area;
 use crate::area_colors;
@@ -21,10 +22,10 @@ use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
 
-/// How much more or less of the contrast between cheeks and chest that gains leave there may be.
+/// Range of the factor on the contrast between cheeks and chest that the gains leave.
 const CONTRAST: [f32; 2] = [0.4, 2.5];
 
-/// What is done to one side's colours everywhere.
+/// How one side's colours change everywhere.
 #[derive(Debug, Clone, Copy)]
 struct Overall {
     matrix: Option<Matrix>,
@@ -32,11 +33,12 @@ struct Overall {
 }
 
 impl Overall {
+    /// The colour after the transform that matches statistics.
     fn matched(&self, rgb: Rgb) -> Rgb {
         self.matrix.map_or(rgb, |matrix| matrix.apply(rgb))
     }
 
-    /// What becomes of a matched colour.
+    /// A matched colour after the gains.
     fn toned(&self, rgb: Rgb) -> Rgb {
         [0, 1, 2].map(|k| toned(rgb[k], self.gains[k], 1.0))
     }
@@ -47,10 +49,15 @@ impl Overall {
 }
 
 impl Blend {
-    /// What both sides get from each other, from the skin of large areas and from the rim near it.
+    /// Recolours both sides by the skin of large areas and, near the boundary, by what differs
+    /// there.
+    ///
+    /// At each point the log gain is `overall + fade · residual`, with the residual extended
+    /// harmonically from the boundary. The boundary alone would spread its shade over the whole
+    /// face; without the residual an edge would remain.
     ///
     /// # Errors
-    /// [`ToningError`] where one side has no skin.
+    /// [`ToneError`] where one side has no skin.
     pub(super) fn between_skins(
         &self,
         measure: &Measure,
@@ -59,7 +66,7 @@ impl Blend {
         labels: &Labels,
         mask: Option<BaseSkin>,
         report: &mut ToneReport,
-    ) -> Result<Recolored, ToningError> {
+    ) -> Result<Recolored, ToneError> {
         let mut overall = self.overall((source, base), skins, labels)?;
         let chest = mask.as_ref().and_then(|mask| self.chest(base, skins, mask));
         if let Some(chest) = chest {
@@ -68,7 +75,7 @@ impl Blend {
         let rim = &measure.rim;
         let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
         let of_base = rim.base(base, |rgb| skins.body.model.likeness(rgb));
-        let left = self.left_at_rim(rim, [&of_source, &of_base], &overall);
+        let residual = self.residual(rim, [&of_source, &of_base], &overall);
         report.lightness = [
             lightness(overall[0].apply(skins.face.color)) - lightness(skins.face.color),
             lightness(overall[1].apply(skins.body.skin.color)) - lightness(skins.body.skin.color),
@@ -77,16 +84,16 @@ impl Blend {
             clipped(&skins.face.samples, &overall[0]),
             clipped(&skins.body.skin.samples, &overall[1]),
         ];
-        report.at_rim = left.as_ref().map(|left| left.median);
+        report.boundary_delta_e = residual.as_ref().map(|residual| residual.delta_e);
         let gains = |side: usize| -> Vec<Rgb> {
             if !self.options.membrane {
                 return Vec::new();
             }
-            let harmonic = left.as_ref().zip(measure.harmonic.as_ref());
+            let harmonic = residual.as_ref().zip(measure.harmonic.as_ref());
             let mut logs =
                 vec![overall[side].gains.map(|gain| f64::from(gain.ln())); self.inside.len()];
-            if let Some((left, harmonic)) = harmonic {
-                let given = &left.log_gains[side];
+            if let Some((residual, harmonic)) = harmonic {
+                let given = &residual.log_gains[side];
                 let extended = harmonic.extend(given);
                 let on_rim =
                     rim.points.iter().zip(given).map(|(&point, &log)| (point as usize, log));
@@ -106,18 +113,18 @@ impl Blend {
         let recolor = |side: usize| Recolor { matrix: overall[side].matrix, gains: gains(side) };
         let base = mask.map(|skin| (recolor(1), skin));
         let gives_way = self.options.tone != Tone::Source
-            || self.options.membrane && !self.beside_cloth.is_empty();
+            || self.options.membrane && !self.cloth_weight.is_empty();
         let source = gives_way.then(|| recolor(0));
         Ok(Recolored { source, base })
     }
 
-    /// What is done to the texture and to the base everywhere.
+    /// How the texture and the base change everywhere.
     fn overall(
         &self,
         (source, base): (&Texture, &Texture),
         skins: &Skins,
         labels: &Labels,
-    ) -> Result<[Overall; 2], ToningError> {
+    ) -> Result<[Overall; 2], ToneError> {
         let share = self.options.tone.share();
         if !self.options.match_skin {
             return Ok(skins.gains(share).map(|gains| Overall { matrix: None, gains }));
@@ -128,28 +135,29 @@ impl Blend {
             if share <= 0.0 || from.is_empty() || to.is_empty() {
                 return Ok(Overall { matrix: None, gains: [1.0; 3] });
             }
-            // Means of large areas: all of a face has brows' shadows, all of a body has soles.
+            // Means of large areas include more than clear skin: all of a face has the shadows of
+            // its brows, all of a body its soles.
             let found = ColorMatch::keeping_contrast(from, to)?;
             let matrix = Matrix::matching(&found, from, share);
-            Ok::<_, ToningError>(Overall { matrix: Some(matrix), gains: [1.0; 3] })
+            Ok::<_, ToneError>(Overall { matrix: Some(matrix), gains: [1.0; 3] })
         };
         let share = share as f32;
         let mut overall = [one_way(&face, &body, share)?, one_way(&body, &face, 1.0 - share)?];
-        // Cheeks meet cheeks, whatever the means of all skin are.
-        let middle = skins.middle(f64::from(share));
+        // Cheeks are made to match, regardless of the means of all skin.
+        let common = skins.common(f64::from(share));
         for (overall, skin) in overall.iter_mut().zip([&skins.face, &skins.body.skin]) {
             if let Some(matrix) = overall.matrix {
                 let changed: Vec<Rgb> = skin.samples.iter().map(|&rgb| matrix.apply(rgb)).collect();
                 let found = mean(&changed);
-                overall.gains = [0, 1, 2].map(|k| gain_between(found[k], middle[k]));
+                overall.gains = [0, 1, 2].map(|k| gain_between(found[k], common[k]));
             }
         }
         Ok(overall)
     }
 
-    /// The skin of the base's chest, if it is bare and the base's cheeks are of the same person.
+    /// The skin of the base's chest, if it is bare and the base's cheeks belong to the same person.
     fn chest(&self, base: &Texture, skins: &Skins, mask: &BaseSkin) -> Option<SkinSample> {
-        let anatomy = self.domain.anatomy().filter(|_| skins.body.is_of_cheeks)?;
+        let anatomy = self.domain.anatomy().filter(|_| skins.body.from_cheeks)?;
         let mask = match (&self.skin, mask) {
             (Some(mask), _) => Some(mask),
             (None, BaseSkin::Mask(mask)) => Some(&**mask),
@@ -160,8 +168,10 @@ impl Blend {
         SkinSample::new(found).filter(|chest| chest.is_like(&skins.body.skin))
     }
 
-    /// The gains of the base after which its chest differs from the cheeks as much as it did: gains of other skins
-    /// would make that more or less. The base's own cheeks are not seen any more.
+    /// The gains of the base after which its chest differs from the cheeks, ΔE 2000, as much as
+    /// before: gains for another skin would increase or decrease that. The base's own cheeks are
+    /// hidden by then, so the contrast is measured against the texture's. It is scaled by a
+    /// factor found by bisection.
     fn keeping_contrast(&self, overall: &[Overall; 2], skins: &Skins, chest: &SkinSample) -> Rgb {
         let own = delta_e(skins.body.skin.color, chest.color);
         let cheeks = overall[0].apply(skins.face.color);
@@ -178,15 +188,20 @@ impl Blend {
         SkinSample { color: chest.color, samples: matched }.gains_to(farther(low))
     }
 
-    /// How far a point is within what the rim changes: 1 at the rim, 0 where that has faded out.
+    /// How much of the boundary's residual applies at a point: 1 at the boundary, 0 where it has
+    /// faded out.
     pub(super) fn near_rim(&self, point: usize) -> f64 {
         let Some(fade) = self.fade else { return 1.0 };
         let t = (f64::from(self.inside[point]).abs() / fade).clamp(0.0, 1.0);
         1.0 - t * t * (3.0 - 2.0 * t)
     }
 
-    /// What is left to do at the rim beyond what is done everywhere; nothing where no skin meets skin.
-    fn left_at_rim(&self, rim: &Rim, sides: [&Side; 2], overall: &[Overall; 2]) -> Option<Left> {
+    /// The correction that remains at the boundary beyond the overall change, as log gains; `None`
+    /// where no skin meets skin.
+    ///
+    /// Next to cloth the texture takes on all of the base's tone regardless of the options, and the
+    /// base keeps its own there.
+    fn residual(&self, rim: &Rim, sides: [&Side; 2], overall: &[Overall; 2]) -> Option<Residual> {
         if rim.points.is_empty() {
             return None;
         }
@@ -200,25 +215,26 @@ impl Blend {
         };
         let matched = changed(&|side, rgb| overall[side].matched(rgb));
         let share = self.options.tone.share();
-        let left = |side: usize, aim: &dyn Fn(Rgb, Rgb) -> Rgb| -> Option<Vec<[f64; 3]>> {
-            // Gains as a whole: a shoulder bends two that follow each other otherwise than one.
+        let residual = |side: usize, aim: &dyn Fn(Rgb, Rgb) -> Rgb| -> Option<Vec<[f64; 3]>> {
+            // The gain for the whole change, minus the overall one: because of the shoulder, two
+            // gains in sequence bend a curve differently from one.
             let found = rim.difference([&matched[side], &matched[1 - side]], None, aim)?;
             let everywhere = overall[side].gains.map(|gain| f64::from(gain.ln()));
-            let left = |log: &[f64; 3]| [0, 1, 2].map(|k| log[k] - everywhere[k]);
-            Some(found.log_gains.iter().map(left).collect())
+            let remaining = |log: &[f64; 3]| [0, 1, 2].map(|k| log[k] - everywhere[k]);
+            Some(found.log_gains.iter().map(remaining).collect())
         };
         let by_tone = |side: usize, share: f64| {
-            left(side, &|from, to| [0, 1, 2].map(|k| between(from[k], to[k], share)))
+            residual(side, &|from, to| [0, 1, 2].map(|k| between(from[k], to[k], share)))
         };
         let mut of_source = by_tone(0, share)?;
         let mut of_base = by_tone(1, 1.0 - share)?;
-        if share < 1.0 && !self.beside_cloth.is_empty() {
-            let gives_way = left(0, &|_, to| overall[1].toned(to))?;
+        if share < 1.0 && !self.cloth_weight.is_empty() {
+            let gives_way = residual(0, &|_, to| overall[1].toned(to))?;
             for (index, &point) in rim.points.iter().enumerate() {
-                let far = f64::from(self.beside_cloth[point as usize]);
+                let cloth = f64::from(self.cloth_weight[point as usize]);
                 for k in 0..3 {
-                    of_source[index][k] += far * (gives_way[index][k] - of_source[index][k]);
-                    of_base[index][k] *= 1.0 - far;
+                    of_source[index][k] += cloth * (gives_way[index][k] - of_source[index][k]);
+                    of_base[index][k] *= 1.0 - cloth;
                 }
             }
         }
@@ -227,10 +243,10 @@ impl Blend {
             let with_color = side.iter().filter(|(_, area)| *area > 0.0);
             mean(&with_color.map(|(rgb, _)| rgb.map(|value| value as f32)).collect::<Vec<_>>())
         });
-        Some(Left { log_gains: [of_source, of_base], median: delta_e(means[0], means[1]) })
+        Some(Residual { log_gains: [of_source, of_base], delta_e: delta_e(means[0], means[1]) })
     }
 
-    /// The skin of a base, and where that is, if it changes.
+    /// The skin of a base, and how it is recognised if the base changes.
     pub(super) fn body_side(&self, base: &Texture) -> Option<(BodySkin, Option<BaseSkin>)> {
         self.domain.head()?;
         let skin = BodySkin::new(&self.domain, base)?;
@@ -238,7 +254,7 @@ impl Blend {
             if self.skin.is_some() {
                 return BaseSkin::Model(None);
             }
-            let model = (!skin.is_of_cheeks).then_some(&skin.model);
+            let model = (!skin.from_cheeks).then_some(&skin.model);
             let mask = self.domain.body().and_then(|body| body_skin(body, base, model).ok());
             mask.map_or(BaseSkin::Model(Some(skin.model)), |mask| BaseSkin::Mask(Arc::new(mask)))
         };
@@ -246,51 +262,51 @@ impl Blend {
         Some((skin, mask))
     }
 
-    /// Colours of the texture's skin, all over what is carried.
+    /// Colours of the texture's skin, over all linked pieces.
     fn skin_of_source(&self, source: &Texture, labels: &Labels) -> Vec<Rgb> {
         let domain = &self.domain;
         let mesh = domain.pair().from(domain.direction());
         let sampler = Sampler::new(source);
         let pieces = domain.pieces().all();
         let found = map_indices(pieces.len(), |index| {
-            let uv = domain.middle(pieces[index], mesh);
+            let uv = domain.centroid(pieces[index], mesh);
             if labels.at_uv(Label::Skin, uv) < 0.8 {
                 return None;
             }
-            let [r, g, b, opacity] = sampler.rgba_as(uv, Encoding::Srgb);
-            (opacity >= 0.5).then_some([r, g, b])
+            let [r, g, b, alpha] = sampler.rgba_as(uv, Encoding::Srgb);
+            (alpha >= 0.5).then_some([r, g, b])
         });
         found.into_iter().flatten().collect()
     }
 
-    /// Colours of the base's skin, all over the body.
+    /// Colours of the base's skin, over the whole body.
     fn skin_of_body(&self, base: &Texture, model: &SkinModel) -> Vec<Rgb> {
         let mesh = self.domain.mesh();
         let sampler = Sampler::new(base);
         let found = map_indices(mesh.faces().len(), |face| {
-            let uv = super::along_rim::middle(crate::piece::wide(mesh.uv_triangle(face)));
-            let [r, g, b, opacity] = sampler.rgba_as(uv, Encoding::Srgb);
-            (opacity >= 0.5 && model.weight([r, g, b]) > 0.5).then_some([r, g, b])
+            let uv = super::along_rim::centroid(crate::piece::wide(mesh.uv_triangle(face)));
+            let [r, g, b, alpha] = sampler.rgba_as(uv, Encoding::Srgb);
+            (alpha >= 0.5 && model.weight([r, g, b]) > 0.5).then_some([r, g, b])
         });
         found.into_iter().flatten().collect()
     }
 }
 
-/// What is left at a rim.
-struct Left {
-    /// For both sides, the logarithms of the gains at the rim's points.
+/// The correction that remains at a boundary.
+struct Residual {
+    /// For both sides, the logarithms of the gains at the boundary points.
     log_gains: [Vec<[f64; 3]>; 2],
-    /// How different both sides look, ΔE 2000.
-    median: f64,
+    /// How much both sides differ in mean colour, ΔE 2000.
+    delta_e: f64,
 }
 
-/// A value between two, as their ratio goes.
+/// A value between two, interpolated geometrically.
 fn between(from: f32, to: f32, share: f64) -> f32 {
     let [from, to] = [from, to].map(|value| f64::from(value.max(1e-3)).ln());
     (from + (to - from) * share).exp() as f32
 }
 
-/// The share of colours that are full in a channel and were not before.
+/// The fraction of colours that newly clip in a channel.
 fn clipped(samples: &[Rgb], overall: &Overall) -> f64 {
     const FULL: f32 = 254.5 / 255.0;
     let is_full = |rgb: Rgb| rgb.iter().any(|&value| value >= FULL);

@@ -1,7 +1,8 @@
-//! The inside of a mouth that is next to a line in the layout that textures come from.
+//! Mouth interiors that collapse almost to a line in the layout that textures are read from.
 //!
-//! A closed mouth is a slit in one layout and an open circle in the other: each texel of the slit would be seen as a shard
-//! across all of it. Nothing is known of such a part but what is around it, so its colours are smooth between those.
+//! A closed mouth is a slit in one layout and an open circle in the other: each texel of the slit
+//! would be smeared across the whole circle as a shard. The texture says nothing about such a part
+//! beyond the colours around it, so the part is filled smoothly from those.
 
 use std::sync::Arc;
 
@@ -16,64 +17,70 @@ use crate::sampler::Sampler;
 use crate::texture::{Channels, Size, Texture, Value};
 use crate::threads::for_each_chunk;
 
-/// Where a triangle is so much longer in the source than it is wide, in terms of the target, such a part begins,
-const LINE: f64 = 64.0;
-/// and it goes on where that is so much.
-const NARROW: f64 = 8.0;
-/// Smaller parts, as a share of all texels, are left as they are: shards of a few texels are seen by nobody.
-const LEAST: f64 = 5e-4;
-/// So often colours are averaged with those of the points around: enough for rings of ten points.
+/// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from.
+const SEED_RATIO: f64 = 64.0;
+/// Least anisotropy of the triangles that it grows over.
+const GROWTH_RATIO: f64 = 8.0;
+/// Parts below this fraction of all texels are left alone: shards of a few texels are invisible.
+const MIN_SHARE: f64 = 5e-4;
+/// Sweeps over the points inside a part: enough for rings of ten points.
 const SWEEPS: usize = 400;
 
-/// The inside of mouths that textures show as next to lines, on a map's target.
+/// Mouth interiors that collapse in the source's layout, on a map's target.
 #[derive(Debug)]
 pub(crate) struct Collapsed {
     map: Arc<SamplingMap>,
-    /// For each triangle of the target, whether it is of such a part.
+    /// For each triangle of the target, whether it belongs to such a part.
     faces: Vec<bool>,
     /// The points of the parts.
     points: Vec<Point>,
-    /// The points of each triangle that is of a part, as numbers in `points`.
+    /// The points of each triangle that belongs to a part, as indices into `points`.
     corners: Vec<[u32; 3]>,
 }
 
 /// A point of a part.
 #[derive(Debug, Clone, Default)]
 struct Point {
-    /// Where textures are looked up beside the part; empty within it.
+    /// Where textures are sampled next to the part, as UV coordinates; empty for points inside it.
     around: Vec<[f64; 2]>,
-    /// The points that it is joined to.
-    beside: Vec<u32>,
+    /// The points that it shares an edge with; once for each triangle at the edge.
+    adjacent: Vec<u32>,
 }
 
-/// The colours that one texture gives to the parts.
+/// The smooth colours of the parts, from one texture.
 #[derive(Debug)]
 pub(crate) struct Smooth {
     of: Arc<Collapsed>,
-    /// For each patch of the map that is of a part, red, green and blue; 1.0 is full.
+    /// For each patch of the map that belongs to a part, red, green and blue; 1.0 is full
+    /// intensity.
     slopes: Vec<Option<[Slope; 3]>>,
 }
 
 impl Collapsed {
-    /// Finds them; nothing where there are none.
+    /// Finds the parts; `None` if there are none.
+    ///
+    /// A part grows by hysteresis: from triangles of the mouth with an anisotropy of at least
+    /// [`SEED_RATIO`], over adjacent ones with at least [`GROWTH_RATIO`], and takes in what it
+    /// encloses. Its points then form a graph, with colour samples at the points where it
+    /// meets the rest of the surface.
     pub fn new(domain: &BlendDomain, map: &Arc<SamplingMap>, source: Size) -> Option<Self> {
         let anatomy = domain.anatomy()?;
         let surface = domain.surface();
         let triangles = surface.triangles();
         let areas = [Area::MouthInterior, Area::Lips].map(|area| anatomy.area(area));
-        // Behind ears there are such triangles too, and detail between them.
+        // Behind the ears there are such triangles too, with real detail between them.
         let of_mouth = |face: usize| {
             let corners = domain.mesh().faces()[face].map(|vertex| vertex as usize);
             corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
         };
-        let thinness_of = |face: usize| {
-            if of_mouth(face) > 0.0 { thinness(domain, face, map.size(), source) } else { 1.0 }
+        let anisotropy_of = |face: usize| {
+            if of_mouth(face) > 0.0 { anisotropy(domain, face, map.size(), source) } else { 1.0 }
         };
-        let thinness: Vec<f64> = (0..triangles.len()).map(thinness_of).collect();
+        let anisotropy: Vec<f64> = (0..triangles.len()).map(anisotropy_of).collect();
         let mut faces = vec![false; triangles.len()];
         let mut is_known = faces.clone();
         for first in 0..triangles.len() {
-            let begins = thinness[first] >= LINE && of_mouth(first) >= 0.5;
+            let begins = anisotropy[first] >= SEED_RATIO && of_mouth(first) >= 0.5;
             if !begins || std::mem::replace(&mut is_known[first], true) {
                 continue;
             }
@@ -81,7 +88,7 @@ impl Collapsed {
             while let Some(&face) = part.get(next) {
                 next += 1;
                 for &other in triangles[face as usize].iter().flat_map(|&at| surface.around(at)) {
-                    if thinness[other as usize] >= NARROW
+                    if anisotropy[other as usize] >= GROWTH_RATIO
                         && !std::mem::replace(&mut is_known[other as usize], true)
                     {
                         part.push(other);
@@ -91,14 +98,15 @@ impl Collapsed {
             let area =
                 |face: u32| doubled_area(corners_px(domain.mesh(), face as usize, map.size()));
             let texels = 0.5 * part.iter().map(|&face| area(face).abs()).sum::<f64>();
-            if texels >= LEAST * map.size().texels() as f64 {
+            if texels >= MIN_SHARE * map.size().texels() as f64 {
                 part.into_iter().for_each(|face| faces[face as usize] = true);
             }
         }
         if !faces.contains(&true) {
             return None;
         }
-        // What a part encloses is of it: a triangle whose points lie on one line by chance is no less between shards.
+        // Enclosed triangles belong to the part too: one whose points are collinear by chance
+        // still lies between shards.
         let mut is_of_part = vec![false; surface.positions().len()];
         for face in (0..triangles.len()).filter(|&face| faces[face]) {
             triangles[face].iter().for_each(|&point| is_of_part[point as usize] = true);
@@ -106,33 +114,37 @@ impl Collapsed {
         for (face, corners) in faces.iter_mut().zip(triangles) {
             *face |= corners.iter().all(|&point| is_of_part[point as usize]);
         }
-        let mut numbers = vec![u32::MAX; surface.positions().len()];
+        let mut indices = vec![u32::MAX; surface.positions().len()];
         let mut points: Vec<Point> = Vec::new();
         let mut corners = vec![[0; 3]; triangles.len()];
         let read = domain.pair().from(domain.direction());
         for face in (0..triangles.len()).filter(|&face| faces[face]) {
             corners[face] = triangles[face].map(|point| {
-                let number = &mut numbers[point as usize];
-                if *number == u32::MAX {
-                    *number = points.len() as u32;
+                let index = &mut indices[point as usize];
+                if *index == u32::MAX {
+                    *index = points.len() as u32;
                     let beyond =
                         surface.around(point).iter().filter(|&&face| !faces[face as usize]);
                     let pieces = beyond.flat_map(|&face| domain.pieces().of_face(face as usize));
-                    let around = pieces.map(|&piece| domain.middle(piece, read)).collect();
-                    points.push(Point { around, beside: Vec::new() });
+                    let around = pieces.map(|&piece| domain.centroid(piece, read)).collect();
+                    points.push(Point { around, adjacent: Vec::new() });
                 }
-                *number
+                *index
             });
             let [a, b, c] = corners[face];
             for (from, to) in [(a, b), (b, c), (c, a)] {
-                points[from as usize].beside.push(to);
-                points[to as usize].beside.push(from);
+                points[from as usize].adjacent.push(to);
+                points[to as usize].adjacent.push(from);
             }
         }
         Some(Self { map: Arc::clone(map), faces, points, corners })
     }
 
-    /// The colours that a texture gives them.
+    /// Computes the smooth colours of the parts from a texture.
+    ///
+    /// Points at the edge of a part take the mean of the samples around it. Each point inside
+    /// relaxes to the mean of its neighbours (Laplace's equation on the graph, by Gauss-Seidel
+    /// sweeps), so colours blend across the part without an edge.
     ///
     /// - `texture`: in the working format.
     pub fn smooth(self: &Arc<Self>, domain: &BlendDomain, texture: &Texture) -> Smooth {
@@ -159,9 +171,9 @@ impl Collapsed {
         within.iter().for_each(|&point| colors[point] = overall);
         for _ in 0..SWEEPS {
             for &point in &within {
-                let beside = &self.points[point].beside;
-                let sum = |k: usize| beside.iter().map(|&at| colors[at as usize][k]).sum::<f32>();
-                colors[point] = [0, 1, 2].map(|k| sum(k) / beside.len() as f32);
+                let adjacent = &self.points[point].adjacent;
+                let sum = |k: usize| adjacent.iter().map(|&at| colors[at as usize][k]).sum::<f32>();
+                colors[point] = [0, 1, 2].map(|k| sum(k) / adjacent.len() as f32);
             }
         }
         let slopes = self.map.patches().iter().map(|patch| {
@@ -177,7 +189,7 @@ impl Collapsed {
 }
 
 impl Smooth {
-    /// Gives the parts' texels in some rows their colours; what else they hold stays.
+    /// Writes the colours of the parts into some rows; alpha and all other texels stay.
     pub fn lay<T: Value>(&self, channels: Channels, first_row: u32, rows: &mut [T]) {
         let count = channels.count();
         let colors = if channels.has_color() { 3 } else { 1 };
@@ -199,8 +211,8 @@ impl Smooth {
         });
     }
 
-    /// Gives the parts' texels in some rows the controls of what is around a mouth: they take on half of a tone, as lips
-    /// do.
+    /// Sets the controls of the parts' texels in some rows to those of the surroundings of a mouth:
+    /// half of the tone, as lips have, and full transfer.
     pub fn settle(&self, first_row: u32, controls: &mut [u8]) {
         let map = &self.of.map;
         for_each_chunk(controls, map.size().width as usize * VALUES, |index, texels| {
@@ -214,9 +226,10 @@ impl Smooth {
     }
 }
 
-/// How much longer a triangle of the target is in the source than it is wide, where it would be a circle; 1 for one
-/// that is not carried whole.
-fn thinness(domain: &BlendDomain, face: usize, target: Size, source: Size) -> f64 {
+/// The anisotropy of the mapping from a target triangle to the source, in texels: how much longer
+/// than wide the image of a circle is, the ratio of the singular values of the Jacobian. 1 for a
+/// triangle that is not transferred whole.
+fn anisotropy(domain: &BlendDomain, face: usize, target: Size, source: Size) -> f64 {
     let &[piece] = domain.pieces().of_face(face) else { return 1.0 };
     if domain.pieces().part(piece).is_some() {
         return 1.0;
@@ -234,7 +247,7 @@ fn thinness(domain: &BlendDomain, face: usize, target: Size, source: Size) -> f6
     if area == 0.0 {
         return 1.0;
     }
-    // The Jacobian, and its singular values.
+    // The Jacobian; `greatest` is its larger singular value squared, `product` the product of both.
     let column = |a: f64, b: f64| [0, 1].map(|axis| (u[axis] * a + v[axis] * b) / area);
     let (x, y) = (column(q[1], -p[1]), column(-q[0], p[0]));
     let squares = x[0] * x[0] + x[1] * x[1] + y[0] * y[0] + y[1] * y[1];

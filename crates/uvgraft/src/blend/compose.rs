@@ -1,4 +1,4 @@
-//! Laying sampled values over a base: weighted, and in the tone that they are to have.
+//! Composites sampled values over a base: weighted by the feather, and recoloured.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use fearless_simd::Level;
 
 use super::controls::{self, VALUES};
 use super::field::{Line, Slope};
-use super::stretch::{self, Span, mixed};
+use super::stretch::{self, Span, lerp};
 use super::tone::{Matrix, toned};
 use crate::color::{linear_from_srgb, srgb_from_linear};
 use crate::map::{Run, SamplingMap};
@@ -18,41 +18,42 @@ use crate::threads::for_each_with;
 #[derive(Debug, Clone)]
 pub(crate) struct Composition<'a> {
     pub map: &'a SamplingMap,
-    /// For each patch, the signed distance from the rim.
+    /// For each patch, the signed distance from the boundary.
     pub inside: &'a [[Slope; 1]],
-    /// Over so much of it the weight grows from 0 to 1.
+    /// Distance over which the weight grows from 0 to 1.
     pub feather: f32,
-    /// For each patch, the gains of red, green and blue; empty where none is to be applied.
+    /// For each patch, the gains of red, green and blue; empty if there are none.
     pub gains: &'a [[Slope; 3]],
-    /// What is done to all colours before that.
+    /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
-    /// Whether values are encoded normals, which are given their length again where they were mixed.
+    /// Whether values are encoded normals, which are renormalised after blending.
     pub normals: bool,
-    /// Whether values are light. Tones are of sRGB values as stored, whatever is worked on, so that results do not
-    /// depend on that.
+    /// Whether values are linear light. Tones act on stored sRGB values whatever the working
+    /// encoding, so that results do not depend on it.
     pub is_linear: bool,
-    /// Whether labels say that texels are carried less than wholly.
+    /// Whether labels make some texels transfer less than fully.
     pub leaves_out: bool,
 }
 
 impl Composition<'_> {
-    /// Lays the texels of a map, sampled into `layer`, over rows from `first_row` on. If the last channel
-    /// is opacity, `layer` has it.
+    /// Composites the texels of a map, sampled into `layer`, over the rows from `first_row` on. If
+    /// the last channel is alpha, `layer` includes it.
     ///
-    /// - `controls`: what labels say about each texel of the rows, [`controls::VALUES`] each; empty for nothing.
+    /// - `controls`: per-texel controls of the rows, [`controls::VALUES`] each; empty if there are
+    ///   none.
     ///
     /// # Panics
-    /// If the two have different lengths.
+    /// If `layer` and `rows` have different lengths.
     pub fn lay<T: Value>(
         &self,
         channels: Channels,
-        has_opacity: bool,
+        has_alpha: bool,
         first_row: u32,
         layer: &[T],
         rows: &mut [T],
         controls: &[u8],
     ) {
-        let lay = match (channels.count(), has_opacity) {
+        let lay = match (channels.count(), has_alpha) {
             (1, _) => Self::lay_rows::<T, 1, false>,
             (2, false) => Self::lay_rows::<T, 2, false>,
             (2, true) => Self::lay_rows::<T, 2, true>,
@@ -63,7 +64,7 @@ impl Composition<'_> {
         lay(self, first_row, layer, rows, controls);
     }
 
-    /// Adds the columns of a row at which nothing is left of the base, if the layer is opaque.
+    /// Adds the columns of a row at which an opaque layer leaves nothing of the base.
     pub fn push_full(&self, row: u32, columns: &mut Vec<Range<u32>>) {
         for run in self.map.row(row) {
             let inside = self.inside[run.patch as usize][0].line(run.x, row);
@@ -78,7 +79,11 @@ impl Composition<'_> {
         }
     }
 
-    fn lay_rows<T: Value, const C: usize, const OPACITY: bool>(
+    /// Composites each run of the map in the cheapest way that gives the exact result: runs outside
+    /// the region are skipped, opaque runs that stay unchanged are copied, plain adjacent runs are
+    /// joined to a span for [`stretch::lay_span`], and the rest is done texel by texel. Runs are
+    /// short, so they would rarely fill a vector on their own.
+    fn lay_rows<T: Value, const C: usize, const ALPHA: bool>(
         &self,
         first_row: u32,
         layer: &[T],
@@ -109,14 +114,14 @@ impl Composition<'_> {
             for run in self.map.row(row) {
                 let columns = run.x as usize..(run.x + run.len) as usize;
                 let change = self.change_of(run, row);
-                let is_one_by_one = OPACITY
+                let is_per_texel = ALPHA
                     || self.normals
                     || self.matrix.is_some()
                     || (self.is_linear && change.is_recolored)
                     || (change.reach == Reach::Partly && self.feather <= 0.0);
                 let is_copied = change.reach == Reach::Wholly
-                    && !(OPACITY || change.is_recolored || self.leaves_out);
-                let is_of_span = change.reach != Reach::Nowhere && !is_copied && !is_one_by_one;
+                    && !(ALPHA || change.is_recolored || self.leaves_out);
+                let is_of_span = change.reach != Reach::Nowhere && !is_copied && !is_per_texel;
                 if !is_of_span || span.columns().end != columns.start {
                     lay_span(span, texels);
                 }
@@ -141,18 +146,18 @@ impl Composition<'_> {
                     let weight = if is_whole { 1.0 } else { self.weight(change.inside.at(k)) };
                     let [tone, carried] = controls::at(controls, k as usize);
                     let change = Change { gains: change.gains.map(|gain| gain.at(k)), tone };
-                    self.texel::<T, C, OPACITY>(layer, weight * carried, &change, texel);
+                    self.texel::<T, C, ALPHA>(layer, weight * carried, &change, texel);
                 }
             }
             lay_span(span, texels);
         });
     }
 
-    /// What is done along a run of the map.
+    /// The change along a run of the map.
     fn change_of(&self, run: &Run, row: u32) -> RunChange {
         let patch = run.patch as usize;
         let inside = self.inside[patch][0].line(run.x, row);
-        // A run is straight: what holds at both ends holds between them.
+        // Values are linear along a run: what holds at both ends holds in between.
         let ends = [inside.at(0), inside.at(run.len - 1)];
         let reach = if ends.iter().all(|&end| end < 0.0) {
             Reach::Nowhere
@@ -180,9 +185,12 @@ impl Composition<'_> {
         }
     }
 
-    /// What is done to one texel: the specification.
+    /// Composites one texel: the specification that [`stretch::lay_span`] is tested against.
+    ///
+    /// `below + (recoloured - below) · weight` per channel; with alpha, the layer's alpha times
+    /// `weight` is composited over the texel.
     #[inline(always)]
-    fn texel<T: Value, const C: usize, const OPACITY: bool>(
+    fn texel<T: Value, const C: usize, const ALPHA: bool>(
         &self,
         layer: &[T],
         weight: f32,
@@ -194,12 +202,12 @@ impl Composition<'_> {
         }
         let one = T::ONE.to_level();
         let mut levels = load::<T, C, false>(layer);
-        let colors = if OPACITY { C - 1 } else { C };
+        let colors = if ALPHA { C - 1 } else { C };
         self.recolor(&mut levels[..colors], one, change);
-        if OPACITY {
-            let opacity = levels[C - 1] / one * weight;
+        if ALPHA {
+            let alpha = levels[C - 1] / one * weight;
             for channel in 0..colors {
-                levels[channel] *= opacity;
+                levels[channel] *= alpha;
             }
             levels[C - 1] *= weight;
             store::<T, C, true>(levels, texel);
@@ -211,7 +219,7 @@ impl Composition<'_> {
                 }
             }
             if self.normals && weight < 1.0 {
-                lengthen(&mut levels, one);
+                renormalise(&mut levels, one);
             }
             store::<T, C, false>(levels, texel);
         }
@@ -219,7 +227,7 @@ impl Composition<'_> {
 }
 
 impl Composition<'_> {
-    /// Gives the colours of a texel another tone.
+    /// Recolours a texel.
     #[inline(always)]
     fn recolor(&self, levels: &mut [f32], one: f32, change: &Change) {
         let colors = levels.len();
@@ -232,7 +240,7 @@ impl Composition<'_> {
         }
         let before = stored;
         if let (Some(matrix), 1 | 3) = (&self.matrix, colors) {
-            // Grey is a colour whose channels are equal.
+            // Grey is a colour with equal channels.
             let rgb = [0, 1, 2].map(|channel| stored[channel.min(colors - 1)] / one);
             for (level, value) in stored[..colors].iter_mut().zip(matrix.apply(rgb)) {
                 *level = value * one;
@@ -240,22 +248,22 @@ impl Composition<'_> {
         }
         for channel in 0..colors {
             let value = toned(stored[channel], change.gains[channel % 3], one);
-            let value = mixed(before[channel], value, change.tone);
+            let value = lerp(before[channel], value, change.tone);
             levels[channel] = if is_light { to_light(value / one) * one } else { value };
         }
     }
 }
 
-/// What is done along a run of a map.
+/// The change along a run of a map.
 struct RunChange {
     reach: Reach,
-    /// The signed distance from the rim.
+    /// Signed distance from the boundary.
     inside: Line,
     is_recolored: bool,
     gains: [Line; 3],
 }
 
-/// How much of a layer is laid over a run.
+/// How much of a layer is composited along a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Reach {
     Nowhere,
@@ -266,12 +274,12 @@ enum Reach {
 /// How a texel's colours change.
 struct Change {
     gains: [f32; 3],
-    /// How far they do, from 0 to 1.
+    /// How much of the change is applied, 0 to 1.
     tone: f32,
 }
 
-/// Gives an encoded normal the length 1; one that has no direction stays as it is.
-fn lengthen(levels: &mut [f32], one: f32) {
+/// Renormalises an encoded normal; one without a direction is left unchanged.
+fn renormalise(levels: &mut [f32], one: f32) {
     if let [x, y, z, ..] = levels {
         let normal = [*x, *y, *z].map(|level| level / one * 2.0 - 1.0);
         let length = normal.iter().map(|value| value * value).sum::<f32>().sqrt();
@@ -289,7 +297,8 @@ mod tests {
     use crate::pair::{Direction, Pair};
     use crate::texture::Size;
 
-    /// A square texture of eight texels a side, one triangle over half of it and one unit a texel.
+    /// A square texture of eight texels a side, with one triangle over half of it, one unit per
+    /// texel.
     fn map() -> SamplingMap {
         let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let positions = uv.iter().map(|&[x, y]| [x * 8.0, y * 8.0, 0.0]).collect();
@@ -313,7 +322,7 @@ mod tests {
                 &Mesh::from_triangles(positions, uv, &faces, &faces).unwrap(),
             )
         };
-        // Outside at the left edge, and a unit more with every texel.
+        // Outside at the left edge, and one unit further in with every texel.
         let inside = super::super::field::slopes(&map, &mesh, &surface, |_, point| {
             [if point == 1 { 7.0 } else { -1.0 }]
         });
@@ -338,7 +347,7 @@ mod tests {
         assert_eq!(values[1..5], wanted);
         assert_eq!(values[5..7], [200, 200]);
 
-        // A gain of a half and its toe, without a feather: nothing outside, everything inside.
+        // A gain of a half with its toe, without a feather: nothing outside, everything inside.
         let gains = vec![[Slope::constant(0.5); 3]];
         let composition = Composition {
             map: &map,
@@ -356,7 +365,7 @@ mod tests {
         let level = (100.0 / (1.0 - toe)).round() as u8;
         assert_eq!(values[..3], [80, level, level]);
 
-        // With opacity: what is laid over covers as much as its weight and its opacity say.
+        // With alpha: coverage is the product of weight and alpha.
         let composition = Composition {
             map: &map,
             inside: &inside,
@@ -373,7 +382,7 @@ mod tests {
         assert_eq!(values[..6], [0.0, 1.0, 0.25, 1.0, 0.5, 1.0]);
     }
 
-    /// Runs of any length, at every level that this machine has.
+    /// Runs of any length, at every SIMD level of this machine.
     fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {
         let mut rng = fastrand::Rng::with_seed(C as u64);
         let map = map();
@@ -384,7 +393,7 @@ mod tests {
                     let corners = [[0.0, 0.0], [f64::from(len), 0.0], [0.0, 9.0]];
                     Slope::new(corners, values).line(0, 3)
                 };
-                // Two runs beside each other.
+                // Two adjacent runs.
                 let runs = [0..len / 3, len / 3..len]
                     .map(|run| (run, line(-0.3, 1.0), [(); 3].map(|()| line(0.4, most))));
                 let layer: Vec<T> = (0..len as usize * C).map(|_| value(&mut rng)).collect();
@@ -429,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_equal_texels_to_the_bit() {
+    fn spans_match_single_texels_bit_for_bit() {
         compare::<u8, 1>(|rng| rng.u8(..));
         compare::<u8, 3>(|rng| rng.u8(..));
         compare::<u16, 3>(|rng| rng.u16(..));

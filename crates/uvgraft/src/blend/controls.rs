@@ -1,4 +1,5 @@
-//! What labels say about the texels of a target: how far each takes on another tone, and how far it is carried.
+//! Per-texel controls from labels: how far each target texel takes on another tone, and how
+//! much of it is transferred.
 
 use std::sync::Arc;
 
@@ -6,31 +7,32 @@ use crate::filter::Filter;
 use crate::formats::{Averaging, Formats};
 use crate::labels::Labels;
 use crate::map::{MapOptions, SamplingMap};
-use crate::resampler::{Resampler, Source, TexelShape, Way};
+use crate::resampler::{MapInputs, Resampler, Source, TexelShape};
 use crate::texture::Texels;
 
 use super::selection::BlendDomain;
 
-/// Labels, ready to be read at the texels of a map: they are carried through it as the texture is.
+/// Labels, ready to be sampled at the texels of a map: they are resampled as the texture is.
 #[derive(Debug)]
 pub(crate) struct Controls {
     resampler: Resampler,
     labels: Source,
+    /// Whether any texel is transferred less than fully.
     leaves_out: bool,
 }
 
-/// Values of a texel: its tone, and how far it is carried; 255 for wholly.
+/// Values per texel: tone and transfer weight; 255 is full.
 pub(super) const VALUES: usize = 2;
 
 impl Controls {
-    /// - `leaves_out`: whether anything is carried less than wholly.
+    /// - `leaves_out`: whether any texel is transferred less than fully.
     pub fn new(
         domain: &BlendDomain,
         map: &Arc<SamplingMap>,
         labels: &Labels,
         leaves_out: bool,
     ) -> Self {
-        let way = Way {
+        let way = MapInputs {
             pair: domain.pair(),
             direction: domain.direction(),
             target_size: map.size(),
@@ -44,23 +46,23 @@ impl Controls {
         Self { resampler, labels, leaves_out }
     }
 
-    /// Whether anything is carried less than wholly.
+    /// Whether any texel is transferred less than fully.
     pub fn leaves_out(&self) -> bool {
         self.leaves_out
     }
 
-    /// The values of the texels of some rows; where the map does not reach they say nothing.
+    /// The controls of the texels of some rows; meaningless where the map does not reach.
     pub fn rows(&self, first_row: u32, count: u32, rows: &mut Vec<u8>) {
         let width = self.resampler.map().size().width as usize;
         rows.resize(width * VALUES * count as usize, 0);
-        let shape = TexelShape { channels: VALUES, has_opacity: false, is_opaque: false };
+        let shape = TexelShape { channels: VALUES, has_alpha: false, is_opaque: false };
         if let Texels::U8(labels) = self.labels.texture.texels() {
             self.resampler.fill(shape, labels, first_row, rows, |_, _| {});
         }
     }
 }
 
-/// A texel's tone and how far it is carried, of those of a run; all of both where nothing says otherwise.
+/// Tone and transfer weight of a texel of a run, 0 to 1; both 1 without controls.
 #[inline(always)]
 pub(super) fn at(controls: &[u8], texel: usize) -> [f32; 2] {
     match controls.get(texel * VALUES..texel * VALUES + VALUES) {
@@ -69,6 +71,7 @@ pub(super) fn at(controls: &[u8], texel: usize) -> [f32; 2] {
     }
 }
 
+/// Controls as fractions, 0 to 1.
 #[inline(always)]
 pub(super) fn as_shares(values: [u8; VALUES]) -> [f32; VALUES] {
     values.map(|value| f32::from(value) * (1.0 / 255.0))

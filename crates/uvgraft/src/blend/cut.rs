@@ -1,4 +1,4 @@
-//! A mesh whose triangles are cut along a region's rim, where that passes through them.
+//! The target mesh, with triangles cut along a region's boundary.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use super::Blend;
 /// A mesh and which of its triangles are in a region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutMesh {
-    /// The mesh of the target, with more triangles.
+    /// The target mesh, with more triangles.
     pub mesh: Mesh,
-    /// `[triangles]` whether each is in the region.
+    /// `[triangles]`: whether each is in the region.
     pub inside: Vec<bool>,
 }
 
-/// A corner of a triangle: where it is, its UV coordinate, and its signed distance from the rim.
+/// A corner of a triangle: its position, UV coordinate and signed distance from the boundary.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     point: u32,
@@ -25,15 +25,15 @@ struct Corner {
 }
 
 impl Blend {
-    /// The target's mesh with the rim as edges: for what looks at both sides of it, as
-    /// `uvgraft_metrics::seams::measure` does. Other triangles stay as they are; their order does
-    /// not.
+    /// Cuts the target mesh so that the boundary follows edges, for code that compares both sides
+    /// of it, such as `uvgraft_metrics::seams::measure`. Other triangles are unchanged, but their
+    /// order is not.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] if there would be too many triangles.
     pub fn cut(&self) -> Result<CutMesh, MeshError> {
         let (mesh, surface) = (self.domain.mesh(), self.domain.surface());
-        let mut parts = Parts::default();
+        let mut builder = MeshBuilder::default();
         for (face, points) in surface.triangles().iter().enumerate() {
             let uv = mesh.uv_triangle(face);
             let corners = [0, 1, 2].map(|k| Corner {
@@ -43,27 +43,27 @@ impl Blend {
                 inside: self.inside[points[k] as usize],
             });
             let is_out = corners.map(|corner| corner.inside < 0.0);
-            // The corner that is alone on its side, if the rim passes through.
+            // The corner that is alone on its side, if the boundary passes through the triangle.
             let count = is_out.iter().filter(|&&is_out| is_out).count();
             let alone = is_out.iter().position(|&is_out| is_out == (count == 1));
             match alone.filter(|_| self.touched[face] && (1..3).contains(&count)) {
-                None => parts.push(corners, self.touched[face] && count == 0),
+                None => builder.push(corners, self.touched[face] && count == 0),
                 Some(first) => {
                     let [a, b, c] = [0, 1, 2].map(|k| corners[(first + k) % 3]);
                     let (ab, ac) = (crossing(a, b), crossing(a, c));
-                    parts.push([a, ab, ac], a.inside >= 0.0);
-                    parts.push([ab, b, c], a.inside < 0.0);
-                    parts.push([ab, c, ac], a.inside < 0.0);
+                    builder.push([a, ab, ac], a.inside >= 0.0);
+                    builder.push([ab, b, c], a.inside < 0.0);
+                    builder.push([ab, c, ac], a.inside < 0.0);
                 }
             }
         }
-        let Parts { positions, uv, faces, uv_faces, inside, .. } = parts;
+        let MeshBuilder { positions, uv, faces, uv_faces, inside, .. } = builder;
         let mesh = Mesh::from_triangles(positions, uv, &faces, &uv_faces)?;
         Ok(CutMesh { mesh, inside })
     }
 }
 
-/// Where the rim crosses an edge: the same to the bit from both triangles there.
+/// Where the boundary crosses an edge: bit-identical for both triangles at the edge.
 fn crossing(a: Corner, b: Corner) -> Corner {
     let (a, b) = if a.point < b.point { (a, b) } else { (b, a) };
     let t = a.inside / (a.inside - b.inside);
@@ -76,9 +76,9 @@ fn crossing(a: Corner, b: Corner) -> Corner {
     }
 }
 
-/// A mesh in the making.
+/// A mesh under construction.
 #[derive(Default)]
-struct Parts {
+struct MeshBuilder {
     positions: Vec<[f32; 3]>,
     uv: Vec<[f32; 2]>,
     faces: Vec<[u32; 3]>,
@@ -88,7 +88,7 @@ struct Parts {
     known_uv: HashMap<[u32; 2], u32>,
 }
 
-impl Parts {
+impl MeshBuilder {
     fn push(&mut self, corners: [Corner; 3], inside: bool) {
         let Self { positions, uv, known_positions, known_uv, .. } = self;
         self.faces.push(corners.map(|corner| {
@@ -115,8 +115,8 @@ mod tests {
     use crate::surface::Surface;
 
     #[test]
-    fn the_rim_becomes_edges() {
-        // Four squares in a row, all but the last one linked, narrowed by half a square.
+    fn the_boundary_becomes_edges() {
+        // Four squares in a row, all but the last one linked, shrunk by half a square.
         let positions: Vec<[f32; 3]> =
             (0..10).map(|k| [(k / 2) as f32, (k % 2) as f32, 0.0]).collect();
         let uv = positions.iter().map(|&[x, y, _]| [x * 0.2, y * 0.2]).collect::<Vec<_>>();
@@ -137,7 +137,7 @@ mod tests {
         };
         assert!((area(true) - 2.5).abs() < 1e-6 && (area(false) - 1.5).abs() < 1e-6);
         let on_rim = cut.mesh.positions().iter().filter(|[x, ..]| (x - 2.5).abs() < 1e-6);
-        // Where it crosses three edges.
+        // The boundary crosses three edges.
         assert_eq!(on_rim.count(), 3);
     }
 }

@@ -1,8 +1,9 @@
-//! The rims of eyeballs in a texture.
+//! Fills the rims of eyeballs in a texture.
 //!
-//! They lie behind the lids, and captures do not know them: what they hold there is what is beside the island, such as
-//! a background or the border of the image. Where two eyes share one disc of the other layout, or that disc is a little
-//! larger, it shows as a crescent. So rims are given what is inside them.
+//! The rims lie behind the lids, where captures see nothing: their texels hold whatever is next to
+//! the island, such as background or the edge of the image. Where both eyes share one disc of the
+//! other layout, or that disc is slightly larger, this shows as a crescent. So rims are filled with
+//! the colours inside them.
 
 use std::ops::Range;
 
@@ -15,23 +16,24 @@ use crate::texture::{Size, TexelsMut, Texture, Value};
 
 use super::selection::BlendDomain;
 
-/// The texels of rims, from the inside out, for textures of one size.
+/// The rim texels, from the inside out, for textures of one size.
 #[derive(Debug, Clone)]
 pub(crate) struct EyeRims {
-    /// Each with those beside it that are farther inside; [`NONE`] for fewer.
+    /// Each texel with its neighbours farther inside; [`NONE`] in place of missing ones.
     texels: Vec<(u32, [u32; 4])>,
 }
 
 const NONE: u32 = u32::MAX;
 
-/// A rim is this share of a texture's side wide: four texels of a capture of 512.
-const WIDTH: f64 = 1.0 / 128.0;
+/// Width of a rim as a fraction of the texture's longer side: four texels of a capture of 512.
+const MAX_WIDTH: f64 = 1.0 / 128.0;
 
-/// At most this share of the radius of an island.
-const MOST: f64 = 0.35;
+/// Upper limit of that width, as a fraction of the island's radius.
+const MAX_SHARE: f64 = 0.35;
 
 impl EyeRims {
-    /// Finds them in the layout that textures come from; nothing where no eyeball has islands of its own.
+    /// Finds the rims in the layout that textures are read from; `None` if no island
+    /// belongs to eyeballs alone.
     pub fn new(domain: &BlendDomain, size: Size) -> Option<Self> {
         let head = domain.head()?;
         let mesh = domain.pair().from(domain.direction());
@@ -55,10 +57,10 @@ impl EyeRims {
         (!texels.is_empty()).then_some(Self { texels })
     }
 
-    /// Gives the rims of a texture what is inside them.
+    /// Fills the rims of a texture from the inside.
     ///
     /// # Panics
-    /// If the texture has fewer texels than those it was made for.
+    /// If the texture has fewer texels than the size that the rims were made for.
     pub fn fill(&self, texture: &mut Texture) {
         let channels = texture.channels().count();
         match texture.texels_mut() {
@@ -81,7 +83,9 @@ impl EyeRims {
     }
 }
 
-/// The rim of one island.
+/// The rim of one island: the texels of its outermost rings, by erosion, each with its
+/// neighbours on inner rings. Inner rings come first, so that filling in this order extends the
+/// colours inside the rim outwards.
 fn rim(mesh: &Mesh, faces: &[usize], size: Size) -> Vec<(u32, [u32; 4])> {
     const INSIDE: u32 = u32::MAX;
     const OUTSIDE: u32 = 0;
@@ -95,7 +99,7 @@ fn rim(mesh: &Mesh, faces: &[usize], size: Size) -> Vec<(u32, [u32; 4])> {
     let right = spans.iter().map(|(_, span)| span.end).max().unwrap_or(left);
     let top = spans.iter().map(|(row, _)| *row).min().unwrap_or(0);
     let bottom = spans.iter().map(|(row, _)| row + 1).max().unwrap_or(top);
-    // A frame of one texel around, so that all have others beside them.
+    // A frame of one texel, so that every texel has four neighbours.
     let width = (right - left) as usize + 2;
     let mut ring = vec![OUTSIDE; width * ((bottom - top) as usize + 2)];
     for (row, span) in spans {
@@ -103,31 +107,31 @@ fn rim(mesh: &Mesh, faces: &[usize], size: Size) -> Vec<(u32, [u32; 4])> {
         let columns = (span.start - left) as usize..(span.end - left) as usize;
         ring[first + columns.start..first + columns.end].fill(INSIDE);
     }
-    let beside = |texel: usize| [texel - 1, texel + 1, texel - width, texel + width];
+    let adjacent = |texel: usize| [texel - 1, texel + 1, texel - width, texel + width];
     let inside: Vec<usize> = (0..ring.len()).filter(|&texel| ring[texel] == INSIDE).collect();
     let radius = (inside.len() as f64 / std::f64::consts::PI).sqrt();
     let side = f64::from(size.width.max(size.height));
-    let rings = (WIDTH * side).min(MOST * radius).round() as u32;
+    let rings = (MAX_WIDTH * side).min(MAX_SHARE * radius).round() as u32;
     let mut order: Vec<usize> = Vec::new();
     let mut edge = inside;
-    edge.retain(|&texel| beside(texel).into_iter().any(|near| ring[near] == OUTSIDE));
+    edge.retain(|&texel| adjacent(texel).into_iter().any(|near| ring[near] == OUTSIDE));
     for number in 1..=rings {
         edge.iter().for_each(|&texel| ring[texel] = number);
-        let mut next: Vec<usize> = edge.iter().flat_map(|&texel| beside(texel)).collect();
+        let mut next: Vec<usize> = edge.iter().flat_map(|&texel| adjacent(texel)).collect();
         next.retain(|&texel| ring[texel] == INSIDE);
         next.sort_unstable();
         next.dedup();
         order.append(&mut edge);
         edge = next;
     }
-    let place = |texel: usize| {
+    let index = |texel: usize| {
         let (x, y) = ((texel % width - 1) as u32 + left, (texel / width - 1) as u32 + top);
         y * size.width + x
     };
     let with_inner = |texel: usize| {
         let inner =
-            beside(texel).map(|near| if ring[near] > ring[texel] { place(near) } else { NONE });
-        (place(texel), inner)
+            adjacent(texel).map(|near| if ring[near] > ring[texel] { index(near) } else { NONE });
+        (index(texel), inner)
     };
     let rim = order.into_iter().rev().map(with_inner);
     rim.filter(|(_, inner)| inner.iter().any(|&inner| inner != NONE)).collect()
@@ -139,7 +143,7 @@ mod tests {
     use crate::color::Encoding;
     use crate::texture::{Channels, Texels};
 
-    /// A disc of a hundred texels a side in a texture of 512.
+    /// A disc of a hundred texels across in a texture of 512.
     fn disc() -> Mesh {
         let corner = |k: usize| {
             let (sin, cos) = (k as f32 / 64.0 * std::f32::consts::TAU).sin_cos();
@@ -153,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn rims_get_what_is_inside() {
+    fn rims_are_filled_from_inside() {
         let (mesh, size) = (disc(), Size::square(512));
         let faces: Vec<usize> = (0..mesh.faces().len()).collect();
         let rims = EyeRims { texels: rim(&mesh, &faces, size) };
@@ -161,7 +165,7 @@ mod tests {
             let at = [f64::from(x) + 0.5 - 0.3 * 512.0, f64::from(y) + 0.5 - 0.4 * 512.0];
             at[0].hypot(at[1])
         };
-        // Red at the rim and beside it.
+        // Red on the rim and outside.
         let mut levels = Vec::new();
         for y in 0..512 {
             for x in 0..512 {
@@ -186,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn small_islands_keep_most_of_themselves() {
+    fn small_islands_keep_their_interior() {
         let mesh = disc();
         let faces: Vec<usize> = (0..mesh.faces().len()).collect();
         for side in [1, 2, 8, 16, 64] {

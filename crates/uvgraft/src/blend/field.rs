@@ -1,12 +1,12 @@
-//! Values at the points of a surface, as they are at the texels of a map.
+//! Values at the points of a surface, interpolated at the texels of a map.
 
 use crate::map::{Patch, SamplingMap, corners_px};
 use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::threads::map_indices;
 
-/// A value that is linear over the texels of a triangle. Beside the triangle, where gutters are, it stays
-/// within what it is at the corners.
+/// A value that is linear over the texels of a triangle. Outside the triangle, in its gutter, it is
+/// clamped to the range of the corner values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Slope {
     origin_px: [f64; 2],
@@ -32,7 +32,7 @@ impl Slope {
         Self { origin_px: [0.0; 2], at_origin, by_px: [0.0; 2], least: value, most: value }
     }
 
-    /// From the values at the corners of a triangle; their mean where it has no area.
+    /// From the values at the corners of a triangle; their mean if it has no area.
     pub(super) fn new(corners_px: [[f64; 2]; 3], values: [f32; 3]) -> Self {
         let [a, b, c] = values.map(f64::from);
         let [p, q] = [1, 2].map(|k| [0, 1].map(|axis| corners_px[k][axis] - corners_px[0][axis]));
@@ -53,7 +53,7 @@ impl Slope {
         }
     }
 
-    /// Along a row, from a texel on.
+    /// The values along a row, from texel `x` on.
     #[inline(always)]
     pub fn line(&self, x: u32, row: u32) -> Line {
         if self.least == self.most {
@@ -66,7 +66,7 @@ impl Slope {
         Line { start: start as f32, step: self.by_px[0] as f32, least: self.least, most: self.most }
     }
 
-    /// Whether it is one value everywhere.
+    /// Whether it is `value` everywhere.
     pub fn is_constant(&self, value: f32) -> bool {
         self.least == value && self.most == value
     }
@@ -76,12 +76,12 @@ impl Line {
     /// 1 at every texel.
     pub const ONE: Self = Self::level(1.0);
 
-    /// A value at every texel.
+    /// The same value at every texel.
     const fn level(value: f32) -> Self {
         Self { start: value, step: 0.0, least: value, most: value }
     }
 
-    /// Whether it is one value everywhere.
+    /// Whether it is the same at every texel.
     pub fn is_level(&self) -> bool {
         self.step == 0.0 || self.least == self.most
     }
@@ -89,16 +89,16 @@ impl Line {
     /// The value at the run's texel `k`.
     #[inline(always)]
     pub fn at(&self, k: u32) -> f32 {
-        // Vectors of numbers without a sign are slow to convert.
+        // Vectors of unsigned integers are slow to convert.
         let value = self.start + self.step * k as i32 as f32;
-        // Steep slopes go out of bounds within a texel.
+        // Steep slopes overshoot the bounds within a texel.
         value.max(self.least).min(self.most)
     }
 }
 
 /// One slope for each patch of a map.
 ///
-/// - `value`: the value of a point, for a triangle.
+/// - `value`: the value at a point of a triangle, from the indices of the triangle and the point.
 pub(crate) fn slopes<const N: usize>(
     map: &SamplingMap,
     mesh: &Mesh,
@@ -106,10 +106,10 @@ pub(crate) fn slopes<const N: usize>(
     value: impl Fn(u32, u32) -> [f32; N] + Sync,
 ) -> Vec<[Slope; N]> {
     let patches = map.patches();
-    /// So many patches are worked on at once.
-    const PIECE: usize = 1024;
-    let pieces = map_indices(patches.len().div_ceil(PIECE), |piece| {
-        let patches = &patches[piece * PIECE..((piece + 1) * PIECE).min(patches.len())];
+    /// Patches in one unit of parallel work.
+    const CHUNK: usize = 1024;
+    let chunks = map_indices(patches.len().div_ceil(CHUNK), |chunk| {
+        let patches = &patches[chunk * CHUNK..((chunk + 1) * CHUNK).min(patches.len())];
         let slopes = patches.iter().map(|Patch { face, .. }| {
             let corners_px = corners_px(mesh, *face as usize, map.size());
             let values = surface.triangles()[*face as usize].map(|point| value(*face, point));
@@ -117,7 +117,7 @@ pub(crate) fn slopes<const N: usize>(
         });
         slopes.collect::<Vec<_>>()
     });
-    pieces.concat()
+    chunks.concat()
 }
 
 #[cfg(test)]
@@ -128,11 +128,11 @@ mod tests {
     fn slopes_by_hand() {
         let corners = [[10.0, 10.0], [20.0, 10.0], [10.0, 30.0]];
         let slope = Slope::new(corners, [1.0, 3.0, 5.0]);
-        // 0.2 a texel to the right, 0.2 a texel down.
+        // 0.2 per texel to the right, 0.2 per texel down.
         let line = slope.line(12, 14);
         assert!((line.at(0) - (1.0 + 0.2 * 2.5 + 0.2 * 4.5)).abs() < 1e-6);
         assert!((line.at(3) - line.at(0) - 0.6).abs() < 1e-6);
-        // Beside the triangle.
+        // Outside the triangle.
         assert_eq!(slope.line(0, 0).at(0), 1.0);
         assert_eq!(slope.line(90, 90).at(0), 5.0);
         assert!(Slope::new([[1.0; 2], [2.0; 2], [3.0; 2]], [0.0, 1.0, 5.0]).is_constant(2.0));

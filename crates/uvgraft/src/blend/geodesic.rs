@@ -1,19 +1,20 @@
 //! Distances along a surface, by fast marching.
 //!
-//! Based on R. Kimmel and J. A. Sethian, "Computing geodesic paths on manifolds" (1998): points are
-//! settled from the nearest on, and a triangle with two settled corners gives the third the distance
-//! that a straight front through both would have there. Where a front would come from outside the
-//! triangle, as it may at obtuse angles, the way along an edge is taken, which is a little too long.
+//! Based on R. Kimmel and J. A. Sethian, "Computing geodesic paths on manifolds" (1998):
+//! points are settled in order of distance, and a triangle with two settled corners gives
+//! the third the distance of a straight front through both. Where such a front would come
+//! from outside the triangle, as it may at obtuse angles, the path along an edge is used,
+//! which is slightly too long.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::surface::Surface;
 
-/// The distance of each point from the nearest seed; infinite where no way leads, or where it is
-/// longer than `limit`.
+/// The distance of each point from the nearest seed; infinite where no path leads, or where it
+/// would be longer than `limit`.
 ///
-/// - `seeds`: points and their distances; a point may be there several times.
+/// - `seeds`: points and their initial distances; a point may occur several times.
 pub(super) fn distances(
     surface: &Surface,
     seeds: impl IntoIterator<Item = (u32, f64)>,
@@ -22,15 +23,15 @@ pub(super) fn distances(
     let mut found = vec![f64::INFINITY; surface.positions().len()];
     let mut settled = vec![false; found.len()];
     let mut queue = BinaryHeap::new();
-    let offer = |point: u32, distance: f64, found: &mut [f64], queue: &mut BinaryHeap<_>| {
+    let relax = |point: u32, distance: f64, found: &mut [f64], queue: &mut BinaryHeap<_>| {
         if distance < found[point as usize] && distance <= limit {
             found[point as usize] = distance;
-            // Distances are not negative, so their bits are in their order.
+            // Distances are not negative, so their bit patterns sort like the values.
             queue.push(Reverse((distance.to_bits(), point)));
         }
     };
     for (point, distance) in seeds {
-        offer(point, distance.max(0.0), &mut found, &mut queue);
+        relax(point, distance.max(0.0), &mut found, &mut queue);
     }
     while let Some(Reverse((_, point))) = queue.pop() {
         if std::mem::replace(&mut settled[point as usize], true) {
@@ -50,15 +51,18 @@ pub(super) fn distances(
                 } else {
                     found[point as usize] + surface.length(point, to)
                 };
-                offer(to, distance, &mut found, &mut queue);
+                relax(to, distance, &mut found, &mut queue);
             }
         }
     }
     found
 }
 
-/// The distance at `to` of a straight front that has the `distances` at two `others`; along the
-/// shorter way over one of these if it does not come through the triangle.
+/// The distance at `to` of a straight front that passes two `others` at the given `distances`;
+/// along the shorter edge path if the front does not come through the triangle.
+///
+/// With `V` the edges from `to` to the others, `Q = (VᵀV)⁻¹` and `t` the distances, it is the
+/// larger root `d` of `(t - d·1)ᵀ Q (t - d·1) = 1`.
 fn front(surface: &Surface, to: u32, others: [u32; 2], distances: [f64; 2]) -> f64 {
     let positions = surface.positions();
     let [a, b] = others.map(|other| positions[other as usize] - positions[to as usize]);
@@ -81,7 +85,7 @@ fn front(surface: &Surface, to: u32, others: [u32; 2], distances: [f64; 2]) -> f
         return along_edges;
     }
     let distance = (one_d + under_root.sqrt()) / one_one;
-    // The front comes from where both weights of the way back are positive.
+    // The front comes through the triangle where its origin lies between both edges.
     let back = [p - distance, q - distance];
     let weights =
         [inverse[0] * back[0] + inverse[1] * back[1], inverse[1] * back[0] + inverse[2] * back[1]];
@@ -93,8 +97,8 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    /// A sheet of `side × side` squares with diagonals either way, corners moved at random, that
-    /// `place` takes to where it is.
+    /// A sheet of `side × side` squares with diagonals in alternating directions and jittered
+    /// corners, mapped into space by `place`.
     fn sheet(side: u32, jitter: f64, place: impl Fn([f64; 2]) -> [f64; 3]) -> Surface {
         let mut rng = fastrand::Rng::with_seed(7);
         let mut positions = Vec::new();
@@ -125,7 +129,7 @@ mod tests {
 
     #[test]
     fn straight_fronts_are_exact_and_round_ones_close() {
-        // Rolled up, which distances along the surface do not notice.
+        // Rolled up, which leaves distances along the surface unchanged.
         let rolled = |[x, y]: [f64; 2]| [x.sin(), y, x.cos()];
         for (jitter, straight, round) in [(0.0, 0.001, 0.03), (0.8, 0.015, 0.04)] {
             let surface = sheet(60, jitter, rolled);
@@ -148,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_at_the_limit_and_where_nothing_leads() {
+    fn stops_at_the_limit_and_without_seeds() {
         let surface = sheet(4, 0.0, |[x, y]| [x, y, 0.0]);
         let found = distances(&surface, [(0, 0.1)], 0.5);
         assert_eq!(found[0], 0.1);

@@ -1,9 +1,11 @@
-//! Values given at some points of a surface, extended over the others as smoothly as can be.
+//! Harmonic extension: values given at some points of a surface, extended over the others as
+//! smoothly as possible.
 //!
-//! The extension is harmonic: at every free point the mean of its neighbours, weighted by the
-//! cotangents of the angles opposite to the edges (U. Pinkall and K. Polthier, "Computing discrete
-//! minimal surfaces and their conjugates", 1993). Weights are kept positive, so that no value comes
-//! out beyond the given ones.
+//! At every free point the extension is the weighted mean of its neighbours,
+//! `Σⱼ wᵢⱼ (uᵢ - uⱼ) = 0`, where `wᵢⱼ` is half the sum of the cotangents of the angles opposite to
+//! the edge (U. Pinkall and K. Polthier, "Computing discrete minimal surfaces and their
+//! conjugates", 1993). Weights are kept positive, so that no value leaves the range of the given
+//! ones.
 
 use glam::DVec3;
 use nalgebra::DMatrix;
@@ -12,28 +14,28 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::surface::Surface;
 
-/// The least and the greatest weight of an edge. It is negative where the two angles opposite to the
-/// edge add up to more than half a turn, and grows without bound where they are sharp.
+/// The least and the greatest weight of an edge. Unclamped, it is negative where the two angles
+/// opposite to the edge add up to more than half a turn, and unbounded where they are sharp.
 const WEIGHTS: [f64; 2] = [1e-3, 1e3];
 
-/// In place of the number of a point that has no value.
+/// Stands for the index of a point that has no value or row.
 const NONE: u32 = u32::MAX;
 
-/// The factorised equations for one set of points with given values.
+/// The factorised equations for one set of fixed points.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonic {
-    /// The row of each free point in the equations, none for others.
+    /// The row of each free point in the equations; [`NONE`] for others.
     row_of_point: Vec<u32>,
-    /// The row that each takes in the factors: few numbers there are not 0 in this order.
-    place_of_row: Vec<usize>,
-    /// Row of a free point, number of the given value beside it, and the edge's weight.
+    /// The row of each equation in the factors, permuted to keep them sparse.
+    permuted_row: Vec<usize>,
+    /// Row of a free point, index of the fixed value next to it, and the edge's weight.
     given: Vec<(u32, u32, f64)>,
     factors: Option<CscCholesky<f64>>,
 }
 
 impl Harmonic {
-    /// Prepares the extension over the points of the triangles that are `faces`, from `fixed` points.
-    /// Points that no edge joins to a fixed one, over others or at once, get no value.
+    /// Prepares the extension over the points of the triangles marked in `faces`, from the `fixed`
+    /// points. Points that no path of edges joins to a fixed one get no value.
     pub fn new(surface: &Surface, faces: &[bool], fixed: &[u32]) -> Self {
         let points = surface.positions().len();
         let mut given_of_point = vec![NONE; points];
@@ -60,35 +62,35 @@ impl Harmonic {
                 }
             }
         }
-        let (place_of_row, factors) = factorise(&diagonal, &between);
-        Self { row_of_point, place_of_row, given, factors }
+        let (permuted_row, factors) = factorise(&diagonal, &between);
+        Self { row_of_point, permuted_row, given, factors }
     }
 
-    /// The value at every point of the surface; none where no way leads to a fixed one, or where the
-    /// value is fixed.
+    /// The value at every point of the surface; `None` if it is fixed, or if no path leads to a
+    /// fixed point.
     ///
-    /// - `values`: of the fixed points, in their order.
+    /// - `values`: of the fixed points, in the order in which they were given.
     pub fn extend<const N: usize>(&self, values: &[[f64; N]]) -> Vec<Option<[f64; N]>> {
         let Some(factors) = &self.factors else { return vec![None; self.row_of_point.len()] };
-        let mut right = DMatrix::zeros(self.place_of_row.len(), N);
+        let mut right = DMatrix::zeros(self.permuted_row.len(), N);
         for &(row, value, weight) in &self.given {
-            let place = self.place_of_row[row as usize];
+            let index = self.permuted_row[row as usize];
             for (column, value) in values[value as usize].iter().enumerate() {
-                right[(place, column)] += weight * value;
+                right[(index, column)] += weight * value;
             }
         }
         factors.solve_mut(&mut right);
         let of_row = |&row: &u32| {
             (row != NONE).then(|| {
-                let place = self.place_of_row[row as usize];
-                std::array::from_fn(|column| right[(place, column)])
+                let index = self.permuted_row[row as usize];
+                std::array::from_fn(|column| right[(index, column)])
             })
         };
         self.row_of_point.iter().map(of_row).collect()
     }
 }
 
-/// Numbers the free points that are joined to a fixed one.
+/// Assigns rows to the free points that are connected to a fixed one.
 fn reachable(surface: &Surface, faces: &[bool], fixed: &[u32], given: &[u32]) -> Vec<u32> {
     let mut row_of_point = vec![NONE; given.len()];
     let mut rows = 0;
@@ -110,8 +112,8 @@ fn reachable(surface: &Surface, faces: &[bool], fixed: &[u32], given: &[u32]) ->
     row_of_point
 }
 
-/// The edges of the triangles that are `faces`, with their weights: half of the sum of the cotangents of
-/// the angles opposite to each, within bounds.
+/// The edges of the triangles marked in `faces`, with their weights: half the sum of the cotangents
+/// of the angles opposite to each, within [`WEIGHTS`].
 fn edges(surface: &Surface, faces: &[bool]) -> Vec<(u32, u32, f64)> {
     let mut edges = Vec::with_capacity(faces.len() * 3);
     for (triangle, _) in (0u32..).zip(faces).filter(|(_, is_in)| **is_in) {
@@ -126,7 +128,7 @@ fn edges(surface: &Surface, faces: &[bool]) -> Vec<(u32, u32, f64)> {
     }
     edges.sort_unstable_by_key(|&(a, b, _)| (a, b));
     let merged = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)).map(|same| {
-        // Added in an order that does not depend on the sort.
+        // Summed in an order that does not depend on the unstable sort.
         let mut weights: Vec<f64> = same.iter().map(|&(.., weight)| weight).collect();
         weights.sort_unstable_by(f64::total_cmp);
         (same[0].0, same[0].1, weights.iter().sum::<f64>().clamp(WEIGHTS[0], WEIGHTS[1]))
@@ -134,8 +136,8 @@ fn edges(surface: &Surface, faces: &[bool]) -> Vec<(u32, u32, f64)> {
     merged.collect()
 }
 
-/// The cotangent of the angle at a corner of a triangle; as great as is allowed where there is none,
-/// so that points that are close or on a line hold together.
+/// The cotangent of the angle at a corner of a triangle; the greatest weight if it is degenerate,
+/// so that points that coincide or lie on a line hold together.
 fn cotangent(corners: [DVec3; 3], corner: usize) -> f64 {
     let [a, b] = [1, 2].map(|k| corners[(corner + k) % 3] - corners[corner]);
     let doubled_area = a.cross(b).length();
@@ -143,29 +145,31 @@ fn cotangent(corners: [DVec3; 3], corner: usize) -> f64 {
     if doubled_area > 0.0 { (a.dot(b) / doubled_area).clamp(-most, most) } else { most }
 }
 
-/// Where each row goes, and the factors of the matrix in that order; none for no rows.
+/// The permuted row of each equation, chosen to keep the factors sparse (approximate minimum
+/// degree), and the Cholesky factors of the matrix in that order; `None` without rows.
 fn factorise(
     diagonal: &[f64],
     between: &[(usize, usize, f64)],
 ) -> (Vec<usize>, Option<CscCholesky<f64>>) {
     let rows = diagonal.len();
-    let matrix = |place: &dyn Fn(usize) -> usize| {
+    let matrix = |permute: &dyn Fn(usize) -> usize| {
         let mut entries = CooMatrix::new(rows, rows);
         for (row, &value) in diagonal.iter().enumerate() {
-            entries.push(place(row), place(row), value);
+            entries.push(permute(row), permute(row), value);
         }
         for &(row, column, value) in between {
-            entries.push(place(row), place(column), value);
+            entries.push(permute(row), permute(column), value);
         }
         CscMatrix::from(&entries)
     };
     let plain = matrix(&|row| row);
     let order =
         amd::order(rows, plain.col_offsets(), plain.row_indices(), &amd::Control::default());
-    let place_of_row = order.map_or_else(|_| (0..rows).collect(), |(_, places, _)| places);
-    // Weights are positive and every row is joined to a given value, so factors exist.
-    let factors = (rows > 0).then(|| CscCholesky::factor(&matrix(&|row| place_of_row[row])).ok());
-    (place_of_row, factors.flatten())
+    let permuted_row = order.map_or_else(|_| (0..rows).collect(), |(_, inverse, _)| inverse);
+    // Weights are positive and every row is connected to a given value, so the matrix is positive
+    // definite.
+    let factors = (rows > 0).then(|| CscCholesky::factor(&matrix(&|row| permuted_row[row])).ok());
+    (permuted_row, factors.flatten())
 }
 
 #[cfg(test)]
@@ -173,7 +177,7 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    /// A sheet of squares, corners moved at random.
+    /// A sheet of squares with jittered corners.
     fn sheet(side: u32) -> Surface {
         let mut rng = fastrand::Rng::with_seed(3);
         let mut positions = Vec::new();
@@ -223,14 +227,14 @@ mod tests {
             assert_eq!(found.is_none(), is_rim(point));
             let Some(found) = found else { continue };
             let DVec3 { x, y, .. } = surface.positions()[point as usize];
-            // Exact but for the edges whose weight had to be made positive; values go from -35 to 25.
+            // Exact except at edges whose weight had to be made positive; values range from -35 to 25.
             assert!((found[0] - (2.0 * x - 3.0 * y + 1.0)).abs() < 0.3, "{found:?} at {x}, {y}");
             assert!((0.0..=1.0).contains(&found[1]));
         }
     }
 
     #[test]
-    fn one_value_everywhere_is_one_value_and_islands_get_none() {
+    fn constants_stay_constant_and_detached_points_get_none() {
         let surface = sheet(6);
         let mut faces = vec![true; surface.triangles().len()];
         // The last row of squares is cut off.

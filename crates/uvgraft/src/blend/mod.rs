@@ -1,15 +1,14 @@
-//! How a texture that is laid over another becomes one with it, on the mesh rather than in the image.
+//! Blends a transferred texture into a base texture, on the mesh rather than in the image.
 //!
-//! The border of what is transferred runs over the surface and crosses UV islands as it likes, so
-//! distances and corrections of colour live at the points of the mesh and are interpolated over its
-//! triangles:
+//! The boundary of the transferred region crosses UV islands at will, so distances and colour
+//! corrections are stored at the points of the mesh and interpolated over its triangles:
 //!
-//! - a [`Selection`] says which part of the surface is transferred;
-//! - the **feather** lets the base show through near the selection's rim, by the distance along the
-//!   surface;
-//! - the **membrane** extends the ratio of the two sides' colours along the rim harmonically over the
-//!   surface, so that one side takes on the other's tone there (after P. Pérez et al., "Poisson image
-//!   editing", 2003, on a mesh and with ratios for differences).
+//! - a [`Selection`] is the part of the surface that is transferred;
+//! - the **feather** fades the texture into the base near the selection's boundary, by
+//!   distance along the surface;
+//! - the **membrane** extends the ratio of the two sides' colours harmonically from the boundary
+//!   over the surface, so that one side takes on the other's tone there (after P. Pérez et al.,
+//!   "Poisson image editing", 2003, on a mesh and with ratios instead of differences).
 
 mod along_rim;
 mod base_layer;
@@ -22,8 +21,8 @@ mod eye_rims;
 mod field;
 mod geodesic;
 mod harmonic;
+mod layouts;
 mod painted;
-mod relaid;
 mod report;
 mod rim;
 mod selection;
@@ -56,87 +55,91 @@ pub use selection::{BlendDomain, Growth, RegionError, Selection, Side};
 use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};
-pub use toning::{Toning, ToningError};
+pub use toning::{ToneCorrection, ToneError};
 
-/// How far from the rim a tone that was found there has faded out, in distances between the eyes: 5 cm.
-const FADE: f64 = 0.8;
+/// Distance from the boundary at which a tone correction measured there has faded out, in multiples
+/// of the distance between the eyes: 5 cm.
+const TONE_FADE: f64 = 0.8;
 
-/// So wide beside cloth a texture is left out too, in distances between the eyes: 4 mm, where collars shade skin and
-/// their colour bleeds into it.
-const MARGIN: f64 = 0.065;
+/// Width of the margin around cloth that is left out too, in multiples of the distance between the
+/// eyes: 4 mm. Collars shade the skin next to them and bleed their colour into it.
+const CLOTH_MARGIN: f64 = 0.065;
 
-/// So far within the asked region's own rim a texture gives way beside cloth, in distances between the eyes: 15 mm.
-const BESIDE_CLOTH: f32 = 0.25;
+/// Distance inside the requested region's own boundary from which on a boundary point is treated
+/// fully as next to cloth, in multiples of the distance between the eyes: 15 mm.
+const CLOTH_FADE: f32 = 0.25;
 
-/// How a texture becomes one with the base.
+/// Options for blending a texture into the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct BlendOptions {
-    /// Over which length along the surface the base gives way to the texture, inwards from the rim, in
-    /// the target mesh's unit. What is negative or NaN is 0.
+    /// Length of the feather, inwards from the boundary along the surface, in the target mesh's
+    /// unit. Negative and NaN mean 0.
     pub feather: f64,
-    /// Whether a membrane takes the tone of one side along the rim to the other.
+    /// Whether a membrane matches the tone of both sides along the boundary.
     pub membrane: bool,
-    /// Whether one side's skin gets the mean and the covariance of the other's.
+    /// Whether one side's skin is matched to the mean and covariance of the other's.
     pub match_skin: bool,
-    /// Which side the tone is taken from.
+    /// Which side sets the tone.
     pub tone: Tone,
-    /// Whether cloth and background at a neck stay in the region.
+    /// Whether cloth and background at the neck stay in the region.
     pub keep_all: bool,
-    /// Texels beyond the islands in which a base's skin changes too: as many as its own gutter has.
+    /// Width of the gutter around UV islands in which the base's skin changes too, in texels: as
+    /// wide as the base's own gutter.
     pub gutter_px: u32,
 }
 
 impl BlendOptions {
-    /// The same with a feather of this length.
+    /// Sets the length of the feather.
     #[must_use]
     pub const fn feather(self, feather: f64) -> Self {
         Self { feather, ..self }
     }
 
-    /// The same with a membrane.
+    /// Turns the membrane on.
     #[must_use]
     pub const fn membrane(self) -> Self {
         Self { membrane: true, ..self }
     }
 
-    /// The same, with one side's skin matched to the other's.
+    /// Turns on matching one side's skin to the other's.
     #[must_use]
     pub const fn match_skin(self) -> Self {
         Self { match_skin: true, ..self }
     }
 
-    /// The same with the tone taken from this side.
+    /// Sets the side that the tone is taken from.
     #[must_use]
     pub const fn tone(self, tone: Tone) -> Self {
         Self { tone, ..self }
     }
 
-    /// The same with all of the region kept, cloth and background at a neck too.
+    /// Keeps the whole region, including cloth and background at the neck.
     #[must_use]
     pub const fn keep_all(self) -> Self {
         Self { keep_all: true, ..self }
     }
 
-    /// The same for a base whose own gutter is so wide.
+    /// Sets the width of the base's own gutter, in texels.
     #[must_use]
     pub const fn gutter_px(self, gutter_px: u32) -> Self {
         Self { gutter_px, ..self }
     }
 
-    /// Whether colours of the base are looked at before anything is laid over it.
+    /// Whether colours of the base must be sampled before anything is laid over it.
     pub const fn needs_colors(&self) -> bool {
         self.membrane || self.match_skin
     }
 
-    /// Whether it matters what textures show: cloth leaves regions that have no hard border, and only skin takes tone.
-    pub fn asks_for_labels(&self) -> bool {
+    /// Whether labels are needed: regions with a soft boundary leave out cloth, and
+    /// only skin takes on a tone.
+    pub fn needs_labels(&self) -> bool {
         self.needs_colors() || self.feather > 0.0
     }
 }
 
 impl Default for BlendOptions {
-    /// A hard border, and no colour changed.
+    /// A hard boundary and unchanged colours.
     fn default() -> Self {
         let gutter_px = MapOptions::default().gutter_px;
         Self {
@@ -150,21 +153,22 @@ impl Default for BlendOptions {
     }
 }
 
-/// Which side the tone is taken from; the other one gives way.
+/// Which side the tone is taken from; the other side is adapted to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Tone {
-    /// The texture takes on the tone that the base has.
+    /// The texture takes on the base's tone.
     Base,
-    /// The base's skin takes on the tone that the texture has. Only beside cloth that was left out the texture gives way near the
-    /// rim.
+    /// The base's skin takes on the texture's tone. The texture itself changes only near the
+    /// boundary, next to cloth that was left out.
     Source,
-    /// Both give way half.
+    /// Both sides move halfway.
     Both,
 }
 
 impl Tone {
-    /// How far the texture gives way, from 0 to 1; the base does for the rest.
+    /// How far the texture moves towards the base's tone, 0 to 1; the base moves the rest of the
+    /// way.
     const fn share(self) -> f64 {
         match self {
             Self::Base => 1.0,
@@ -174,88 +178,93 @@ impl Tone {
     }
 }
 
-/// A blend of one region: distances, and the factorised membrane. Made once, used for any number of
-/// textures of any size.
+/// The blend of one region: distances from its boundary and the factorised membrane. Made once,
+/// then used for any number of textures of any size.
 #[derive(Debug, Clone)]
 pub struct Blend {
     domain: BlendDomain,
-    /// What was asked for, within what is linked.
+    /// The requested region, limited to what is linked.
     selection: Selection,
     options: BlendOptions,
+    /// For each triangle of the target, whether it is in the region, wholly or in part.
     touched: Vec<bool>,
-    /// Signed distance of each point from the rim, within what the feather and the tone need.
+    /// Signed distance of each point from the boundary, positive inside, clamped to the range that
+    /// the feather and the tone need.
     inside: Vec<f32>,
-    /// How far from the rim a tone that was found there has faded out; without a head it goes on everywhere.
+    /// Distance from the boundary at which a tone correction has faded out; `None` without a
+    /// head, where it never fades.
     fade: Option<f64>,
     measure: Option<Measure>,
-    /// How far the rim at each point is beside cloth, from 0 to 1; empty where nothing was left out. There the texture
-    /// gives way at the rim whatever the tone, for a collar's shade and light on skin are no tone of a person's.
-    beside_cloth: Vec<f32>,
-    /// What is skin in the base, if it is not to be estimated.
+    /// For each point, the weight with which a boundary there is treated as next to cloth, 0 to
+    /// 1; empty if nothing was left out. There the texture is corrected at the boundary
+    /// whatever the [`Tone`], because a collar's shade and the light it reflects onto skin are
+    /// not part of a person's tone.
+    cloth_weight: Vec<f32>,
+    /// Skin mask of the base; `None` to estimate it.
     skin: Option<Texture>,
-    /// What textures show, if it is not to be found out.
+    /// Labels of what textures show; `None` to detect them.
     labels: Option<Arc<Labels>>,
 }
 
-/// What a tone is found with.
+/// Colour samples along the boundary and the membrane, from which tones are computed.
 #[derive(Debug, Clone)]
 struct Measure {
     rim: Rim,
     harmonic: Option<Harmonic>,
 }
 
-/// A blend at the texels of one map.
+/// A blend sampled at the texels of one map.
 #[derive(Debug)]
 pub(crate) struct BlendMap {
     blend: Arc<Blend>,
-    /// For each patch of the map, the signed distance from the rim.
+    /// For each patch of the map, the signed distance from the boundary.
     inside: Vec<[Slope; 1]>,
-    /// All of the target's layout, if the base changes too.
+    /// The target's whole layout, if the base changes too.
     layout: Option<Arc<SamplingMap>>,
-    /// How far each texel is skin, where a mask says it.
+    /// Skin weight of each texel, if a mask was given.
     skin: Option<Arc<SkinMask>>,
 }
 
-/// A toning at the texels of one map. Clones share it.
+/// A toning sampled at the texels of one map. Clones share it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gains(Option<Arc<ToneGains>>);
 
 #[derive(Debug)]
 struct ToneGains {
-    /// Of the texture.
+    /// Recolouring of the texture.
     source: Option<Recoloring>,
-    /// Of the base, and what is skin in it.
+    /// Recolouring of the base, and where the base is skin.
     base: Option<(Recoloring, SkinTexels)>,
-    /// The blend of what is left of the region.
+    /// The blend of the remaining region, if cloth was left out.
     narrowed: Option<BlendMap>,
     controls: Option<Controls>,
 }
 
-/// What is skin at the texels of a map.
+/// Where the base is skin, at the texels of a map.
 #[derive(Debug)]
 enum SkinTexels {
     Model(SkinModel),
     Mask(Arc<SkinMask>),
 }
 
-/// Another tone for the texels of a map.
+/// Recolouring of the texels of a map.
 #[derive(Debug)]
 struct Recoloring {
     matrix: Option<Matrix>,
-    /// For each patch, the gains of red, green and blue; empty for none.
+    /// For each patch, the gains of red, green and blue; empty if there are none.
     gains: Vec<[Slope; 3]>,
 }
 
 impl Blend {
-    /// Prepares the blend of what is selected and linked.
+    /// Prepares the blend of the linked part of a selection.
     ///
     /// # Errors
-    /// [`RegionError::Empty`] if that is nothing.
+    /// [`RegionError::Empty`] if nothing of it is linked.
     pub fn new(selection: &Selection, options: BlendOptions) -> Result<Self, RegionError> {
         let domain = selection.domain().clone();
         let linked = domain.linked();
-        let selection = selection.within(&linked)?;
-        // Far beyond any mesh, and so that 32 bits hold it.
+        let selection = selection.intersection(&linked)?;
+        // Larger than any mesh, and small enough for `f32`.
         let feather = if options.feather > 0.0 { options.feather.min(1e30) } else { 0.0 };
         let options = BlendOptions { feather, ..options };
         let touched = domain.touched(&selection);
@@ -263,17 +272,18 @@ impl Blend {
             let cuts_only =
                 !domain.touched(&linked).contains(&true) && domain.pair().piece_count() > 0;
             return Err(RegionError::Empty(if cuts_only {
-                "no whole triangle is linked in it, only parts of triangles"
+                "it contains no wholly linked triangle, only parts of triangles"
             } else {
-                "no linked triangle is left in it"
+                "it contains no linked triangle"
             }));
         }
         let fade = if options.needs_colors() {
-            domain.eye_distance().map(|eyes| FADE * eyes)
+            domain.eye_distance().map(|eyes| TONE_FADE * eyes)
         } else {
             None
         };
-        // Farther points are as good as endless; a triangle's corners must be told apart up to there.
+        // Distances beyond the limit are clamped. The longest edge is added so that triangles that
+        // reach into the feather or the fade have true distances at all three corners.
         let limit = options.feather.max(fade.unwrap_or(0.0)) + domain.longest_edge();
         let inside = domain.signed_distances(&selection, limit);
         let measure = options.needs_colors().then(|| {
@@ -283,7 +293,7 @@ impl Blend {
                     Some(fade) => corners.iter().any(|&point| inside[point as usize].abs() < fade),
                     None => true,
                 };
-                // Of the base skin changes beyond the rim too.
+                // The base's skin changes outside the boundary too.
                 let beyond = options.tone != Tone::Base;
                 let triangles = domain.surface().triangles().iter().zip(&touched);
                 let faces: Vec<bool> = triangles
@@ -302,13 +312,14 @@ impl Blend {
             inside,
             fade,
             measure,
-            beside_cloth: Vec::new(),
+            cloth_weight: Vec::new(),
             skin: None,
             labels: None,
         })
     }
 
-    /// The same with all that textures will ask for: where several are carried at once, each would find it for itself.
+    /// Precomputes everything that textures will need. Otherwise each of several textures that are
+    /// transferred in parallel would compute it for itself.
     #[must_use]
     pub fn prepared(self) -> Self {
         if self.measure.is_some() && self.options.tone != Tone::Base && self.skin.is_none() {
@@ -317,25 +328,26 @@ impl Blend {
         self
     }
 
-    /// The same with labels that say what textures show, rather than what is found out of each.
+    /// Sets the labels of what textures show, instead of detecting them in each texture.
     #[must_use]
     pub fn with_labels(self, labels: impl Into<Arc<Labels>>) -> Self {
         Self { labels: Some(labels.into()), ..self }
     }
 
-    /// Whether it was said what textures show.
+    /// Whether labels were set.
     pub fn has_labels(&self) -> bool {
         self.labels.is_some()
     }
 
-    /// What a texture shows; nothing if that does not matter, or if it is not one of a head.
+    /// Labels of what a texture shows; `None` if they are not needed, or if it does not show a
+    /// head.
     pub fn labels(&self, source: &Texture) -> Option<Arc<Labels>> {
-        self.found_labels(source)?.ok()
+        self.try_labels(source)?.ok()
     }
 
-    /// As [`Blend::labels`], with the reason why there are none.
-    fn found_labels(&self, source: &Texture) -> Option<Result<Arc<Labels>, LabelError>> {
-        if !self.options.asks_for_labels() {
+    /// As [`Blend::labels`], with the reason if there are none.
+    fn try_labels(&self, source: &Texture) -> Option<Result<Arc<Labels>, LabelError>> {
+        if !self.options.needs_labels() {
             return None;
         }
         let labels = match &self.labels {
@@ -348,28 +360,28 @@ impl Blend {
         }))
     }
 
-    /// The same without cloth and background, and a margin around them; nothing if there are none.
+    /// The blend without cloth and background and a margin around them; `None` if there are none.
     fn narrowed(&self, labels: &Labels) -> Option<Self> {
         if !labels.has_cloth() {
             return None;
         }
         let head = self.domain.head();
-        let margin = head.map_or(1.0, |head| MARGIN * head.texels_per_unit(labels.size()));
+        let margin = head.map_or(1.0, |head| CLOTH_MARGIN * head.texels_per_unit(labels.size()));
         let side = match self.domain.direction() {
             Direction::Forward => Side::Source,
             Direction::Reverse => Side::Target,
         };
         let kept = self.domain.painted(side, &labels.kept(margin)).ok()?;
-        let selection = self.selection.within(&kept).ok()?;
+        let selection = self.selection.intersection(&kept).ok()?;
         let Self { skin, labels, .. } = self.clone();
-        let reach = BESIDE_CLOTH * self.domain.eye_distance().unwrap_or(1.0) as f32;
-        let beside_cloth =
+        let reach = CLOTH_FADE * self.domain.eye_distance().unwrap_or(1.0) as f32;
+        let cloth_weight =
             self.inside.iter().map(|&inside| smoothstep(0.0, reach, inside)).collect();
-        // If nothing is left the whole region stays: then it is no head that is labelled.
-        Some(Self { beside_cloth, skin, labels, ..Self::new(&selection, self.options).ok()? })
+        // If nothing is left the whole region stays: the labels are not those of a head then.
+        Some(Self { cloth_weight, skin, labels, ..Self::new(&selection, self.options).ok()? })
     }
 
-    /// The share of the region's surface that is cloth or background.
+    /// The fraction of the region's surface area that is cloth or background.
     fn left_out(&self, labels: &Labels) -> f64 {
         let domain = &self.domain;
         let mesh = domain.pair().from(domain.direction());
@@ -377,7 +389,7 @@ impl Blend {
         for piece in domain.pieces().all() {
             if self.touched[piece.to as usize] {
                 let area = domain.surface().area(piece.to) * domain.pieces().share(*piece);
-                let uv = domain.middle(*piece, mesh);
+                let uv = domain.centroid(*piece, mesh);
                 cloth += area * f64::from(labels.at_uv(Label::Cloth, uv));
                 all += area;
             }
@@ -385,34 +397,34 @@ impl Blend {
         if all > 0.0 { cloth / all } else { 0.0 }
     }
 
-    /// The same with a mask of what is skin in the base: white for all, black for none. It is brought to
-    /// the base's size.
+    /// Sets the skin mask of the base: white is skin, black is not. It is resized to the base's
+    /// size.
     #[must_use]
     pub fn with_skin(self, mask: Texture) -> Self {
         Self { skin: Some(mask), ..self }
     }
 
-    /// What it is made on.
+    /// The domain that it was made on.
     pub fn domain(&self) -> &BlendDomain {
         &self.domain
     }
 
-    /// How it was asked for.
+    /// The options that it was made with.
     pub fn options(&self) -> &BlendOptions {
         &self.options
     }
 
-    /// Which triangles of the target are transferred, wholly or in part.
+    /// For each triangle of the target, whether it is transferred, wholly or in part.
     pub fn touched(&self) -> &[bool] {
         &self.touched
     }
 }
 
 impl BlendMap {
-    /// A blend at the texels of a map of the same pair and direction.
+    /// Samples a blend at the texels of a map of the same pair and direction.
     ///
     /// # Errors
-    /// [`TextureError`] if there is no memory for a mask of skin at the map's size.
+    /// [`TextureError`] if there is not enough memory for a skin mask at the map's size.
     pub fn new(blend: Arc<Blend>, map: &SamplingMap) -> Result<Self, TextureError> {
         assert_eq!(map.direction(), blend.domain.direction());
         let changes_base = blend.measure.is_some() && blend.options.tone != Tone::Base;
@@ -425,13 +437,13 @@ impl BlendMap {
         Ok(Self { blend, inside, layout, skin: skin.map(Arc::new) })
     }
 
-    /// How the texels of its map are laid over a base.
+    /// How the texels of its map are composited over a base.
     ///
     /// - `normals`: whether values are encoded normals.
-    /// - `encoding`: of the values.
+    /// - `encoding`: encoding of the values.
     ///
     /// # Panics
-    /// If it is the blend of another map.
+    /// If the blend was sampled for another map.
     pub fn composition<'b>(
         &'b self,
         map: &'b SamplingMap,
@@ -454,7 +466,7 @@ impl BlendMap {
         }
     }
 
-    /// What is done to the base first, where that changes.
+    /// How the base is recoloured before the texture is laid over it; `None` if it stays unchanged.
     pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<BaseLayer<'b>> {
         let (Recoloring { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
         let skin = match (&self.skin, skin) {
@@ -464,20 +476,21 @@ impl BlendMap {
         Some(BaseLayer { map: self.layout.as_deref()?, gains, matrix: *matrix, skin })
     }
 
-    /// A toning at the texels of its map.
+    /// Samples a toning at the texels of its map.
     ///
-    /// - `colors`: whether colours change; else only what is left of the region counts.
+    /// - `colors`: whether colours change; if not, only the narrowed region is applied.
     ///
     /// # Errors
-    /// [`ToningError::Domain`] if it is another domain's, [`ToningError::Texture`] if there is no memory for a mask.
+    /// [`ToneError::Domain`] if the toning belongs to another domain, [`ToneError::Texture`] if
+    /// there is not enough memory for a mask.
     pub fn gains(
         &self,
         map: &Arc<SamplingMap>,
-        toning: &Toning,
+        toning: &ToneCorrection,
         colors: bool,
-    ) -> Result<Gains, ToningError> {
-        if !self.blend.domain.is_like(&toning.domain) {
-            return Err(ToningError::Domain);
+    ) -> Result<Gains, ToneError> {
+        if !self.blend.domain.is_compatible(&toning.domain) {
+            return Err(ToneError::Domain);
         }
         let recoloring = |map: &SamplingMap, recolor| self.recoloring(map, recolor);
         let source =
@@ -521,10 +534,10 @@ impl BlendMap {
         Recoloring { matrix: *matrix, gains }
     }
 
-    /// How much of the texture there is at each texel, as an 8-bit grey texture: white where it is all,
-    /// black where it is nothing. The gutter is black.
+    /// The weight of the texture at each texel as an 8-bit grey texture: white where only the
+    /// texture shows, black where only the base does. The gutter is black.
     ///
-    /// - `gains`: what is left of the region for a texture.
+    /// - `gains`: holds the narrowed region of a texture.
     pub fn weights(&self, map: &SamplingMap, gains: &Gains) -> Texture {
         let size = map.size();
         let white = vec![255_u8; size.texels()];
@@ -548,10 +561,11 @@ impl BlendMap {
 }
 
 impl Blend {
-    /// The signed distance from the rim over the patches of a map.
+    /// The signed distance from the boundary over the patches of a map.
     fn inside_of(&self, map: &SamplingMap) -> Vec<[Slope; 1]> {
         let value = |face: u32, point: u32| {
-            // What is not in the region is beyond its rim, even where all its corners are on it.
+            // Triangles outside the region lie beyond its boundary, even if all their corners are
+            // on it.
             [if self.touched[face as usize] {
                 self.inside[point as usize]
             } else {
@@ -563,7 +577,7 @@ impl Blend {
 }
 
 impl Gains {
-    /// What labels say about each texel, if there are any.
+    /// Per-texel controls from labels, if there are any.
     pub fn controls(&self) -> Option<&Controls> {
         self.0.as_ref()?.controls.as_ref()
     }

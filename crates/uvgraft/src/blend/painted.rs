@@ -7,49 +7,53 @@ use crate::sampler::Sampler;
 use crate::surface::Surface;
 use crate::texture::Texture;
 
-/// How many places of an edge are looked at.
+/// Steps in which an edge is sampled.
 const STEPS: usize = 16;
 
 /// Where a triangle lies in a mask's layout.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Place {
-    Nowhere,
-    /// By its corners.
+pub(super) enum MaskUv {
+    /// Not in the layout at all.
+    Unmapped,
+    /// At these corners.
     Triangle([[f32; 2]; 3]),
-    /// Piece by piece.
+    /// Piece by piece, as `uv` of [`level`] gives it.
     Pieces,
 }
 
-/// The middle of a triangle, as weights of its corners.
-const MIDDLE: Weights = [1.0 / 3.0; 3];
+/// The centroid of a triangle, as barycentric weights.
+const CENTROID: Weights = [1.0 / 3.0; 3];
 
-/// A value at each point whose zero, linear along edges, is where a mask's brightness falls below a
+/// A level at each point whose zero, linear along edges, is where a mask's brightness falls below a
 /// half; positive where it is bright. Near the outline it is the distance along the nearest edge.
 ///
-/// - `places`: of the triangles.
+/// Each point is bright or dark by a majority vote of its triangles, which sample different texels.
+/// Along an edge between bright and dark the crossing is half a step before the first dark sample.
+///
+/// - `mask_uv`: where each triangle lies.
 /// - `uv`: where a point of a triangle lies that lies piece by piece, by its weights.
 pub(super) fn level(
     surface: &Surface,
-    places: &[Place],
+    mask_uv: &[MaskUv],
     uv: impl Fn(usize, Weights) -> Option<[f64; 2]>,
     mask: &Texture,
 ) -> Vec<f64> {
     let sampler = Sampler::new(mask);
     let is_bright_at = |uv: [f64; 2]| sampler.brightness(uv) >= 0.5;
-    // Whether a triangle is bright between two of its corners. Beside its islands a mask may hold anything, so
-    // corners are looked at from a little inside.
-    let is_bright = |face: usize, from: usize, to: usize, t: f64| match places[face] {
-        Place::Nowhere => false,
-        Place::Triangle(corners) => {
+    // Whether a triangle is bright between two of its corners. Outside its islands a mask may hold
+    // anything, so corners are sampled from slightly inside.
+    let is_bright = |face: usize, from: usize, to: usize, t: f64| match mask_uv[face] {
+        MaskUv::Unmapped => false,
+        MaskUv::Triangle(corners) => {
             let corners = corners.map(|corner| corner.map(f64::from));
-            let middle = [0, 1].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0);
-            let [from, to] = [from, to].map(|corner| mix(corners[corner], middle, 0.02));
+            let center = [0, 1].map(|k| corners.iter().map(|at| at[k]).sum::<f64>() / 3.0);
+            let [from, to] = [from, to].map(|corner| mix(corners[corner], center, 0.02));
             is_bright_at(mix(from, to, t))
         }
-        Place::Pieces => {
+        MaskUv::Pieces => {
             let [from, to] = [from, to].map(|corner| {
                 let corner: Weights = std::array::from_fn(|k| f64::from(u8::from(k == corner)));
-                mix(corner, MIDDLE, 0.02)
+                mix(corner, CENTROID, 0.02)
             });
             uv(face, mix(from, to, t)).is_some_and(is_bright_at)
         }
@@ -71,8 +75,8 @@ pub(super) fn level(
                 continue;
             }
             let (from, to) = if is_in[a as usize] { (from, to) } else { (to, from) };
-            // A triangle that has no place in the mask's layout ends at its bright point.
-            let crossing = if matches!(places[face], Place::Nowhere) {
+            // In a triangle that the mask's layout lacks, the region ends at the bright point.
+            let crossing = if matches!(mask_uv[face], MaskUv::Unmapped) {
                 0.0
             } else {
                 let steps = (0..=STEPS).map(|step| step as f64 / STEPS as f64);
@@ -95,8 +99,8 @@ fn mix<const N: usize>(a: [f64; N], b: [f64; N], t: f64) -> [f64; N] {
     std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
 }
 
-/// How far the corners of a triangle are from where a value, given at the corners and linear
-/// between them, is 0; nothing for triangles that it is 0 in nowhere.
+/// The distances of a triangle's corners from the zero line of a value that is given at the corners
+/// and linear in between; `None` for triangles without one.
 pub(super) fn distances_to_contour(corners: [DVec3; 3], levels: [f64; 3]) -> [Option<f64>; 3] {
     let mut ends = [DVec3::ZERO; 3];
     let mut count = 0;
@@ -119,7 +123,7 @@ pub(super) fn distances_to_contour(corners: [DVec3; 3], levels: [f64; 3]) -> [Op
         0 => [None; 3],
         1 => levels.map(|level| (level == 0.0).then_some(0.0)),
         2 => corners.map(|corner| Some(to_segment(corner, ends[0], ends[1]))),
-        // All of the triangle is on the contour.
+        // The whole triangle is on the contour.
         _ => [Some(0.0); 3],
     }
 }
@@ -138,7 +142,7 @@ mod tests {
     #[test]
     fn distances_by_hand() {
         let corners = [DVec3::ZERO, 4.0 * DVec3::X, 4.0 * DVec3::Y];
-        // Half way between the first corner and the others.
+        // Halfway between the first corner and the others.
         let found = distances_to_contour(corners, [1.0, -1.0, -1.0]).map(Option::unwrap);
         assert!((found[0] - 2.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!(found[1], 2.0);

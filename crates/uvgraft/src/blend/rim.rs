@@ -1,4 +1,4 @@
-//! The rim of a region: which colours meet there, told by what most of it says.
+//! The boundary of a region: a robust colour ratio between its two sides.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -14,53 +14,63 @@ use crate::sampler::Sampler;
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
-/// The points that a region ends at, and where colours are measured beside them.
+/// The boundary points of a region, and where colours are sampled around them.
 #[derive(Debug, Clone)]
 pub(super) struct Rim {
-    /// The points: the last ones of the region's triangles, in the order of their numbers.
+    /// Corners of the region's triangles at signed distances of 0 or less, in ascending index
+    /// order.
     pub points: Vec<u32>,
-    /// For each, others along the rim, itself included, and how much they count.
+    /// For each point, the neighbours along the boundary (itself included) with their weights.
     along: Vec<Vec<(u32, f64)>>,
-    /// For each, the triangles around and how much they count.
+    /// For each point, the triangles around it, as indices into `samples`, with their weights.
     around: Vec<Vec<(u32, f64)>>,
-    /// Where the triangles are looked at.
-    places: Vec<Places>,
+    /// The sampled triangles.
+    samples: Vec<Samples>,
+    /// Sample positions inside the region, in the source's layout.
     inside_uv: Vec<[f64; 2]>,
+    /// Sample positions outside the region, in the target's layout.
     outside_uv: Vec<[f64; 2]>,
 }
 
-/// Which UV coordinates belong to a triangle.
+/// The sample positions of a triangle, as ranges of `inside_uv` and `outside_uv`.
 #[derive(Debug, Clone)]
-struct Places {
-    /// Area that each of them stands for.
+struct Samples {
+    /// Surface area that each sample stands for.
     area: f64,
     inside: Range<u32>,
     outside: Range<u32>,
 }
 
-/// How the colours on both sides of a rim differ.
+/// The colour difference between the two sides of a boundary.
 #[derive(Debug, Clone)]
 pub(super) struct Difference {
-    /// For each point of the rim, the logarithms of the gains that take one side to the other.
+    /// For each boundary point, the logarithms of the gains that map one side to the other.
     pub log_gains: Vec<[f64; 3]>,
-    /// The logarithms for all of the rim together.
+    /// The logarithms for the boundary as a whole.
     pub overall: [f64; 3],
 }
 
-/// Colours of the triangles beside a rim: means and the areas that they stand for.
+/// For each sampled triangle, its mean colour on one side and the area that this stands for.
 pub(super) type Side = Vec<([f64; 3], f64)>;
 
-/// Beside a point of the rim colours are looked at no farther away than so many of the rim's edges:
-/// some 1900 triangles.
-const MOST_ACROSS: f64 = 16.0;
+/// Upper limit, in mean boundary-edge lengths, of the radius in which colours are sampled around a
+/// boundary point: about 1900 triangles.
+const MAX_ACROSS: f64 = 16.0;
 
-/// Sides of the grid of triangles in which each one is looked at.
+/// Sub-triangles along each edge of a triangle: colours are sampled at their centroids.
 const GRID: u32 = 4;
 
 impl Rim {
+    /// Finds the boundary points and the samples around them.
+    ///
+    /// Colours are averaged over the triangles around each point, weighted by
+    /// `exp(-(d / across)²)`, and log gains along the boundary, weighted by
+    /// `exp(-(d / window)² / 2)` with a window of twice the reach.
+    ///
     /// - `touched`: which triangles are in the region, wholly or in part.
-    /// - `inside`: signed distance of each point from the rim.
-    /// - `reach`: how far from the rim colours are looked at, at least, in the mesh's unit.
+    /// - `inside`: signed distance of each point from the boundary.
+    /// - `reach`: radius in which colours are sampled, in the mesh's unit; raised to 1.2 mean
+    ///   boundary edges if it is less.
     pub fn new(domain: &BlendDomain, touched: &[bool], inside: &[f64], reach: f64) -> Self {
         let surface = domain.surface();
         let mut is_rim = vec![false; inside.len()];
@@ -73,7 +83,7 @@ impl Rim {
         let points: Vec<u32> =
             (0u32..).zip(&is_rim).filter(|(_, is)| **is).map(|(p, _)| p).collect();
         let edges = rim_edges(domain, touched, &is_rim);
-        // In the order of the points: a map's own order is another one each time.
+        // In the order of the points: a hash map's own order differs from run to run.
         let lengths = points.iter().filter_map(|point| edges.get(point)).flatten();
         let count = lengths.clone().count();
         let total: f64 = lengths.map(|&(_, length)| length).sum();
@@ -96,24 +106,24 @@ impl Rim {
         let mut rim = Self {
             along,
             around: Vec::with_capacity(points.len()),
-            places: Vec::new(),
+            samples: Vec::new(),
             inside_uv: Vec::new(),
             outside_uv: Vec::new(),
             points,
         };
-        // A wide feather on a fine mesh would have each point look at most triangles there are.
-        let across = reach.min(MOST_ACROSS * mean_edge);
+        // With a wide feather on a fine mesh each point would otherwise sample most of the mesh.
+        let across = reach.min(MAX_ACROSS * mean_edge);
         let mut known = HashMap::new();
         for index in 0..rim.points.len() {
             let point = rim.points[index];
             let around = triangles_near(domain, point, across)
                 .into_iter()
                 .map(|(triangle, distance)| {
-                    let places = *known.entry(triangle).or_insert_with(|| {
-                        rim.look_at(domain, touched, inside, triangle);
-                        rim.places.len() as u32 - 1
+                    let samples = *known.entry(triangle).or_insert_with(|| {
+                        rim.sample(domain, touched, inside, triangle);
+                        rim.samples.len() as u32 - 1
                     });
-                    (places, (-(distance / across).powi(2)).exp())
+                    (samples, (-(distance / across).powi(2)).exp())
                 })
                 .collect();
             rim.around.push(around);
@@ -121,8 +131,8 @@ impl Rim {
         rim
     }
 
-    /// Adds the places of a triangle.
-    fn look_at(&mut self, domain: &BlendDomain, touched: &[bool], inside: &[f64], triangle: u32) {
+    /// Adds the sample positions of a triangle.
+    fn sample(&mut self, domain: &BlendDomain, touched: &[bool], inside: &[f64], triangle: u32) {
         let face = triangle as usize;
         let levels = domain.surface().triangles()[face].map(|point| inside[point as usize]);
         let target_uv = wide(domain.mesh().uv_triangle(face));
@@ -131,80 +141,87 @@ impl Rim {
             let level: f64 = levels.iter().zip(weights).map(|(level, weight)| level * weight).sum();
             let source_uv = if touched[face] { domain.source_uv(face, weights) } else { None };
             match source_uv {
-                // Whole triangles have no corner outside, and all three may be on the rim.
+                // Whole triangles have no corner outside, but all three may lie on the boundary.
                 Some(uv) if level >= 0.0 || levels.iter().all(|&level| level >= 0.0) => {
                     self.inside_uv.push(uv);
                 }
                 _ => self.outside_uv.push(mixed(&target_uv, weights)),
             }
         }
-        self.places.push(Places {
+        self.samples.push(Samples {
             area: domain.surface().area(triangle) / f64::from(GRID * GRID),
             inside: starts[0]..self.inside_uv.len() as u32,
             outside: starts[1]..self.outside_uv.len() as u32,
         });
     }
 
-    /// The colours of a source beside the rim, sRGB values as stored.
+    /// The source's colours around the boundary, as stored sRGB values.
     ///
-    /// - `counts`: how much what is at a UV coordinate counts, from 0 to 1.
-    pub fn source(&self, texture: &Texture, counts: impl Fn([f64; 2]) -> f32 + Sync) -> Side {
-        let range = |places: &Places| places.inside.clone();
-        self.side(texture, &self.inside_uv, range, |uv, _| counts(uv))
+    /// - `weigh`: weight of a UV coordinate, 0 to 1.
+    pub fn source(&self, texture: &Texture, weigh: impl Fn([f64; 2]) -> f32 + Sync) -> Side {
+        let range = |samples: &Samples| samples.inside.clone();
+        self.side(texture, &self.inside_uv, range, |uv, _| weigh(uv))
     }
 
-    /// The colours of a base beside the rim, sRGB values as stored.
+    /// The base's colours around the boundary, as stored sRGB values.
     ///
-    /// - `counts`: how much a colour counts, from 0 to 1.
-    pub fn base(&self, texture: &Texture, counts: impl Fn([f32; 3]) -> f32 + Sync) -> Side {
-        let range = |places: &Places| places.outside.clone();
-        self.side(texture, &self.outside_uv, range, |_, rgb| counts(rgb))
+    /// - `weigh`: weight of a colour, 0 to 1.
+    pub fn base(&self, texture: &Texture, weigh: impl Fn([f32; 3]) -> f32 + Sync) -> Side {
+        let range = |samples: &Samples| samples.outside.clone();
+        self.side(texture, &self.outside_uv, range, |_, rgb| weigh(rgb))
     }
 
     fn side(
         &self,
         texture: &Texture,
         uv: &[[f64; 2]],
-        range: impl Fn(&Places) -> Range<u32> + Sync,
-        counts: impl Fn([f64; 2], [f32; 3]) -> f32 + Sync,
+        range: impl Fn(&Samples) -> Range<u32> + Sync,
+        weigh: impl Fn([f64; 2], [f32; 3]) -> f32 + Sync,
     ) -> Side {
         let sampler = Sampler::new(texture);
-        map_indices(self.places.len(), |index| {
-            let places = &self.places[index];
-            let range = range(places);
+        map_indices(self.samples.len(), |index| {
+            let set = &self.samples[index];
+            let range = range(set);
             let (mut sum, mut total) = ([0.0; 3], 0.0);
             for &uv in &uv[range.start as usize..range.end as usize] {
-                let [rgb @ .., opacity] = sampler.rgba_as(uv, Encoding::Srgb);
-                // What is hardly there has no colour that counts.
-                if opacity >= 0.5 && rgb.iter().all(|value| value.is_finite()) {
-                    let weight = f64::from(counts(uv, rgb));
+                let [rgb @ .., alpha] = sampler.rgba_as(uv, Encoding::Srgb);
+                // Nearly transparent texels carry no reliable colour.
+                if alpha >= 0.5 && rgb.iter().all(|value| value.is_finite()) {
+                    let weight = f64::from(weigh(uv, rgb));
                     for (sum, value) in sum.iter_mut().zip(rgb) {
                         *sum += weight * f64::from(value);
                     }
                     total += weight;
                 }
             }
-            if total > 0.0 { (sum.map(|sum| sum / total), total * places.area) } else { (sum, 0.0) }
+            if total > 0.0 { (sum.map(|sum| sum / total), total * set.area) } else { (sum, 0.0) }
         })
     }
 
-    /// The gains that take one side to the other along the rim; none where one of them has no colours
-    /// at all.
+    /// The gains that map one side's colours to the other's along the boundary; `None` if
+    /// either side has no colours.
     ///
-    /// - `counts`: how far a colour of the first side, and one of the second, is of the kind that
-    ///   decides, from 0 to 1; nothing if all colours are of that kind, so that none is an outlier for being
-    ///   unlike most.
-    /// - `aim`: from a colour of the first side and one of the second, the one that the first is taken to.
+    /// The log gain `x` at each point maps the mean colours around it. Its weight is
+    /// `w · exp(-(|x - m| / 1.5 s)² / 2)`, with `w` from `weigh`, the boundary's median `m`
+    /// and `s` 1.4826 times the median deviation from it: a brow, hair or a collar would
+    /// otherwise set the tone of the skin next to it. The weighted log gains are then averaged
+    /// along the boundary by [`typical`].
+    ///
+    /// - `weigh`: how far a colour of the first side, and one of the second, is of the kind
+    ///   that decides (such as skin), 0 to 1; `None` if all colours are, so that none is an
+    ///   outlier for being unlike most.
+    /// - `aim`: from a colour of the first side and one of the second, the colour that the first is
+    ///   mapped to.
     pub fn difference(
         &self,
         [from, to]: [&Side; 2],
-        counts: Option<[&dyn Fn([f32; 3]) -> f32; 2]>,
+        weigh: Option<[&dyn Fn([f32; 3]) -> f32; 2]>,
         aim: impl Fn([f32; 3], [f32; 3]) -> [f32; 3],
     ) -> Option<Difference> {
         let mean = |around: &[(u32, f64)], side: &Side| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
-            for &(place, weight) in around {
-                let (color, area) = side[place as usize];
+            for &(index, weight) in around {
+                let (color, area) = side[index as usize];
                 let weight = weight * area;
                 for (sum, value) in sum.iter_mut().zip(color) {
                     *sum += value * weight;
@@ -226,28 +243,28 @@ impl Rim {
                 Some([0, 1, 2].map(|k| f64::from(gain_between(from[k], to[k])).ln()))
             })
             .collect();
-        let kind: Vec<f64> = colors
+        let trust: Vec<f64> = colors
             .iter()
             .map(|colors| {
                 colors.map_or(0.0, |[from, to]| {
-                    counts.map_or(1.0, |counts| f64::from(counts[0](from).min(counts[1](to))))
+                    weigh.map_or(1.0, |weigh| f64::from(weigh[0](from).min(weigh[1](to))))
                 })
             })
             .collect();
-        // Where hardly anything is of that kind, the kind is not what decides.
-        let is_of_kind = kind.iter().filter(|&&kind| kind > 0.5).count() * 4 >= kind.len();
-        let kind = if is_of_kind { kind } else { vec![1.0; kind.len()] };
-        let of_kind = measured.iter().zip(&kind).filter(|(_, kind)| **kind > 0.5);
-        let overall = median(of_kind.filter_map(|(measured, _)| measured.as_ref()))?;
-        let far: Vec<f64> = measured.iter().flatten().map(|&d| apart(d, overall)).collect();
-        let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
-        // How much each is like the others: a brow, hair or a collar is not.
+        // If few points qualify, the kind of colour is no criterion and all points decide alike.
+        let has_trusted = trust.iter().filter(|&&trust| trust > 0.5).count() * 4 >= trust.len();
+        let trust = if has_trusted { trust } else { vec![1.0; trust.len()] };
+        let trusted = measured.iter().zip(&trust).filter(|(_, trust)| **trust > 0.5);
+        let overall = medians(trusted.filter_map(|(measured, _)| measured.as_ref()))?;
+        let far: Vec<f64> = measured.iter().flatten().map(|&d| dist(d, overall)).collect();
+        let spread = (1.4826 * median(far)).max(MIN_SPREAD);
+        // Outlier weights: brows, hair and collars are unlike the rest.
         let likeness: Vec<f64> = measured
             .iter()
-            .zip(&kind)
-            .map(|(measured, kind)| {
-                measured.map_or(0.0, |d| match counts {
-                    Some(_) => kind * (-0.5 * (apart(d, overall) / (1.5 * spread)).powi(2)).exp(),
+            .zip(&trust)
+            .map(|(measured, trust)| {
+                measured.map_or(0.0, |d| match weigh {
+                    Some(_) => trust * (-0.5 * (dist(d, overall) / (1.5 * spread)).powi(2)).exp(),
                     None => 1.0,
                 })
             })
@@ -258,18 +275,19 @@ impl Rim {
     }
 }
 
-/// Differences closer than this are alike: 3 % of a value.
-const LEAST_SPREAD: f64 = 0.03;
+/// Lower limit of the spread of log gains: gains that differ by less than 3 % are alike.
+const MIN_SPREAD: f64 = 0.03;
 
-/// What most of the neighbours along the rim say: a mean in which those that are far from it count
-/// little, found anew a few times (iteratively reweighted least squares with Cauchy's weights).
+/// Robust mean of the log gains along the boundary: iteratively reweighted least squares with
+/// Cauchy weights `1 / (1 + (d / s)²)`, where `s` is 1.4826 times the median distance from the last
+/// mean. Outliers would drag a plain mean along.
 fn typical(
     along: &[(u32, f64)],
     measured: &[Option<[f64; 3]>],
     likeness: &[f64],
     overall: [f64; 3],
 ) -> [f64; 3] {
-    /// So much counts the rim as a whole, which decides where no neighbour is like it.
+    /// Weight of the boundary's overall log gain, which decides where all neighbours are outliers.
     const PRIOR: f64 = 1e-3;
     let near: Vec<([f64; 3], f64)> = along
         .iter()
@@ -291,30 +309,32 @@ fn typical(
     };
     let mut center = mean(&|_| 1.0);
     for _ in 0..6 {
-        let far = near.iter().map(|&(value, _)| apart(value, center)).collect();
-        let spread = (1.4826 * middle(far)).max(LEAST_SPREAD);
-        center = mean(&|value| 1.0 / (1.0 + (apart(value, center) / spread).powi(2)));
+        let far = near.iter().map(|&(value, _)| dist(value, center)).collect();
+        let spread = (1.4826 * median(far)).max(MIN_SPREAD);
+        center = mean(&|value| 1.0 / (1.0 + (dist(value, center) / spread).powi(2)));
     }
     center
 }
 
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// The Euclidean distance.
+fn dist(a: [f64; 3], b: [f64; 3]) -> f64 {
     DVec3::from(a).distance(b.into())
 }
 
-/// The median of each component; none of nothing.
-fn median<'a>(values: impl Iterator<Item = &'a [f64; 3]>) -> Option<[f64; 3]> {
+/// The median of each channel; `None` if there are no values.
+fn medians<'a>(values: impl Iterator<Item = &'a [f64; 3]>) -> Option<[f64; 3]> {
     let values: Vec<&[f64; 3]> = values.collect();
     values.first()?;
-    Some([0, 1, 2].map(|k| middle(values.iter().map(|value| value[k]).collect())))
+    Some([0, 1, 2].map(|k| median(values.iter().map(|value| value[k]).collect())))
 }
 
-fn middle(mut values: Vec<f64>) -> f64 {
+/// The upper median; 0 if there are no values.
+fn median(mut values: Vec<f64>) -> f64 {
     let half = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
 }
 
-/// For each point of a rim, the next ones along it and how far they are.
+/// For each boundary point, its neighbours along boundary edges with the lengths of those edges.
 fn rim_edges(
     domain: &BlendDomain,
     touched: &[bool],
@@ -335,7 +355,7 @@ fn rim_edges(
     edges
 }
 
-/// The points along edges within a distance, the point itself included.
+/// The points within a distance along edges, the start included, with their distances (Dijkstra).
 fn within(edges: &HashMap<u32, Vec<(u32, f64)>>, from: u32, limit: f64) -> HashMap<u32, f64> {
     let mut found = HashMap::from([(from, 0.0)]);
     let mut queue = BinaryHeap::from([Reverse((0_u64, from))]);
@@ -355,8 +375,8 @@ fn within(edges: &HashMap<u32, Vec<(u32, f64)>>, from: u32, limit: f64) -> HashM
     found
 }
 
-/// The triangles around a point whose middle is within a distance, over neighbours that are; those
-/// at the point itself in any case.
+/// The triangles whose centroid is within `reach` of a point, with their distances, found through
+/// neighbours that are within reach too. Triangles at the point itself are always included.
 fn triangles_near(domain: &BlendDomain, point: u32, reach: f64) -> Vec<(u32, f64)> {
     let surface = domain.surface();
     let center = surface.positions()[point as usize];
@@ -366,7 +386,7 @@ fn triangles_near(domain: &BlendDomain, point: u32, reach: f64) -> Vec<(u32, f64
     };
     let mut found: Vec<(u32, f64)> =
         surface.around(point).iter().map(|&triangle| (triangle, distance(triangle))).collect();
-    // A triangle may have two corners at one point.
+    // A triangle may have two of its corners at the point.
     found.dedup_by_key(|&mut (triangle, _)| triangle);
     let mut known: HashSet<u32> = found.iter().map(|&(triangle, _)| triangle).collect();
     let mut next = 0;
@@ -384,7 +404,7 @@ fn triangles_near(domain: &BlendDomain, point: u32, reach: f64) -> Vec<(u32, f64
     found
 }
 
-/// The middles of the small triangles that a triangle is divided into, as weights of its corners.
+/// The centroids of a triangle's sub-triangles, as barycentric weights.
 fn grid() -> impl Iterator<Item = [f64; 3]> {
     let third = 1.0 / (3.0 * f64::from(GRID));
     (0..GRID).flat_map(move |row| {
@@ -405,7 +425,7 @@ mod tests {
     use crate::pair::{Direction, Pair};
 
     #[test]
-    fn the_grid_is_the_middles_of_small_triangles() {
+    fn grid_points_are_centroids_of_sub_triangles() {
         let all: Vec<[f64; 3]> = grid().collect();
         assert_eq!(all.len(), (GRID * GRID) as usize);
         assert!(all.iter().flatten().all(|&weight| weight > 0.0));
@@ -430,7 +450,7 @@ mod tests {
         Pair::by_vertex_map(mesh.clone(), mesh, &map).unwrap()
     }
 
-    /// The rim of all but the outermost four rows.
+    /// The boundary of all but the outermost four rows.
     fn rim(domain: &BlendDomain, side: u32, reach: f64) -> Rim {
         let is_in = |k: &u32| [k % side, k / side].iter().all(|k| (4..side - 4).contains(k));
         let inside: Vec<u32> = (0..side * side).filter(is_in).collect();
@@ -439,9 +459,9 @@ mod tests {
         Rim::new(domain, &domain.touched(&region), &levels, reach)
     }
 
-    /// Sums in the order of a hash map would differ in their last digits from one time to the next.
+    /// Sums in hash-map order would differ in their last digits from run to run.
     #[test]
-    fn a_rim_is_the_same_every_time() {
+    fn rims_are_deterministic() {
         let pair = sheet(24);
         let domain = BlendDomain::new(pair, Direction::Forward);
         let first = rim(&domain, 24, 0.0);
@@ -453,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_feathers_do_not_make_every_point_look_at_everything() {
+    fn wide_feathers_do_not_sample_the_whole_mesh() {
         let pair = sheet(64);
         let domain = BlendDomain::new(pair, Direction::Forward);
         let wide = rim(&domain, 64, 1000.0);
@@ -463,14 +483,14 @@ mod tests {
     }
 
     #[test]
-    fn outliers_do_not_count() {
+    fn outliers_carry_no_weight() {
         let along: Vec<(u32, f64)> = (0..20).map(|other| (other, 1.0)).collect();
         let of =
             |other: u32| if other.is_multiple_of(3) { [1.5, 1.0, 2.0] } else { [0.2, 0.1, -0.1] };
         let measured: Vec<Option<[f64; 3]>> = (0..20).map(|other| Some(of(other))).collect();
         let found = typical(&along, &measured, &[1.0; 20], [0.2, 0.1, -0.1]);
-        assert!(apart(found, [0.2, 0.1, -0.1]) < 0.02, "{found:?}");
-        // Where nobody near is like the rest, the rest decides.
+        assert!(dist(found, [0.2, 0.1, -0.1]) < 0.02, "{found:?}");
+        // If all neighbours are outliers, the overall log gain decides.
         let found = typical(&along, &measured, &[0.0; 20], [0.3; 3]);
         assert_eq!(found, [0.3; 3]);
     }

@@ -1,4 +1,4 @@
-//! Which part of the surface is meant: by vertices, by a painted mask, and what is made of these.
+//! Selections of a part of the surface: from vertices, from painted masks, and by combining others.
 
 use std::sync::{Arc, OnceLock};
 
@@ -14,7 +14,7 @@ use crate::texture::Texture;
 use crate::threads::join;
 
 use super::geodesic;
-use super::painted::{self, Place};
+use super::painted::{self, MaskUv};
 
 /// One of a pair's two meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -25,42 +25,42 @@ pub enum Side {
     Target,
 }
 
-/// Why a region is none.
+/// Why a region was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegionError {
-    /// A vertex that the mesh does not have.
+    /// A vertex index that the mesh does not have.
     #[error("vertex {found} does not exist: the mesh has vertices 0 to {}", .vertices.saturating_sub(1))]
     Vertex {
-        /// What was found.
+        /// The index.
         found: u32,
-        /// How many vertices there are.
+        /// Number of vertices in the mesh.
         vertices: usize,
     },
-    /// What is to be combined belongs to different pairs or directions.
+    /// The selections to combine belong to different pairs or directions.
     #[error("the selections belong to different pairs or directions")]
     Domain,
-    /// Nothing is left to be transferred.
+    /// Nothing is left to transfer.
     #[error("the region is empty: {0}")]
     Empty(&'static str),
 }
 
-/// What selections of one pair and direction are made on. Clones share it.
+/// The surface that selections of one pair and direction are made on. Clones share it.
 #[derive(Debug, Clone)]
-pub struct BlendDomain(Arc<Parts>);
+pub struct BlendDomain(Arc<Inner>);
 
 #[derive(Debug)]
-struct Parts {
+struct Inner {
     pair: Arc<Pair>,
     direction: Direction,
     surface: Surface,
     /// The pieces of each triangle of the target.
     pieces: FacePieces,
-    /// The head of the mesh that textures come from, once somebody asks.
+    /// The head of the mesh that textures are read from, computed on first use.
     head: OnceLock<Result<HeadLayout, LabelError>>,
-    /// The same of the mesh that they are carried to.
+    /// The anatomy of the mesh that they are transferred to, computed on first use.
     anatomy: OnceLock<Option<Anatomy>>,
-    /// And its whole layout, to find skin in.
+    /// That mesh's whole layout, for skin detection, computed on first use.
     body: OnceLock<Option<BodyLayout>>,
 }
 
@@ -75,28 +75,29 @@ pub struct Selection {
 pub(super) enum Shape {
     /// Whole triangles.
     Faces(Vec<bool>),
-    /// Where a value at the points, linear between them, is greater than 0. Near there it is a
-    /// distance in the mesh's unit. Triangles all of whose corners are at 0 are in it if they are
-    /// listed: in the corners of regions of whole triangles, whose rim all their points are part of.
+    /// Where a value at the points, linear in between, is positive. Near there it is a
+    /// distance in the mesh's unit. Triangles all of whose corners are at 0 are included if
+    /// they are listed: at the corners of regions of whole triangles, where all of a
+    /// triangle's points lie on the boundary.
     Level(Vec<f64>, Vec<bool>),
 }
 
-/// How far a selection is widened, or narrowed where it is negative. What has no rim, such as an eyeball that is
-/// selected whole, stays as it is; so does everything if the length is no number.
+/// How far a selection is grown, or shrunk if negative. A selection without a boundary, such as a
+/// whole eyeball, stays unchanged, and so does everything if the length is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Growth {
-    /// Along the surface, in the target mesh's unit.
+    /// A length along the surface, in the target mesh's unit.
     Length(f64),
-    /// Rings of triangles.
+    /// A number of triangle rings.
     Rings(i32),
 }
 
-/// What a cell holds, found first if it is empty.
+/// The value of a cell, computed first if it is empty.
 ///
-/// It isn't found while others wait for the cell: a thread that waits for pieces of that work may take on what waits
-/// for the cell, for ever.
-fn found<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+/// It is not computed inside `get_or_init`: a thread that waits for parallel parts of that work may
+/// steal a task that needs the same cell, and would wait for ever.
+fn cached<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;
     }
@@ -105,28 +106,28 @@ fn found<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
 }
 
 impl BlendDomain {
-    /// The domain for textures that are carried in a direction.
+    /// The domain for textures that are transferred in a direction.
     pub fn new(pair: impl Into<Arc<Pair>>, direction: Direction) -> Self {
         let pair = pair.into();
         let surface = Surface::new(pair.to(direction));
         let pieces = pair.face_pieces(direction);
         let (head, anatomy, body) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self(Arc::new(Parts { pair, direction, surface, pieces, head, anatomy, body }))
+        Self(Arc::new(Inner { pair, direction, surface, pieces, head, anatomy, body }))
     }
 
-    /// Whether selections that were made on one fit the other.
-    pub(crate) fn is_like(&self, other: &Self) -> bool {
+    /// Whether selections made on one domain fit the other.
+    pub(crate) fn is_compatible(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.is_of(other.pair(), other.direction())
     }
 
-    /// Whether the targets are one surface, triangle by triangle, whatever their layouts.
+    /// Whether both targets are the same surface, triangle by triangle, whatever their layouts.
     pub(super) fn is_same_surface(&self, other: &Self) -> bool {
         self.direction() == other.direction()
             && self.surface().triangles() == other.surface().triangles()
             && self.surface().positions() == other.surface().positions()
     }
 
-    /// Whether it is the domain for textures of a pair that are carried in a direction.
+    /// Whether it is the domain for textures of a pair that are transferred in a direction.
     pub(crate) fn is_of(&self, pair: &Arc<Pair>, direction: Direction) -> bool {
         direction == self.direction() && (Arc::ptr_eq(self.pair(), pair) || self.pair() == pair)
     }
@@ -136,12 +137,12 @@ impl BlendDomain {
         &self.0.pair
     }
 
-    /// Which way textures are carried.
+    /// The direction in which textures are transferred.
     pub fn direction(&self) -> Direction {
         self.0.direction
     }
 
-    /// The mesh whose layout textures are carried to.
+    /// The mesh whose layout textures are transferred to.
     pub(super) fn mesh(&self) -> &Mesh {
         self.pair().to(self.direction())
     }
@@ -154,20 +155,20 @@ impl BlendDomain {
         &self.0.pieces
     }
 
-    /// What a texture shows that is carried.
+    /// Labels of what a transferred texture shows.
     ///
     /// # Errors
-    /// [`LabelError`] if no head is carried, or its cheeks are not of one colour.
+    /// [`LabelError`] if no head is transferred, or if its cheeks do not share a colour.
     pub fn labels(&self, texture: &Texture) -> Result<Labels, LabelError> {
-        Labels::find(self.found_head().as_ref().map_err(Clone::clone)?, texture)
+        Labels::find(self.try_head().as_ref().map_err(Clone::clone)?, texture)
     }
 
-    /// The head whose texture is carried, if the mesh has one and it is linked.
+    /// The head whose texture is transferred, if the mesh has one and it is linked.
     pub(super) fn head(&self) -> Option<&HeadLayout> {
-        self.found_head().as_ref().ok()
+        self.try_head().as_ref().ok()
     }
 
-    fn found_head(&self) -> &Result<HeadLayout, LabelError> {
+    fn try_head(&self) -> &Result<HeadLayout, LabelError> {
         let find = || {
             let mesh = self.pair().from(self.direction());
             let mut is_carried = vec![false; mesh.faces().len()];
@@ -177,28 +178,29 @@ impl BlendDomain {
             let head = HeadLayout::new(mesh, &is_carried)?;
             if head.has_cheeks(mesh, &is_carried) { Ok(head) } else { Err(LabelError::Cheeks) }
         };
-        found(&self.0.head, find)
+        cached(&self.0.head, find)
     }
 
-    /// The anatomy of the mesh that textures are carried to, if it has a head.
+    /// The anatomy of the mesh that textures are transferred to, if it has a head.
     pub(super) fn anatomy(&self) -> Option<&Anatomy> {
-        found(&self.0.anatomy, || Anatomy::find(self.mesh()).ok()).as_ref()
+        cached(&self.0.anatomy, || Anatomy::find(self.mesh()).ok()).as_ref()
     }
 
-    /// The layout of the mesh that textures are carried to, to find skin in, if it has a head.
+    /// The layout of the mesh that textures are transferred to, for skin detection, if it has a
+    /// head.
     pub(super) fn body(&self) -> Option<&BodyLayout> {
         let find = || Some(BodyLayout::with_anatomy(self.mesh(), self.anatomy()?));
-        found(&self.0.body, find).as_ref()
+        cached(&self.0.body, find).as_ref()
     }
 
-    /// The distance between the eyes on the target, in its unit; nothing if no head is carried.
+    /// The distance between the eyes on the target, in its unit; `None` if no head is transferred.
     pub(super) fn eye_distance(&self) -> Option<f64> {
         let (head, anatomy) = join(|| self.head(), || self.anatomy());
         let head = head?;
         if let Some(anatomy) = anatomy {
             return Some(anatomy.frame().unit);
         }
-        // As much larger as what is linked is on the target.
+        // Scaled by the size of the linked part on the target relative to the source.
         let read = self.pair().from(self.direction());
         let from = Surface::new(read);
         let areas = self.pieces().all().iter().map(|piece| {
@@ -209,7 +211,8 @@ impl BlendDomain {
         (sums[0] > 0.0).then(|| head.anatomy.frame().unit * (sums[1] / sums[0]).sqrt())
     }
 
-    /// Where a point of a triangle lies in the layout that textures come from; nowhere if it is not linked.
+    /// The UV coordinate of a point of a triangle in the layout that textures are read from;
+    /// `None` if it is not linked.
     pub(super) fn source_uv(&self, face: usize, weights: Weights) -> Option<[f64; 2]> {
         let piece = self.pieces().at(face, weights)?;
         let read = self.pair().from(self.direction()).uv_triangle(piece.from as usize);
@@ -220,8 +223,9 @@ impl BlendDomain {
         Selection { domain: self.clone(), shape }
     }
 
-    /// Everything that is linked: the triangles that pieces fill, but for a hundredth of their area. Of others the
-    /// rim would be the outline of pieces, which no point of the mesh lies on.
+    /// Everything that is linked: the triangles that pieces fill, to within a hundredth of their
+    /// area. In partly filled triangles the boundary would be the outline of the pieces, which no
+    /// point of the mesh lies on.
     pub fn linked(&self) -> Selection {
         let faces = 0..self.pieces().faces();
         self.with_shape(Shape::Faces(faces.map(|face| self.pieces().is_filled(face)).collect()))
@@ -231,7 +235,7 @@ impl BlendDomain {
     ///
     /// # Errors
     /// [`RegionError::Vertex`] for a vertex that the mesh of that side does not have;
-    /// [`RegionError::Empty`] if they are the corners of no triangle that is in the target.
+    /// [`RegionError::Empty`] if they span no linked triangle.
     pub fn vertices(&self, side: Side, vertices: &[u32]) -> Result<Selection, RegionError> {
         let mesh = self.mesh_of(side);
         let mut is_listed = vec![false; mesh.positions().len()];
@@ -258,32 +262,33 @@ impl BlendDomain {
         }
     }
 
-    /// What a mask says that is painted in the layout of a side: where its brightness times its
-    /// opacity is at least a half. Its outline is followed from edge to edge of the triangles.
+    /// The part of the surface that is painted in a mask in one side's layout: where the
+    /// mask's brightness times its alpha is at least a half. Its outline is traced from
+    /// edge to edge of the triangles.
     ///
     /// # Errors
-    /// [`RegionError::Empty`] if it is dark everywhere.
+    /// [`RegionError::Empty`] if the mask is dark everywhere.
     pub fn painted(&self, side: Side, mask: &Texture) -> Result<Selection, RegionError> {
         let mesh = self.mesh_of(side);
         let is_target = self.is_target(side);
-        let places: Vec<Place> = (0..self.pieces().faces())
+        let mask_uv: Vec<MaskUv> = (0..self.pieces().faces())
             .map(|face| {
                 if is_target {
-                    return Place::Triangle(mesh.uv_triangle(face));
+                    return MaskUv::Triangle(mesh.uv_triangle(face));
                 }
                 match self.pieces().of_face(face) {
-                    [] => Place::Nowhere,
+                    [] => MaskUv::Unmapped,
                     &[piece] if self.pieces().part(piece).is_none() => {
                         let uv = wide(mesh.uv_triangle(piece.from as usize));
                         let uv = self.pieces().at_corners(piece, uv);
-                        Place::Triangle(uv.map(|at| at.map(|value| value as f32)))
+                        MaskUv::Triangle(uv.map(|at| at.map(|value| value as f32)))
                     }
-                    _ => Place::Pieces,
+                    _ => MaskUv::Pieces,
                 }
             })
             .collect();
         let uv = |face: usize, weights: Weights| self.source_uv(face, weights);
-        let level = painted::level(self.surface(), &places, uv, mask);
+        let level = painted::level(self.surface(), &mask_uv, uv, mask);
         if level.iter().any(|&level| level > 0.0) {
             Ok(self.above(level))
         } else {
@@ -295,7 +300,7 @@ impl BlendDomain {
         match by {
             Growth::Length(0.0) | Growth::Rings(0) => selection.clone(),
             Growth::Length(by) => {
-                // Finite, so that what is endlessly far outside stays there; what is no number is 0.
+                // Finite, so that points at infinity stay outside; NaN means 0.
                 let by = if by.is_nan() { 0.0 } else { by.clamp(-f64::MAX, f64::MAX) };
                 let inside = self.signed_distances(selection, by.abs() + self.longest_edge());
                 self.above(inside.into_iter().map(|inside| inside + by).collect())
@@ -303,7 +308,7 @@ impl BlendDomain {
             Growth::Rings(rings) => {
                 let mut faces = self.touched(selection);
                 if let Shape::Level(level, _) = &selection.shape {
-                    // Only those that are in it wholly.
+                    // Only triangles that are in it wholly.
                     for (face, corners) in faces.iter_mut().zip(self.surface().triangles()) {
                         *face &= corners.iter().all(|&point| level[point as usize] >= 0.0);
                     }
@@ -320,8 +325,8 @@ impl BlendDomain {
         }
     }
 
-    /// The signed distance of each point from a selection's rim, positive inside; infinite where the
-    /// rim is farther away than `limit`.
+    /// The signed distance of each point from a selection's boundary, positive inside; infinite
+    /// where the boundary is farther away than `limit`.
     pub(super) fn signed_distances(&self, selection: &Selection, limit: f64) -> Vec<f64> {
         let level = self.level(selection);
         let seeds = self.surface().triangles().iter().flat_map(|corners| {
@@ -340,7 +345,7 @@ impl BlendDomain {
             .collect()
     }
 
-    /// The longest side of the box around the target's mesh, in its unit.
+    /// The longest side of the target mesh's bounding box, in its unit.
     pub fn extent(&self) -> f64 {
         let positions = self.surface().positions().iter();
         let (low, high) = positions
@@ -357,7 +362,8 @@ impl BlendDomain {
         lengths.fold(0.0, f64::max)
     }
 
-    /// A value at the points that is positive inside and 0 at the rim of whole triangles.
+    /// A value at the points, positive inside and negative outside: for whole triangles infinite,
+    /// and 0 at points on the boundary.
     pub(super) fn level(&self, selection: &Selection) -> Vec<f64> {
         let faces = match &selection.shape {
             Shape::Level(level, _) => return level.clone(),
@@ -390,7 +396,7 @@ impl BlendDomain {
         }
     }
 
-    /// The triangles at any corner of which a level is above 0.
+    /// The triangles with a level above 0 at any corner.
     fn faces_above(&self, level: &[f64]) -> Vec<bool> {
         let is_above =
             |corners: &[u32; 3]| corners.iter().any(|&point| level[point as usize] > 0.0);
@@ -403,7 +409,8 @@ impl BlendDomain {
     }
 
     fn next_ring(&self, faces: &[bool], wider: bool) -> Vec<bool> {
-        // Wider: whatever shares a point with the selection; narrower: what shares none with the rest.
+        // Growing adds what shares a point with the selection; shrinking removes what shares one
+        // with the rest.
         let is_met = |point: u32| {
             self.surface().around(point).iter().any(|&face| faces[face as usize] == wider)
         };
@@ -435,41 +442,41 @@ impl BlendDomain {
 }
 
 impl Selection {
-    /// The same part of the same surface, on the domain of another layout.
-    pub(super) fn relaid(&self, domain: &BlendDomain) -> Self {
+    /// The same part of the same surface, on a domain with another layout.
+    pub(super) fn with_layout(&self, domain: &BlendDomain) -> Self {
         domain.with_shape(self.shape.clone())
     }
 
-    /// What it is a part of.
+    /// The domain that it is a part of.
     pub fn domain(&self) -> &BlendDomain {
         &self.domain
     }
 
-    /// What is in either.
+    /// The union of both selections.
     ///
     /// # Errors
     /// [`RegionError::Domain`] if they were made for different pairs or directions.
-    pub fn and(&self, other: &Self) -> Result<Self, RegionError> {
+    pub fn union(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a || b, f64::max)
     }
 
-    /// What is in this and not in the other.
+    /// The part of this selection that is not in the other.
     ///
     /// # Errors
-    /// As [`Selection::and`].
-    pub fn without(&self, other: &Self) -> Result<Self, RegionError> {
+    /// As [`Selection::union`].
+    pub fn difference(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a && !b, |a, b| a.min(-b))
     }
 
-    /// What is in both.
+    /// The intersection of both selections.
     ///
     /// # Errors
-    /// As [`Selection::and`].
-    pub fn within(&self, other: &Self) -> Result<Self, RegionError> {
+    /// As [`Selection::union`].
+    pub fn intersection(&self, other: &Self) -> Result<Self, RegionError> {
         self.combined(other, |a, b| a && b, f64::min)
     }
 
-    /// The selection, widened or narrowed.
+    /// The selection, grown or shrunk.
     #[must_use]
     pub fn grown(&self, by: Growth) -> Self {
         self.domain.grown(self, by)
@@ -482,7 +489,7 @@ impl Selection {
         of_levels: impl Fn(f64, f64) -> f64,
     ) -> Result<Self, RegionError> {
         let domain = &self.domain;
-        if !domain.is_like(&other.domain) {
+        if !domain.is_compatible(&other.domain) {
             return Err(RegionError::Domain);
         }
         if let (Shape::Faces(a), Shape::Faces(b)) = (&self.shape, &other.shape) {

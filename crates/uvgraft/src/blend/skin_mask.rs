@@ -1,4 +1,4 @@
-//! How far the texels of a base are skin, from a mask that may be coarser than it.
+//! Skin weights of a base's texels, from a mask that may be coarser than the base.
 
 use crate::color::Encoding;
 use crate::filter::Filter;
@@ -7,30 +7,32 @@ use crate::texture::{Channels, Depth, Size, Texels, Texture, TextureError};
 
 use super::stretch::STRETCH;
 
-/// A mask of skin that is read bilinearly at the texels of a larger texture: resizing the mask first would cost more than
-/// all that is done with it.
+/// A skin mask that is sampled bilinearly at the texels of a larger texture: resizing the mask
+/// first would cost more than everything that is done with it.
 #[derive(Debug, Clone)]
 pub(crate) struct SkinMask {
-    /// The mask with its edges once more on all sides: so every place is between two texels.
+    /// The mask with its edge texels repeated on all sides, so that every position lies between two
+    /// texels.
     levels: Vec<u8>,
     stride: usize,
-    /// Where the texture's columns and rows lie between the mask's.
-    places: [Vec<Place>; 2],
+    /// Positions of the texture's columns and rows between those of the mask.
+    positions: [Vec<Position>; 2],
 }
 
-/// A place between two columns or rows of a mask.
+/// A position between two columns or rows of a mask.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Position {
+    /// The column or row before it.
     first: u32,
-    /// How far it is from the first to the next, 0 to 1.
+    /// Fraction of the way from the first to the next, 0 to 1.
     share: f32,
 }
 
 impl SkinMask {
-    /// For textures of a size. What the mask has more texels of is averaged.
+    /// Prepares a mask for textures of size `of`. A mask with more texels is averaged down.
     ///
     /// # Errors
-    /// [`TextureError`] if there is no memory for it.
+    /// [`TextureError`] if there is not enough memory.
     pub fn new(mask: &Texture, of: Size) -> Result<Self, TextureError> {
         let mask = mask.clone().with_encoding(Encoding::Data);
         let Size { width, height } = mask.size();
@@ -45,28 +47,28 @@ impl SkinMask {
             Texels::U16(_) | Texels::F32(_) => unreachable!("it was converted to 8 bits"),
         };
         let levels = padded(&levels, size);
-        let places = [places(size.width, of.width), places(size.height, of.height)];
-        Ok(Self { levels, stride: size.width as usize + 2, places })
+        let positions = [positions(size.width, of.width), positions(size.height, of.height)];
+        Ok(Self { levels, stride: size.width as usize + 2, positions })
     }
 
-    /// Whether none of some texels in a row is skin at all.
-    pub fn is_none(&self, [x, y]: [u32; 2], len: u32) -> bool {
-        let row = self.places[1][y as usize];
-        let columns = [x, x + len - 1].map(|x| self.places[0][x as usize].first as usize);
+    /// Whether the mask is black at all texels of a run.
+    pub fn is_black(&self, [x, y]: [u32; 2], len: u32) -> bool {
+        let row = self.positions[1][y as usize];
+        let columns = [x, x + len - 1].map(|x| self.positions[0][x as usize].first as usize);
         [row.first, row.first + 1].into_iter().all(|row| {
             let levels = &self.levels[row as usize * self.stride..];
             levels[columns[0]..columns[1] + 2].iter().all(|&level| level == 0)
         })
     }
 
-    /// How far texels in a row are skin, 0 to 1.
+    /// The skin weights of consecutive texels in a row, 0 to 1.
     ///
-    /// - `at`: column and row of the first.
-    /// - `weights`: of at most [`STRETCH`] texels.
+    /// - `[x, y]`: column and row of the first.
+    /// - `weights`: output for at most [`STRETCH`] texels.
     #[inline(always)]
     pub fn weights(&self, [x, y]: [u32; 2], weights: &mut [f32]) {
-        let row = self.places[1][y as usize];
-        let columns = &self.places[0][x as usize..][..weights.len()];
+        let row = self.positions[1][y as usize];
+        let columns = &self.positions[0][x as usize..][..weights.len()];
         let [Some(first), Some(last)] = [columns.first(), columns.last()] else { return };
         let first = first.first as usize;
         // The mask has no more columns than the texture.
@@ -82,14 +84,14 @@ impl SkinMask {
         }
         for (weight, column) in weights.iter_mut().zip(columns) {
             let at = column.first as usize - first;
-            // It never is more: said so that indices need no check.
+            // Never exceeded; stated so that indexing needs no bounds check.
             let at = at.min(STRETCH);
             *weight = between[at] + (between[at + 1] - between[at]) * column.share;
         }
     }
 }
 
-/// A mask with its edges once more on all sides.
+/// A mask with its edge texels repeated on all sides.
 fn padded(levels: &[u8], size: Size) -> Vec<u8> {
     let [width, height] = [size.width, size.height].map(|side| side as usize);
     let mut padded = Vec::with_capacity((width + 2) * (height + 2));
@@ -102,14 +104,14 @@ fn padded(levels: &[u8], size: Size) -> Vec<u8> {
     padded
 }
 
-/// Where the columns or rows of a texture lie between those of a mask.
-fn places(of_mask: u32, of_texture: u32) -> Vec<Place> {
+/// Positions of a texture's columns or rows between those of a mask.
+fn positions(of_mask: u32, of_texture: u32) -> Vec<Position> {
     let scale = f64::from(of_mask) / f64::from(of_texture);
-    let place = |at: u32| {
+    let position = |at: u32| {
         let at = (f64::from(at) + 0.5).mul_add(scale, 0.5);
-        Place { first: at as u32, share: at.fract() as f32 }
+        Position { first: at as u32, share: at.fract() as f32 }
     };
-    (0..of_texture).map(place).collect()
+    (0..of_texture).map(position).collect()
 }
 
 #[cfg(test)]
@@ -122,9 +124,9 @@ mod tests {
         Texture::new(size, Channels::Grey, Encoding::Data, Texels::U8(levels)).unwrap()
     }
 
-    /// As a mask that was resized has it, wherever a stretch begins.
+    /// Matches a mask that was resized, wherever a stretch begins.
     #[test]
-    fn reads_what_a_larger_mask_would_hold() {
+    fn matches_a_resized_mask() {
         let mut rng = fastrand::Rng::with_seed(4);
         let noise: Vec<u8> = (0..13 * 9).map(|_| rng.u8(..)).collect();
         for (of, from) in [

@@ -1,7 +1,8 @@
-//! The skin of both sides in large areas, and the gains that take one to the other.
+//! The skin of both sides, sampled over large areas, and the gains that map one to the other.
 //!
-//! A rim says little about a face: necks are shaded, and captures end in collars. So one gain is found from the cheeks,
-//! which both sides have, and the rim only decides on what is left there.
+//! The boundary says little about a face: necks are shaded, and captures end in collars. So one
+//! gain comes from the cheeks, which both sides have, and the boundary only decides on the
+//! remaining correction there.
 
 use super::selection::BlendDomain;
 use super::tone::{GAINS, toned};
@@ -15,12 +16,12 @@ use crate::texture::Texture;
 
 type Rgb = [f32; 3];
 
-/// The skin of a texture where it shows best.
+/// The skin of a texture, sampled where it shows best.
 #[derive(Debug, Clone)]
 pub(super) struct SkinSample {
-    /// Its mean: sRGB as stored, 1.0 for full.
+    /// Mean colour: stored sRGB, 1.0 is full intensity.
     pub color: Rgb,
-    /// Colours of it, those that are far from most left out.
+    /// The sampled colours, without outliers.
     pub samples: Vec<Rgb>,
 }
 
@@ -35,20 +36,23 @@ pub(super) struct Skins {
 #[derive(Debug, Clone)]
 pub(super) struct BodySkin {
     pub skin: SkinSample,
-    /// Which colours of the base are skin.
+    /// Model of the base's skin colours.
     pub model: SkinModel,
-    /// Whether the base's cheeks say so; its head is a dummy's if not.
-    pub is_of_cheeks: bool,
+    /// Whether the sample comes from the base's own cheeks; if not, its head is taken for a
+    /// dummy's.
+    pub from_cheeks: bool,
 }
 
-/// Areas of one skin differ less than this, ΔE 2000: a chest is paler and a neck darker than cheeks.
+/// Areas of one person's skin differ by less than this, ΔE 2000: a chest is paler and
+/// a neck darker than cheeks.
 const ALIKE: f64 = 18.0;
 
-/// Nine tenths of a blank face differ by less, ΔE 2000: lips and brows of a face differ by more.
+/// Nine tenths of a blank face differ from its cheeks by less than this, ΔE 2000; the lips and
+/// brows of a real face differ by more.
 const BLANK: f64 = 5.0;
 
 impl Skins {
-    /// Looks at the texture; nothing where it shows no skin in the face.
+    /// Samples the texture; `None` if it shows no skin in the face.
     pub fn new(
         domain: &BlendDomain,
         source: &Texture,
@@ -67,21 +71,21 @@ impl Skins {
         let whole = || {
             SkinSample::new([Area::Cheeks, Area::Nose, Area::Forehead, Area::Jaw].map(of).concat())
         };
-        // Cheeks blush and hands do not.
-        let face = if body.is_of_cheeks { face } else { whole().unwrap_or(face) };
+        // Cheeks blush but hands do not, so other skin than cheeks is compared with the whole face.
+        let face = if body.from_cheeks { face } else { whole().unwrap_or(face) };
         Some(Self { face, body })
     }
 
-    /// The gains of the texture and of the base that take both skins to a colour between them.
+    /// The gains of the texture and of the base that map both skins to a common colour.
     ///
-    /// - `share`: how far the texture gives way, from 0 to 1.
+    /// - `share`: how far the texture moves towards the base, 0 to 1.
     pub fn gains(&self, share: f64) -> [Rgb; 2] {
-        let middle = self.middle(share);
-        [&self.face, &self.body.skin].map(|skin| skin.gains_to(middle))
+        let common = self.common(share);
+        [&self.face, &self.body.skin].map(|skin| skin.gains_to(common))
     }
 
-    /// The colour between both skins, as their ratios go.
-    pub fn middle(&self, share: f64) -> Rgb {
+    /// The common colour, interpolated geometrically: `face^(1 - share) · body^share` per channel.
+    pub fn common(&self, share: f64) -> Rgb {
         [0, 1, 2].map(|k| {
             let [face, body] = [self.face.color[k], self.body.skin.color[k]]
                 .map(|value| f64::from(value.max(1e-3)));
@@ -91,27 +95,30 @@ impl Skins {
 }
 
 impl BodySkin {
-    /// Looks at a base; nothing where it shows none.
+    /// Samples a base; `None` if it shows no skin.
     pub fn new(domain: &BlendDomain, base: &Texture) -> Option<Self> {
-        let (skin, is_of_cheeks) = SkinSample::of_body(domain, base)?;
+        let (skin, from_cheeks) = SkinSample::of_body(domain, base)?;
         let model = SkinModel::new(&skin.samples, &[]).ok()?;
-        Some(Self { skin, model, is_of_cheeks })
+        Some(Self { skin, model, from_cheeks })
     }
 }
 
 impl SkinSample {
-    /// From colours, most of which are skin.
+    /// From colours most of which are skin; `None` if there are too few.
     pub fn new(colors: Vec<Rgb>) -> Option<Self> {
         let samples = without_outliers(colors)?;
         Some(Self { color: mean(&samples), samples })
     }
 
-    /// What a base's own cheeks show, unless all else of its body says otherwise; and whether it is theirs.
+    /// The skin of a base, and whether it comes from the base's own cheeks.
+    ///
+    /// The cheeks are used unless the rest of the body contradicts them: a dummy's blank head, or a
+    /// head of another tone than neck and hands, would give the body a tone that is not its own.
     fn of_body(domain: &BlendDomain, base: &Texture) -> Option<(Self, bool)> {
         let mesh = domain.mesh();
         let any = |_| true;
         let Some(anatomy) = domain.anatomy() else {
-            // The body's head is where the other one's is.
+            // Without an anatomy, the body's head lies where the source's head is linked to.
             let head = domain.head()?;
             let cheeks = |face: usize, weights| {
                 let piece = domain.pieces().at(face, weights)?;
@@ -140,7 +147,7 @@ impl SkinSample {
         if distance(&neck) < ALIKE || distance(&hands) < ALIKE {
             return Some((cheeks, true));
         }
-        // A head may be another's, unless all else is clothes.
+        // The head may be another person's, unless everything else is clothes.
         let pair = |a: &Option<Self>, b: &Option<Self>| {
             let (a, b) = (a.as_ref()?, b.as_ref()?);
             (delta_e(a.color, b.color) < ALIKE)
@@ -151,7 +158,7 @@ impl SkinSample {
         other(pair(&neck, &hands).or_else(of_chest)).or(Some((cheeks, true)))
     }
 
-    /// Whether a face shows this colour alone, as a dummy's does.
+    /// Whether the face shows this colour alone, as a dummy's does.
     fn is_all_of(&self, mesh: &Mesh, anatomy: &Anatomy, base: &Texture) -> bool {
         const FACE: [Area; 5] =
             [Area::Forehead, Area::Nose, Area::Lips, Area::Brows, Area::EyeSockets];
@@ -160,16 +167,17 @@ impl SkinSample {
         alike * 10 > found.len() * 9
     }
 
-    /// Whether both may be of one person.
+    /// Whether both may belong to one person.
     pub fn is_like(&self, other: &Self) -> bool {
         delta_e(self.color, other.color) < ALIKE
     }
 
-    /// The gains after which the mean of its colours is another one.
+    /// The gains that give the samples another mean colour.
     pub fn gains_to(&self, color: Rgb) -> Rgb {
         [0, 1, 2].map(|k| {
             let mut gain = 1.0_f32;
-            // The shoulder takes some away from highlights, so the gain is found step by step.
+            // The shoulder takes some of the gain away from highlights, so the gain is found by
+            // iteration.
             for _ in 0..12 {
                 let sum: f64 =
                     self.samples.iter().map(|rgb| f64::from(toned(rgb[k], gain, 1.0))).sum();

@@ -1,8 +1,8 @@
-//! The texels of a run, a stretch of them at once: what `compose::texel` does to one, as plain loops over
-//! arrays, which compilers turn into vectors.
+//! Composites spans of texels in stretches: what `compose::texel` does to one texel, as plain loops
+//! over arrays, which compilers vectorise.
 //!
-//! Loops have as many turns as there are texels, in full vectors: of loops that always have the same, compilers make one
-//! instruction after the other, and no vectors.
+//! Loops run over the actual number of texels, rounded up to full vectors: loops with a constant
+//! count get fully unrolled into scalar instructions instead of being vectorised.
 
 use std::ops::Range;
 
@@ -14,25 +14,25 @@ use super::tone::toned;
 use crate::simd::dispatch;
 use crate::texture::Value;
 
-/// Texels that are worked on together, at most.
+/// Texels that are processed together, at most.
 pub(super) const STRETCH: usize = 64;
 
-/// Values of a stretch, at most.
-const MOST: usize = STRETCH * 4;
+/// Values in a stretch, at most.
+const MAX_VALUES: usize = STRETCH * 4;
 
-/// A value of each texel.
+/// One value for each texel of a stretch.
 pub(super) type Plane = [f32; STRETCH];
 
-/// How many values of a plane are worked on for so many texels: no vector is left half full.
+/// How many values of a plane are processed for a number of texels: rounded up to full vectors.
 #[inline(always)]
 pub(super) fn lanes(texels: usize) -> usize {
     texels.next_multiple_of(8).min(STRETCH)
 }
 
-/// The levels of texels, channel by channel.
+/// De-interleaves texels into planes of levels, one per channel.
 #[inline(always)]
 pub(super) fn split<T: Value, const C: usize>(texels: &[T]) -> [Plane; C] {
-    let mut levels = [0.0; MOST];
+    let mut levels = [0.0; MAX_VALUES];
     for (to, from) in levels.iter_mut().zip(texels) {
         *to = from.to_level();
     }
@@ -46,10 +46,10 @@ pub(super) fn split<T: Value, const C: usize>(texels: &[T]) -> [Plane; C] {
     planes
 }
 
-/// Stores levels, texel by texel.
+/// Interleaves planes of levels and stores them as texels.
 #[inline(always)]
 pub(super) fn join<T: Value, const C: usize>(planes: &[Plane; C], texels: &mut [T]) {
-    let mut levels = [0.0; MOST];
+    let mut levels = [0.0; MAX_VALUES];
     let of_texels = levels.chunks_exact_mut(C).take(texels.len() / C);
     for (k, texel) in of_texels.enumerate().take(STRETCH) {
         for (level, plane) in texel.iter_mut().zip(planes) {
@@ -61,17 +61,18 @@ pub(super) fn join<T: Value, const C: usize>(planes: &[Plane; C], texels: &mut [
     }
 }
 
-/// Texels in a row, of runs that are beside each other: runs are short. Values of each.
+/// Consecutive texels in a row, from adjacent runs, which are short on their own: the
+/// weights and gains of each.
 #[derive(Debug, Default)]
 pub(super) struct Span {
-    /// The column behind its last texel.
+    /// The column after its last texel.
     end: usize,
-    /// How much of the layer there is.
+    /// The weight of the layer at each texel.
     weights: Vec<f32>,
     gains: RowGains,
 }
 
-/// The gains of red, green and blue for texels in a row.
+/// The gains of red, green and blue for consecutive texels in a row.
 #[derive(Debug, Default)]
 pub(super) struct RowGains([Vec<f32>; 3]);
 
@@ -80,7 +81,7 @@ impl RowGains {
         self.0.iter_mut().for_each(Vec::clear);
     }
 
-    /// How many texels there are.
+    /// The number of texels.
     pub fn len(&self) -> usize {
         self.0[0].len()
     }
@@ -92,7 +93,7 @@ impl RowGains {
         }
     }
 
-    /// Those of a channel, from a texel on.
+    /// The gains of a channel, from texel `first` on.
     #[inline(always)]
     pub fn of(&self, channel: usize, first: usize) -> &[f32] {
         &self.0[channel][first..]
@@ -117,16 +118,17 @@ impl Span {
         self.gains.clear();
     }
 
-    /// The columns of its texels; none if there are none.
+    /// The columns of its texels; empty if there are none.
     pub fn columns(&self) -> Range<usize> {
         self.end - self.weights.len()..self.end
     }
 
     /// Adds a run of texels.
     ///
-    /// - `columns`: from where the span ends, unless it is empty.
-    /// - `inside`: the signed distance from the rim, or nothing where all of the layer is there.
-    /// - `feather`: greater than 0 if there is a distance.
+    /// - `columns`: must start where the span ends, unless it is empty.
+    /// - `inside`: the signed distance from the boundary, or `None` where the layer has full
+    ///   weight.
+    /// - `feather`: must be positive if a distance is given.
     pub fn push(
         &mut self,
         columns: Range<usize>,
@@ -146,9 +148,9 @@ impl Span {
     }
 }
 
-/// Lays texels without opacity over what is there.
+/// Composites a layer without alpha over texels.
 ///
-/// - `controls`: what labels say about them; empty for nothing.
+/// - `controls`: per-texel controls; empty if there are none.
 pub(super) fn lay_span<T: Value, const C: usize>(
     level: Level,
     span: &Span,
@@ -163,6 +165,9 @@ pub(super) fn lay_span<T: Value, const C: usize>(
     }
 }
 
+/// Per channel `below + (lerp(layer, toned(layer), tone) - below) · weight`, in the order of
+/// operations of `compose::texel`, so that both agree to the bit.
+///
 /// - `TONED`: whether any gain is not 1.
 #[inline(always)]
 fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
@@ -173,8 +178,8 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
     texels: &mut [T],
 ) {
     let one = T::ONE.to_level();
-    let pieces = layer.chunks(STRETCH * C).zip(texels.chunks_mut(STRETCH * C));
-    for (index, (layer, texels)) in pieces.enumerate() {
+    let stretches = layer.chunks(STRETCH * C).zip(texels.chunks_mut(STRETCH * C));
+    for (index, (layer, texels)) in stretches.enumerate() {
         let first = index * STRETCH;
         let count = layer.len() / C;
         let mut weights = [1.0; STRETCH];
@@ -199,12 +204,12 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
                 let mut gains = [1.0; STRETCH];
                 gains[..count].copy_from_slice(&span.gains.of(channel % 3, first)[..count]);
                 for ((level, &gain), &tone) in levels.iter_mut().zip(&gains).zip(tones) {
-                    *level = mixed(*level, toned(*level, gain, one), tone);
+                    *level = lerp(*level, toned(*level, gain, one), tone);
                 }
             }
             let below = below[channel].iter_mut().zip(levels.iter()).zip(weights);
             for ((below, &level), &weight) in below {
-                // Where one side is nothing, it may be no number.
+                // A side without weight may be NaN, so it must not enter the sum.
                 let mixed = *below + (level - *below) * weight;
                 let whole = if weight < 1.0 { mixed } else { level };
                 *below = if weight > 0.0 { whole } else { *below };
@@ -214,7 +219,7 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
     }
 }
 
-/// From 0 at the rim to 1 where a feather ends, even at both.
+/// The weight at a distance from the boundary: smoothstep from 0 there to 1 where the feather ends.
 #[inline(always)]
 pub(super) fn weight(inside: f32, feather: f32) -> f32 {
     #[expect(
@@ -225,8 +230,8 @@ pub(super) fn weight(inside: f32, feather: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A value on the way to another; the other to the bit where all of the way is gone.
+/// Linear interpolation that returns `to` bit for bit at a share of 1.
 #[inline(always)]
-pub(super) fn mixed(from: f32, to: f32, share: f32) -> f32 {
+pub(super) fn lerp(from: f32, to: f32, share: f32) -> f32 {
     if share < 1.0 { from + (to - from) * share } else { to }
 }

@@ -1,43 +1,50 @@
-//! How a colour takes on another tone: a gain whose curve is bent.
+//! The tone curve: a gain with a bent curve.
 //!
-//! Skins differ by what they absorb, so a ratio carries shading, brows and pores along where a sum
-//! would leave them grey or cut them off. But a ratio flattens what becomes much darker, makes the contrast of what
-//! becomes much lighter several times as strong, and would push highlights beyond white. So small gains are ratios,
-//! and the greater a gain is, the more its curve is bent to keep contrast; full never becomes more than full. Values
-//! are of sRGB as it is encoded, where ratios are nearly those of light to the power of 1/2.4.
+//! Skins differ by what they absorb, so a ratio preserves shading, brows and pores where an offset
+//! would turn them grey or cut them off. But a plain ratio flattens what becomes much darker,
+//! multiplies the contrast of what becomes much lighter, and pushes highlights beyond white. So
+//! small gains are ratios, and the larger a gain is, the more its curve is bent to preserve
+//! contrast; full intensity is never exceeded. Values are encoded sRGB, where ratios are nearly
+//! ratios of light to the power of 1/2.4.
 
 use crate::statistics::ColorMatch;
 
-/// The least and the greatest gain: from the darkest skin to the lightest takes 10, for the shoulder takes most away.
+/// The least and the greatest gain. Mapping the darkest skin to the lightest takes a gain of 10,
+/// because the shoulder takes most of it away.
 pub(super) const GAINS: [f32; 2] = [0.05, 40.0];
 
-/// Added to both sides of ratios where what is divided by is black, so that it is no reason for wild ones:
-/// two and a half levels of 255, and less up to [`DARK`].
+/// Added to both sides of a ratio at black, falling to 0 at [`DARK`], so that divisors near 0 do
+/// not give wild ratios: two and a half levels of 255.
 const BLACK: f32 = 0.01;
 
-/// From here on ratios are taken as they are.
+/// Values from here on are divided without [`BLACK`].
 const DARK: f32 = 0.1;
 
-/// Where the shoulder of a gain above 1 begins.
+/// The level at which the shoulder of a gain above 1 begins.
 #[inline(always)]
 fn knee(gain: f32) -> f32 {
     (0.65 - 0.15 * gain).max(0.0)
 }
 
-/// A level under a gain; `one` is full. A gain of 1 changes nothing, more gain always gives more. What filters make less than
-/// nothing of floats, or more than full, would become more of it, and is cut off as other depths do.
+/// Applies a gain to a level; `one` is full intensity. A gain of 1 changes nothing, and a larger
+/// gain always gives a larger result.
 ///
-/// Written without branches, for vectors.
+/// With levels `x` relative to full, gains `g` below 1 give `g x / (1 - 0.85 (1 - g)² x)`. Gains
+/// above 1 give `g x` up to the knee `k` and `k + b w / (w + (g - 1) b)` beyond, where
+/// `b = g x - k` and `w = (1 - k) (g - k)`: slope `g` at the knee, and 1 at `x = 1`.
+///
+/// Filter overshoot of float textures, below 0 or above full, is cut off as integer depths do; a
+/// gain would amplify it. Written without branches so that loops vectorise.
 #[inline(always)]
 pub(super) fn toned(level: f32, gain: f32, one: f32) -> f32 {
     let is_same = gain == 1.0;
     let from = if level > 0.0 || is_same { level } else { 0.0 };
     let level = if from < one || is_same { from } else { one };
     let plain = level * gain;
-    // A toe: the less the gain, the less highlights take of it.
+    // Toe: the smaller the gain, the less it darkens highlights.
     let toe = 0.85 * (1.0 - gain) * (1.0 - gain);
     let share = level * (1.0 / one);
-    // A shoulder: slope `gain` at the knee, and full where the gain takes what is full.
+    // Shoulder: slope `gain` at the knee, and full intensity stays full.
     let knee = knee(gain);
     let whole = (1.0 - knee) * (gain - knee);
     let beyond = plain - knee * one;
@@ -49,19 +56,21 @@ pub(super) fn toned(level: f32, gain: f32, one: f32) -> f32 {
     above / below
 }
 
-/// An affine change of colours: rows of a matrix, with what is added last. What is darker than skin changes
-/// less and black not at all: hair and pupils would else get the colour that is added.
+/// An affine colour transform: rows of a matrix, each ending with the offset. Colours
+/// darker than skin change less and black not at all: hair and pupils would otherwise
+/// take on the offset's colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Matrix {
     pub rows: [[f32; 4]; 3],
-    /// From this sum of red, green and blue on, 1.0 each, it acts wholly.
+    /// Sum of red, green and blue, each 1.0 at full, from which on the transform acts fully.
     pub whole_from: f32,
 }
 
 impl Matrix {
-    /// What a match of colours does, or a share of it.
+    /// The transform of a colour match, or a fraction of it.
     ///
     /// - `from`: the colours that were matched.
+    /// - `share`: the fraction, 0 to 1.
     pub fn matching(found: &ColorMatch, from: &[[f32; 3]], share: f32) -> Self {
         let (rows, offset) = (found.matrix(), found.offset());
         let mean = from.iter().map(|rgb| rgb.iter().sum::<f32>()).sum::<f32>() / from.len() as f32;
@@ -73,7 +82,7 @@ impl Matrix {
         Self { rows: [row(0), row(1), row(2)], whole_from: (0.5 * mean).max(1e-3) }
     }
 
-    /// The colour in place of another; 1.0 is full.
+    /// The transformed colour; 1.0 is full intensity.
     #[inline(always)]
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let share = ((rgb[0] + rgb[1] + rgb[2]) / self.whole_from).clamp(0.0, 1.0);
@@ -86,11 +95,11 @@ impl Matrix {
     }
 }
 
-/// The gain that takes one value to another, within bounds.
+/// The gain that maps one value to another, within [`GAINS`].
 pub(super) fn gain_between(from: f32, to: f32) -> f32 {
     let added = BLACK * (1.0 - from / DARK).max(0.0);
     let [from, to] = [from + added, to + added];
-    // More gain always gives more.
+    // By bisection: a larger gain always gives a larger result.
     let [mut low, mut high] = GAINS;
     for _ in 0..32 {
         let middle = (low * high).sqrt();
@@ -104,13 +113,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn takes_one_tone_to_the_other_and_keeps_full() {
+    fn maps_one_tone_to_the_other_and_keeps_full_intensity() {
         for from in [0.05, 0.3, 0.5, 0.8, 0.9] {
             assert!((toned(from, gain_between(from, from), 1.0) - from).abs() < 1e-5);
             for to in [0.1, 0.3, 0.7, 0.85, 0.93] {
                 let gain = gain_between(from, to);
                 if gain > 1.01 * GAINS[0] && gain < 0.99 * GAINS[1] {
-                    // What is added beside black is the difference.
+                    // The offset near black is the difference.
                     let added = BLACK * (1.0 - from / DARK).max(0.0) * (gain - 1.0).abs();
                     assert!((toned(from, gain, 1.0) - to).abs() < added + 1e-3, "{from} to {to}");
                 }
@@ -143,13 +152,13 @@ mod tests {
             let gain = gain_between(from, to);
             let [above, below] = [from + 0.02, from - 0.02].map(|level| toned(level, gain, 1.0));
             let contrast = (above - below) / 0.04;
-            // A ratio's is 0.5, 2, 0.33 and 3.
+            // A plain ratio gives 0.5, 2, 0.33 and 3.
             assert!((contrast - 1.0).abs() < most, "{from} to {to}: {contrast}");
         }
     }
 
     #[test]
-    fn is_even_and_grows() {
+    fn is_smooth_and_monotonic() {
         let gains: Vec<f32> = (0..400).map(|k| 0.05 * 800_f32.powf(k as f32 / 399.0)).collect();
         for &gain in &gains {
             let values: Vec<f32> =

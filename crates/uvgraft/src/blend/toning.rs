@@ -1,4 +1,4 @@
-//! What one side's colours take on from the other's.
+//! Tonings: how the colours of one side adapt to the other's.
 
 use std::sync::Arc;
 
@@ -15,113 +15,120 @@ use super::skins::Skins;
 use super::tone::Matrix;
 use crate::threads::join;
 
-/// What a blend does to the colours of one texture and its base, and what of the texture it leaves out.
+/// How a blend changes the colours of one texture and its base, and what it leaves out of the
+/// texture.
 #[derive(Debug, Clone)]
-pub struct Toning {
-    /// Whose points the gains are of.
+pub struct ToneCorrection {
+    /// The domain whose points the gains are for.
     pub(super) domain: BlendDomain,
     pub(super) source: Option<Recolor>,
     pub(super) base: Option<(Recolor, BaseSkin)>,
     pub(super) labels: Option<Arc<Labels>>,
-    /// The blend of what is left of the region without cloth.
+    /// The blend of the region without cloth, if some was left out.
     pub(super) narrowed: Option<Arc<Blend>>,
     pub(super) report: ToneReport,
 }
 
-/// What is skin in a base.
+/// How skin is recognised in a base.
 #[derive(Debug, Clone)]
 pub(super) enum BaseSkin {
-    /// What looks like it, if it was estimated at all.
+    /// By its colour; `None` if that was not estimated.
     Model(Option<SkinModel>),
-    /// Where a mask is bright.
+    /// By a mask that is bright on skin.
     Mask(Arc<Texture>),
 }
 
-/// Another tone for both sides.
+/// Recolouring of both sides.
 #[derive(Debug)]
 pub(super) struct Recolored {
     pub source: Option<Recolor>,
     pub base: Option<(Recolor, BaseSkin)>,
 }
 
-/// Another tone for the colours at every point of a surface.
+/// Recolouring at every point of a surface.
 #[derive(Debug, Clone)]
 pub(super) struct Recolor {
-    /// What is done to all colours first.
+    /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
-    /// The gains of red, green and blue at each point; empty for none.
+    /// The gains of red, green and blue at each point; empty if there are none.
     pub gains: Vec<[f32; 3]>,
 }
 
-/// Why colours are left as they are.
+/// Why colours are left unchanged.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ToningError {
-    /// Data are no colours.
+pub enum ToneError {
+    /// Data textures hold no colours.
     #[error("data textures have no tone")]
     Data,
-    /// Everything of the region ends where the mesh ends, or all of the mesh is in it.
-    #[error("the region has no border: it covers the whole surface")]
-    NoRim,
-    /// Beside the rim a texture is transparent, or holds no numbers.
-    #[error("the {0} has no colours along the border of the region")]
+    /// The region ends only where the mesh ends, or covers all of it.
+    #[error("the region has no boundary: it covers the whole surface")]
+    NoBoundary,
+    /// Along the boundary a texture is transparent or not finite.
+    #[error("the {0} has no colours along the boundary of the region")]
     NoColors(&'static str),
-    /// What is skin was not found out.
+    /// No skin was detected.
     #[error("no skin detected in the {what}: {reason}")]
     Skin {
         /// `"texture"` or `"base"`.
         what: &'static str,
-        /// Why.
+        /// The reason.
         reason: SkinError,
     },
-    /// A tone that was found for another pair or direction.
+    /// The tone was computed for another pair or direction.
     #[error("the tone was computed for another pair or direction")]
     Domain,
-    /// There is no memory for a mask of skin at the target's size.
+    /// There is not enough memory for a skin mask at the target's size.
     #[error(transparent)]
     Texture(#[from] TextureError),
-    /// There is nothing to compare.
+    /// There are no colours to compare.
     #[error(transparent)]
     Match(#[from] ColorMatchError),
 }
 
-impl Toning {
-    /// What the texture shows, if it is one of a head.
+impl ToneCorrection {
+    /// Labels of what the texture shows, if it shows a head.
     pub fn labels(&self) -> Option<&Arc<Labels>> {
         self.labels.as_ref()
     }
 
-    /// The blend of what is left of the region, where cloth was left out.
+    /// The blend of the remaining region, if cloth was left out.
     pub fn narrowed(&self) -> Option<&Arc<Blend>> {
         self.narrowed.as_ref()
     }
 
-    /// How colours change, in numbers.
+    /// Figures on how colours change.
     pub fn report(&self) -> &ToneReport {
         &self.report
     }
 }
 
 impl Blend {
-    /// Finds which colours a texture and a base get from each other, and what of the texture is left out; nothing if
-    /// neither is asked for.
+    /// Computes how the colours of a texture and a base adapt to each other, and what is left out
+    /// of the texture; `None` if neither is requested.
     ///
-    /// Where the meshes show heads, tone goes from skin to skin: one gain from cheeks to cheeks, and what is left at
-    /// the rim fades out over 5 cm. Elsewhere the rim decides alone.
+    /// Where the meshes have heads, the tone is matched from skin to skin: one gain from
+    /// cheeks to cheeks, and a residual at the boundary that fades out over 5 cm. Elsewhere
+    /// the boundary alone decides.
     ///
-    /// - `base`: of any size: beside a base that is one colour, a texel of it is enough.
+    /// - `base`: of any size; for a base of one colour a single texel is enough.
     ///
     /// # Errors
-    /// [`ToningError`] where there is nothing to go by; the texture can still be laid over as it is.
-    pub fn toning(&self, source: &Texture, base: &Texture) -> Result<Option<Toning>, ToningError> {
+    /// [`ToneError`] where there are no colours to go by; the texture can still be laid over
+    /// unchanged.
+    pub fn toning(
+        &self,
+        source: &Texture,
+        base: &Texture,
+    ) -> Result<Option<ToneCorrection>, ToneError> {
         if self.measure.is_some()
             && [source, base].iter().any(|side| side.encoding() == Encoding::Data)
         {
-            return Err(ToningError::Data);
+            return Err(ToneError::Data);
         }
-        // Both take some time, and neither asks for the other.
+        // Both take some time and are independent of each other.
         let (labels, body) = join(
-            || self.found_labels(source).transpose(),
+            || self.try_labels(source).transpose(),
             || self.measure.as_ref().and_then(|_| self.body_side(base)),
         );
         let (labels, unlabelled) = match labels {
@@ -144,22 +151,22 @@ impl Blend {
                 blend.between_skins(measure, (source, base), &skins, labels, mask, report)?
             }
             None => {
-                toning.report.rim_alone = unlabelled.filter(|_| self.domain.head().is_some());
+                toning.report.boundary_only = unlabelled.filter(|_| self.domain.head().is_some());
                 blend.along_rim(measure, source, base)?
             }
         };
-        Ok(Some(Toning { source, base, ..toning }))
+        Ok(Some(ToneCorrection { source, base, ..toning }))
     }
 
-    /// Finds what of a texture is left out of the region, and changes no colour.
-    pub fn narrowing(&self, source: &Texture) -> Toning {
+    /// Computes what is left out of a texture, and changes no colours.
+    pub fn exclusion(&self, source: &Texture) -> ToneCorrection {
         self.without_cloth(self.labels(source))
     }
 
-    fn without_cloth(&self, labels: Option<Arc<Labels>>) -> Toning {
+    fn without_cloth(&self, labels: Option<Arc<Labels>>) -> ToneCorrection {
         let narrowed = labels.as_ref().and_then(|labels| self.narrowed(labels)).map(Arc::new);
         let left_out = labels.as_ref().map_or(0.0, |labels| self.left_out(labels));
-        Toning {
+        ToneCorrection {
             domain: self.domain.clone(),
             source: None,
             base: None,

@@ -1,22 +1,22 @@
-//! How different two colours look: CIEDE2000.
+//! Perceptual colour difference: CIEDE2000.
 
 use palette::color_difference::Ciede2000;
 use palette::white_point::D65;
 use palette::{FromColor, Lab, Srgb};
 
-/// The difference ΔE₀₀ between two colours.
+/// The colour difference ΔE₀₀ between two colours.
 ///
-/// - `a`, `b`: red, green and blue with the sRGB transfer function, 1.0 for full. Values beyond
-///   `0.0..=1.0` count as what a display shows of them, 0 or 1.
+/// - `a`, `b`: red, green and blue with the sRGB transfer function, 1.0 for full intensity. Values
+///   outside `0.0..=1.0` are clamped, as a display does.
 ///
-/// 0 for equal colours; about 1 is the least that an eye finds side by side, about 2.3 is seen at a
-/// glance, black against white is 100. A NaN gives NaN.
+/// 0 for equal colours; about 1 is the smallest difference visible side by side, about 2.3 is
+/// noticed at a glance, black against white is 100. NaN gives NaN.
 ///
 /// # Source
-/// CIE 142-2001 with all weights 1, of CIELAB under D65 (2°), by the crate `palette`.
+/// CIE 142-2001 with all weights 1, of CIELAB under D65 (2°), computed by the crate `palette`.
 pub fn delta_e(a: [f32; 3], b: [f32; 3]) -> f64 {
     if a == b {
-        // Most pairs of texels that are compared beside seams of flat textures.
+        // Early out for the commonest case: texel pairs along the seams of flat-coloured textures.
         return 0.0;
     }
     lab(a).difference(lab(b))
@@ -32,8 +32,8 @@ mod tests {
     use super::*;
 
     /// Twelve of the test pairs in Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula:
-    /// implementation notes, supplementary test data, and mathematical observations" (2005), which
-    /// are given to four digits after the point.
+    /// implementation notes, supplementary test data, and mathematical observations" (2005), where
+    /// they are given to four decimals.
     #[test]
     fn agrees_with_published_pairs() {
         let pairs: &[([f64; 3], [f64; 3], f64)] = &[
@@ -58,9 +58,9 @@ mod tests {
         }
     }
 
-    /// CIELAB of the sRGB primaries under D65, as they are commonly tabled to two digits.
+    /// CIELAB of the sRGB primaries under D65, as commonly tabulated to two decimals.
     #[test]
-    fn srgb_is_seen_under_d65() {
+    fn srgb_white_point_is_d65() {
         let colors: &[([f32; 3], [f64; 3])] = &[
             ([1.0, 1.0, 1.0], [100.0, 0.0, 0.0]),
             ([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]),
@@ -70,7 +70,7 @@ mod tests {
         for &(srgb, wanted) in colors {
             let Lab { l, a, b, .. } = lab(srgb);
             for (found, wanted) in [l, a, b].into_iter().zip(wanted) {
-                // Matrices of sRGB are given with four digits in one place and more in another.
+                // Published sRGB matrices differ in precision, from four decimals upwards.
                 assert!((found - wanted).abs() < 0.02, "{srgb:?}: {l} {a} {b}");
             }
         }
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_display_cannot_show() {
+    fn out_of_gamut_values_are_clamped() {
         assert_eq!(delta_e([2.0, 0.5, -1.0], [1.0, 0.5, 0.0]), 0.0);
         assert_eq!(delta_e([f32::INFINITY, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.0);
         assert!(delta_e([f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0]).is_nan());

@@ -1,16 +1,16 @@
-//! The sRGB transfer function, what a texture's numbers mean, and how different two colours look.
+//! The sRGB transfer function, encodings of texture values, and perceptual colour difference.
 
 mod delta_e;
 
 pub use self::delta_e::delta_e;
 
-/// What a texture's values mean, which decides whether they may be converted.
+/// How a texture's values are encoded, which decides whether they may be colour-converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Encoding {
-    /// Display-referred values with the sRGB transfer function: what PNG and JPEG hold.
+    /// Display-referred values with the sRGB transfer function, as in PNG and JPEG.
     Srgb,
-    /// Linear light: what EXR holds.
+    /// Linear light, as in EXR.
     Linear,
     /// Not a colour (normals, roughness, masks); never colour-managed.
     Data,

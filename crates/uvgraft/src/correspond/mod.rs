@@ -1,7 +1,7 @@
-//! How two meshes are found to correspond.
+//! Methods that find corresponding triangles of two meshes.
 //!
-//! One method a file. Each looks at two meshes and whatever it goes by, and ends in [`Piece`]s; nothing after
-//! it asks which method it was. Methods of other crates do the same through
+//! One method per file. Each takes the two meshes and its own extra input and returns [`Piece`]s;
+//! later stages don't depend on the method. Other crates add methods through
 //! [`Pair::from_pieces`](crate::Pair::from_pieces).
 //!
 //! [`Piece`]: crate::Piece

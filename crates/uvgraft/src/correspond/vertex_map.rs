@@ -1,28 +1,28 @@
-//! Corresponding triangles from a vertex map: which target vertex each source vertex is.
+//! Corresponding triangles from a vertex map, which gives the target vertex of each source vertex.
 //!
-//! A triangle is known by its three vertices alone, so its corners may start anywhere and wind
-//! either way. Where one mesh has polygons that the other triangulates along another diagonal, the
-//! polygon's fan is turned until most of its triangles are found on the other side.
+//! Triangles are matched by their unordered set of vertices, so the first corner and the winding
+//! may differ between the meshes. Where the other mesh triangulates a polygon along other
+//! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 
-/// Why a vertex map does not join two meshes.
+/// Why a vertex map can't link two meshes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// One entry for each source vertex is wanted.
-    #[error("vertex map has {found} entries, the source mesh has {wanted} vertices{}",
-        if *.swapped { " (the target mesh has as many as the map has entries: are source and target swapped?)" } else { "" })]
+    /// The map does not have one entry per source vertex.
+    #[error("vertex map must have one entry per vertex of the source mesh, {wanted}, got {found}{}",
+        if *.swapped { " (the number of vertices of the target mesh: are source and target swapped?)" } else { "" })]
     Length {
-        /// Entries in the map.
+        /// Number of entries in the map.
         found: usize,
-        /// Vertices of the source mesh.
+        /// Number of vertices of the source mesh.
         wanted: usize,
         /// Whether the target mesh has as many vertices as the map has entries.
         swapped: bool,
     },
-    /// An entry names a vertex that the target does not have.
+    /// An entry is not a vertex index of the target mesh.
     #[error(
         "vertex map entry {entry} must be a vertex of the target mesh, from 0 to {}, or -1 for \
          none; got {found}{}",
@@ -30,34 +30,34 @@ pub enum LinkError {
         if *.found == *.vertices as i64 { "; are the indices 1-based?" } else { "" }
     )]
     Range {
-        /// Which entry, from 0.
+        /// Index of the entry, 0-based.
         entry: usize,
-        /// What it says.
+        /// Its value.
         found: i64,
-        /// Vertices of the target mesh.
+        /// Number of vertices of the target mesh.
         vertices: usize,
     },
-    /// The map and both meshes are sound by themselves, yet nothing matches.
+    /// The map and both meshes are valid, but no triangles match.
     #[error(
-        "none of the {source_faces} source faces has its vertices in a target face: \
-         the vertex map does not belong to these meshes"
+        "none of the {source_faces} source faces maps to a target face; check that the vertex map \
+         belongs to these meshes"
     )]
     Nothing {
-        /// Triangles of the source mesh.
+        /// Number of triangles of the source mesh.
         source_faces: usize,
     },
-    /// Faces match, and none of them is where a texture is.
+    /// Triangles match, but none of them lies in the unit square of its texture.
     #[error("all matching faces have UV coordinates outside the unit square")]
     Outside,
 }
 
 /// Links the triangles of two meshes whose vertices correspond.
 ///
-/// - `vertex_map`: `[source vertices]`, for each the target vertex it is, or -1 for none.
+/// - `vertex_map`: `[source vertices]`, the target vertex of each source vertex, or -1 for none.
 ///
-/// Polygons of either mesh may be triangulated anew (see the module's text); triangles never change.
-/// Pieces come in the order of their target face. Faces that several faces share the vertices of
-/// (doubled surfaces) are linked to each of them.
+/// Polygons of either mesh may be retriangulated (see the module documentation); triangles never
+/// change. Pieces are in ascending order of their target face. Where several faces have the same
+/// vertices (doubled surfaces), each is linked to every match.
 ///
 /// # Errors
 /// [`LinkError`] for a map of the wrong length or with entries out of range, or if nothing matches.
@@ -79,10 +79,10 @@ pub(crate) fn pieces(
             return Err(LinkError::Range { entry, found, vertices });
         }
     }
-    // In target vertices; what has no counterpart gets a number that no target face uses.
+    // Source vertices as target vertices; those without a counterpart get an unused index.
     let common = |vertex: u32| u32::try_from(vertex_map[vertex as usize]).unwrap_or(u32::MAX);
-    turn_fans(target, |vertex| vertex, &sorted_keys(source, common));
-    turn_fans(source, common, &sorted_keys(target, |vertex| vertex));
+    rotate_fans(target, |vertex| vertex, &sorted_keys(source, common));
+    rotate_fans(source, common, &sorted_keys(target, |vertex| vertex));
 
     let source_keys = sorted_keys(source, common);
     let mut found = Vec::with_capacity(source_keys.len());
@@ -110,7 +110,8 @@ fn face_key(mut corners: [u32; 3]) -> FaceKey {
     corners
 }
 
-/// Every face by its vertices, sorted; equal keys in the order of their faces.
+/// The sorted vertices of each face with its index, sorted; equal keys are in ascending
+/// face order. Faces with a vertex that has no counterpart are left out.
 fn sorted_keys(mesh: &Mesh, common: impl Fn(u32) -> u32) -> Vec<(FaceKey, u32)> {
     let mut keys: Vec<(FaceKey, u32)> = mesh
         .faces()
@@ -123,8 +124,8 @@ fn sorted_keys(mesh: &Mesh, common: impl Fn(u32) -> u32) -> Vec<(FaceKey, u32)> 
     keys
 }
 
-/// Turns each polygon's fan to the corner from which most of its triangles are among `others`.
-fn turn_fans(mesh: &mut Mesh, common: impl Fn(u32) -> u32, others: &[(FaceKey, u32)]) {
+/// Rotates each polygon's fan to the apex for which most of its triangles are among `others`.
+fn rotate_fans(mesh: &mut Mesh, common: impl Fn(u32) -> u32, others: &[(FaceKey, u32)]) {
     let known = |corners: [u32; 3]| {
         let key = face_key(corners.map(&common));
         others.binary_search_by_key(&key, |(other, _)| *other).is_ok()
@@ -134,19 +135,19 @@ fn turn_fans(mesh: &mut Mesh, common: impl Fn(u32) -> u32, others: &[(FaceKey, u
             continue;
         }
         let corners = mesh.polygon_corners(polygon);
-        let found_from = |apex: usize| {
+        let matches = |apex: usize| {
             let at = |k: usize| corners[(apex + k) % corners.len()].vertex;
             (1..corners.len() - 1).filter(|&k| known([at(0), at(k), at(k + 1)])).count()
         };
-        let best = (0..corners.len()).rev().max_by_key(|&apex| found_from(apex)).unwrap_or(0);
+        let best = (0..corners.len()).rev().max_by_key(|&apex| matches(apex)).unwrap_or(0);
         if best != 0 {
             mesh.refan(polygon, best);
         }
     }
 }
 
-/// For each corner of `target`, the corner of `source` with the same vertex; `None` if a vertex
-/// repeats, so that corners cannot be told apart.
+/// For each corner of `target`, the corner of `source` with the same vertex; `None` if `target`
+/// repeats a vertex, which makes the assignment ambiguous.
 fn permutation(target: [u32; 3], source: [u32; 3]) -> Option<[u8; 3]> {
     let [a, b, c] = target;
     if a == b || b == c || c == a {
@@ -165,7 +166,7 @@ mod tests {
     use crate::mesh::Corner;
     use crate::piece::Extent;
 
-    /// A pentagon and a quad beside it; vertex and UV indices are the same.
+    /// A pentagon with an adjacent quad; vertex and UV indices are the same.
     fn ring() -> Vec<[f32; 2]> {
         vec![[0.5, 0.0], [0.9, 0.3], [0.7, 0.8], [0.3, 0.8], [0.1, 0.3], [1.0, 0.8], [1.0, 0.4]]
     }
@@ -185,7 +186,7 @@ mod tests {
         Mesh::from_polygons(positions, uv, &corners, &sizes).unwrap()
     }
 
-    /// Counts the pieces, and checks that every linked corner is the same vertex on both sides.
+    /// Number of pieces and of flipped ones; checks that linked corners are the same vertex.
     fn count(mut source: Mesh, mut target: Mesh, vertex_map: &[i64]) -> (usize, usize) {
         let found = pieces(&mut source, &mut target, vertex_map).unwrap();
         for piece in &found {
@@ -200,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn any_start_corner_either_winding_and_other_numbers() {
+    fn first_corner_winding_and_indices_may_differ() {
         let vertex_map: Vec<i64> = (0..7).map(|vertex| (vertex * 3 + 2) % 7).collect();
         let source = mesh(&[&[0, 1, 2, 3, 4], &[1, 6, 5, 2]], |vertex| vertex);
         for polygons in [
@@ -233,12 +234,12 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong_with_a_map() {
+    fn errors_name_the_problem() {
         let mut source = mesh(&[&[0, 1, 2]], |vertex| vertex);
         let mut target = mesh(&[&[0, 1, 3]], |vertex| vertex);
         let mut error =
             |map: &[i64]| pieces(&mut source, &mut target, map).unwrap_err().to_string();
-        assert!(error(&[0, 1]).contains("2 entries, the source mesh has 7 vertices"));
+        assert!(error(&[0, 1]).contains("one entry per vertex of the source mesh, 7, got 2"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("-1 for none; got 7"));
         assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("-1 for none; got -2"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("none of the 1 source faces"));

@@ -1,4 +1,4 @@
-//! What a graft is made of, said step by step.
+//! Builder of grafts.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,10 +10,10 @@ use crate::labels::Labels;
 use crate::map::{MapOptions, Prefer};
 use crate::normals::NormalFrames;
 use crate::pair::{Direction, Pair};
-use crate::resampler::{Overlap, Resampler, Way};
+use crate::resampler::{MapInputs, Overlap, Resampler};
 use crate::texture::{Size, Sizes, Texture, TextureError};
 
-/// Says what a [`Graft`] is to be; from [`Graft::builder`].
+/// Configures a [`Graft`]; from [`Graft::builder`].
 #[derive(Debug, Clone)]
 #[must_use]
 pub struct GraftBuilder {
@@ -51,27 +51,27 @@ impl GraftBuilder {
         }
     }
 
-    /// Which way textures are carried: forward, unless this says otherwise.
+    /// Direction of the transfer (default: forward).
     pub fn direction(self, direction: Direction) -> Self {
         Self { direction, ..self }
     }
 
-    /// The interpolation filter: Lanczos-3 for colours, bilinear for data and normals, unless this says otherwise.
+    /// Interpolation filter (default: Lanczos-3 for colours, bilinear for data and normals).
     pub fn filter(self, filter: Filter) -> Self {
         Self { filter: Some(filter), ..self }
     }
 
-    /// How the map is built: a gutter of 16 texels, unless this says otherwise.
+    /// Options of the sampling map (default: a gutter of 16 texels).
     pub fn map_options(self, map: MapOptions) -> Self {
         Self { map, ..self }
     }
 
-    /// The gutter around UV islands, in texels.
+    /// Gutter around UV islands, in texels.
     pub fn gutter_px(self, gutter_px: u32) -> Self {
         Self { map: MapOptions::with_gutter(gutter_px).prefer(self.map.prefer), ..self }
     }
 
-    /// Which of several islands of the target owns the texels that they share.
+    /// Which of several overlapping islands of the target owns the shared texels.
     pub fn prefer(self, prefer: Prefer) -> Self {
         Self { map: self.map.prefer(prefer), ..self }
     }
@@ -81,50 +81,51 @@ impl GraftBuilder {
         Self { overlap, ..self }
     }
 
-    /// What colours are while they are averaged.
+    /// The space in which colours are averaged.
     pub fn averaging(self, averaging: Averaging) -> Self {
         Self { averaging, ..self }
     }
 
-    /// What the values of textures are.
+    /// What the values of textures mean.
     pub fn content(self, content: Content) -> Self {
         Self { content, ..self }
     }
 
-    /// Which part of the target's surface is carried: all that is linked, unless this says otherwise. With a region
-    /// or a blend those are the triangles that pieces fill: [`BlendDomain::linked`].
+    /// Part of the target's surface that is carried (default: everything linked). With a region or
+    /// a blend that means the triangles that pieces fill: [`BlendDomain::linked`].
     pub fn region(self, region: Selection) -> Self {
         Self { region: Some(region), ..self }
     }
 
-    /// How the texture is blended into the base: pasted with a hard border, unless this says otherwise.
+    /// How the texture is blended into the base (default: pasted with a hard edge).
     pub fn blend(self, blend: BlendOptions) -> Self {
         Self { blend: Some(blend), ..self }
     }
 
-    /// Which texels of the base are skin, white on black in the target's layout; estimated, unless this says
-    /// otherwise. Only for a blend whose tone is taken from the texture.
+    /// Skin mask of the base: white on black, in the target's layout (default: estimated). Only for
+    /// blends that take their tone from the texture.
     pub fn skin(self, mask: Texture) -> Self {
         Self { skin: Some(mask), ..self }
     }
 
-    /// What textures show; found out of each, unless this says otherwise.
+    /// Semantic labels of the texture: skin, hair, cloth and so on (default: inferred from each
+    /// texture).
     pub fn labels(self, labels: impl Into<Arc<Labels>>) -> Self {
         Self { labels: Some(labels.into()), ..self }
     }
 
-    /// A blend that was made before, to be shared by several grafts; in place of [`GraftBuilder::region`],
+    /// An existing blend, to be shared by several grafts; replaces [`GraftBuilder::region`],
     /// [`GraftBuilder::blend`], [`GraftBuilder::skin`] and [`GraftBuilder::labels`].
     pub fn shared_blend(self, blend: Arc<Blend>) -> Self {
         Self { prepared: Some(blend), ..self }
     }
 
-    /// Prepares the graft.
+    /// Builds the graft.
     ///
     /// # Errors
-    /// [`GraftError::Texture`] for sizes that no texture has, or for want of memory; [`GraftError::Region`] if
-    /// nothing that is linked is left in the region; [`GraftError::Domain`] if that was selected for another pair
-    /// or direction.
+    /// [`GraftError::Texture`] for impossible sizes, or if there is not enough memory;
+    /// [`GraftError::Region`] if no linked triangle is left in the region; [`GraftError::Domain`]
+    /// if the region or the blend belongs to another pair or direction.
     pub fn build(self) -> Result<Graft, GraftError> {
         let Self { pair, sizes, direction, map, overlap, averaging, content, .. } = self;
         check_size(sizes.from)?;
@@ -154,7 +155,7 @@ impl GraftBuilder {
             // Overshoot would put values into data that none of its texels has.
             Content::Data | Content::Normals(_) => Filter::Bilinear,
         });
-        let way = Way { pair: &pair, direction, target_size: sizes.to, map };
+        let way = MapInputs { pair: &pair, direction, target_size: sizes.to, map };
         let resampler = Arc::new(Resampler::new(&way, way.maps(overlap), sizes.from, filter));
         let frames = match content {
             Content::Normals(options) => {
@@ -186,7 +187,7 @@ impl GraftBuilder {
     }
 }
 
-/// Refuses a size that no texture has.
+/// Checks that textures may have a size.
 pub(super) fn check_size(size: Size) -> Result<(), TextureError> {
     if size.texels() == 0 {
         Err(TextureError::Empty(size))
@@ -197,9 +198,9 @@ pub(super) fn check_size(size: Size) -> Result<(), TextureError> {
     }
 }
 
-/// Refuses a domain of another pair or direction.
+/// Checks that a domain belongs to the graft's pair and direction.
 ///
-/// - `what`: was made on it.
+/// - `what`: the object that was made on the domain.
 fn check_domain(
     what: &'static str,
     domain: &BlendDomain,

@@ -1,15 +1,15 @@
-//! Why a graft was not made, or not applied.
+//! Errors of making or applying a graft.
 
-use crate::blend::{RegionError, ToningError};
+use crate::blend::{RegionError, ToneError};
 use crate::overlay::BandError;
 use crate::pair::Direction;
 use crate::texture::{Channels, Size, TextureError};
 
-/// Why a graft was not made, or not applied.
+/// Why a graft could not be made or applied.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GraftError {
-    /// A texture has another size than the graft was made for.
+    /// A texture does not have the size that the graft was made for.
     #[error("the {what} must be {wanted}, got {found}")]
     Size {
         /// `"texture"` or `"base"`.
@@ -19,16 +19,16 @@ pub enum GraftError {
         /// The size that the graft was made for.
         wanted: Size,
     },
-    /// A band is no part of the target.
+    /// A band does not lie within the target.
     #[error(transparent)]
     Band(#[from] BandError),
-    /// A normal map without the channels for it.
+    /// A normal map with fewer than three channels.
     #[error("a normal map must have three channels, got {}", found.count())]
     Channels {
         /// The texture's channels.
         found: Channels,
     },
-    /// A NaN or an infinity, where one would spoil the whole result: in a fit.
+    /// A NaN or an infinity in a texture to be fitted, where one would spoil the whole result.
     #[error("texel ({x}, {y}) of the texture is NaN or infinite")]
     NotFinite {
         /// Column.
@@ -36,10 +36,10 @@ pub enum GraftError {
         /// Row.
         y: u32,
     },
-    /// The region leaves nothing to be carried.
+    /// No linked triangles are left in the region.
     #[error(transparent)]
     Region(#[from] RegionError),
-    /// The region or the blend is one of another pair or direction.
+    /// The region or the blend belongs to another pair or direction.
     #[error(
         "the {what} must belong to this pair and the direction {wanted:?}, got {} and {found:?}",
         which_pair(*is_other_pair)
@@ -47,20 +47,20 @@ pub enum GraftError {
     Domain {
         /// `"region"` or `"blend"`.
         what: &'static str,
-        /// Whether it is of another pair.
+        /// Whether it belongs to another pair.
         is_other_pair: bool,
-        /// The direction that it is for.
+        /// The direction that it belongs to.
         found: Direction,
         /// The direction of the graft.
         wanted: Direction,
     },
-    /// There is no tone to be found.
+    /// No tone could be estimated.
     #[error("tones were not matched: {0}")]
-    Toning(#[from] ToningError),
-    /// A fit that contradicts how the graft was made.
+    ToneCorrection(#[from] ToneError),
+    /// A fit that the graft or the options do not allow.
     #[error("cannot fit: {0}")]
     Fit(&'static str),
-    /// A size that no texture has, or no memory for one.
+    /// An impossible texture size, or not enough memory.
     #[error(transparent)]
     Texture(#[from] TextureError),
 }

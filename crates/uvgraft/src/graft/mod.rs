@@ -1,4 +1,4 @@
-//! One prepared object for a transfer: whatever carries textures does it through a [`Graft`].
+//! A prepared transfer: everything that carries textures does so through a [`Graft`].
 
 mod builder;
 mod error;
@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, Toning, ToningError};
+use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, ToneCorrection, ToneError};
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
@@ -22,27 +22,28 @@ use crate::overlay::{Layer, Overlay};
 use crate::pair::{Direction, Pair};
 #[cfg(doc)]
 use crate::resampler::Overlap;
-use crate::resampler::{Resampler, Way};
+use crate::resampler::{MapInputs, Resampler};
 use crate::texture::{Size, Sizes, TexelFormat, Texture};
 
-/// What the values of textures are.
+/// What the values of textures mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[non_exhaustive]
 pub enum Content {
-    /// Colours, as their encodings say, and opacity.
+    /// Colours in the textures' encodings, and alpha.
     #[default]
     Color,
-    /// Data, such as roughness or masks: values are never converted, and no channel is opacity.
+    /// Data, such as roughness or masks: values are never converted, and no channel is alpha.
     Data,
-    /// Tangent-space normals: data that is turned into the frames of the target's layout.
+    /// Tangent-space normals: data that is rotated into the frames of the target's layout.
     Normals(NormalOptions),
 }
 
-/// A transfer that is ready to be applied: which pair, which way, at which sizes, how it is filtered, and how
-/// the result is blended in.
+/// A transfer ready to be applied: a pair, a direction, texture sizes, filtering, and blending into
+/// the base.
 ///
-/// It owns or shares all that it needs, so it can be kept in a `static`, sent to other threads and used by several
-/// at once. Preparing takes milliseconds to tens of milliseconds; clones share what was prepared.
+/// It owns or shares everything it needs, so it can be kept in a `static`, sent to other threads
+/// and used by several at once. Preparation takes milliseconds to tens of milliseconds; clones
+/// share the result.
 ///
 /// ```
 /// use uvgraft::{Channels, Depth, Encoding, Graft, Mesh, Pair, Size, Sizes, Texture};
@@ -76,13 +77,13 @@ pub struct Graft {
     content: Content,
     resampler: Arc<Resampler>,
     blend: Option<Blending>,
-    /// Of content that is normals.
+    /// For [`Content::Normals`] only.
     frames: Option<(Arc<NormalFrames>, NormalOptions)>,
-    /// Made when a texture is fitted for the first time.
+    /// Made for the first texture that is fitted.
     fit: OnceLock<Arc<FitSystem>>,
 }
 
-/// A blend, and what it is at the texels of the map.
+/// A blend, evaluated at the texels of the map.
 #[derive(Debug, Clone)]
 struct Blending {
     blend: Arc<Blend>,
@@ -90,7 +91,7 @@ struct Blending {
     unknown: Unknown,
 }
 
-/// What textures do not know of the target, where a blend cares for what they show.
+/// Areas of the target that textures do not show, filled in for blends that use labels.
 #[derive(Debug, Clone, Default)]
 struct Unknown {
     eye_rims: Option<Arc<EyeRims>>,
@@ -99,7 +100,7 @@ struct Unknown {
 
 impl Unknown {
     fn new(blend: &Blend, map: &Arc<SamplingMap>, content: Content, from: Size) -> Self {
-        if content != Content::Color || !blend.options().asks_for_labels() {
+        if content != Content::Color || !blend.options().needs_labels() {
             return Self::default();
         }
         let domain = blend.domain();
@@ -113,30 +114,31 @@ impl Unknown {
 /// A fitted texture; from [`Graft::fit`].
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct Fitted {
+pub struct FittedTransfer {
     /// The texture, ready to be laid over a base.
     pub overlay: Overlay,
-    /// How the fit went.
+    /// Outcome of the fit.
     pub summary: FitSummary,
 }
 
 impl Graft {
-    /// Begins to say what is to be prepared.
+    /// Starts building a graft.
     pub fn builder(pair: impl Into<Arc<Pair>>, sizes: Sizes) -> GraftBuilder {
         GraftBuilder::new(pair.into(), sizes)
     }
 
     /// Lays a texture over a base.
     ///
-    /// The result has all channels of both and the greater depth of both, and the base's encoding; of data and
-    /// normals, that of data. Where the blend has a tone to find, it is found for this texture and this base. What
-    /// becomes of the values is told by [`Overlay::lay`].
+    /// The result has all channels of both, the greater depth of both, and the base's encoding; for
+    /// data and normals, [`Encoding::Data`]. If the blend matches tones, the tone is estimated from
+    /// this texture and this base. [`Overlay::lay`] says how values are composited.
     ///
-    /// Textures that are given away, rather than lent, are worked on in place.
+    /// Owned textures are processed in place; borrowed ones are copied.
     ///
     /// # Errors
-    /// [`GraftError::Size`] if a texture has another size than this was made for, [`GraftError::Channels`] for
-    /// normals in fewer than three channels, [`GraftError::Toning`] if there is no tone to be found.
+    /// [`GraftError::Size`] if a texture has another size than the graft was made for,
+    /// [`GraftError::Channels`] for normals in fewer than three channels,
+    /// [`GraftError::ToneCorrection`] if no tone can be estimated.
     pub fn apply<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
@@ -148,17 +150,17 @@ impl Graft {
         let toning = self.toning(&texture, &base, base_format)?;
         let overlay = self.overlay(texture, base_format)?;
         let overlay = match &toning {
-            Some(toning) => overlay.toned(toning)?,
+            Some(toning) => overlay.with_tone(toning)?,
             None => overlay,
         };
-        Ok(overlay.lay(0, self.meant(base.into_owned()))?)
+        Ok(overlay.lay(0, self.reinterpret(base.into_owned()))?)
     }
 
-    /// Makes a texture ready to be laid over a base of some format, band by band. Where the blend has a tone,
-    /// [`Overlay::toned`] brings it in.
+    /// Prepares a texture to be laid over a base of the given format, band by band. If the blend
+    /// matches tones, apply the tone with [`Overlay::with_tone`].
     ///
     /// # Errors
-    /// As [`Graft::apply`], but for the base and the tone.
+    /// As [`Graft::apply`], except for those of the base and the tone.
     pub fn overlay<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
@@ -171,33 +173,34 @@ impl Graft {
             let collapsed = unknown.collapsed.as_ref()?;
             Some(collapsed.smooth(blend.domain(), &source.texture))
         });
-        let overlay = self.finished(formats, Layer::Sampled(Arc::new(source)));
+        let overlay = self.make_overlay(formats, Layer::Sampled(Arc::new(source)));
         Ok(match smooth {
             Some(smooth) => overlay.smoothed(smooth),
             None => overlay,
         })
     }
 
-    /// The tone that a texture and a base get from each other; nothing if the blend asks for none, or the content
-    /// is no colour.
+    /// Estimates the tone that matches a texture and a base; `None` if the blend matches no tones,
+    /// or if the content is not colour.
     ///
-    /// - `base`: its colours, at any size: for a base that is one colour, one texel of it is enough.
-    /// - `base_format`: that of the base that the texture is laid over.
+    /// - `base`: its colours, at any size; for a base of one colour a single texel is enough.
+    /// - `base_format`: format of the base that the texture is laid over.
     ///
     /// # Errors
-    /// [`ToningError`] where there is nothing to go by; the texture can still be laid over as it is.
+    /// [`ToneError`] where there is no basis for an estimate; the texture can still be laid over
+    /// without a tone.
     pub fn toning(
         &self,
         texture: &Texture,
         base: &Texture,
         base_format: TexelFormat,
-    ) -> Result<Option<Toning>, ToningError> {
+    ) -> Result<Option<ToneCorrection>, ToneError> {
         match &self.blend {
             Some(Blending { blend, .. }) if self.content == Content::Color => {
-                // Data is refused, whatever it is laid over.
+                // Data is refused, whatever the base.
                 let encoding = self.formats(texture.format(), base_format).working_encoding();
                 if encoding == Encoding::Data && blend.options().needs_colors() {
-                    return Err(ToningError::Data);
+                    return Err(ToneError::Data);
                 }
                 blend.toning(texture, base)
             }
@@ -205,30 +208,32 @@ impl Graft {
         }
     }
 
-    /// Finds what of a texture a blend leaves out, such as a collar, and changes no colour: for
-    /// [`Overlay::narrowed`].
-    pub fn narrowing(&self, texture: &Texture) -> Option<Toning> {
+    /// Finds what a blend leaves out of a texture, such as a collar, without changing any colour:
+    /// for [`Overlay::with_exclusion`].
+    pub fn exclusion(&self, texture: &Texture) -> Option<ToneCorrection> {
         let blend = self.blend()?;
-        let toning = blend.narrowing(texture);
+        let toning = blend.exclusion(texture);
         toning.narrowed().is_some().then_some(toning)
     }
 
-    /// Solves for the texture that reads back best with the same filter, rather than sampling it, and makes it
-    /// ready to be laid over a base. Integer depths clamp to their range. The gutter is sampled.
+    /// Solves for the texture that reads back best with the same filter, instead of sampling it,
+    /// and prepares it to be laid over a base. Integer depths clamp to their range. The gutter is
+    /// sampled.
     ///
     /// - `progress`: called before the first step and after each.
     ///
     /// # Errors
-    /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture holds a NaN or an infinity;
-    /// [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap, since there is no one
-    /// island to solve for, for [`Filter::Nearest`], which never blends texels, and for options that are no numbers.
+    /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture contains a NaN or an
+    /// infinity; [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap
+    /// (there is no single island to solve for), for [`Filter::Nearest`], which never blends
+    /// texels, and for options that are not finite or negative weights.
     pub fn fit<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
         base: TexelFormat,
         options: &FitOptions,
         progress: &mut dyn FnMut(FitProgress),
-    ) -> Result<Fitted, GraftError> {
+    ) -> Result<FittedTransfer, GraftError> {
         if self.frames.is_some() {
             return Err(GraftError::Fit("normal maps cannot be fitted"));
         }
@@ -242,7 +247,7 @@ impl Graft {
         }
         let weights = [options.regularization, options.smoothness.unwrap_or(0.0)];
         let is_weight = |weight: f32| (0.0..f32::INFINITY).contains(&weight);
-        if !(options.least_gain.is_finite() && weights.into_iter().all(is_weight)) {
+        if !(options.min_gain.is_finite() && weights.into_iter().all(is_weight)) {
             return Err(GraftError::Fit(
                 "least gain, regularization and smoothness must be finite, the latter two also \
                  non-negative",
@@ -256,7 +261,10 @@ impl Graft {
         let (layer, summary) = system
             .solve(&formats, texture, options, progress)
             .map_err(|error| GraftError::NotFinite { x: error.texel[0], y: error.texel[1] })?;
-        Ok(Fitted { overlay: self.finished(formats, Layer::Solved(Arc::new(layer))), summary })
+        Ok(FittedTransfer {
+            overlay: self.make_overlay(formats, Layer::Solved(Arc::new(layer))),
+            summary,
+        })
     }
 
     /// The transfer as a matrix.
@@ -264,8 +272,8 @@ impl Graft {
         Operator::new(Arc::clone(&self.resampler))
     }
 
-    /// Which texels are carried, as an 8-bit grey texture: white where pieces own them, grey where the base shows
-    /// through a feather, black elsewhere, the gutter included.
+    /// The texels that are carried, as an 8-bit grey texture: white where pieces own them, grey
+    /// where the base shows through a feather, black elsewhere, including the gutter.
     pub fn mask(&self) -> Texture {
         match &self.blend {
             Some(Blending { at, .. }) => at.weights(self.map(), &Gains::default()),
@@ -273,10 +281,11 @@ impl Graft {
         }
     }
 
-    /// The same for textures of another size; what does not depend on that is shared.
+    /// The same transfer for textures of another size; shares everything that does not depend on
+    /// it.
     ///
     /// # Errors
-    /// [`GraftError::Texture`] for a size that no texture has.
+    /// [`GraftError::Texture`] if a texture cannot have that size.
     pub fn with_texture_size(&self, from: Size) -> Result<Self, GraftError> {
         builder::check_size(from)?;
         let maps = (Arc::clone(self.resampler.map()), self.resampler.beneath().cloned());
@@ -291,8 +300,8 @@ impl Graft {
         Ok(Self { sizes, resampler, blend, fit: OnceLock::new(), ..self.clone() })
     }
 
-    /// The rows of a texture that results depend on; what the others hold does not matter. A fit and a blend that
-    /// has a tone to find look at all of them.
+    /// The rows of a texture that results depend on; the content of other rows does not matter. A
+    /// fit and a blend that matches tones read all of them.
     pub fn texture_rows(&self) -> Range<u32> {
         match self.blend {
             Some(_) => 0..self.sizes.from.height,
@@ -300,7 +309,7 @@ impl Graft {
         }
     }
 
-    /// The map that says where each texel comes from.
+    /// The map, which holds the source position of each texel.
     pub fn map(&self) -> &SamplingMap {
         self.resampler.map()
     }
@@ -310,7 +319,7 @@ impl Graft {
         &self.pair
     }
 
-    /// Which way textures are carried.
+    /// The direction of the transfer.
     pub fn direction(&self) -> Direction {
         self.direction
     }
@@ -325,7 +334,7 @@ impl Graft {
         self.resampler.filter()
     }
 
-    /// What textures are.
+    /// What the values of textures mean.
     pub fn content(&self) -> Content {
         self.content
     }
@@ -335,8 +344,8 @@ impl Graft {
         self.blend.as_ref().map(|blending| &blending.blend)
     }
 
-    fn way(&self) -> Way<'_> {
-        Way {
+    fn way(&self) -> MapInputs<'_> {
+        MapInputs {
             pair: &self.pair,
             direction: self.direction,
             target_size: self.sizes.to,
@@ -355,8 +364,8 @@ impl Graft {
         }
     }
 
-    /// A texture or a base as what its values are.
-    fn meant(&self, texture: Texture) -> Texture {
+    /// Overrides the encoding of a texture or a base according to the content.
+    fn reinterpret(&self, texture: Texture) -> Texture {
         match self.content {
             Content::Color => texture,
             Content::Data | Content::Normals(_) => texture.with_encoding(Encoding::Data),
@@ -368,17 +377,17 @@ impl Graft {
         if self.frames.is_some() && !texture.channels().has_color() {
             return Err(GraftError::Channels { found: texture.channels() });
         }
-        let mut texture = self.meant(texture.into_owned());
+        let mut texture = self.reinterpret(texture.into_owned());
         if let Some(rims) = self.blend.as_ref().and_then(|blend| blend.unknown.eye_rims.as_ref()) {
             rims.fill(&mut texture);
         }
         Ok(texture)
     }
 
-    fn finished(&self, formats: Formats, layer: Layer) -> Overlay {
+    fn make_overlay(&self, formats: Formats, layer: Layer) -> Overlay {
         let mut overlay = Overlay::new(Arc::clone(&self.resampler), formats, layer);
         if let Some((frames, options)) = &self.frames {
-            overlay = overlay.turned(Arc::clone(frames), *options);
+            overlay = overlay.of_normals(Arc::clone(frames), *options);
         }
         match &self.blend {
             Some(Blending { at, .. }) => overlay.blended(Arc::clone(at)),
@@ -387,7 +396,7 @@ impl Graft {
     }
 }
 
-/// Refuses a texture of another size than a transfer was made for.
+/// Checks the size of a texture.
 fn check_size(what: &'static str, texture: &Texture, wanted: Size) -> Result<(), GraftError> {
     let found = texture.size();
     if found == wanted { Ok(()) } else { Err(GraftError::Size { what, found, wanted }) }
@@ -410,7 +419,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_borrows() {
+    fn types_are_shareable() {
         fn is_shareable<T: Send + Sync + 'static>() {}
         is_shareable::<Graft>();
         is_shareable::<Overlay>();

@@ -1,4 +1,4 @@
-//! How far the colours of a texture are from the skin that cheeks and nose show.
+//! Colour evidence: deviation of a texture's colours from the skin of cheeks and nose.
 
 use super::geodesic::Steps;
 use super::head::HeadLayout;
@@ -7,45 +7,51 @@ use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 use crate::threads::map_indices;
 
-/// What is known of each texel's colour.
+/// Colour evidence for each texel of the grid.
 #[derive(Debug, Clone)]
 pub(super) struct Evidence {
-    /// How far the hue is from skin's, in standard deviations. Towards more saturated colours of the same hue, as
-    /// where skin shades skin, it counts less.
+    /// Distance of the hue from skin's, in standard deviations. Deviations towards more saturated
+    /// colours of the same hue, as where skin shades skin, are weighted less.
     pub hue: Vec<f32>,
-    /// How far the colour is less saturated than skin, in standard deviations; negative where it is more.
+    /// How much less saturated than skin the colour is, in standard deviations; negative where
+    /// more.
     pub pale: Vec<f32>,
-    /// Logarithm of how much lighter it is than the skin around.
+    /// Logarithm of the lightness relative to the surrounding skin.
     pub light: Vec<f32>,
-    /// Logarithm of how much lighter it is than the cheeks.
+    /// Logarithm of the lightness relative to the cheeks.
     pub light_of_face: Vec<f32>,
-    /// At the lips, how much redder it is than the skin around, in a* of CIELAB: lips are redder, teeth less red.
+    /// At the lips, redness relative to the surrounding skin, in a* of CIELAB: positive on lips,
+    /// negative on teeth; 0 elsewhere.
     pub red: Vec<f32>,
-    /// The distance from cheeks, forehead and nose in steps of colour, ΔE beyond noise.
+    /// Geodesic colour distance from cheeks, forehead and nose, in ΔE above noise.
     pub step: Vec<f32>,
     pub steps: Steps,
-    /// How much there is of the texture.
+    /// Mean alpha of each texel: how much of it the texture determines.
     pub known: Vec<f32>,
 }
 
-/// Colours of an area's texels, at most some thousands of them.
+/// The known colours of an area's texels, evenly subsampled to some thousands.
 fn colors_of(colors: &GridColors, area: &[f32]) -> Vec<[f32; 3]> {
-    const MOST: usize = 4096;
+    const MAX: usize = 4096;
     let is_in = |&texel: &usize| area[texel] >= 0.5 && colors.known[texel] >= 0.5;
     let all: Vec<usize> = (0..area.len()).filter(is_in).collect();
-    let step = all.len().div_ceil(MOST).max(1);
+    let step = all.len().div_ceil(MAX).max(1);
     all.into_iter().step_by(step).map(|texel| colors.rgb[texel]).collect()
 }
 
 impl Evidence {
-    /// Looks at the texels of a grid.
+    /// Computes the evidence for the texels of a grid.
+    ///
+    /// A model of skin from cheeks and nose gives the deviations. Lightness and redness are
+    /// relative to the local mean of skin-coloured texels, as the shading varies over the
+    /// head. The geodesic distance starts from plain skin on cheeks, nose and forehead.
     ///
     /// # Errors
-    /// [`SkinError`] if cheeks and nose are not of one colour.
+    /// [`SkinError`] if cheeks and nose have no uniform colour.
     pub fn new(head: &HeadLayout, colors: GridColors) -> Result<Self, SkinError> {
         let (grid, areas) = (&head.grid, &head.areas);
         let mut seeds = colors_of(&colors, &areas.cheeks);
-        // A nose has highlights; it must not outnumber the cheeks.
+        // Noses have highlights, so they get fewer samples than the cheeks: a third at most.
         let nose = colors_of(&colors, &areas.nose);
         let most = seeds.len() / 3;
         seeds.extend(nose.iter().step_by((nose.len() / most.max(1)).max(1)).take(most));
@@ -67,13 +73,13 @@ impl Evidence {
         let width = grid.size().width as usize;
         let place = |texel: usize| (texel % width, texel / width);
         let around =
-            Surroundings::new(grid, |texel| is_skin(texel).then_some(light_of_face[texel]));
+            LocalAverage::new(grid, |texel| is_skin(texel).then_some(light_of_face[texel]));
         let light = map_indices(light_of_face.len(), |texel| {
             let (x, y) = place(texel);
             light_of_face[texel] - around.at(x, y)
         });
         let redness = |texel: usize| steps.lab[texel][1];
-        let around = Surroundings::new(grid, |texel| is_skin(texel).then(|| redness(texel)));
+        let around = LocalAverage::new(grid, |texel| is_skin(texel).then(|| redness(texel)));
         let red = map_indices(light_of_face.len(), |texel| {
             let (x, y) = place(texel);
             if areas.lips[texel] > 0.0 { redness(texel) - around.at(x, y) } else { 0.0 }
@@ -100,7 +106,8 @@ impl Evidence {
     }
 }
 
-/// Colours as one sees them, and what of their changes is noise: what nine in ten of the cheeks' texels stay below.
+/// Perceptual colours of the grid and their noise level: 1.2 times the 90th percentile of
+/// the changes between adjacent texels of the cheeks, within 0.6 to 4 ΔE.
 fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
     let grid = &head.grid;
     let labs = LabTables::new();
@@ -108,7 +115,7 @@ fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
         if grid.faces()[texel] == NONE { [0.0; 3] } else { labs.of(colors.rgb[texel]) }
     });
     let lab: Vec<[f32; 3]> = map_indices(plain.len(), |texel| {
-        // A texel and those beside it: noise of single texels is no edge.
+        // Average with the neighbours, so single noisy texels don't make edges.
         let (mut sum, mut total) = (plain[texel].map(|value| value * 2.0), 2.0);
         grid.each_neighbour(texel as u32, |near| {
             if colors.known[near as usize] >= 0.5 {
@@ -147,12 +154,12 @@ pub(crate) fn lab(rgb: [f32; 3]) -> [f32; 3] {
     lab_by(rgb, linear_from_srgb, root)
 }
 
-/// What CIELAB is linear in, of a share of white.
+/// The nonlinearity of CIELAB, of a component relative to white.
 fn root(value: f32) -> f32 {
     if value > 0.008_856 { value.cbrt() } else { 7.787 * value + 16.0 / 116.0 }
 }
 
-/// As [`lab`], within 0.003 of it, for many colours: powers and roots are looked up.
+/// As [`lab`] to within 0.003, for many colours: powers and roots come from lookup tables.
 struct LabTables {
     linear: Vec<f32>,
     root: Vec<f32>,
@@ -185,16 +192,20 @@ fn lab_by(rgb: [f32; 3], linear: impl Fn(f32) -> f32, root: impl Fn(f32) -> f32)
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// A value that some texels have, smooth and everywhere.
-struct Surroundings {
+/// A smooth local mean of a value that only some texels have, defined everywhere.
+///
+/// The value is averaged in cells of 8 × 8 texels; cells with few or no samples are filled
+/// from coarser levels. A plain blur over the known texels would be undefined inside large
+/// gaps such as beards.
+struct LocalAverage {
     side: [usize; 2],
     cells: Vec<f32>,
 }
 
-/// So many texels of the grid are a cell.
+/// Side of a cell, in texels of the grid.
 const CELL: usize = 8;
 
-impl Surroundings {
+impl LocalAverage {
     fn new(grid: &LayoutGrid, value: impl Fn(usize) -> Option<f32>) -> Self {
         let [width, height] = [grid.size().width, grid.size().height].map(|side| side as usize);
         let side = [width.div_ceil(CELL), height.div_ceil(CELL)];
@@ -211,10 +222,10 @@ impl Surroundings {
             .into_iter()
             .map(|(sum, count)| (sum / f32::max(count, 1.0), count / full))
             .collect();
-        Self { side, cells: pushed_and_pulled(&cells, side) }
+        Self { side, cells: pull_push(&cells, side) }
     }
 
-    /// The value at a texel, linear between the middles of cells.
+    /// The value at a texel, bilinear between cell centres.
     fn at(&self, x: usize, y: usize) -> f32 {
         let place = |at: usize, side: usize| {
             let at = ((at as f32 + 0.5) / CELL as f32 - 0.5).clamp(0.0, (side - 1) as f32);
@@ -230,8 +241,9 @@ impl Surroundings {
     }
 }
 
-/// Fills cells whose weight is less than 1 from coarser ones ("pull-push", S. Gortler et al., 1996).
-fn pushed_and_pulled(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f32> {
+/// Fills cells whose weight is less than 1 from coarser levels ("pull-push", S. Gortler et
+/// al., 1996).
+fn pull_push(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f32> {
     if width <= 2 && height <= 2 {
         let total: f32 = cells.iter().map(|cell| cell.1).sum();
         let mean = cells.iter().map(|cell| cell.0 * cell.1).sum::<f32>() / total.max(1e-6);
@@ -248,7 +260,7 @@ fn pushed_and_pulled(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<f
         .into_iter()
         .map(|(sum, weight)| (sum / f32::max(weight, 1e-6), weight.min(1.0)))
         .collect();
-    let filled = pushed_and_pulled(&sums, coarse);
+    let filled = pull_push(&sums, coarse);
     cells
         .iter()
         .enumerate()

@@ -1,4 +1,7 @@
-//! From evidence to labels.
+//! Labels from the evidence.
+//!
+//! Cloth, hair and other occluders are connected regions: by colour alone, shadows and moles would
+//! match too. Lips, eyes and brows follow from anatomy and colour.
 
 use super::evidence::Evidence;
 use super::geodesic::{flood, parts, widened};
@@ -9,20 +12,20 @@ use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
-/// What is not skin and has fewer texels, of some 220,000, is a mole.
+/// Non-skin regions with at most this many texels, of some 220,000, are moles.
 const MOLE: usize = 70;
-/// Hair that hangs down is looked for up to so many eye distances below the scalp.
+/// Hanging hair reaches at most this many eye distances below the scalp.
 const HANGING: f32 = 1.2;
-/// So many texels from cloth, what looks like it is cloth too.
+/// Cloth-like texels within this many texels of cloth are cloth too.
 const SCRAPS: usize = 8;
-/// Cloth is at least this share of the neck.
-const LEAST_CLOTH: f64 = 0.02;
+/// Cloth covering a smaller fraction of the neck is discarded.
+const MIN_CLOTH: f64 = 0.02;
 
 impl Labels {
-    /// Finds what the texture of a head shows.
+    /// Labels the texture of a head.
     ///
     /// # Errors
-    /// [`LabelError::Skin`] if the cheeks are not of one colour, or not there.
+    /// [`LabelError::Skin`] if the cheeks have no uniform colour, or are missing.
     pub(crate) fn find(head: &HeadLayout, texture: &Texture) -> Result<Self, LabelError> {
         let colors = GridColors::new(texture, &head.grid);
         let evidence = Evidence::new(head, colors)?;
@@ -38,18 +41,22 @@ impl Labels {
     }
 }
 
-/// How much of a texel's light is hair's, where skin and hair mix.
+/// The fraction of a texel's light that comes from hair, where skin and hair mix.
 ///
-/// - `light`: the logarithm of its lightness beside skin's.
-/// - `dark`: the lightness of hair beside skin's.
+/// With lightnesses relative to skin, a texel with coverage `s` of skin has the lightness
+/// `s + (1 - s) · dark`, of which `s` comes from skin.
+///
+/// - `light`: the logarithm of the texel's lightness relative to skin.
+/// - `dark`: the lightness of hair relative to skin.
 fn hair_share(light: f32, dark: f32) -> f32 {
     let ratio = light.exp();
     let of_skin = (ratio - dark) / (ratio * (1.0 - dark));
     1.0 - of_skin.clamp(0.0, 1.0)
 }
 
-/// Weights, averaged with those beside on the surface; what islands do not cover is no part of it. Eyes and teeth stay as
-/// they are: they are a few texels, and an edge of half the skin's tone would be much of them.
+/// Weights blurred with their neighbours on the surface, ignoring texels outside islands.
+/// Eyes and teeth stay sharp: they are only a few texels wide, and a soft edge would tint
+/// much of them with half the change of skin tone.
 fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
     map_indices(weights.len(), |texel| {
         let own = &weights[texel];
@@ -67,10 +74,10 @@ fn softened(grid: &LayoutGrid, weights: &[[f32; 8]]) -> Vec<[f32; 8]> {
     })
 }
 
-/// How far a texel's colour rules out that it is skin.
+/// How strongly a texel's colour rules out skin, 0 to 1.
 fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
     let Evidence { hue, pale, light, light_of_face, .. } = evidence;
-    // Highlights are pale and lighter than what is around them.
+    // Highlights are pale and lighter than their surroundings.
     let highlight = smoothstep(0.03, 0.15, light[texel]) * smoothstep(0.5, 2.0, pale[texel]);
     let hue = smoothstep(3.5, 6.0, hue[texel]) * smoothstep(-2.0, -1.3, light_of_face[texel]);
     let hue = hue * (1.0 - highlight);
@@ -81,7 +88,7 @@ fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
 struct Finder<'a> {
     head: &'a HeadLayout,
     evidence: Evidence,
-    /// How far each texel's colour rules out that it is skin, whatever is around it.
+    /// How strongly each texel's own colour rules out skin, 0 to 1.
     not_skin: Vec<f32>,
 }
 
@@ -95,8 +102,8 @@ impl<'a> Finder<'a> {
         0..self.evidence.hue.len() as u32
     }
 
-    /// Takes the skin beyond a full beard for skin of the face: no way without a step leads there. So are ears, which hair
-    /// cuts off.
+    /// Adds seeds of skin beyond a full beard and on ears, if their colour matches: every path from
+    /// the cheeks to them crosses a colour step, as beard and hair separate them.
     fn cross_beard(&mut self) {
         let grid = &self.head.grid;
         let areas = &self.head.areas;
@@ -113,7 +120,7 @@ impl<'a> Finder<'a> {
         };
         let parts = parts(grid, &is_open);
         let beards = parts.iter().filter(is_beard).flatten();
-        // An edge is soft: a few texels on, colours are skin's alone.
+        // Edges are soft: only some texels farther on are colours pure skin.
         let mut beard = vec![false; hue.len()];
         beards.for_each(|&texel| beard[texel as usize] = true);
         let beyond = self.widened(&beard, 4);
@@ -133,7 +140,8 @@ impl<'a> Finder<'a> {
         });
     }
 
-    /// How far a texel at the neck is cloth or background by its colour, and by the step that leads there.
+    /// How much a texel at the neck looks like cloth or background, by its colour and by the
+    /// colour step between it and the face.
     fn is_like_cloth(&self, texel: usize) -> f32 {
         let Evidence { hue, light, step, known, .. } = &self.evidence;
         if known[texel] < 0.5 {
@@ -144,12 +152,16 @@ impl<'a> Finder<'a> {
         let other_color = (smoothstep(3.0, 5.0, hue) * dark_enough)
             .max(smoothstep(0.33, 0.6, light))
             .max(smoothstep(0.9, 1.4, -light));
-        // A shadow is darker and keeps skin's hue; cloth of skin's colour is behind a step alone.
+        // Shadows are darker but keep skin's hue; skin-coloured cloth shows only by the step.
         let no_shadow = smoothstep(-0.45, -0.2, light).max(smoothstep(1.8, 3.0, hue));
         (other_color * smoothstep(1.0, 2.5, step)).max(no_shadow * smoothstep(2.5, 4.0, step))
     }
 
-    /// Cloth and background: what is like it and hangs together with the rim at the neck.
+    /// Cloth and background: cloth-like texels that are connected to the boundary at the neck.
+    ///
+    /// Hair that hangs down to the neck is removed, and what that disconnects from the boundary is
+    /// dropped. Then nearby scraps are added, unless they are large: a quarter of the cloth or more
+    /// is not a scrap but something else of that colour.
     fn cloth(&self) -> Vec<f32> {
         let head = self.head;
         let alike = map_indices(self.not_skin.len(), |texel| {
@@ -159,15 +171,15 @@ impl<'a> Finder<'a> {
         let mut found = flood(&head.grid, head.rim.iter().copied(), is_open);
         let count = |of: &[bool]| of.iter().filter(|is| **is).count();
         let neck = head.areas.neck.iter().filter(|&&neck| neck >= 0.5).count();
-        if count(&found) as f64 > LEAST_CLOTH * neck as f64 {
+        if count(&found) as f64 > MIN_CLOTH * neck as f64 {
             self.drop_hair(&mut found);
             let left = found;
             found = flood(&head.grid, head.rim.iter().copied(), |texel| left[texel as usize]);
         }
-        if (count(&found) as f64) <= LEAST_CLOTH * neck as f64 {
+        if (count(&found) as f64) <= MIN_CLOTH * neck as f64 {
             return vec![0.0; alike.len()];
         }
-        // Scraps beside it, cut off by a shadow or a strand.
+        // Nearby scraps, cut off by a shadow or a strand of hair.
         let beside = self.widened(&found, SCRAPS);
         let scraps = flood(
             &head.grid,
@@ -177,7 +189,7 @@ impl<'a> Finder<'a> {
         if count(&scraps) < count(&found) / 4 {
             found.iter_mut().zip(scraps).for_each(|(found, scrap)| *found |= scrap);
         }
-        // Its edge is as soft as the evidence there.
+        // The edge is as soft as the evidence.
         let near = self.widened(&found, 2);
         (0..found.len()).map(|texel| if near[texel] { alike[texel] } else { 0.0 }).collect()
     }
@@ -194,7 +206,8 @@ impl<'a> Finder<'a> {
         self.head.grid.faces()[texel] != NONE && face < 0.2
     }
 
-    /// Takes hair that hangs down to the neck out of what looks like cloth.
+    /// Removes hair that hangs down to the neck from the cloth: texels near the scalp within 5
+    /// ΔE of the hair on the crown, in geodesic colour distance.
     fn drop_hair(&self, found: &mut [bool]) {
         let areas = &self.head.areas;
         let Evidence { step, .. } = &self.evidence;
@@ -220,14 +233,15 @@ impl<'a> Finder<'a> {
         self.head.areas.scalp[texel] > 0.02 || self.head.above_nape[texel] > -HANGING
     }
 
-    /// Hair: what is no skin and hangs together with the scalp, and beards.
+    /// Hair: non-skin texels that are connected to the scalp, and beards.
     fn hair(&self, cloth: &[f32]) -> Vec<f32> {
         let areas = &self.head.areas;
         let Evidence { hue, light, step, .. } = &self.evidence;
         let unlike = map_indices(cloth.len(), |texel| {
             let scalp = areas.scalp[texel];
             let colors = self.not_skin[texel];
-            // On the scalp what is not clearly skin is hair: blond hair is close to it.
+            // On the scalp the thresholds are lower, since blond hair has nearly the colour of
+            // skin.
             let clearly = smoothstep(1.5, 3.0, hue[texel])
                 .max(smoothstep(0.12, 0.3, light[texel].abs()))
                 .max(smoothstep(1.5, 4.0, step[texel]));
@@ -247,7 +261,7 @@ impl<'a> Finder<'a> {
         map_indices(cloth.len(), |texel| if near[texel] { share(texel) } else { 0.0 })
     }
 
-    /// How dark hair is beside skin, as a ratio; nothing for hair that is not clearly darker.
+    /// The lightness of hair relative to skin; `None` for hair that is not clearly darker.
     fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
         let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
         let mut light: Vec<f32> =
@@ -260,7 +274,8 @@ impl<'a> Finder<'a> {
         (median < -0.6).then(|| median.exp())
     }
 
-    /// Beards: parts on the jaw and around the lips that are darker than skin and larger than a mole.
+    /// Adds beards: regions on jaw, cheeks and neck that are darker or paler than skin and
+    /// larger than four moles.
     fn add_beard(&self, unlike: &[f32], found: &mut [bool]) {
         let areas = &self.head.areas;
         let is_open = map_indices(unlike.len(), |texel| {
@@ -278,7 +293,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// What else is no skin in the face, as glasses are: nothing as small as a mole.
+    /// Other non-skin regions in the face, such as glasses, larger than a mole.
     fn other(&self, cloth: &[f32], hair: &[f32]) -> Vec<f32> {
         let areas = &self.head.areas;
         let unlike = map_indices(cloth.len(), |texel| {
@@ -297,44 +312,46 @@ impl<'a> Finder<'a> {
         (0..cloth.len()).map(|texel| if near[texel] { unlike[texel] } else { 0.0 }).collect()
     }
 
-    /// What a texel is, softly.
+    /// A texel's weights. Labels are applied in order of precedence, each to its share of what the
+    /// earlier ones left; skin is the remainder.
     fn weights(&self, texel: usize, cloth: f32, hair: f32, other: f32) -> [f32; 8] {
         let areas = &self.head.areas;
         let Evidence { hue, pale, light, red, .. } = &self.evidence;
         let (hue, pale, light, red) = (hue[texel], pale[texel], light[texel], red[texel]);
         let mut weights = [0.0; 8];
         let mut rest = 1.0_f32;
-        let mut take = |label: Label, share: f32| {
+        let mut add = |label: Label, share: f32| {
             let share = share.clamp(0.0, 1.0) * rest;
             weights[label as usize] += share;
             rest -= share;
         };
-        take(Label::Cloth, cloth);
-        take(Label::Eye, smoothstep(0.3, 0.7, areas.eyes[texel]));
-        take(Label::Mouth, smoothstep(0.3, 0.7, areas.mouth[texel]));
+        add(Label::Cloth, cloth);
+        add(Label::Eye, smoothstep(0.3, 0.7, areas.eyes[texel]));
+        add(Label::Mouth, smoothstep(0.3, 0.7, areas.mouth[texel]));
         let (lips, sockets, brows) = (areas.lips[texel], areas.sockets[texel], areas.brows[texel]);
-        // Teeth are paler than skin and hardly darker, or yellower where skin is as pale, or lighter where no colour tells;
-        // never redder as lips are. Between lips it is black.
+        // Teeth are paler than skin and hardly darker, or yellower where skin is as pale, or
+        // lighter where colour doesn't help; never redder, as lips are. The gap between the lips
+        // is black.
         let inner = smoothstep(0.3, 0.7, lips);
         let yellow = smoothstep(2.5, 4.0, hue) * smoothstep(3.0, 6.0, -red) * inner;
         let teeth = smoothstep(-0.5, -0.2, light) * smoothstep(3.5, 6.0, pale).max(yellow);
         let teeth = teeth.max(smoothstep(0.1, 0.2, light) * inner) * smoothstep(-5.0, -2.0, -red);
-        take(Label::Mouth, smoothstep(0.1, 0.5, lips) * teeth.max(smoothstep(0.9, 1.3, -light)));
-        take(
+        add(Label::Mouth, smoothstep(0.1, 0.5, lips) * teeth.max(smoothstep(0.9, 1.3, -light)));
+        add(
             Label::Lip,
             smoothstep(0.1, 0.5, lips)
                 * smoothstep(1.5, 3.0, hue).max(smoothstep(0.12, 0.3, -light)),
         );
         let white = smoothstep(3.0, 5.0, pale) * smoothstep(-0.7, -0.3, light);
-        take(Label::Eye, smoothstep(0.1, 0.5, sockets) * white.max(smoothstep(0.5, 0.9, -light)));
-        take(Label::Brow, smoothstep(0.1, 0.4, brows) * smoothstep(0.1, 0.3, -light));
-        take(Label::Hair, hair);
-        take(Label::Other, other);
+        add(Label::Eye, smoothstep(0.1, 0.5, sockets) * white.max(smoothstep(0.5, 0.9, -light)));
+        add(Label::Brow, smoothstep(0.1, 0.4, brows) * smoothstep(0.1, 0.3, -light));
+        add(Label::Hair, hair);
+        add(Label::Other, other);
         weights[Label::Skin as usize] = rest;
         weights
     }
 
-    /// The texels that are at most so many texels from those that were found.
+    /// Dilates a mask by a number of texels.
     fn widened(&self, found: &[bool], texels: usize) -> Vec<bool> {
         let of = self.texels().filter(|&texel| found[texel as usize]);
         let mut wide = vec![false; found.len()];

@@ -1,38 +1,39 @@
-//! How large a step of colour lies between texels and the nearest of some seeds, over the best way there is.
+//! Geodesic colour distances: the least sum of colour steps on any path from texels to seeds.
 //!
-//! Geodesic segmentation (X. Bai and G. Sapiro, "Geodesic matting", IJCV 2009; A. Criminisi et al., "GeoS", 2008): a
-//! way costs what colours change along it beyond what is noise. Shading that changes slowly costs nothing however far it
-//! goes, and an edge costs its height, wherever a way crosses it: what is all enclosed by edges is far.
+//! Geodesic segmentation (X. Bai and G. Sapiro, "Geodesic matting", IJCV 2009; A. Criminisi et al.,
+//! "GeoS", 2008): the length of a path is the sum of its colour changes above the noise level. Slow
+//! shading costs nothing over any distance, while an edge costs its height wherever a path crosses
+//! it, so areas enclosed by edges are far away.
 
 use crate::layout_grid::LayoutGrid;
 
-/// Colours of a grid in a space where distances are what one sees.
+/// Colours of a grid in a perceptual colour space, with their noise level.
 #[derive(Debug, Clone)]
 pub(crate) struct Steps {
-    /// CIELAB, softened by a texel.
+    /// CIELAB, blurred over one texel.
     pub lab: Vec<[f32; 3]>,
-    /// Changes up to here, from a texel to the next, are noise.
+    /// Changes up to this value between adjacent texels are noise.
     pub noise: f32,
 }
 
-/// Distances are told in so many parts of a unit.
-const PARTS: f32 = 16.0;
+/// Distances are quantised to 1/16 ΔE.
+const SCALE: f32 = 16.0;
 
-/// Distances are told up to here.
+/// Upper limit of distances, in ΔE.
 pub(crate) const FARTHEST: f32 = 40.0;
 
 impl Steps {
-    /// What a step from a texel to the next costs, in [`PARTS`] of a unit: whole numbers, so that texels in one bucket
-    /// are equally far and each is visited once.
+    /// The cost of a step between adjacent texels, in 1/[`SCALE`] ΔE: an integer, so that all
+    /// texels in a bucket have the same distance and each is expanded once.
     fn cost(&self, from: u32, to: u32) -> u32 {
         let (a, b) = (self.lab[from as usize], self.lab[to as usize]);
         let squared: f32 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();
-        ((squared.sqrt() - self.noise).max(0.0) * PARTS + 0.5) as u32
+        ((squared.sqrt() - self.noise).max(0.0) * SCALE + 0.5) as u32
     }
 
-    /// The distance of each texel from the nearest seed; [`FARTHEST`] where no way is shorter.
+    /// The distance of each texel from the nearest seed; [`FARTHEST`] where no path is shorter.
     ///
-    /// - `is_open`: the texels that ways may lead over.
+    /// - `is_open`: the texels that paths may cross.
     pub fn distances(
         &self,
         grid: &LayoutGrid,
@@ -44,7 +45,10 @@ impl Steps {
         distance
     }
 
-    /// Takes further seeds into account: distances are those from the nearest of all.
+    /// Adds seeds: lowers `distance` to the distance from the nearest old or new seed.
+    ///
+    /// Dijkstra's algorithm with a bucket for each distance instead of a heap (Dial 1969),
+    /// which small integer costs allow.
     ///
     /// - `is_open`: as for [`Steps::distances`].
     pub fn shorten(
@@ -54,14 +58,14 @@ impl Steps {
         seeds: impl Iterator<Item = u32>,
         is_open: impl Fn(u32) -> bool,
     ) {
-        let farthest = (FARTHEST * PARTS) as u32;
+        let farthest = (FARTHEST * SCALE) as u32;
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); farthest as usize];
         for seed in seeds {
             distance[seed as usize] = 0.0;
             buckets[0].push(seed);
         }
-        let in_units = |parts: u32| parts as f32 * (1.0 / PARTS);
-        // A bucket grows while it is emptied: most steps cost nothing.
+        let in_units = |steps: u32| steps as f32 * (1.0 / SCALE);
+        // A bucket grows while it is drained, as most steps cost nothing.
         for here in 0..farthest {
             while let Some(texel) = buckets[here as usize].pop() {
                 if distance[texel as usize] < in_units(here) {
@@ -82,7 +86,7 @@ impl Steps {
     }
 }
 
-/// The texels that hang together with seeds over texels that are open; seeds that are not open are left out.
+/// Flood fill: the open texels that are connected to open seeds.
 pub(crate) fn flood(
     grid: &LayoutGrid,
     seeds: impl Iterator<Item = u32>,
@@ -106,7 +110,7 @@ pub(crate) fn flood(
     found
 }
 
-/// Texels and those at most so many texels from them: those that are given first, then others as they are farther.
+/// The texels of `of` and all within `texels` steps of them, in order of distance.
 pub(crate) fn widened(grid: &LayoutGrid, of: impl Iterator<Item = u32>, texels: usize) -> Vec<u32> {
     let mut known = vec![false; grid.size().texels()];
     let mut found: Vec<u32> = of.collect();
@@ -126,7 +130,7 @@ pub(crate) fn widened(grid: &LayoutGrid, of: impl Iterator<Item = u32>, texels: 
     found
 }
 
-/// The parts into which open texels fall, each as a list.
+/// The connected components of the open texels, each as a list of texels.
 pub(crate) fn parts(grid: &LayoutGrid, is_open: &[bool]) -> Vec<Vec<u32>> {
     let mut known = vec![false; is_open.len()];
     let mut parts = Vec::new();

@@ -1,4 +1,4 @@
-//! A head's layout: where on the head each texel is.
+//! A head's layout: the position of each texel on the head.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use crate::layout_grid::LayoutGrid;
 use crate::mesh::Mesh;
 use crate::texture::Size;
 
-/// The areas that labels ask for.
+/// Weights of the anatomical areas at each texel.
 #[derive(Debug, Clone)]
 pub(crate) struct Areas {
     pub cheeks: Vec<f32>,
@@ -24,32 +24,32 @@ pub(crate) struct Areas {
     pub neck: Vec<f32>,
 }
 
-/// A mesh with a head, and the grid over its layout. Made once for a mesh.
+/// The anatomy of a mesh with a head, and a grid over its layout. Computed once per mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct HeadLayout {
     pub anatomy: Anatomy,
     pub grid: LayoutGrid,
     pub areas: Areas,
-    /// How high each texel is above the lowest of the scalp, in eye distances.
+    /// Height of each texel above the lowest point of the scalp, in eye distances.
     pub above_nape: Vec<f32>,
-    /// The texels of an eye distance, along the surface.
+    /// Texels of the grid per eye distance along the surface.
     texels_per_eyes: f64,
-    /// The texels at which the carried part ends at the neck.
+    /// The texels along the boundary of the transferred part at the neck.
     pub rim: Vec<u32>,
 }
 
-/// So many texels of the grid should lie on the carried part.
+/// Number of grid texels that the transferred part should cover.
 const TEXELS: f64 = 220_000.0;
-/// The least and the greatest side of a grid.
+/// Limits of the grid's side, in texels.
 const SIDES: [f64; 2] = [384.0, 1024.0];
 
 impl HeadLayout {
-    /// Finds the head.
+    /// Finds the head and rasterises the layout.
     ///
-    /// - `is_carried`: the triangles whose texels are carried.
+    /// - `is_carried`: `[faces]`, the triangles whose texels are transferred.
     ///
     /// # Errors
-    /// [`AnatomyError`] if the mesh has none.
+    /// [`AnatomyError`] if the mesh has no head.
     pub fn new(mesh: &Mesh, is_carried: &[bool]) -> Result<Self, AnatomyError> {
         let anatomy = Anatomy::find(mesh)?;
         let side = grid_side(mesh, is_carried);
@@ -82,21 +82,21 @@ impl HeadLayout {
         Ok(Self { anatomy, grid, areas, above_nape, texels_per_eyes, rim })
     }
 
-    /// Whether the cheeks are carried: hands of a body with a head are no faces.
+    /// Whether the cheeks are transferred. They aren't if, for example, only a body's hands are.
     pub fn has_cheeks(&self, mesh: &Mesh, is_carried: &[bool]) -> bool {
         let cheeks = self.anatomy.area(Area::Cheeks);
         let mut faces = mesh.faces().iter().zip(is_carried).filter(|(_, is)| **is);
         faces.any(|(corners, _)| corners.iter().all(|&vertex| cheeks[vertex as usize] >= 0.5))
     }
 
-    /// How many texels of a texture of some size are as long as the distance between the eyes, along the surface.
+    /// Texels per eye distance along the surface, in a texture of the given size.
     pub fn texels_per_unit(&self, size: Size) -> f64 {
         let ratio = size.texels() as f64 / self.grid.size().texels() as f64;
         self.texels_per_eyes * ratio.sqrt()
     }
 }
 
-/// How many texels are as long as the mesh's unit, on the mean of what is carried.
+/// Texels per unit of the mesh, averaged over the transferred part.
 fn texels_per_unit(mesh: &Mesh, grid: &LayoutGrid, is_carried: &[bool]) -> f64 {
     let is_in = |&&face: &&u32| is_carried.get(face as usize).is_some_and(|&is| is);
     let texels = grid.faces().iter().filter(is_in).count();
@@ -119,7 +119,8 @@ fn grid_side(mesh: &Mesh, is_carried: &[bool]) -> u32 {
     (TEXELS / share).sqrt().clamp(SIDES[0], SIDES[1]).round() as u32
 }
 
-/// Texels beside what is not carried, or beside the end of the mesh, at the neck.
+/// The texels at the neck next to triangles that are not transferred, or to the mesh's open
+/// boundary.
 fn rim(grid: &LayoutGrid, areas: &Areas, is_carried: &[bool]) -> Vec<u32> {
     let is_in = |texel: u32| {
         let face = grid.faces()[texel as usize] as usize;
@@ -130,7 +131,7 @@ fn rim(grid: &LayoutGrid, areas: &Areas, is_carried: &[bool]) -> Vec<u32> {
             return false;
         }
         let near: Vec<u32> = grid.neighbours(texel).collect();
-        // Inside an island a texel has four others beside it, and so has one at a seam.
+        // A texel inside an island has four neighbours, and so has one at a UV seam.
         near.len() < 4 || near.iter().any(|&other| !is_in(other))
     };
     (0..grid.size().texels() as u32).filter(is_rim).collect()

@@ -1,14 +1,16 @@
-//! What is what in the texture of a head: skin, hair, brows, lips, eyes, mouth, cloth.
+//! Semantic segmentation of a head's texture: skin, hair, brows, lips, eyes, mouth, cloth.
 //!
-//! Captures are not clean: collars, hair over the forehead, teeth between the lips. [`Labels`] say softly, for every
-//! texel of a coarse grid over the layout, what it shows. They follow from three kinds of evidence:
+//! Captures are not clean: they show collars, hair over the forehead, teeth between the
+//! lips. [`Labels`] are a soft segmentation on a coarse grid over the layout, from three
+//! kinds of evidence:
 //!
-//! - where a texel is on the head ([`Anatomy`]): cheeks are skin, the scalp is mostly hair;
-//! - how far its colour is from that of the face's own skin, which cheeks and nose show (`evidence`);
-//! - what it hangs together with: how large a step of colour lies between it and the cheeks, whether it reaches the
-//!   region's rim as collars do, or the crown as hair does (`geodesic`).
+//! - the texel's position on the head ([`Anatomy`]): cheeks are skin, the scalp is mostly hair;
+//! - the difference of its colour from the face's own skin, sampled on cheeks and nose
+//!   (`evidence`);
+//! - connectivity: the colour step between it and the cheeks, and whether it is connected to the
+//!   region's boundary, as collars are, or to the crown, as hair is (`geodesic`).
 //!
-//! Labels can be drawn as a picture and read back: one colour for each, [`Label::color`].
+//! Labels can be drawn as an image and read back; each has its own colour, [`Label::color`].
 
 mod body;
 mod evidence;
@@ -37,18 +39,18 @@ pub enum Label {
     Brow,
     /// Lips.
     Lip,
-    /// Eyeballs, and what shows of them between the lids.
+    /// Eyeballs, including the part visible between the lids.
     Eye,
     /// Teeth, tongue and the inside of the mouth.
     Mouth,
-    /// Cloth and background at the neck, and what the texture does not know.
+    /// Cloth and background at the neck, and areas where the texture is unknown.
     Cloth,
     /// Anything else: glasses, jewellery.
     Other,
 }
 
 impl Label {
-    /// All labels, in the order of their numbers.
+    /// All labels, in ascending index order.
     pub const ALL: [Self; 8] = [
         Self::Skin,
         Self::Hair,
@@ -74,7 +76,7 @@ impl Label {
         }
     }
 
-    /// Its colour in pictures of labels: sRGB, 0 to 255.
+    /// Its colour in label images: sRGB, 0 to 255.
     pub const fn color(self) -> [u8; 3] {
         match self {
             Self::Skin => [240, 190, 150],
@@ -88,7 +90,7 @@ impl Label {
         }
     }
 
-    /// How far it takes on another tone: skin wholly, lips half, all else not at all.
+    /// Weight of a change of skin tone: full on skin, half on lips, none elsewhere.
     const fn tone(self) -> f32 {
         match self {
             Self::Skin => 1.0,
@@ -98,74 +100,79 @@ impl Label {
     }
 }
 
-/// Why a head's texture has no labels.
+/// Why a head's texture could not be labelled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabelError {
     /// The mesh has no head.
     #[error(transparent)]
     Anatomy(#[from] crate::anatomy::AnatomyError),
-    /// The mesh has a head, but its face is not carried.
+    /// The mesh has a head, but its face is not transferred.
     #[error("the face is not part of the transfer")]
     Cheeks,
-    /// Cheeks, forehead and nose show no colour, or many.
+    /// Cheeks and nose show too few colours or too different ones.
     #[error("no skin detected on the cheeks: {0}")]
     Skin(#[from] crate::skin::SkinError),
-    /// A picture that is not one of labels.
+    /// An image that is not a label image.
     #[error(
-        "a label image must have at most 5 % of its texels in other than label colours, got {:.0} %",
+        "{:.0} % of the texels have no label colour (must be at most 5 %)",
         .share * 100.0
     )]
     Colors {
-        /// How much of it has other colours, 0 to 1.
+        /// Fraction of its texels in other colours, 0 to 1.
         share: f64,
     },
 }
 
-/// How far each texel of a body's texture is skin: grey data, up to 1024 texels a side, 255 for skin. Lips are half, hair,
-/// brows, eyes, the inside of the mouth and cloth are not.
+/// A skin mask for a body's texture: grey data, 1024 × 1024 texels, 255 for skin. Lips are
+/// half; hair, brows, eyes, the inside of the mouth and cloth are 0.
 ///
-/// Skin of the body is what hangs together with the face over no step of colour, and hands, feet, arms and legs of the
-/// same colour that cloth keeps apart. Cloth of skin's colour is told by the step at its edge.
+/// Skin is what is connected to the face without a colour step, and hands, feet, arms and
+/// legs of the same colour that cloth separates from it. Skin-coloured cloth is detected by
+/// the step at its edge.
 ///
 /// - `texture`: in the mesh's layout, of any size.
 ///
 /// # Errors
-/// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if neither the face nor the neck is of one colour.
+/// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if neither the
+/// face nor the neck has a uniform colour.
 pub fn skin_of_body(mesh: &Mesh, texture: &Texture) -> Result<Texture, LabelError> {
     Ok(body_skin(&BodyLayout::new(mesh)?, texture, None)?)
 }
 
-/// What the texels of a layout show, softly.
+/// A soft segmentation of a layout's texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
     size: Size,
-    /// For each texel how far it is each label, in the order of [`Label::ALL`]; together about 1.
+    /// For each texel its weight for each label, in the order of [`Label::ALL`]; they sum to
+    /// about 1.
     weights: Vec<[f32; 8]>,
 }
 
-/// Colours of a picture of labels that are farther than this from every label's, squared, are none of them. Lossy
-/// images and soft brushes stay closer.
+/// Squared distance beyond which a colour of a label image matches no label. Lossy compression and
+/// soft brushes stay below.
 const FAR: i32 = 60 * 60;
 
 impl Labels {
-    /// Finds what the texture of a head, or of a body with one, shows.
+    /// Labels the texture of a head, or of a body with a head.
     ///
     /// - `texture`: in the mesh's layout, of any size.
     ///
     /// # Errors
-    /// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if the cheeks are not of one colour.
+    /// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if the cheeks have no
+    /// uniform colour.
     pub fn new(mesh: &Mesh, texture: &Texture) -> Result<Self, LabelError> {
         let head = HeadLayout::new(mesh, &vec![true; mesh.faces().len()])?;
         Self::find(&head, texture)
     }
 
-    /// From a picture: each texel is the label whose colour is nearest; edges are softened by a texel.
+    /// Reads a label image: each texel gets the label with the nearest colour; edges are
+    /// softened by one texel.
     ///
-    /// - `picture`: of any size, as [`Labels::picture`] draws it.
+    /// - `picture`: of any size, in the colours of [`Labels::picture`].
     ///
     /// # Errors
-    /// [`LabelError::Colors`] if more than 5 % of it have other colours.
+    /// [`LabelError::Colors`] if more than 5 % of its texels have other colours.
     pub fn from_picture(picture: &Texture) -> Result<Self, LabelError> {
         let size = picture.size();
         let mut far = 0_usize;
@@ -198,40 +205,41 @@ impl Labels {
         Ok(Self { size, weights }.softened())
     }
 
-    /// A picture of them: each texel in the colour of the label that it is most.
+    /// Draws the labels as an image: each texel in the colour of its dominant label.
     pub fn picture(&self) -> Texture {
         let texels = self.weights.iter().flat_map(|weights| dominant(weights).color()).collect();
         Texture::new(self.size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
             .expect("the size is that of a texture")
     }
 
-    /// How large the grid is.
+    /// The size of the label grid.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// How far a texel is a label, 0 to 1.
+    /// A texel's weight for a label, 0 to 1.
     ///
     /// # Panics
-    /// If there is no such texel.
+    /// If `x` or `y` is outside the grid.
     pub fn weight(&self, label: Label, x: u32, y: u32) -> f32 {
         assert!(x < self.size.width && y < self.size.height, "no texel {x}, {y}");
         self.weights[(y * self.size.width + x) as usize][label as usize]
     }
 
-    /// How far the texel at a UV coordinate is a label, 0 to 1.
+    /// The weight for a label of the texel at a UV coordinate, 0 to 1.
     pub(crate) fn at_uv(&self, label: Label, uv: [f64; 2]) -> f32 {
         let Size { width, height } = self.size;
         let place = |at: f64, side: u32| ((at * f64::from(side)) as u32).min(side - 1);
         self.weight(label, place(uv[0], width), place(uv[1], height))
     }
 
-    /// Whether there is anything that leaves the region.
+    /// Whether any texel is dominated by cloth, which is cut out of the region.
     pub(crate) fn has_cloth(&self) -> bool {
         self.weights.iter().any(|weights| weights[Label::Cloth as usize] > 0.5)
     }
 
-    /// White for what stays in the region: all but cloth and what is nearer to it than a distance in texels.
+    /// A mask of what stays in the region, white: all but cloth and the texels within `margin`
+    /// texels of it.
     pub(crate) fn kept(&self, margin: f64) -> Texture {
         let Size { width, height } = self.size;
         let is_cloth = |texel: usize| self.weights[texel][Label::Cloth as usize] >= 0.5;
@@ -263,7 +271,8 @@ impl Labels {
             .expect("the size is that of a texture")
     }
 
-    /// How far texels take on another tone, and how far they stay in the region: two channels of data.
+    /// Two channels of data: the weight of a change of skin tone, and the weight with which
+    /// texels stay in the region.
     pub(crate) fn controls(&self) -> Texture {
         let level = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         let texels = self.weights.iter().flat_map(|weights| {
@@ -276,7 +285,8 @@ impl Labels {
             .expect("the size is that of a texture")
     }
 
-    /// The same with nothing that leaves the region: cloth is something other.
+    /// The same with cloth relabelled as [`Label::Other`], so that nothing is cut out of the
+    /// region.
     #[must_use]
     pub fn keeping_all(mut self) -> Self {
         for weights in &mut self.weights {
@@ -285,7 +295,7 @@ impl Labels {
         self
     }
 
-    /// Averaged with the texels around, three by three.
+    /// Blurred with a 3 × 3 binomial filter.
     fn softened(self) -> Self {
         let Size { width, height } = self.size;
         let (width, height) = (width as usize, height as usize);

@@ -1,4 +1,4 @@
-//! What islands that lost an overlap would have at the texels that they share.
+//! The values of islands that lost an overlap, at the texels they share with the winner.
 
 use std::ops::Range;
 
@@ -10,15 +10,15 @@ use crate::pair::Pair;
 use crate::threads::map_indices_with;
 
 impl SamplingMap {
-    /// Where the texels that several islands cover would be read if the last of their owners had
-    /// them rather than the first: the same map with the order of `options` reversed, but only the
-    /// texels for which both maps have a position, each in another island. `None` if there are none.
+    /// Source positions of overlapping texels if the last of their owners had them rather than the
+    /// first: the map with the island order of `options` reversed, restricted to the texels for
+    /// which both maps have a position, but in different islands. `None` if there are none.
     ///
-    /// That is what islands share, with the fringe and the gutter around it; the mean of what both
-    /// maps read there is a blend of two eyes on one disc, with an edge as clean as either's. Its
-    /// [`MapStats`] count these texels alone.
+    /// These are the texels that islands share, with the fringe and the gutter around them. The
+    /// mean of what both maps read there blends, for instance, two eyes on one disc, with an edge
+    /// as clean as that of either eye. Its [`MapStats`] count these texels alone.
     ///
-    /// - `pair`, `options`: those that this map was made with.
+    /// - `pair`, `options`: those that this map was built with.
     pub fn beneath(&self, pair: &Pair, options: &MapOptions) -> Option<Self> {
         if self.stats().overlapping == 0 {
             return None;
@@ -64,7 +64,8 @@ impl SamplingMap {
     }
 }
 
-/// Calls `visit` with the runs of two sorted lists that share texels, and the texels.
+/// Calls `visit` with every two runs of two sorted lists that overlap, and the texels that they
+/// share.
 fn for_each_shared(a: &[Run], b: &[Run], mut visit: impl FnMut(&Run, &Run, Range<u32>)) {
     let mut first = 0;
     for run in a {
@@ -84,7 +85,8 @@ mod tests {
     use crate::pair::Direction;
     use crate::texture::Size;
 
-    /// Squares of two triangles each, by their left, top, right and bottom, and where each is in `x`.
+    /// Squares of two triangles each, given by left, top, right and bottom, and by their position
+    /// in `x`.
     fn squares(squares: &[([f32; 4], f32)]) -> Mesh {
         let (mut uv, mut positions, mut faces) = (Vec::new(), Vec::new(), Vec::new());
         for (square, &([left, top, right, bottom], x)) in (0..).zip(squares) {
@@ -97,8 +99,9 @@ mod tests {
 
     const SHARED: [f32; 4] = [0.25, 0.25, 0.5, 0.5];
 
-    /// Two squares on one place, the second moved by a share of a texel of 64; one that covers them
-    /// in part; and one by itself. Everything is linked, each square to one of its own.
+    /// Two coincident squares, the second shifted by a fraction of a texel at size 64; one
+    /// that covers them in part; and one by itself. Everything is linked, each square to a
+    /// square of its own.
     fn pair(moved: f32) -> Pair {
         let second = [SHARED[0] + moved, SHARED[1], SHARED[2] + moved, SHARED[3]];
         let target = squares(&[
@@ -116,7 +119,7 @@ mod tests {
         SamplingMap::new(pair, Direction::Forward, Size::square(64), &options)
     }
 
-    /// The square that each texel is read for, row by row.
+    /// The square that owns each texel, row by row.
     fn squares_of(map: &SamplingMap) -> Vec<Option<u32>> {
         let mut found = vec![None; map.size().texels()];
         for row in 0..map.size().height {
@@ -137,21 +140,21 @@ mod tests {
             let count = |found: &[Option<u32>], square| {
                 found.iter().filter(|&&found| found == Some(square)).count()
             };
-            // Whoever comes first has all of its 16 by 16 texels and more around them, and of the
-            // other not even the gutter is left.
+            // The first square has all of its 16 by 16 texels and more around them; not even the
+            // gutter of the other is left.
             assert!(count(&found[0], 1) > 400 && count(&found[0], 0) == 0, "{moved}");
             assert!(count(&found[1], 0) > 400 && count(&found[1], 1) == 0, "{moved}");
             for (left, right) in found[0].iter().zip(&found[1]) {
                 assert!(left == right || *left == Some(1) || *right == Some(0), "{moved}");
             }
         }
-        // The one with the lowest face is the right one here.
+        // Here the square with the lowest face is the right one.
         let first = squares_of(&map(&pair(0.0), Prefer::First));
         assert_eq!(first, squares_of(&map(&pair(0.0), Prefer::Right)));
     }
 
     #[test]
-    fn beneath_lies_what_the_last_owner_reads() {
+    fn beneath_reads_what_the_last_owner_reads() {
         let pair = pair(0.0);
         for prefer in [Prefer::First, Prefer::Left, Prefer::Right] {
             let options = MapOptions { prefer, ..MapOptions::with_gutter(4) };
@@ -170,10 +173,10 @@ mod tests {
             }
             let stats = beneath.stats();
             assert_eq!(stats.linked + stats.gutter, differing);
-            // All that the two on one place share is there, and some around it.
+            // Everything that the coincident squares share is present, and some texels around it.
             assert!((16..32).all(|y| (16..32).all(|x| found[y * 64 + x].is_some())), "{prefer:?}");
             assert!(differing > 256, "{prefer:?} {stats:?}");
-            // Positions are those of the whole map.
+            // Source positions are those of the unrestricted map.
             for row in 0..size.height {
                 for run in beneath.row(row) {
                     let inside =

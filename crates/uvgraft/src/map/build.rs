@@ -1,18 +1,24 @@
-//! Building a map: patches first, then runs, block of rows by block.
+//! Building a map: patches first, then runs, in blocks of rows.
 
 use super::coverage::{LayoutTriangles, Span, Sweep, corners_px};
 use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
+use super::gutter_rows::{GutterRows, merge};
 use super::rows::{Block, Draft, Rows};
-use super::surroundings::{Surroundings, merge};
 use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap};
 use crate::pair::{Direction, Oriented};
 use crate::piece::wide;
 use crate::texture::Size;
 use crate::threads::{extend_indices, join, map_indices_with};
 
-/// - `gutter_px`: how many texels beyond the islands are filled.
-/// - `precedence`: of the layout that is filled.
+/// Builds a map in parallel over blocks of rows.
+///
+/// Overlaps take two passes. The first assigns texels to islands and collects which island lost
+/// texels to which. Only then is it known where an island's fringe displaces its losers, so the
+/// second pass rebuilds the blocks that such fringes reach.
+///
+/// - `gutter_px`: width of the gutter around islands, in texels.
+/// - `precedence`: of the islands of the target layout.
 pub(super) fn build(
     oriented: &Oriented<'_>,
     direction: Direction,
@@ -40,18 +46,19 @@ pub(super) fn build(
     let new_worker = || Worker::new(size.width);
     let mut parts =
         map_indices_with(blocks, new_worker, |worker, block| worker.build(&plan, block, None));
-    // Who lost texels to whom is known by now, and decides about a few texels around them.
+    // Which islands lost texels to which is known only now, and affects a few texels
+    // around the overlaps.
     let mut clashes: Vec<(u32, u32)> =
         parts.iter_mut().flat_map(|part| std::mem::take(&mut part.clashes)).collect();
     clashes.sort_unstable();
     clashes.dedup();
     if !clashes.is_empty() {
         let winners = plan.border.winners(clashes);
-        let concerned = winners.concerned();
-        let again = map_indices_with(concerned.len(), new_worker, |worker, index| {
-            worker.build(&plan, concerned[index], Some(&winners))
+        let affected = winners.affected();
+        let again = map_indices_with(affected.len(), new_worker, |worker, index| {
+            worker.build(&plan, affected[index], Some(&winners))
         });
-        for (block, part) in concerned.into_iter().zip(again) {
+        for (block, part) in affected.into_iter().zip(again) {
             parts[block] = part;
         }
     }
@@ -67,14 +74,14 @@ pub(super) fn build(
     SamplingMap { size, direction, runs, patches, gutter_patches, stats }
 }
 
-/// The patches of all pieces, in the order of the faces that they fill, and which are whose.
+/// The patches of all pieces, in the order of their target faces, and the patches of each face.
 fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patch>) {
     let Oriented { from, to, pieces } = oriented;
     let mut of_faces = FacePatches::none(to.faces().len());
     let mut patches = Vec::with_capacity(pieces.all().len());
     for (number, &piece) in (0..).zip(pieces.all()) {
-        // A source triangle without area is a line or a point, and still has a colour: its
-        // texels take that rather than stay a hole. Only the target's area is divided by.
+        // A source triangle without area is a line or a point, which still has a colour: its texels
+        // take that colour instead of staying a hole. Only the target's area is divided by.
         let source = wide(from.uv_triangle(piece.from as usize));
         let corners_px = corners_px(to, piece.to as usize, size);
         let src_uv = pieces.at_corners(piece, source);
@@ -96,7 +103,7 @@ fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patc
     (of_faces, patches)
 }
 
-/// What all blocks depend on.
+/// Shared input of all blocks.
 struct Plan<'a> {
     layout: LayoutTriangles<'a>,
     precedence: Precedence,
@@ -105,21 +112,21 @@ struct Plan<'a> {
     gutter_patches: u32,
 }
 
-/// The runs of a block, and what was found on the way.
+/// The runs of a block, its texel counts, and pairs of islands that share texels.
 struct BuiltBlock {
     runs: Block<Run>,
     stats: MapStats,
     clashes: Vec<(u32, u32)>,
 }
 
-/// Buffers, kept from block to block.
+/// Buffers, reused from block to block.
 struct Worker {
     sweep: Sweep,
-    around: Surroundings,
+    around: GutterRows,
     runs: Draft<Run>,
-    /// Of the row that is worked on: what linked triangles own.
+    /// Runs of the current row that linked triangles own.
     owned: Vec<Run>,
-    /// Of a face that is cut: which parts have which texels.
+    /// Spans of the current row that the parts of a face cover.
     claims: Vec<Span>,
 }
 
@@ -127,13 +134,17 @@ impl Worker {
     fn new(width: u32) -> Self {
         Self {
             sweep: Sweep::new(width),
-            around: Surroundings::new(width),
+            around: GutterRows::new(width),
             runs: Draft::new(),
             owned: Vec::new(),
             claims: Vec::new(),
         }
     }
 
+    /// Builds the runs of one block: texel owners of each row, less those stolen by fringes,
+    /// merged with the gutter.
+    ///
+    /// - `winners`: on the second pass, the edges of islands that won overlaps.
     fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> BuiltBlock {
         let Self { sweep, around, runs, owned, claims } = self;
         if winners.is_some() {
@@ -142,13 +153,13 @@ impl Worker {
             sweep
                 .cover(&plan.layout, &plan.precedence, block, |face| plan.of_faces.is_linked(face));
         }
-        around.enter(&plan.border, block, |row| sweep.covered(row));
+        around.begin_block(&plan.border, block, |row| sweep.covered(row));
         let mut stats =
             MapStats { linked: 0, gutter: 0, covered: 0, overlapping: sweep.overlapping };
         runs.clear();
         for (row, index) in plan.layout.blocks.rows(block).zip(0..) {
             let spans = sweep.spans.row(index);
-            around.beside(&plan.border, block, row);
+            around.find_gutter(&plan.border, block, row);
             if let Some(winners) = winners {
                 let islands = plan.precedence.islands();
                 around.steal(&plan.border, winners, islands, block, row, spans);
@@ -181,7 +192,7 @@ fn texels(runs: &[Run]) -> usize {
     runs.iter().map(|run| run.len as usize).sum()
 }
 
-/// Adds a run for the texels of a span that are not in `holes` (sorted).
+/// Adds runs for the texels of a span that are not in `holes`, which must be sorted.
 fn push_without(runs: &mut Vec<Run>, span: Span, patch: u32, holes: &[u32]) {
     let mut x = span.start;
     let first = holes.partition_point(|&hole| hole < span.start);

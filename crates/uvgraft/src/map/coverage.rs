@@ -1,4 +1,4 @@
-//! Which triangle of a layout owns which texel.
+//! Coverage of a layout: which triangle owns which texel.
 
 use std::ops::Range;
 
@@ -10,15 +10,16 @@ use crate::raster::ScanTriangle;
 use crate::texture::{Size, Texture};
 use crate::threads::{map_indices, map_indices_with};
 
-/// The owner of every texel that a layout covers, as spans.
+/// The owner of every texel that a layout covers, as spans per row.
 ///
-/// Where triangles overlap, the island that comes first owns the texel, and within an island the
-/// lowest face.
+/// Where triangles overlap, the island with the lowest rank owns the texel, and within an
+/// island the lowest face.
 pub(crate) struct Coverage {
     rows: Rows<Span>,
     /// Texels that more than one triangle covers.
     pub overlapping: usize,
-    /// Pairs of islands that share texels, sorted: the one that owns them, the one that lost them.
+    /// Pairs of islands that share texels, sorted: the island that owns them, then the
+    /// one that lost them.
     pub clashes: Vec<(u32, u32)>,
     size: Size,
 }
@@ -31,13 +32,13 @@ pub(crate) struct Span {
     pub face: u32,
 }
 
-/// Where the corners of a face lie in a texture of `size`, in texels.
+/// The corners of a face in a texture of `size`, in texels.
 pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] {
     let scale = [f64::from(size.width), f64::from(size.height)];
     mesh.uv_triangle(face).map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
 }
 
-/// A layout's triangles at one size, bucketed by the rows that they touch.
+/// The triangles of a layout at one size, bucketed by the blocks of rows that they touch.
 pub(crate) struct LayoutTriangles<'a> {
     pub mesh: &'a Mesh,
     pub size: Size,
@@ -46,7 +47,7 @@ pub(crate) struct LayoutTriangles<'a> {
 
 impl<'a> LayoutTriangles<'a> {
     /// # Panics
-    /// If there are no textures of `size`.
+    /// If `size` is not a valid texture size.
     pub fn new(mesh: &'a Mesh, size: Size) -> Self {
         let sides = 1..=Texture::MAX_SIDE;
         assert!(
@@ -60,18 +61,18 @@ impl<'a> LayoutTriangles<'a> {
         Self { mesh, size, blocks: RowBlocks::new(size.height, &rows) }
     }
 
-    /// The triangles that may own texels of a block, with their faces, in the order of these.
+    /// The triangles that may own texels of a block, with their faces, in ascending order of faces.
     ///
-    /// - `wanted`: told the columns that a triangle lies between, in texels, whether it is wanted.
+    /// - `needed`: given the column range of a triangle, in texels, decides whether to include it.
     pub fn triangles(
         &self,
         block: usize,
-        wanted: impl Fn(Range<f64>) -> bool,
+        needed: impl Fn(Range<f64>) -> bool,
     ) -> impl Iterator<Item = (u32, ScanTriangle)> {
         self.blocks.items(block).iter().filter_map(move |&face| {
             let corners = corners_px(self.mesh, face as usize, self.size);
             let [a, b, c] = corners.map(|corner| corner[0]);
-            if !wanted(a.min(b).min(c)..a.max(b).max(c)) {
+            if !needed(a.min(b).min(c)..a.max(b).max(c)) {
                 return None;
             }
             ScanTriangle::new(corners, self.size).map(|triangle| (face, triangle))
@@ -96,7 +97,7 @@ impl Coverage {
         Self { rows, overlapping, clashes, size }
     }
 
-    /// The face that owns the texel that a point lies in.
+    /// The face that owns the texel containing a point.
     pub fn owner(&self, [x, y]: [f64; 2]) -> Option<u32> {
         let inside = (0.0..f64::from(self.size.width)).contains(&x)
             && (0.0..f64::from(self.size.height)).contains(&y);
@@ -112,35 +113,37 @@ impl Coverage {
     }
 }
 
-/// Puts the spans of a block of rows in order, and gives each texel one owner. Nothing is sorted: a
-/// span is stored at the column where it starts, and the columns that hold one are read off a bit set.
+/// Sweeps a block of rows: puts the spans of triangles in order and gives each texel one owner.
+/// Nothing is sorted: a span is stored at the column where it starts, and the columns that hold one
+/// are read off a bit set.
 pub(crate) struct Sweep {
     width: u32,
-    /// Words of a set of columns.
+    /// Number of words in a bit set of columns.
     words: usize,
-    /// For each row, the columns that are covered.
+    /// For each row, the bit set of covered columns.
     covered: Vec<u64>,
-    /// For each row, the columns where spans start.
+    /// For each row, the bit set of columns where spans start.
     starts: Vec<u64>,
-    /// For each texel where spans start, the last that was found of them.
+    /// For each texel where spans start, the one stored last.
     slots: Vec<Slot>,
-    /// Those that others were found after.
+    /// Spans that were displaced from `slots` by later ones.
     earlier: Vec<Slot>,
-    contest: Contest,
-    /// The spans of the block: each row's from left to right, none overlapping another.
+    overlap: OverlapResolver,
+    /// The spans of the block, disjoint and from left to right in each row.
     pub spans: Draft<Span>,
     /// Texels of the block that several triangles cover.
     pub overlapping: usize,
-    /// Pairs of islands that share texels, sorted: the one that owns them, the one that lost them.
+    /// Pairs of islands that share texels, sorted: the island that owns them, then the
+    /// one that lost them.
     pub clashes: Vec<(u32, u32)>,
 }
 
-/// A span that starts at a known texel.
+/// A span; the texel where it starts follows from where it is stored.
 #[derive(Clone, Copy)]
 struct Slot {
     end: u32,
     face: u32,
-    /// The one before it in [`Sweep::earlier`] that starts at the same texel.
+    /// Index in [`Sweep::earlier`] of the previous span that starts at the same texel, or [`NONE`].
     before: u32,
 }
 
@@ -156,26 +159,27 @@ impl Sweep {
             starts: vec![0; bits::words(width) * rows],
             slots: vec![Slot { end: 0, face: 0, before: 0 }; width as usize * rows],
             earlier: Vec::new(),
-            contest: Contest::default(),
+            overlap: OverlapResolver::default(),
             spans: Draft::new(),
             overlapping: 0,
             clashes: Vec::new(),
         }
     }
 
-    /// Finds the owners of a block. Where nothing overlaps, those that are not `wanted` are left out
-    /// of the spans, not of what is covered.
+    /// Finds the owners of the texels in a block. Faces that are not `needed` are left out
+    /// of the spans, though not out of the covered columns, unless the block has overlaps,
+    /// which need all faces.
     pub fn cover(
         &mut self,
         layout: &LayoutTriangles<'_>,
         precedence: &Precedence,
         block: usize,
-        wanted: impl Fn(u32) -> bool,
+        needed: impl Fn(u32) -> bool,
     ) {
         self.clear();
         let rows = layout.blocks.rows(block);
         for (face, triangle) in layout.triangles(block, |_| true) {
-            let wanted = wanted(face);
+            let needed = needed(face);
             for (row, span) in triangle.spans(&rows) {
                 if span.is_empty() {
                     continue;
@@ -184,7 +188,7 @@ impl Sweep {
                 if bits::claim(&mut self.covered[row * self.words..][..self.words], &span) {
                     return self.cover_all(layout, precedence, block);
                 }
-                if wanted {
+                if needed {
                     self.store(row, &span, face);
                 }
             }
@@ -192,7 +196,7 @@ impl Sweep {
         self.collect(rows.len(), precedence);
     }
 
-    /// Finds the owners of a block, all of them.
+    /// Finds the owners of the texels in a block, with overlaps and all faces.
     pub fn cover_all(
         &mut self,
         layout: &LayoutTriangles<'_>,
@@ -214,7 +218,7 @@ impl Sweep {
         self.collect(rows.len(), precedence);
     }
 
-    /// The covered columns of a row, counted from the block's first.
+    /// The covered columns of a row; `row` counts from the first row of the block.
     pub fn covered(&self, row: usize) -> &[u64] {
         &self.covered[row * self.words..][..self.words]
     }
@@ -242,7 +246,7 @@ impl Sweep {
         *slot = Slot { end: span.end, face, before };
     }
 
-    /// Takes the spans of all rows out.
+    /// Moves the stored spans of all rows to `spans`.
     fn collect(&mut self, rows: usize, precedence: &Precedence) {
         for row in 0..rows {
             self.collect_row(row, precedence);
@@ -251,18 +255,19 @@ impl Sweep {
         self.clashes.dedup();
     }
 
-    /// Takes the spans of a row out, from left to right.
+    /// Moves the stored spans of a row to `spans`, from left to right.
     fn collect_row(&mut self, row: usize, precedence: &Precedence) {
         let starts = &self.starts[row * self.words..][..self.words];
         let slots = &self.slots[row * self.width as usize..][..self.width as usize];
         let spans = &mut self.spans;
-        // Where the spans so far end, and the first of those that overlap each other.
+        // The end of the spans so far, and the index of the first span of the current
+        // overlapping group.
         let (mut end, mut first) = (0, spans.items.len());
-        for start in bits::numbers(starts) {
+        for start in bits::members(starts) {
             if end <= start {
                 if spans.items.len() > first + 1 {
                     self.overlapping +=
-                        self.contest.settle(&mut spans.items, first, precedence, &mut self.clashes);
+                        self.overlap.settle(&mut spans.items, first, precedence, &mut self.clashes);
                 }
                 first = spans.items.len();
             }
@@ -278,24 +283,24 @@ impl Sweep {
         }
         if spans.items.len() > first + 1 {
             self.overlapping +=
-                self.contest.settle(&mut spans.items, first, precedence, &mut self.clashes);
+                self.overlap.settle(&mut spans.items, first, precedence, &mut self.clashes);
         }
         spans.end_row();
     }
 }
 
-/// Who of several triangles that cover the same texels owns them; buffers.
+/// Decides which of several triangles owns the texels that they cover; buffers.
 #[derive(Default)]
-struct Contest {
+struct OverlapResolver {
     claims: Vec<Span>,
     owners: Vec<u32>,
     shared: Vec<bool>,
 }
 
-impl Contest {
-    /// Replaces the spans from `first` on, which overlap one another, by those of the owners: of
-    /// those who claim a texel the first by the rank of islands, then faces. Gives how many texels
-    /// are shared.
+impl OverlapResolver {
+    /// Replaces the overlapping spans from `first` on by spans of the owners: a texel goes to
+    /// the claimant with the lowest rank of its island, then the lowest face. Returns the
+    /// number of shared texels.
     fn settle(
         &mut self,
         spans: &mut Vec<Span>,
@@ -350,7 +355,7 @@ mod tests {
     use super::super::Prefer;
     use super::*;
 
-    /// Squares of two triangles each, given by their left, top, right and bottom.
+    /// Squares of two triangles each, given by left, top, right and bottom.
     fn squares(squares: &[[f32; 4]]) -> Mesh {
         let mut uv = Vec::new();
         let mut faces = Vec::new();

@@ -1,7 +1,7 @@
-//! Faces that several pieces share: which of these owns which texels of the face.
+//! Faces with several pieces: which piece owns which texels of the face.
 //!
-//! Who of several faces owns a texel is decided for whole faces. Only then are a face's texels divided among
-//! its pieces, so that pieces never change what a layout covers.
+//! Ownership among overlapping faces is decided for whole faces. Only then are the texels of a face
+//! divided among its pieces, so pieces never change what a layout covers.
 
 use super::coverage::Span;
 use crate::piece::{Weights, mixed};
@@ -19,17 +19,17 @@ const NONE: u32 = u32::MAX;
 const CORNERS: [Weights; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const CUT: u32 = 1 << 31;
 
-/// What one face has.
+/// The patches of one face.
 pub(super) enum FacePatch<'a> {
-    /// Nothing is linked to it.
+    /// No piece is linked to it.
     None,
     /// One patch for all of it.
     One(u32),
-    /// Several, or one for a part of it.
+    /// Several patches, or one patch for a part of the face.
     Cut(&'a CutFace),
 }
 
-/// A face whose pieces are parts of it.
+/// A face whose pieces each cover a part of it.
 #[derive(Default)]
 pub(super) struct CutFace {
     parts: Vec<CutPart>,
@@ -37,7 +37,7 @@ pub(super) struct CutFace {
 
 struct CutPart {
     patch: u32,
-    /// Its corners in the face.
+    /// Barycentric coordinates of its corners in the face.
     weights: [Weights; 3],
     corners_px: [[f64; 2]; 3],
     texels: Option<ScanTriangle>,
@@ -48,17 +48,17 @@ impl FacePatches {
         Self { of_face: vec![NONE; faces], cut: Vec::new() }
     }
 
-    /// - `corners_px`: the face's.
+    /// - `corners_px`: corners of the face.
     pub fn add_whole(&mut self, face: u32, patch: u32, corners_px: [[f64; 2]; 3], size: Size) {
         match self.of_face[face as usize] {
             NONE => self.of_face[face as usize] = patch,
-            // Parts that come first own theirs, and this one the rest.
+            // Earlier parts own their texels, this one the rest.
             _ => self.add_part(face, patch, CORNERS, corners_px, size),
         }
     }
 
-    /// - `weights`: of the part's corners in the face.
-    /// - `corners_px`: the face's corners.
+    /// - `weights`: barycentric coordinates of the part's corners in the face.
+    /// - `corners_px`: corners of the face.
     pub fn add_part(
         &mut self,
         face: u32,
@@ -96,7 +96,10 @@ impl FacePatches {
 }
 
 impl CutFace {
-    /// Calls `push` with what each part owns of a span of the face, from left to right, and its patch.
+    /// Splits a span of the face among its parts: calls `push` with each sub-span, from left to
+    /// right, and the patch of its part. Where parts overlap, the first one owns the texel. Parts
+    /// are rasterised by themselves, so rounding can leave texels on their edges without an owner;
+    /// `patch_at_edge` closes these gaps.
     ///
     /// - `claims`: a buffer.
     pub fn split(
@@ -115,7 +118,7 @@ impl CutFace {
         }
         let mut x = span.start;
         while x < span.end {
-            // The first part that has the texel, as far as no part before it begins.
+            // The first part that covers the texel, up to where an earlier part begins.
             let mut owner = None;
             let mut end = span.end;
             for claim in claims.iter() {
@@ -129,9 +132,10 @@ impl CutFace {
                 }
             }
             let owner = owner.or_else(|| {
-                // Of what no part has, only this texel is looked at: its neighbour may be another's.
+                // No part covers this texel. Decide for it alone, since its neighbour may
+                // belong to another part.
                 end = x + 1;
-                self.beside(x, row)
+                self.patch_at_edge(x, row)
             });
             if let Some(patch) = owner {
                 push(Span { start: x, end, ..span }, patch);
@@ -140,9 +144,9 @@ impl CutFace {
         }
     }
 
-    /// The patch of a part that a texel's centre is on the edge of, but for rounding: edges of parts that lie on
-    /// the face's own, or on each other, are not to the bit where these are.
-    fn beside(&self, x: u32, row: u32) -> Option<u32> {
+    /// The patch of a part on whose edge a texel's centre lies, within rounding: the edges of parts
+    /// that lie on the face's own edges, or on each other, do not match them to the bit.
+    fn patch_at_edge(&self, x: u32, row: u32) -> Option<u32> {
         const ROUNDING_PX: f64 = 1e-6;
         let centre = [f64::from(x) + 0.5, f64::from(row) + 0.5];
         let is_near = |part: &&CutPart| {
@@ -161,10 +165,10 @@ impl CutFace {
         self.parts.iter().find(is_near).map(|part| part.patch)
     }
 
-    /// One of the face's edges in stretches: from where to where along it each lies, 0 to 1, and the patch of
-    /// the part that it bounds.
+    /// Divides one of the face's edges among its parts: parameter ranges along the edge, within 0
+    /// to 1, each with the patch of the part that it bounds.
     ///
-    /// - `corner`: of the face, where the edge begins.
+    /// - `corner`: the corner of the face at which the edge begins.
     pub fn along(&self, corner: usize) -> impl Iterator<Item = ([f64; 2], Option<u32>)> {
         const ROUNDING: f64 = 1e-9;
         let (next, opposite) = ((corner + 1) % 3, (corner + 2) % 3);
@@ -187,7 +191,7 @@ impl CutFace {
             if joint <= at + ROUNDING {
                 continue;
             }
-            // Of parts that overlap the first owns, as inside the face.
+            // Where parts overlap, the first one owns the range, as inside the face.
             let middle = 0.5 * (at + joint);
             let owner = parts.iter().find(|&&(from, to, _)| from < middle && middle < to);
             let patch = owner.map(|&(.., patch)| patch);
@@ -197,7 +201,7 @@ impl CutFace {
             }
             at = joint;
         }
-        // Ends of the edge are its own to the bit.
+        // Snap to the ends of the edge, so that they match to the bit.
         let end = |t: f64| {
             if t <= ROUNDING {
                 0.0
@@ -211,13 +215,13 @@ impl CutFace {
     }
 }
 
-/// From a point to the nearest of a line between two others.
+/// The distance between a point and a line segment.
 fn distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let along = [to[0] - from[0], to[1] - from[1]];
     let offset = [point[0] - from[0], point[1] - from[1]];
     let squared = along[0] * along[0] + along[1] * along[1];
     let t = (offset[0] * along[0] + offset[1] * along[1]) / squared;
-    // An edge without length is its first end.
+    // A segment without length is its first end (`t` is NaN).
     let t = if t > 0.0 { t.min(1.0) } else { 0.0 };
     (offset[0] - t * along[0]).hypot(offset[1] - t * along[1])
 }
@@ -245,7 +249,7 @@ mod tests {
     fn parts_share_all_texels_of_a_face() {
         let mut rng = fastrand::Rng::with_seed(4);
         for round in 0..200 {
-            // On whole and half texels too, where edges run through centres.
+            // Also on whole and half texels, where edges run through texel centres.
             let grain = [0.0, 0.5, 1.0][round % 3];
             let mut place = || {
                 let at = rng.f64() * 64.0;
@@ -277,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_part_has_stays_free() {
+    fn texels_of_no_part_stay_free() {
         // The upper half of a square's upper left triangle.
         let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];
         let half = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.0, 0.5]];
@@ -296,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn of_parts_that_overlap_the_first_owns() {
+    fn the_first_of_overlapping_parts_owns() {
         let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];
         let left = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]];
         let of_faces = face(&[left, CORNERS], corners_px);
@@ -308,7 +312,7 @@ mod tests {
         assert_eq!(found, [(0, 16, 0), (16, 31, 1)]);
     }
 
-    /// A whole after a part has what the part leaves, inside and along the edges.
+    /// A whole piece added after a part gets what the part leaves, inside and along the edges.
     #[test]
     fn a_whole_fills_what_parts_leave() {
         let corners_px = [[0.0, 0.0], [32.0, 0.0], [0.0, 32.0]];

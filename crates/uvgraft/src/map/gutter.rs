@@ -1,11 +1,12 @@
-//! What lies just outside the islands: the gutter, and the fringe of islands that won an overlap.
+//! The texels just outside islands: the gutter, and the fringe of islands that won an overlap.
 //!
-//! A texel of the gutter belongs to the nearest border edge. Up to [`REACH_PX`] beyond the edge its
-//! source position is the triangle's map carried on. Farther out it stands still, as far inside the
-//! edge: what lies beyond the edge in the source may be no part of what is carried, and would be
-//! drawn out into streaks. Positions are affine within each of these zones.
+//! A gutter texel belongs to the nearest boundary edge. Up to [`REACH_PX`] beyond the edge, its
+//! source position extrapolates the affine map of the triangle. Farther out the position is clamped
+//! to a line just as far inside the edge: source texels beyond the edge may not belong to the
+//! transferred surface, and extrapolating into them would smear them into streaks. Source positions
+//! are affine within each of these zones.
 //!
-//! Here are the edges; which is nearest to what is found in `surroundings`.
+//! This module holds the edges; `gutter_rows` finds the nearest edge of each texel.
 
 use std::ops::Range;
 
@@ -13,26 +14,26 @@ use super::coverage::corners_px;
 use super::cut::{FacePatch, FacePatches};
 use super::rows::RowBlocks;
 use super::{Affine, FAR_PX};
-use crate::islands::{BorderEdge, Islands};
+use crate::islands::{BoundaryEdge, Islands};
 use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-/// How far beyond an edge the source position still moves, in target texels, and never farther than
-/// a third of the triangle's height. Bilinear filtering of the result at the edge weighs what lies up to half a
-/// texel beyond most.
+/// Distance beyond an edge up to which source positions are extrapolated, in target texels, and
+/// never more than a third of the triangle's height. When the result is filtered bilinearly at the
+/// edge, texels up to half a texel beyond it have the largest weights.
 pub(crate) const REACH_PX: f64 = 0.5;
 
-/// How far an island that won an overlap keeps the loser away, in target texels: what bilinear
-/// filtering at the winner's edge can read, with its diagonal.
+/// Width of the fringe that an island that won an overlap claims from the loser, in target texels:
+/// what bilinear filtering at the winner's edge can read, diagonally too.
 pub(crate) const FRINGE_PX: f64 = 1.5;
 
-/// Where a texel lies relative to its nearest edge.
+/// Position of a texel relative to its nearest edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Zone {
-    /// Within reach: the triangle's own map, carried on.
+    /// Within reach: the triangle's map, extrapolated.
     Near = 0,
-    /// Beyond reach, beside the edge.
+    /// Beyond reach, along the edge.
     Beside = 1,
     /// Beyond reach, around the edge's first end.
     First = 2,
@@ -42,34 +43,36 @@ pub(super) enum Zone {
 
 pub(super) const ZONES: [Zone; 4] = [Zone::Near, Zone::Beside, Zone::First, Zone::Second];
 
-/// A border edge in texels.
+/// A boundary edge, or the part of one that a piece bounds, in texels.
 pub(super) struct Edge {
-    /// The patch of the piece that it bounds; none where nothing is linked.
+    /// The patch of the piece that it bounds; `None` where nothing is linked.
     patch: Option<u32>,
     pub island: u32,
     pub from: [f64; 2],
     pub along: [f64; 2],
-    /// From where to where along it is meant, from 0 to 1: all of it, but where pieces meet on it. What is
-    /// beside a joint is told from what is around an end, so that joints do not show.
+    /// The part of the edge that the patch bounds, as parameters from 0 to 1: the whole edge unless
+    /// several pieces meet on it. Parameters refer to the whole edge, so a joint between pieces is
+    /// not treated like an end of the edge and does not show.
     pub stretch: [f64; 2],
     pub inverse_squared_length: f64,
     /// Unit normal that points away from the triangle.
     outward: [f64; 2],
-    /// The triangle's middle.
-    middle: [f64; 2],
-    /// How far the triangle's map is carried on in the gutter.
+    /// The triangle's centroid.
+    centroid: [f64; 2],
+    /// Distance up to which the triangle's map is extrapolated in the gutter.
     pub reach_px: f64,
-    /// How far it is carried on in the fringe: all through, so that what the loser had there looks
-    /// like a continuation; but thin triangles are steep, and run away.
+    /// The same in the fringe: all of it, so that what the loser had there looks like a
+    /// continuation of the winner. Thin triangles are an exception: their maps are steep
+    /// and would run away.
     pub fringe_reach_px: f64,
-    /// The rows and columns that the gutter beside it may reach.
+    /// The rows and columns that the gutter along the edge may reach.
     pub rows: Range<u32>,
     pub columns: Range<u32>,
 }
 
 impl Edge {
     /// - `corners`: the edge's ends, then the triangle's third corner.
-    /// - `stretch`: of the edge, and the patch of the piece that it bounds.
+    /// - `stretch`, `patch`: the part of the edge, and the patch of the piece that it bounds.
     fn new(
         [from, to, opposite]: [[f64; 2]; 3],
         (stretch, patch): ([f64; 2], Option<u32>),
@@ -97,7 +100,7 @@ impl Edge {
             stretch,
             inverse_squared_length: 1.0 / (length * length),
             outward,
-            middle: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
+            centroid: [0, 1].map(|axis| (from[axis] + to[axis] + opposite[axis]) / 3.0),
             reach_px,
             fringe_reach_px: if height.abs() >= FRINGE_PX { FRINGE_PX } else { reach_px },
             rows: 0..0,
@@ -108,7 +111,8 @@ impl Edge {
         Some(edge)
     }
 
-    /// Squared distance of a point, and how far along the edge its nearest point lies (0 to 1).
+    /// Squared distance of a point, and the edge parameter (0 to 1) of the nearest point on the
+    /// edge.
     pub fn distance(&self, point: [f64; 2]) -> (f64, f64) {
         let offset = [point[0] - self.from[0], point[1] - self.from[1]];
         let t =
@@ -118,23 +122,23 @@ impl Edge {
         (away[0] * away[0] + away[1] * away[1], t)
     }
 
-    /// The range of texels, on one axis, whose centre may be within `radius`.
+    /// The range of texels on one axis whose centres may be within `radius`.
     pub fn reach(&self, axis: usize, radius: f64, count: u32) -> Range<u32> {
         let (a, b) = (self.from[axis], self.from[axis] + self.along[axis]);
         let index = |edge: f64| (edge.ceil() as u32).min(count);
         index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
     }
 
-    /// Whether it is so far off, or so long, that distances from it are not exact.
+    /// Whether the edge is so far away, or so long, that distances from it are inexact.
     pub fn is_far(&self) -> bool {
         let near = |axis: usize| self.from[axis].abs() + self.along[axis].abs() < FAR_PX;
         !(near(0) && near(1))
     }
 
-    /// The map of one of its zones, from that of its triangle.
+    /// The affine map of one of the edge's zones, derived from that of its triangle.
     fn zone_map(&self, zone: Zone, triangle: &Affine) -> Affine {
         let inside = |end: [f64; 2]| {
-            let aside = [self.middle[0] - end[0], self.middle[1] - end[1]];
+            let aside = [self.centroid[0] - end[0], self.centroid[1] - end[1]];
             let share = (self.reach_px / aside[0].hypot(aside[1])).min(1.0);
             triangle.constant([end[0] + aside[0] * share, end[1] + aside[1] * share])
         };
@@ -150,20 +154,20 @@ impl Edge {
     }
 }
 
-/// The border edges of a layout at one size, bucketed by the rows that their gutter reaches.
+/// The boundary edges of a layout at one size, bucketed by the rows that their gutter reaches.
 pub(super) struct Border {
     pub size: Size,
     pub radius: f64,
-    /// Linked edges first, in the order of their patches: of edges as near as each other the first
-    /// is taken, and where no linked one is near, the others need no asking.
+    /// Linked edges first, in the order of their patches: the first of equally near edges wins, and
+    /// where no linked edge is near, the others need not be checked.
     pub edges: Vec<Edge>,
     pub linked: usize,
     pub blocks: RowBlocks,
 }
 
 impl Border {
-    /// - `lost`: for each edge of the islands, whether another island owns what lies inside it.
-    /// - `radius_px`: how far the gutter reaches.
+    /// - `lost`: for each boundary edge, whether another island owns the texels on its inner side.
+    /// - `radius_px`: width of the gutter.
     /// - `of_faces`: the patches of each face.
     pub fn new(
         mesh: &Mesh,
@@ -174,16 +178,16 @@ impl Border {
         of_faces: &FacePatches,
     ) -> Self {
         let radius = f64::from(radius_px);
-        let corners = |border: BorderEdge| {
+        let corners = |border: BoundaryEdge| {
             let corners = corners_px(mesh, border.face as usize, size);
             [0, 1, 2].map(|k| corners[(usize::from(border.corner) + k) % 3])
         };
-        let island = |border: BorderEdge| islands.of_faces()[border.face as usize];
-        let edge = |border: BorderEdge, stretch: ([f64; 2], Option<u32>)| {
+        let island = |border: BoundaryEdge| islands.of_faces()[border.face as usize];
+        let edge = |border: BoundaryEdge, stretch: ([f64; 2], Option<u32>)| {
             Edge::new(corners(border), stretch, island(border), size, radius)
         };
-        let whole = map_indices(islands.border().len(), |index| {
-            let border = islands.border()[index];
+        let whole = map_indices(islands.boundary_edges().len(), |index| {
+            let border = islands.boundary_edges()[index];
             let patch = match of_faces.of(border.face) {
                 FacePatch::None => None,
                 FacePatch::One(patch) => Some(patch),
@@ -192,7 +196,7 @@ impl Border {
             if lost[index] { None } else { edge(border, ([0.0, 1.0], patch)) }
         });
         let mut edges = Vec::with_capacity(whole.len());
-        for ((&border, whole), lost) in islands.border().iter().zip(whole).zip(lost) {
+        for ((&border, whole), lost) in islands.boundary_edges().iter().zip(whole).zip(lost) {
             edges.extend(whole);
             if let (FacePatch::Cut(face), false) = (of_faces.of(border.face), lost) {
                 let stretches = face.along(usize::from(border.corner));
@@ -211,14 +215,14 @@ impl Border {
         Self { size, radius, linked, blocks: RowBlocks::new(size.height, &reached), edges }
     }
 
-    /// How many patches there are beside the linked edges.
+    /// Number of gutter patches: one for each zone of each linked edge.
     pub fn patches(&self) -> usize {
         self.linked * ZONES.len()
     }
 
-    /// The patch of the piece that a patch of the gutter continues, and how its map follows from that one's.
+    /// The patch that a gutter patch extends, and how its map is derived from that one's.
     ///
-    /// - `patch`: counted from the first patch of the gutter.
+    /// - `patch`: index of the gutter patch, counted from the first one.
     pub fn patch(&self, patch: usize) -> (u32, impl Fn(&Affine) -> Affine) {
         let edge = &self.edges[patch / ZONES.len()];
         let zone = ZONES[patch % ZONES.len()];
@@ -226,9 +230,9 @@ impl Border {
         (beside, move |triangle: &Affine| edge.zone_map(zone, triangle))
     }
 
-    /// The edges of the islands that own what others cover too.
+    /// The edges of islands that own texels which other islands cover too.
     ///
-    /// - `clashes`: pairs of islands, sorted: the one that owns texels, the one that lost them.
+    /// - `clashes`: sorted pairs of islands: the one that owns texels, then the one that lost them.
     pub fn winners(&self, clashes: Vec<(u32, u32)>) -> Winners {
         let wins = |edge: &Edge| {
             let first = clashes.partition_point(|clash| clash.0 < edge.island);
@@ -242,7 +246,7 @@ impl Border {
     }
 }
 
-/// Edges of islands that won an overlap, bucketed by the rows that their fringe reaches.
+/// Edges of islands that won an overlap, bucketed by the rows that their fringes reach.
 pub(super) struct Winners {
     pub edges: Vec<u32>,
     pub blocks: RowBlocks,
@@ -250,8 +254,8 @@ pub(super) struct Winners {
 }
 
 impl Winners {
-    /// The blocks of rows in which a loser may lose more than is covered.
-    pub fn concerned(&self) -> Vec<usize> {
+    /// The blocks of rows in which a loser may lose more texels than the winner covers.
+    pub fn affected(&self) -> Vec<usize> {
         (0..self.blocks.count()).filter(|&block| !self.blocks.items(block).is_empty()).collect()
     }
 }

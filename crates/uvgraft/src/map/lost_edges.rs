@@ -1,17 +1,17 @@
-//! Border edges of islands that lost what lies inside them to another island.
+//! Boundary edges of islands whose inner side belongs to another island.
 
 use super::coverage::{Coverage, LayoutTriangles, corners_px};
 use super::precedence::Precedence;
 use crate::threads::map_indices;
 
 impl LayoutTriangles<'_> {
-    /// For each border edge, whether another island owns what lies inside it, so that a gutter beside
-    /// it would show an island that is not seen.
+    /// For each boundary edge, whether another island owns the texels on its inner side, so that a
+    /// gutter along the edge would show an island that is itself hidden.
     ///
-    /// Where islands come in the order of their faces nothing is looked for: where borders coincide,
-    /// the first edge is taken to be the nearest, and is the owner's.
+    /// If islands are ranked in the order of their faces, no search is needed: where boundaries
+    /// coincide, the first edge counts as the nearest, and it belongs to the owner.
     pub fn lost_edges(&self, precedence: &Precedence) -> Vec<bool> {
-        let border = precedence.islands().border();
+        let border = precedence.islands().boundary_edges();
         if precedence.by_face {
             return vec![false; border.len()];
         }
@@ -25,7 +25,7 @@ impl LayoutTriangles<'_> {
             let corners = corners_px(self.mesh, edge.face as usize, self.size);
             let corners = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
             let wins = |owner: u32| coverage.clashes.binary_search(&(owner, island)).is_ok();
-            // The texel itself or one around it, for the fringe of the one that wins.
+            // The texel itself or one of its neighbours, because of the winner's fringe.
             let is_lost = |point: [f64; 2]| {
                 (0..9).any(|k| {
                     let beside = [point[0] + f64::from(k % 3 - 1), point[1] + f64::from(k / 3 - 1)];
@@ -39,8 +39,8 @@ impl LayoutTriangles<'_> {
     }
 }
 
-/// Points inside a triangle along its edge from the first corner to the second: a texel away from it,
-/// or a third of the way to the third corner where that is nearer.
+/// Points inside a triangle along its edge from the first to the second corner: one texel away from
+/// the edge, or a third of the way to the third corner if that is nearer.
 fn inside([from, to, opposite]: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
     const DEPTH_PX: f64 = 1.0;
     let along = [to[0] - from[0], to[1] - from[1]];

@@ -1,18 +1,19 @@
-//! The sampling map: for every texel of one target size, where its value comes from.
+//! The sampling map: for every texel of a target of one size, where its value comes from.
 //!
-//! Inside a target triangle the source position is an affine function of the target position, so
-//! the map is a list of runs of texels, each naming the affine map ("patch") that holds for it.
+//! Inside a target triangle the source position is an affine function of the target
+//! position, so the map is a list of runs of texels, each of which refers to the affine map
+//! ("patch") that applies.
 
 mod beneath;
 mod build;
 mod coverage;
 mod cut;
 mod gutter;
+mod gutter_rows;
 mod lost_edges;
 mod precedence;
 mod region;
 mod rows;
-mod surroundings;
 mod tiles;
 
 pub(crate) use coverage::{Coverage, LayoutTriangles, corners_px};
@@ -29,28 +30,28 @@ use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::{FRINGE_PX, REACH_PX};
 use rows::Rows;
 
-/// Beyond this many texels numbers are not taken for exact: a texel is lost in rounding where they get
-/// a thousand million times as large.
+/// Coordinates beyond this many texels are treated as inexact. Rounding reaches a whole texel for
+/// values a thousand million times as large.
 pub(crate) const FAR_PX: f64 = 1e6;
 
 /// How a map is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MapOptions {
-    /// How many texels beyond the islands are filled, so that filtering and mip levels never meet
-    /// the background.
+    /// Width of the gutter around islands, in texels, so that filtering and mip levels do not pick
+    /// up the background.
     pub gutter_px: u32,
-    /// Which of several islands of the target owns the texels that they share.
+    /// Which of several overlapping islands of the target owns the texels that they share.
     pub prefer: Prefer,
 }
 
 impl MapOptions {
-    /// A gutter of so many texels, and everything else as by default.
+    /// A gutter of `gutter_px` texels, and defaults for everything else.
     pub const fn with_gutter(gutter_px: u32) -> Self {
         Self { gutter_px, prefer: Prefer::First }
     }
 
-    /// The same with another order of the islands that share texels.
+    /// The same with another precedence among overlapping islands.
     #[must_use]
     pub const fn prefer(self, prefer: Prefer) -> Self {
         Self { prefer, ..self }
@@ -58,73 +59,75 @@ impl MapOptions {
 }
 
 impl Default for MapOptions {
-    /// 16 texels: down to the fourth mip level.
+    /// A gutter of 16 texels, which lasts down to the fourth mip level.
     fn default() -> Self {
         Self::with_gutter(16)
     }
 }
 
-/// Where each texel of a target texture takes its value from, for one pair, direction and size.
+/// For each texel of a target texture, the source position of its value, for one pair,
+/// direction and size.
 #[derive(Debug, Clone)]
 pub struct SamplingMap {
     size: Size,
     direction: Direction,
     runs: Rows<Run>,
     patches: Vec<Patch>,
-    /// Patches from here on belong to the gutter.
+    /// Index of the first patch of the gutter; all later patches belong to it too.
     gutter_patches: u32,
     stats: MapStats,
 }
 
-/// Consecutive texels of a row that share an affine map.
+/// Consecutive texels of a row that share a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// The first texel.
+    /// Column of the first texel.
     pub x: u32,
-    /// How many texels; at least 1.
+    /// Number of texels; at least 1.
     pub len: u32,
     /// Index into [`SamplingMap::patches`].
     pub patch: u32,
 }
 
-/// The affine map that holds for the texels of one piece of a target triangle, or beside one of its edges.
+/// The affine map for the texels of one piece of a target triangle, or of the gutter
+/// along one of its edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
-    /// Source UV of a target position in texels.
+    /// Maps a target position in texels to source UV.
     pub src_uv_from_tgt_px: Affine,
-    /// How the source UV changes with the target position inside the triangle: what a filter's
-    /// footprint follows. In the gutter it is that of the triangle too, where the position may
-    /// stand still.
+    /// Derivative of the source UV by the target position inside the triangle, which determines a
+    /// filter's footprint. In the gutter it is that of the triangle too, although the position may
+    /// be constant there.
     pub jacobian: [[f64; 2]; 2],
-    /// The target face.
+    /// Target face.
     pub face: u32,
-    /// Which of the pair's pieces, in the order of the faces that they fill.
+    /// Index of the pair's piece, in the order of target faces.
     pub(crate) piece: u32,
-    /// Whether that is a part of the face, not all of it.
+    /// Whether the piece is only a part of the face.
     pub(crate) is_part: bool,
 }
 
 /// `uv = origin_uv + jacobian · (px − origin_px)`.
 ///
-/// Kept relative to a corner of its triangle: a steep triangle far from the texture's corner would
-/// lose digits otherwise.
+/// Relative to a corner of its triangle: for a steep triangle far from the texture's origin, an
+/// absolute offset would lose digits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Affine {
     /// A target position, in texels.
     pub origin_px: [f64; 2],
     /// The source UV there.
     pub origin_uv: [f64; 2],
-    /// `jacobian[i][k]`: change of source coordinate `i` with target coordinate `k`.
+    /// `jacobian[i][k]`: derivative of source coordinate `i` by target coordinate `k`.
     pub jacobian: [[f64; 2]; 2],
 }
 
-/// How many texels of a map are what.
+/// Texel counts of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct MapStats {
     /// Texels owned by a linked triangle.
     pub linked: usize,
-    /// Texels filled outside the islands.
+    /// Texels filled in the gutter.
     pub gutter: usize,
     /// Texels owned by any triangle of the target.
     pub covered: usize,
@@ -133,8 +136,8 @@ pub struct MapStats {
 }
 
 impl Affine {
-    /// The map that takes three target points to three source points; `None` for target points on
-    /// a line.
+    /// The affine map from three target points to three source points; `None` if the target
+    /// points are collinear.
     fn from_triangles(tgt_px: [[f64; 2]; 3], src_uv: [[f64; 2]; 3]) -> Option<Self> {
         let [p, q] = [1, 2].map(|k| [tgt_px[k][0] - tgt_px[0][0], tgt_px[k][1] - tgt_px[0][1]]);
         let [s, t] = [1, 2].map(|k| [src_uv[k][0] - src_uv[0][0], src_uv[k][1] - src_uv[0][1]]);
@@ -156,13 +159,13 @@ impl Affine {
         })
     }
 
-    /// The value at one position, everywhere.
+    /// The constant map with the value at one position.
     fn constant(&self, px: [f64; 2]) -> Self {
         Self { origin_px: px, origin_uv: self.at(px), jacobian: [[0.0; 2]; 2] }
     }
 
-    /// The value at the nearest point of the line through `from` in the direction `along`, moved by
-    /// `shift`.
+    /// Evaluates the map at the orthogonal projection of a position onto the line through `from` in
+    /// the direction `along`, moved by `shift`.
     fn projected(
         &self,
         from: [f64; 2],
@@ -190,7 +193,7 @@ impl SamplingMap {
         build::build(&oriented, direction, size, options.gutter_px, precedence)
     }
 
-    /// The map of a layout onto itself: what all of a mesh's triangles cover.
+    /// The map of a layout to itself, over all triangles of the mesh.
     ///
     /// # Panics
     /// As [`SamplingMap::new`].
@@ -205,12 +208,12 @@ impl SamplingMap {
         self.size
     }
 
-    /// Which way the pair is used.
+    /// The direction in which the pair is used.
     pub fn direction(&self) -> Direction {
         self.direction
     }
 
-    /// The runs of a row, from left to right, none overlapping another.
+    /// The runs of a row, from left to right, disjoint.
     pub fn row(&self, row: u32) -> &[Run] {
         self.runs.row(row)
     }
@@ -220,18 +223,20 @@ impl SamplingMap {
         &self.patches
     }
 
-    /// The affine maps of pieces.
+    /// The patches inside target triangles, one for each piece.
     pub(crate) fn linked_patches(&self) -> &[Patch] {
         &self.patches[..self.gutter_patches as usize]
     }
 
-    /// The affine maps beside island edges; their Jacobians are those of all triangles there.
+    /// The patches of the gutter along boundary edges; their Jacobians are those of
+    /// the triangles there.
     pub(crate) fn border_patches(&self) -> &[Patch] {
         &self.patches[self.gutter_patches as usize..]
     }
 
-    /// How far beyond an island's edge positions still move, in target texels.
-    pub(crate) fn carried_px(&self) -> f64 {
+    /// Distance beyond an island's edge up to which source positions are extrapolated, in target
+    /// texels.
+    pub(crate) fn reach_px(&self) -> f64 {
         if self.stats.overlapping > 0 { FRINGE_PX } else { REACH_PX }
     }
 
@@ -240,7 +245,7 @@ impl SamplingMap {
         run.patch >= self.gutter_patches
     }
 
-    /// How many texels are what.
+    /// Texel counts.
     pub fn stats(&self) -> MapStats {
         self.stats
     }
@@ -265,8 +270,8 @@ mod tests {
     use super::*;
     use crate::piece::Piece;
 
-    /// Triangles anywhere, on top of each other, some with corners far outside the texture.
-    fn strewn(rng: &mut fastrand::Rng, far: f32) -> Mesh {
+    /// Triangles at random positions, overlapping, some with corners far outside the texture.
+    fn scattered(rng: &mut fastrand::Rng, far: f32) -> Mesh {
         let mut uv: Vec<[f32; 2]> = (0..36)
             .flat_map(|_| {
                 let at = [rng.f32(), rng.f32()];
@@ -289,7 +294,7 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(5);
         for far in [1.0, 30.0, 1e4, 1e6, 1e12, 1e30] {
             for _ in 0..12 {
-                let (source, target) = (strewn(&mut rng, far), strewn(&mut rng, far));
+                let (source, target) = (scattered(&mut rng, far), scattered(&mut rng, far));
                 let itself = (0..36).map(|face| Piece::whole(face, face, [0, 1, 2]));
                 let pair = Pair::with_all(source, target, itself);
                 let size = Size::new(rng.u32(1..90), rng.u32(1..90));
@@ -323,15 +328,15 @@ mod tests {
         assert_eq!(Affine::from_triangles([[0.0; 2], [1.0; 2], [3.0; 2]], src_uv), None);
     }
 
-    /// Where texels come from, the gutter included, whether a triangle is one piece or several that meet on its
-    /// edges.
+    /// Source positions, those of the gutter included, are the same whether a triangle is one piece
+    /// or several pieces that meet on its edges.
     #[test]
     fn joints_on_edges_do_not_show_in_the_gutter() {
         let uv = vec![[0.25, 0.25], [0.75, 0.25], [0.3, 0.6]];
         let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
         let mesh = Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap();
         let [a, b, c] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        // Beside the first edge's middle there are centres of texels.
+        // There are texel centres next to the midpoint of the first edge.
         let (p, q) = ([0.5, 0.5, 0.0], [0.0, 0.3, 0.7]);
         let parts = [[a, p, c], [p, q, c], [p, b, q]];
         let map = |pieces: Vec<Piece>| {

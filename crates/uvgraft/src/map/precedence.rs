@@ -1,14 +1,14 @@
-//! Where islands lie on top of each other: which of them owns what they share.
+//! Precedence among overlapping islands: which of them owns the texels that they share.
 
 use crate::islands::Islands;
 use crate::mesh::Mesh;
 
-/// Which of several islands that cover the same texels owns them, with a fringe around itself: two
-/// eyes that share a disc show one eye, whole.
+/// Which of several islands that cover the same texels owns them, together with a fringe around it:
+/// where two eyes share a disc, one eye is shown whole.
 ///
-/// Left and right are told by the mean `x` of the corners of an island's triangles, in the mesh that
-/// the map fills: `x` grows to the left of a person who looks along `+z`, as FLAME, SMPL-X and VRM 1.0
-/// have it. Islands with the same mean come in the order of their faces.
+/// Left and right are decided by the mean `x` of the corners of an island's triangles, in the
+/// target mesh: `x` grows to the left of a person facing `+z`, as in FLAME, SMPL-X and VRM 1.0.
+/// Islands with equal means are ordered by face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[non_exhaustive]
 pub enum Prefer {
@@ -21,12 +21,12 @@ pub enum Prefer {
     Right,
 }
 
-/// The islands of a layout, and in which order they own what several of them cover.
+/// The islands of a layout and their ranks, which decide who owns shared texels.
 pub(crate) struct Precedence {
     islands: Islands,
-    /// Of each island, another for each; the lowest owns.
+    /// A distinct rank for each island; the lowest rank owns.
     ranks: Vec<u32>,
-    /// Whether islands come in the order of their faces, as their edges do.
+    /// Whether islands are ranked in the order of their faces, as their edges are.
     pub by_face: bool,
 }
 
@@ -49,7 +49,7 @@ impl Precedence {
         Self { islands, ranks, by_face: prefer == Prefer::First }
     }
 
-    /// The last island first. Within islands the lowest face stays the first.
+    /// Reverses the order of islands. Within islands the lowest face stays first.
     pub fn reversed(mut self) -> Self {
         let last = (self.ranks.len() as u32).saturating_sub(1);
         self.ranks.iter_mut().for_each(|rank| *rank = last - *rank);
@@ -67,7 +67,7 @@ impl Precedence {
         self.islands.of_faces()
     }
 
-    /// Of the faces that cover a texel the one with the lowest rank owns it.
+    /// Sort key of a face: of the faces that cover a texel, the one with the lowest key owns it.
     pub fn rank(&self, face: u32) -> (u32, u32) {
         (self.ranks[self.of_faces()[face as usize] as usize], face)
     }
@@ -83,7 +83,7 @@ fn mean_x(mesh: &Mesh, islands: &Islands) -> Vec<f64> {
             *count += 1;
         }
     }
-    // Adding 0.0 makes one zero of the two.
+    // Adding 0.0 turns -0.0 into 0.0.
     sums.into_iter().map(|(sum, count)| sum / f64::from(count) + 0.0).collect()
 }
 
@@ -91,7 +91,7 @@ fn mean_x(mesh: &Mesh, islands: &Islands) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A triangle by itself for each mean `x`.
+    /// A separate triangle for each mean `x`.
     fn islands_at<const N: usize>(x: [f32; N]) -> Mesh {
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let positions = x.iter().flat_map(|&x| corners.map(|[_, y]| [x, y, 0.0])).collect();

@@ -1,4 +1,4 @@
-//! Which texels of a texture something is about.
+//! Sets of texels of a texture, such as those that a layout covers.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices_with;
 
-/// Texels of a texture, row by row as sorted ranges of columns that do not touch.
+/// A set of texels: for each row sorted ranges of columns that do not touch.
 #[derive(Debug, Clone)]
 pub(crate) struct Region {
     size: Size,
@@ -20,24 +20,25 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// What a layout covers. Beside the tiles that are `wanted` some of it may be missing.
-    pub fn covered(mesh: &Mesh, size: Size, wanted: &Tiles) -> Self {
+    /// The texels that a layout covers. Outside the `needed` tiles some may be missing.
+    pub fn covered(mesh: &Mesh, size: Size, needed: &Tiles) -> Self {
         let layout = LayoutTriangles::new(mesh, size);
         let words = bits::words(size.width);
         let buffers = || (vec![0; words * BLOCK_ROWS as usize], Draft::new());
         let blocks = map_indices_with(layout.blocks.count(), buffers, |(covered, draft), block| {
             draft.clear();
-            let (rows, wanted) = (layout.blocks.rows(block), wanted.row(block));
-            // One tile to each side, for rounding; where that does not do, triangles are wanted.
+            let (rows, needed) = (layout.blocks.rows(block), needed.row(block));
+            // One more tile on each side for rounding. Where that may not suffice, the
+            // triangle is included.
             let near = |columns: Range<f64>| {
                 if columns.end - columns.start > FAR_PX {
                     return true;
                 }
                 let last = size.width.div_ceil(TILE);
                 let [first, end] = [columns.start, columns.end].map(|x| x as u32 / TILE);
-                bits::meets(wanted, &(first.saturating_sub(1)..end.saturating_add(2).min(last)))
+                bits::meets(needed, &(first.saturating_sub(1)..end.saturating_add(2).min(last)))
             };
-            if wanted.iter().any(|&word| word != 0) {
+            if needed.iter().any(|&word| word != 0) {
                 for (_, triangle) in layout.triangles(block, near) {
                     for (row, span) in triangle.spans(&rows) {
                         let row = (row - rows.start) as usize;
@@ -55,8 +56,8 @@ impl Region {
         Self { size, rows: Rows::new(blocks) }
     }
 
-    /// What pieces own, as far as they are wanted.
-    pub fn linked(map: &SamplingMap, wanted: impl Fn(&Patch) -> bool + Send + Sync) -> Self {
+    /// The texels owned by pieces whose patches are `needed`.
+    pub fn linked(map: &SamplingMap, needed: impl Fn(&Patch) -> bool + Send + Sync) -> Self {
         let size = map.size();
         let count = size.height.div_ceil(BLOCK_ROWS) as usize;
         let blocks = map_indices_with(count, Draft::<Range<u32>>::new, |draft, block| {
@@ -64,7 +65,7 @@ impl Region {
             let first = block as u32 * BLOCK_ROWS;
             for row in first..(first + BLOCK_ROWS).min(size.height) {
                 let runs = map.row(row).iter().filter(|run| !map.is_gutter(**run));
-                let runs = runs.filter(|run| wanted(&map.patches()[run.patch as usize]));
+                let runs = runs.filter(|run| needed(&map.patches()[run.patch as usize]));
                 let row_start = draft.items.len();
                 for run in runs {
                     let range = run.x..run.x + run.len;
@@ -84,23 +85,23 @@ impl Region {
         self.size
     }
 
-    /// The ranges of a row.
+    /// The ranges of a row, from left to right.
     pub fn row(&self, row: usize) -> &[Range<u32>] {
         self.rows.row(row as u32)
     }
 
-    /// How many texels there are.
+    /// Number of texels.
     pub fn texels(&self) -> usize {
         self.rows.items().map(ExactSizeIterator::len).sum()
     }
 
-    /// Adds the columns of a row that are not in it.
+    /// Appends the ranges of columns of a row that are not in the region.
     pub fn gaps(&self, row: usize, gaps: &mut Vec<Range<u32>>) {
         push_gaps(self.row(row).iter().cloned(), self.size.width, gaps);
     }
 }
 
-/// Adds what sorted ranges leave of `0..width`.
+/// Appends the gaps that sorted ranges leave in `0..width`.
 pub(super) fn push_gaps(
     ranges: impl Iterator<Item = Range<u32>>,
     width: u32,

@@ -1,27 +1,27 @@
-//! What is known of a texture row by row: in blocks of rows, each made and stored by itself.
+//! Per-row lists for a texture, in blocks of rows that are built and stored independently.
 
 use std::ops::Range;
 
-/// Rows that are worked on together: enough to share what concerns several of them, few enough to
-/// share the work among threads.
+/// Rows per block: enough to amortise the work that several rows share, few enough to distribute
+/// blocks among threads.
 pub(crate) const BLOCK_ROWS: u32 = 16;
 
-/// Items of each row. There is no one list of all: it would be megabytes to copy.
+/// The items of each row. They are not in one list, which would mean copying megabytes.
 #[derive(Debug, Clone)]
 pub(crate) struct Rows<T> {
     blocks: Vec<Block<T>>,
 }
 
-/// Items of the rows of a block.
+/// The items of the rows of a block.
 #[derive(Debug, Clone)]
 pub(crate) struct Block<T> {
-    /// Where the items of each row end.
+    /// End of each row's items.
     ends: [u32; BLOCK_ROWS as usize],
     items: Box<[T]>,
 }
 
 impl<T> Rows<T> {
-    /// From the blocks of a texture, from the top.
+    /// Assembles the blocks of a texture, from top to bottom.
     pub fn new(blocks: Vec<Block<T>>) -> Self {
         Self { blocks }
     }
@@ -40,11 +40,11 @@ impl<T> Rows<T> {
     }
 }
 
-/// A block in the making; kept from one to the next.
+/// A block under construction; reused from block to block.
 pub(crate) struct Draft<T> {
     ends: [u32; BLOCK_ROWS as usize],
     rows: usize,
-    /// Those of the row that is being made come last.
+    /// The items of the current row come last.
     pub items: Vec<T>,
 }
 
@@ -53,31 +53,31 @@ impl<T: Clone> Draft<T> {
         Self { ends: [0; BLOCK_ROWS as usize], rows: 0, items: Vec::new() }
     }
 
-    /// Forgets everything.
+    /// Empties the draft.
     pub fn clear(&mut self) {
         self.rows = 0;
         self.items.clear();
     }
 
-    /// Says that all items of the next row are there.
+    /// Ends the current row.
     pub fn end_row(&mut self) {
         self.ends[self.rows] = self.items.len() as u32;
         self.rows += 1;
     }
 
-    /// The items of a finished row, counted from the block's first.
+    /// The items of a finished row; `row` counts from the first row of the block.
     pub fn row(&self, row: usize) -> &[T] {
         let start = if row == 0 { 0 } else { self.ends[row - 1] };
         &self.items[start as usize..self.ends[row] as usize]
     }
 
-    /// The block.
+    /// Copies the draft into a block.
     pub fn block(&self) -> Block<T> {
         Block { ends: self.ends, items: self.items.as_slice().into() }
     }
 }
 
-/// Things that concern each block of rows, bucketed by counting.
+/// Items bucketed by the blocks of rows that they touch, with a counting sort.
 pub(crate) struct RowBlocks {
     starts: Vec<u32>,
     items: Vec<u32>,
@@ -119,7 +119,7 @@ impl RowBlocks {
         first..(first + BLOCK_ROWS).min(self.height)
     }
 
-    /// The items of a block, in their order.
+    /// The items of a block, in ascending order.
     pub fn items(&self, block: usize) -> &[u32] {
         &self.items[self.starts[block] as usize..self.starts[block + 1] as usize]
     }

@@ -1,4 +1,4 @@
-//! Parts of a texture, coarsely: squares of texels.
+//! Sets of square tiles of a texture.
 
 use std::ops::Range;
 
@@ -6,51 +6,52 @@ use super::rows::BLOCK_ROWS;
 use crate::bits;
 use crate::texture::Size;
 
-/// Texels along a tile's side; a row of tiles is a block of rows.
+/// Side of a tile in texels; a row of tiles is a block of rows.
 pub(crate) const TILE: u32 = BLOCK_ROWS;
 
 /// A set of a texture's tiles.
 #[derive(Debug, Clone)]
 pub(crate) struct Tiles {
     columns: u32,
-    /// A set of columns for each row of tiles.
+    /// For each row of tiles, the bit set of its columns.
     rows: Vec<u64>,
 }
 
-/// The tiles along one axis that a range of texels touches.
+/// The range of tiles, on one axis, that a range of texels touches.
 pub(crate) fn tiles(texels: &Range<u32>) -> Range<u32> {
     if texels.is_empty() { 0..0 } else { texels.start / TILE..(texels.end - 1) / TILE + 1 }
 }
 
 impl Tiles {
-    /// No tile of a texture.
+    /// The empty set for a texture of `size`.
     pub fn none(size: Size) -> Self {
         let columns = size.width.div_ceil(TILE);
         let rows = size.height.div_ceil(TILE) as usize;
         Self { columns, rows: vec![0; bits::words(columns) * rows] }
     }
 
-    /// How many rows of tiles there are.
+    /// Number of rows of tiles.
     pub fn count(&self) -> usize {
         self.rows.len() / bits::words(self.columns)
     }
 
-    /// The columns of a row of tiles.
+    /// The bit set of columns of a row of tiles.
     pub fn row(&self, row: usize) -> &[u64] {
         let words = bits::words(self.columns);
         &self.rows[row * words..][..words]
     }
 
-    /// From the first row of a texture of `height` rows that has tiles to the last.
+    /// The rows of texels from the first to the last tile in the set, in a texture of `height`
+    /// rows.
     pub fn rows_between(&self, height: u32) -> Range<u32> {
         let mut rows =
-            (0..self.count()).filter(|&row| bits::numbers(self.row(row)).next().is_some());
+            (0..self.count()).filter(|&row| bits::members(self.row(row)).next().is_some());
         let Some(first) = rows.next() else { return 0..0 };
         let last = rows.next_back().unwrap_or(first);
         first as u32 * TILE..((last as u32 + 1) * TILE).min(height)
     }
 
-    /// Adds the tiles that a box of texels touches.
+    /// Adds the tiles that a rectangle of texels touches.
     pub fn insert(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
         let (columns, words) = (tiles(columns), bits::words(self.columns));
         for row in tiles(rows) {
@@ -58,12 +59,12 @@ impl Tiles {
         }
     }
 
-    /// Adds another set of the same texture's tiles.
+    /// Adds another set of tiles of the same texture.
     pub fn unite(&mut self, other: &Self) {
         bits::unite(&mut self.rows, &other.rows);
     }
 
-    /// With all tiles that have texels within `radius` of these, and some more.
+    /// Dilates the set: adds all tiles with texels within `radius` of it, and some more.
     pub fn widened(&self, radius: u32) -> Self {
         let (words, beside) = (bits::words(self.columns), radius.div_ceil(TILE));
         let mut wide = Self { columns: self.columns, rows: vec![0; self.rows.len()] };
@@ -92,7 +93,7 @@ mod tests {
         assert_eq!(tiles.count(), 3);
         tiles.insert(&(31..33), &(16..17));
         tiles.insert(&(90..100), &(3..3));
-        let row = |tiles: &Tiles, row| bits::numbers(tiles.row(row)).collect::<Vec<_>>();
+        let row = |tiles: &Tiles, row| bits::members(tiles.row(row)).collect::<Vec<_>>();
         assert_eq!([0, 1, 2].map(|k| row(&tiles, k)), [vec![], vec![1, 2], vec![]]);
         let wide = tiles.widened(17);
         assert_eq!([0, 1, 2].map(|k| row(&wide, k)), [(); 3].map(|()| vec![0, 1, 2, 3, 4]));

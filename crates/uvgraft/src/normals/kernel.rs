@@ -1,11 +1,11 @@
-//! Normals of a run of texels, eight at once.
+//! Reorients the normals of a run of texels, eight at a time.
 //!
-//! With `T`, `N` the interpolated tangent and normal of a frame, neither normalised, and
-//! `B = sign · N × T`, a decoded normal `(x, y, z)` means `x·T + y·B + z·N` in object space. The parts
-//! of an object normal `n` along another frame are its products with the rows of that frame's inverse,
-//! the rows being those of the adjugate but for a factor that is lost when the result
-//! is normalised: `B × N`, `N × T` and `T × B`, times the sign of the determinant, which is `sign`.
-//! For this `B` they come to
+//! With `T` and `N` the interpolated tangent and normal of a frame, neither normalised, and
+//! `B = sign · N × T`, a decoded normal `(x, y, z)` stands for `x·T + y·B + z·N` in object
+//! space. The components of an object-space normal `n` in another frame are its dot products
+//! with the rows of that frame's inverse. Up to a positive factor, which the final
+//! normalisation removes, these rows are `B × N`, `N × T` and `T × B` times the sign of the
+//! determinant, which equals `sign`. With the `B` above, the components are
 //!
 //! ```text
 //! x = (n·T) (N·N) − (n·N) (N·T)
@@ -17,19 +17,20 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdFrom, f32x8};
 
 use super::walk::Walk;
 
-/// Texels that are turned at once.
+/// Texels processed at a time.
 const LANES: usize = 8;
 
-/// Decoded normals that are shorter have no direction that means anything: quantisation to 8 bits is
-/// forty times as coarse.
+/// Shorter decoded normals have no meaningful direction: the rounding error of 8 bits is
+/// forty times as large.
 const SHORTEST: f32 = 1e-4;
 
-/// The square of the shortest result that is normalised: frames have lengths around 1.
-const LEAST: f32 = 1e-30;
+/// Squared length below which a result is not normalised; the vectors of frames have
+/// lengths near 1.
+const MIN: f32 = 1e-30;
 
 type Vector<S> = [f32x8<S>; 3];
 
-/// Turns texels of `C` values.
+/// Reorients the normals of texels with `C` channels, in place; a fourth channel is left as it is.
 #[inline(always)]
 pub(super) fn turn<S: Simd, const C: usize>(simd: S, walk: &Walk, texels: &mut [f32]) {
     let iota = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
@@ -46,7 +47,7 @@ pub(super) fn turn<S: Simd, const C: usize>(simd: S, walk: &Walk, texels: &mut [
             f32x8::simd_from(simd, decoded[1]),
             f32x8::simd_from(simd, decoded[2]),
         ];
-        let [x, y, z] = turned(simd, walk, iota + begin, normal);
+        let [x, y, z] = reoriented(simd, walk, iota + begin, normal);
         let encoded: [[f32; LANES]; 3] =
             [(x * 0.5 + 0.5).into(), (y * 0.5 + 0.5).into(), (z * 0.5 + 0.5).into()];
         for (lane, texel) in group.chunks_exact_mut(C).enumerate() {
@@ -58,8 +59,11 @@ pub(super) fn turn<S: Simd, const C: usize>(simd: S, walk: &Walk, texels: &mut [
     }
 }
 
+/// Maps decoded normals from the source frame to the target frame, by the formula at the
+/// top of this file. The result has length 1; it is (0, 0, 1) where the input or a frame is
+/// degenerate or not finite.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, walk: &Walk, at: f32x8<S>, [x, y, z]: Vector<S>) -> Vector<S> {
+fn reoriented<S: Simd>(simd: S, walk: &Walk, at: f32x8<S>, [x, y, z]: Vector<S>) -> Vector<S> {
     let [src_sign, tgt_sign] = walk.signs;
     let tangent = along(simd, walk, 0, at);
     let normal = along(simd, walk, 1, at);
@@ -82,11 +86,11 @@ fn turned<S: Simd>(simd: S, walk: &Walk, at: f32x8<S>, [x, y, z]: Vector<S>) -> 
         on_normal * dot(tangent, tangent) - on_tangent * skew,
     ];
 
-    // Comparisons with what is no number are false.
+    // Comparisons with NaN are false.
     let decoded = x * x + y * y + z * z;
     let squared = dot(found, found);
     let is_sound = decoded.simd_gt(SHORTEST * SHORTEST)
-        & squared.simd_gt(LEAST)
+        & squared.simd_gt(MIN)
         & squared.simd_lt(f32::INFINITY);
     let scale = 1.0 / squared.sqrt();
     let zero = f32x8::splat(simd, 0.0);
@@ -97,7 +101,7 @@ fn turned<S: Simd>(simd: S, walk: &Walk, at: f32x8<S>, [x, y, z]: Vector<S>) -> 
     ]
 }
 
-/// One of the vectors of the frames.
+/// One of the four vectors of [`Walk`]'s frames, at the texels `at`.
 #[inline(always)]
 fn along<S: Simd>(simd: S, walk: &Walk, vector: usize, at: f32x8<S>) -> Vector<S> {
     let (first, step) = (walk.first[vector], walk.step[vector]);
@@ -131,7 +135,7 @@ mod tests {
         dispatch!(Level::new(), simd => turn::<_, C>(simd, walk, texels));
     }
 
-    /// The way there, and the way back by Cramer's rule, in 64 bits.
+    /// The reference in 64 bits: to object space, and back by Cramer's rule.
     fn expected(frames: &Frames, signs: [f32; 2], texel: [f32; 3]) -> [f64; 3] {
         let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
         let frame = |tangent: usize, sign: f32| {
@@ -148,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn is_the_source_frame_and_the_inverse_of_the_target_frame() {
+    fn agrees_with_the_reference() {
         let mut rng = fastrand::Rng::with_seed(11);
         let mut random = |size: f32| [(); 3].map(|()| (rng.f32() - 0.5) * size);
         for signs in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
@@ -166,7 +170,7 @@ mod tests {
                 }
                 let wanted = expected(&frames, signs, [texel[0], texel[1], texel[2]]);
                 for (found, wanted) in found.iter().zip(wanted) {
-                    // Random frames may be nearly flat, which costs digits.
+                    // Random frames may be nearly degenerate, which costs precision.
                     assert!((f64::from(*found) - wanted).abs() < 1e-4, "{found} {wanted}");
                 }
             }
@@ -181,8 +185,8 @@ mod tests {
 
     #[test]
     fn a_quarter_turn_turns_red_to_green() {
-        // The target's tangent is the source's bitangent, so what leant along that is red now, and
-        // what leant along the tangent leans away from the new bitangent.
+        // The target's tangent is the source's bitangent, so what was green is red now, and what
+        // was red points against the new bitangent.
         let mut frames = UPRIGHT;
         frames[2] = [0.0, 1.0, 0.0];
         let mut texels = [0.8, 0.5, 0.9, 0.25, 0.5, 0.8, 0.9, 0.75];
@@ -198,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_direction_is_flat() {
+    fn normals_without_direction_become_flat() {
         let flat = [0.5, 0.5, 1.0];
         let near_zero = [0.5 + 3e-5, 0.5, 0.5];
         let broken =
@@ -208,7 +212,7 @@ mod tests {
             turn_with::<3>(&still(UPRIGHT, [1.0; 2]), &mut texels);
             assert_eq!(texels, [flat, flat].concat(), "{texel:?}");
         }
-        // So is everything where a frame is none.
+        // So is everything where a frame is degenerate.
         let mut collapsed = UPRIGHT;
         collapsed[2] = [0.0; 3];
         for frames in [Frames::default(), collapsed, [[f32::NAN; 3]; 4]] {

@@ -1,13 +1,13 @@
-//! Normal maps in another layout.
+//! Transfers tangent-space normal maps to another layout.
 //!
-//! A texel of a tangent-space normal map is a direction measured along the tangent frame of its
-//! place (see [`crate::tangents`]). In another layout the same place has another frame, so copied
-//! normals point elsewhere: where a chart is turned, so are they. Here each is brought from
-//! the source's frame to object space, as renderers do, from the source mesh's pose to the
-//! target's, and into the target's frame, as bakers do.
+//! A texel of a tangent-space normal map is a direction in the local tangent frame (see
+//! [`crate::tangents`]). Another layout has another frame at the same surface point, so copied
+//! normals point elsewhere: where a chart is rotated, they rotate with it. Here each normal is
+//! transformed from the source's tangent frame to object space, as renderers do, then from the
+//! source mesh's pose to the target's, and finally into the target's tangent frame, as bakers do.
 //!
-//! Both frames are interpolated over the triangle as MikkTSpace has it, so the way there is the
-//! renderer's to the last term, and the way back is its exact inverse.
+//! Both frames are interpolated over the triangle as MikkTSpace specifies, so decoding matches
+//! renderers term by term, and encoding is its exact inverse.
 
 mod frames;
 mod kernel;
@@ -29,26 +29,27 @@ use crate::tangents::{TangentFrame, TangentFrames};
 use crate::texture::{Channels, Size};
 use crate::threads::{for_each_chunk, join};
 
-/// What turns the normals of one layout into those of another, for one pair and direction. Made once,
-/// for maps of any size.
+/// Reorients normals from one layout to another, for one pair and direction. Computed once,
+/// and valid for maps of any size.
 #[derive(Debug, Clone)]
 pub struct NormalFrames {
     direction: Direction,
-    /// Over each piece.
+    /// The frames over each piece.
     pieces: Vec<PieceFrames>,
 }
 
-/// Rows that one piece of work turns.
+/// Rows per parallel task.
 const ROWS: usize = 16;
 
 impl NormalFrames {
-    /// Computes the frames of both layouts and how the meshes are posed to each other.
+    /// Computes the tangent frames of both layouts and the rotation between the meshes' poses.
     ///
-    /// The meshes may be scaled, moved and turned differently, as wholes or, smoothly, part by part:
-    /// around each vertex the source's frames are turned by the rotation that takes the linked edges
-    /// there to the target's best, which is none where they are equal. A source that is the target's
-    /// mirror image is recognised, flat ones aside. Where the two surfaces face opposite
-    /// ways, as by windings, normals are turned around: what is in front for one is behind the other.
+    /// The meshes may differ in scale, position and orientation, globally or, smoothly, part by
+    /// part: around each vertex the source's frames are rotated by the least-squares rotation
+    /// from the linked source edges to the target's, which is the identity where they are
+    /// equal. A source that is the target's mirror image is detected, unless it is flat. Where
+    /// the two surfaces face opposite ways, for instance because of opposite windings, normals
+    /// are negated: the front of one is the back of the other.
     pub fn new(pair: &Pair, direction: Direction) -> Self {
         let oriented = pair.oriented(direction);
         let (from, to) =
@@ -61,27 +62,27 @@ impl NormalFrames {
             if oriented.pieces.part(piece).is_none() {
                 return PieceFrames::new(tgt_uv, source, target);
             }
-            let target = mixed_frames(target, |values| oriented.pieces.outline(piece, values));
+            let target = frames_at(target, |values| oriented.pieces.outline(piece, values));
             PieceFrames::new(oriented.pieces.outline(piece, tgt_uv), source, &target)
         });
         Self { direction, pieces: pieces.collect() }
     }
 
-    /// Turns the normals of a band of rows, in place: texels that were filtered from the source's
-    /// normal map already, and that the map reaches; others stay as they are.
+    /// Reorients the normals of a band of rows in place. The band holds texels already resampled
+    /// from the source's normal map; texels that the map does not cover are left as they are.
     ///
     /// - `map`: made from the same pair in the same direction, of any size.
-    /// - `first_row`: the row of the target that the band starts with.
-    /// - `band`: `[rows * width * channels]`, red, green and blue being a normal's parts along
-    ///   tangent, bitangent and normal, `0.0..=1.0` for −1 to 1. What comes out has length 1. Opacity
-    ///   stays as it is. Normals need not have length 1; those shorter than 10⁻⁴, infinite, or
-    ///   no number become the flat normal, (0.5, 0.5, 1).
+    /// - `first_row`: the row of the target at which the band starts.
+    /// - `band`: `[rows * width * channels]`; red, green and blue are the components along
+    ///   tangent, bitangent and normal, `0.0..=1.0` for −1 to 1. Results have length 1; alpha
+    ///   is left as it is. Input normals need not have length 1; those that are shorter than
+    ///   10⁻⁴, infinite or NaN become the flat normal, (0.5, 0.5, 1).
     ///
-    /// In the gutter frames are those of the nearest point of the triangle.
+    /// In the gutter, frames are those of the triangle's nearest point.
     ///
     /// # Panics
-    /// If the map has the other direction, there are no three colours, or the band is no whole
-    /// number of rows of the target.
+    /// If the map has the other direction, there are fewer than three colour channels, or the
+    /// band is not a whole number of the target's rows.
     pub fn turn(
         &self,
         map: &SamplingMap,
@@ -116,7 +117,7 @@ impl NormalFrames {
 
 /// The source's frames at a piece's corners, in the target's space.
 ///
-/// - `frames`: of the face that is read.
+/// - `frames`: at the corners of the source face.
 fn posed(
     pose: &Pose,
     oriented: &Oriented<'_>,
@@ -125,50 +126,51 @@ fn posed(
 ) -> [TangentFrame; 3] {
     let Oriented { to, pieces, .. } = oriented;
     let vertices = to.faces()[piece.to as usize];
-    let turned = |frame: TangentFrame, turn: &dyn Fn([f32; 3]) -> [f32; 3]| TangentFrame {
+    let rotated = |frame: TangentFrame, turn: &dyn Fn([f32; 3]) -> [f32; 3]| TangentFrame {
         normal: turn(frame.normal),
         tangent: turn(frame.tangent),
         sign: frame.sign * pose.determinant(),
     };
     match pieces.part(piece) {
-        // Between vertices the rotation is between theirs.
-        Some(part) if !part.takes_corners_to_corners() => {
-            let frames = mixed_frames(frames, |values| pieces.at_outline(piece, values));
+        // Rotations are given at vertices: rotate by all three, then interpolate to the part's
+        // corners.
+        Some(part) if !part.maps_corners_exactly() => {
+            let frames = frames_at(frames, |values| pieces.at_outline(piece, values));
             std::array::from_fn(|k| {
-                turned(frames[k], &|vector| {
-                    let turned = vertices.map(|vertex| pose.turned(vertex, vector));
-                    mixed(&wide(turned), part.to[k]).map(|value| value as f32)
+                rotated(frames[k], &|vector| {
+                    let vectors = vertices.map(|vertex| pose.rotate(vertex, vector));
+                    mixed(&wide(vectors), part.to[k]).map(|value| value as f32)
                 })
             })
         }
-        // Where two triangles are one, frames are between those that are turned at its corners, so it does not
-        // matter where it is cut.
+        // The part's mapping takes the whole triangle to the whole other one: rotate at the
+        // triangle's corners and interpolate, so the result does not depend on where it is cut.
         _ => {
-            let frames = mixed_frames(frames, |values| pieces.at_corners(piece, values));
+            let frames = frames_at(frames, |values| pieces.at_corners(piece, values));
             let at_corners: [TangentFrame; 3] = std::array::from_fn(|k| {
-                turned(frames[k], &|vector| pose.turned(vertices[k], vector))
+                rotated(frames[k], &|vector| pose.rotate(vertices[k], vector))
             });
-            mixed_frames(&at_corners, |values| pieces.outline(piece, values))
+            frames_at(&at_corners, |values| pieces.outline(piece, values))
         }
     }
 }
 
-/// Frames at other places of a triangle.
+/// Interpolates a triangle's corner frames at three other points.
 ///
-/// - `places`: takes values at the triangle's corners to those at the places.
-fn mixed_frames(
+/// - `interpolate`: maps values at the triangle's corners to values at these points.
+fn frames_at(
     frames: &[TangentFrame; 3],
-    places: impl Fn([[f64; 3]; 3]) -> [[f64; 3]; 3],
+    interpolate: impl Fn([[f64; 3]; 3]) -> [[f64; 3]; 3],
 ) -> [TangentFrame; 3] {
     let vectors = |vector: fn(&TangentFrame) -> [f32; 3]| {
         let [a, b, c] = frames;
-        places(wide([a, b, c].map(vector))).map(|vector| vector.map(|value| value as f32))
+        interpolate(wide([a, b, c].map(vector))).map(|vector| vector.map(|value| value as f32))
     };
     let (normals, tangents) = (vectors(|frame| frame.normal), vectors(|frame| frame.tangent));
     std::array::from_fn(|k| TangentFrame {
         normal: normals[k],
         tangent: tangents[k],
-        // The same at all corners, but for triangles without area.
+        // Equal at all corners except on degenerate triangles.
         sign: frames[k].sign,
     })
 }

@@ -1,28 +1,28 @@
-//! What normal maps follow.
+//! Conventions of normal maps.
 
-/// Which way the green channel of a normal map counts.
+/// The direction of a normal map's green channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum NormalY {
-    /// Bright green leans to the top of the image ("+Y"): OpenGL, glTF, Blender, Unity.
+    /// Bright green points to the top of the image ("+Y"): OpenGL, glTF, Blender, Unity.
     #[default]
     OpenGl,
-    /// Bright green leans to the bottom of the image ("−Y"): DirectX, Unreal.
+    /// Bright green points to the bottom of the image ("−Y"): DirectX, Unreal.
     DirectX,
 }
 
-/// What normal maps follow.
+/// The conventions of the source and target normal maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[non_exhaustive]
 pub struct NormalOptions {
-    /// Of the map that normals come from.
+    /// Convention of the map that normals are read from.
     pub source: NormalY,
-    /// Of the map that they go to.
+    /// Convention of the map that is written.
     pub target: NormalY,
 }
 
 impl NormalOptions {
-    /// From a map that follows one to a map that follows the other.
+    /// Converts from the convention `source` to `target`.
     pub const fn new(source: NormalY, target: NormalY) -> Self {
         Self { source, target }
     }

@@ -1,15 +1,15 @@
-//! The frames along a run of texels.
+//! Interpolation of tangent frames along a run of texels.
 
 use super::frames::{Frames, PieceFrames};
 use super::options::{NormalOptions, NormalY};
 use crate::map::{Run, SamplingMap};
 
-/// What is linear along a run: the frames at its first texel, and how they change per texel.
+/// Frames vary linearly along a run: those at its first texel, and their change per texel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
     pub first: Frames,
     pub step: Frames,
-    /// Which way the bitangents of source and target point, with what green means.
+    /// The signs of the bitangents of source and target, negated where green points down.
     pub signs: [f32; 2],
 }
 
@@ -29,13 +29,14 @@ impl Walk {
         let at = |x: u32| {
             let px = [f64::from(x) + 0.5, f64::from(row) + 0.5];
             let weights =
-                if is_gutter { triangle.nearest(px) } else { within(triangle.weights(px)) };
-            mixed(&piece.corners, weights)
+                if is_gutter { triangle.nearest(px) } else { clamped(triangle.weights(px)) };
+            interpolated(&piece.corners, weights)
         };
         let first = at(run.x);
         let mut step = Frames::default();
-        // Both ends lie in the triangle, so what is between does, in the gutter too: a run beside
-        // an edge is nearest to points along it, one around a corner to the corner.
+        // Both ends lie in the triangle, so everything between does. In the gutter too: the
+        // nearest points of a run next to an edge lie along that edge, of one around a corner at
+        // the corner.
         if run.len > 1 {
             let last = at(run.x + (run.len - 1));
             let share = 1.0 / (run.len - 1) as f32;
@@ -54,29 +55,30 @@ impl Walk {
 }
 
 #[inline(always)]
-fn mixed(corners: &[Frames; 3], weights: [f64; 3]) -> Frames {
+fn interpolated(corners: &[Frames; 3], weights: [f64; 3]) -> Frames {
     let weights = weights.map(|weight| weight as f32);
     let [a, b, c] = corners;
-    let mut mixed = Frames::default();
+    let mut interpolated = Frames::default();
     for vector in 0..4 {
         for axis in 0..3 {
-            mixed[vector][axis] = a[vector][axis] * weights[0]
+            interpolated[vector][axis] = a[vector][axis] * weights[0]
                 + b[vector][axis] * weights[1]
                 + c[vector][axis] * weights[2];
         }
     }
-    mixed
+    interpolated
 }
 
-/// Texels that a triangle owns have their centre inside, but for rounding.
+/// Clamps barycentric coordinates to the triangle: centres of covered texels are outside only by
+/// rounding.
 #[inline(always)]
-fn within([_, b, c]: [f64; 3]) -> [f64; 3] {
+fn clamped([_, b, c]: [f64; 3]) -> [f64; 3] {
     let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
     let sum = b + c;
     if sum > 1.0 { [0.0, b / sum, c / sum] } else { [1.0 - sum, b, c] }
 }
 
-/// A triangle of the target, in texels.
+/// A triangle of the target layout, in texels.
 struct Triangle {
     corners: [[f64; 2]; 3],
 }
@@ -87,7 +89,7 @@ impl Triangle {
         Self { corners }
     }
 
-    /// Barycentric coordinates; not finite where there is no area.
+    /// Barycentric coordinates; not finite for a triangle without area.
     #[inline(always)]
     fn weights(&self, px: [f64; 2]) -> [f64; 3] {
         let [a, b, c] = self.corners;
@@ -98,7 +100,7 @@ impl Triangle {
         [1.0 - b - c, b, c]
     }
 
-    /// Barycentric coordinates of the triangle's nearest point.
+    /// Barycentric coordinates of the point of the triangle that is nearest to `px`.
     fn nearest(&self, px: [f64; 2]) -> [f64; 3] {
         let weights = self.weights(px);
         if weights.iter().all(|&weight| weight >= 0.0) {
@@ -112,7 +114,7 @@ impl Triangle {
             let offset = [px[0] - from[0], px[1] - from[1]];
             let squared_length = along[0] * along[0] + along[1] * along[1];
             let t = (offset[0] * along[0] + offset[1] * along[1]) / squared_length;
-            // An edge without length is its first end.
+            // NaN, of an edge without length, becomes its first end.
             let t = if t > 0.0 { t.min(1.0) } else { 0.0 };
             let away = [offset[0] - t * along[0], offset[1] - t * along[1]];
             let distance = away[0] * away[0] + away[1] * away[1];
@@ -140,7 +142,7 @@ mod tests {
             ([2.0, 3.0], [1.0, 0.0, 0.0]),
             ([30.0, 9.0], [0.0, 1.0, 0.0]),
             ([11.0, 12.0], [0.8, 0.1, 0.1]),
-            // Two texels beside the middle of the long edge, at right angles to it.
+            // Next to the midpoint of the long edge, at right angles to it.
             ([19.0, 22.0], [0.0, 0.5, 0.5]),
         ];
         for (px, wanted) in cases {
@@ -153,9 +155,9 @@ mod tests {
     }
 
     #[test]
-    fn rounding_never_leads_outside() {
-        assert_eq!(within([-1e-9, 0.5, 0.5 + 1e-9])[0], 0.0);
-        assert_eq!(within([1.0, -1e-9, 1e-9]), [1.0 - 1e-9, 0.0, 1e-9]);
-        assert_eq!(within([0.25, 0.5, 0.25]), [0.25, 0.5, 0.25]);
+    fn rounding_stays_inside() {
+        assert_eq!(clamped([-1e-9, 0.5, 0.5 + 1e-9])[0], 0.0);
+        assert_eq!(clamped([1.0, -1e-9, 1e-9]), [1.0 - 1e-9, 0.0, 1e-9]);
+        assert_eq!(clamped([0.25, 0.5, 0.25]), [0.25, 0.5, 0.25]);
     }
 }

@@ -1,7 +1,10 @@
-//! The transpose of resampling: every sample gives its value back to the texels that it was made of.
+//! The transpose of resampling: every sample distributes its value to the texels that it
+//! was filtered from.
 //!
-//! Bands of the source are worked on one by one or at once; each looks at the runs that read it, in
-//! the target's order, so sums do not depend on threads.
+//! With `target[t] = Σ w·source[s]`, it computes `source[s] += Σ w·target[t]`. Scattering target
+//! rows in parallel would race on source texels. So each work item owns a band of source rows and
+//! gathers from the runs that read it, in the order of the target, and sums do not depend on the
+//! number of threads.
 
 use super::position::{containing, fraction, near_texture, split};
 use super::{Paths, Walk};
@@ -10,20 +13,20 @@ use crate::map::{Run, SamplingMap};
 use crate::texture::Size;
 use crate::threads::for_each_chunk;
 
-/// Rows of the source in a band.
+/// Source rows per band.
 const BAND: u32 = 32;
 
-/// Longer runs are cut, so that a piece reads few bands.
+/// Longer runs are split, so that each piece reads few bands.
 const PIECE: u32 = 64;
 
-/// A run, or a part of one, and its row.
+/// A run or a part of one, with its row.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     row: u32,
     run: Run,
 }
 
-/// Which pieces of a map read which band of a source.
+/// For each band of a source, the pieces of a map that read it.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     bands: Vec<Vec<Piece>>,
@@ -46,9 +49,9 @@ impl Schedule {
         Self { bands, source, filter }
     }
 
-    /// Adds to every texel of `source` what the target's values give back to it.
+    /// Adds the transpose of resampling, applied to `target`, to `source`.
     ///
-    /// - `source`: `[height * width * C]` values of the size that this was made for.
+    /// - `source`: `[height * width * C]` values of the schedule's source size.
     /// - `target`: `[height * width * C]` values of the map's size.
     pub fn gather<const C: usize>(&self, map: &SamplingMap, target: &[f32], source: &mut [f32]) {
         match self.filter {
@@ -59,6 +62,7 @@ impl Schedule {
         }
     }
 
+    /// [`Schedule::gather`], compiled for one filter.
     fn gather_with<const C: usize, F: Taps>(
         &self,
         map: &SamplingMap,
@@ -69,7 +73,7 @@ impl Schedule {
         let (width, target_width) = (self.source.width as usize, map.size().width as usize);
         for_each_chunk(source, width * C * BAND as usize, |index, values| {
             let first_row = index as u32 * BAND;
-            // A texel may be part of thousands of samples: 32 bits would lose what each adds.
+            // A texel may contribute to thousands of samples: 32-bit sums would lose small terms.
             let mut sums = vec![0.0; values.len()];
             let mut band =
                 Band::<C> { sums: &mut sums, width: width as i32, first_row: first_row as i32 };
@@ -95,7 +99,7 @@ impl Schedule {
     }
 }
 
-/// The parts of a run that are worked on by themselves.
+/// Splits a run into parts of at most [`PIECE`] texels.
 fn cut(run: Run) -> impl Iterator<Item = Run> {
     let end = run.x + run.len;
     (run.x..end).step_by(PIECE as usize).map(move |x| Run {
@@ -113,7 +117,7 @@ fn rows_read(walk: &Walk<'_>, len: u32, source: Size) -> [u32; 2] {
     [row(ends[0].min(ends[1]) - reach), row(ends[0].max(ends[1]) + reach)]
 }
 
-/// Rows of the source that are added to.
+/// A band of source rows that accumulates values.
 struct Band<'a, const C: usize> {
     sums: &'a mut [f64],
     width: i32,
@@ -121,18 +125,18 @@ struct Band<'a, const C: usize> {
 }
 
 impl<const C: usize> Band<'_, C> {
-    /// Adds a value to the window around a position, as far as it lies in the band.
+    /// Adds a weighted value to the window around a position, clipped to the band.
     #[inline(always)]
     fn add<F: Taps>(&mut self, position: [i64; 2], value: [f32; C], source: Size) {
         let before = (F::TAPS as i32 - 1) / 2;
-        let (y, fraction_y) = place::<F>(position[1], source.height);
+        let (y, fraction_y) = locate::<F>(position[1], source.height);
         let band_rows = (self.sums.len() / C) as i32 / self.width;
-        // Beyond the texture's edge its edge was read.
+        // Taps beyond the texture were read from its edge texels.
         let row_of = |b: i32| (y - before + b).clamp(0, source.height as i32 - 1) - self.first_row;
         if row_of(F::TAPS as i32 - 1) < 0 || row_of(0) >= band_rows {
             return;
         }
-        let (x, fraction_x) = place::<F>(position[0], source.width);
+        let (x, fraction_x) = locate::<F>(position[0], source.width);
         let (weights_x, weights_y) = (F::weights(fraction_x), F::weights(fraction_y));
         let mut across = [0.0; MAX_TAPS * 4];
         let across = &mut across[..F::TAPS * C];
@@ -165,10 +169,10 @@ impl<const C: usize> Band<'_, C> {
     }
 }
 
-/// The texel before a position and how far beyond it the position lies; for one tap the texel that
-/// contains it.
+/// The texel before a position and the position's distance from its centre; with one tap, the texel
+/// that contains the position.
 #[inline(always)]
-fn place<F: Taps>(position: i64, count: u32) -> (i32, f32) {
+fn locate<F: Taps>(position: i64, count: u32) -> (i32, f32) {
     let near = near_texture(position, count);
     if F::TAPS == 1 {
         return (containing(near), 0.0);

@@ -1,15 +1,15 @@
-//! The fast path: rows in parallel, kernels compiled for their filter, channels and SIMD level.
+//! The fast path: rows in parallel, kernels compiled per filter, channel count and SIMD level.
 //!
-//! A run is worked on in batches of texels: positions and weights of all of them first, then their
-//! windows. Each window is filtered by [`window::filtered`], which does the reference's arithmetic in
-//! the reference's order.
+//! A run is processed in batches of texels: first the positions and weights of all of them, then
+//! their windows. Each window is filtered by [`window::filtered`], which performs the arithmetic of
+//! the reference in the same order.
 
 use fearless_simd::{Level, Simd, SimdInto, f32x4};
 
-use super::places::{BATCH, Places};
 use super::position::containing;
 use super::prefetch::prefetch;
 use super::window::{self, LANES, MAX_VALUES, Weights};
+use super::windows::{BATCH, Windows};
 use super::{Paths, ROWS, Walk, bytes, load, store};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
@@ -17,7 +17,7 @@ use crate::simd::dispatch;
 use crate::texture::{Size, Value};
 use crate::threads::for_each_chunk;
 
-/// How many texels are asked for ahead by the first of them.
+/// Number of texels that share one prefetch, issued for the first of them.
 const PREFETCHED: usize = 8;
 
 /// A source texture's values and size.
@@ -27,12 +27,12 @@ struct Source<'a, T> {
     size: Size,
 }
 
-/// As [`super::reference::resample`], to the bit but for the sign of zeros, on some rows of the
-/// target.
+/// As [`super::reference::resample`], identical to the bit except for the sign of zeros, on some
+/// rows of the target.
 ///
-/// - `source`: `[height * width * C]` values of a texture of the size that `paths` are for.
+/// - `source`: `[height * width * C]` values, of the size that `paths` is for.
 /// - `rows`: the rows of the target from `first_row` on.
-pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
+pub(crate) fn resample<T: Value, const C: usize, const ALPHA: bool>(
     level: Level,
     map: &SamplingMap,
     paths: &Paths,
@@ -40,7 +40,7 @@ pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
     first_row: u32,
     rows: &mut [T],
 ) {
-    if !OPACITY
+    if !ALPHA
         && paths.filter != Filter::Nearest
         && let (Some(source), Some(rows)) = (T::as_bytes(source), T::as_bytes_mut(rows))
     {
@@ -53,20 +53,20 @@ pub(crate) fn resample<T: Value, const C: usize, const OPACITY: bool>(
         match paths.filter {
             Filter::Nearest => {
                 for_each_run::<T, C>(map, paths, first_row, rows, |walk, texels| {
-                    nearest::<T, C, OPACITY>(source, walk, texels);
+                    nearest::<T, C, ALPHA>(source, walk, texels);
                 });
             }
             Filter::Bilinear => dispatch!(level, simd =>
-                smooth::<_, T, C, OPACITY, Bilinear>(simd, map, paths, source, first_row, rows)),
+                smooth::<_, T, C, ALPHA, Bilinear>(simd, map, paths, source, first_row, rows)),
             Filter::CatmullRom => dispatch!(level, simd =>
-                smooth::<_, T, C, OPACITY, CatmullRom>(simd, map, paths, source, first_row, rows)),
+                smooth::<_, T, C, ALPHA, CatmullRom>(simd, map, paths, source, first_row, rows)),
             Filter::Lanczos3 => dispatch!(level, simd =>
-                smooth::<_, T, C, OPACITY, Lanczos3>(simd, map, paths, source, first_row, rows)),
+                smooth::<_, T, C, ALPHA, Lanczos3>(simd, map, paths, source, first_row, rows)),
         }
     });
 }
 
-/// Calls `fill` with the walk and the texels of every run of some rows.
+/// Calls `fill` with the walk and the target texels of every run in some rows.
 #[inline(always)]
 fn for_each_run<T: Value, const C: usize>(
     map: &SamplingMap,
@@ -86,7 +86,7 @@ fn for_each_run<T: Value, const C: usize>(
     }
 }
 
-fn nearest<T: Value, const C: usize, const OPACITY: bool>(
+fn nearest<T: Value, const C: usize, const ALPHA: bool>(
     source: Source<'_, T>,
     walk: &Walk<'_>,
     texels: &mut [T],
@@ -97,23 +97,23 @@ fn nearest<T: Value, const C: usize, const OPACITY: bool>(
         let centre = walk.centre(k);
         let [x, y] = [0, 1].map(|axis| containing(centre[axis].clamp(0, last[axis] << 32)));
         let index = y as usize * width + x as usize;
-        let levels = load::<T, C, OPACITY>(&source.values[index * C..][..C]);
-        store::<T, C, OPACITY>(levels, texel);
+        let levels = load::<T, C, ALPHA>(&source.values[index * C..][..C]);
+        store::<T, C, ALPHA>(levels, texel);
     }
 }
 
-/// What is known about a batch of texels.
+/// Buffers for a batch of texels.
 struct Batch<T> {
-    places: Places,
+    windows: Windows,
     weights: Weights,
-    /// Sums of samples; the first `C` of each count.
+    /// Sums of samples; only the first `C` values of each are used.
     sums: [[f32; 4]; BATCH],
     values: [T; BATCH * 4],
 }
 
-/// Fills rows with a filter of several taps.
+/// Fills rows using a filter with several taps.
 #[inline(always)]
-fn smooth<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
+fn smooth<S: Simd, T: Value, const C: usize, const ALPHA: bool, F: Taps>(
     simd: S,
     map: &SamplingMap,
     paths: &Paths,
@@ -122,10 +122,10 @@ fn smooth<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
     rows: &mut [T],
 ) {
     let stride = source.size.width as usize * C;
-    // A window is read in whole vectors, which may end a few values behind it: in the margin's texel
-    // to the right, or in the row below.
+    // A window is read in whole vectors, which may extend a few values past its end: into the texel
+    // of margin to its right, or into the row below.
     let may_be_clear = stride >= LANES && source.size.height as usize >= F::TAPS;
-    // All of one length, so that one check does for all rows of a window.
+    // All of the same length, so that one bounds check covers all rows of a window.
     let len = source.values.len().saturating_sub((F::TAPS - 1) * stride);
     let mut window_rows = [&source.values[..0]; MAX_TAPS];
     if may_be_clear {
@@ -134,7 +134,7 @@ fn smooth<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
         }
     }
     let mut batch = Batch {
-        places: Places::new(),
+        windows: Windows::new(),
         weights: [[[0.0; BATCH]; MAX_TAPS]; 2],
         sums: [[0.0; 4]; BATCH],
         values: [T::default(); BATCH * 4],
@@ -150,16 +150,16 @@ fn smooth<S: Simd, T: Value, const C: usize, const OPACITY: bool, F: Taps>(
             for (piece, texels) in (0..).zip(texels.chunks_mut(BATCH * C)) {
                 let first = piece * BATCH as u32;
                 let window_rows = clear.then_some(&window_rows);
-                batch.fill::<S, C, OPACITY, F>(simd, source, window_rows, walk, first, texels);
+                batch.fill::<S, C, ALPHA, F>(simd, source, window_rows, walk, first, texels);
             }
         },
     );
 }
 
 impl<T: Value> Batch<T> {
-    /// Fills texels `first..` of a run.
+    /// Fills the texels of a run from `first` on.
     #[inline(always)]
-    fn fill<S: Simd, const C: usize, const OPACITY: bool, F: Taps>(
+    fn fill<S: Simd, const C: usize, const ALPHA: bool, F: Taps>(
         &mut self,
         simd: S,
         source: Source<'_, T>,
@@ -176,17 +176,17 @@ impl<T: Value> Batch<T> {
                 let texels = (first as usize, count);
                 let begins = (a, b) == (0, 0);
                 if let Some(rows) = window_rows {
-                    self.places.find::<S, F>(simd, source.size, walk, texels, (a, b));
+                    self.windows.find_starts::<S, F>(simd, source.size, walk, texels, (a, b));
                     self.weigh::<F>(count);
                     for k in (0..count).step_by(PREFETCHED) {
                         prefetch(
                             source.values,
-                            ((self.places.start[k] as usize * C) as isize).wrapping_add(ahead),
+                            ((self.windows.start[k] as usize * C) as isize).wrapping_add(ahead),
                         );
                     }
                     for k in 0..count {
-                        let start = self.places.start[k] as usize * C;
-                        let value = window::filtered::<S, T, C, OPACITY, F>(
+                        let start = self.windows.start[k] as usize * C;
+                        let value = window::filtered::<S, T, C, ALPHA, F>(
                             simd,
                             rows,
                             start,
@@ -196,10 +196,10 @@ impl<T: Value> Batch<T> {
                         self.add(k, value, begins);
                     }
                 } else {
-                    self.places.find_anywhere::<F>(source.size, walk, texels, (a, b));
+                    self.windows.find_corners::<F>(source.size, walk, texels, (a, b));
                     self.weigh::<F>(count);
                     for k in 0..count {
-                        let value = self.anywhere::<S, C, OPACITY, F>(simd, source, k);
+                        let value = self.filtered_clamped::<S, C, ALPHA, F>(simd, source, k);
                         self.add(k, value, begins);
                     }
                 }
@@ -211,17 +211,17 @@ impl<T: Value> Batch<T> {
                 *level *= share;
             }
         }
-        if OPACITY {
+        if ALPHA {
             for (levels, texel) in self.sums.iter().zip(texels.chunks_exact_mut(C)) {
-                store::<T, C, OPACITY>(std::array::from_fn(|channel| levels[channel]), texel);
+                store::<T, C, ALPHA>(std::array::from_fn(|channel| levels[channel]), texel);
             }
             return;
         }
         for (value, level) in self.values.iter_mut().zip(self.sums[..count].as_flattened()) {
             *value = T::from_level(*level);
         }
-        // All four values are written where two texels have room for them; the next texel mends what
-        // is not its own.
+        // All four values are written wherever there is room for them; the next texel overwrites
+        // what is not its own.
         let whole = if C == 1 { 0 } else { count - 1 };
         for (k, values) in self.values[..whole * 4].as_chunks::<4>().0.iter().enumerate() {
             texels[k * C..k * C + 4].copy_from_slice(values);
@@ -239,11 +239,11 @@ impl<T: Value> Batch<T> {
         self.sums[k] = if begins { value } else { sum + value }.into();
     }
 
-    /// The weights of `count` texels.
+    /// Computes the weights of `count` texels.
     #[inline(always)]
     fn weigh<F: Taps>(&mut self, count: usize) {
         for axis in 0..2 {
-            for (k, &fraction) in self.places.fraction[axis][..count].iter().enumerate() {
+            for (k, &fraction) in self.windows.fraction[axis][..count].iter().enumerate() {
                 let weights = F::weights(fraction);
                 for tap in 0..F::TAPS {
                     self.weights[axis][tap][k] = weights[tap];
@@ -252,9 +252,9 @@ impl<T: Value> Batch<T> {
         }
     }
 
-    /// The value of texel `k`, wherever it looks; beyond the texture's edge its edge is read.
+    /// The value of texel `k` at any source position; beyond the texture its edge texels repeat.
     #[inline(never)]
-    fn anywhere<S: Simd, const C: usize, const OPACITY: bool, F: Taps>(
+    fn filtered_clamped<S: Simd, const C: usize, const ALPHA: bool, F: Taps>(
         &self,
         simd: S,
         source: Source<'_, T>,
@@ -264,9 +264,9 @@ impl<T: Value> Batch<T> {
         let clamped = |at: i32, count: u32| at.clamp(0, count as i32 - 1) as usize;
         let mut window = [T::default(); STRIDE * MAX_TAPS];
         for (b, row) in (0..).zip(window.chunks_exact_mut(STRIDE).take(F::TAPS)) {
-            let y = clamped(self.places.corner[1][k] + b, source.size.height);
+            let y = clamped(self.windows.corner[1][k] + b, source.size.height);
             for (a, texel) in (0..).zip(row.chunks_exact_mut(C).take(F::TAPS)) {
-                let x = clamped(self.places.corner[0][k] + a, source.size.width);
+                let x = clamped(self.windows.corner[0][k] + a, source.size.width);
                 let start = (y * source.size.width as usize + x) * C;
                 texel.copy_from_slice(&source.values[start..start + C]);
             }
@@ -275,6 +275,6 @@ impl<T: Value> Batch<T> {
         for b in 0..F::TAPS {
             rows[b] = &window[b * STRIDE..][..STRIDE];
         }
-        window::filtered::<S, T, C, OPACITY, F>(simd, &rows, 0, &self.weights, k)
+        window::filtered::<S, T, C, ALPHA, F>(simd, &rows, 0, &self.weights, k)
     }
 }

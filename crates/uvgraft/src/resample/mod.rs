@@ -1,17 +1,18 @@
-//! Filling a texture through a sampling map.
+//! Resampling a texture through a sampling map.
 //!
-//! [`reference()`](reference::resample) is the specification. The fast paths give the same bits: for
-//! 8 bits without opacity in whole numbers (`bytes`), else in floats and the same order (`fast`).
+//! [`reference()`](reference::resample) is the specification. The fast paths give the same bits:
+//! 8-bit textures without alpha in integer arithmetic (`bytes`), all others in floats with the same
+//! order of operations (`fast`).
 
 pub(crate) mod adjoint;
 mod bytes;
 pub(crate) mod fast;
-mod places;
 pub(crate) mod position;
 mod prefetch;
 pub(crate) mod reads;
 pub mod reference;
 mod window;
+mod windows;
 
 use self::position::{TEXEL, containing, from_texels};
 use self::prefetch::prefetch;
@@ -20,15 +21,15 @@ use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::{Size, Value};
 use crate::threads::map_indices;
 
-/// The most samples per texel and axis under minification, and the most source texels that they
-/// spread over. A texel that spans more belongs to a sliver or to a thumbnail.
+/// Maximum number of samples per texel and axis under minification, and maximum number of source
+/// texels that they spread over. Texels that span more belong to slivers or to thumbnails.
 const MAX_SAMPLES: f64 = 32.0;
 
-/// Rows of the target that one piece of work fills.
+/// Target rows per work item.
 const ROWS: usize = 16;
 
-/// Where a source of one size is read for each patch of a map, with one filter. Shared by all
-/// kernels: they may differ in how they read, never in where.
+/// Source positions of all patches of a map, for one source size and filter. Shared by all kernels:
+/// they may differ in how they read texels, never in which ones.
 #[derive(Debug, Clone)]
 pub(crate) struct Paths {
     source: Size,
@@ -36,20 +37,21 @@ pub(crate) struct Paths {
     patches: Vec<Path>,
 }
 
-/// A patch's map and footprint in the source, in positions as [`position`] has them.
+/// A patch's map and footprint in the source, in the fixed-point positions of [`position`].
 #[derive(Debug, Clone, Copy)]
 #[repr(align(128))]
 struct Path {
-    /// The texel of the target that the patch's map begins at.
+    /// The target texel that contains the origin of the patch's map.
     px: [i32; 2],
-    /// What its centre maps to.
+    /// Source position of its centre.
     origin: [i64; 2],
-    /// By axis of the source and of the target.
+    /// Derivatives, indexed by source axis, then target axis.
     slope: [[i64; 2]; 2],
     samples: [u32; 2],
     first_sample: [i64; 2],
     sample_steps: [[i64; 2]; 2],
-    /// How far from a texel's centre its samples' windows reach at most, along the source's x and y.
+    /// Maximum distance from a texel's position to the outer edge of its samples' windows, along
+    /// the source's x and y.
     reach: [i64; 2],
 }
 
@@ -57,7 +59,7 @@ impl Path {
     fn new(patch: &Patch, source: Size, filter: Filter) -> Self {
         let scale = [f64::from(source.width), f64::from(source.height)];
         let affine = &patch.src_uv_from_tgt_px;
-        // Casts saturate: such patches belong to no texel.
+        // Casts saturate; patches so far off own no texel.
         let px = affine.origin_px.map(|px| px.floor() as i32);
         let centre = affine.at(px.map(|px| f64::from(px) + 0.5));
         let (samples, steps) = footprint(patch, scale, filter);
@@ -71,7 +73,7 @@ impl Path {
             samples,
             first_sample: by_axis(&|axis| -offset(0) * steps[0][axis] - offset(1) * steps[1][axis]),
             sample_steps: steps.map(|step| step.map(from_texels)),
-            // Half a window, and one texel more than rounding can be off.
+            // Half a window, and a texel more, which exceeds any rounding error.
             reach: by_axis(&|axis| {
                 let spread = offset(0) * steps[0][axis].abs() + offset(1) * steps[1][axis].abs();
                 spread + filter.taps() as f64 * 0.5 + 1.0
@@ -91,7 +93,7 @@ impl Paths {
         self.source
     }
 
-    /// Asks for what the walk along the run after the next needs.
+    /// Prefetches the path of the run after the next.
     #[inline(always)]
     fn prefetch(&self, runs: &[Run], index: usize) {
         if let Some(run) = runs.get(index + 2) {
@@ -99,7 +101,7 @@ impl Paths {
         }
     }
 
-    /// The samples of one run.
+    /// The sample positions of one run.
     #[inline(always)]
     pub fn walk(&self, row: u32, run: Run) -> Walk<'_> {
         let path = &self.patches[run.patch as usize];
@@ -107,7 +109,8 @@ impl Paths {
         let y = i64::from(row) - i64::from(path.px[1]);
         let start = [0, 1].map(|axis| {
             let [by_x, by_y] = path.slope[axis].map(i128::from);
-            // On thin triangles both products are far beyond the texture, and their sum is not.
+            // On thin triangles both products may lie far outside the texture although
+            // their sum does not.
             let start = i128::from(path.origin[axis]) + by_x * i128::from(x) + by_y * i128::from(y);
             start.clamp(i64::MIN.into(), i64::MAX.into()) as i64
         });
@@ -115,7 +118,7 @@ impl Paths {
     }
 }
 
-/// Where the samples of one run lie in the source.
+/// Source positions of the samples of one run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Walk<'a> {
     start: [i64; 2],
@@ -123,35 +126,35 @@ pub(crate) struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// How many samples a texel averages along the target's x and y.
+    /// Number of samples per texel along the target's x and y.
     #[inline(always)]
     pub fn samples(&self) -> [u32; 2] {
         self.path.samples
     }
 
-    /// From one texel's samples to the next one's.
+    /// Step in source position from one texel to the next.
     #[inline(always)]
     pub fn step(&self) -> [i64; 2] {
         self.path.slope.map(|[by_x, _]| by_x)
     }
 
-    /// From a value of a window to what is new in the windows that a later row of the target has
-    /// there, in values of the source; for [`prefetch()`].
+    /// Offset, in values of the source, from a value of a window to the values that the windows a
+    /// few target rows later are the first to read; for [`prefetch()`].
     ///
-    /// - `stride`: values in a row of the source, of `channels` a texel.
+    /// - `stride`: values per source row, with `channels` values per texel.
     #[inline(always)]
     fn ahead(&self, stride: usize, channels: usize, taps: usize) -> isize {
         let [x, y] = self
             .path
             .slope
             .map(|[_, by_y]| containing(by_y.wrapping_mul(prefetch::ROWS_AHEAD)) as isize);
-        // Windows that move down meet new rows below, others above.
+        // Windows that move down reach new rows at their lower end, others at their upper end.
         let below = if y > 0 { taps as isize - 1 } else { 0 };
         let rows = y.wrapping_add(below).wrapping_mul(stride as isize);
         rows.wrapping_add(x.wrapping_mul(channels as isize))
     }
 
-    /// Position of the centre of the run's texel `k`.
+    /// Source position of the centre of the run's texel `k`.
     #[inline(always)]
     pub fn centre(&self, k: u32) -> [i64; 2] {
         [0, 1].map(|axis| {
@@ -159,25 +162,26 @@ impl Walk<'_> {
         })
     }
 
-    /// Position of sample `(a, b)` of the run's texel `k`.
+    /// Source position of sample `(a, b)` of the run's texel `k`.
     #[inline(always)]
     pub fn sample(&self, k: u32, a: u32, b: u32) -> [i64; 2] {
         let Path { first_sample, sample_steps: [by_a, by_b], .. } = self.path;
         let centre = self.centre(k);
-        // Steps are of the size of textures, so only the centre may be too far for sums.
+        // Steps are no larger than textures, so only the centre may overflow the sum.
         [0, 1].map(|axis| {
             let offset = first_sample[axis] + i64::from(a) * by_a[axis] + i64::from(b) * by_b[axis];
             centre[axis].saturating_add(offset)
         })
     }
 
-    /// How far the samples' windows reach from texels' centres at most, along the source's x and y.
+    /// Maximum distance from a texel's position to the outer edge of its samples' windows, along
+    /// the source's x and y.
     pub fn reach(&self) -> [i64; 2] {
         self.path.reach
     }
 
-    /// Whether the windows of all samples of the run's first `count` texels lie in the source: a run
-    /// is straight, so it is enough to look at its ends.
+    /// Whether the windows of all samples of the run's first `count` texels lie inside the source.
+    /// Positions along a run are collinear, so checking both ends suffices.
     #[inline(always)]
     pub fn stays_inside(&self, count: u32, source: Size) -> bool {
         let ends = [self.start, self.centre(count - 1)];
@@ -190,9 +194,9 @@ impl Walk<'_> {
     }
 }
 
-/// How many samples a texel takes on each axis, and the source offsets between them: one for each
-/// source texel that the target texel spans along that axis, rounded, so that what is about as
-/// dense stays sharp and what is denser is averaged.
+/// The number of samples per texel on each target axis, and the source offsets between them. With
+/// `length` source texels spanned along an axis, there are `round(length)` samples: a source about
+/// as dense as the target stays sharp, a denser one is averaged instead of aliasing.
 fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64; 2]; 2]) {
     if filter == Filter::Nearest {
         return ([1, 1], [[0.0; 2]; 2]);
@@ -208,11 +212,11 @@ fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64
     (samples, steps)
 }
 
-/// Reads a texel as levels, colour multiplied by opacity if the last channel is that.
+/// Reads a texel as levels; with `ALPHA` the last channel is alpha and colours are premultiplied.
 #[inline(always)]
-pub(crate) fn load<T: Value, const C: usize, const OPACITY: bool>(texel: &[T]) -> [f32; C] {
+pub(crate) fn load<T: Value, const C: usize, const ALPHA: bool>(texel: &[T]) -> [f32; C] {
     let mut levels: [f32; C] = std::array::from_fn(|channel| texel[channel].to_level());
-    if OPACITY {
+    if ALPHA {
         let opacity = levels[C - 1] / T::ONE.to_level();
         for level in &mut levels[..C - 1] {
             *level *= opacity;
@@ -221,16 +225,19 @@ pub(crate) fn load<T: Value, const C: usize, const OPACITY: bool>(texel: &[T]) -
     levels
 }
 
-/// Lays filtered levels over what is there; replaces it if no channel is opacity.
+/// Composites filtered, premultiplied levels `s` over the target texel `t`, which is not
+/// premultiplied (Porter and Duff 1984): `a = s.a + t.a·(1 − s.a)` and
+/// `c = (s.c + t.c·t.a·(1 − s.a)) / a`. Without `ALPHA` it replaces the texel.
 #[inline(always)]
-pub(crate) fn store<T: Value, const C: usize, const OPACITY: bool>(
+pub(crate) fn store<T: Value, const C: usize, const ALPHA: bool>(
     levels: [f32; C],
     texel: &mut [T],
 ) {
-    if OPACITY {
+    if ALPHA {
         let one = T::ONE.to_level();
-        // Cubic filters over- and undershoot at edges of opacity, and premultiplied colours with
-        // it. Below none nothing is laid over; beyond full the colour is scaled back too.
+        // Cubic filters over- and undershoot at edges of alpha, and premultiplied colours
+        // along with it. Alpha at or below 0 contributes nothing; above 1 the colour is
+        // scaled down with it.
         if levels[C - 1] <= 0.0 {
             return;
         }
@@ -260,7 +267,7 @@ mod tests {
     use crate::pair::{Direction, Pair};
     use crate::piece::Piece;
 
-    /// Triangles strewn over both layouts: some steep, some shrunk, many beyond the border.
+    /// Triangles scattered over both layouts: some steep, some minified, many beyond the edge.
     fn map(seed: u64, size: Size) -> SamplingMap {
         let mut rng = fastrand::Rng::with_seed(seed);
         // The fourth reads far outside the source.
@@ -282,7 +289,7 @@ mod tests {
         SamplingMap::new(&pair, Direction::Forward, size, &MapOptions::with_gutter(3))
     }
 
-    /// Every level that kernels are compiled for, as far as this machine has it.
+    /// Every level that kernels are compiled for and this machine supports.
     fn levels() -> Vec<Level> {
         let best = Level::new();
         #[cfg(target_arch = "x86_64")]
@@ -292,7 +299,7 @@ mod tests {
         levels.into_iter().flatten().collect()
     }
 
-    fn compare<T: Value, const C: usize, const OPACITY: bool>(value: fn(&mut fastrand::Rng) -> T) {
+    fn compare<T: Value, const C: usize, const ALPHA: bool>(value: fn(&mut fastrand::Rng) -> T) {
         let mut rng = fastrand::Rng::with_seed(C as u64);
         for (seed, source_size, size) in [
             (1, Size::new(37, 61), Size::new(90, 53)),
@@ -301,7 +308,7 @@ mod tests {
             (4, Size::new(40, 30), Size::new(30, 30)),
             // Runs of several batches.
             (5, Size::new(64, 80), Size::new(700, 61)),
-            // Hundreds of samples a texel.
+            // Hundreds of samples per texel.
             (6, Size::new(900, 700), Size::new(40, 31)),
         ] {
             let map = map(seed, size);
@@ -309,21 +316,15 @@ mod tests {
             let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
             for filter in Filter::ALL {
                 let mut wanted = base.clone();
-                reference::resample::<T, C, OPACITY>(
-                    &map,
-                    &source,
-                    source_size,
-                    &mut wanted,
-                    filter,
-                );
+                reference::resample::<T, C, ALPHA>(&map, &source, source_size, &mut wanted, filter);
                 assert!(wanted != base);
                 let paths = Paths::new(&map, source_size, filter);
                 for level in levels() {
                     let mut fast = base.clone();
-                    // In two bands, neither of whole pieces.
+                    // In two bands, neither a multiple of the rows per work item.
                     let (top, rest) = fast.split_at_mut(21 * size.width as usize * C);
-                    fast::resample::<T, C, OPACITY>(level, &map, &paths, &source, 0, top);
-                    fast::resample::<T, C, OPACITY>(level, &map, &paths, &source, 21, rest);
+                    fast::resample::<T, C, ALPHA>(level, &map, &paths, &source, 0, top);
+                    fast::resample::<T, C, ALPHA>(level, &map, &paths, &source, 21, rest);
                     assert!(fast == wanted, "{filter}, {C} channels, seed {seed}, {level:?}");
                 }
             }
@@ -345,7 +346,8 @@ mod tests {
         compare::<f32, 4, true>(fastrand::Rng::f32);
     }
 
-    /// What both paths share they cannot check in each other, so it is pinned by hand.
+    /// The paths share the computation of positions, so comparing them does not test it; it
+    /// is pinned by hand.
     #[test]
     fn positions_and_samples_by_hand() {
         let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -360,7 +362,8 @@ mod tests {
             Size::square(8),
             &MapOptions::with_gutter(0),
         );
-        // A target texel is an eighth; in u the source spans twice as much, so 4 source texels of 16.
+        // A target texel is an eighth of the texture; in u the source triangle is twice as wide, so
+        // the texel spans 4 source texels of 16.
         let run = map.row(1)[0];
         let paths = Paths::new(&map, Size::square(16), Filter::Bilinear);
         let walk = paths.walk(1, run);
@@ -373,7 +376,8 @@ mod tests {
         assert_eq!(walk.sample(1, 3, 1), at(7.5, 3.5));
     }
 
-    /// Far from where their map begins slopes take two products out of all bounds, whose sum is not.
+    /// Far from the origin of the map both products with slopes are out of bounds, but their sum is
+    /// not.
     #[test]
     fn thin_triangles_keep_their_positions() {
         let mesh = |uv: [[f32; 2]; 3]| {
@@ -407,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn laying_over_by_hand() {
+    fn compositing_by_hand() {
         let mut opaque = [10u8, 20, 30, 255];
         // Half of level 200, premultiplied, over the base.
         store::<u8, 4, true>([100.0, 100.0, 100.0, 127.5], &mut opaque);

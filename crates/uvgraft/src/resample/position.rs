@@ -1,18 +1,19 @@
-//! Positions in a source, on one axis: whole numbers of 2⁻³² texels from its top left corner.
+//! Source positions on one axis: 32.32 fixed point, in units of 2⁻³² texels from the top left
+//! corner.
 //!
-//! Whole numbers, because sums of them do not depend on their order, and because the texel and what
-//! lies beyond it are just the two halves of one. What a patch maps to is rounded to them once, by
-//! 2⁻³³ texels at most; so are its slopes, which makes a position 4096 texels away wrong by 5e-7.
+//! Fixed point, because sums of integers do not depend on their order, and because the texel and
+//! the fraction are the two halves of one integer. A patch's origin is rounded once, by at most
+//! 2⁻³³ texels, and so are its slopes, which makes a position 4096 texels away wrong by 5e-7.
 
 /// One texel.
 pub(crate) const TEXEL: i64 = 1 << 32;
 
-/// How far beyond the texture's edge positions may be: more than any window is wide.
+/// Distance beyond the texture's edge at which positions are clamped: wider than any window.
 const NEAR: i64 = 8 * TEXEL;
 
-/// Positions beyond 2³¹ texels become the last that there are.
+/// Positions beyond 2³¹ texels saturate.
 pub(crate) fn from_texels(texels: f64) -> i64 {
-    // Casts saturate, and truncate what is rounded already.
+    // Casts saturate; truncation has no effect after rounding.
     (texels * TEXEL as f64).round() as i64
 }
 
@@ -20,8 +21,8 @@ pub(crate) fn in_texels(position: i64) -> f64 {
     position as f64 / TEXEL as f64
 }
 
-/// A position moved close to the texture where it is far off, as UV coordinates may be: beyond a
-/// window's width nothing changes any more.
+/// Clamps a position to the vicinity of the texture, since UV coordinates may be far off: more than
+/// a window's width outside, the result no longer changes.
 #[inline(always)]
 pub(crate) fn near_texture(position: i64, count: u32) -> i64 {
     position.clamp(-NEAR, i64::from(count) * TEXEL + NEAR)
@@ -33,25 +34,25 @@ pub(crate) fn containing(position: i64) -> i32 {
     (position >> 32) as i32
 }
 
-/// The last texel whose centre does not lie beyond a position, and how far the position lies beyond
-/// that centre, in 2⁻³² texels.
+/// The last texel whose centre is not beyond a position, and the position's distance from that
+/// centre, in 2⁻³² texels.
 #[inline(always)]
 pub(crate) fn split(position: i64) -> (i32, u32) {
     let position = position - TEXEL / 2;
     (containing(position), position as u32)
 }
 
-/// What is taken off a position so that its whole texels are those of its window's first texel; its
-/// fraction is that of [`split`].
+/// The offset to subtract from a position so that its integer part is the first texel of its
+/// window; the fraction remains that of [`split`].
 #[inline(always)]
 pub(crate) const fn before_window(taps: usize) -> i64 {
     TEXEL / 2 + (taps as i64 / 2 - 1) * TEXEL
 }
 
-/// A fraction as a float, below 1 and exact: the lowest bits are dropped.
+/// A fraction as a float, exact and below 1: the 8 lowest bits are dropped.
 #[inline(always)]
 pub(crate) fn fraction(bits: u32) -> f32 {
-    // Through a signed number, which vectors convert in one instruction.
+    // Via a signed integer, which SIMD converts in one instruction.
     (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
@@ -60,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn by_hand() {
+    fn positions_by_hand() {
         assert_eq!(from_texels(1.5), 3 * TEXEL / 2);
         assert_eq!(from_texels(1e30), i64::MAX);
         assert_eq!(in_texels(-TEXEL / 4), -0.25);

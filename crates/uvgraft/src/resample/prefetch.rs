@@ -1,11 +1,11 @@
-//! Asking for memory before it is read. Runs cross the source at any slope, so that processors do not
-//! see by themselves what comes next; a row of the target later it is nearby.
+//! Software prefetching. Runs cross the source at any slope, so hardware prefetchers cannot predict
+//! the next reads; but a later row of the target reads near the current one.
 
-/// Rows of the target that what they read is asked for ahead of: as many as take about as long as
-/// memory does. Two are a little too late, four not better.
+/// Prefetch distance in target rows: as many as take about as long as a memory access. Two are
+/// slightly too late, four are no better.
 pub(super) const ROWS_AHEAD: i64 = 3;
 
-/// Asks for the value at an index; beyond the slice's ends for nothing.
+/// Prefetches the value at an index, which may be out of bounds without effect.
 #[inline(always)]
 pub(super) fn prefetch<T>(values: &[T], index: isize) {
     #[cfg(target_arch = "x86_64")]
@@ -13,7 +13,7 @@ pub(super) fn prefetch<T>(values: &[T], index: isize) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let address = values.as_ptr().wrapping_offset(index).cast();
         #[expect(unsafe_code, reason = "there is no safe name for this instruction")]
-        // SAFETY: it is a hint that may name any address, and every x86-64 has it.
+        // SAFETY: a prefetch is a hint that accepts any address, and every x86-64 processor has it.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(address);
         }

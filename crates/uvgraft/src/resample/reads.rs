@@ -1,4 +1,4 @@
-//! Which parts of a source a map reads, and how far beside a region.
+//! Which parts of a source a map reads, and how far beyond a region.
 
 use std::ops::Range;
 
@@ -11,38 +11,45 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-/// What a map reads of a source of one size.
+/// The parts of a source of one size that a map reads.
 pub(crate) struct Reads {
-    /// All tiles that some sample's window touches, and some more.
+    /// All tiles that the window of any sample touches, and some more.
     pub tiles: Tiles,
-    /// The patches that texels have.
+    /// Bit set of the patches that have any texels.
     patches: Vec<u64>,
 }
 
 impl Reads {
+    /// Finds what a map reads, at a cost per patch rather than per run where possible.
+    ///
+    /// A patch's texels lie within a fixed distance of its target triangle, so the bounding box of
+    /// the triangle's source corners, grown by a margin, contains everything that the patch reads.
+    /// Only patches with a large margin or corners far off, and pieces that are a part of a face,
+    /// are traced run by run.
+    ///
     /// - `target`: the mesh that the map fills.
     pub fn new(map: &SamplingMap, target: &Mesh, paths: &Paths) -> Self {
         const PIECES: usize = 16;
-        /// Patches that read farther around their triangle are looked at run by run.
-        const TAME_PX: f64 = 32.0;
+        /// Patches with a larger margin around their triangle are traced run by run.
+        const MAX_MARGIN_PX: f64 = 32.0;
         let source = paths.source;
-        // No texel is farther from the triangle that it takes its position from than what the map
-        // carries on, so its position is no farther from the triangle's corners' than this.
+        // No texel is farther from its triangle than the map extrapolates, so its source position
+        // is within this distance of the bounding box of the triangle's corners.
         let margin = |path: &Path, axis: usize| {
             let [x, y] = path.slope[axis].map(in_texels);
-            map.carried_px() * x.hypot(y) + in_texels(path.reach[axis])
+            map.reach_px() * x.hypot(y) + in_texels(path.reach[axis])
         };
         let linked = map.linked_patches();
         let boxes = map_indices(linked.len(), |index| {
             let (path, patch) = (&paths.patches[index], &linked[index]);
-            // What a part's map is beyond the part may be far off.
+            // The map of a part may extrapolate to positions far off at the corners of the face.
             if patch.is_part {
                 return None;
             }
             let corners = corners_px(target, patch.face as usize, map.size());
             let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
-            let is_tame = is_near && (0..2).all(|axis| margin(path, axis) < TAME_PX);
-            is_tame.then(|| {
+            let has_box = is_near && (0..2).all(|axis| margin(path, axis) < MAX_MARGIN_PX);
+            has_box.then(|| {
                 let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
                 [(0, source.width), (1, source.height)].map(|(axis, count)| {
                     let corners = corners.map(|corner| corner[axis] * f64::from(count));
@@ -50,9 +57,9 @@ impl Reads {
                 })
             })
         });
-        let mut is_tame = vec![false; pieces(map)];
+        let mut has_box = vec![false; pieces(map)];
         for (found, patch) in boxes.iter().zip(linked) {
-            is_tame[patch.piece as usize] = found.is_some();
+            has_box[patch.piece as usize] = found.is_some();
         }
         let height = map.size().height as usize;
         let pieces = map_indices(PIECES, |piece| {
@@ -61,7 +68,7 @@ impl Reads {
             for row in height * piece / PIECES..height * (piece + 1) / PIECES {
                 for &run in map.row(row as u32) {
                     bits::insert(&mut patches, run.patch);
-                    if is_tame[map.patches()[run.patch as usize].piece as usize] {
+                    if has_box[map.patches()[run.patch as usize].piece as usize] {
                         continue;
                     }
                     let walk = paths.walk(row as u32, run);
@@ -93,21 +100,22 @@ impl Reads {
         all
     }
 
-    /// For each piece, whether any texel takes its position from it.
+    /// For each piece, whether any texel takes its source position from it.
     fn owners(&self, map: &SamplingMap) -> Vec<bool> {
         let mut owns = vec![false; pieces(map)];
-        for patch in bits::numbers(&self.patches) {
+        for patch in bits::members(&self.patches) {
             owns[map.patches()[patch as usize].piece as usize] = true;
         }
         owns
     }
 
-    /// How many texels beyond the edge of a region a transfer may read, where `patches` lie at it.
+    /// Distance, in texels, up to which a transfer may read beyond the edge of a region along
+    /// which `patches` lie.
     pub fn reach(&self, map: &SamplingMap, patches: &[Patch], source: Size, filter: Filter) -> u32 {
-        /// Reached by slivers alone, which see a texel or two of background then.
-        const MOST: f64 = 64.0;
+        /// Only slivers reach farther; they pick up a texel or two of background then.
+        const MAX: f64 = 64.0;
         let scale = [f64::from(source.width), f64::from(source.height)];
-        // A piece too thin to own a texel is no reason to reach far.
+        // Pieces too thin to own a texel are ignored, so that they do not enlarge the reach.
         let owns = self.owners(map);
         let beside_taps = patches
             .iter()
@@ -118,25 +126,25 @@ impl Reads {
                     let [x, y] = steps[axis];
                     0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
                 };
-                // What the gutter carries on beyond an edge, by the longer of the two axes.
+                // Extrapolation of the gutter beyond an edge, along the longer of the two axes.
                 let carried = [0, 1].map(|k| {
                     (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
                 });
-                spread(0) + spread(1) + map.carried_px() * carried[0].max(carried[1]).sqrt()
+                spread(0) + spread(1) + map.reach_px() * carried[0].max(carried[1]).sqrt()
             })
             .fold(0.0, f64::max);
-        // Half the taps, and one more for the diagonal.
-        (beside_taps.min(MOST) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
+        // Half the taps, and one texel more for the diagonal.
+        (beside_taps.min(MAX) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
     }
 }
 
-/// The number of the last piece that has a patch, and one more.
+/// One more than the index of the last piece that has a patch.
 fn pieces(map: &SamplingMap) -> usize {
     map.linked_patches().last().map_or(0, |patch| patch.piece as usize + 1)
 }
 
-/// The texels on one axis within `margin` of some positions; beyond the texture's edge its edge is
-/// read.
+/// The texels on one axis within `margin` of the bounds of some positions. Positions beyond the
+/// texture are clamped, since its edge texels are read there.
 fn around<const N: usize>(positions: [f64; N], margin: f64, count: u32) -> Range<u32> {
     let positions = positions.map(|position| position.clamp(0.0, f64::from(count)));
     let first = positions.into_iter().fold(f64::INFINITY, f64::min) - margin;

@@ -1,5 +1,5 @@
-//! The specification of resampling: every faster path is tested against it. Written to be read;
-//! never tuned.
+//! The specification of resampling that every faster path is tested against. Written to be
+//! read; never tuned.
 
 use super::position::{containing, fraction, near_texture, split};
 use super::{Paths, Walk, bytes, load, store};
@@ -7,19 +7,19 @@ use crate::filter::Filter;
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
 
-/// Fills what a map reaches of a target from a source.
+/// Fills the texels of a target that a map reaches from a source.
 ///
 /// - `source`: `[height * width * C]` values of a texture of `source_size`.
 /// - `target`: `[height * width * C]` values of a texture of the map's size.
 ///
-/// With `OPACITY` the last channel is that: values are filtered multiplied by it, and laid over what
-/// the target holds. Without, values replace what the target holds. Taps beyond the source's edge
-/// read its edge. Values of 8 bits without opacity are filtered in whole numbers, which round to what
-/// exact arithmetic rounds to but where that is within 1/16 level of a tie.
+/// With `ALPHA` the last channel is alpha: colours are filtered premultiplied and composited over
+/// the target. Without it, values replace those of the target. Taps beyond the source read its edge
+/// texels. 8-bit values without alpha are filtered in integers, which round as exact arithmetic
+/// does except within 1/16 level of a tie.
 ///
 /// # Panics
 /// If a buffer is too short.
-pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
+pub fn resample<T: Value, const C: usize, const ALPHA: bool>(
     map: &SamplingMap,
     source: &[T],
     source_size: Size,
@@ -33,20 +33,20 @@ pub fn resample<T: Value, const C: usize, const OPACITY: bool>(
             let walk = paths.walk(row, run);
             for k in 0..run.len {
                 let levels = match T::as_bytes(source) {
-                    Some(source) if !OPACITY && filter != Filter::Nearest => {
+                    Some(source) if !ALPHA && filter != Filter::Nearest => {
                         bytes::texel::<C>(&walk, k, source, source_size, filter).map(f32::from)
                     }
-                    _ => average::<T, C, OPACITY>(&walk, k, source, source_size, filter),
+                    _ => average::<T, C, ALPHA>(&walk, k, source, source_size, filter),
                 };
                 let texel = row as usize * width + (run.x + k) as usize;
-                store::<T, C, OPACITY>(levels, &mut target[texel * C..][..C]);
+                store::<T, C, ALPHA>(levels, &mut target[texel * C..][..C]);
             }
         }
     }
 }
 
 /// The mean of a texel's samples.
-fn average<T: Value, const C: usize, const OPACITY: bool>(
+fn average<T: Value, const C: usize, const ALPHA: bool>(
     walk: &Walk<'_>,
     k: u32,
     source: &[T],
@@ -57,7 +57,7 @@ fn average<T: Value, const C: usize, const OPACITY: bool>(
     let mut sum = [0.0; C];
     for b in 0..rows {
         for a in 0..columns {
-            let value = sample::<T, C, OPACITY>(source, size, walk.sample(k, a, b), filter);
+            let value = sample::<T, C, ALPHA>(source, size, walk.sample(k, a, b), filter);
             for channel in 0..C {
                 sum[channel] += value[channel];
             }
@@ -67,8 +67,8 @@ fn average<T: Value, const C: usize, const OPACITY: bool>(
     sum.map(|total| total * share)
 }
 
-/// The value at one position: columns of texels are filtered first, then their results.
-fn sample<T: Value, const C: usize, const OPACITY: bool>(
+/// The value at one position: texels are filtered down each column first, then across columns.
+fn sample<T: Value, const C: usize, const ALPHA: bool>(
     source: &[T],
     size: Size,
     position: [i64; 2],
@@ -77,7 +77,7 @@ fn sample<T: Value, const C: usize, const OPACITY: bool>(
     let texel = |x: i32, y: i32| -> [f32; C] {
         let x = x.clamp(0, size.width as i32 - 1) as usize;
         let y = y.clamp(0, size.height as i32 - 1) as usize;
-        load::<T, C, OPACITY>(&source[(y * size.width as usize + x) * C..])
+        load::<T, C, ALPHA>(&source[(y * size.width as usize + x) * C..])
     };
     let position = [near_texture(position[0], size.width), near_texture(position[1], size.height)];
     if filter == Filter::Nearest {

@@ -1,9 +1,9 @@
-//! Motions in the form of AMASS.
+//! Motions in AMASS's format.
 //!
 //! # Source
 //! Mahmood et al., "AMASS: Archive of Motion Capture as Surface Shapes", 2019, and its files: Z up,
-//! the root's rotation vector first, hands with their mean pose in them. Other tools write the same with
-//! Y up, without places, or with a few names of their own.
+//! the root's rotation vector first, hands with their mean pose included. Other tools write the
+//! same with Y up, without translations, or with some other names.
 
 #[cfg(test)]
 mod tests;
@@ -15,14 +15,14 @@ use uvgraft_io::arrays::{ArraysError, NamedArrays, NumericArray};
 use super::MotionError;
 use crate::body::{BODY, BodyKind, Gender, JointEntry};
 
-/// The most frames of a motion: half an hour at 120 frames a second.
-const MOST_FRAMES: usize = 216_000;
-/// The highest frame rate, in frames a second.
-const MOST_RATE: f64 = 10_000.0;
-/// The most coefficients of shape that are kept.
-const MOST_BETAS: usize = 1000;
+/// Upper limit of the number of frames: half an hour at 120 frames a second.
+const MAX_FRAMES: usize = 216_000;
+/// Upper limit of the frame rate, in frames a second.
+const MAX_RATE: f64 = 10_000.0;
+/// Upper limit of the shape coefficients that are kept.
+const MAX_BETAS: usize = 1000;
 
-/// A recorded motion of a body of the SMPL family. Rotations and places are as in the file.
+/// A recorded motion of a body of the SMPL family, with rotations and translations as in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     joints: Vec<JointEntry>,
@@ -30,50 +30,60 @@ pub struct Motion {
     /// `[frames][joints]` rotation vectors.
     turns: Vec<[f32; 3]>,
     /// `[frames]` translations of the body, in metres.
-    places: Vec<[f32; 3]>,
-    /// The file says where the body was.
-    has_places: bool,
+    translations: Vec<[f32; 3]>,
+    /// Whether the file has translations.
+    has_translations: bool,
     betas: Option<Vec<f32>>,
     gender: Option<Gender>,
     kind: Option<BodyKind>,
 }
 
 impl Motion {
-    /// From the arrays of a file.
+    /// Builds a motion from the arrays of a file.
     ///
     /// - `poses` `[T, C]`: rotation vectors in radians, the root's first. `C` is 66 (a body), 72
-    ///   (SMPL), 156 (SMPL-H) or 165 (SMPL-X), or 63 (a body without its root) beside `root_orient`
-    ///   `[T, 3]`. Files without `poses` have its parts: `root_orient`, `pose_body` `[T, 63]`, and
-    ///   perhaps `pose_hand` `[T, 90]`, `pose_jaw` `[T, 3]` and `pose_eye` `[T, 6]`.
+    ///   (SMPL), 156 (SMPL-H) or 165 (SMPL-X), or 63 (a body without its root) along with
+    ///   `root_orient` `[T, 3]`. Files without `poses` have its parts: `root_orient`, `pose_body`
+    ///   `[T, 63]`, and optionally `pose_hand` `[T, 90]`, `pose_jaw` `[T, 3]` and `pose_eye`
+    ///   `[T, 6]`.
     /// - `mocap_framerate`, `mocap_frame_rate` or `fps`: frames a second.
-    /// - Where there are any, `trans` or `transl` `[T, 3]`, metres, `betas`, whose first row counts if
-    ///   each frame has its own, `gender` and `surface_model_type`.
+    /// - Optional: `trans` or `transl` `[T, 3]`, metres; `betas`, of which the first row is used if
+    ///   there is one for each frame; `gender`; and `surface_model_type`.
     ///
     /// # Errors
-    /// [`MotionError`] for arrays that are missing or have other shapes, values that are not finite, a
-    /// frame rate that is none, or more than 216,000 frames.
+    /// [`MotionError`] for arrays that are missing or have other shapes, values that are not
+    /// finite, an invalid frame rate, or more than 216,000 frames.
     pub fn from_arrays(arrays: &NamedArrays) -> Result<Self, MotionError> {
         let rate = read_rate(arrays)?;
         let (turns, joints) = read_turns(arrays)?;
         let frames = turns.len() / joints.len();
-        if !(1..=MOST_FRAMES).contains(&frames) {
-            return Err(MotionError::Frames { found: frames, most: MOST_FRAMES });
+        if !(1..=MAX_FRAMES).contains(&frames) {
+            return Err(MotionError::Frames { found: frames, most: MAX_FRAMES });
         }
-        let trans = ["trans", "transl"].into_iter().find(|key| is_there(arrays, key));
-        let places = match trans {
+        let trans = ["trans", "transl"].into_iter().find(|key| has_key(arrays, key));
+        let translations = match trans {
             Some(key) => rows(arrays, key, Some(frames), 3)?.as_chunks::<3>().0.to_vec(),
             None => vec![[0.0; 3]; frames],
         };
         let betas = read_betas(arrays)?;
         let gender = Gender::from_arrays(arrays);
         let kind = read_kind(arrays, joints.len());
-        let has_places = trans.is_some();
-        Ok(Self { joints: joints.to_vec(), rate, turns, places, has_places, betas, gender, kind })
+        let has_translations = trans.is_some();
+        Ok(Self {
+            joints: joints.to_vec(),
+            rate,
+            turns,
+            translations,
+            has_translations,
+            betas,
+            gender,
+            kind,
+        })
     }
 
-    /// How many frames it has.
+    /// Number of frames.
     pub const fn frames(&self) -> usize {
-        self.places.len()
+        self.translations.len()
     }
 
     /// Frames a second.
@@ -81,7 +91,7 @@ impl Motion {
         self.rate
     }
 
-    /// From the first frame to the last, in seconds.
+    /// Duration from the first frame to the last, in seconds.
     pub fn seconds(&self) -> f64 {
         (self.frames() - 1) as f64 / self.rate
     }
@@ -91,24 +101,25 @@ impl Motion {
         self.joints.iter().map(|&(name, _, _)| name)
     }
 
-    /// The shape of the person who moved, where the file has it.
+    /// Shape coefficients of the performer, if the file has them.
     pub fn betas(&self) -> Option<&[f32]> {
         self.betas.as_deref()
     }
 
-    /// Of which gender the model was that the shape is for.
+    /// The gender of the body model that the shape belongs to.
     pub const fn gender(&self) -> Option<Gender> {
         self.gender
     }
 
-    /// Which kind of model the shape is for, where the file's joints or its own word tell.
+    /// The kind of body model that the shape belongs to, if the file states it or its
+    /// joints imply it.
     pub const fn kind(&self) -> Option<BodyKind> {
         self.kind
     }
 
-    /// Whether the body stays in its place: the file does not say where it was, or always the same.
+    /// Whether the body stays in place: the file has no translations, or only zeros.
     pub fn is_still(&self) -> bool {
-        !self.has_places || self.places.iter().all(|place| *place == [0.0; 3])
+        !self.has_translations || self.translations.iter().all(|shift| *shift == [0.0; 3])
     }
 
     pub(super) fn joints(&self) -> &[JointEntry] {
@@ -121,40 +132,41 @@ impl Motion {
     }
 
     /// The translation in a frame.
-    pub(super) fn place(&self, frame: usize) -> [f32; 3] {
-        self.places[frame]
+    pub(super) fn translation(&self, frame: usize) -> [f32; 3] {
+        self.translations[frame]
     }
 }
 
 fn read_rate(arrays: &NamedArrays) -> Result<f64, MotionError> {
     let names = ["mocap_framerate", "mocap_frame_rate", "fps"];
-    let rate = names.iter().find_map(|name| arrays.get(name));
+    let rate = names.into_iter().find_map(|name| Some((name, arrays.get(name)?)));
     let wanted = "`mocap_framerate`, `mocap_frame_rate` or `fps`";
-    let rate = rate.ok_or_else(|| missing(arrays, wanted))?;
+    let (key, rate) = rate.ok_or_else(|| missing(arrays, wanted))?;
     let found = match rate.f64s().as_ref() {
         &[rate] => rate,
         _ => {
-            let (key, wanted) = ("mocap_framerate", "[1]".to_owned());
-            return Err(MotionError::Shape { key, found: rate.shape().to_vec(), wanted });
+            let (found, wanted) = (rate.shape().to_vec(), "[1]".to_owned());
+            return Err(MotionError::Shape { key, found, wanted });
         }
     };
-    if found.is_finite() && found > 0.0 && found <= MOST_RATE {
+    if found.is_finite() && found > 0.0 && found <= MAX_RATE {
         Ok(found)
     } else {
-        Err(MotionError::Rate { found, most: MOST_RATE })
+        Err(MotionError::Rate { found, most: MAX_RATE })
     }
 }
 
-/// Whether a file has it, readable or not.
-fn is_there(arrays: &NamedArrays, key: &str) -> bool {
+/// Whether a file has the array, readable or not.
+fn has_key(arrays: &NamedArrays, key: &str) -> bool {
     !matches!(arrays.require(key), Err(ArraysError::Missing { .. }))
 }
 
-/// The coefficients of a person's shape: numbers, or a row for each frame of which the first counts.
+/// The performer's shape coefficients: a vector, or a row for each frame, of which the
+/// first is used.
 fn read_betas(arrays: &NamedArrays) -> Result<Option<Vec<f32>>, MotionError> {
     let Some(array) = arrays.get("betas") else { return Ok(None) };
     let row = array.shape().last().copied().unwrap_or(1);
-    let betas: Vec<f32> = array.f32s().iter().copied().take(row.min(MOST_BETAS)).collect();
+    let betas: Vec<f32> = array.f32s().iter().copied().take(row.min(MAX_BETAS)).collect();
     match betas.iter().enumerate().find(|(_, value)| !value.is_finite()) {
         Some((column, &found)) => {
             Err(MotionError::NotFinite { key: "betas", frame: 0, column, found })
@@ -163,19 +175,20 @@ fn read_betas(arrays: &NamedArrays) -> Result<Option<Vec<f32>>, MotionError> {
     }
 }
 
-/// The kind of the person's model: what the file calls it, or what has so many joints.
+/// The kind of the performer's model: the one that the file names, or the one with this
+/// number of joints.
 fn read_kind(arrays: &NamedArrays, joints: usize) -> Option<BodyKind> {
-    let said = arrays.text("surface_model_type").and_then(|text| {
+    let named = arrays.text("surface_model_type").and_then(|text| {
         let text = text.to_lowercase();
-        // `smplx_locked_head` too, and the longer names before the one that they begin with.
+        // Also matches `smplx_locked_head`; longer names come before their prefixes.
         [("smplx", BodyKind::SmplX), ("smplh", BodyKind::SmplH), ("smpl", BodyKind::Smpl)]
             .into_iter()
             .find(|(name, _)| text.contains(name))
     });
-    said.map(|(_, kind)| kind).or_else(|| BodyKind::with_joints(joints))
+    named.map(|(_, kind)| kind).or_else(|| BodyKind::with_joints(joints))
 }
 
-/// Rotation vectors of all frames, and which joints they are of.
+/// Rotation vectors of all frames, and the joints they belong to.
 fn read_turns(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), MotionError> {
     let points = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
     let poses = match arrays.require("poses") {
@@ -205,13 +218,14 @@ fn wrong_poses(poses: &NumericArray) -> MotionError {
     MotionError::Shape {
         key: "poses",
         found: poses.shape().to_vec(),
-        wanted: "[frames, 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X)], or [frames, 63] beside \
-                 `root_orient`"
-            .to_owned(),
+        wanted:
+            "[frames, C] with C = 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X), or C = 63 along \
+                 with `root_orient`"
+                .to_owned(),
     }
 }
 
-/// The same of a file that has the parts of poses.
+/// The same for a file with the parts of the poses.
 fn read_parts(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), MotionError> {
     if arrays.get("root_orient").is_none() || arrays.get("pose_body").is_none() {
         return Err(missing(arrays, "`poses`, or `root_orient` and `pose_body`"));
@@ -238,7 +252,8 @@ fn read_parts(arrays: &NamedArrays) -> Result<(Vec<[f32; 3]>, Vec<JointEntry>), 
     Ok((side_by_side(&parts).as_chunks::<3>().0.to_vec(), joints))
 }
 
-/// Tables of as many rows as one table; each comes with how many columns it has.
+/// Concatenates the columns of tables with equal numbers of rows; each comes with its
+/// number of columns.
 fn side_by_side(parts: &[(&[f32], usize)]) -> Vec<f32> {
     let rows = parts.first().map_or(0, |(values, columns)| values.len() / columns);
     let row =
@@ -246,7 +261,7 @@ fn side_by_side(parts: &[(&[f32], usize)]) -> Vec<f32> {
     (0..rows).flat_map(row).copied().collect()
 }
 
-/// A table of finite numbers with so many rows, if that is known, and so many columns.
+/// A table of finite numbers with `columns` columns, and `frames` rows if that is known.
 fn rows<'a>(
     arrays: &'a NamedArrays,
     key: &'static str,
@@ -263,10 +278,10 @@ fn rows<'a>(
         let wanted = format!("[{frames}, {columns}]");
         return Err(MotionError::Shape { key, found: array.shape().to_vec(), wanted });
     }
-    // Before anything is converted, so that no file asks for more than its motion is worth.
+    // Checked before the conversion, so that no file makes it allocate more than a motion can need.
     let found = array.shape()[0];
-    if found > MOST_FRAMES {
-        return Err(MotionError::Frames { found, most: MOST_FRAMES });
+    if found > MAX_FRAMES {
+        return Err(MotionError::Frames { found, most: MAX_FRAMES });
     }
     let values = array.f32s();
     if let Some(at) = values.iter().position(|value| !value.is_finite()) {
@@ -277,7 +292,7 @@ fn rows<'a>(
 }
 
 fn missing(arrays: &NamedArrays, wanted: &'static str) -> MotionError {
-    const MOST: usize = 40;
-    let found = arrays.names().take(MOST).collect::<Vec<_>>().join(", ");
+    const MAX: usize = 40;
+    let found = arrays.names().take(MAX).collect::<Vec<_>>().join(", ");
     MotionError::Missing { wanted, found }
 }

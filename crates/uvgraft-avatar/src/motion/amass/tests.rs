@@ -18,7 +18,7 @@ fn motion(columns: usize) -> NamedArrays {
 }
 
 #[test]
-fn the_columns_tell_the_joints() {
+fn the_number_of_columns_determines_the_joints() {
     for (columns, joints, last) in [
         (66, 22, "right_wrist"),
         (72, 24, "right_hand"),
@@ -31,7 +31,7 @@ fn the_columns_tell_the_joints() {
         assert_eq!(motion.seconds(), 0.05);
         // The third value of the second joint in the second frame.
         assert_eq!(motion.turns(1)[1][2], (columns + 5) as f32 / 1000.0);
-        assert_eq!(motion.place(2), [0.006, 0.007, 0.008]);
+        assert_eq!(motion.translation(2), [0.006, 0.007, 0.008]);
     }
 }
 
@@ -66,7 +66,7 @@ fn parts_are_put_together() {
 }
 
 #[test]
-fn what_other_tools_write() {
+fn variants_written_by_other_tools() {
     let mut arrays = motion(165);
     let still = Motion::from_arrays(&arrays).unwrap();
     assert_eq!(
@@ -83,7 +83,7 @@ fn what_other_tools_write() {
     let motion = Motion::from_arrays(&arrays).unwrap();
     assert!(!motion.is_still() && motion.rate() == 25.0);
     assert_eq!(motion.gender(), Some(Gender::Female));
-    // A row for each frame: the person is the same.
+    // A row for each frame: all describe the same person.
     assert_eq!(motion.betas().unwrap().len(), 10);
     arrays.insert_text("surface_model_type", "smplx_locked_head");
     arrays.insert("poses", table(4, 66));
@@ -94,7 +94,7 @@ fn what_other_tools_write() {
 }
 
 #[test]
-fn what_is_no_motion_is_refused() {
+fn invalid_motions_are_refused() {
     let refused = |change: &dyn Fn(&mut NamedArrays)| {
         let mut arrays = motion(156);
         change(&mut arrays);
@@ -128,7 +128,7 @@ fn what_is_no_motion_is_refused() {
         arrays.insert("poses", NumericArray::new_f32(vec![0, 156], vec![]).unwrap());
     });
     assert_eq!(text, "must have 1 to 216000 frames, got 0");
-    let text = refused(&|arrays| arrays.insert("poses", table(MOST_FRAMES + 1, 66)));
+    let text = refused(&|arrays| arrays.insert("poses", table(MAX_FRAMES + 1, 66)));
     assert_eq!(text, "must have 1 to 216000 frames, got 216001");
     let text = Motion::from_arrays(&NamedArrays::new()).unwrap_err().to_string();
     assert!(text.contains("mocap_framerate"), "{text}");

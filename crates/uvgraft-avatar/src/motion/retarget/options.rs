@@ -1,62 +1,62 @@
-//! How a motion becomes a clip, and what became of it.
+//! Options for converting a motion to a clip, and a report of the result.
 
 use super::super::ground::Grounding;
 use super::super::soles::Soles;
-use super::super::up::Up;
+use super::super::up::UpAxis;
 use crate::rig::Skeleton;
 
-/// Where a clip's feet are.
+/// How a clip relates to the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Ground {
-    /// Translations stay as they were recorded, whoever plays them.
+pub enum GroundMode {
+    /// Translations stay as recorded, whatever body plays them.
     #[default]
     Keep,
-    /// Feet stand on y = 0 where the feet of the person who moved stood; ways are as much longer as the
-    /// body's legs are. The first frame is at the body's place at rest and faces the front. Needs
-    /// [`ClipOptions::performer`]; without, as [`Ground::Feet`].
+    /// Feet stand on y = 0 where the performer's feet stood; paths are scaled by the ratio of leg
+    /// lengths. The first frame is at the body's rest position and faces the front. Needs
+    /// [`ClipOptions::performer`]; without, the same as [`GroundMode::Feet`].
     Clip,
-    /// The same with nobody known: the body's own feet stand where they are low and slow.
+    /// The same without a performer: the body's own feet stand where they are low and slow.
     Feet,
 }
 
-/// A person who moved.
+/// The performer of a motion.
 #[derive(Debug, Clone, Copy)]
-pub struct Person<'a> {
-    /// The person's joints at rest, in the model's own space.
+pub struct Performer<'a> {
+    /// The person's joints at rest, in the space of the body model.
     pub skeleton: &'a Skeleton,
-    /// The person's feet.
+    /// The person's soles.
     pub soles: Option<&'a Soles>,
 }
 
-/// How a motion becomes a clip.
+/// Options for converting a motion to a clip.
 #[derive(Debug, Clone, Copy)]
 pub struct ClipOptions<'a> {
-    /// Frames a second, at most the motion's own; nothing keeps all frames.
+    /// Frames a second, at most those of the motion; `None` keeps all frames.
     pub fps: Option<f64>,
     /// Where the clip begins in the motion, in seconds.
     pub start_s: f64,
-    /// How long it is at most, in seconds.
+    /// Maximum length of the clip, in seconds.
     pub seconds: Option<f64>,
-    /// Where feet are.
-    pub ground: Ground,
-    /// Which axis of the recording points up; nothing finds out.
-    pub up: Option<Up>,
-    /// The person who moved, where it is known: a model with the motion's [`betas`](crate::motion::Motion::betas).
-    /// With [`Ground::Keep`] and nobody, a body of the family is taken to be that person, in the space of
-    /// its model, and others are set beside the family's mean body.
-    pub performer: Option<Person<'a>>,
-    /// The feet of the body that plays the clip; nothing takes them from its joints.
+    /// How the clip relates to the ground.
+    pub ground: GroundMode,
+    /// Which axis of the recording points up; `None` detects it.
+    pub up: Option<UpAxis>,
+    /// The performer, if known: a model with the motion's [`betas`](crate::motion::Motion::betas).
+    /// With [`GroundMode::Keep`] and no performer, a body of the SMPL family is taken to be the
+    /// performer, in the space of its model; other bodies are placed as the family's mean body.
+    pub performer: Option<Performer<'a>>,
+    /// The soles of the body that plays the clip; `None` derives them from its joints.
     pub soles: Option<&'a Soles>,
 }
 
 impl Default for ClipOptions<'_> {
-    /// 30 frames a second, all of the motion, where it was recorded.
+    /// The whole motion at 30 frames a second, where it was recorded.
     fn default() -> Self {
         Self {
             fps: Some(30.0),
             start_s: 0.0,
             seconds: None,
-            ground: Ground::Keep,
+            ground: GroundMode::Keep,
             up: None,
             performer: None,
             soles: None,
@@ -64,25 +64,28 @@ impl Default for ClipOptions<'_> {
     }
 }
 
-/// What became of a motion on a skeleton.
+/// Report of how a motion was retargeted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Retarget {
-    /// Joints of the motion that the skeleton lacks; those between others hand their rotations on.
+    /// Joints of the motion that the skeleton lacks; their rotations are passed on to
+    /// their descendants.
     pub missing: Vec<&'static str>,
-    /// Joints of the skeleton that the motion has not: they stay as at rest.
+    /// Joints of the skeleton that the motion lacks: they keep their rest rotation.
     pub still: Vec<String>,
-    /// What translations were multiplied by: the ratio of leg lengths; 1 where they are kept.
+    /// Factor of the translations: the ratio of leg lengths; 1 where they are kept.
     pub scale: f32,
-    /// Which axis of the recording was taken to point up.
-    pub up: Up,
-    /// The motion left no doubt about it, or it was given.
+    /// The axis of the recording that was taken to point up.
+    pub up: UpAxis,
+    /// Whether that axis was given or unambiguous.
     pub up_is_certain: bool,
-    /// The file does not say where the body was: its clip stays in one place.
+    /// The file lacks the body's position: its clip stays in place.
     pub in_place: bool,
-    /// How far the whole clip was turned about the vertical to face the front at its start, in degrees.
+    /// Rotation of the whole clip about the vertical so that it starts facing the front, in
+    /// degrees.
     pub turned_deg: f32,
-    /// What was done about the ground; nothing where translations are kept.
+    /// The corrections of ground contact; `None` where translations are kept.
     pub grounding: Option<Grounding>,
-    /// How far an arm at rest was turned to where the family has it, in degrees; 0 for a T.
+    /// The largest rotation of an arm from its rest direction to the family's, in degrees; 0 for a
+    /// T-pose.
     pub arms_deg: f32,
 }

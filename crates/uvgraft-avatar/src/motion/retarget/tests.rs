@@ -5,12 +5,12 @@ use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use super::*;
 use crate::rig::Joint;
 
-/// A motion of one frame: the turns of some of the body's joints, and the translation, Z up.
+/// A motion of one frame: rotations of some of the body's joints, and the translation, Z up.
 fn motion(turns: &[(&str, [f32; 3])], place: [f32; 3]) -> Motion {
     frames(turns, &[place])
 }
 
-/// The same of several frames that differ in their translations.
+/// The same with several frames that differ in their translations.
 fn frames(turns: &[(&str, [f32; 3])], places: &[[f32; 3]]) -> Motion {
     let mut poses = vec![0.0; 66];
     for (name, turn) in turns {
@@ -57,7 +57,7 @@ fn humanoid(hanging: bool) -> Skeleton {
     Skeleton::new(joints.map(joint).to_vec()).unwrap()
 }
 
-/// Where a joint of the skeleton comes to be in the first frame.
+/// Position of a joint of the skeleton in the first frame.
 fn place(skeleton: &Skeleton, clip: &Clip, name: &str) -> Vec3 {
     let joint = skeleton.find(name).unwrap();
     let motions = skeleton.motions(&clip.poses[0]).unwrap();
@@ -68,13 +68,14 @@ fn close(found: Vec3, wanted: Vec3) {
     assert!(found.abs_diff_eq(wanted, 1e-5), "{found} {wanted}");
 }
 
-/// What takes the family's rest, Y up, to a person who stands in a world with Z up.
+/// Rotates the family's rest pose, Y up, into a person standing in a world with Z up.
 const STANDS: (&str, [f32; 3]) = ("pelvis", [FRAC_PI_2, 0.0, 0.0]);
 
 #[test]
-fn who_stands_in_a_recording_stands_on_the_ground() {
+fn a_person_standing_in_a_recording_stands_on_the_ground() {
     let skeleton = humanoid(false);
-    // The pelvis is 0.9 above the ground: it is 3 cm before the origin, which is below y = 0.23.
+    // The pelvis is 0.9 above the ground: it is 3 cm in front of the origin, which is
+    // below y = 0.23.
     let motion = motion(&[STANDS], [0.0, 0.23, 0.87]);
     let (clip, report) = motion.clip(&skeleton, "c", &ClipOptions::default()).unwrap();
     assert!((report.scale - 1.0).abs() < 1e-6 && report.arms_deg == 0.0, "{report:?}");
@@ -87,13 +88,13 @@ fn who_stands_in_a_recording_stands_on_the_ground() {
 }
 
 #[test]
-fn what_a_missing_joint_turns_by_is_handed_on() {
+fn rotations_of_missing_joints_are_passed_on() {
     let skeleton = humanoid(false);
     let quarter = [0.0, 0.0, FRAC_PI_2];
     let turns = [STANDS, ("spine2", quarter)];
     let (clip, _) =
         motion(&turns, [0.0, 0.23, 0.87]).clip(&skeleton, "c", &ClipOptions::default()).unwrap();
-    // There is no chest, so the shoulder turns about itself, and the arm points up.
+    // There is no chest, so the shoulder takes over its rotation, and the arm points up.
     close(place(&skeleton, &clip, "upper arm"), Vec3::new(0.1, 1.5, 0.0));
     close(place(&skeleton, &clip, "hand"), Vec3::new(0.1, 2.1, 0.0));
 }
@@ -104,13 +105,13 @@ fn hanging_arms_are_lifted() {
     let turned = motion(&[STANDS, ("left_elbow", [0.0, 0.0, FRAC_PI_2])], [0.0, 0.23, 0.87]);
     let (clip, report) = turned.clip(&skeleton, "c", &ClipOptions::default()).unwrap();
     assert!((report.arms_deg - 45.0).abs() < 0.01, "{}", report.arms_deg);
-    // The upper arm is level, and the lower arm is bent up from that.
+    // The upper arm is level, and the lower arm bends up from it.
     close(place(&skeleton, &clip, "lower arm"), Vec3::new(0.5, 1.4, 0.0));
     close(place(&skeleton, &clip, "hand"), Vec3::new(0.5, 1.7, 0.0));
 }
 
 #[test]
-fn ways_are_as_long_as_legs_unless_they_are_kept() {
+fn paths_scale_with_the_legs_unless_they_are_kept() {
     let skeleton = humanoid(false);
     let mut tall = skeleton.joints().to_vec();
     for joint in &mut tall {
@@ -124,20 +125,21 @@ fn ways_are_as_long_as_legs_unless_they_are_kept() {
         let rest = hips_at_rest(&tall);
         (clip.poses.iter().map(|pose| rest + Vec3::from(pose.translation)).collect(), report)
     };
-    // As recorded: (0, -0.23, 0.03) and the place with Z up are these with Y up.
+    // As recorded: (0, -0.23, 0.03) plus the translation with Z up, converted to Y up.
     let (kept, report): (Vec<Vec3>, _) = hips(&ClipOptions::default());
     assert_eq!((report.scale, report.grounding), (1.0, None));
     close(kept[0], Vec3::new(0.3, 0.9, 1.0));
     close(kept[1], Vec3::new(0.3, 1.0, 1.5));
-    // From the place at rest on, twice as far. It has one foot, so heights are only scaled.
-    let feet = ClipOptions { ground: Ground::Feet, ..ClipOptions::default() };
+    // From the rest position, scaled by two. The skeleton has only one foot, so heights
+    // are only scaled.
+    let feet = ClipOptions { ground: GroundMode::Feet, ..ClipOptions::default() };
     let (scaled, report) = hips(&feet);
     assert!((report.scale - 2.0).abs() < 1e-6);
     close(scaled[0], Vec3::new(0.0, 1.8, 0.0));
     close(scaled[1], Vec3::new(0.0, 2.0, 1.0));
-    // Where the performer is known, its own legs count.
-    let performer = Some(Person { skeleton: &tall, soles: None });
-    let (own, report) = hips(&ClipOptions { ground: Ground::Clip, performer, ..feet });
+    // If the performer is known, that person's leg length is used.
+    let performer = Some(Performer { skeleton: &tall, soles: None });
+    let (own, report) = hips(&ClipOptions { ground: GroundMode::Clip, performer, ..feet });
     assert!((report.scale - 1.0).abs() < 1e-6);
     close(own[1] - own[0], Vec3::new(0.0, 0.1, 0.5));
 }
@@ -150,10 +152,10 @@ fn clips_begin_facing_the_front() {
         &[("pelvis", turned.to_scaled_axis().into())],
         &[[0.0, 0.0, 0.87], [2.0_f32.sin(), -2.0_f32.cos(), 0.87]],
     );
-    let options = ClipOptions { ground: Ground::Feet, ..ClipOptions::default() };
+    let options = ClipOptions { ground: GroundMode::Feet, ..ClipOptions::default() };
     let (clip, report) = motion.clip(&skeleton, "c", &options).unwrap();
     assert!((report.turned_deg + 2.0_f32.to_degrees()).abs() < 0.1, "{}", report.turned_deg);
-    // A metre ahead is along +Z then.
+    // One metre ahead is along +Z.
     let way = Vec3::from(clip.poses[1].translation) - Vec3::from(clip.poses[0].translation);
     close(way, Vec3::Z * report.scale);
     close(

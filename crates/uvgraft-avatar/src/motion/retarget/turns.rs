@@ -1,10 +1,10 @@
-//! Which joint of a skeleton turns like which of a motion.
+//! Maps the joint rotations of a motion to those of a skeleton.
 //!
-//! At rest the bodies of the SMPL family stand in a T and their joints are aligned with the world, so a
-//! rotation means the same on any skeleton that is at rest like that: joints are found by the bones that
-//! they are. Where a skeleton has no joint for one of the motion's, its rotation is handed on to what hangs
-//! on it. Arms that hang lower at rest are lifted first, by the shortest rotation that takes them to where
-//! the family's are.
+//! At rest the bodies of the SMPL family stand in a T-pose with their joints aligned with the
+//! world, so a rotation has the same effect on every skeleton with that rest pose, and joints are
+//! matched by the bones they stand for. If a skeleton lacks one of the motion's joints, its
+//! rotation is passed on to its descendants. Arms that hang lower at rest are lifted first, by the
+//! shortest rotation to the direction of the family's arms.
 
 use glam::{Quat, Vec3};
 
@@ -12,19 +12,19 @@ use super::super::resample::Frame;
 use super::super::{Motion, MotionError};
 use crate::rig::{HumanBone, Skeleton};
 
-/// Without these no motion of a body makes sense.
+/// Bones without which a human motion makes no sense.
 const NEEDED: [HumanBone; 4] =
     [HumanBone::Hips, HumanBone::Spine, HumanBone::LeftUpperLeg, HumanBone::RightUpperLeg];
-/// Arms that are turned less against the family's are taken as they are.
-const LEAST_ARM_DEG: f32 = 15.0;
-/// How one of the skeleton's joints is turned.
+/// Arms whose rest direction differs less than this from the family's are not lifted.
+const MIN_ARM_DEG: f32 = 15.0;
+/// Where a joint of the skeleton takes its rotation from.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Turn {
     Still,
-    /// Like a joint of the motion.
+    /// The local rotation of a joint of the motion.
     Same(usize),
-    /// As a joint of the motion is in the world, seen from what another one is; between two lifted
-    /// rests.
+    /// The world rotation of a joint of the motion, relative to that of another one,
+    /// with both rest poses lifted.
     Between {
         above: Option<usize>,
         source: usize,
@@ -51,8 +51,8 @@ impl Motion {
         })
     }
 
-    /// For each joint of the skeleton the motion's: the same bone, or the same name where neither is
-    /// a bone.
+    /// For each joint of the skeleton the joint of the motion: the one with the same bone, or with
+    /// the same name if neither is a bone.
     pub(super) fn sources(&self, skeleton: &Skeleton) -> Vec<Option<usize>> {
         let source = |joint: &crate::rig::Joint| {
             self.joints().iter().position(|&(name, _, bone)| match joint.human {
@@ -63,7 +63,7 @@ impl Motion {
         skeleton.joints().iter().map(source).collect()
     }
 
-    /// Whether a skeleton is at rest as the motion's body is: all joints of a body have its names.
+    /// Whether a skeleton has the family's rest pose: it has all joints of a body by their names.
     pub(super) fn is_of_family(&self, skeleton: &Skeleton) -> bool {
         crate::body::BODY.iter().all(|&(name, _, _)| skeleton.find(name).is_some())
     }
@@ -108,7 +108,7 @@ impl Motion {
     }
 }
 
-/// For each joint the rotation from its rest to one with arms as the family has them.
+/// For each joint the world rotation that brings arms from their rest direction to the family's.
 pub(super) fn lifts(skeleton: &Skeleton, family: bool) -> Vec<Quat> {
     use HumanBone::{
         LeftHand, LeftLowerArm, LeftUpperArm, RightHand, RightLowerArm, RightUpperArm,
@@ -125,7 +125,7 @@ pub(super) fn lifts(skeleton: &Skeleton, family: bool) -> Vec<Quat> {
         (RightLowerArm, RightHand, Vec3::NEG_X),
     ];
     for joint in 0..joints.len() {
-        // Hands and fingers are lifted as the forearm is.
+        // Hands and fingers are lifted with the forearm.
         lifts[joint] = joints[joint].parent.map_or(Quat::IDENTITY, |parent| lifts[parent]);
         let Some(&(_, end, outwards)) =
             arms.iter().find(|&&(bone, _, _)| joints[joint].human == Some(bone))
@@ -135,8 +135,9 @@ pub(super) fn lifts(skeleton: &Skeleton, family: bool) -> Vec<Quat> {
         let Some(end) = skeleton.human(end) else { continue };
         let along = Vec3::from(joints[end].position) - Vec3::from(joints[joint].position);
         if let Some(along) = along.try_normalize() {
-            let lower = along.angle_between(outwards).to_degrees() > LEAST_ARM_DEG;
-            // The motion's joint turns what points outwards; this one first brings its arm there.
+            let lower = along.angle_between(outwards).to_degrees() > MIN_ARM_DEG;
+            // The motion's joint rotates an arm that points outwards, so the arm is
+            // brought there first.
             lifts[joint] =
                 if lower { Quat::from_rotation_arc(along, outwards) } else { Quat::IDENTITY };
         }

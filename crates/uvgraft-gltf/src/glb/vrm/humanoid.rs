@@ -1,11 +1,11 @@
-//! Which joints are which bones, and how those must hang together.
+//! The mapping from joints to human bones, and the hierarchy that VRM requires.
 
 use uvgraft_avatar::rig::{HumanBone, Skeleton};
 
 use super::VrmError;
 use super::json;
 
-/// The bone that another hangs on if the skeleton has it; else what that hangs on.
+/// The parent of a bone in VRM's hierarchy; if the skeleton lacks it, its parent takes its place.
 const fn parent(bone: HumanBone) -> Option<HumanBone> {
     use HumanBone as B;
     Some(match bone {
@@ -61,15 +61,16 @@ const fn parent(bone: HumanBone) -> Option<HumanBone> {
     })
 }
 
-/// Whether a bone may not be there without its parent: the upper chest, and all but the first bones of
-/// fingers.
+/// Whether a bone requires its parent: true for the upper chest, and for all finger bones but the
+/// first.
 fn needs_parent(bone: HumanBone) -> bool {
     let is_further = bone.name().ends_with("Intermediate") || bone.name().ends_with("Distal");
     let is_thumb = matches!(bone, HumanBone::LeftThumbProximal | HumanBone::RightThumbProximal);
     bone == HumanBone::UpperChest || is_further || is_thumb
 }
 
-/// Checks that the required bones are there, and that each hangs on the one that it should.
+/// Checks that the required bones exist, and that each is a descendant of its nearest existing
+/// parent.
 pub(super) fn check(skeleton: &Skeleton) -> Result<(), VrmError> {
     let bones = skeleton.missing_bones();
     if !bones.is_empty() {
@@ -99,7 +100,7 @@ pub(super) fn check(skeleton: &Skeleton) -> Result<(), VrmError> {
     Ok(())
 }
 
-/// The bones, by VRM's names.
+/// The bones, keyed by VRM's names.
 pub(super) fn json(skeleton: &Skeleton) -> json::Humanoid {
     let node = |&bone: &HumanBone| {
         skeleton.human(bone).map(|node| (bone.name(), json::HumanBoneNode { node }))
@@ -113,7 +114,7 @@ mod tests {
 
     use super::*;
 
-    /// A skeleton of these bones, each on the nearest of its parents that is there.
+    /// A skeleton of these bones, each attached to its nearest existing parent.
     fn skeleton(bones: &[HumanBone]) -> Skeleton {
         let mut joints: Vec<Joint> = Vec::new();
         for &bone in bones {
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_required_is_enough() {
+    fn required_bones_suffice() {
         let required: Vec<HumanBone> =
             HumanBone::ALL.iter().copied().filter(|bone| bone.required()).collect();
         check(&skeleton(&required)).unwrap();
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn bones_hang_on_their_parents() {
+    fn bones_must_be_descendants_of_their_parents() {
         let required = HumanBone::ALL.iter().copied().filter(|bone| bone.required());
         let mut joints = skeleton(&required.collect::<Vec<_>>()).joints().to_vec();
         let foot = joints.iter().position(|joint| joint.human == Some(HumanBone::LeftFoot));

@@ -1,4 +1,4 @@
-//! The JSON of the extension `VRMC_vrm`, as far as avatars need it.
+//! The JSON of the extension `VRMC_vrm`, limited to what avatars need.
 
 use std::collections::BTreeMap;
 

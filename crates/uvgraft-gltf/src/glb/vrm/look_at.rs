@@ -1,4 +1,4 @@
-//! Where an avatar looks: by turning the joints of its eyes, or by expressions where it has none.
+//! Gaze of an avatar: by rotating its eye joints, or by expressions if it has none.
 //!
 //! Source: VRM Consortium, "VRMC_vrm-1.0", `lookAt.md` (specification, 2022).
 
@@ -8,15 +8,16 @@ use uvgraft_avatar::rig::HumanBone;
 
 use super::json;
 
-/// How far eyes turn, in degrees; what is farther off, heads turn to.
+/// Largest eye rotation, in degrees; beyond it, the head has to turn.
 const HORIZONTAL: f32 = 35.0;
 const VERTICAL: f32 = 25.0;
 
-/// The expressions that turn eyes.
+/// The expressions that move the eyes.
 pub(super) const EXPRESSIONS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
-/// Eyes follow what they look at, degree by degree, as far as they go, if both are joints. Where they are not,
-/// expressions grow in as many degrees to their full weight, if there are all four. Else they look ahead.
+/// Range maps of the gaze. If both eyes are joints, they follow the target degree by degree up to
+/// the limits. Otherwise the four expressions, if all exist, grow to full weight over the same
+/// range. If neither is the case, there is no gaze control.
 pub(super) fn json(avatar: &Avatar) -> Option<json::LookAt> {
     let place = |bone| {
         let joint = avatar.skeleton.human(bone)?;
@@ -24,7 +25,7 @@ pub(super) fn json(avatar: &Avatar) -> Option<json::LookAt> {
     };
     let head = place(HumanBone::Head)?;
     let eyes = place(HumanBone::LeftEye).zip(place(HumanBone::RightEye));
-    let (kind, middle) = match eyes {
+    let (kind, center) = match eyes {
         Some((left, right)) => ("bone", (left + right) / 2.0),
         None => ("expression", moved_by_expressions(avatar)?),
     };
@@ -34,7 +35,7 @@ pub(super) fn json(avatar: &Avatar) -> Option<json::LookAt> {
     };
     Some(json::LookAt {
         kind,
-        offset_from_head_bone: (middle - head).into(),
+        offset_from_head_bone: (center - head).into(),
         range_map_horizontal_inner: range(HORIZONTAL),
         range_map_horizontal_outer: range(HORIZONTAL),
         range_map_vertical_down: range(VERTICAL),
@@ -42,8 +43,8 @@ pub(super) fn json(avatar: &Avatar) -> Option<json::LookAt> {
     })
 }
 
-/// The middle of what the four expressions move, each vertex by how far, which is between the eyes; `None` if one is
-/// missing or moves nothing.
+/// The centroid of the vertices moved by the four expressions, weighted by displacement, which lies
+/// between the eyes; `None` if an expression is missing or moves nothing.
 fn moved_by_expressions(avatar: &Avatar) -> Option<Vec3> {
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
     for name in EXPRESSIONS {

@@ -1,36 +1,36 @@
-//! Whose avatar it is, and what others may do with it.
+//! Metadata of an avatar: authors, licence and permissions.
 
 use super::VrmError;
 use super::json;
 
-/// Where VRM's own licence is, whose terms the permissions fill in.
+/// URL of VRM's own licence, whose terms the permissions fill in.
 const LICENSE_URL: &str = "https://vrm.dev/licenses/1.0/";
 
-/// What a VRM file has to say about itself. Who made it and what is allowed has no default.
+/// Metadata of a VRM file. Authors and permissions have no default.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VrmMeta {
-    /// What the avatar is called.
+    /// Name of the avatar.
     pub name: String,
-    /// Who made it, the first being responsible.
+    /// Authors, the responsible one first.
     pub authors: Vec<String>,
     /// What others may do with it.
     pub permissions: Permissions,
-    /// The version of the avatar.
+    /// Version of the avatar.
     pub version: Option<String>,
-    /// Who has rights in it.
+    /// Copyright holders.
     pub copyright: Option<String>,
-    /// How to reach the author.
+    /// Contact information of the author.
     pub contact: Option<String>,
-    /// What it was made from.
+    /// Works that it is derived from.
     pub references: Vec<String>,
-    /// Licences of what it was made from, such as those of body models.
+    /// Licences of third-party parts, such as body models.
     pub third_party_licenses: Option<String>,
-    /// Where further terms are.
+    /// URL of further terms.
     pub other_license_url: Option<String>,
 }
 
 impl VrmMeta {
-    /// With what every file must have.
+    /// Metadata with the required fields only.
     pub fn new(name: impl Into<String>, authors: Vec<String>, permissions: Permissions) -> Self {
         Self {
             name: name.into(),
@@ -56,7 +56,7 @@ impl VrmMeta {
         Ok(())
     }
 
-    /// - `thumbnail`: the number of an image.
+    /// - `thumbnail`: index of an image.
     pub(super) fn json(&self, thumbnail: Option<usize>) -> json::Meta {
         let permissions = &self.permissions;
         json::Meta {
@@ -92,14 +92,14 @@ macro_rules! named {
         }
 
         impl $kind {
-            /// VRM's name.
+            /// The identifier in VRM files.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
                 }
             }
 
-            /// What VRM calls so.
+            /// The variant with this identifier.
             pub fn named(name: &str) -> Option<Self> {
                 [$(Self::$variant,)*].into_iter().find(|known| known.name() == name)
             }
@@ -112,7 +112,7 @@ named! {
     AvatarPermission {
         /// The author alone.
         OnlyAuthor "onlyAuthor",
-        /// Those to whom a licence was given.
+        /// People with an explicit licence.
         OnlySeparatelyLicensedPerson "onlySeparatelyLicensedPerson",
         /// Everyone.
         Everyone "everyone",
@@ -120,54 +120,55 @@ named! {
 }
 
 named! {
-    /// Who may earn with it.
+    /// Who may use it commercially.
     CommercialUsage {
-        /// Nobody.
+        /// Nobody; personal non-profit use only.
         PersonalNonProfit "personalNonProfit",
-        /// Persons.
+        /// Individuals.
         PersonalProfit "personalProfit",
-        /// Companies too.
+        /// Individuals and companies.
         Corporation "corporation",
     }
 }
 
 named! {
-    /// Whether it may be changed.
+    /// Whether it may be modified.
     Modification {
-        /// It may not.
+        /// It may not be modified.
         Prohibited "prohibited",
-        /// It may, for one's own use.
+        /// It may be modified for one's own use.
         AllowModification "allowModification",
-        /// It may, and the result may be given on.
+        /// It may be modified, and the result may be redistributed.
         AllowModificationRedistribution "allowModificationRedistribution",
     }
 }
 
-/// What others may do with an avatar: the choices of VRM's licence.
+/// Permissions for others to use an avatar: the choices of VRM's licence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Permissions {
-    /// Who may act as it.
+    /// Who may act as the avatar.
     pub avatar: AvatarPermission,
-    /// Who may earn with it.
+    /// Who may use it commercially.
     pub commercial: CommercialUsage,
-    /// Whether it may be changed.
+    /// Whether it may be modified.
     pub modification: Modification,
-    /// Whether it may be given on.
+    /// Whether it may be redistributed.
     pub redistribution: bool,
-    /// Whether its author has to be named.
+    /// Whether the author must be credited.
     pub credit: bool,
-    /// Whether it may be shown in excessive violence.
+    /// Whether excessively violent use is allowed.
     pub violent: bool,
-    /// Whether it may be shown in excessively sexual scenes.
+    /// Whether excessively sexual use is allowed.
     pub sexual: bool,
-    /// Whether it may stand for politics or religion.
+    /// Whether political or religious use is allowed.
     pub political_or_religious: bool,
-    /// Whether it may be used against society or in hatred.
+    /// Whether antisocial or hateful use is allowed.
     pub antisocial_or_hate: bool,
 }
 
 impl Permissions {
-    /// For the author alone, with nothing allowed to others: what VRM assumes where a file is silent.
+    /// For the author only; nothing is allowed to others. These are VRM's defaults for omitted
+    /// fields.
     pub const ONLY_AUTHOR: Self = Self {
         avatar: AvatarPermission::OnlyAuthor,
         commercial: CommercialUsage::PersonalNonProfit,
@@ -180,7 +181,7 @@ impl Permissions {
         antisocial_or_hate: false,
     };
 
-    /// For everyone to use, change and give on without profit, naming the author.
+    /// Everyone may use, modify and redistribute it without profit, crediting the author.
     pub const NON_COMMERCIAL: Self = Self {
         avatar: AvatarPermission::Everyone,
         modification: Modification::AllowModificationRedistribution,
@@ -188,18 +189,18 @@ impl Permissions {
         ..Self::ONLY_AUTHOR
     };
 
-    /// As [`Self::NON_COMMERCIAL`], and to earn with.
+    /// As [`Self::NON_COMMERCIAL`], and commercial use is allowed.
     pub const EVERYONE: Self =
         Self { commercial: CommercialUsage::Corporation, ..Self::NON_COMMERCIAL };
 
-    /// The sets that have names, for those who choose one.
+    /// The named permission sets, for user interfaces.
     pub const NAMED: [(&'static str, Self); 3] = [
         ("only-author", Self::ONLY_AUTHOR),
         ("non-commercial", Self::NON_COMMERCIAL),
         ("everyone", Self::EVERYONE),
     ];
 
-    /// The set with this name.
+    /// The permission set with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED.into_iter().find(|(known, _)| *known == name).map(|(_, set)| set)
     }

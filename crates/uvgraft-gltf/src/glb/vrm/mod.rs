@@ -1,4 +1,4 @@
-//! VRM 1.0: which joints are which bones of a human, what expressions there are, and whose avatar it is.
+//! VRM 1.0: the mapping from joints to human bones, expressions, and metadata.
 //!
 //! Source: VRM Consortium, "VRMC_vrm-1.0": `humanoid.md`, `expressions.md`, `lookAt.md`,
 //! `firstPerson.md`, `meta.md` (specification, 2022).
@@ -23,50 +23,50 @@ pub(super) const EXTENSION: &str = "VRMC_vrm";
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VrmError {
-    /// Something that a file must say about itself is not there.
+    /// Required metadata is missing.
     #[error("the avatar of a VRM file {problem}")]
     Meta {
-        /// What.
+        /// What is missing.
         problem: &'static str,
     },
-    /// Bones that a file must have.
+    /// Required bones are missing.
     #[error("the skeleton of a VRM file must have the bones {}", names(bones))]
     MissingBones {
-        /// Which.
+        /// The missing bones.
         bones: Vec<HumanBone>,
     },
-    /// A bone does not hang on the one that it must hang on.
+    /// A bone is not a descendant of the required one.
     #[error(
         "the bone `{}` of a VRM file must be a descendant of the bone `{}`",
         bone.name(),
         parent.name()
     )]
     Hierarchy {
-        /// Which.
+        /// The bone.
         bone: HumanBone,
-        /// What it must hang on, directly or not.
+        /// The ancestor it must have, direct or indirect.
         parent: HumanBone,
     },
-    /// A bone needs another that may be missing otherwise.
+    /// A bone is present without another, otherwise optional one that it depends on.
     #[error("the bone `{}` of a VRM file needs the bone `{}`", bone.name(), parent.name())]
     Alone {
-        /// Which.
+        /// The bone.
         bone: HumanBone,
-        /// What is missing.
+        /// The missing bone.
         parent: HumanBone,
     },
-    /// Two expressions are the same one of VRM's.
+    /// Two expressions have the same VRM preset.
     #[error("duplicate VRM expression `{preset}`")]
     Preset {
-        /// Which.
+        /// The preset.
         preset: &'static str,
     },
-    /// Weights of expressions are parts of 1.
+    /// A morph weight of an expression is outside 0 to 1.
     #[error("expression `{expression}`: morph weights must be 0 to 1, got {weight}")]
     Weight {
-        /// Which.
+        /// Name of the expression.
         expression: String,
-        /// What was found.
+        /// Value of the weight.
         weight: f32,
     },
 }
@@ -75,7 +75,7 @@ fn names(bones: &[HumanBone]) -> String {
     bones.iter().map(|bone| format!("`{}`", bone.name())).collect::<Vec<_>>().join(", ")
 }
 
-/// Checks what VRM asks for beyond glTF.
+/// Checks VRM's requirements beyond glTF.
 pub(super) fn check(meta: &VrmMeta, avatar: &Avatar) -> Result<(), VrmError> {
     meta.check()?;
     humanoid::check(&avatar.skeleton)?;
@@ -93,10 +93,11 @@ pub(super) fn check(meta: &VrmMeta, avatar: &Avatar) -> Result<(), VrmError> {
     Ok(())
 }
 
-/// The extension of an avatar that was checked. Nodes have the numbers of joints.
+/// The extension's JSON for an avatar that passed [`check`]. Nodes have the indices of their
+/// joints.
 ///
-/// - `shown`: the nodes with meshes.
-/// - `thumbnail`: the number of an image.
+/// - `shown`: the mesh nodes.
+/// - `thumbnail`: index of an image.
 pub(super) fn extension(
     meta: &VrmMeta,
     avatar: &Avatar,
@@ -105,7 +106,7 @@ pub(super) fn extension(
 ) -> json::Vrm {
     let annotation = |shown: &Shown| json::MeshAnnotation {
         node: shown.node,
-        // Readers find out by weights which triangles of the others follow the head.
+        // For `auto`, readers use the skin weights to find the triangles that follow the head.
         kind: if shown.is_head { "thirdPersonOnly" } else { "auto" },
     };
     json::Vrm {
@@ -139,7 +140,7 @@ fn expressions(avatar: &Avatar, shown: &[Shown]) -> Option<json::Expressions> {
         };
         let (list, name): (&mut BTreeMap<_, _>, _) = match expression.preset {
             Some(preset) => (&mut all.preset, preset.name().to_owned()),
-            // Custom expressions cannot have names of presets.
+            // Custom expressions must not have the names of presets.
             None if look_at::EXPRESSIONS.contains(&&*expression.name) => {
                 (&mut all.preset, expression.name.clone())
             }

@@ -1,4 +1,4 @@
-//! Primitives that Draco compressed: their indices and attributes become buffers of their own.
+//! Decompresses primitives: their indices and attributes become new buffers.
 //!
 //! # Source
 //! Khronos, "KHR_draco_mesh_compression"; Google, "Draco Bitstream Specification", which the crate
@@ -12,7 +12,7 @@ use crate::scene::check::find;
 use crate::scene::document::{Document, Draco};
 use crate::scene::error::SceneError;
 
-/// - `total`: bytes that were decompressed before.
+/// - `total`: bytes decompressed so far.
 pub(super) fn unpack(
     document: &mut Document,
     buffers: &mut Buffers<'_>,
@@ -25,7 +25,8 @@ pub(super) fn unpack(
             let place = format!("mesh {mesh}, primitive {number}");
             let mode = primitive.mode.unwrap_or(4);
             if mode != 4 {
-                let reason = format!("compressed by Draco, its mode must be 4, got {mode}");
+                let reason =
+                    format!("mode must be 4 (triangles) with Draco compression, got {mode}");
                 return Err(SceneError::content(place, reason));
             }
             let attributes = primitive.attributes.clone();
@@ -34,7 +35,7 @@ pub(super) fn unpack(
             if let Some(indices) = indices {
                 let bytes = decompressed.faces().iter().flatten();
                 let bytes = bytes.flat_map(|point| point.0.to_le_bytes()).collect();
-                // Of 32 bits, whatever it was: seams may have made more vertices.
+                // Always 32-bit: seams may have added vertices.
                 let accessor = Stored { accessor: indices, component: Some(UNSIGNED_INT), bytes };
                 total = accessor.put(document, buffers, 3 * decompressed.num_faces(), total)?;
             }
@@ -72,7 +73,7 @@ fn decode(
         .map(|()| mesh)
 }
 
-/// An attribute's values in its accessor's form.
+/// An attribute's values, in the component type of its accessor.
 fn values(
     document: &Document,
     mesh: &Mesh,
@@ -100,16 +101,17 @@ fn values(
     Ok(bytes)
 }
 
-/// What an accessor is to hold.
+/// New contents of an accessor.
 struct Stored {
     accessor: u32,
-    /// Its component type, where that changes.
+    /// The new component type, if it changes.
     component: Option<u32>,
     bytes: Vec<u8>,
 }
 
 impl Stored {
-    /// Makes the accessor one to the bytes; how many have been decompressed then.
+    /// Stores the bytes in a new buffer and updates the accessor; returns the new total of
+    /// decompressed bytes.
     fn put(
         self,
         document: &mut Document,

@@ -1,5 +1,5 @@
-//! Compressed parts of a file, as if they had never been compressed: each becomes a buffer of its own,
-//! and the document refers to that one. Whatever comes after meets plain buffer views only.
+//! Replaces compressed parts of a file by plain ones: each becomes a new buffer, and the document
+//! is updated to refer to it. Later stages see plain buffer views only.
 
 mod draco;
 mod meshopt;
@@ -11,13 +11,13 @@ use super::check::too_many;
 use super::document::{BufferView, Document};
 use super::error::SceneError;
 
-/// Buffers of a file, with those that were made of compressed ones behind them.
+/// Buffers of a file, followed by those from decompression.
 type Buffers<'a> = Vec<Cow<'a, [u8]>>;
 
-/// Decompresses what `EXT_meshopt_compression` and `KHR_draco_mesh_compression` compressed.
+/// Decompresses the parts compressed by `EXT_meshopt_compression` and `KHR_draco_mesh_compression`.
 ///
 /// # Errors
-/// [`SceneError`] for streams that are damaged, or decode to more than a gigabyte in all.
+/// [`SceneError`] for damaged streams, or if more than a gigabyte is decompressed in total.
 pub(super) fn unpack(document: &mut Document, buffers: &mut Buffers<'_>) -> Result<(), SceneError> {
     let mut total = 0;
     for index in 0..document.buffer_views.len() {
@@ -39,14 +39,14 @@ pub(super) fn unpack(document: &mut Document, buffers: &mut Buffers<'_>) -> Resu
     draco::unpack(document, buffers, total)
 }
 
-/// Counts decoded bytes.
+/// Adds decoded bytes to the total, within the limit.
 fn decoded(total: u64, more: u64) -> Result<u64, SceneError> {
     let total = total.saturating_add(more);
     too_many("decompressed bytes", total, MAX_BYTES)?;
     Ok(total)
 }
 
-/// Bytes of a buffer.
+/// A checked range of a buffer.
 fn slice<'a>(
     buffers: &'a [Cow<'_, [u8]>],
     (buffer, offset, length): (u32, u64, u64),
@@ -64,7 +64,7 @@ fn slice<'a>(
     Ok(&bytes[offset as usize..end as usize])
 }
 
-/// A view of all of a new buffer.
+/// Appends a buffer; returns a view of all of it.
 fn appended(buffers: &mut Buffers<'_>, bytes: Vec<u8>) -> BufferView {
     let view = BufferView {
         buffer: buffers.len() as u32,

@@ -1,8 +1,8 @@
-//! Materials by specular colour and glossiness as materials by roughness that mirror a colour.
+//! Converts specular-glossiness materials to metallic-roughness with a specular colour.
 //!
 //! # Source
-//! Khronos, "KHR_materials_specular", "Conversions": with an index of refraction without bound, what is
-//! mirrored straight on is the specular colour itself.
+//! Khronos, "KHR_materials_specular", "Conversions": as the index of refraction goes to infinity,
+//! the reflectance at normal incidence becomes the specular colour itself.
 
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Texels, Texture};
@@ -15,9 +15,12 @@ use crate::scene::document::SpecularGlossiness;
 use crate::scene::error::SceneError;
 use crate::scene::images;
 
-/// So large that glass would mirror everything.
+/// Practically infinite, so that the specular colour alone sets the reflectance.
 const NO_BOUND: f32 = 1000.0;
 
+/// Rewrites the materials in `json`: diffuse becomes the base colour, `1 - glossiness` the
+/// roughness, and specular the `specularColorFactor` of a non-metal with a practically infinite
+/// index of refraction.
 pub(super) fn resolve(
     json: &mut Value,
     asset: &Asset<'_>,
@@ -70,7 +73,7 @@ pub(super) fn resolve(
     Ok(())
 }
 
-/// A texture whose green channel is what the glossiness lacks to 1; its number in the new file.
+/// Adds a texture whose green channel is 1 minus the glossiness; returns its index in the new file.
 fn roughness(
     gloss: &SpecularGlossiness,
     json: &mut Value,

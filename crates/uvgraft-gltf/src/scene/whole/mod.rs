@@ -1,6 +1,7 @@
-//! Any file as a GLB that browsers show as it is: whole in itself, nothing compressed, with the materials
-//! of today. three.js would want decoders of WebAssembly for Draco, meshoptimizer and Basis Universal,
-//! as large as the whole viewer's page; decoders for the offline renderer are here already.
+//! Converts any file to a GLB that browsers can show without further decoders: self-contained,
+//! uncompressed, with current material extensions. three.js would need WebAssembly decoders for
+//! Draco, meshoptimizer and Basis Universal, as large as the whole viewer page; the decoders of the
+//! offline renderer are available here anyway.
 
 mod gloss;
 
@@ -22,7 +23,7 @@ use super::images;
 use super::unpack::unpack;
 use crate::container::{Glb, is_glb};
 
-/// What is resolved here; nothing of it is left in the file.
+/// Extensions that are resolved here and removed from the file.
 const RESOLVED: [&str; 5] = [
     "EXT_meshopt_compression",
     "KHR_draco_mesh_compression",
@@ -31,12 +32,12 @@ const RESOLVED: [&str; 5] = [
     "KHR_texture_basisu",
 ];
 
-/// Reads a GLB, VRM or glTF file with the files beside it that it names, and makes it a GLB that is whole
-/// in itself, uncompressed, and has no materials by specular colour and glossiness. A file that is so
-/// already is left as it is.
+/// Reads a GLB, VRM or glTF file with the external files that it refers to, and converts it to a
+/// GLB that is self-contained, uncompressed and free of specular-glossiness materials. A file that
+/// already is all this is returned unchanged.
 ///
 /// # Errors
-/// As [`super::Scene::load`]; what is not looked into is not checked.
+/// As [`super::Scene::load`]; parts that need no conversion are not validated.
 pub fn whole(path: &Path) -> Result<Vec<u8>, ReadError<SceneError>> {
     let folder = path.parent().unwrap_or(Path::new(""));
     read_file(path, MAX_BYTES, |bytes| whole_of(bytes, Some(folder)).map(Cow::into_owned))
@@ -55,14 +56,14 @@ pub(super) fn whole_of<'a>(
     let accessors = Accessors::new(&asset.document, &buffers);
     let mut json: Value = serde_json::from_slice(asset.json)?;
     let mut file = File { binary: Vec::new(), views: Vec::new() };
-    file.take_views(&mut json, &asset.document, &accessors)?;
-    put_accessors(&mut json, &asset.document);
+    file.copy_views(&mut json, &asset.document, &accessors)?;
+    update_accessors(&mut json, &asset.document);
     each(&mut json, "meshes", |mesh| {
         each(mesh, "primitives", drop_extensions);
     });
-    file.put_images(&mut json, &asset, &accessors)?;
+    file.embed_images(&mut json, &asset, &accessors)?;
     gloss::resolve(&mut json, &asset, &accessors, &mut file)?;
-    drop_names(&mut json);
+    drop_extension_names(&mut json);
     json["bufferViews"] = Value::Array(file.views);
     json["buffers"] = json!([{ "byteLength": file.binary.len().next_multiple_of(4) }]);
     let packed = Glb::write(json.to_string().as_bytes(), &file.binary);
@@ -74,7 +75,7 @@ pub(super) fn whole_of<'a>(
     packed.map(Cow::Owned).map_err(too_large)
 }
 
-/// Whether there is nothing to do.
+/// Whether no conversion is needed.
 fn is_whole(document: &Document) -> bool {
     let outside = |uri: &Option<String>| uri.as_ref().is_some_and(|uri| !uri.starts_with("data:"));
     let names = document.extensions_used.iter().chain(&document.extensions_required);
@@ -90,7 +91,7 @@ struct File {
 }
 
 impl File {
-    /// Adds a view of bytes; its number.
+    /// Appends bytes as a view; returns its index.
     fn add(&mut self, bytes: &[u8], mut view: Value) -> usize {
         view["buffer"] = 0.into();
         view["byteOffset"] = self.binary.len().into();
@@ -110,8 +111,8 @@ impl File {
         json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind })
     }
 
-    /// All views, one after the other; of those that were compressed by Draco nothing is left.
-    fn take_views(
+    /// Copies all views in order; those compressed by Draco become placeholders.
+    fn copy_views(
         &mut self,
         json: &mut Value,
         document: &Document,
@@ -140,8 +141,8 @@ impl File {
         Ok(())
     }
 
-    /// Images from other files and from KTX2, and the textures that named the latter.
-    fn put_images(
+    /// Embeds external images, converts KTX2 images, and updates the textures that refer to them.
+    fn embed_images(
         &mut self,
         json: &mut Value,
         asset: &Asset<'_>,
@@ -183,14 +184,14 @@ impl File {
 fn png(texture: Texture, place: &str) -> Result<Vec<u8>, SceneError> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = Image { texture, icc: None };
-    // Nothing of 8 bits is lost in a PNG.
+    // PNG stores 8-bit values without loss.
     let _written = image::encode(&image, Format::Png, &WriteOptions::default(), &mut bytes)
         .map_err(|error| SceneError::content(place, error.to_string()))?;
     Ok(bytes.into_inner())
 }
 
-/// Accessors where their values are now.
-fn put_accessors(json: &mut Value, document: &Document) {
+/// Updates accessors to the new positions of their values.
+fn update_accessors(json: &mut Value, document: &Document) {
     for (index, accessor) in document.accessors.iter().enumerate() {
         let own = &mut json["accessors"][index];
         let Some(view) = accessor.buffer_view else { continue };
@@ -200,13 +201,13 @@ fn put_accessors(json: &mut Value, document: &Document) {
     }
 }
 
-/// Calls for every member of a list.
+/// Calls a function for each element of a list.
 fn each(value: &mut Value, list: &str, call: impl FnMut(&mut Value)) {
     let list = value.get_mut(list).and_then(Value::as_array_mut);
     list.into_iter().flatten().for_each(call);
 }
 
-/// Drops what is resolved from an object's extensions.
+/// Removes resolved extensions from an object.
 fn drop_extensions(value: &mut Value) {
     let Some(extensions) = value.get_mut("extensions").and_then(Value::as_object_mut) else {
         return;
@@ -217,8 +218,8 @@ fn drop_extensions(value: &mut Value) {
     }
 }
 
-/// Drops what is resolved from the file's lists of extensions.
-fn drop_names(json: &mut Value) {
+/// Removes resolved extensions from the file's lists of extensions.
+fn drop_extension_names(json: &mut Value) {
     for list in ["extensionsUsed", "extensionsRequired"] {
         let Some(names) = json.get_mut(list).and_then(Value::as_array_mut) else { continue };
         names.retain(|name| !RESOLVED.iter().any(|resolved| name == resolved));

@@ -1,9 +1,9 @@
-//! GIF: one palette for all frames, and an ordered pattern between its colours, so that what stands
-//! still does not flicker and need not be stored again.
+//! GIF: one palette for all frames, with ordered dithering, so that still areas neither flicker nor
+//! need to be stored again.
 //!
 //! # Source
 //! CompuServe, "Graphics Interchange Format", version 89a. Bayer, "An Optimum Method for Two-Level
-//! Rendition of Continuous-Tone Pictures", 1973, for the pattern.
+//! Rendition of Continuous-Tone Pictures", 1973, for the dither pattern.
 
 use std::io::Write;
 
@@ -11,34 +11,34 @@ use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use uvgraft::{Texture, threads};
 
 use super::palette::Palette;
-use super::{FilmError, bytes_of, durations};
+use super::{AnimationError, bytes_of, durations};
 
-/// The last index: nothing new here.
+/// The last index: transparent, so that the previous frame shows.
 const CLEAR: u8 = 255;
 
-/// Pixels that a palette is made from.
+/// Maximum number of pixels sampled for the palette.
 const SAMPLES: usize = 1 << 21;
 
-/// Writes frames as a GIF that starts again at its end.
+/// Writes frames as a GIF that loops forever.
 ///
-/// Opacity is all or nothing there: from a half on a pixel is opaque.
+/// GIF has no partial transparency: pixels with an alpha of at least one half are opaque.
 ///
-/// - `fps`: frames a second, above 0; times are rounded to hundredths, of which each frame has at
-///   least two, because viewers take less for a mistake.
+/// - `fps`: frames per second, above 0. Times are rounded to hundredths of a second, at least two
+///   per frame, because viewers treat shorter times as errors.
 ///
 /// # Errors
-/// [`FilmError`] for frames that do not belong together or are larger than 65,535 pixels a side, and
-/// for what writing gives.
-pub fn write_gif(frames: &[Texture], fps: f32, out: impl Write) -> Result<(), FilmError> {
+/// [`AnimationError`] for frames of different formats or larger than 65,535 pixels a side, and for
+/// errors of `out`.
+pub fn write_gif(frames: &[Texture], fps: f32, out: impl Write) -> Result<(), AnimationError> {
     const MAX_SIDE: u32 = 65_535;
     let (bytes, alpha) = bytes_of(frames)?;
     let size = frames[0].size();
     if size.width.max(size.height) > MAX_SIDE {
-        return Err(FilmError::TooLarge { format: "GIF", found: size, max: MAX_SIDE });
+        return Err(AnimationError::TooLarge { format: "GIF", found: size, max: MAX_SIDE });
     }
     let channels = if alpha { 4 } else { 3 };
     let total = size.texels() * frames.len();
-    // An odd step that shares no factor with usual widths.
+    // An odd step is coprime with most common widths.
     let step = (total / SAMPLES).max(1) | 1;
     let pixels = bytes.iter().flat_map(|bytes| bytes.chunks_exact(channels)).step_by(step);
     let opaque = pixels.filter(|pixel| !alpha || pixel[3] >= 128);
@@ -56,23 +56,24 @@ pub fn write_gif(frames: &[Texture], fps: f32, out: impl Write) -> Result<(), Fi
         let before = index.checked_sub(1).map(|before| &indexed[before]).filter(|_| !alpha);
         let mut frame = changed(&indexed[index], before.map(Vec::as_slice), size.width as usize);
         frame.delay = delay.clamp(2, 65_535) as u16;
-        // Where pixels can become clear again, each frame starts anew.
+        // Where pixels can become transparent again, each frame is stored as a whole.
         frame.dispose = if alpha { DisposalMethod::Background } else { DisposalMethod::Keep };
         encoder.write_frame(&frame).map_err(from_gif)?;
     }
     Ok(())
 }
 
-fn from_gif(error: EncodingError) -> FilmError {
+fn from_gif(error: EncodingError) -> AnimationError {
     match error {
-        EncodingError::Io(error) => FilmError::Io(error),
-        error => FilmError::Encode(error.to_string()),
+        EncodingError::Io(error) => AnimationError::Io(error),
+        error => AnimationError::Encode(error.to_string()),
     }
 }
 
-/// The palette's colours for a frame.
+/// The palette indices of a frame, with ordered dithering.
 fn indices(bytes: &[u8], channels: usize, width: usize, palette: &Palette) -> Vec<u8> {
-    // Colours are a handful of levels apart where there are many of them.
+    // The amplitude of the dithering: the palette's colours are a few levels apart where they are
+    // dense.
     const SPREAD: i32 = 10;
     let mut indices = vec![CLEAR; bytes.len() / channels];
     let rows = indices.chunks_mut(width).zip(bytes.chunks(width * channels));
@@ -82,7 +83,7 @@ fn indices(bytes: &[u8], channels: usize, width: usize, palette: &Palette) -> Ve
             if channels == 4 && pixel[3] < 128 {
                 continue;
             }
-            // Between -31 and 32 sixty-fourths.
+            // From -31 to 32, in units of 1/64.
             let threshold = bayer(x as u32, y as u32) as i32 - 31;
             let shift = threshold * SPREAD / 64;
             *index = palette.nearest([0, 1, 2].map(|k| i32::from(pixel[k]) + shift));
@@ -91,7 +92,7 @@ fn indices(bytes: &[u8], channels: usize, width: usize, palette: &Palette) -> Ve
     indices
 }
 
-/// The place of a cell in the order of an 8 × 8 pattern: its bits interleaved, the lowest first.
+/// The rank of a cell in the 8 × 8 Bayer pattern: interleaved bits, the lowest first.
 fn bayer(x: u32, y: u32) -> u32 {
     (0..3).fold(0, |sum, bit| {
         let (x, y) = (x >> bit & 1, y >> bit & 1);
@@ -99,7 +100,7 @@ fn bayer(x: u32, y: u32) -> u32 {
     })
 }
 
-/// The part of a frame that differs from the one before, clear where it does not.
+/// The part of a frame that differs from the previous one, transparent where it does not.
 fn changed(now: &[u8], before: Option<&[u8]>, width: usize) -> Frame<'static> {
     let height = now.len() / width;
     let differs = |at: usize| before.is_none_or(|before| before[at] != now[at]);
@@ -111,7 +112,7 @@ fn changed(now: &[u8], before: Option<&[u8]>, width: usize) -> Frame<'static> {
         }
     }
     if left >= right {
-        // A frame must have a pixel.
+        // A frame must have at least one pixel.
         (left, top, right, bottom) = (0, 0, 1, 1);
     }
     let mut buffer = Vec::with_capacity((right - left) * (bottom - top));
@@ -222,7 +223,7 @@ mod tests {
         let small = frame(Channels::Rgb, |_, _| vec![0; 3]);
         let other = frame(Channels::Rgba, |_, _| vec![0; 4]);
         for frames in [&[][..], &[small, other]] {
-            assert!(matches!(write_gif(frames, 10.0, Vec::new()), Err(FilmError::Frames)));
+            assert!(matches!(write_gif(frames, 10.0, Vec::new()), Err(AnimationError::Frames)));
         }
     }
 }

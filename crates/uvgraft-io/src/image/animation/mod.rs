@@ -1,4 +1,4 @@
-//! Moving pictures: frames of one size, each shown for as long, over and over.
+//! Animations: frames of one size, all shown for the same time, in a loop.
 
 mod gif;
 mod palette;
@@ -12,11 +12,11 @@ pub use self::webp::write_webp;
 /// Why frames were not written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum FilmError {
-    /// There are no frames, or they differ in size, or they do not have 8 bits of RGB or RGBA.
+pub enum AnimationError {
+    /// There are no frames, they differ in size or channels, or they are not 8-bit RGB or RGBA.
     #[error("there must be at least one frame, and all must be 8-bit RGB or RGBA of the same size")]
     Frames,
-    /// The format holds no frames of that size.
+    /// The format does not support frames of that size.
     #[error("{format} supports at most {max} pixels a side, got {found}")]
     TooLarge {
         /// The format.
@@ -34,18 +34,18 @@ pub enum FilmError {
     Io(#[from] std::io::Error),
 }
 
-/// When each frame ends, in units of which there are `per_second`: rounded so that errors never add
-/// up, and no frame has none.
+/// The duration of each frame in units of `1 / per_second`. Ends are rounded, so that errors do not
+/// accumulate, and no frame has a duration of 0.
 ///
-/// - `fps`: frames a second; above 0.
+/// - `fps`: frames per second, above 0.
 fn durations(frames: usize, fps: f32, per_second: f32) -> impl Iterator<Item = u32> {
     let ends = move |frame: usize| (frame as f32 * per_second / fps).round() as u32;
     (0..frames).map(move |frame| (ends(frame + 1) - ends(frame)).max(1))
 }
 
-/// The bytes of frames that can be written together, and whether they have opacity.
-fn bytes_of(frames: &[Texture]) -> Result<(Vec<&[u8]>, bool), FilmError> {
-    let first = frames.first().ok_or(FilmError::Frames)?;
+/// The bytes of compatible frames, and whether they have alpha.
+fn bytes_of(frames: &[Texture]) -> Result<(Vec<&[u8]>, bool), AnimationError> {
+    let first = frames.first().ok_or(AnimationError::Frames)?;
     let alpha = first.channels().has_alpha();
     let mut all = Vec::with_capacity(frames.len());
     for frame in frames {
@@ -57,7 +57,7 @@ fn bytes_of(frames: &[Texture]) -> Result<(Vec<&[u8]>, bool), FilmError> {
             {
                 all.push(bytes.as_slice());
             }
-            _ => return Err(FilmError::Frames),
+            _ => return Err(AnimationError::Frames),
         }
     }
     Ok((all, alpha))

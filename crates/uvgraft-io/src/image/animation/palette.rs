@@ -1,22 +1,22 @@
-//! The few colours that stand for all colours of some pictures.
+//! A palette for a set of pictures.
 //!
 //! # Source
-//! Heckbert, "Color Image Quantization for Frame Buffer Display", 1982: boxes are split at the median;
-//! here always the one with the largest error. Then Lloyd's iteration moves each colour to the mean of
-//! what is nearest to it.
+//! Heckbert, "Color Image Quantization for Frame Buffer Display", 1982, with two changes: always
+//! the box with the largest error is split, and at its mean. Then Lloyd's iteration moves each
+//! colour to the mean of the colours nearest to it.
 
 use std::collections::HashMap;
 
 use uvgraft::threads;
 
-/// How many colours there are at most; one more index is left for transparency.
-pub(super) const MOST: usize = 255;
+/// Maximum number of colours; one more index is left for transparency.
+pub(super) const MAX: usize = 255;
 
-/// Colours that are looked up by the nearest.
+/// Colours with a lookup of the nearest.
 #[derive(Debug)]
 pub(super) struct Palette {
     colors: Vec<[u8; 3]>,
-    /// By channel, for vectors.
+    /// One list per channel, for SIMD.
     channels: [Vec<i32>; 3],
 }
 
@@ -26,27 +26,28 @@ struct Bin {
     count: f32,
 }
 
-/// Eyes see green best and blue worst.
+/// Error weights of the channels: the eye is most sensitive to green and least to blue.
 const WEIGHTS: [f32; 3] = [0.8, 1.2, 0.55];
 
 impl Palette {
-    /// Colours for some pixels, which may be a sample.
+    /// Builds a palette for some pixels, which may be a sample.
     pub fn new(pixels: impl Iterator<Item = [u8; 3]>) -> Self {
         let mut counts: HashMap<[u8; 3], ([u32; 3], u32)> = HashMap::new();
         for pixel in pixels {
-            // Six bits are enough to tell colours apart.
+            // Six bits per channel are enough to distinguish colours.
             let (sum, count) = counts.entry(pixel.map(|value| value >> 2)).or_default();
             *sum = [0, 1, 2].map(|k| sum[k] + u32::from(pixel[k]));
             *count += 1;
         }
         let mut cells: Vec<_> = counts.into_iter().collect();
-        // A hash map has no order of its own.
+        // The order of a hash map is random.
         cells.sort_unstable_by_key(|cell| cell.0);
         let mut bins: Vec<Bin> = cells
             .into_iter()
             .map(|(_, (sum, count))| Bin {
                 color: sum.map(|sum| sum as f32 / count as f32),
-                // Rare colours count for more than their number, or small things lose theirs.
+                // A power below 1 gives rare colours more weight, or small objects would lose
+                // theirs.
                 count: (count as f32).powf(0.7),
             })
             .collect();
@@ -84,10 +85,10 @@ impl Palette {
     }
 }
 
-/// Means of boxes that were split until there are enough.
+/// The mean colours of boxes, split until there are enough.
 fn split(bins: &mut [Bin]) -> Vec<[f32; 3]> {
     let mut boxes = vec![(error(bins), bins)];
-    while boxes.len() < MOST {
+    while boxes.len() < MAX {
         let worst =
             (0..boxes.len()).fold(0, |w, k| if boxes[k].0.0 > boxes[w].0.0 { k } else { w });
         if boxes.get(worst).is_none_or(|(error, bins)| error.0 <= 0.0 || bins.len() < 2) {
@@ -95,8 +96,8 @@ fn split(bins: &mut [Bin]) -> Vec<[f32; 3]> {
         }
         let ((_, axis), bins) = boxes.swap_remove(worst);
         bins.sort_by(|a, b| a.color[axis].total_cmp(&b.color[axis]));
-        let middle = mean(bins)[axis];
-        let at = bins.partition_point(|bin| bin.color[axis] < middle).clamp(1, bins.len() - 1);
+        let cut = mean(bins)[axis];
+        let at = bins.partition_point(|bin| bin.color[axis] < cut).clamp(1, bins.len() - 1);
         let (low, high) = bins.split_at_mut(at);
         boxes.push((error(low), low));
         boxes.push((error(high), high));
@@ -110,7 +111,7 @@ fn mean(bins: &[Bin]) -> [f32; 3] {
         .map(|k| bins.iter().map(|bin| bin.color[k] * bin.count).sum::<f32>() / count.max(1e-9))
 }
 
-/// The sum of squares, and the axis with most of it.
+/// The weighted sum of squared deviations, and the axis with the largest share.
 fn error(bins: &[Bin]) -> (f32, usize) {
     let mean = mean(bins);
     let squares = [0, 1, 2].map(|k| {
@@ -121,7 +122,7 @@ fn error(bins: &[Bin]) -> (f32, usize) {
     (squares.iter().sum(), axis)
 }
 
-/// Centres moved to the means of what is nearest to them.
+/// One step of Lloyd's iteration: moves each centre to the mean of the bins nearest to it.
 fn refined(bins: &[Bin], centres: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let nearest = threads::map_indices(bins.len(), |bin| {
         let color = bins[bin].color;

@@ -1,29 +1,29 @@
 //! Animated WebP of lossless frames.
 //!
 //! # Source
-//! Google, "WebP Container Specification": `VP8X`, `ANIM` and one `ANMF` for each frame, of which only the
-//! part that changes is stored.
+//! Google, "WebP Container Specification": `VP8X`, `ANIM`, and an `ANMF` chunk for each frame,
+//! which stores only the part that changes.
 
 use std::io::{Cursor, Write};
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 
-use super::{FilmError, bytes_of, durations};
+use super::{AnimationError, bytes_of, durations};
 use crate::image::{self, Format, Image, WriteOptions};
 
-/// Writes frames as an animated WebP that starts again at its end, without any loss.
+/// Writes frames as a lossless animated WebP that loops forever.
 ///
-/// - `fps`: frames a second, above 0; times are rounded to milliseconds.
+/// - `fps`: frames per second, above 0. Times are rounded to milliseconds.
 ///
 /// # Errors
-/// [`FilmError`] for frames that do not belong together or are larger than 16,383 pixels a side, and
-/// for what encoding and writing give.
-pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(), FilmError> {
+/// [`AnimationError`] for frames of different formats or larger than 16,383 pixels a side, and for
+/// errors of the encoder or of `out`.
+pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(), AnimationError> {
     const MAX_SIDE: u32 = 16_383;
     let (bytes, alpha) = bytes_of(frames)?;
     let size = frames[0].size();
     if size.width.max(size.height) > MAX_SIDE {
-        return Err(FilmError::TooLarge { format: "WebP", found: size, max: MAX_SIDE });
+        return Err(AnimationError::TooLarge { format: "WebP", found: size, max: MAX_SIDE });
     }
     let width = size.width as usize;
     let encoded = threads::map_indices(frames.len(), |index| {
@@ -33,16 +33,16 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
             None => ChangedRegion::whole(&frames[index]),
         }
     });
-    let encoded: Vec<ChangedRegion> = encoded.into_iter().collect::<Result<_, FilmError>>()?;
+    let encoded: Vec<ChangedRegion> = encoded.into_iter().collect::<Result<_, AnimationError>>()?;
     let mut body = b"WEBP".to_vec();
-    // Animation and opacity, which parts of frames have where nothing changes.
+    // Animation and alpha, which partial frames have where nothing changes.
     const FLAGS: u8 = 0b1_0010;
     let sides = [size.width, size.height].map(|side| three_bytes(side - 1)).concat();
     chunk(&mut body, *b"VP8X", &[&[FLAGS, 0, 0, 0], &sides[..]].concat());
-    // A clear background, and no end.
+    // A transparent background, and an unlimited loop.
     chunk(&mut body, *b"ANIM", &[0; 6]);
     for (part, milliseconds) in encoded.iter().zip(durations(frames.len(), fps, 1000.0)) {
-        // It stays; and it replaces what was there, or is laid over it.
+        // The frame stays; it either replaces what was there, or is blended over it.
         let flags = if part.replaces { 0b10 } else { 0 };
         let [left, top] = part.corner.map(|at| three_bytes(at / 2));
         let [width, height] = part.size.map(|side| three_bytes(side - 1));
@@ -53,16 +53,16 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
         chunk(&mut body, *b"ANMF", &frame);
     }
     let length = u32::try_from(body.len())
-        .map_err(|_| FilmError::Encode("WebP holds at most 4 GiB".to_owned()))?;
+        .map_err(|_| AnimationError::Encode("WebP holds at most 4 GiB".to_owned()))?;
     out.write_all(b"RIFF")?;
     out.write_all(&length.to_le_bytes())?;
     out.write_all(&body)?;
     Ok(())
 }
 
-/// What is stored of a frame.
+/// The stored part of a frame.
 struct ChangedRegion {
-    /// Left and top; even.
+    /// Left and top, both even.
     corner: [u32; 2],
     size: [u32; 2],
     replaces: bool,
@@ -70,13 +70,13 @@ struct ChangedRegion {
 }
 
 impl ChangedRegion {
-    fn whole(frame: &Texture) -> Result<Self, FilmError> {
+    fn whole(frame: &Texture) -> Result<Self, AnimationError> {
         let size = [frame.size().width, frame.size().height];
         Ok(Self { corner: [0; 2], size, replaces: true, bits: still(frame)? })
     }
 
-    /// The pixels of RGB that are not as in the frame before.
-    fn changed(now: &[u8], before: &[u8], width: usize) -> Result<Self, FilmError> {
+    /// The pixels of an RGB frame that differ from the previous one.
+    fn changed(now: &[u8], before: &[u8], width: usize) -> Result<Self, AnimationError> {
         let differs = |x: usize, y: usize| {
             let at = (y * width + x) * 3;
             now[at..at + 3] != before[at..at + 3]
@@ -90,7 +90,7 @@ impl ChangedRegion {
             }
         }
         if left >= right {
-            // A frame must have a pixel.
+            // A frame must have at least one pixel.
             (left, top, right, bottom) = (0, 0, 1, 1);
         }
         (left, top) = (left / 2 * 2, top / 2 * 2);
@@ -105,19 +105,19 @@ impl ChangedRegion {
         let size = Size::new((right - left) as u32, (bottom - top) as u32);
         let texels = Texels::U8(pixels);
         let part = Texture::new(size, Channels::Rgba, Encoding::Srgb, texels)
-            .map_err(|error| FilmError::Encode(error.to_string()))?;
+            .map_err(|error| AnimationError::Encode(error.to_string()))?;
         let corner = [left as u32, top as u32];
         Ok(Self { corner, size: [size.width, size.height], replaces: false, bits: still(&part)? })
     }
 }
 
-/// An image's lossless bitstream.
-fn still(frame: &Texture) -> Result<Vec<u8>, FilmError> {
+/// The lossless bitstream of an image.
+fn still(frame: &Texture) -> Result<Vec<u8>, AnimationError> {
     let mut file = Cursor::new(Vec::new());
     let image = Image::from(frame.clone());
-    // Nothing is lost of 8-bit RGB and RGBA.
+    // 8-bit RGB and RGBA lose nothing.
     let _ = image::encode(&image, Format::WebP, &WriteOptions::default(), &mut file)
-        .map_err(|error| FilmError::Encode(error.to_string()))?;
+        .map_err(|error| AnimationError::Encode(error.to_string()))?;
     let file = file.into_inner();
     let mut at = 12;
     while let Some(header) = file.get(at..at + 8) {
@@ -129,7 +129,7 @@ fn still(frame: &Texture) -> Result<Vec<u8>, FilmError> {
         }
         at += 8 + length + length % 2;
     }
-    Err(FilmError::Encode("WebP without a lossless bitstream".to_owned()))
+    Err(AnimationError::Encode("WebP without a lossless bitstream".to_owned()))
 }
 
 fn three_bytes(value: u32) -> [u8; 3] {
@@ -158,14 +158,14 @@ mod tests {
         };
         let mut bytes = Vec::new();
         write_webp(&[frame(200), frame(90)], 4.0, &mut bytes).unwrap();
-        // The reader of images takes the first frame of an animation.
+        // The image reader returns the first frame of an animation.
         let first = image::decode(&bytes).unwrap().texture;
         assert_eq!(first, frame(200));
         assert_eq!(bytes.len() as u32 - 8, u32::from_le_bytes(bytes[4..8].try_into().unwrap()));
         let anmf: Vec<usize> =
             (0..bytes.len() - 4).filter(|&at| bytes[at..].starts_with(b"ANMF")).collect();
         assert_eq!(anmf.len(), 2);
-        // 250 ms, after the place and the size.
+        // 250 ms, after position and size.
         assert_eq!(bytes[anmf[1] + 8 + 6..][..9], [4, 0, 0, 2, 0, 0, 250, 0, 0]);
     }
 

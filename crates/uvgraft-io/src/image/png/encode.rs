@@ -1,13 +1,13 @@
 //! Rows into a PNG, top to bottom.
 //!
 //! Measured for 4096² RGB texels on one core, smooth and with grain: pieces take 102 and 83 ms for
-//! 9.1 and 35.7 MB, and share the work out to threads. The `png` crate's Fast with Sub takes 135 and
-//! 123 ms for 11.4 and 37.7 MB; its Adaptive takes a third more for files that are a tenth smaller,
-//! Up and Avg a little more than Sub, and Paeth doubles the time of reading. `mtpng` at its fastest
-//! takes 550 and 740 ms, libdeflate at level 1 200 and 330 ms without filtering. To compress means
-//! `png`'s Balanced with Adaptive: seconds, for files of half the size; no single filter is both
-//! faster and smaller there. Reading pieces takes a fifth longer than reading Fast where the image is
-//! smooth, and 3 % less where it has grain.
+//! 9.1 and 35.7 MB, and share the work out to threads. The `png` crate's Fast with Sub takes 135
+//! and 123 ms for 11.4 and 37.7 MB; its Adaptive takes a third more for files that are a tenth
+//! smaller, Up and Avg a little more than Sub, and Paeth doubles the time of reading. `mtpng` at
+//! its fastest takes 550 and 740 ms, libdeflate at level 1 200 and 330 ms without filtering. To
+//! compress means `png`'s Balanced with Adaptive: seconds, for files of half the size; no single
+//! filter is both faster and smaller there. Reading pieces takes a fifth longer than reading Fast
+//! where the image is smooth, and 3 % less where it has grain.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};

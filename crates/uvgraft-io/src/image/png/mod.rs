@@ -17,8 +17,8 @@ use super::{Format, ImageError};
 
 const FORMAT: Format = Format::Png;
 
-/// Walks the chunks to the end, because EXIF may follow the image; this also detects truncation.
-/// Decodes nothing.
+/// Walks the chunks to the end without decoding, because EXIF may follow the image; this also
+/// detects truncation.
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut start = [0; 8 + 8 + 13 + 4];

@@ -1,30 +1,35 @@
-//! Long edges of colour, without gaps.
+//! Barriers along long colour edges, with gaps closed.
 
 use super::super::geodesic::{parts, widened};
 use super::layout::BodyLayout;
 
-/// An edge goes on where it is as steep as this share of noise.
+/// Lower hysteresis threshold: edges continue while their steepness is above this fraction
+/// of noise.
 pub(super) const FAINT: f32 = 0.55;
 
-/// The least height that an edge has somewhere, in ΔE from a texel to the next beyond noise.
-const LEAST_HEIGHT: f32 = 0.35;
-/// The least numbers of texels of edges, and the half of gaps in them that are closed: where cloth's colour meets
-/// that of a darker place of the skin, an edge has gaps, and the longer it is the less is it chance.
+/// Upper hysteresis threshold: an edge must exceed noise by this somewhere, in ΔE per texel.
+const MIN_HEIGHT: f32 = 0.35;
+/// Least length of an edge and half of the gaps closed in it, both in texels. Edges have
+/// gaps where cloth meets a darker area of skin of the same colour; the longer an edge, the
+/// less likely it is chance.
 const GAPS: [(usize, usize); 2] = [(40, 3), (150, 10)];
-/// The same for the way that skin takes, which must not slip through.
+/// The same for the wide barrier, which growing skin must not leak through.
 const WIDE_GAP: (usize, usize) = (100, 24);
 
-/// What is close to edges.
+/// The texels close to long edges.
 #[derive(Debug, Clone)]
 pub(super) struct Barrier {
-    /// As close as edges are sure to be.
+    /// Within the half gap widths of [`GAPS`].
     pub narrow: Vec<bool>,
-    /// So close that gaps of some centimetres are closed.
+    /// The same, and within that of [`WIDE_GAP`], which closes gaps of some centimetres.
     pub wide: Vec<bool>,
 }
 
-/// What is close to edges that are long enough not to be noise. Faint texels continue higher ones (J. Canny, "A
-/// computational approach to edge detection", PAMI 1986).
+/// Marks the texels close to edges that are too long to be noise. Edges are traced with
+/// hysteresis: faint texels continue stronger ones (J. Canny, "A computational approach to
+/// edge detection", PAMI 1986).
+///
+/// - `edges`: the steepness at each texel, in ΔE per texel.
 pub(super) fn barrier(body: &BodyLayout, edges: &[f32], noise: f32) -> Barrier {
     let grid = &body.grid;
     let is_edge: Vec<bool> = edges
@@ -35,7 +40,7 @@ pub(super) fn barrier(body: &BodyLayout, edges: &[f32], noise: f32) -> Barrier {
     let mut long = parts(grid, &is_edge);
     long.retain(|part| {
         let heights = part.iter().map(|&texel| edges[texel as usize] - noise);
-        part.len() >= GAPS[0].0 && heights.fold(0.0, f32::max) >= LEAST_HEIGHT
+        part.len() >= GAPS[0].0 && heights.fold(0.0, f32::max) >= MIN_HEIGHT
     });
     let mut narrow = vec![false; edges.len()];
     let mark = |all: &mut [bool], (least, gap): (usize, usize)| {

@@ -1,4 +1,9 @@
-//! From growth to what is skin.
+//! Decides which texels are skin.
+//!
+//! Growth from the face gives the skin that is certain. Then the neck, hands, feet and other
+//! candidate parts are accepted or rejected as a whole, by the median of their colours and
+//! by the contrast along their edge with known skin; single texels would be too noisy for
+//! either. Last, texels near edges are divided, and small holes are filled.
 
 use super::grow::{Growth, divided, parts};
 use super::layout::{BodyLayout, Detail};
@@ -8,38 +13,39 @@ use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
 use crate::threads::{for_each_chunk, map_indices};
 
-/// Skin reaches over steps of so many ΔE in all.
+/// Growth of skin may cross colour steps of this total, in ΔE.
 const REACH: f32 = 1.5;
-/// Steps of more than this, in ΔE from a texel to the next, cut parts apart.
+/// Steps of more than this separate parts, in ΔE per texel.
 const CUT: f32 = 0.35;
-/// What is smaller, as a share of all texels, is a fleck: skin where skin encloses it.
+/// Largest fleck, as a fraction of the covered texels; flecks enclosed by skin are skin.
 const FLECK: f32 = 0.0012;
-/// The same for what has about skin's hue, as moles, nipples and hair on arms have.
+/// The same for flecks of nearly skin's hue, such as moles, nipples and hair on arms.
 const ALIKE_FLECK: f32 = 0.006;
-/// The least part that is looked at by itself.
-const LEAST_PART: f32 = 0.002;
-/// A part is near skin if this share of its edge is,
+/// Smallest part that is judged by itself, as a fraction of the covered texels.
+const MIN_PART: f32 = 0.002;
+/// Least number of contrasts with skin per edge texel of a part; fewer are no evidence of an edge.
 const TOUCH: f32 = 0.06;
-/// at most so many texels from it,
+/// Largest distance across which contrasts are measured, in texels.
 const ACROSS: usize = 56;
-/// or touches it within so many where all skin is close to edges,
+/// The same where all nearby skin lies within the wide barrier.
 const WIDTH: usize = 6;
-/// and one with it if colours on both sides differ by less than this on the whole, in ΔE.
+/// A part may be skin if the mean contrast is less than this, in ΔE.
 const ALIKE: f32 = 2.5;
-/// The same beside hands and feet.
+/// The same next to hands and feet, which are redder than the skin they adjoin.
 const ALIKE_ENDS: f32 = 9.0;
-/// A part is seamless with skin if colours differ by less than this where it touches it,
+/// A part is seamless with skin if the mean contrast within [`WIDTH`] texels is less than
+/// this, in ΔE.
 const SEAMLESS: f32 = 0.2;
-/// at so many texels within [`WIDTH`] of its edge for one of that.
+/// Least number of such contrasts per edge texel of a seamless part.
 const LONG_TOUCH: f32 = 3.0;
-/// Tones that differ by less in hue and light are one.
+/// Tones that differ by less in hue and lightness are the same.
 const SAME: (f32, f32) = (0.3, 0.03);
-/// How much farther in hue than hands other parts of the body may be.
+/// How much more other parts of the body may deviate in hue than the hands do.
 const MORE_HUE: f32 = 1.7;
-/// So much of a part's lightness, as a logarithm, counts as one standard deviation of hue.
+/// Weight of a deviation in log lightness relative to one in hue, when the two are added.
 const LIGHT: f32 = 12.0;
-/// Colours that models of skin and medians are made of, at most.
-const MOST_COLORS: usize = 3000;
+/// Limit of the colours that skin models and medians are computed from.
+const MAX_COLORS: usize = 3000;
 
 /// Which texels are skin.
 pub(super) struct Decision<'a> {
@@ -48,13 +54,13 @@ pub(super) struct Decision<'a> {
     known: &'a [f32],
     deviation: Vec<Deviation>,
     is_end: Vec<bool>,
-    /// Where skin may be.
+    /// Texels that may be skin.
     is_open: Vec<bool>,
     growth: Growth,
     is_skin: Vec<bool>,
 }
 
-/// How colours on both sides of an edge differ.
+/// The mean colour difference across an edge.
 #[derive(Debug, Clone, Copy, Default)]
 struct Contrast {
     sum: [f32; 4],
@@ -67,49 +73,54 @@ impl Contrast {
         self.count += 1.0;
     }
 
-    /// Whether it is less than `most` ΔE on the whole, or there are less than `least` places to tell.
+    /// Whether the mean is less than `most` ΔE, or there are fewer than `least` samples to tell.
     fn is_within(&self, most: f32, least: f32) -> bool {
         let squares = self.sum.map(|sum| (sum / self.count.max(1.0)).powi(2));
         self.count < least || squares.iter().sum::<f32>() < most * most
     }
 }
 
-/// How a part differs from skin, by the medians of its texels.
+/// Median deviation of a part's texels from skin.
 struct Likeness {
     hue: f32,
     light: f32,
 }
 
-/// How a part is joined to skin.
+/// The contact between a part and skin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Joint {
-    /// An edge of colour is between them.
+    /// A colour edge separates them.
     Cut,
-    /// There is none, as far as can be told.
+    /// No colour edge was detected.
     Open,
-    /// Both are one colour along much of its edge.
+    /// Both have the same colour along much of the part's edge.
     Seamless,
 }
 
-/// How far parts may be from skin.
+/// Limits of a part's deviation from skin.
 #[derive(Debug, Clone, Copy)]
-struct Likely {
+struct Limits {
     hue: f32,
-    /// Hue and light together.
+    /// Hue and weighted lightness together.
     both: f32,
     light: f32,
 }
 
-impl Likely {
-    fn has(&self, found: &Likeness) -> bool {
+impl Limits {
+    fn allow(&self, found: &Likeness) -> bool {
         let light = found.light.abs();
         found.hue < self.hue && light < self.light && found.hue + LIGHT * light < self.both
     }
 }
 
 impl<'a> Decision<'a> {
+    /// Segments the skin: grows it from the face, adds the neck, then hands and feet, then other
+    /// parts that growth did not reach.
+    ///
+    /// - `skin`: the model of skin, if known; else it is estimated from the face, or from the neck.
+    ///
     /// # Errors
-    /// [`SkinError`] if neither the face nor the neck is of one colour.
+    /// [`SkinError`] if neither the face nor the neck has a uniform colour.
     pub fn new(
         body: &'a BodyLayout,
         colors: &'a GridColors,
@@ -141,12 +152,12 @@ impl<'a> Decision<'a> {
         };
         let mut seeds: Vec<u32> = body.face.iter().filter(is_plain).copied().collect();
         if 2 * seeds.len() <= body.face.len() {
-            // A blank head, or none.
+            // The head is blank, or missing.
             seeds = body.neck.iter().chain(&body.hands).filter(is_plain).copied().collect();
         }
         decision.grow(&seeds);
-        decision.add_area(&body.neck, Likely { hue: 1.2, both: 2.2, light: 0.16 });
-        // The neck's own tone, where the face's leads there, is what hands and feet have.
+        decision.add_area(&body.neck, Limits { hue: 1.2, both: 2.2, light: 0.16 });
+        // Hands and feet have the tone of the neck, so add its own where growth reached it.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
         if let Ok(of_neck) = skin_of(&neck.copied().collect::<Vec<_>>()) {
             let Deviation { hue, light, .. } = of_face.deviation(of_neck.color());
@@ -169,7 +180,7 @@ impl<'a> Decision<'a> {
         (share * self.body.covered as f32) as usize
     }
 
-    /// Compares colours with a model of skin; the nearest of several counts.
+    /// Compares colours with a model of skin. With several models, the nearest one is kept.
     fn compare(&mut self, colors: &GridColors, model: &SkinModel) {
         let deviations = model.deviations();
         let far = |deviation: &Deviation| deviation.hue + 5.0 * deviation.light.abs();
@@ -201,7 +212,7 @@ impl<'a> Decision<'a> {
     }
 
     fn likeness(&self, part: &[u32]) -> Likeness {
-        let step = part.len().div_ceil(MOST_COLORS).max(1);
+        let step = part.len().div_ceil(MAX_COLORS).max(1);
         let median = |value: fn(&Deviation) -> f32| {
             let texels = part.iter().step_by(step);
             let mut values: Vec<f32> =
@@ -215,13 +226,15 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Whether an edge of colour cuts a part off from skin.
+    /// Whether a colour edge separates a part from skin.
     ///
-    /// Of all ways to skin across edges as a whole: single ones cross where shadows make both sides alike. Hands and feet
-    /// are redder than what they are at.
+    /// Dilates the part breadth-first until it meets skin, and averages the colour differences
+    /// between each skin texel met and the edge texel it was reached from. A mean, since single
+    /// paths may cross where a shadow makes both sides alike. Contrasts with hands and feet are
+    /// averaged separately, as these are redder than the skin they adjoin.
     fn joint(&self, part: &[u32]) -> Joint {
         let grid = &self.body.grid;
-        // One more than a texel's number, 0 for none: what is not written is no memory yet.
+        // Texel index + 1, 0 for none: zeroed pages take no memory until they are written.
         let mut origin = vec![0; self.known.len()];
         part.iter().for_each(|&texel| origin[texel as usize] = texel + 1);
         let is_edge = |texel: u32| grid.neighbours(texel).any(|near| origin[near as usize] == 0);
@@ -253,7 +266,7 @@ impl<'a> Decision<'a> {
             edge = next;
         }
         let [of_others, of_ends] = contrasts;
-        // Skin may be no wider than what is close to its edge.
+        // Skin may be too narrow to extend beyond the wide barrier.
         let is_open = if of_others.count + of_ends.count < least {
             of_touch.is_within(ALIKE, least)
         } else {
@@ -268,7 +281,7 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// What looks like skin and growth has not reached, largest parts first.
+    /// Parts that look like skin but were not reached by growth, largest first.
     fn candidates(
         &self,
         from: impl Iterator<Item = u32>,
@@ -282,42 +295,42 @@ impl<'a> Decision<'a> {
                 && is_place(at)
         };
         let mut found = parts(self.body, self.steps, CUT, from, is_like);
-        found.retain(|part| part.len() >= self.share(LEAST_PART));
+        found.retain(|part| part.len() >= self.share(MIN_PART));
         found.sort_by_key(|part| std::cmp::Reverse(part.len()));
         found
     }
 
-    /// How far parts of the body may be from skin's hue: somewhat farther than hands are, where those are known.
+    /// Limit of a part's deviation in hue: somewhat above that of the hands, if those were found.
     fn most_hue(&self) -> f32 {
         let hands = self.body.hands.iter().filter(|&&texel| self.growth.has(texel));
         let hands: Vec<u32> = hands.copied().collect();
-        if hands.len() < self.share(LEAST_PART) {
+        if hands.len() < self.share(MIN_PART) {
             return f32::INFINITY;
         }
         self.likeness(&hands).hue + MORE_HUE
     }
 
-    /// Hands and feet behind sleeves and trousers.
+    /// Adds hands and feet, which sleeves and trousers separate from the face.
     fn add_ends(&mut self) {
-        // Trousers may reach over feet.
+        // Trousers may cover the feet, so their limits are stricter.
         for (area, both) in [(&self.body.hands, f32::INFINITY), (&self.body.feet, 2.2)] {
             let hue = self.most_hue().min(2.2);
-            self.add_area(area, Likely { hue, both, light: 0.35 });
+            self.add_area(area, Limits { hue, both, light: 0.35 });
         }
     }
 
-    /// Parts of an area that are skin by their colour and not cut off from skin that they touch.
-    fn add_area(&mut self, area: &[u32], most: Likely) {
+    /// Adds the parts of an area that have skin's colour and no edge towards the skin they touch.
+    fn add_area(&mut self, area: &[u32], most: Limits) {
         let mut is_within = vec![false; self.known.len()];
         area.iter().for_each(|&texel| is_within[texel as usize] = true);
         for part in self.candidates(area.iter().copied(), |at| is_within[at]) {
-            if most.has(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
+            if most.allow(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
                 self.grow(&part);
             }
         }
     }
 
-    /// Arms and legs between cloth; a belly too, if its colour is skin's own.
+    /// Adds arms and legs between clothes; a belly too, if its colour is very close to skin's.
     fn add_parts(&mut self) {
         let bits = &self.body.bits;
         let is_two_sided = |part: &Vec<u32>| {
@@ -326,18 +339,19 @@ impl<'a> Decision<'a> {
         };
         let found = self.candidates(self.texels(), |at| !bits[at].is_detail());
         let (two_sided, one_sided): (Vec<_>, Vec<_>) = found.into_iter().partition(is_two_sided);
-        // Legs come in two parts, trousers and shirts in one.
+        // Legs are two parts, one on each side of the body; trousers and shirts extend over both
+        // sides.
         let most_hue = self.most_hue();
-        let of_limbs = Likely { hue: most_hue.min(1.9), both: 1.9, light: 0.16 };
-        let of_trunk = Likely { hue: most_hue.min(0.8), both: 1.5, light: 0.06 };
-        // A leg may be paler than hands all over, and is one colour with what it is at.
-        let if_seamless = Likely { both: 3.0, ..of_limbs };
+        let of_limbs = Limits { hue: most_hue.min(1.9), both: 1.9, light: 0.16 };
+        let of_trunk = Limits { hue: most_hue.min(0.8), both: 1.5, light: 0.06 };
+        // A leg may be paler than the hands overall, but is seamless with the skin it adjoins.
+        let if_seamless = Limits { both: 3.0, ..of_limbs };
         for part in one_sided {
             let likeness = self.likeness(&part);
-            let is_skin = if_seamless.has(&likeness)
+            let is_skin = if_seamless.allow(&likeness)
                 && match self.joint(&part) {
                     Joint::Cut => false,
-                    Joint::Open => of_limbs.has(&likeness),
+                    Joint::Open => of_limbs.allow(&likeness),
                     Joint::Seamless => true,
                 };
             if is_skin {
@@ -345,13 +359,14 @@ impl<'a> Decision<'a> {
             }
         }
         for part in two_sided {
-            if of_trunk.has(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
+            if of_trunk.allow(&self.likeness(&part)) && self.joint(&part) != Joint::Cut {
                 self.grow(&part);
             }
         }
     }
 
-    /// Gives what is close to edges, and what is small, to skin or not, whichever is nearer over steps.
+    /// Assigns texels close to edges, and small parts, to skin or non-skin, whichever has the
+    /// least path cost.
     fn divide(&mut self) {
         let Self { body, steps, known, .. } = *self;
         let is_free =
@@ -361,7 +376,7 @@ impl<'a> Decision<'a> {
         });
         let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
         for part in parts(body, steps, CUT, self.texels(), is_other) {
-            if part.len() >= self.share(LEAST_PART) {
+            if part.len() >= self.share(MIN_PART) {
                 part.into_iter().for_each(|texel| side[texel as usize] = Some(false));
             }
         }
@@ -369,7 +384,7 @@ impl<'a> Decision<'a> {
         self.is_skin = map_indices(side.len(), |at| side[at].unwrap_or(false) && self.is_open[at]);
     }
 
-    /// Moles and the like: what skin encloses.
+    /// Fills small holes in the skin, such as moles.
     fn fill(&mut self) {
         let body = self.body;
         let is_hole =
@@ -387,7 +402,7 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// How far texels are skin, soft at edges, 0 to 255.
+    /// The skin mask, soft at edges, 0 to 255.
     pub fn levels(&self) -> Vec<u8> {
         let grid = &self.body.grid;
         let width = grid.size().width as usize;
@@ -414,7 +429,7 @@ impl<'a> Decision<'a> {
     }
 }
 
-/// How far a texel of the head takes part: lips half, eyes, brows and hair not.
+/// The skin weight of a texel of the head: half on lips, 0 on eyes, brows and hair.
 fn share_of_skin(detail: &Detail, deviation: &Deviation) -> f32 {
     let Deviation { hue, pale, light } = *deviation;
     let [lips, sockets] = [detail.lips, detail.sockets].map(|area| smoothstep(0.1, 0.5, area));
@@ -431,10 +446,10 @@ fn share_of_skin(detail: &Detail, deviation: &Deviation) -> f32 {
     (1.0 - none) * (1.0 - 0.5 * lip)
 }
 
-/// Colours of some texels, where they are known.
+/// The known colours of some texels, evenly subsampled.
 fn some_colors(texels: &[u32], colors: &GridColors) -> Vec<[f32; 3]> {
     let is_known = |&&texel: &&u32| colors.known[texel as usize] >= 0.5;
-    let step = texels.len().div_ceil(MOST_COLORS).max(1);
+    let step = texels.len().div_ceil(MAX_COLORS).max(1);
     let some = texels.iter().step_by(step).filter(is_known);
     some.map(|&texel| colors.rgb[texel as usize]).collect()
 }

@@ -1,17 +1,17 @@
-//! Growth over a grid of texels whose steps cost.
+//! Region growing by path cost.
 
 use super::layout::BodyLayout;
 use super::steps::{Steps, UNITS};
 
-/// No way leads there.
+/// The distance of texels that were not reached.
 const FAR: u16 = u16::MAX;
 
-/// The texels that seeds reach over steps of at most so many ΔE in all.
+/// The texels within a total path cost of the seeds.
 #[derive(Debug, Clone)]
 pub(super) struct Growth {
     distance: Vec<u16>,
     most: usize,
-    /// Where it began close to edges.
+    /// Seeds inside the wide barrier, used where a region has no others.
     is_close_seed: Vec<bool>,
 }
 
@@ -21,7 +21,7 @@ impl Growth {
         Self { distance: vec![FAR; texels], most, is_close_seed: vec![false; texels] }
     }
 
-    /// Whether it reached a texel that is not close to an edge, or is of a part that has no other.
+    /// Whether it reached a texel outside the wide barrier, or one of the seeds inside it.
     pub fn has_core(&self, steps: &Steps, texel: u32) -> bool {
         let at = texel as usize;
         self.is_close_seed[at] || self.has(texel) && !steps.barrier.wide[at]
@@ -32,7 +32,11 @@ impl Growth {
         self.distance[texel as usize] != FAR
     }
 
-    /// Grows from seeds over free texels first, then from there into the barriers around them and no farther.
+    /// Grows from seeds over texels outside the wide barrier first, then from there into the
+    /// barrier, but not out of it again: growth that crossed barriers would leak through gaps
+    /// in edges.
+    ///
+    /// Dijkstra's algorithm with a bucket for each cost, as in `geodesic`.
     pub fn add(&mut self, body: &BodyLayout, steps: &Steps, seeds: &[u32], is_open: &[bool]) {
         let outside = |barrier: &[bool]| -> Vec<u32> {
             let is_free = |&seed: &u32| is_open[seed as usize] && !barrier[seed as usize];
@@ -41,7 +45,7 @@ impl Growth {
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.most + 1];
         buckets[0] = outside(&steps.barrier.wide);
         if buckets[0].is_empty() {
-            // Ankles between trousers and shoes are close to edges all over.
+            // Ankles between trousers and shoes lie entirely within the wide barrier.
             buckets[0] = outside(&steps.barrier.narrow);
             buckets[0].iter().for_each(|&seed| self.is_close_seed[seed as usize] = true);
         }
@@ -70,7 +74,7 @@ impl Growth {
         buckets: &mut [Vec<u32>],
         mut may_enter: impl FnMut(u32, u32) -> bool,
     ) {
-        // A bucket grows while it is emptied: most steps cost nothing.
+        // A bucket grows while it is drained, as most steps cost nothing.
         for bucket in 0..buckets.len() {
             while let Some(texel) = buckets[bucket].pop() {
                 if usize::from(self.distance[texel as usize]) < bucket {
@@ -91,12 +95,13 @@ impl Growth {
     }
 }
 
-/// Gives each texel without a side that of the nearest texel that has one; a watershed along the highest steps.
+/// Gives each undecided texel the side of the decided texel with the least path cost to it. Like a
+/// watershed, this puts the dividing line on the highest steps.
 pub(super) fn divided(body: &BodyLayout, steps: &Steps, side: &mut [Option<bool>]) {
-    const FARTHEST: usize = 64 * UNITS as usize;
+    const MAX_COST: usize = 64 * UNITS as usize;
     let mut distance = vec![FAR; side.len()];
     let fixed: Vec<bool> = side.iter().map(Option::is_some).collect();
-    let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); FARTHEST];
+    let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); MAX_COST];
     for texel in 0..side.len() as u32 {
         if side[texel as usize].is_some() {
             continue;
@@ -107,8 +112,8 @@ pub(super) fn divided(body: &BodyLayout, steps: &Steps, side: &mut [Option<bool>
             }
         }
     }
-    for bucket in 0..FARTHEST {
-        // In the order in which they were found, so that sides meet halfway where nothing costs.
+    for bucket in 0..MAX_COST {
+        // First in, first out, so that sides meet halfway where steps cost nothing.
         let mut index = 0;
         while let Some(&texel) = buckets[bucket].get(index) {
             index += 1;
@@ -118,7 +123,7 @@ pub(super) fn divided(body: &BodyLayout, steps: &Steps, side: &mut [Option<bool>
             steps.ways(body, texel, |next, cost| {
                 let there = bucket + usize::from(cost);
                 let is_nearer = there < usize::from(distance[next as usize]);
-                if there < FARTHEST && is_nearer && !fixed[next as usize] {
+                if there < MAX_COST && is_nearer && !fixed[next as usize] {
                     distance[next as usize] = there as u16;
                     side[next as usize] = side[texel as usize];
                     buckets[there].push(next);
@@ -128,10 +133,10 @@ pub(super) fn divided(body: &BodyLayout, steps: &Steps, side: &mut [Option<bool>
     }
 }
 
-/// The parts into which open texels fall where steps that cost more than `most` ΔE cut them apart.
+/// The connected components of the open texels, separated by steps of more than `most` ΔE.
 ///
-/// - `from`: texels to look at; parts without any of them are left out.
-/// - `is_open`: is asked for each texel until it says no.
+/// - `from`: seeds; components without any of them are left out.
+/// - `is_open`: may be called several times for the same texel.
 pub(super) fn parts(
     body: &BodyLayout,
     steps: &Steps,

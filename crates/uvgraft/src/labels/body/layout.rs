@@ -1,4 +1,4 @@
-//! Where on a body each texel is.
+//! A body's layout: the position of each texel on the body.
 
 use super::shells::Contacts;
 use super::taps::Taps;
@@ -9,13 +9,13 @@ use crate::mesh::Mesh;
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-/// The side of the grid.
+/// The side of the grid, in texels.
 const SIDE: u32 = 1024;
 
-/// Shells this close to each other touch, in distances between the eyes: 2 cm.
+/// Shells closer than this are in contact, in distances between the eyes: 2 cm.
 const CONTACT: f64 = 0.32;
 
-/// How far a texel of the head belongs to areas with labels of their own.
+/// Weights of a texel of the head for the areas that are labelled separately.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Detail {
     pub lips: f32,
@@ -26,7 +26,7 @@ pub(super) struct Detail {
     pub scalp: f32,
 }
 
-/// What is known of a texel, as bits.
+/// Properties of a texel, as bit flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Bits(u8);
 
@@ -38,7 +38,7 @@ impl Bits {
     const LEFT: u8 = 16;
     const CONTACT: u8 = 32;
 
-    /// Whether there is a triangle.
+    /// Whether a triangle covers it.
     pub fn is_covered(self) -> bool {
         self.0 & Self::COVERED != 0
     }
@@ -48,7 +48,7 @@ impl Bits {
         self.0 & (Self::COVERED | Self::INNER) == Self::COVERED
     }
 
-    /// Whether it is of the face or an ear, whose features have edges of their own.
+    /// Whether it belongs to the face or an ear, whose features produce colour edges.
     pub fn is_feature(self) -> bool {
         self.0 & Self::FEATURE != 0
     }
@@ -58,7 +58,7 @@ impl Bits {
         self.0 & Self::DETAIL != 0
     }
 
-    /// Whether another shell is close to it.
+    /// Whether another shell is in contact with it.
     pub fn is_contact(self) -> bool {
         self.0 & Self::CONTACT != 0
     }
@@ -69,13 +69,13 @@ impl Bits {
     }
 }
 
-/// A body mesh and the grid over its whole layout. Made once for a mesh.
+/// A grid over the whole layout of a body mesh, with its anatomy. Computed once per mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct BodyLayout {
     pub(super) grid: LayoutGrid,
     pub(super) bits: Vec<Bits>,
     pub(super) contacts: Contacts,
-    /// How many texels are covered.
+    /// Number of covered texels.
     pub(super) covered: usize,
     /// The texels of cheeks, nose and forehead.
     pub(super) face: Vec<u32>,
@@ -84,11 +84,11 @@ pub(crate) struct BodyLayout {
     pub(super) hands: Vec<u32>,
     pub(super) feet: Vec<u32>,
     pub(super) details: Vec<(u32, Detail)>,
-    /// Along rows and along columns.
+    /// Filter taps along rows and along columns.
     pub(super) taps: [Taps; 2],
 }
 
-/// The areas that are asked for.
+/// The areas that are rasterised, in the order of [`Row::add`].
 const AREAS: [Area; 13] = [
     Area::Cheeks,
     Area::Nose,
@@ -106,7 +106,7 @@ const AREAS: [Area; 13] = [
 ];
 
 impl BodyLayout {
-    /// Finds the head, hands and feet.
+    /// Finds the head, hands and feet, and rasterises the layout.
     ///
     /// # Errors
     /// [`AnatomyError`] if the mesh has no head.
@@ -115,12 +115,14 @@ impl BodyLayout {
     }
 
     /// As [`BodyLayout::new`], for a mesh whose anatomy is known.
+    ///
+    /// Rows are processed in parallel, each with its own lists, and concatenated in order.
     pub fn with_anatomy(mesh: &Mesh, anatomy: &Anatomy) -> Self {
         let edges = Edges::new(mesh);
         let grid = LayoutGrid::with_edges(mesh, &edges, Size::square(SIDE));
         let contacts = Contacts::new(mesh, &edges, &grid, CONTACT * anatomy.frame().unit);
         let areas = AREAS.map(|area| anatomy.area(area));
-        // Most triangles of a body belong to none of them.
+        // Most triangles of a body belong to no area.
         let has_any: Vec<bool> = map_indices(mesh.faces().len(), |face| {
             let corners = mesh.faces()[face];
             areas.iter().any(|area| corners.iter().any(|&corner| area[corner as usize] > 0.0))
@@ -167,7 +169,7 @@ impl BodyLayout {
     }
 }
 
-/// What is found in a row of texels.
+/// The properties of a row of texels.
 #[derive(Default)]
 struct Row {
     bits: Vec<Bits>,
@@ -176,7 +178,9 @@ struct Row {
 }
 
 impl Row {
-    /// - `values`: of [`AREAS`].
+    /// Adds a texel to the lists of its areas; returns its flags.
+    ///
+    /// - `values`: the texel's weights for [`AREAS`].
     fn add(&mut self, texel: u32, values: [f32; 13]) -> u8 {
         let [
             cheeks,

@@ -1,9 +1,9 @@
-//! Which texels of a body's texture are skin.
+//! Skin segmentation of a body's texture.
 //!
-//! Colours alone cannot say: there are shirts in every tone of skin. But skin is connected: it is what one reaches from
-//! the face without crossing a step of colour (`steps`, `grow`). Hands, feet, arms and legs that cloth keeps apart
-//! from it are skin where their colour agrees closely; what touches skin across a step is cloth whatever its colour
-//! (`decide`).
+//! Colour alone isn't enough: shirts come in every skin tone. But skin is connected: it is
+//! what can be reached from the face without crossing a colour step (`steps`, `grow`). Hands,
+//! feet, arms and legs that cloth separates from it are skin if their colour matches closely;
+//! what adjoins skin across a step is cloth, whatever its colour (`decide`).
 
 mod barrier;
 mod decide;
@@ -21,12 +21,13 @@ use decide::Decision;
 pub(crate) use layout::BodyLayout;
 use steps::Steps;
 
-/// How far each texel of the grid is skin of the body: grey data at the grid's size.
+/// The body's skin mask: grey data at the grid's size, 255 for skin.
 ///
-/// - `skin`: the body's, if it is known; the face's, or else the neck's, if not.
+/// - `skin`: the body's skin colours, if known. `None` estimates them from the face, or
+///   failing that from the neck.
 ///
 /// # Errors
-/// [`SkinError`] if neither the face nor the neck is of one colour.
+/// [`SkinError`] if neither the face nor the neck has a uniform colour.
 pub(crate) fn body_skin(
     body: &BodyLayout,
     base: &Texture,
@@ -40,9 +41,10 @@ pub(crate) fn body_skin(
         .expect("the size is that of a grid"))
 }
 
-/// Levels with what lies beside islands like their edges, so that neither filters nor gutters meet a border there.
+/// Extends levels outwards from the edges of islands, so that filters and gutters see no
+/// edge there.
 fn padded(grid: &LayoutGrid, mut levels: Vec<u8>) -> Vec<u8> {
-    /// Texels of the grid: a gutter of 16 texels of a texture of its size.
+    /// Texels of the grid: enough for a gutter of 16 texels in a texture of the same size.
     const RINGS: u32 = 18;
     let Size { width, height } = grid.size();
     let mut ring: Vec<u32> = (0..levels.len() as u32)

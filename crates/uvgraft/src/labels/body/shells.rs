@@ -1,61 +1,63 @@
-//! Where the shells that a body is made of touch.
+//! Contacts between the shells (connected components) of a body mesh.
 //!
-//! Sleeves, hands or a neck may be meshes of their own, whose open edges lie at another shell or reach into it. Nothing
-//! joins them on the surface, though colours tell whether skin goes on there as they do at UV seams.
+//! Sleeves, hands or a neck may be separate shells whose open edges lie against another
+//! shell or reach into it. They aren't connected on the surface, though colours show
+//! whether skin continues there, as they do at UV seams.
 
 use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
 
 use crate::disjoint::DisjointSets;
-use crate::edges::{Edges, NONE};
+use crate::edges::{Edges, NO_HALF_EDGE};
 use crate::layout_grid::{self, LayoutGrid, ends_uv};
 use crate::mesh::Mesh;
 use crate::threads::map_indices;
 
 type Cell = [i32; 3];
 
-/// So many places along edges are enough: strands of hair and leaves are thousands of shells.
-const MOST_PLACES: usize = 20_000;
+/// Limit of the samples along open edges: hair strands and leaves may be thousands of shells.
+const MAX_SAMPLES: usize = 20_000;
 
-/// A place on a shell.
-struct Place {
+/// A sample on a shell's surface.
+struct Sample {
     texel: u32,
     at: Vec3,
     shell: u32,
 }
 
-/// Texels at open edges of shells, each with the nearest one of another shell.
+/// Pairs of adjacent texels of different shells: each at an open edge of one, with the
+/// nearest of another.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Contacts {
-    /// Both ways, sorted.
+    /// In both directions, sorted.
     pairs: Vec<(u32, u32)>,
 }
 
 impl Contacts {
-    /// - `edges`: of the mesh.
-    /// - `reach`: how far another shell may be, in the mesh's unit.
+    /// - `edges`: the mesh's edges.
+    /// - `reach`: largest distance of a contact, in the mesh's unit.
     pub fn new(mesh: &Mesh, edges: &Edges, grid: &LayoutGrid, reach: f64) -> Self {
         let shells = shells(edges);
         if shells.iter().all(|shell| *shell == shells[0]) {
             return Self::default();
         }
         let all = open_edges(mesh, grid, edges, &shells);
-        let step = all.len().div_ceil(MOST_PLACES).max(1);
-        let places: Vec<Place> = all.into_iter().step_by(step).collect();
+        let step = all.len().div_ceil(MAX_SAMPLES).max(1);
+        let samples: Vec<Sample> = all.into_iter().step_by(step).collect();
         let reach = reach as f32;
         let cell = |at: Vec3| (at / reach).floor().as_ivec3().to_array();
         let wanted: HashSet<Cell> =
-            places.iter().flat_map(|place| around(cell(place.at))).collect();
+            samples.iter().flat_map(|sample| around(cell(sample.at))).collect();
         let near = texels_in(mesh, grid, &shells, &wanted, cell);
-        let nearest = map_indices(places.len(), |index| {
-            let place = &places[index];
+        let nearest = map_indices(samples.len(), |index| {
+            let sample = &samples[index];
             let mut least = (reach * reach).next_up();
             let mut nearest = None;
-            for other in around(cell(place.at)).filter_map(|cell| near.get(&cell)).flatten() {
-                let squared = other.at.distance_squared(place.at);
-                if squared < least && other.shell != place.shell {
-                    (least, nearest) = (squared, Some((place.texel, other.texel)));
+            for other in around(cell(sample.at)).filter_map(|cell| near.get(&cell)).flatten() {
+                let squared = other.at.distance_squared(sample.at);
+                if squared < least && other.shell != sample.shell {
+                    (least, nearest) = (squared, Some((sample.texel, other.texel)));
                 }
             }
             nearest
@@ -67,12 +69,12 @@ impl Contacts {
         Self { pairs }
     }
 
-    /// Whether a texel has any.
+    /// Whether a texel has a contact.
     pub fn has(&self, texel: u32) -> bool {
         self.of(texel).next().is_some()
     }
 
-    /// The texels of other shells that are close to one.
+    /// The texels of other shells in contact with a texel.
     pub fn of(&self, texel: u32) -> impl Iterator<Item = u32> + '_ {
         let first = self.pairs.partition_point(|&(from, _)| from < texel);
         let others = self.pairs[first..].iter().take_while(move |&&(from, _)| from == texel);
@@ -80,7 +82,7 @@ impl Contacts {
     }
 }
 
-/// A number for each triangle's shell.
+/// The shell of each triangle, as its lowest point's index.
 fn shells(edges: &Edges) -> Vec<u32> {
     let mut sets = DisjointSets::new(edges.vertex_count as u32);
     for &[a, b, c] in &edges.vertices {
@@ -90,10 +92,10 @@ fn shells(edges: &Edges) -> Vec<u32> {
     edges.vertices.iter().map(|corners| sets.root(corners[0])).collect()
 }
 
-/// Places along all edges that have no triangle on the other side, one for each texel there.
-fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> Vec<Place> {
-    let mut places = Vec::new();
-    let open = (0u32..).zip(&edges.opposite).filter(|(_, opposite)| **opposite == NONE);
+/// Samples along all open edges, one per texel along the edge.
+fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    let open = (0u32..).zip(&edges.opposite).filter(|(_, opposite)| **opposite == NO_HALF_EDGE);
     for (half, _) in open {
         let (face, corner) = (half as usize / 3, half as usize % 3);
         let ends = ends_uv(mesh, half);
@@ -103,21 +105,21 @@ fn open_edges(mesh: &Mesh, grid: &LayoutGrid, edges: &Edges, shells: &[u32]) -> 
         for along in grid.places_along(&[ends]) {
             if let Some(texel) = grid.near(mesh, ends, face as u32, along) {
                 let at = from.lerp_monotonic(to, along as f32);
-                places.push(Place { texel, at, shell: shells[face] });
+                samples.push(Sample { texel, at, shell: shells[face] });
             }
         }
     }
-    places
+    samples
 }
 
-/// The texels in some cells, and where they are.
+/// The covered texels whose surface points lie in `wanted` cells, by cell.
 fn texels_in(
     mesh: &Mesh,
     grid: &LayoutGrid,
     shells: &[u32],
     wanted: &HashSet<Cell>,
     cell: impl Fn(Vec3) -> Cell + Sync,
-) -> HashMap<Cell, Vec<Place>> {
+) -> HashMap<Cell, Vec<Sample>> {
     let reaches_in = map_indices(mesh.faces().len(), |face| {
         let corners =
             mesh.faces()[face].map(|vertex| cell(mesh.positions()[vertex as usize].into()));
@@ -132,32 +134,32 @@ fn texels_in(
             let face = grid.faces()[texel];
             face != layout_grid::NONE && reaches_in[face as usize]
         };
-        let places = (y * width..(y + 1) * width).filter(is_near).map(|texel| {
+        let samples = (y * width..(y + 1) * width).filter(is_near).map(|texel| {
             let at = Vec3::from([0, 1, 2].map(|k| grid.at_texel(mesh, &axes[k], texel)));
             let shell = shells[grid.faces()[texel] as usize];
-            (cell(at), Place { texel: texel as u32, at, shell })
+            (cell(at), Sample { texel: texel as u32, at, shell })
         });
-        places.filter(|(cell, _)| wanted.contains(cell)).collect::<Vec<_>>()
+        samples.filter(|(cell, _)| wanted.contains(cell)).collect::<Vec<_>>()
     });
-    let mut found: HashMap<Cell, Vec<Place>> = HashMap::new();
-    for (cell, place) in rows.into_iter().flatten() {
-        found.entry(cell).or_default().push(place);
+    let mut found: HashMap<Cell, Vec<Sample>> = HashMap::new();
+    for (cell, sample) in rows.into_iter().flatten() {
+        found.entry(cell).or_default().push(sample);
     }
     found
 }
 
-/// Whether any cell of a box is wanted, as far as can be told at little cost.
+/// Whether any cell of a box is wanted; conservatively true for boxes of more than 64 cells.
 fn is_near_any(low: Cell, high: Cell, wanted: &HashSet<Cell>) -> bool {
-    const MOST: i64 = 64;
+    const MAX: i64 = 64;
     let sides = [0, 1, 2].map(|k| i64::from(high[k]) - i64::from(low[k]) + 1);
     let count = sides.into_iter().fold(1, i64::saturating_mul);
-    count > MOST
+    count > MAX
         || (low[0]..=high[0]).any(|x| {
             (low[1]..=high[1]).any(|y| (low[2]..=high[2]).any(|z| wanted.contains(&[x, y, z])))
         })
 }
 
-/// A cell and all that touch it.
+/// A cell and its 26 neighbours.
 fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
     (-1..=1).flat_map(move |dx| {
         (-1..=1).flat_map(move |dy| {
@@ -172,7 +174,7 @@ mod tests {
     use super::*;
     use crate::texture::Size;
 
-    /// Two squares with sides of 1 in one plane, each with its half of the layout.
+    /// Two coplanar unit squares, each in its own half of the layout.
     fn squares(gap: f32) -> Mesh {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f32]];
         let positions = [0.0, 1.0 + gap].map(|x| corners.map(|[u, v]| [x + u, v, 0.0])).concat();
@@ -198,7 +200,7 @@ mod tests {
             let [from, to] = [from, to]
                 .map(|texel| (grid.faces()[texel as usize] < 2, texel % 64, i64::from(texel / 64)));
             assert_ne!(from.0, to.0, "one shell");
-            // Each is at its edge, and they are at one height.
+            // Each is at its shell's edge, and both are at the same height.
             let [(_, left, a), (_, right, b)] = if from.0 { [from, to] } else { [to, from] };
             assert!(left >= 24 && right <= 40 && (a - b).abs() <= 8, "{left} {a}, {right} {b}");
         }

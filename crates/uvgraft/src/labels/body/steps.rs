@@ -1,7 +1,7 @@
-//! How large a step of colour lies between each texel and those beside it.
+//! Colour steps between adjacent texels.
 //!
-//! A step is how steep colours are beyond noise and beyond the slope that goes on around: shading and soft shadows
-//! go on for many texels, an edge is over after a few.
+//! A step is the colour gradient minus noise and minus the slope that continues on both sides:
+//! shading and soft shadows extend over many texels, while an edge ends after a few.
 
 use fearless_simd::{Level, Simd};
 
@@ -12,31 +12,35 @@ use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::simd::dispatch;
 use crate::threads::{for_each, map_indices};
 
-/// The unit of costs: this share of a ΔE.
+/// Costs are in 1/16 ΔE.
 pub(super) const UNITS: f32 = 16.0;
-/// How far on each side slopes go on, in texels: from half of it to it.
+/// Slopes are measured on each side from half this distance to this distance, in texels.
 const AROUND: usize = 6;
-/// How many times the slope around counts. Where light and shadow meet it is less than in the middle.
+/// Factor on the surrounding slope, which is lower at the ends of a shadow's transition than at its
+/// centre.
 const SLOPE: f32 = 1.6;
-/// A steepness that nine in ten texels of skin stay below is noise; so many times that, and within this range.
+/// Noise is this multiple of the 90th percentile of the steepness of skin, clamped to the
+/// range below.
 const NOISE: f32 = 1.2;
 const NOISE_RANGE: [f32; 2] = [0.35, 1.6];
-/// What it costs to go from texels to those beside them.
+
+/// The cost of moving between adjacent texels.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
-    seen: Vec<Seen>,
-    /// To each texel, from wherever it is beside.
+    labs: Vec<Lab>,
+    /// The cost of entering each texel from any neighbour on its island.
     costs: Vec<u16>,
-    /// What is close to long edges: gaps in them are closed.
+    /// The texels close to long edges, with gaps closed.
     pub barrier: Barrier,
     noise: f32,
 }
 
-/// A colour, about as one sees it; four values fill a vector register, the last is 0.
-type Seen = [f32; 4];
+/// A colour in approximate CIELAB; padded with a 0 to four values, which fill a vector register.
+type Lab = [f32; 4];
 
-/// About CIELAB, linear in values as stored: its differences, from pale to dark skin, to some tenths.
-fn seen(rgb: [f32; 3]) -> Seen {
+/// Approximate CIELAB, linear in sRGB values as stored. Differences between skin colours,
+/// pale to dark, are accurate to some tenths.
+fn lab(rgb: [f32; 3]) -> Lab {
     let [r, g, b] = rgb.map(|value| value.clamp(0.0, 1.0));
     [
         29.0 * r + 65.0 * g + 6.0 * b,
@@ -46,19 +50,19 @@ fn seen(rgb: [f32; 3]) -> Seen {
     ]
 }
 
-fn squared(a: Seen, b: Seen) -> f32 {
+fn squared(a: Lab, b: Lab) -> f32 {
     (0..4).map(|k| (a[k] - b[k]).powi(2)).sum()
 }
 
-fn distance(a: Seen, b: Seen) -> f32 {
+fn distance(a: Lab, b: Lab) -> f32 {
     squared(a, b).sqrt()
 }
 
 impl Steps {
     pub fn new(body: &BodyLayout, colors: &GridColors) -> Self {
-        let seen = softened(body, colors);
+        let labs = softened(body, colors);
         let noise_in = |area: &[u32]| {
-            let edge = |index: usize| edge(body, &seen, area[index] as usize, 0.0);
+            let edge = |index: usize| edge(body, &labs, area[index] as usize, 0.0);
             noise_of(map_indices(area.len(), edge))
         };
         let noise = [&body.cheeks, &body.neck, &body.hands]
@@ -66,26 +70,26 @@ impl Steps {
             .into_iter()
             .fold(NOISE_RANGE[0], f32::max)
             .min(NOISE_RANGE[1]);
-        // What is less is nothing to anybody.
-        let edges = map_indices(seen.len(), |texel| edge(body, &seen, texel, FAINT * noise));
+        // Lower steepness makes no difference to costs or barriers.
+        let edges = map_indices(labs.len(), |texel| edge(body, &labs, texel, FAINT * noise));
         let cost = |&edge: &f32| ((edge - noise).max(0.0) * UNITS) as u16;
         let costs = edges.iter().map(cost).collect();
         let barrier = barrier(body, &edges, noise);
-        Self { seen, costs, barrier, noise }
+        Self { labs, costs, barrier, noise }
     }
 
-    /// How far one texel's colour is from another's, about as CIELAB has it; the last value is 0.
+    /// The difference of two texels' colours in approximate CIELAB; the last value is 0.
     pub fn difference(&self, from: u32, to: u32) -> [f32; 4] {
-        let [from, to] = [from, to].map(|texel| self.seen[texel as usize]);
+        let [from, to] = [from, to].map(|texel| self.labs[texel as usize]);
         [0, 1, 2, 3].map(|k| from[k] - to[k])
     }
 
-    /// The texels beside one, and what it costs to get there.
+    /// Visits the neighbours of a texel on the surface, with the cost of moving there.
     #[inline]
     pub fn ways(&self, body: &BodyLayout, texel: u32, mut visit: impl FnMut(u32, u16)) {
         let grid = &body.grid;
         let mut jump = |other: u32| {
-            let change = distance(self.seen[texel as usize], self.seen[other as usize]);
+            let change = distance(self.labs[texel as usize], self.labs[other as usize]);
             let cost = ((change - self.noise).max(0.0) * UNITS) as u16;
             visit(other, cost.max(self.costs[other as usize]));
         };
@@ -103,10 +107,10 @@ impl Steps {
     }
 }
 
-/// Colours as they are seen without thin dark strands of hair, which vanish in a closing, and without a weave, which
-/// vanishes in a blur.
-fn softened(body: &BodyLayout, colors: &GridColors) -> Vec<Seen> {
-    let plane = |k: usize| map_indices(colors.rgb.len(), |texel| seen(colors.rgb[texel])[k]);
+/// Colours without thin dark hairs, which a morphological closing removes, and without the texture
+/// of fabric, which two binomial blurs remove. Both would otherwise be taken for edges.
+fn softened(body: &BodyLayout, colors: &GridColors) -> Vec<Lab> {
+    let plane = |k: usize| map_indices(colors.rgb.len(), |texel| lab(colors.rgb[texel])[k]);
     let values = [plane(0), plane(1), plane(2)];
     let other = values.clone();
     let mut buffers = Buffers { body, values, other };
@@ -118,16 +122,16 @@ fn softened(body: &BodyLayout, colors: &GridColors) -> Vec<Seen> {
     map_indices(l.len(), |texel| [l[texel], a[texel], b[texel], 0.0])
 }
 
-/// The values of [`Seen`], one plane for each: so runs of texels fill vector registers.
+/// The three values of [`Lab`] as planes, so that runs of texels fill vector registers.
 type Planes = [Vec<f32>; 3];
 
-/// Some texels in a row, by planes.
+/// Adjacent texels of a row, by planes.
 type Stretch<const W: usize> = [[f32; W]; 3];
 
-/// Texels that are worked on together.
+/// Texels processed together.
 const STRETCH: usize = 16;
 
-/// Values, and where the next ones go.
+/// The current values and the output buffer of the next pass.
 struct Buffers<'a> {
     body: &'a BodyLayout,
     values: Planes,
@@ -135,7 +139,7 @@ struct Buffers<'a> {
 }
 
 impl Buffers<'_> {
-    /// Along rows, then along columns.
+    /// Filters along rows, then along columns.
     fn pass<K: Kernel>(&mut self) {
         for axis in 0..2 {
             along::<K>(self.body, &self.values, axis, &mut self.other);
@@ -144,7 +148,7 @@ impl Buffers<'_> {
     }
 }
 
-/// What becomes of a texel beside the two before and the two behind it.
+/// A filter of five taps: a texel with the two before and the two after it.
 trait Kernel {
     fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W>;
 }
@@ -156,14 +160,14 @@ struct Blurred;
 impl Kernel for Lightest {
     #[inline(always)]
     fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W> {
-        outmost(taps, |tap, best| tap > best)
+        extreme(taps, |tap, best| tap > best)
     }
 }
 
 impl Kernel for Darkest {
     #[inline(always)]
     fn of<const W: usize>(taps: &[Stretch<W>; 5]) -> Stretch<W> {
-        outmost(taps, |tap, best| tap < best)
+        extreme(taps, |tap, best| tap < best)
     }
 }
 
@@ -182,9 +186,10 @@ impl Kernel for Blurred {
     }
 }
 
-/// The whole colour of the tap whose lightness is beyond all others'.
+/// The colour of the tap with the most extreme lightness. Colours are taken whole: extremes
+/// by channel would make new ones.
 #[inline(always)]
-fn outmost<const W: usize>(
+fn extreme<const W: usize>(
     taps: &[Stretch<W>; 5],
     is_beyond: impl Fn(f32, f32) -> bool,
 ) -> Stretch<W> {
@@ -200,7 +205,7 @@ fn outmost<const W: usize>(
     best
 }
 
-/// Each texel from the two before and the two behind it along an axis.
+/// Filters all texels along an axis.
 fn along<K: Kernel>(body: &BodyLayout, values: &Planes, axis: usize, out: &mut Planes) {
     let width = body.grid.size().width as usize;
     let stride = [1, width][axis];
@@ -231,9 +236,9 @@ fn along<K: Kernel>(body: &BodyLayout, values: &Planes, axis: usize, out: &mut P
     });
 }
 
-/// Texels whose taps are all as far from them.
+/// Filters a run of texels whose taps are at constant offsets.
 ///
-/// - `taps`: those of the first.
+/// - `taps`: the taps of the first texel.
 #[inline(always)]
 fn run<K: Kernel, S: Simd>(_: S, values: &Planes, taps: [usize; 5], out: &mut [&mut [f32]; 3]) {
     let len = out[0].len();
@@ -255,7 +260,7 @@ fn stretch<K: Kernel, const W: usize>(
     first: usize,
     out: &mut [&mut [f32]; 3],
 ) {
-    // Loops rather than `map`, which is no part of what is compiled for vectors.
+    // Loops rather than `map`, which isn't compiled for the SIMD level.
     let mut stretches = [[[0.0; W]; 3]; 5];
     for (stretch, tap) in stretches.iter_mut().zip(taps) {
         for (stretch, values) in stretch.iter_mut().zip(values) {
@@ -267,10 +272,13 @@ fn stretch<K: Kernel, const W: usize>(
     }
 }
 
-/// How steep colours are at a texel, less the slope that goes on around it; or 0 if it is less than `least`.
+/// The steepness of an edge at a texel: the gradient's magnitude less [`SLOPE`] times the slope
+/// that continues on both sides, in ΔE per texel; 0 if the gradient is less than `least`.
 ///
-/// In whichever direction a way leads: along an edge that it meets at a small angle it would climb little by little.
-fn edge(body: &BodyLayout, values: &[Seen], texel: usize, least: f32) -> f32 {
+/// With central differences, the gradient is `½ √(|Δx|² + |Δy|²)`. It is independent of the
+/// direction of paths: with differences along the path, one that meets an edge at a small
+/// angle would climb it in many steps below the noise level.
+fn edge(body: &BodyLayout, values: &[Lab], texel: usize, least: f32) -> f32 {
     let grid = &body.grid;
     let width = grid.size().width as usize;
     if !body.bits[texel].is_covered() {
@@ -290,18 +298,19 @@ fn edge(body: &BodyLayout, values: &[Seen], texel: usize, least: f32) -> f32 {
     let axis = usize::from(changes[1] > changes[0]);
     let slope = |side: usize| slope(grid, values, texel, 2 * axis + side);
     let (Some(before), Some(behind)) = (slope(0), slope(1)) else { return steepness };
-    // A slope goes on on both sides, an edge on neither.
+    // A slope continues on both sides, an edge does not.
     (steepness - SLOPE * before.min(behind)).max(0.0)
 }
 
-/// The slope some texels to a side; `None` where the island ends before.
-fn slope(grid: &LayoutGrid, values: &[Seen], texel: usize, side: usize) -> Option<f32> {
+/// The mean slope from 3 to 6 texels to a side, in ΔE per texel; `None` where the island
+/// ends before.
+fn slope(grid: &LayoutGrid, values: &[Lab], texel: usize, side: usize) -> Option<f32> {
     let [half, end] = grid.along::<AROUND>(texel as u32, side)?;
     let change = distance(values[half as usize], values[end as usize]);
     Some(change / (AROUND - AROUND / 2) as f32)
 }
 
-/// What nine in ten of an area's texels stay below.
+/// The noise level of an area: [`NOISE`] times the 90th percentile of its texels' steepness.
 fn noise_of(mut edges: Vec<f32>) -> f32 {
     if edges.is_empty() {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Which texels filters along an axis read, over UV seams too.
+//! Filter taps along an axis, continued across UV seams.
 
 use std::ops::Range;
 
@@ -6,7 +6,8 @@ use crate::layout_grid::{LayoutGrid, NONE};
 use crate::texture::Size;
 use crate::threads::map_indices;
 
-/// What is beside a texel along an axis: beyond an island's edge what is across the seam, or itself.
+/// The neighbour of a texel along an axis: `near` if it is on the island, else the texel
+/// across the UV seam, else the texel itself.
 pub(super) fn next_texel(grid: &LayoutGrid, texel: u32, near: u32) -> u32 {
     if near != NONE {
         return near;
@@ -14,18 +15,18 @@ pub(super) fn next_texel(grid: &LayoutGrid, texel: u32, near: u32) -> u32 {
     grid.across(texel).next().unwrap_or(texel)
 }
 
-/// Which texels are the two before and the two behind each one along an axis.
+/// The two texels before and the two after each texel along an axis.
 #[derive(Debug, Clone)]
 pub(super) struct Taps {
     pub rows: Vec<RowTaps>,
 }
 
-/// Those of a row.
+/// The taps of a row of texels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RowTaps {
-    /// Columns of texels whose taps are all on their island.
+    /// Columns of texels whose taps are all on the same island.
     pub runs: Vec<Range<u32>>,
-    /// Columns of others, and their taps.
+    /// Columns of the others, with their taps.
     pub others: Vec<(u32, [u32; 5])>,
 }
 
@@ -51,7 +52,7 @@ impl Taps {
     }
 }
 
-/// The taps of a texel; nothing if all are on its island.
+/// The taps of a texel; `None` if all are on its island.
 fn taps(grid: &LayoutGrid, texel: u32, axis: usize) -> Option<[u32; 5]> {
     let [before, behind] = [2 * axis, 2 * axis + 1];
     let ends = [before, behind].map(|side| grid.along::<2>(texel, side));

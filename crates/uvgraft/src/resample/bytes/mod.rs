@@ -1,10 +1,11 @@
-//! Textures of 8 bits without opacity, in whole numbers: the arithmetic, which [`reference()`] and all
-//! fast paths share, and the walk over a map's runs.
+//! 8-bit textures without alpha, in integers: the arithmetic that [`reference()`] and all fast
+//! paths share, and the loop over a map's runs.
 //!
-//! Weights have [`WEIGHT_BITS`] binary places. A row of a window is filtered first and cut to
-//! [`ROW_BITS`] places, which fit 16 bits with the sign; then the rows are. So the products of both
-//! passes are of 16 bits and their sums of 32, which processors do in one instruction for two taps,
-//! and a value is within 1/16 level of what exact arithmetic gives before both are rounded.
+//! Weights have [`WEIGHT_BITS`] fraction bits. Each row of a window is filtered first and
+//! truncated to [`ROW_BITS`] fraction bits, which fit 16 bits with the sign; then the filtered
+//! rows are combined. So both passes multiply 16-bit values into 32-bit sums, which processors
+//! do in one instruction for two taps, and a value is within 1/16 level of exact arithmetic
+//! before both are rounded.
 //!
 //! [`reference()`]: super::reference::resample
 
@@ -22,27 +23,28 @@ use crate::map::SamplingMap;
 use crate::texture::Size;
 use crate::threads::for_each_chunk;
 
-/// Binary places of a filtered row: what is left for values up to twice the range.
+/// Fraction bits of a filtered row: what 16 bits leave for values up to twice the range.
 const ROW_BITS: u32 = 6;
 
-/// Binary places of a window's value.
+/// Fraction bits of a window's value.
 const VALUE_BITS: u32 = WEIGHT_BITS + ROW_BITS;
 
-/// Binary places of the sums of a texel's samples: of 1024 there may be.
+/// Fraction bits of the sum of a texel's samples, of which there may be 1024.
 const SUM_BITS: u32 = 12;
 
-/// What cutting rows takes away on average from a value.
+/// Mean error of truncating the rows of a window, added back to its value.
 const LOST: i32 = 1 << (WEIGHT_BITS - 1);
 
-/// The value at a position, with [`VALUE_BITS`] places.
+/// The filtered value at a position, with [`VALUE_BITS`] fraction bits.
 ///
-/// - `window`: the texel at a column and row of the window.
+/// - `window`: returns the texel at a column and row of the window.
 #[inline(always)]
 fn filtered<const C: usize, F: WholeTaps>(
     bits: [u32; 2],
     window: impl Fn(usize, usize) -> [u8; C],
 ) -> [i32; C] {
-    let [across, down] = bits.map(F::whole_weights);
+    // `map` over the two is a call for each sample where the compiler does not inline it.
+    let (across, down) = (F::whole_weights(bits[0]), F::whole_weights(bits[1]));
     let mut value = [0; C];
     for b in 0..F::TAPS {
         let mut row = [0; C];
@@ -59,7 +61,7 @@ fn filtered<const C: usize, F: WholeTaps>(
     value
 }
 
-/// A texel, as [`super::reference::resample`] wants it.
+/// The value of a texel, for [`super::reference::resample`].
 pub(super) fn texel<const C: usize>(
     walk: &Walk<'_>,
     k: u32,
@@ -69,14 +71,14 @@ pub(super) fn texel<const C: usize>(
 ) -> [u8; C] {
     match filter {
         Filter::Nearest => unreachable!("takes a texel as it is"),
-        Filter::Bilinear => texel_anywhere::<C, Bilinear>(walk, k, source, size),
-        Filter::CatmullRom => texel_anywhere::<C, CatmullRom>(walk, k, source, size),
-        Filter::Lanczos3 => texel_anywhere::<C, Lanczos3>(walk, k, source, size),
+        Filter::Bilinear => texel_clamped::<C, Bilinear>(walk, k, source, size),
+        Filter::CatmullRom => texel_clamped::<C, CatmullRom>(walk, k, source, size),
+        Filter::Lanczos3 => texel_clamped::<C, Lanczos3>(walk, k, source, size),
     }
 }
 
-/// A texel whose windows may lie anywhere; beyond the texture's edge its edge is read.
-fn texel_anywhere<const C: usize, F: WholeTaps>(
+/// The value of a texel whose windows may lie anywhere; taps beyond the texture read its edge.
+fn texel_clamped<const C: usize, F: WholeTaps>(
     walk: &Walk<'_>,
     k: u32,
     source: &[u8],
@@ -96,7 +98,7 @@ fn texel_anywhere<const C: usize, F: WholeTaps>(
     })
 }
 
-/// The same for windows that lie in the texture.
+/// The same for windows that lie inside the texture.
 #[inline(always)]
 fn texel_inside<const C: usize, F: WholeTaps>(
     walk: &Walk<'_>,
@@ -137,13 +139,13 @@ fn mean<const C: usize>(
     sums.map(|sum| (sum as f32 * share).round_ties_even().clamp(0.0, 255.0) as u8)
 }
 
-/// What a texel's samples' sum is multiplied by.
+/// The factor that turns the sum of a texel's samples into their mean level.
 #[inline(always)]
 fn share([columns, rows]: [u32; 2]) -> f32 {
     1.0 / ((columns * rows) << SUM_BITS) as f32
 }
 
-/// What is filled from what.
+/// Input shared by all work items.
 #[derive(Clone, Copy)]
 struct Job<'a> {
     map: &'a SamplingMap,
@@ -152,7 +154,7 @@ struct Job<'a> {
     source: &'a [u8],
 }
 
-/// As [`super::reference::resample`] on some rows of the target, with a filter of several taps.
+/// As [`super::reference::resample`] on some rows of the target, for filters with several taps.
 pub(super) fn resample<const C: usize>(
     #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables))] level: Level,
     map: &SamplingMap,
@@ -178,7 +180,7 @@ pub(super) fn resample<const C: usize>(
     });
 }
 
-/// What processors without AVX2 do.
+/// The path for processors without AVX2.
 fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
     let size = job.paths.source;
     let width = job.map.size().width as usize * C;
@@ -191,7 +193,7 @@ fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut
                 let texel = if is_inside {
                     texel_inside::<C, F>(&walk, k, job.source, size)
                 } else {
-                    texel_anywhere::<C, F>(&walk, k, job.source, size)
+                    texel_clamped::<C, F>(&walk, k, job.source, size)
                 };
                 values.copy_from_slice(&texel);
             }
@@ -205,7 +207,7 @@ mod tests {
     use super::*;
     use crate::filter::MAX_TAPS;
 
-    /// Two passes in 64 bits of what whole numbers do.
+    /// The same filter in 64-bit floats.
     fn exact<F: WholeTaps>(bits: [u32; 2], window: impl Fn(usize, usize) -> u8) -> f64 {
         let [across, down] = bits.map(|bits| F::weights(fraction(bits)).map(f64::from));
         let mut value = 0.0;
@@ -221,7 +223,7 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(F::TAPS as u64);
         let mut worst: f64 = 0.0;
         for turn in 0..20_000 {
-            // Half of them as contrasty as can be.
+            // Half of the windows have maximum contrast.
             let texels: [u8; MAX_TAPS * MAX_TAPS] =
                 std::array::from_fn(|_| if turn % 2 == 0 { rng.u8(..) } else { 255 * rng.u8(..2) });
             let window = |a: usize, b: usize| texels[b * MAX_TAPS + a];
@@ -241,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn one_colour_stays_what_it_is() {
+    fn constant_colours_are_preserved() {
         fn check<F: WholeTaps>() {
             for k in 0..1000 {
                 let bits = [k * 4_294_967, u32::MAX - k * 4_000_000];

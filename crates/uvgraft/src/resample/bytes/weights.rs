@@ -1,21 +1,21 @@
-//! Filters' weights in whole numbers.
+//! Filter weights in fixed point.
 
 use std::sync::LazyLock;
 
 use super::super::position::fraction;
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 
-/// Binary places of weights: as many as leave room for 1 and more in 16 bits.
+/// Fraction bits of weights: as many as leave room for slightly more than 1 in 16 bits.
 pub(super) const WEIGHT_BITS: u32 = 14;
 
-/// 1 as a weight.
+/// A weight of 1.
 pub(super) const ONE: i16 = 1 << WEIGHT_BITS;
 
-/// A filter whose weights there are in whole numbers.
+/// A filter with fixed-point weights.
 pub(super) trait WholeTaps: Taps {
-    /// As [`Filter::weights`], in parts of [`ONE`].
+    /// As [`Filter::weights`], in units of 1/[`ONE`].
     ///
-    /// - `bits`: how far a position lies beyond a texel's centre, in 2⁻³² texels.
+    /// - `bits`: distance of a position from a texel's centre, in 2⁻³² texels.
     fn whole_weights(bits: u32) -> [i16; MAX_TAPS];
 }
 
@@ -50,20 +50,19 @@ fn rounded(weight: f32) -> i16 {
     (weight * f32::from(ONE)).round_ties_even() as i16
 }
 
-/// Weights at equal distances, linear between them.
+/// Tabulated weights at equally spaced phases, interpolated linearly.
 pub(super) struct Lanczos {
-    /// Eight numbers each, the last two 0: what a vector holds.
+    /// Eight weights per phase, the last two 0, to fill a vector.
     pub phases: [[i16; 8]; Self::PHASES + 1],
 }
 
 impl Lanczos {
     pub const PHASE_BITS: u32 = 10;
     const PHASES: usize = 1 << Self::PHASE_BITS;
-    /// Binary places of what lies between two phases.
+    /// Fraction bits of the position between two phases.
     pub const PART_BITS: u32 = 15;
 
-    /// The phase before a position, and how far beyond it the position lies, below
-    /// 2^[`Lanczos::PART_BITS`].
+    /// The phase before a position, and the fraction beyond it, below 2^[`Lanczos::PART_BITS`].
     #[inline(always)]
     pub fn split(bits: u32) -> (usize, i16) {
         let part = bits >> (32 - Self::PHASE_BITS - Self::PART_BITS);
@@ -85,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_exact_as_they_can_be() {
+    fn weights_are_exact_within_rounding() {
         fn check<F: WholeTaps>(worst: f32) {
             for k in 0..100_000u32 {
                 let bits = k.wrapping_mul(2_654_435_769);
@@ -98,7 +97,7 @@ mod tests {
         }
         check::<Bilinear>(1.001);
         check::<CatmullRom>(0.501);
-        // Phases are rounded, and what lies between them.
+        // Both the tabulated phases and the interpolation between them are rounded.
         check::<Lanczos3>(1.05);
     }
 }

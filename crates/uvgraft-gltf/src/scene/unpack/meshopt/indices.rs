@@ -1,4 +1,5 @@
-//! Indices: triangles that lean on edges seen before, and sequences of differences.
+//! Decoders for indices: triangles coded relative to recent edges and vertices, and sequences of
+//! differences.
 //!
 //! # Source
 //! Khronos, "EXT_meshopt_compression", "Mode 1: triangles" and "Mode 2: indices".
@@ -7,12 +8,12 @@ use super::{Stream, signed};
 
 const TRIANGLES_HEADER: u8 = 0xe1;
 const SEQUENCE_HEADER: u8 = 0xd1;
-/// Bytes at the end of triangles: pairs of vertices that are frequent.
+/// Length of the table at the end of a triangle stream: frequent pairs of vertex codes.
 const TABLE: usize = 16;
-/// Bytes at the end of a sequence.
+/// Length of the tail of a sequence, in bytes.
 const TAIL: usize = 4;
 
-/// The last 16 of what was pushed, the newest first.
+/// A FIFO of the last 16 values, addressed by age.
 #[derive(Default)]
 struct Recent<T> {
     ring: [T; 16],
@@ -31,20 +32,20 @@ impl<T: Copy> Recent<T> {
     }
 }
 
-/// What corners of triangles are told relative to.
+/// The decoder state that corners of triangles are coded against.
 struct Corners<'a> {
     data: Stream<'a>,
     edges: Recent<[u32; 2]>,
     vertices: Recent<u32>,
-    /// The vertex that was seen for the first time next.
+    /// The next new vertex.
     next: u32,
-    /// The last one that was told in full.
+    /// The last explicitly coded vertex.
     last: u32,
 }
 
-/// How a corner is told: as a new vertex, as one of the last ones, or in full.
+/// Codes of a corner: a new vertex, or an explicit index; in between, a recent vertex.
 const NEW: u8 = 0;
-const IN_FULL: u8 = 15;
+const EXPLICIT: u8 = 15;
 
 impl Corners<'_> {
     fn new_vertex(&mut self) -> u32 {
@@ -53,13 +54,16 @@ impl Corners<'_> {
         vertex
     }
 
-    fn in_full(&mut self) -> Result<u32, String> {
+    fn explicit(&mut self) -> Result<u32, String> {
         self.last = self.last.wrapping_add(signed(self.data.number()?));
         Ok(self.last)
     }
 
-    /// A triangle at an edge that is there already.
-    fn beside(&mut self, code: u8) -> Result<[u32; 3], String> {
+    /// A triangle that shares a recent edge.
+    ///
+    /// The high half of `code` selects the edge, the low half the third corner: new, recent, the
+    /// last explicit vertex -1 or +1, or explicit.
+    fn at_edge(&mut self, code: u8) -> Result<[u32; 3], String> {
         let [a, b] = self.edges.get(usize::from(code >> 4));
         let c = match code & 15 {
             NEW => self.new_vertex(),
@@ -77,7 +81,7 @@ impl Corners<'_> {
                 self.last = self.last.wrapping_add(1);
                 self.last
             }
-            _ => self.in_full()?,
+            _ => self.explicit()?,
         };
         self.vertices.push(c);
         self.edges.push([c, b]);
@@ -85,25 +89,26 @@ impl Corners<'_> {
         Ok([a, b, c])
     }
 
-    /// A triangle of its own: `codes` tell its corners, the second and third in one byte.
-    fn alone(&mut self, first: u8, pair: u8) -> Result<[u32; 3], String> {
+    /// A triangle without a shared edge: codes of its three corners, the second and third in one
+    /// byte.
+    fn detached(&mut self, first: u8, pair: u8) -> Result<[u32; 3], String> {
         let codes = [first, pair >> 4, pair & 15];
-        // New ones are counted before those in full are read.
+        // New vertices are numbered before explicit ones are read.
         let mut corners = [0; 3];
         for (corner, code) in corners.iter_mut().zip(codes) {
             *corner = match code {
                 NEW => self.new_vertex(),
-                IN_FULL => 0,
+                EXPLICIT => 0,
                 known => self.vertices.get(usize::from(known) - 1),
             };
         }
         for (corner, code) in corners.iter_mut().zip(codes) {
-            if code == IN_FULL {
-                *corner = self.in_full()?;
+            if code == EXPLICIT {
+                *corner = self.explicit()?;
             }
         }
         for (corner, code) in corners.into_iter().zip(codes) {
-            if code == NEW || code == IN_FULL {
+            if code == NEW || code == EXPLICIT {
                 self.vertices.push(corner);
             }
         }
@@ -115,10 +120,14 @@ impl Corners<'_> {
     }
 }
 
-/// Decodes triangles as indices of `stride` bytes.
+/// Decodes triangles to indices of `stride` bytes.
+///
+/// A code byte for each triangle says how it is formed: `0x00` to `0xef` shares a recent edge,
+/// `0xf0` to `0xfd` starts at a new vertex with a frequent pair of codes from the table, and `0xfe`
+/// and `0xff` have an explicit pair of codes, with a new or explicit first corner.
 ///
 /// # Errors
-/// If the stream is no such stream, is cut short or has too many bytes.
+/// If the stream has the wrong type, is truncated or has excess bytes.
 pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     if !count.is_multiple_of(3) {
         return Err(format!("indices must be a multiple of 3, got {count}"));
@@ -140,13 +149,14 @@ pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, S
         let triangle = match code {
             0xfe | 0xff => {
                 let pair = corners.data.byte()?;
+                // An explicit pair of zeros restarts the numbering of new vertices.
                 if pair == 0 {
                     corners.next = 0;
                 }
-                corners.alone(if code == 0xfe { NEW } else { IN_FULL }, pair)?
+                corners.detached(if code == 0xfe { NEW } else { EXPLICIT }, pair)?
             }
-            0xf0.. => corners.alone(NEW, table[usize::from(code & 15)])?,
-            _ => corners.beside(code)?,
+            0xf0.. => corners.detached(NEW, table[usize::from(code & 15)])?,
+            _ => corners.at_edge(code)?,
         };
         triangle.into_iter().for_each(|index| store(&mut out, index, stride));
     }
@@ -156,24 +166,25 @@ pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, S
     Ok(out)
 }
 
-/// Decodes indices of `stride` bytes that are no triangles.
+/// Decodes a plain index sequence to indices of `stride` bytes. Each value is a difference to one
+/// of two baselines, selected by its lowest bit.
 ///
 /// # Errors
-/// If the stream is no such stream, is cut short or has too many bytes.
+/// If the stream has the wrong type, is truncated or has excess bytes.
 pub fn sequence(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     check(bytes, SEQUENCE_HEADER, stride)?;
     let end = bytes.len().checked_sub(TAIL).filter(|&end| end >= 1);
     let mut stream = Stream(&bytes[1..end.ok_or("truncated stream")?]);
-    // Each takes a byte at least.
+    // Each index takes at least one byte.
     if stream.0.len() < count {
         return Err("truncated stream".to_owned());
     }
     let mut last = [0_u32; 2];
     let mut out = Vec::with_capacity(count * stride);
     for _ in 0..count {
-        let told = stream.number()?;
-        let last = &mut last[(told & 1) as usize];
-        *last = last.wrapping_add(signed(told >> 1));
+        let code = stream.number()?;
+        let last = &mut last[(code & 1) as usize];
+        *last = last.wrapping_add(signed(code >> 1));
         store(&mut out, *last, stride);
     }
     if !stream.0.is_empty() {
@@ -203,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_sequence_follows_two_baselines() {
-        // +5 on the first, +100 on the second, -1 on the first, +0 on the second.
+        // Baseline 1 rises by 5, baseline 2 by 100, baseline 1 falls by 1, baseline 2 stays.
         let codes = [5_u32 << 2, 100 << 2 | 1, 1 << 1, 1];
         let mut stream = vec![SEQUENCE_HEADER];
         for code in codes {
@@ -224,8 +235,8 @@ mod tests {
 
     #[test]
     fn triangles_share_edges() {
-        // Three new vertices by the table's first pair, then one more at the newest edge (2, 0)
-        // reversed, and one told in full.
+        // Three new vertices by the table's first pair, then a new one at the newest edge (2, 0),
+        // reversed, and an explicit one.
         let mut stream = vec![TRIANGLES_HEADER, 0xf0, 0x00, 0x0f];
         stream.push(20 << 1);
         stream.extend([0; TABLE]);
@@ -239,10 +250,10 @@ mod tests {
         assert!(triangles(&stream, 8, 4).is_err() && triangles(&stream, 9, 3).is_err());
     }
 
-    /// Against meshoptimizer's own encoder, on a grid and on triangles in no order.
+    /// Compared with meshoptimizer's own encoder, on a grid and on random triangles.
     #[cfg(feature = "simplify")]
     #[test]
-    fn what_meshoptimizer_encodes_is_decoded() {
+    fn decodes_the_output_of_meshoptimizer() {
         let mut indices: Vec<u32> = Vec::new();
         for y in 0..40_u32 {
             for x in 0..30 {
@@ -258,7 +269,7 @@ mod tests {
         let encoded = meshopt::encode_index_buffer(&indices, 1271).unwrap();
         let decoded = triangles(&encoded, indices.len(), 4).unwrap();
         let found = decoded.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        // Corners may be turned, the winding not.
+        // Corners may be rotated, but the winding is kept.
         let turned = |t: &[u32]| {
             let first = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
             [t[first], t[(first + 1) % 3], t[(first + 2) % 3]]

@@ -1,4 +1,4 @@
-//! Buffer views that meshoptimizer compressed, by our own decoder.
+//! Our own decoder for buffer views compressed by meshoptimizer.
 //!
 //! # Source
 //! Khronos, "EXT_meshopt_compression", appendices A (bitstream) and B (filters).
@@ -10,17 +10,17 @@ mod vertices;
 use crate::scene::document::Compressed;
 
 impl Compressed {
-    /// Bytes of what is decoded.
+    /// Size of the decoded data, in bytes.
     pub fn decoded_length(&self) -> u64 {
         self.count.saturating_mul(self.byte_stride)
     }
 
-    /// The elements, one after the other; the caller has bounded their number.
+    /// Decodes the elements, concatenated; the caller has limited their number.
     ///
-    /// - `bytes`: the compressed ones alone.
+    /// - `bytes`: the compressed stream.
     ///
     /// # Errors
-    /// What is wrong with the stream, or with what the file says of it.
+    /// A description of the problem, if the stream or its parameters are invalid.
     pub fn decode(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let (count, stride) = (self.count as usize, self.byte_stride as usize);
         let mut decoded = match self.mode.as_str() {
@@ -35,7 +35,7 @@ impl Compressed {
         };
         match self.filter.as_deref().unwrap_or("NONE") {
             "NONE" => {}
-            _ if self.mode != "ATTRIBUTES" => return Err("indices must have no filter".to_owned()),
+            _ if self.mode != "ATTRIBUTES" => return Err("indices cannot have a filter".to_owned()),
             "OCTAHEDRAL" => filters::octahedral(&mut decoded, stride)?,
             "QUATERNION" => filters::quaternion(&mut decoded, stride)?,
             "EXPONENTIAL" => filters::exponential(&mut decoded, stride)?,
@@ -49,7 +49,7 @@ impl Compressed {
     }
 }
 
-/// The bytes of a stream, front to back.
+/// A byte stream, read front to back.
 struct Stream<'a>(&'a [u8]);
 
 impl<'a> Stream<'a> {
@@ -63,7 +63,8 @@ impl<'a> Stream<'a> {
         Ok(self.take(1)?[0])
     }
 
-    /// Seven bits a byte, the lowest first; a set highest bit says that there are more.
+    /// A variable-length integer (LEB128): seven bits in each byte, lowest first; the
+    /// highest bit marks continuation.
     fn number(&mut self) -> Result<u32, String> {
         let mut number = 0;
         for shift in (0..35).step_by(7) {
@@ -77,7 +78,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Small numbers of either sign as small ones without: 0, -1, 1, -2, …
+/// Zigzag decoding: 0, 1, 2, 3, … stand for 0, -1, 1, -2, …
 const fn signed(zigzag: u32) -> u32 {
     (zigzag >> 1) ^ (zigzag & 1).wrapping_neg()
 }
@@ -87,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modes_and_filters_that_there_are_none_of_are_refused_by_name() {
+    fn unknown_modes_and_filters_are_named() {
         let view = |mode: &str, filter: Option<&str>| Compressed {
             buffer: 0,
             byte_offset: 0,

@@ -1,4 +1,5 @@
-//! Elements whose bytes are differences to those of the element before, each byte a stream of its own.
+//! Decoder for vertex attributes: each byte position is a separate stream of zigzag-coded
+//! differences to the previous element.
 //!
 //! # Source
 //! Khronos, "EXT_meshopt_compression", "Mode 0: attributes".
@@ -7,15 +8,20 @@ use super::Stream;
 
 /// First byte of a stream.
 const HEADER: u8 = 0xa0;
-/// Elements that share a header of their widths.
+/// Elements in a group, whose differences have a common bit width.
 const GROUP: usize = 16;
-/// The end of a stream is padded to so many bytes, so that fast decoders may read ahead.
+/// Minimum length of the stream's tail, which lets fast decoders read ahead.
 const TAIL: usize = 32;
 
 /// Decodes elements of `stride` bytes.
 ///
+/// Elements are in blocks of at most 256 elements and 8192 bytes. A block stores byte 0 of all its
+/// elements, then byte 1, and so on, as differences to the same byte of the previous element; the
+/// first element's predecessor is stored at the end of the stream. Each group of 16 differences
+/// has a width of 0, 2, 4 or 8 bits.
+///
 /// # Errors
-/// If the stream is no such stream, is cut short or has too many bytes.
+/// If the stream has the wrong type, is truncated or has excess bytes.
 pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     if stride == 0 || stride > 256 || !stride.is_multiple_of(4) {
         return Err(format!("stride must be a multiple of 4 up to 256, got {stride}"));
@@ -27,10 +33,11 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, Stri
     }
     let tail = stride.max(TAIL);
     let end = stream.0.len().checked_sub(tail).ok_or("truncated stream")?;
-    // The element before the first one is the stream's end.
+    // The predecessor of the first element is at the end of the stream.
     let mut last = bytes[bytes.len() - stride..].to_vec();
     stream.0 = &stream.0[..end];
-    // Even elements that never change take two bits for each byte of 16.
+    // Even constant elements take two bits for each byte position of 16 elements, which bounds the
+    // number of elements by the length of the stream.
     if count / 64 * stride > end {
         return Err("truncated stream".to_owned());
     }
@@ -56,7 +63,7 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, Stri
     Ok(elements)
 }
 
-/// One byte of each element of a block: the widths of all groups, then the groups.
+/// Reads one byte position of a block: the widths of all groups, then the groups.
 fn read(stream: &mut Stream<'_>, out: &mut [u8]) -> Result<(), String> {
     let widths = stream.take((out.len() / GROUP).div_ceil(4))?;
     for (index, group) in out.chunks_exact_mut(GROUP).enumerate() {
@@ -70,8 +77,8 @@ fn read(stream: &mut Stream<'_>, out: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Values of a few bits, the first in the highest ones of a byte; what has all bits set stands in a
-/// byte of its own behind them.
+/// Reads values of 2 or 4 bits, highest bits of a byte first; values with all bits set are escapes,
+/// replaced by full bytes stored after the group.
 fn narrow(stream: &mut Stream<'_>, group: &mut [u8], bits: usize) -> Result<(), String> {
     let packed = stream.take(GROUP * bits / 8)?;
     let most = (1 << bits) - 1;
@@ -87,11 +94,12 @@ fn narrow(stream: &mut Stream<'_>, group: &mut [u8], bits: usize) -> Result<(), 
 mod tests {
     use super::*;
 
-    /// Two elements of four bytes by hand: byte 0 goes up by 1 then 2, byte 1 falls by 1 then stays, byte
-    /// 2 jumps by 100 (zigzag 200, more than four bits hold), byte 3 stays at the baseline.
+    /// Two elements of four bytes, computed by hand: byte 0 rises by 1, then 2; byte 1
+    /// falls by 1, then stays; byte 2 rises by 100 (zigzag 200, more than four bits
+    /// hold); byte 3 stays at the baseline.
     fn by_hand() -> Vec<u8> {
         let mut stream = vec![HEADER];
-        // Widths of the only group: 2 bits with a sentinel for 4 (zigzag of +2).
+        // Widths of the only group: 2 bits, with an escape for 4 (zigzag of +2).
         stream.extend([0b01, 0b10_11_00_00, 0, 0, 0, 4]);
         stream.extend([0b01, 0b01_00_00_00, 0, 0, 0]);
         stream.push(0b11);
@@ -114,7 +122,7 @@ mod tests {
         for length in 0..stream.len() {
             assert!(decode(&stream[..length], 2, 4).is_err(), "{length}");
         }
-        // More elements than there are widths for.
+        // More elements than the stream has widths for.
         assert!(decode(&stream, 300, 4).is_err());
         let mut long = stream.clone();
         long.insert(30, 0);

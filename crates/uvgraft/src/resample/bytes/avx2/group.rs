@@ -1,4 +1,4 @@
-//! How many texels are filtered at once, and of what.
+//! The sizes of a group of texels that are filtered at once, and their source.
 
 use fearless_simd::Avx2;
 
@@ -7,19 +7,19 @@ use crate::filter::MAX_TAPS;
 /// Texels that are filtered at once.
 pub(super) const GROUP: usize = 8;
 
-/// The most values that a group has.
+/// Maximum number of values in a group.
 pub(super) const GROUP_VALUES: usize = GROUP * 4;
 
-/// The most bytes that are read from where a row of a window begins.
+/// Maximum number of bytes read from the beginning of a row of a window.
 pub(super) const MAX_READ: usize = 32;
 
-/// Pairs of taps on an axis.
+/// Maximum number of pairs of taps on an axis.
 pub(super) const MAX_PAIRS: usize = MAX_TAPS / 2;
 
-/// A source, and the instructions that it is read with.
+/// A source texture, with the SIMD token.
 pub(super) struct Source<'a> {
     pub avx2: Avx2,
     pub values: &'a [u8],
-    /// Values in a row.
+    /// Values per row.
     pub stride: usize,
 }

@@ -1,4 +1,4 @@
-//! What `fearless_simd` has no name for.
+//! AVX2 instructions that `fearless_simd` does not expose.
 
 use std::arch::x86_64::{
     __m256i, _mm256_blend_epi16, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cvtps_epi32,
@@ -9,7 +9,7 @@ use std::arch::x86_64::{
 use fearless_simd::{Avx2, SimdFrom, f32x8, i16x16, i32x8, u8x32};
 
 fearless_simd::kernel!(
-    /// Products of numbers of 16 bits, those of two neighbours added up.
+    /// Multiplies 16-bit lanes and adds the products of neighbours (`vpmaddwd`).
     #[inline(always)]
     pub fn dot(avx2: Avx2, a: i16x16<Avx2>, b: i16x16<Avx2>) -> i32x8<Avx2> {
         i32x8::simd_from(avx2, _mm256_madd_epi16(a.into(), b.into()))
@@ -17,15 +17,15 @@ fearless_simd::kernel!(
 );
 
 fearless_simd::kernel!(
-    /// The high 16 bits of twice the products, rounded.
+    /// The high 16 bits of twice the products of 16-bit lanes, rounded (`vpmulhrsw`).
     #[inline(always)]
-    pub fn product(avx2: Avx2, a: i16x16<Avx2>, b: i16x16<Avx2>) -> i16x16<Avx2> {
+    pub fn mulhrs(avx2: Avx2, a: i16x16<Avx2>, b: i16x16<Avx2>) -> i16x16<Avx2> {
         i16x16::simd_from(avx2, _mm256_mulhrs_epi16(a.into(), b.into()))
     }
 );
 
 fearless_simd::kernel!(
-    /// The numbers of a vector at some indices.
+    /// The 32-bit lanes of a vector at `indices` (`vpermd`).
     #[inline(always)]
     pub fn at(avx2: Avx2, numbers: i32x8<Avx2>, indices: i32x8<Avx2>) -> i32x8<Avx2> {
         let result = _mm256_permutevar8x32_epi32(numbers.into(), indices.into());
@@ -34,16 +34,17 @@ fearless_simd::kernel!(
 );
 
 fearless_simd::kernel!(
-    /// The low 16 bits of one vector's numbers and the high ones of another's.
+    /// Combines the low 16 bits of each lane of `low` with the high 16 bits of each lane of
+    /// `high` (`vpblendw`).
     #[inline(always)]
-    pub fn side_by_side(avx2: Avx2, low: i32x8<Avx2>, high: i32x8<Avx2>) -> i16x16<Avx2> {
+    pub fn blend_words(avx2: Avx2, low: i32x8<Avx2>, high: i32x8<Avx2>) -> i16x16<Avx2> {
         let result = _mm256_blend_epi16::<0b1010_1010>(low.into(), high.into());
         i16x16::simd_from(avx2, result)
     }
 );
 
 fearless_simd::kernel!(
-    /// Rounds, ties to even.
+    /// Rounds to integers, ties to even (`vcvtps2dq`).
     #[inline(always)]
     pub fn rounded(avx2: Avx2, numbers: f32x8<Avx2>) -> i32x8<Avx2> {
         i32x8::simd_from(avx2, _mm256_cvtps_epi32(numbers.into()))
@@ -51,7 +52,7 @@ fearless_simd::kernel!(
 );
 
 fearless_simd::kernel!(
-    /// The low numbers of each pair within halves of two vectors, then the high ones.
+    /// Separates the even lanes of two vectors from their odd lanes, within halves (`vshufps`).
     #[inline(always)]
     pub fn unzipped(avx2: Avx2, a: i32x8<Avx2>, b: i32x8<Avx2>) -> [i32x8<Avx2>; 2] {
         let a = _mm256_castsi256_ps(a.into());
@@ -65,9 +66,10 @@ fearless_simd::kernel!(
 );
 
 fearless_simd::kernel!(
-    /// Numbers clamped to bytes: the low halves of all, then the high halves.
+    /// Packs 32-bit lanes into bytes with saturation: the low halves of all vectors, then the high
+    /// halves (`vpackssdw`, `vpackuswb`).
     #[inline(always)]
-    pub fn clamped(
+    pub fn pack_bytes(
         avx2: Avx2,
         a: i32x8<Avx2>,
         b: i32x8<Avx2>,

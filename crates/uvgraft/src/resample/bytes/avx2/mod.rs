@@ -1,4 +1,4 @@
-//! Eight texels at once, with AVX2.
+//! Filters eight texels at once, with AVX2.
 
 mod group;
 mod instructions;
@@ -9,9 +9,9 @@ mod window;
 use fearless_simd::{Avx2, Simd};
 
 use self::group::{MAX_READ, Source};
-use self::stretch::{MOST_SAMPLES, Stretch};
+use self::stretch::{MAX_SAMPLES, Stretch};
 use self::weights::VectorTaps;
-use super::{Job, texel_anywhere};
+use super::{Job, texel_clamped};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
 
 /// Fills rows from `first_row` on; see [`super::resample`].
@@ -24,6 +24,9 @@ pub(super) fn fill<const C: usize>(avx2: Avx2, job: &Job<'_>, first_row: u32, ro
     }
 }
 
+/// Fills rows run by run. Texels of adjacent runs are collected in a [`Stretch`], which is filled
+/// in groups of eight, so that short runs do not waste lanes. Runs whose windows may leave the
+/// source, or with too many samples, take the scalar path.
 fn fill_with<const C: usize, F: VectorTaps>(
     avx2: Avx2,
     job: &Job<'_>,
@@ -33,7 +36,8 @@ fn fill_with<const C: usize, F: VectorTaps>(
     let size = job.paths.source;
     let stride = size.width as usize * C;
     let source = Source { avx2, values: job.source, stride };
-    // What is read of a row ends in it or in the next, and 32 bits count to where it begins.
+    // Reads of a row may run past its end, but not past the next row, and window starts must fit 32
+    // bits.
     let is_roomy = stride >= MAX_READ && u32::try_from(job.source.len()).is_ok();
     let mut stretch = Stretch::new();
     avx2.vectorize(
@@ -47,9 +51,9 @@ fn fill_with<const C: usize, F: VectorTaps>(
                     let walk = job.paths.walk(row, run);
                     if is_roomy
                         && walk.stays_inside(run.len, size)
-                        && walk.samples().iter().product::<u32>() <= MOST_SAMPLES
+                        && walk.samples().iter().product::<u32>() <= MAX_SAMPLES
                     {
-                        if !stretch.goes_on(run, &walk) {
+                        if !stretch.continues(run, &walk) {
                             stretch.fill::<C, F>(&source, target);
                             stretch.begin(run, &walk);
                         }
@@ -63,7 +67,7 @@ fn fill_with<const C: usize, F: VectorTaps>(
                     } else {
                         let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
                         for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
-                            values.copy_from_slice(&texel_anywhere::<C, F>(
+                            values.copy_from_slice(&texel_clamped::<C, F>(
                                 &walk, k, job.source, size,
                             ));
                         }

@@ -1,4 +1,4 @@
-//! Texels of several runs together.
+//! Batches of texels from several runs.
 
 use std::ops::Range;
 
@@ -15,30 +15,31 @@ use crate::resample::Walk;
 use crate::resample::position::before_window;
 use crate::resample::prefetch::prefetch;
 
-/// Neighbouring texels of one row with as many samples each, whose windows are known. They may belong
-/// to several runs, so that these need not be as long as a vector.
+/// Consecutive texels of a row with equal sample counts, whose window positions are computed. They
+/// may come from several runs, so that runs shorter than a vector still fill one.
 pub(super) struct Stretch {
     samples: [u32; 2],
-    /// The first texel's column, and how many there are.
+    /// Column of the first texel, and number of texels.
     x: u32,
     count: usize,
-    /// How many there may be.
+    /// Maximum number of texels.
     room: usize,
-    /// By sample and texel: where windows begin in the source, and fractions on both axes. For each
-    /// sample there is a group more than there may be texels: positions are written in groups.
+    /// Starts of windows in the source, and fractions on both axes, indexed by sample and texel.
+    /// Each sample has room for one group more than the maximum number of texels, since positions
+    /// are written in whole groups.
     starts: Vec<i32>,
     bits: [Vec<u32>; 2],
 }
 
-/// Samples that a stretch has room for.
-const MOST_PLACES: usize = 2048;
+/// Number of window positions that a stretch has room for.
+const MAX_WINDOWS: usize = 2048;
 
-/// The most samples of a texel that leave a stretch room for a group; texels of more are worked out
-/// one by one.
-pub(super) const MOST_SAMPLES: u32 = (MOST_PLACES / (2 * GROUP)) as u32;
+/// Maximum number of samples per texel that leaves room for a group; texels with more are
+/// computed one by one.
+pub(super) const MAX_SAMPLES: u32 = (MAX_WINDOWS / (2 * GROUP)) as u32;
 
-/// The most texels of a stretch, so that what is known of them stays in the first cache.
-const MOST_TEXELS: usize = 256;
+/// Maximum number of texels in a stretch, so that its data stays in the L1 cache.
+const MAX_TEXELS: usize = 256;
 
 impl Stretch {
     pub fn new() -> Self {
@@ -46,27 +47,27 @@ impl Stretch {
             samples: [1, 1],
             x: 0,
             count: 0,
-            room: MOST_TEXELS,
-            starts: vec![0; MOST_PLACES],
-            bits: [vec![0; MOST_PLACES], vec![0; MOST_PLACES]],
+            room: MAX_TEXELS,
+            starts: vec![0; MAX_WINDOWS],
+            bits: [vec![0; MAX_WINDOWS], vec![0; MAX_WINDOWS]],
         }
     }
 
-    /// Whether a run's texels are the next ones.
+    /// Whether a run continues the stretch: it is adjacent, with the same sample counts.
     #[inline(always)]
-    pub fn goes_on(&self, run: Run, walk: &Walk<'_>) -> bool {
+    pub fn continues(&self, run: Run, walk: &Walk<'_>) -> bool {
         run.x == self.x + self.count as u32 && walk.samples() == self.samples
     }
 
-    /// - This is empty.
+    /// Starts a stretch, which must be empty, at a run.
     #[inline(always)]
     pub fn begin(&mut self, run: Run, walk: &Walk<'_>) {
         self.x = run.x;
         if walk.samples() != self.samples {
             self.samples = walk.samples();
             let [columns, rows] = self.samples;
-            let groups = MOST_PLACES / (columns * rows) as usize / GROUP - 1;
-            self.room = (groups * GROUP).min(MOST_TEXELS);
+            let groups = MAX_WINDOWS / (columns * rows) as usize / GROUP - 1;
+            self.room = (groups * GROUP).min(MAX_TEXELS);
         }
     }
 
@@ -75,7 +76,7 @@ impl Stretch {
         self.count == self.room
     }
 
-    /// Adds some of a run's texels, as many as there is room for; says how many.
+    /// Adds as many of a run's texels as there is room for; returns how many.
     #[inline(always)]
     pub fn add<const C: usize, F: VectorTaps>(
         &mut self,
@@ -113,7 +114,7 @@ impl Stretch {
         count as u32
     }
 
-    /// Fills the texels in a row of the target, and is empty then; begins behind them.
+    /// Writes the texels to a row of the target. The stretch is then empty and begins after them.
     #[inline(always)]
     pub fn fill<const C: usize, F: VectorTaps>(&mut self, source: &Source<'_>, row: &mut [u8]) {
         if self.count == 0 {
@@ -122,13 +123,13 @@ impl Stretch {
         let texels = &mut row[self.x as usize * C..][..self.count * C];
         if let Some(last) = self.count.checked_sub(GROUP) {
             for k in (0..self.count).step_by(GROUP) {
-                // The last group begins earlier instead of being shorter.
+                // The last group starts earlier, so that it is full, and recomputes some texels.
                 let first = k.min(last);
                 let group = self.eight::<C, F>(source, first);
                 texels[first * C..][..GROUP * C].copy_from_slice(&group[..GROUP * C]);
             }
         } else {
-            // Windows beyond the last texel's may lie anywhere.
+            // Windows beyond the last texel may lie outside the source; use the first one instead.
             let stride = self.room + GROUP;
             for starts in self.starts.chunks_exact_mut(stride) {
                 let any = starts[0];
@@ -174,7 +175,7 @@ impl Stretch {
         packed::<C>(avx2, sums)
     }
 
-    /// The values of eight windows, as [`super::filtered`].
+    /// The values of eight windows, as [`super::super::filtered`].
     #[inline(always)]
     fn windows<const C: usize, F: VectorTaps>(
         &self,
@@ -190,9 +191,10 @@ impl Stretch {
     }
 }
 
-/// The positions of a group of texels on one axis, from where the first windows begin.
+/// The positions of a group of texels on one axis, relative to the first texels of their windows.
 struct Line {
-    /// Texels 0, 1, 4 and 5, and 2, 3, 6 and 7: halves of them shuffle into order.
+    /// Texels 0, 1, 4 and 5 in `low`, and 2, 3, 6 and 7 in `high`: shuffles within halves
+    /// put them in order.
     low: i64x4<Avx2>,
     high: i64x4<Avx2>,
     stride: i64,
@@ -207,8 +209,8 @@ impl Line {
         Self { low, high: low + times(2), stride: times(GROUP as i64) }
     }
 
-    /// Texels and fractions of this group, as [`split`](crate::resample::position::split); then goes
-    /// on to the next.
+    /// Texels and fractions of this group, as [`split`](crate::resample::position::split); then
+    /// advances to the next group.
     #[inline(always)]
     fn split(&mut self, avx2: Avx2) -> (i32x8<Avx2>, u32x8<Avx2>) {
         let [bits, texels] = instructions::unzipped(avx2, self.low.bitcast(), self.high.bitcast());

@@ -1,4 +1,4 @@
-//! Filters' weights for eight texels at once.
+//! Filter weights for eight texels at once.
 
 use std::marker::PhantomData;
 
@@ -12,17 +12,17 @@ use super::instructions;
 use crate::filter::{Bilinear, CatmullRom, Lanczos3, MAX_TAPS, Taps};
 use crate::resample::position::fraction;
 
-/// A filter whose weights there are for eight texels at once.
+/// A filter with vectorised weights.
 pub(super) trait VectorTaps: WholeTaps {
     type Weights: Weights;
 }
 
-/// A filter's weights for eight texels on one axis, as [`WholeTaps::whole_weights`].
+/// The weights of a filter for eight texels on one axis, equal to [`WholeTaps::whole_weights`].
 pub(super) trait Weights {
     fn new(avx2: Avx2, bits: u32x8<Avx2>) -> Self;
 
-    /// Those of texels `j` and `j + 4` for their halves of a vector: for each pair of taps the two
-    /// weights, as often as there is room.
+    /// The weights of texel `j` in the low half of each vector and of texel `j + 4` in the high
+    /// half: for each pair of taps one vector that repeats the two weights.
     fn of_both(&self, avx2: Avx2, j: usize) -> [i16x16<Avx2>; MAX_PAIRS];
 }
 
@@ -38,7 +38,7 @@ impl VectorTaps for Lanczos3 {
     type Weights = Phases;
 }
 
-/// Weights that are computed: those of two taps in each number of 32 bits.
+/// Weights that are computed, those of two taps packed into each 32-bit lane.
 pub(super) struct Pairs<F>([i32x8<Avx2>; MAX_PAIRS], PhantomData<F>);
 
 impl<F: WholeTaps> Weights for Pairs<F> {
@@ -63,7 +63,7 @@ impl<F: WholeTaps> Weights for Pairs<F> {
             let high = f32x8::simd_from(avx2, weights[pair * 2 + 1]) * f32::from(ONE);
             let low = instructions::rounded(avx2, low);
             let high = instructions::rounded(avx2, high);
-            pairs[pair] = instructions::side_by_side(avx2, low, high << 16).bitcast();
+            pairs[pair] = instructions::blend_words(avx2, low, high << 16).bitcast();
         }
         Self(pairs, PhantomData)
     }
@@ -79,11 +79,11 @@ impl<F: WholeTaps> Weights for Pairs<F> {
     }
 }
 
-/// Weights from a table.
+/// Weights from a table of phases, interpolated.
 pub(super) struct Phases {
     table: &'static Lanczos,
     bits: [u32; GROUP],
-    /// How far beyond phases, twice in each number of 32 bits.
+    /// Fractions beyond the phases, twice in each 32-bit lane.
     parts: i32x8<Avx2>,
 }
 
@@ -104,7 +104,7 @@ impl Weights for Phases {
         let high = i16x8::simd_from(avx2, phases[first + 1])
             .combine(i16x8::simd_from(avx2, phases[second + 1]));
         let parts = instructions::at(avx2, self.parts, i32x8::simd_from(avx2, BOTH[j])).bitcast();
-        let weights: u8x32<Avx2> = (low + instructions::product(avx2, high - low, parts)).bitcast();
+        let weights: u8x32<Avx2> = (low + instructions::mulhrs(avx2, high - low, parts)).bitcast();
         let mut both = [i16x16::splat(avx2, 0); MAX_PAIRS];
         for pair in 0..MAX_PAIRS {
             let order = u8x32::simd_from(avx2, const { words() }[pair]);
@@ -114,7 +114,7 @@ impl Weights for Phases {
     }
 }
 
-/// Which texels' weights go with the texels of one vector.
+/// For each vector of two texels, the index of the texel whose weights each lane takes.
 const BOTH: [[i32; 8]; 4] = [
     [0, 0, 0, 0, 4, 4, 4, 4],
     [1, 1, 1, 1, 5, 5, 5, 5],
@@ -122,7 +122,7 @@ const BOTH: [[i32; 8]; 4] = [
     [3, 3, 3, 3, 7, 7, 7, 7],
 ];
 
-/// For each of a half's words of 32 bits, what shuffles it all over the half.
+/// For each 32-bit word of a half, the byte shuffle that broadcasts it within the half.
 const fn words() -> [[u8; 32]; MAX_PAIRS] {
     let mut orders = [[0; 32]; MAX_PAIRS];
     let mut k = 0;

@@ -1,5 +1,5 @@
-//! Eight windows, filtered. Two of them share a vector, texel `j` in the low half and `j + 4` in the
-//! high one, a channel in each number of 32 bits.
+//! Filters eight windows. Two of them share a vector, texel `j` in the low half and `j + 4` in the
+//! high half, with one channel per 32-bit lane.
 
 use fearless_simd::{Avx2, Bytes, SimdBase, SimdCombine, SimdFrom, i16x16, i32x8, u8x16, u8x32};
 
@@ -9,10 +9,18 @@ use super::group::{GROUP, GROUP_VALUES, MAX_PAIRS, Source};
 use super::instructions;
 use super::weights::{VectorTaps, Weights};
 
-/// Bytes that are read at once.
+/// Bytes per load.
 const LOADED: usize = 16;
 
-/// The values of eight windows, by where they begin and their weights.
+/// The filtered values of eight windows.
+///
+/// Rows are taken in pairs. Each row is filtered with multiply-adds of two taps, truncated to
+/// [`ROW_BITS`] fraction bits and interleaved with the other row as 16-bit values, so that
+/// one more multiply-add applies both vertical weights. Pairing taps this way does two of
+/// them per instruction.
+///
+/// - `starts`: index of each window's first value in the source.
+/// - `across`, `down`: horizontal and vertical weights.
 #[inline(always)]
 pub(super) fn windows<const C: usize, F: VectorTaps>(
     source: &Source<'_>,
@@ -23,7 +31,7 @@ pub(super) fn windows<const C: usize, F: VectorTaps>(
     const BELOW: u32 = WEIGHT_BITS - ROW_BITS;
     let avx2 = source.avx2;
     let pairs = F::TAPS / 2;
-    // From a window's first value to its last as one slice, so that one check does.
+    // One slice from a window's first value to its last, so that one bounds check suffices.
     let span = (F::TAPS - 1) * source.stride + load_of(pairs - 1, C) + LOADED;
     let mut values = [i32x8::splat(avx2, 0); 4];
     for j in 0..4 {
@@ -36,8 +44,8 @@ pub(super) fn windows<const C: usize, F: VectorTaps>(
             let start = 2 * pair * source.stride;
             let upper = row::<C, F>(avx2, windows, start, &across);
             let lower = row::<C, F>(avx2, windows, start + source.stride, &across);
-            // The 16 bits of both that are kept.
-            let both = instructions::side_by_side(avx2, upper >> BELOW, lower << (16 - BELOW));
+            // The 16 bits that are kept of both rows.
+            let both = instructions::blend_words(avx2, upper >> BELOW, lower << (16 - BELOW));
             let term = instructions::dot(avx2, both, down[pair]);
             values[j] = if pair == 0 { term } else { values[j] + term };
         }
@@ -45,13 +53,13 @@ pub(super) fn windows<const C: usize, F: VectorTaps>(
     values
 }
 
-/// Where the bytes begin that a pair of taps is taken from, in a row of a window: with the pairs
-/// before it, if all are in reach.
+/// Offset, in a row of a window, of the load from which a pair of taps is taken: 0 if all taps up
+/// to this pair fit one load, which is then shared.
 const fn load_of(pair: usize, channels: usize) -> usize {
     if (pair * 2 + 2) * channels <= LOADED { 0 } else { pair * 2 * channels }
 }
 
-/// A row of two windows, filtered.
+/// Filters a row of two windows.
 #[inline(always)]
 fn row<const C: usize, F: VectorTaps>(
     avx2: Avx2,
@@ -76,8 +84,8 @@ fn row<const C: usize, F: VectorTaps>(
     sum
 }
 
-/// For each pair of taps, what shuffles their texels in each half of a vector into pairs of 16 bits,
-/// one for each channel.
+/// For each pair of taps, the byte shuffle that gathers its texels, in each half of a vector, into
+/// pairs of 16-bit values, one pair per channel.
 const fn pair_orders(channels: usize) -> [[u8; 32]; MAX_PAIRS] {
     let mut orders = [[NONE; 32]; MAX_PAIRS];
     let mut k = 0;
@@ -95,29 +103,29 @@ const fn pair_orders(channels: usize) -> [[u8; 32]; MAX_PAIRS] {
     orders
 }
 
-/// What a shuffle gives zero for.
+/// Shuffle index that yields zero.
 const NONE: u8 = 0x80;
 
-/// The levels of eight texels as bytes one after the other, clamped.
+/// The levels of eight texels as contiguous bytes, clamped.
 #[inline(always)]
 pub(super) fn packed<const C: usize>(
     avx2: Avx2,
     [a, b, c, d]: [i32x8<Avx2>; 4],
 ) -> [u8; GROUP_VALUES] {
-    // Four bytes for each texel.
-    let bytes = instructions::clamped(avx2, a, b, c, d);
+    // Four bytes per texel.
+    let bytes = instructions::pack_bytes(avx2, a, b, c, d);
     if C == 4 {
         return bytes.into();
     }
-    let order = u8x32::simd_from(avx2, const { close_up(C) });
-    let words = i32x8::simd_from(avx2, const { halves_together(C) });
+    let order = u8x32::simd_from(avx2, const { pack_texels(C) });
+    let words = i32x8::simd_from(avx2, const { join_halves(C) });
     let bytes = bytes.swizzle_dyn_within_blocks(order);
     let bytes: u8x32<Avx2> = instructions::at(avx2, bytes.bitcast(), words).bitcast();
     bytes.into()
 }
 
-/// Shuffles four texels of each half of a vector together.
-const fn close_up(channels: usize) -> [u8; 32] {
+/// The byte shuffle that packs the four texels in each half of a vector.
+const fn pack_texels(channels: usize) -> [u8; 32] {
     let mut order = [NONE; 32];
     let mut k = 0;
     while k < 4 * channels {
@@ -128,8 +136,8 @@ const fn close_up(channels: usize) -> [u8; 32] {
     order
 }
 
-/// Which words of 32 bits to take so that four texels of each half are side by side.
-const fn halves_together(channels: usize) -> [i32; 8] {
+/// The 32-bit words to take so that the packed texels of both halves are contiguous.
+const fn join_halves(channels: usize) -> [i32; 8] {
     let mut words = [7; 8];
     let mut k = 0;
     while k < channels {

@@ -1,33 +1,33 @@
-//! Poses by name for humanoids of any skeleton: not angles, which mean something else in each, but
-//! where bones point to.
+//! Named poses for humanoids of any skeleton, defined by the directions of bones rather than by
+//! angles, whose meaning differs between skeletons.
 
 use glam::{Quat, Vec3, vec3};
 
 use super::transform::between;
 
-/// A pose of the whole body.
+/// A named pose of the whole body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Stance {
-    /// As the file has it, or as its clip moves it.
+pub enum NamedPose {
+    /// The file's rest pose, or the pose of its clip.
     #[default]
     Rest,
     /// Arms straight out to the sides.
     TPose,
-    /// Arms halfway down.
+    /// Arms at 45° downwards.
     APose,
-    /// Arms at ease beside the body.
+    /// Arms relaxed at the sides.
     Stand,
-    /// The right hand is raised, the left arm at ease.
+    /// The right hand raised to wave, the left arm relaxed.
     Wave,
-    /// A stride.
+    /// A walking stride.
     Walk,
 }
 
-/// A bone that points somewhere.
+/// A target direction for a bone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Aim {
     pub bone: &'static str,
-    /// What it points with: the bone that starts at its end.
+    /// The bone whose joint it points at: the next one in the chain.
     pub tip: &'static str,
     /// Whether skeletons may lack it.
     pub optional: bool,
@@ -35,22 +35,23 @@ pub(super) struct Aim {
 }
 
 impl Aim {
-    /// How the bone turns about the world's axes, as they are carried along.
+    /// The bone's rotation about the world's axes, as rotated by its parents:
+    /// `carried⁻¹ · arc(carried · rest, towards) · carried`.
     ///
-    /// - `carried`: how its parents have turned it.
-    /// - `rest`: where it pointed before.
+    /// - `carried`: the rotation applied by its parents.
+    /// - `rest`: its direction at rest.
     pub fn turn(&self, carried: Quat, rest: Vec3) -> Quat {
-        let whole = between(carried * rest, self.towards) * carried;
-        carried.inverse() * whole
+        let total = between(carried * rest, self.towards) * carried;
+        carried.inverse() * total
     }
 }
 
-impl Stance {
-    /// All of them, in the order in which messages list them.
+impl NamedPose {
+    /// All poses, in the order in which messages list them.
     pub const ALL: [Self; 6] =
         [Self::Rest, Self::TPose, Self::APose, Self::Stand, Self::Wave, Self::Walk];
 
-    /// What it is called.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -62,15 +63,15 @@ impl Stance {
         }
     }
 
-    /// The pose of that name.
+    /// The pose with this name, ignoring case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|stance| stance.name().eq_ignore_ascii_case(name))
     }
 
-    /// Where it wants bones to point, parents before their children. Directions have +X to the
-    /// person's left, Y up and +Z ahead.
+    /// The target directions of bones, parents before their children. +X is to the person's left, Y
+    /// up, +Z ahead.
     pub(super) fn aims(self) -> Vec<Aim> {
-        // Of the left side; the right one's is mirrored.
+        // Directions of the left side; those of the right side are mirrored.
         let ease = [vec3(0.27, -0.96, 0.02), vec3(0.16, -0.96, 0.2), vec3(0.1, -0.98, 0.16)];
         match self {
             Self::Rest => Vec::new(),
@@ -115,11 +116,11 @@ fn leg(right: bool, [upper, lower]: [Vec3; 2]) -> Vec<Aim> {
     aims.map(|aim| sided(right, aim)).to_vec()
 }
 
-type Names = &'static str;
+type Name = &'static str;
 
 fn sided(
     right: bool,
-    (bone, tip, other_bone, other_tip, towards, optional): (Names, Names, Names, Names, Vec3, bool),
+    (bone, tip, other_bone, other_tip, towards, optional): (Name, Name, Name, Name, Vec3, bool),
 ) -> Aim {
     if right {
         Aim { bone: other_bone, tip: other_tip, optional, towards: towards.with_x(-towards.x) }

@@ -1,4 +1,4 @@
-//! Two eyes that share one island: one of them gets another, in free space of the layout.
+//! Eyes that share an island: one of them is moved to free space of the layout.
 
 use std::collections::HashMap;
 
@@ -6,52 +6,52 @@ use glam::Vec3;
 use uvgraft::{Corner, Mesh, MeshError, Size, TexelsMut, Texture, Value};
 
 use super::eyeball::{is_round, pieces, sphere};
-use crate::atlas::{FreeSpace, Place};
+use crate::atlas::{ChartRect, FreeSpace};
 
-/// How alike the radii of two eyes are.
+/// Maximum relative difference of the two eyes' radii.
 const ALIKE: f32 = 0.1;
 
-/// How much of the smaller box of two islands is shared where they are one.
+/// Two islands are the same if their bounding boxes overlap by this fraction of the smaller one.
 const SHARED: f32 = 0.5;
 
-/// The least share of its size that the moved island keeps.
-const LEAST: f32 = 0.4;
+/// Minimum scale of the moved island.
+const MIN: f32 = 0.4;
 
-/// Why eyes keep the island that they share.
+/// Why eyes keep sharing their island.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum PartedError {
+pub enum SeparationError {
     /// The layout is full.
     #[error(
         "no free space in the UV layout for a second eye, which needs {wanted:.3} of its width"
     )]
     NoRoom {
-        /// The least that it takes, in UV units.
+        /// The minimum width that it needs, in UV units.
         wanted: f32,
     },
-    /// Numbers that are beyond the mesh.
+    /// The mesh with the added coordinates is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 
-/// A layout in which one of two eyes was moved to an island of its own.
+/// A layout in which one of two eyes was moved to a separate island.
 #[derive(Debug, Clone)]
-pub struct Parted {
+pub struct SeparatedEyes {
     /// The mesh: the same vertices and triangles, in the same order.
     pub mesh: Mesh,
-    /// Where the moved eye was: left, top, right and bottom of the island, in UV units.
+    /// Bounding box of the moved eye's old island: left, top, right and bottom, in UV units.
     from: [f32; 4],
-    /// Where it is now.
-    place: Place,
+    /// Its new rectangle.
+    place: ChartRect,
 }
 
-impl Parted {
-    /// Looks for two eyes on one island, round pieces of one size beside each other; `None` where there are none,
-    /// which is most often so because each has its own.
+impl SeparatedEyes {
+    /// Finds two eyes that share an island, adjacent spheres of one size, and moves one of them.
+    /// `None` if there are none, usually because each eye has its own island.
     ///
     /// # Errors
-    /// [`PartedError::NoRoom`] if the layout is full.
-    pub fn find(mesh: &Mesh) -> Result<Option<Self>, PartedError> {
+    /// [`SeparationError::NoRoom`] if the layout is full.
+    pub fn find(mesh: &Mesh) -> Result<Option<Self>, SeparationError> {
         let eyes = round_pieces(mesh);
         let pair = eyes.iter().enumerate().find_map(|(k, first)| {
             let second = eyes[k + 1..].iter().find(|second| first.shares_with(second))?;
@@ -60,22 +60,23 @@ impl Parted {
         let Some((_, moved)) = pair else { return Ok(None) };
         let [left, top, right, bottom] = moved.uv_box;
         let (width, height) = (right - left, bottom - top);
-        let wanted = LEAST * width;
+        let wanted = MIN * width;
         let place = FreeSpace::of(mesh).place(width / height, width, wanted);
-        let place = place.ok_or(PartedError::NoRoom { wanted })?;
+        let place = place.ok_or(SeparationError::NoRoom { wanted })?;
         let mesh = moved_mesh(mesh, moved, &place)?;
         Ok(Some(Self { mesh, from: moved.uv_box, place }))
     }
 
-    /// Gives the new island what a texture has where it was, for a base that does not know of it.
+    /// Copies the old island's texels to the new one, for a base texture that was made
+    /// for the old layout.
     pub fn copy(&self, texture: &mut Texture) {
         let source = texture.clone();
         let Size { width, height } = texture.size();
         let channels = texture.channels().count();
         let [left, top, right, bottom] = self.from;
         let range = |from: f32, extent: f32, side: u32| {
-            let first = ((from - Place::GUTTER) * side as f32).floor().max(0.0) as u32;
-            first..(((from + extent + Place::GUTTER) * side as f32).ceil() as u32).min(side)
+            let first = ((from - ChartRect::GUTTER) * side as f32).floor().max(0.0) as u32;
+            first..(((from + extent + ChartRect::GUTTER) * side as f32).ceil() as u32).min(side)
         };
         let columns = range(self.place.left, self.place.width, width);
         for y in range(self.place.top, self.place.height, height) {
@@ -110,16 +111,16 @@ fn bilinear(texture: &Texture, [u, v]: [f32; 2], channel: usize) -> f32 {
     row(y0) * (1.0 - fy) + row(y1) * fy
 }
 
-/// A piece of a mesh that is about a sphere.
+/// A nearly spherical connected component of a mesh.
 #[derive(Debug)]
-struct Round {
+struct RoundPiece {
     center: Vec3,
     radius: f32,
     faces: Vec<usize>,
     uv_box: [f32; 4],
 }
 
-impl Round {
+impl RoundPiece {
     fn shares_with(&self, other: &Self) -> bool {
         let [a, b] = [self.uv_box, other.uv_box];
         let sides = |k: usize| (a[k + 2].min(b[k + 2]) - a[k].max(b[k])).max(0.0);
@@ -132,8 +133,8 @@ impl Round {
     }
 }
 
-/// The round pieces of a mesh, in the order of their first triangles.
-fn round_pieces(mesh: &Mesh) -> Vec<Round> {
+/// The spherical components of a mesh, in the order of their first triangles.
+fn round_pieces(mesh: &Mesh) -> Vec<RoundPiece> {
     const FEWEST: usize = 24;
     let pieces = pieces(mesh);
     let mut order = Vec::new();
@@ -155,9 +156,9 @@ fn round_pieces(mesh: &Mesh) -> Vec<Round> {
         if vertices.len() < FEWEST {
             continue;
         }
-        let places: Vec<Vec3> =
+        let points: Vec<Vec3> =
             vertices.iter().map(|&vertex| mesh.positions()[vertex as usize].into()).collect();
-        let Some((center, radius)) = sphere(&places).filter(|ball| is_round(&places, *ball)) else {
+        let Some((center, radius)) = sphere(&points).filter(|ball| is_round(&points, *ball)) else {
             continue;
         };
         let mut uv_box = [f32::MAX, f32::MAX, f32::MIN, f32::MIN];
@@ -165,18 +166,18 @@ fn round_pieces(mesh: &Mesh) -> Vec<Round> {
             let [left, top, right, bottom] = uv_box;
             uv_box = [left.min(u), top.min(v), right.max(u), bottom.max(v)];
         }
-        found.push(Round { center, radius, faces, uv_box });
+        found.push(RoundPiece { center, radius, faces, uv_box });
     }
     found
 }
 
-/// The mesh with coordinates of its own for one piece.
-fn moved_mesh(mesh: &Mesh, moved: &Round, place: &Place) -> Result<Mesh, MeshError> {
+/// The mesh with the UV coordinates of one component moved.
+fn moved_mesh(mesh: &Mesh, moved: &RoundPiece, place: &ChartRect) -> Result<Mesh, MeshError> {
     let mut is_moved = vec![false; mesh.faces().len()];
     moved.faces.iter().for_each(|&face| is_moved[face] = true);
     let [left, top, right, bottom] = moved.uv_box;
     let mut uv = mesh.uv().to_vec();
-    let mut numbers: HashMap<u32, u32> = HashMap::new();
+    let mut moved_uv: HashMap<u32, u32> = HashMap::new();
     let (mut corners, mut sizes) = (Vec::new(), Vec::new());
     for polygon in 0..mesh.polygon_count() {
         let own = mesh.polygon_corners(polygon);
@@ -186,12 +187,12 @@ fn moved_mesh(mesh: &Mesh, moved: &Round, place: &Place) -> Result<Mesh, MeshErr
             if !is_moved {
                 return corner;
             }
-            let number = *numbers.entry(corner.uv).or_insert_with(|| {
+            let index = *moved_uv.entry(corner.uv).or_insert_with(|| {
                 let [u, v] = mesh.uv()[corner.uv as usize];
                 uv.push(place.uv([(u - left) / (right - left), (v - top) / (bottom - top)]));
                 uv.len() as u32 - 1
             });
-            Corner { uv: number, ..corner }
+            Corner { uv: index, ..corner }
         }));
     }
     let moved = Mesh::from_polygons(mesh.positions().to_vec(), uv, &corners, &sizes)?;
@@ -206,36 +207,36 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_figures_eyes_get_an_island_each_and_show_what_they_showed() {
+    fn the_figures_eyes_get_separate_islands_and_look_the_same() {
         let figure = Figure::new();
-        let parted = Parted::find(&figure.body).unwrap().unwrap();
+        let parted = SeparatedEyes::find(&figure.body).unwrap().unwrap();
         let (before, after) = (&figure.body, &parted.mesh);
         assert_eq!((before.positions(), before.faces()), (after.positions(), after.faces()));
         assert_eq!(before.parts(), after.parts());
         assert_eq!(Islands::new(before).count(), Islands::new(after).count());
-        assert_eq!(Parted::find(after).unwrap().map(|parted| parted.place), None);
+        assert_eq!(SeparatedEyes::find(after).unwrap().map(|parted| parted.place), None);
         let texture = paint_body(&figure, Size::square(1024));
         let mut copied = texture.clone();
         parted.copy(&mut copied);
         let mut moved = 0;
         for face in 0..before.faces().len() {
-            let middle = |mesh: &Mesh| {
+            let center = |mesh: &Mesh| {
                 let corners = mesh.uv_triangle(face);
                 std::array::from_fn(|k| corners.iter().map(|uv| uv[k]).sum::<f32>() / 3.0)
             };
-            let (old, new): ([f32; 2], [f32; 2]) = (middle(before), middle(after));
+            let (old, new): ([f32; 2], [f32; 2]) = (center(before), center(after));
             moved += usize::from(old != new);
             for channel in 0..3 {
                 let (was, is) = (bilinear(&texture, old, channel), bilinear(&copied, new, channel));
                 assert!((was - is).abs() < 0.12, "face {face}: {was} {is}");
             }
         }
-        // One eye of two.
+        // One of the two eyes.
         assert!((200..400).contains(&moved), "{moved}");
     }
 
     #[test]
-    fn eyes_with_islands_of_their_own_keep_them() {
-        assert!(Parted::find(&Figure::new().head).unwrap().is_none());
+    fn eyes_with_separate_islands_keep_them() {
+        assert!(SeparatedEyes::find(&Figure::new().head).unwrap().is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! Where the windows of a batch of texels lie.
+//! Window positions in the source for a batch of texels.
 
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdInto, f32x8, i32x8, i64x4, u32x8};
 
@@ -7,31 +7,31 @@ use super::position::{before_window, fraction, near_texture, split};
 use crate::filter::Taps;
 use crate::texture::Size;
 
-/// Texels of a run that are worked on together: what is known about them fits the first cache.
+/// Texels of a run that are processed together: their data fits the L1 cache.
 pub(super) const BATCH: usize = 64;
 
-/// Texels that are placed at once.
+/// Texels that are located at once.
 const GROUP: usize = 8;
 
-/// Where the windows of a batch of texels lie.
-pub(super) struct Places {
-    /// Column and row of the window's first texel; for windows that may leave the source.
+/// Window positions in the source for a batch of texels.
+pub(super) struct Windows {
+    /// Column and row of the window's first texel, for windows that may leave the source.
     pub corner: [[i32; BATCH]; 2],
-    /// Its number in the source, for windows that lie in it.
+    /// Index of that texel, for windows inside the source.
     pub start: [u32; BATCH],
-    /// How far the position lies beyond the centre of the texel before it, on each axis.
+    /// Distance of the position from the centre of the texel before it, on each axis.
     pub fraction: [[f32; BATCH]; 2],
 }
 
-impl Places {
+impl Windows {
     pub fn new() -> Self {
         Self { corner: [[0; BATCH]; 2], start: [0; BATCH], fraction: [[0.0; BATCH]; 2] }
     }
 
-    /// Places sample `(a, b)` of `count` texels of a run from `first` on, whose windows lie in the
-    /// source, and of some more texels up to a whole group.
+    /// Locates the windows of sample `(a, b)` of `count` texels of a run from `first` on, by index.
+    /// All windows must lie inside the source. Also writes some texels more, up to a whole group.
     #[inline(always)]
-    pub fn find<S: Simd, F: Taps>(
+    pub fn find_starts<S: Simd, F: Taps>(
         &mut self,
         simd: S,
         source: Size,
@@ -54,9 +54,9 @@ impl Places {
         }
     }
 
-    /// The same for windows that may lie anywhere, by their corners.
+    /// Locates windows that may lie anywhere, by their corners.
     #[inline(always)]
-    pub fn find_anywhere<F: Taps>(
+    pub fn find_corners<F: Taps>(
         &mut self,
         source: Size,
         walk: &Walk<'_>,
@@ -85,7 +85,7 @@ struct Line<S: Simd> {
 impl<S: Simd> Line<S> {
     #[inline(always)]
     fn new(simd: S, start: i64, step: i64) -> Self {
-        // Beyond the last texel of a run anything may be found.
+        // Lanes beyond the last texel of a run may hold anything, so overflow is harmless.
         let at = |k: i64| start.wrapping_add(k.wrapping_mul(step));
         Self {
             low: [at(0), at(1), at(2), at(3)].simd_into(simd),
@@ -100,7 +100,8 @@ impl<S: Simd> Line<S> {
         self.high += self.stride;
     }
 
-    /// The texels that a group begins at, and how far beyond; as [`split`] and [`fraction`].
+    /// The texels before the group's positions and the fractions beyond them; as [`split`] and
+    /// [`fraction`].
     #[inline(always)]
     fn split(&self) -> (i32x8<S>, f32x8<S>) {
         let [low, high]: [i32x8<S>; 2] = [self.low.bitcast(), self.high.bitcast()];

@@ -1,7 +1,8 @@
-//! What lies beside the islands in a row: which border edge is nearest to each texel.
+//! The gutter and fringe texels of a row: which boundary edge is nearest to each of them.
 //!
-//! Tiles are asked first: most edges that reach a tile are farther from all of it than another, so
-//! that its texels have few left to compare.
+//! Edges are culled per tile first: an edge that is farther from the whole tile than another edge
+//! cannot be the nearest of any of its texels. That removes most edges that reach a tile, so few
+//! are left to compare per texel.
 
 use std::ops::Range;
 
@@ -13,61 +14,68 @@ use super::tiles::{TILE, tiles};
 use crate::bits;
 use crate::islands::Islands;
 
-/// More than rounding can take from or add to a distance from an edge that is not far off, in texels.
+/// Upper bound of the rounding error in distances from edges that are not far away, in texels.
 const ROUNDING_PX: f64 = 1e-3;
 
-const NOBODY: u64 = u64::MAX;
+const NO_EDGE: u64 = u64::MAX;
 
-/// For each texel of a row, its nearest edge so far and the squared distance of it.
+/// For each texel of a row, the nearest edge so far and its squared distance.
 struct Nearest {
     squared: Vec<f64>,
-    /// As wide as a distance, so that the compiler can choose among several of both at once.
+    /// As wide as a distance, so that the compiler can vectorise the selection of both.
     edge: Vec<u64>,
 }
 
-/// Edges that may be the nearest of a tile's texels.
+/// Edges that may be the nearest of some texel in a tile.
 #[derive(Default)]
 struct Tile {
-    /// In the order of edges, with their distances from the tile's middle.
+    /// In the order of edges, with their distances from the centre of the tile.
     edges: Vec<(u32, f64)>,
-    /// The least of these distances.
+    /// The smallest of these distances.
     least: f64,
 }
 
-/// What lies around the islands in a block of rows; buffers are kept from block to block.
-pub(super) struct Surroundings {
+/// Finds the texels around islands in a block of rows; buffers are reused from block to block.
+pub(super) struct GutterRows {
     nearest: Nearest,
     tiles: Vec<Tile>,
     gaps: Draft<Range<u32>>,
-    /// Columns of the block that linked edges are near to: whole tiles, joined.
+    /// Columns of the block with linked edges nearby: whole tiles, merged into ranges.
     reached: Vec<Range<u32>>,
-    /// The runs of the latest row, from left to right. Patches count from the first of the gutter.
+    /// The runs of the latest row, from left to right. Patch indices count from the
+    /// first gutter patch.
     pub runs: Vec<Run>,
-    /// Texels of that row that islands lost to the fringe of the one they overlap with, from left to
-    /// right; those that the winner has a map for are in `runs` too.
+    /// Texels of that row that islands lost to the fringe of an overlapping winner, from left to
+    /// right; those for which the winner has a map are in `runs` too.
     pub stolen: Vec<u32>,
-    /// Runs of the gutter that are to be merged with stolen ones.
-    beside: Vec<Run>,
+    /// Gutter runs, to be merged with runs of stolen texels.
+    unmerged: Vec<Run>,
 }
 
-impl Surroundings {
+impl GutterRows {
     pub fn new(width: u32) -> Self {
         let texels = width as usize;
         Self {
-            nearest: Nearest { squared: vec![f64::INFINITY; texels], edge: vec![NOBODY; texels] },
+            nearest: Nearest { squared: vec![f64::INFINITY; texels], edge: vec![NO_EDGE; texels] },
             tiles: (0..width.div_ceil(TILE)).map(|_| Tile::default()).collect(),
             gaps: Draft::new(),
             reached: Vec::new(),
             runs: Vec::new(),
             stolen: Vec::new(),
-            beside: Vec::new(),
+            unmerged: Vec::new(),
         }
     }
 
-    /// Looks which edges are near to which tiles of a block.
+    /// Starts a block: finds its gaps between islands, and the edges near each tile.
     ///
-    /// - `covered`: the columns that the layout covers, for each row counted from the block's first.
-    pub fn enter<'a>(
+    /// Let `d` be the distance of an edge from the tile's centre, `least` the smallest such
+    /// distance, and `r` the distance from the tile's centre to its outermost texel. The edge's
+    /// distance from any texel is then within `d ± r`, so an edge with `d > least + 2r` is
+    /// never the nearest one.
+    ///
+    /// - `covered`: the columns that the layout covers in a row, counted from the block's first
+    ///   row.
+    pub fn begin_block<'a>(
         &mut self,
         border: &Border,
         block: usize,
@@ -88,7 +96,7 @@ impl Surroundings {
             tile.edges.clear();
             tile.least = f64::INFINITY;
         }
-        // From a tile's middle to the centre of its outermost texel.
+        // From a tile's centre to the centre of its outermost texel.
         let half_diagonal = f64::from(TILE - 1) * 0.5 * std::f64::consts::SQRT_2;
         let middle_y = f64::from(rows.start) + f64::from(TILE) * 0.5;
         for &index in edges {
@@ -96,7 +104,7 @@ impl Surroundings {
             for tile in tiles(&edge.columns) {
                 let middle = [f64::from(tile * TILE) + f64::from(TILE) * 0.5, middle_y];
                 let tile = &mut self.tiles[tile as usize];
-                // Distances from what is far off are not exact enough to leave any edge out.
+                // Distances from far edges are too inexact to exclude any.
                 let away = if edge.is_far() { 0.0 } else { edge.distance(middle).0.sqrt() };
                 if away <= border.radius + half_diagonal + ROUNDING_PX {
                     tile.edges.push((index, away));
@@ -120,8 +128,8 @@ impl Surroundings {
         }
     }
 
-    /// Finds what lies beside the islands in a row of the block that was entered.
-    pub fn beside(&mut self, border: &Border, block: usize, row: u32) {
+    /// Finds the gutter runs of a row of the current block.
+    pub fn find_gutter(&mut self, border: &Border, block: usize, row: u32) {
         self.runs.clear();
         self.stolen.clear();
         if self.reached.is_empty() {
@@ -152,8 +160,8 @@ impl Surroundings {
         }
     }
 
-    /// Takes from the losers of overlaps what lies in the fringe of the winners; after
-    /// [`Surroundings::beside`].
+    /// Takes the texels in the fringes of winners away from the losers of overlaps; call after
+    /// [`GutterRows::find_gutter`].
     pub fn steal(
         &mut self,
         border: &Border,
@@ -181,23 +189,24 @@ impl Surroundings {
         }
         let carried = |edge: &Edge| edge.fringe_reach_px;
         let (nearest, stolen) = (&mut self.nearest, &mut self.stolen);
-        let beside = self.runs.len();
+        let split = self.runs.len();
         nearest
             .gather(border, row, touched, FRINGE_PX, carried, &mut self.runs, |x| stolen.push(x));
-        if beside < self.runs.len() {
-            self.beside.clear();
-            self.beside.extend_from_slice(&self.runs);
+        if split < self.runs.len() {
+            self.unmerged.clear();
+            self.unmerged.extend_from_slice(&self.runs);
             self.runs.clear();
-            merge(&self.beside[..beside], &self.beside[beside..], |run| self.runs.push(run));
+            merge(&self.unmerged[..split], &self.unmerged[split..], |run| self.runs.push(run));
         }
     }
 }
 
 impl Nearest {
-    /// Lowers what is held for the texels `range` of a row to an edge's distance.
+    /// Offers an edge to the texels `range` of a row: keeps it where it is nearer than the best so
+    /// far.
     fn offer(&mut self, edge: &Edge, index: u32, row: u32, range: Range<u32>) {
-        // As [`Edge::distance`], written so that the compiler can do several texels at once. Edges may be
-        // long and far off, so 32 bits would not do.
+        // As [`Edge::distance`], in a form that the compiler can vectorise. Edges may be long and
+        // far away, so 32-bit floats are not enough.
         let [along_x, along_y] = edge.along;
         let start = centre(range.start, row);
         let [from_x, y] = [edge.from[0], start[1] - edge.from[1]];
@@ -216,8 +225,11 @@ impl Nearest {
         }
     }
 
-    /// Joins neighbouring texels of one zone of one edge to runs, and forgets them. Calls
-    /// `near_enough` with the texels that are near enough to some edge, whether it has a map or not.
+    /// Joins neighbouring texels with the same edge and zone into runs, and resets their
+    /// state. Calls `in_range` for every texel within `limit` of an edge, whether that edge
+    /// has a patch or not.
+    ///
+    /// - `carried`: distance up to which an edge's map is extrapolated.
     #[expect(clippy::too_many_arguments, reason = "what is taken and what is given, of one row")]
     fn gather(
         &mut self,
@@ -227,12 +239,12 @@ impl Nearest {
         limit: f64,
         carried: impl Fn(&Edge) -> f64,
         runs: &mut Vec<Run>,
-        mut near_enough: impl FnMut(u32),
+        mut in_range: impl FnMut(u32),
     ) {
         for x in texels {
-            let index = std::mem::replace(&mut self.edge[x as usize], NOBODY);
+            let index = std::mem::replace(&mut self.edge[x as usize], NO_EDGE);
             self.squared[x as usize] = f64::INFINITY;
-            if index == NOBODY {
+            if index == NO_EDGE {
                 continue;
             }
             let edge = &border.edges[index as usize];
@@ -240,7 +252,7 @@ impl Nearest {
             if squared >= limit * limit {
                 continue;
             }
-            near_enough(x);
+            in_range(x);
             if index as usize >= border.linked {
                 continue;
             }
@@ -262,7 +274,7 @@ impl Nearest {
     }
 }
 
-/// Calls `next` with the runs of two lists from left to right.
+/// Merges two sorted lists of runs: calls `next` with each run, from left to right.
 pub(super) fn merge(a: &[Run], mut b: &[Run], mut next: impl FnMut(Run)) {
     for &run in a {
         while let Some((&other, rest)) = b.split_first().filter(|(other, _)| other.x < run.x) {

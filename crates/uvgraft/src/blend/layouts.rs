@@ -1,24 +1,25 @@
 //! The same blend on the same surface in another layout.
 //!
-//! A blend lives at the points of the surface, and so does the tone that was found with it; only where texels of the
-//! target lie asks for its layout.
+//! A blend lives at the points of the surface, and so does the tone computed with it; only the
+//! positions of the target's texels depend on its layout.
 
 use super::selection::BlendDomain;
-use super::{Blend, BlendOptions, RegionError, Tone, Toning, ToningError};
+use super::{Blend, BlendOptions, RegionError, Tone, ToneCorrection, ToneError};
 
 impl Blend {
-    /// The same blend for a domain whose target has the same surface in another layout, such as that of an
-    /// [`OwnLayout`](crate::OwnLayout). Bases are taken for such as have changed their tone already: tones are found
-    /// with the blend that it comes from, and brought over by [`Toning::relaid`].
+    /// The same blend for a domain whose target has the same surface in another layout, such as
+    /// that of an [`SourceLayout`](crate::SourceLayout). Its bases must have had their tone changed
+    /// already: tones are computed with the original blend and carried over by
+    /// [`ToneCorrection::with_layout`].
     ///
     /// # Errors
-    /// [`RegionError::Domain`] if the surface is another.
-    pub fn relaid(&self, domain: &BlendDomain) -> Result<Self, RegionError> {
+    /// [`RegionError::Domain`] if the surface is a different one.
+    pub fn with_layout(&self, domain: &BlendDomain) -> Result<Self, RegionError> {
         if !self.domain.is_same_surface(domain) {
             return Err(RegionError::Domain);
         }
         Ok(Self {
-            selection: self.selection.relaid(domain),
+            selection: self.selection.with_layout(domain),
             domain: domain.clone(),
             options: BlendOptions { tone: Tone::Base, ..self.options },
             skin: None,
@@ -27,22 +28,23 @@ impl Blend {
     }
 }
 
-impl Toning {
-    /// What it does to the texture, for [`Blend::relaid`]. The base, which lies in another layout, stays as it is.
+impl ToneCorrection {
+    /// The toning of the texture alone, for [`Blend::with_layout`]. The base, which lies in another
+    /// layout, is left unchanged.
     ///
     /// # Errors
-    /// [`ToningError::Domain`] if the surface is another.
-    pub fn relaid(&self, domain: &BlendDomain) -> Result<Self, ToningError> {
+    /// [`ToneError::Domain`] if the surface is a different one.
+    pub fn with_layout(&self, domain: &BlendDomain) -> Result<Self, ToneError> {
         if !self.domain.is_same_surface(domain) {
-            return Err(ToningError::Domain);
+            return Err(ToneError::Domain);
         }
-        let narrowed = self.narrowed.as_ref().map(|blend| blend.relaid(domain)).transpose();
+        let narrowed = self.narrowed.as_ref().map(|blend| blend.with_layout(domain)).transpose();
         Ok(Self {
             domain: domain.clone(),
             source: self.source.clone(),
             base: None,
             labels: self.labels.clone(),
-            narrowed: narrowed.map_err(|_| ToningError::Domain)?.map(std::sync::Arc::new),
+            narrowed: narrowed.map_err(|_| ToneError::Domain)?.map(std::sync::Arc::new),
             report: self.report.clone(),
         })
     }
@@ -56,14 +58,14 @@ mod tests {
     use crate::color::Encoding;
     use crate::graft::Graft;
     use crate::mesh::Mesh;
-    use crate::own_layout::OwnLayout;
     use crate::pair::{Direction, Pair};
+    use crate::source_layout::SourceLayout;
     use crate::texture::{Channels, Size, Sizes, Texels, Texture};
 
     const SIDE: u32 = 64;
 
-    /// A sheet of eight squares a side and a metre, over all of the source's layout and a quarter of the target's.
-    /// The target has one more column, which nothing is linked to.
+    /// A sheet of eight squares and one metre a side, over all of the source's layout and a quarter
+    /// of the target's. The target has one more column, which is not linked.
     fn pair() -> Pair {
         let sheet = |columns: u32, uv_of: fn([f32; 2]) -> [f32; 2]| {
             let points = (0..9).flat_map(|row| (0..=columns).map(move |column| [column, row]));
@@ -94,22 +96,23 @@ mod tests {
     }
 
     #[test]
-    fn texels_stay_what_they_are_within_the_feather() {
+    fn texels_are_unchanged_inside_the_feather() {
         let pair = Arc::new(pair());
         let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let options = BlendOptions::default().feather(0.25);
         let blend = Blend::new(&domain.linked(), options).unwrap();
-        let own = OwnLayout::new(&pair, blend.touched()).unwrap().unwrap();
+        let own = SourceLayout::new(&pair, blend.touched()).unwrap().unwrap();
         assert_eq!((own.faces.iter().filter(|&&is_own| is_own).count(), own.share), (128, 1.0));
         let there = BlendDomain::new(Arc::clone(&own.pair), Direction::Forward);
-        let relaid = Arc::new(blend.relaid(&there).unwrap());
+        let with_layout = Arc::new(blend.with_layout(&there).unwrap());
         let size = Size::square(SIDE);
         let graft = Graft::builder(Arc::clone(&own.pair), Sizes { from: size, to: size });
-        let graft = graft.shared_blend(relaid).build().unwrap();
+        let graft = graft.shared_blend(with_layout).build().unwrap();
         let face = texture(|x, y| ((x * 37 + y * 101) % 200) as u8);
         let found = graft.apply(&face, texture(|_, _| 250)).unwrap();
         let level = |texture: &Texture, x, y| (255.0 * texture.get(x, y, 0)).round();
-        // The rim is the last column's left side, at 1 m; a quarter of a metre is 16 texels.
+        // The boundary is the left side of the last column, at 1 m; a quarter of a metre is 16
+        // texels.
         for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
             let (own, found) = (level(&face, x, y), level(&found, x, y));
             let inside = (63.5 - x as f32) / 16.0;
@@ -125,6 +128,6 @@ mod tests {
         let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let blend = Blend::new(&domain.linked(), BlendOptions::default()).unwrap();
         let back = BlendDomain::new(pair, Direction::Reverse);
-        assert_eq!(blend.relaid(&back).unwrap_err(), RegionError::Domain);
+        assert_eq!(blend.with_layout(&back).unwrap_err(), RegionError::Domain);
     }
 }

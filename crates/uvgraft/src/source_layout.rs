@@ -1,5 +1,5 @@
-//! A pair's target in the layout of its source: the surface of a body whose head keeps the coordinates that the head's
-//! own mesh has, so that its texture needs no resampling.
+//! A pair's target mesh with the UV layout of its source: a body whose head keeps the UV
+//! coordinates of the separate head mesh, so the head's texture needs no resampling.
 
 use std::sync::Arc;
 
@@ -8,47 +8,50 @@ use crate::pair::{Direction, Pair};
 use crate::piece::{Extent, Piece, wide};
 use crate::surface::Surface;
 
-/// Triangles that are thinner than this in the source, in terms of the target, are left out: the inside of a closed
-/// mouth is next to a line in the layout of a head, and a few of its texels would be smeared across all of it.
-const THINNEST: f64 = 8.0;
+/// Triangles whose thickness (height over longest side) is smaller in the source than in the
+/// target by more than this factor are left out: the inside of a closed mouth is nearly a line
+/// in a head's layout, and a few texels would be smeared across all of it.
+const MAX_THINNING: f64 = 8.0;
 
-/// Some triangles of a pair's target in the layout of its source.
+/// Some triangles of a pair's target in the UV layout of its source.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct OwnLayout {
-    /// From the source to the target's surface in the source's layout. Triangles that are not part of it have no area
-    /// there.
+pub struct SourceLayout {
+    /// Maps the source to the target's surface in the source's layout. Triangles that are not part
+    /// of the layout are collapsed to a point in UV space.
     pub pair: Arc<Pair>,
-    /// `[triangles of the target]`: which of them are part of it.
+    /// `[target triangles]`: true for those that are part of the layout.
     pub faces: Vec<bool>,
-    /// The share of the wanted surface that they are.
+    /// The fraction of the chosen triangles' surface area that they cover.
     pub share: f64,
 }
 
-impl OwnLayout {
-    /// Gives triangles of the target the coordinates that they have in the source, in [`Direction::Forward`].
+impl SourceLayout {
+    /// Copies UV coordinates from the source to the linked triangles of the target, in
+    /// [`Direction::Forward`].
     ///
-    /// - `wanted`: `[triangles of the target]`; those that are the whole of one triangle of the source, and not much
-    ///   thinner there, become part of the layout.
+    /// - `chosen`: `[target triangles]`; those that correspond to one whole source triangle,
+    ///   and are not much thinner there, become part of the layout.
     ///
-    /// Nothing comes back where none does: pairs of meshes that are cut differently link parts of triangles.
+    /// Returns `None` if no triangle qualifies: meshes with different topology are linked by parts
+    /// of triangles.
     ///
     /// # Errors
-    /// [`MeshError`] if there are too many coordinates.
+    /// [`MeshError`] if there are too many UV coordinates.
     ///
     /// # Panics
-    /// If `wanted` is not as long as the target has triangles.
-    pub fn new(pair: &Pair, wanted: &[bool]) -> Result<Option<Self>, MeshError> {
+    /// If the length of `chosen` is not the number of target triangles.
+    pub fn new(pair: &Pair, chosen: &[bool]) -> Result<Option<Self>, MeshError> {
         let (source, target) = (pair.source(), pair.target());
-        assert_eq!(wanted.len(), target.faces().len(), "one for each triangle of the target");
+        assert_eq!(chosen.len(), target.faces().len(), "one for each triangle of the target");
         let pieces = pair.face_pieces(Direction::Forward);
         let is_alone = |piece: &Piece| pieces.of_face(piece.target as usize).len() == 1;
         let mut uv = source.uv().to_vec();
-        let nowhere = uv.len() as u32;
+        let unset = uv.len() as u32;
         uv.push([0.0; 2]);
-        let mut uv_faces = vec![[nowhere; 3]; target.faces().len()];
+        let mut uv_faces = vec![[unset; 3]; target.faces().len()];
         let mut kept = Vec::new();
-        for piece in pair.pieces().filter(|piece| wanted[piece.target as usize]) {
+        for piece in pair.pieces().filter(|piece| chosen[piece.target as usize]) {
             let Extent::Whole(corners) = piece.extent else { continue };
             if is_alone(&piece) && !is_thin(&piece, target, source) {
                 let from = source.uv_faces()[piece.source as usize];
@@ -56,21 +59,21 @@ impl OwnLayout {
                 kept.push(piece);
             }
         }
-        let faces: Vec<bool> = uv_faces.iter().map(|corners| corners[0] != nowhere).collect();
+        let faces: Vec<bool> = uv_faces.iter().map(|corners| corners[0] != unset).collect();
         let surface = Surface::new(target);
         let area = |of: &[bool]| -> f64 {
             (0..).zip(of).filter(|(_, is_in)| **is_in).map(|(face, _)| surface.area(face)).sum()
         };
-        let share = area(&faces) / area(wanted).max(f64::MIN_POSITIVE);
+        let share = area(&faces) / area(chosen).max(f64::MIN_POSITIVE);
         let mesh =
             Mesh::from_triangles(target.positions().to_vec(), uv, target.faces(), &uv_faces)?;
-        // It is what lies in the unit square of both that is linked, and so does the source's layout.
+        // Linked triangles lie in both unit squares, so the copied coordinates do too.
         let pair = Pair::from_pieces(source.clone(), mesh, kept).ok();
         Ok(pair.map(|pair| Self { pair: Arc::new(pair), faces, share }))
     }
 }
 
-/// Whether a triangle is much thinner in the source than it is in the target.
+/// Whether a triangle is much thinner in the source's UV layout than in the target's.
 fn is_thin(piece: &Piece, target: &Mesh, source: &Mesh) -> bool {
     let thickness = |corners: [[f64; 2]; 3]| {
         let longest = (0..3)
@@ -83,14 +86,14 @@ fn is_thin(piece: &Piece, target: &Mesh, source: &Mesh) -> bool {
     };
     let [to, from] = [(target, piece.target), (source, piece.source)]
         .map(|(mesh, face)| thickness(wide(mesh.uv_triangle(face as usize))));
-    from <= 0.0 || to > THINNEST * from
+    from <= 0.0 || to > MAX_THINNING * from
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Three triangles in a fan; in the source the last is next to a line.
+    /// Three triangles in a fan; in the source the last one is nearly degenerate.
     fn meshes() -> (Mesh, Mesh) {
         let positions =
             vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
@@ -107,14 +110,14 @@ mod tests {
     fn triangles_take_the_coordinates_of_the_source() {
         let (source, target) = meshes();
         let pair = Pair::by_vertex_map(source.clone(), target, &[0, 1, 2, 3, 4]).unwrap();
-        let own = OwnLayout::new(&pair, &[true, false, true]).unwrap().unwrap();
-        // The second is not wanted, the third too thin.
+        let own = SourceLayout::new(&pair, &[true, false, true]).unwrap().unwrap();
+        // The second is not chosen, the third is too thin.
         assert_eq!(own.faces, [true, false, false]);
         assert!((own.share - 0.5).abs() < 1e-9, "{}", own.share);
         assert_eq!(own.pair.piece_count(), 1);
         assert_eq!(own.pair.target().uv_triangle(0), source.uv_triangle(0));
         assert_eq!(own.pair.target().uv_triangle(1), [[0.0; 2]; 3]);
-        assert!(OwnLayout::new(&pair, &[false; 3]).unwrap().is_none());
+        assert!(SourceLayout::new(&pair, &[false; 3]).unwrap().is_none());
     }
 
     #[test]
@@ -124,7 +127,7 @@ mod tests {
         let part = Piece::part((0, corners), (0, corners));
         let whole = Piece::whole(1, 1, [0, 1, 2]);
         let pair = Pair::from_pieces(source, target, [part, whole]).unwrap();
-        let own = OwnLayout::new(&pair, &[true; 3]).unwrap().unwrap();
+        let own = SourceLayout::new(&pair, &[true; 3]).unwrap().unwrap();
         assert_eq!(own.faces, [false, true, false]);
     }
 }

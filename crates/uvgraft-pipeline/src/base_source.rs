@@ -1,10 +1,10 @@
-//! Base textures, as options name them.
+//! Base textures, as given in options.
 
 use std::path::{Path, PathBuf};
 
 use crate::failure::{Failure, Result};
 
-/// Parses `#RGB`, `#RRGGBB` or `#RRGGBBAA` into values with 1.0 for full.
+/// Parses `#RGB`, `#RRGGBB` or `#RRGGBBAA` into values with 1.0 for full intensity.
 fn parse_color(text: &str) -> Result<[f32; 4]> {
     let digits = text.strip_prefix('#').unwrap_or_default();
     let wanted =
@@ -26,14 +26,14 @@ fn parse_color(text: &str) -> Result<[f32; 4]> {
 
 /// The base that textures are composited onto: an image in the target layout, or a colour.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Onto {
+pub enum BaseSource {
     /// Path of an image.
     Image(PathBuf),
-    /// Red, green, blue and alpha as sRGB encodes them, 1.0 for full.
+    /// sRGB-encoded red, green, blue and alpha, 1.0 for full intensity.
     Color([f32; 4]),
 }
 
-impl Onto {
+impl BaseSource {
     /// Parses a colour (`#RGB`, `#RRGGBB` or `#RRGGBBAA`), or else a path.
     ///
     /// # Errors

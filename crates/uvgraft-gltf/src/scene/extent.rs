@@ -1,9 +1,9 @@
-//! What belongs to a bone or a node, for cameras that look at it.
+//! The extent of a bone or a node, for framing a camera.
 
-use super::{Posing, PosingError, Scene};
+use super::{PoseRequest, PoseRequestError, Scene};
 
-/// Bones that begin a part of the body of its own, by VRM's names; `left` stands for both sides. What
-/// hangs on others, such as fingers and eyes, goes with the bone above.
+/// Bones that start a separate body part, by VRM name; `left` stands for both sides. Other bones,
+/// such as fingers and eyes, belong to the part of their parent.
 const PARTS: [&str; 13] = [
     "hips",
     "spine",
@@ -20,21 +20,24 @@ const PARTS: [&str; 13] = [
     "leftFoot",
 ];
 
-/// A bone or a node, and what it moves.
+/// The extent of a bone or a node.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Around {
-    /// Where its joint is.
+pub struct Extent {
+    /// Position of its joint.
     pub joint: [f32; 3],
-    /// The vertices that are mostly its own, or of what hangs on it short of the next part of the body.
+    /// The vertices that follow mostly the joint or its descendants, up to the next body part.
     pub points: Vec<[f32; 3]>,
 }
 
 impl Scene {
-    /// What a bone (by VRM's name) or a node moves, in a pose.
+    /// The extent of a bone (by VRM name) or a node in a pose.
+    ///
+    /// A vertex belongs to it if more than half of its skin weight is on the joint and its
+    /// descendants within the same body part.
     ///
     /// # Errors
-    /// As [`Scene::pose`]; also for a name that the scene does not have.
-    pub fn around(&self, name: &str, posing: &Posing) -> Result<Around, PosingError> {
+    /// As [`Scene::pose`]; also if the name is unknown.
+    pub fn extent(&self, name: &str, posing: &PoseRequest) -> Result<Extent, PoseRequestError> {
         let target = self.bone_or_node(name)?;
         let own = self.part(target);
         let drawn = self.pose(posing)?;
@@ -64,11 +67,11 @@ impl Scene {
                 );
             }
         }
-        let joint = self.place(target, posing)?;
-        Ok(Around { joint, points })
+        let joint = self.position(target, posing)?;
+        Ok(Extent { joint, points })
     }
 
-    /// Which nodes hang on one, but for those of the body's next parts.
+    /// Mask of a node and its descendants; for a bone, without those in other body parts.
     fn part(&self, target: usize) -> Vec<bool> {
         let is_part = |node: usize| {
             let starts = |name: &str| self.bones.get(name) == Some(&node);
