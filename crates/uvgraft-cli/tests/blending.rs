@@ -510,9 +510,9 @@ fn masks_that_do_not_fit() {
     }
 }
 
-/// NaN is no colour: it tells nothing and covers nothing.
+/// Texels of NaN neither count as evidence nor cover the base.
 #[test]
-fn what_is_no_number_is_left_out() {
+fn nan_is_left_out() {
     let bench = dressed();
     let floats = |name: &str, side: u32, value: &dyn Fn(u32, u32) -> f32| {
         let texels = (0..side * side).flat_map(|k| [value(k % side, k / side); 3]).collect();

@@ -25,7 +25,7 @@ pub const MAX_FILE_BYTES: u64 = 64 << 20;
 pub const MAX_GROUPS: usize = 4096;
 
 /// Maximum total number of indices. A pickle may contain one list under many names, so the size of
-/// the file is no bound.
+/// the file does not limit it.
 pub const MAX_IDS: usize = 1 << 24;
 
 /// Maximum length of a name in bytes.

@@ -224,7 +224,7 @@ fn unsolvable_fits() {
         let error = graft.fit(&texture, texture.format(), &bad, &mut |_| {}).map(drop).unwrap_err();
         assert!(matches!(error, GraftError::Fit(_)), "{error}");
     }
-    // Without overlaps, averaging is no obstacle: every texel has a single island to solve for.
+    // Without overlaps, averaging can be fitted: every texel has a single island to solve for.
     let alone = builder(&synthetic::turned_charts()).overlap(Overlap::Average).build().unwrap();
     assert_eq!(fit(&alone, &texture), Ok(()));
     let graft = builder(&pair).build().unwrap();

@@ -1,5 +1,5 @@
-//! Pieces of triangles: wherever a triangle is cut, the result stays the same, and different
-//! triangulations are no obstacle.
+//! Pieces of triangles: wherever a triangle is cut, the result stays the same, also between
+//! different triangulations.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 

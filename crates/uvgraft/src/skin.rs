@@ -106,7 +106,7 @@ const STEPS: usize = 4;
 /// Number of seeds tried as the centre, and number of seeds that each is compared with, at most.
 const CANDIDATES: usize = 128;
 const COMPARED: usize = 2048;
-/// Minimum total weight of the body's colours; less is no evidence.
+/// Minimum total weight of the body's colours; less proves nothing.
 const MIN_EVIDENCE: f64 = 8.0;
 
 impl SkinModel {

@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn formats_unknown_to_gltf_are_rejected() {
-        Picture::new(b"hello, this is no image".to_vec()).unwrap_err();
+        Picture::new(b"hello, not an image".to_vec()).unwrap_err();
         let mut tiff = Cursor::new(Vec::new());
         let options = WriteOptions::default();
         let _ = image::encode(&texture(1.0).into(), Format::Tiff, &options, &mut tiff).unwrap();

@@ -11,7 +11,7 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 pub const MAX_UNPACKED_BYTES: u64 = 1 << 30;
 
 /// Maximum total number of values in a file. A pickle may contain one array under many names, and a
-/// torch file may repeat values with a stride of 0, so the size of the file is no bound.
+/// torch file may repeat values with a stride of 0, so the size of the file does not limit it.
 pub const MAX_NUMBERS: usize = 1 << 27;
 
 /// Maximum number of values of a sparse matrix made dense: its shape is only a claim. Joint

@@ -251,7 +251,7 @@ impl Rim {
                 })
             })
             .collect();
-        // If few points qualify, the kind of colour is no criterion and all points decide alike.
+        // If few points qualify, the kind of colour does not matter and all points count alike.
         let has_trusted = trust.iter().filter(|&&trust| trust > 0.5).count() * 4 >= trust.len();
         let trust = if has_trusted { trust } else { vec![1.0; trust.len()] };
         let trusted = measured.iter().zip(&trust).filter(|(_, trust)| **trust > 0.5);

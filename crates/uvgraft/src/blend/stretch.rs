@@ -224,7 +224,7 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
 pub(super) fn weight(inside: f32, feather: f32) -> f32 {
     #[expect(
         clippy::manual_clamp,
-        reason = "what is no number weighs nothing; `clamp` would keep it"
+        reason = "NaN weighs nothing; `clamp` would keep it"
     )]
     let t = (inside / feather).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)

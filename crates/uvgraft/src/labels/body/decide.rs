@@ -23,7 +23,7 @@ const FLECK: f32 = 0.0012;
 const ALIKE_FLECK: f32 = 0.006;
 /// Smallest part that is judged by itself, as a fraction of the covered texels.
 const MIN_PART: f32 = 0.002;
-/// Least number of contrasts with skin per edge texel of a part; fewer are no evidence of an edge.
+/// Least number of contrasts with skin per edge texel of a part; fewer do not count as an edge.
 const TOUCH: f32 = 0.06;
 /// Largest distance across which contrasts are measured, in texels.
 const ACROSS: usize = 56;
