@@ -222,10 +222,7 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
 /// The weight at a distance from the boundary: smoothstep from 0 there to 1 where the feather ends.
 #[inline(always)]
 pub(super) fn weight(inside: f32, feather: f32) -> f32 {
-    #[expect(
-        clippy::manual_clamp,
-        reason = "NaN weighs nothing; `clamp` would keep it"
-    )]
+    #[expect(clippy::manual_clamp, reason = "NaN weighs nothing; `clamp` would keep it")]
     let t = (inside / feather).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)
 }
