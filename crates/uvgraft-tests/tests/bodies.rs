@@ -26,9 +26,7 @@ fn farthest(found: impl IntoIterator<Item = [f32; 3]>, wanted_um: &[i32]) -> f32
     assert_eq!(found.len(), wanted_um.len());
     let apart =
         |(found, &wanted): (&f32, &i32)| (f64::from(*found) - f64::from(wanted) / 1e6).abs();
-    let farthest = found.iter().zip(wanted_um).map(apart).fold(0.0, f64::max);
-    println!("largest difference: {:.2} µm", farthest * 1e6);
-    farthest as f32
+    found.iter().zip(wanted_um).map(apart).fold(0.0, f64::max) as f32
 }
 
 /// `count` evenly spaced points, as in the fixtures.
