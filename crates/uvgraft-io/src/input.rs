@@ -27,7 +27,9 @@ pub enum ReadError<E: std::error::Error + 'static> {
 }
 
 /// How a file of an unexpected format begins, as the end of an error message.
-pub(crate) fn beginning(start: &[u8]) -> String {
+///
+/// - `start`: the first few bytes, or all if there are fewer.
+pub fn beginning(start: &[u8]) -> String {
     if start.is_empty() {
         "the file is empty".to_owned()
     } else {

@@ -14,7 +14,7 @@ use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
 use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Collector;
-use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES};
+use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use crate::arrays::named::NamedArrays;
 use crate::input::{ReadError, read_file};
 use crate::obj::shown;
@@ -47,8 +47,7 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
         return Err(old());
     }
     if !bytes.starts_with(b"PK") {
-        let found = format!("a file that starts with `{}`", shown(bytes));
-        return Err(foreign(if bytes.is_empty() { "an empty file" } else { &found }));
+        return Err(foreign(&foreign_file(bytes)));
     }
     from_archive(&mut ArchiveInMemory::open(bytes, MAX_UNPACKED_BYTES)?)
 }

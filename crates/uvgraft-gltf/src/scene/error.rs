@@ -1,6 +1,7 @@
 //! Errors of reading and posing scenes.
 
 use uvgraft_io::image::ImageError;
+use uvgraft_io::input::beginning;
 
 use crate::container::ContainerError;
 
@@ -9,10 +10,7 @@ use crate::container::ContainerError;
 #[non_exhaustive]
 pub enum SceneError {
     /// The file is neither GLB nor JSON.
-    #[error(
-        "not a glTF file: must be GLB (glTF 2.0) or glTF JSON, starts with \"{}\"",
-        start.escape_ascii()
-    )]
+    #[error("not a glTF file: must be GLB (glTF 2.0) or glTF JSON, {}", beginning(start))]
     NotGltf {
         /// The first bytes, at most 8.
         start: Vec<u8>,

@@ -24,6 +24,14 @@ pub const MAX_NAMES: usize = 1 << 14;
 /// Maximum number of names listed in an error.
 const MAX_LISTED: usize = 64;
 
+/// What a file of a foreign format is, for [`ArraysError::Foreign`].
+pub(crate) fn foreign_file(bytes: &[u8]) -> String {
+    match bytes {
+        [] => "an empty file".to_owned(),
+        _ => format!("a file that starts with `{}`", shown(bytes)),
+    }
+}
+
 /// Why a file of arrays was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

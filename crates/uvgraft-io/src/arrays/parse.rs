@@ -4,11 +4,10 @@ use std::path::Path;
 
 use super::archive::ArchiveInMemory;
 use super::collect::Collector;
-use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES};
+use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use super::named::NamedArrays;
 use super::npz;
 use crate::input::{ReadError, read_file};
-use crate::obj::shown;
 use crate::pickle;
 
 /// Reads arrays by name. The format is detected from the content:
@@ -41,7 +40,6 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
             }
             npz::read(&mut archive)
         }
-        [] => foreign("an empty file"),
         _ if bytes.starts_with(crate::numpy::MAGIC) => foreign("a single NPY array"),
         _ if bytes.starts_with(crate::torch::OLD_MAGIC) => Err(crate::torch::old()),
         // The possible first bytes of a pickle: its protocol, a mark, an empty dict or list, or a
@@ -50,7 +48,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
             let pickle = pickle::parse(bytes)?;
             Collector::new(None).collect(pickle.root())
         }
-        _ => foreign(&format!("a file that starts with `{}`", shown(bytes))),
+        _ => foreign(&foreign_file(bytes)),
     }
 }
 
