@@ -97,12 +97,15 @@ impl Pair {
         vertex_map: &[i64],
     ) -> Result<Self, LinkError> {
         let pieces = vertex_map::pieces(&mut source, &mut target, vertex_map)?;
-        let mut reached = Pieces::default();
-        pieces.into_iter().filter(reaches(&source, &target)).for_each(|piece| reached.push(piece));
-        if reached.len() == 0 {
-            return Err(LinkError::Outside);
-        }
-        Ok(Self { source, target, pieces: reached })
+        Self::of_found(source, target, pieces).ok_or(LinkError::Outside)
+    }
+
+    /// Makes a pair of the pieces that a correspondence method found, in ascending order of their
+    /// target face; `None` if no texture reaches any of them.
+    pub(crate) fn of_found(source: Mesh, target: Mesh, found: Vec<Piece>) -> Option<Self> {
+        let mut pieces = Pieces::with_capacity(found.len());
+        found.into_iter().filter(reaches(&source, &target)).for_each(|piece| pieces.push(piece));
+        (pieces.len() > 0).then_some(Self { source, target, pieces })
     }
 
     /// Makes a pair of pieces found by any method.

@@ -1,11 +1,17 @@
 //! Methods that find corresponding triangles of two meshes.
 //!
 //! One method per file. Each takes the two meshes and its own extra input and returns [`Piece`]s;
-//! later stages don't depend on the method. Other crates add methods through
-//! [`Pair::from_pieces`](crate::Pair::from_pieces).
+//! later stages don't depend on the method. [`find()`] tries those that need no extra
+//! input in turn. Other crates add methods through [`Pair::from_pieces`](crate::Pair::from_pieces).
 //!
 //! [`Piece`]: crate::Piece
 
+pub mod faces;
+mod find;
+pub mod similarity;
+pub mod surface;
+pub mod topology;
 pub(crate) mod vertex_map;
 
+pub use find::{By, Correspondence, FindError, FindOptions, Method, Refusal, Refused, find};
 pub use vertex_map::LinkError;

@@ -81,26 +81,42 @@ pub(crate) fn pieces(
     }
     // Source vertices as target vertices; those without a counterpart get an unused index.
     let common = |vertex: u32| u32::try_from(vertex_map[vertex as usize]).unwrap_or(u32::MAX);
-    rotate_fans(target, |vertex| vertex, &sorted_keys(source, common));
-    rotate_fans(source, common, &sorted_keys(target, |vertex| vertex));
-
-    let source_keys = sorted_keys(source, common);
-    let mut found = Vec::with_capacity(source_keys.len());
-    for (target_face, corners) in target.faces().iter().enumerate() {
-        let key = face_key(*corners);
-        let first = source_keys.partition_point(|(other, _)| *other < key);
-        for &(_, source_face) in source_keys[first..].iter().take_while(|(other, _)| *other == key)
-        {
-            let source_corners = source.faces()[source_face as usize].map(common);
-            if let Some(corners) = permutation(*corners, source_corners) {
-                found.push(Piece::whole(target_face as u32, source_face, corners));
-            }
-        }
-    }
+    let found = link_faces(source, target, common, |vertex| vertex);
     if found.is_empty() {
         return Err(LinkError::Nothing { source_faces: source.faces().len() });
     }
     Ok(found)
+}
+
+/// Links the triangles whose corners are the same points, given for the vertices of both meshes;
+/// `u32::MAX` for none. Polygons may be retriangulated; pieces are in ascending order of their
+/// target face.
+pub(super) fn link_faces(
+    source: &mut Mesh,
+    target: &mut Mesh,
+    source_point: impl Fn(u32) -> u32,
+    target_point: impl Fn(u32) -> u32,
+) -> Vec<Piece> {
+    rotate_fans(target, &target_point, &sorted_keys(source, &source_point));
+    rotate_fans(source, &source_point, &sorted_keys(target, &target_point));
+    let source_keys = sorted_keys(source, &source_point);
+    let mut found = Vec::with_capacity(source_keys.len());
+    for (target_face, corners) in target.faces().iter().enumerate() {
+        let corners = corners.map(&target_point);
+        let key = face_key(corners);
+        if key[2] == u32::MAX {
+            continue;
+        }
+        let first = source_keys.partition_point(|(other, _)| *other < key);
+        for &(_, source_face) in source_keys[first..].iter().take_while(|(other, _)| *other == key)
+        {
+            let source_corners = source.faces()[source_face as usize].map(&source_point);
+            if let Some(corners) = permutation(corners, source_corners) {
+                found.push(Piece::whole(target_face as u32, source_face, corners));
+            }
+        }
+    }
+    found
 }
 
 type FaceKey = [u32; 3];

@@ -1,0 +1,147 @@
+//! Tries the methods that need nothing but the two meshes, the most exact first.
+
+use super::faces::{self, FacesError, SameFaces};
+use super::surface::{self, SurfaceError, SurfaceOptions, SurfaceReport};
+use super::topology::{self, TopologyError, TopologyReport};
+use crate::mesh::Mesh;
+use crate::pair::Pair;
+use crate::piece::Piece;
+
+/// Which methods to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum By {
+    /// The same faces, then connectivity, then surfaces.
+    #[default]
+    Any,
+    /// Only the same faces by their vertex indices or their order.
+    Faces,
+    /// Only connectivity.
+    Topology,
+    /// Only surfaces, by registration.
+    Surface,
+}
+
+/// Settings of [`find`].
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct FindOptions {
+    /// Which methods to try.
+    pub by: By,
+    /// Settings of the registration.
+    pub surface: SurfaceOptions,
+}
+
+/// The method that linked two meshes, with what it reports.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Method {
+    /// The meshes have the same faces.
+    Faces(SameFaces),
+    /// One mesh's connectivity was found in the other.
+    Topology(TopologyReport),
+    /// The target was registered to the source.
+    Surface(SurfaceReport),
+}
+
+/// Why a method did not link the meshes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// [`By::Faces`].
+    #[error("same faces: {0}")]
+    Faces(#[from] FacesError),
+    /// [`By::Topology`].
+    #[error("connectivity: {0}")]
+    Topology(#[from] TopologyError),
+    /// [`By::Surface`].
+    #[error("surfaces: {0}")]
+    Surface(#[from] SurfaceError),
+    /// Triangles correspond, but none of them lies in the unit square of its texture.
+    #[error("all matching faces have UV coordinates outside the unit square")]
+    Outside,
+}
+
+/// A pair that was found, and how.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Correspondence {
+    /// The linked meshes.
+    pub pair: Pair,
+    /// The method that linked them.
+    pub method: Method,
+    /// The methods before it, and why they did not.
+    pub refused: Vec<Refusal>,
+}
+
+/// No method links the meshes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the meshes cannot be linked: {}", Refused(.0))]
+pub struct FindError(pub Vec<Refusal>);
+
+/// Shows refusals one after the other.
+#[derive(Debug)]
+pub struct Refused<'a>(pub &'a [Refusal]);
+
+impl std::fmt::Display for Refused<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (index, refusal) in self.0.iter().enumerate() {
+            let separator = if index > 0 { "; " } else { "" };
+            write!(f, "{separator}{refusal}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Links two meshes by the first method that can: the same faces, then connectivity,
+/// then surfaces.
+///
+/// Polygons may be retriangulated where the two meshes chose different diagonals. Triangles outside
+/// the unit square of their layout are not linked.
+///
+/// # Errors
+/// [`FindError`] with each method's reason.
+pub fn find(
+    mut source: Mesh,
+    mut target: Mesh,
+    options: &FindOptions,
+) -> Result<Correspondence, FindError> {
+    let mut refused = Vec::new();
+    for by in [By::Faces, By::Topology, By::Surface] {
+        if options.by != By::Any && options.by != by {
+            continue;
+        }
+        match attempt(&mut source, &mut target, by, &options.surface) {
+            Err(refusal) => refused.push(refusal),
+            Ok((pieces, method)) => {
+                return match Pair::of_found(source, target, pieces) {
+                    Some(pair) => Ok(Correspondence { pair, method, refused }),
+                    None => Err(FindError(vec![Refusal::Outside])),
+                };
+            }
+        }
+    }
+    Err(FindError(refused))
+}
+
+fn attempt(
+    source: &mut Mesh,
+    target: &mut Mesh,
+    by: By,
+    surface: &SurfaceOptions,
+) -> Result<(Vec<Piece>, Method), Refusal> {
+    match by {
+        By::Any | By::Faces => {
+            let (pieces, how) = faces::pieces(source, target)?;
+            Ok((pieces, Method::Faces(how)))
+        }
+        By::Topology => {
+            let (pieces, report) = topology::pieces(source, target)?;
+            Ok((pieces, Method::Topology(report)))
+        }
+        By::Surface => {
+            let (pieces, report) = surface::pieces(source, target, surface)?;
+            Ok((pieces, Method::Surface(report)))
+        }
+    }
+}

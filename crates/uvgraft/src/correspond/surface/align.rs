@@ -1,0 +1,109 @@
+//! Bringing the target into the source's place before registration.
+
+use glam::DVec3;
+
+use super::register::Goal;
+use super::shape::Shape;
+use crate::anatomy::{Anatomy, AnatomyError, Landmark};
+use crate::correspond::similarity::{Similarity, median};
+use crate::mesh::Mesh;
+use crate::threads::map_indices;
+
+/// Landmarks on the surface of heads, which both meshes may have.
+const ON_SKIN: [Landmark; 11] = [
+    Landmark::NoseTip,
+    Landmark::NoseBase,
+    Landmark::Mouth,
+    Landmark::LeftMouthCorner,
+    Landmark::RightMouthCorner,
+    Landmark::Chin,
+    Landmark::BrowCenter,
+    Landmark::Crown,
+    Landmark::LeftEar,
+    Landmark::RightEar,
+    Landmark::NeckBase,
+];
+
+/// Landmarks that decide the alignment: rigid parts of the skull, and the eyes.
+const STEADY: [Landmark; 7] = [
+    Landmark::LeftEye,
+    Landmark::RightEye,
+    Landmark::NoseTip,
+    Landmark::NoseBase,
+    Landmark::Mouth,
+    Landmark::BrowCenter,
+    Landmark::Chin,
+];
+
+/// The landmarks of two heads.
+#[derive(Debug)]
+pub(super) struct Heads {
+    pub target: Anatomy,
+    pub source: Anatomy,
+}
+
+impl Heads {
+    /// # Errors
+    /// Which mesh (`"source"` or `"target"`) has no head, and why.
+    pub fn find(source: &Mesh, target: &Mesh) -> Result<Self, (&'static str, AnatomyError)> {
+        let target = Anatomy::find(target).map_err(|error| ("target", error))?;
+        let source = Anatomy::find(source).map_err(|error| ("source", error))?;
+        Ok(Self { target, source })
+    }
+
+    /// The places of landmarks that both heads have, target first.
+    fn common(&self, landmarks: &[Landmark]) -> Vec<[DVec3; 2]> {
+        let both = |&landmark: &Landmark| {
+            let [target, source] = [&self.target, &self.source].map(|head| head.point(landmark));
+            Some([DVec3::from(target?), DVec3::from(source?)])
+        };
+        landmarks.iter().filter_map(both).collect()
+    }
+
+    /// The transform that brings the target's head to the source's.
+    pub fn alignment(&self, scales: bool) -> Option<Similarity> {
+        let pairs = self.common(&STEADY);
+        Similarity::between(&pairs, &vec![1.0; pairs.len()], scales)
+    }
+
+    /// Landmarks on the skin.
+    pub fn on_skin(&self) -> Vec<[DVec3; 2]> {
+        // Ears and necks differ too much for their outermost points to correspond.
+        self.common(&ON_SKIN[..7])
+    }
+}
+
+/// Refines an alignment by iterated closest points (P. Besl and N. McKay, "A method for
+/// registration of 3-D shapes", 1992), of which the nearest part counts.
+pub(super) fn refine(start: Similarity, target: &Shape, goal: &Goal, unit: f64, scales: bool) -> Similarity {
+    const STEPS: usize = 30;
+    /// At most this share of the unit apart.
+    const REACH: f64 = 0.05;
+    const COMPATIBLE: f64 = 0.6;
+    const SETTLED: f64 = 1e-7;
+    let normals = target.normals();
+    let mut found = start;
+    for _ in 0..STEPS {
+        let partners = map_indices(target.points.len(), |index| {
+            let at = found.apply(target.points[index]);
+            let normal = found.rotation * normals[index];
+            let partner = goal.partner(at, normal, REACH * unit, COMPATIBLE)?;
+            (!goal.is_at_border(&partner)).then_some([target.points[index], partner.point])
+        });
+        let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();
+        let distances = found.distances(&pairs);
+        // Tukey's biweight at six medians: details that differ don't pull.
+        let reach = (6.0 * median(&distances)).max(1e-9 * unit);
+        let weight = |distance: &f64| (1.0 - (distance / reach).powi(2)).max(0.0).powi(2);
+        let weights: Vec<f64> = distances.iter().map(weight).collect();
+        let Some(next) = Similarity::between(&pairs, &weights, scales) else { break };
+        let step = target.points.iter().step_by(64);
+        let change = step.map(|&point| next.apply(point).distance(found.apply(point)));
+        let change = change.fold(0.0, f64::max);
+        found = next;
+        if change < SETTLED * unit {
+            break;
+        }
+    }
+    found
+}

@@ -1,0 +1,312 @@
+//! Corresponding parts of triangles from surfaces alone: meshes of other topology and shape.
+//!
+//! The target is brought into the source's place ([`align`]), its points are moved onto the source's
+//! surface ([`register`]), and the two surfaces are laid over each other exactly ([`overlay`]).
+
+mod align;
+mod equations;
+mod overlay;
+mod register;
+mod shape;
+mod tree;
+
+use glam::DVec3;
+
+use self::align::Heads;
+use self::equations::Anchor;
+use self::register::Goal;
+use self::shape::Shape;
+use super::similarity::{Similarity, median};
+use crate::anatomy::AnatomyError;
+use crate::mesh::Mesh;
+use crate::piece::Piece;
+use crate::surface::Surface;
+
+/// How the target is brought into the source's place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+pub enum Align {
+    /// Not at all: the meshes lie over each other as they are.
+    None,
+    /// Rotated and moved.
+    Rigid,
+    /// Rotated, moved and scaled.
+    #[default]
+    Similarity,
+}
+
+/// Settings of the registration.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SurfaceOptions {
+    /// How the target is brought into the source's place.
+    pub align: Align,
+    /// Source vertex and target vertex at the same place of the surface, by index. Without any,
+    /// heads are found by their shape.
+    pub landmarks: Vec<[u32; 2]>,
+    /// Farthest that a partner may be from a registered point, as a share of the height of a head
+    /// (of the whole mesh, if it has no head).
+    pub reach: f64,
+    /// Least cosine of the angle between the normals of corresponding triangles.
+    pub visibility: f64,
+}
+
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self { align: Align::default(), landmarks: Vec::new(), reach: 0.02, visibility: 0.3 }
+    }
+}
+
+/// Why surfaces cannot be registered.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// There is nothing that says which part of one mesh is which of the other.
+    #[error(
+        "the meshes must lie over each other, both have a head, or be given landmarks; {side} mesh: \
+         {reason}"
+    )]
+    NoAlignment {
+        /// `"source"` or `"target"`.
+        side: &'static str,
+        /// Why no head was found.
+        reason: AnatomyError,
+    },
+    /// Landmarks that determine no transform.
+    #[error("landmarks must be at least 3 pairs of vertices that are not on a line, got {count}")]
+    Landmarks {
+        /// How many pairs there are.
+        count: usize,
+    },
+    /// A landmark that is not a vertex.
+    #[error("landmark {index}: {side} vertex must be less than {vertices}, got {found}")]
+    Landmark {
+        /// Which pair, from 0.
+        index: usize,
+        /// `"source"` or `"target"`.
+        side: &'static str,
+        /// The vertex.
+        found: u32,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// A mesh without area.
+    #[error("the {side} mesh must have an area")]
+    NoArea {
+        /// `"source"` or `"target"`.
+        side: &'static str,
+    },
+    /// Nothing of the registered target is near the source.
+    #[error("no part of the target lies on the source after registration")]
+    Nothing,
+}
+
+/// What registration found. Lengths are in the source's unit.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct SurfaceReport {
+    /// How the target was aligned: `"positions"`, `"heads"` or `"landmarks"`.
+    pub aligned_by: &'static str,
+    /// Median distance of registered points from the source, where linked.
+    pub distance_median: f64,
+    /// Its 95th percentile.
+    pub distance_p95: f64,
+    /// Linked triangles that registration turned over.
+    pub flipped: usize,
+    /// Share of the target's area with a counterpart.
+    pub covered: f64,
+    /// The registered target: its vertices' positions in the source's space.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub registered: Vec<[f32; 3]>,
+}
+
+/// Registers the target to the source and lays one over the other.
+pub(super) fn pieces(
+    source: &Mesh,
+    target: &Mesh,
+    options: &SurfaceOptions,
+) -> Result<(Vec<Piece>, SurfaceReport), SurfaceError> {
+    let surfaces = [source, target].map(Surface::new);
+    for (surface, side) in surfaces.iter().zip(["source", "target"]) {
+        let area: f64 = (0..surface.triangles().len() as u32).map(|t| surface.area(t)).sum();
+        if !(area.is_normal()) {
+            return Err(SurfaceError::NoArea { side });
+        }
+    }
+    let placement = place(source, target, &surfaces, options)?;
+    let unit = placement.unit;
+    // Centred and scaled, so that constants and rounding mean the same in any unit.
+    let to_unit = |point: DVec3| (point - placement.center) / unit;
+    let goal = Goal::new(Shape::new(&surfaces[0], to_unit));
+    let aligned = placement.transform;
+    let rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
+    let anchors = anchors(&placement.landmarks, &rest, to_unit, &aligned);
+    let registered = if placement.is_exact {
+        rest.clone()
+    } else {
+        Shape { points: register::register(&rest, &goal, &anchors), ..rest.clone() }
+    };
+    let laid = overlay::overlay(&goal, &registered, options.reach, options.visibility);
+    if laid.pieces.is_empty() {
+        return Err(SurfaceError::Nothing);
+    }
+    let report = report(&placement, &rest, &registered, &laid, target, &surfaces[1]);
+    Ok((laid.pieces, report))
+}
+
+/// Where the target goes.
+struct Placement {
+    aligned_by: &'static str,
+    transform: Similarity,
+    center: DVec3,
+    /// About the height of a head, in the source's unit.
+    unit: f64,
+    /// Places on the aligned target's skin (in the target's space) and on the source's.
+    landmarks: Vec<[DVec3; 2]>,
+    /// Whether the surfaces are the same already.
+    is_exact: bool,
+}
+
+fn place(
+    source: &Mesh,
+    target: &Mesh,
+    surfaces: &[Surface; 2],
+    options: &SurfaceOptions,
+) -> Result<Placement, SurfaceError> {
+    /// Heads are about this many distances between the eyes high.
+    const HEAD_PER_EYES: f64 = 4.5;
+    /// Median distance, as a share of the size, of surfaces that are the same.
+    const SAME: f64 = 0.004;
+    let goal = Goal::new(Shape::new(&surfaces[0], |point| point));
+    let extent = tree::Bounds::of(goal.shape.points.iter().copied());
+    let target_shape = Shape::new(&surfaces[1], |point| point);
+    let whole = extent.size().max_element();
+    let center = (extent.min + extent.max) / 2.0;
+    let scales = options.align == Align::Similarity;
+    let given = landmarks(source, target, &options.landmarks)?;
+    if !given.is_empty() {
+        let weights = vec![1.0; given.len()];
+        let transform = match options.align {
+            Align::None => Similarity::IDENTITY,
+            _ => Similarity::between(&given, &weights, scales)
+                .ok_or(SurfaceError::Landmarks { count: given.len() })?,
+        };
+        let heads = Heads::find(source, target).ok();
+        let unit = heads.map_or(whole, |heads| heads.source.frame().unit * HEAD_PER_EYES);
+        let landmarks = given;
+        let aligned_by = "landmarks";
+        return Ok(Placement { aligned_by, transform, center, unit, landmarks, is_exact: false });
+    }
+    let closeness = closeness(&target_shape, &goal, whole);
+    if options.align == Align::None || closeness < SAME {
+        return Ok(Placement {
+            aligned_by: "positions",
+            transform: Similarity::IDENTITY,
+            center,
+            unit: whole,
+            landmarks: Vec::new(),
+            is_exact: closeness < SAME / 4.0,
+        });
+    }
+    let heads = Heads::find(source, target)
+        .map_err(|(side, reason)| SurfaceError::NoAlignment { side, reason })?;
+    let unit = heads.source.frame().unit * HEAD_PER_EYES;
+    let center = DVec3::from(heads.source.frame().origin);
+    let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
+    let transform = align::refine(start, &target_shape, &goal, unit, scales);
+    let landmarks = heads.on_skin();
+    Ok(Placement { aligned_by: "heads", transform, center, unit, landmarks, is_exact: false })
+}
+
+/// The median distance of the target's points from the source as they are, relative to its size.
+fn closeness(target: &Shape, goal: &Goal, size: f64) -> f64 {
+    let distance = |&point: &DVec3| {
+        goal.tree.nearest(point, f64::INFINITY, |_| true).map_or(f64::INFINITY, |at| at.distance)
+    };
+    let step = (target.points.len() / 2000).max(1);
+    let distances: Vec<f64> = target.points.iter().step_by(step).map(distance).collect();
+    median(&distances) / size
+}
+
+/// The positions of given landmarks, target first.
+fn landmarks(
+    source: &Mesh,
+    target: &Mesh,
+    pairs: &[[u32; 2]],
+) -> Result<Vec<[DVec3; 2]>, SurfaceError> {
+    let at = |mesh: &Mesh, index: usize, side: &'static str, vertex: u32| {
+        let vertices = mesh.positions().len();
+        let position = mesh.positions().get(vertex as usize);
+        let position = position.map(|&position| glam::Vec3::from(position).as_dvec3());
+        position.ok_or(SurfaceError::Landmark { index, side, found: vertex, vertices })
+    };
+    let pair = |(index, &[from, to]): (usize, &[u32; 2])| {
+        Ok([at(target, index, "target", to)?, at(source, index, "source", from)?])
+    };
+    pairs.iter().enumerate().map(pair).collect()
+}
+
+/// Landmarks as anchors: the nearest place of the target's surface, and its way to the source's.
+fn anchors(
+    landmarks: &[[DVec3; 2]],
+    rest: &Shape,
+    to_unit: impl Fn(DVec3) -> DVec3,
+    aligned: &Similarity,
+) -> Vec<Anchor> {
+    let tree = rest.tree();
+    let anchor = |[target, source]: &[DVec3; 2]| {
+        let at = to_unit(aligned.apply(*target));
+        let nearest = tree.nearest(at, f64::INFINITY, |_| true)?;
+        let points = rest.triangles[nearest.triangle as usize];
+        let displacement = to_unit(*source) - nearest.point;
+        Some(Anchor { points, weights: nearest.weights, displacement })
+    };
+    landmarks.iter().filter_map(anchor).collect()
+}
+
+fn report(
+    placement: &Placement,
+    rest: &Shape,
+    registered: &Shape,
+    laid: &overlay::Overlay,
+    target: &Mesh,
+    surface: &Surface,
+) -> SurfaceReport {
+    let mut distances = laid.distances.clone();
+    distances.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| {
+        let last = distances.len().saturating_sub(1) as f64;
+        distances.get((share * last).round() as usize).copied().unwrap_or(0.0) * placement.unit
+    };
+    let flipped = laid
+        .covered
+        .iter()
+        .enumerate()
+        .filter(|&(face, &covered)| {
+            covered > 0.0 && rest.area_vector(face).dot(registered.area_vector(face)) < 0.0
+        })
+        .count();
+    let areas: Vec<f64> =
+        (0..surface.triangles().len() as u32).map(|face| surface.area(face)).collect();
+    let covered: f64 = areas.iter().zip(&laid.covered).map(|(area, share)| area * share).sum();
+    let mut points = vec![[0.0; 3]; target.positions().len()];
+    for (face, corners) in target.faces().iter().zip(surface.triangles()) {
+        for k in 0..3 {
+            let at = registered.points[corners_point(corners, k)] * placement.unit + placement.center;
+            points[face[k] as usize] = at.as_vec3().to_array();
+        }
+    }
+    SurfaceReport {
+        aligned_by: placement.aligned_by,
+        distance_median: at(0.5),
+        distance_p95: at(0.95),
+        flipped,
+        covered: covered / areas.iter().sum::<f64>(),
+        registered: points,
+    }
+}
+
+fn corners_point(corners: &[u32; 3], corner: usize) -> usize {
+    corners[corner] as usize
+}

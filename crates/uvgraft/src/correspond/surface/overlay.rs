@@ -1,0 +1,394 @@
+//! Laying two surfaces over each other exactly: every part of a registered target triangle gets the
+//! part of a source triangle that lies over it.
+//!
+//! Source points are projected along normals that are interpolated over the target triangle, so
+//! that neighbouring triangles project alike along their common edge. Within a target triangle,
+//! source triangles are clipped in barycentric coordinates. Where a source edge crosses a target
+//! edge is computed from these two edges alone, so every triangle that meets there has the same
+//! point, and pieces fit together without gaps.
+
+use glam::DVec3;
+
+use super::register::Goal;
+use super::shape::Shape;
+use super::tree::Bounds;
+use crate::piece::{Piece, Weights};
+use crate::threads::map_indices;
+
+/// Pieces, and what they cover.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Overlay {
+    /// Ascending by target triangle.
+    pub pieces: Vec<Piece>,
+    /// The share of each target triangle that is covered.
+    pub covered: Vec<f64>,
+    /// Distances of covered target corners from the source.
+    pub distances: Vec<f64>,
+}
+
+/// Smaller weights are rounding.
+const ROUNDING: f64 = 1e-7;
+
+/// Lays the goal over a registered target.
+///
+/// - `reach`: the largest distance along the normal.
+/// - `visibility`: the least cosine between the normals of two triangles.
+pub(super) fn overlay(goal: &Goal, target: &Shape, reach: f64, visibility: f64) -> Overlay {
+    let context = Context {
+        goal,
+        target,
+        normals: target.normals(),
+        neighbours: neighbours(&goal.shape),
+        reach,
+        visibility,
+    };
+    let laid = map_indices(target.triangles.len(), |triangle| context.triangle(triangle as u32));
+    let mut overlay = Overlay::default();
+    for OverTriangle { pieces, covered, distance } in laid {
+        overlay.pieces.extend(pieces);
+        overlay.covered.push(covered);
+        overlay.distances.extend(distance);
+    }
+    overlay
+}
+
+/// The triangle on the other side of each side, or `u32::MAX`.
+fn neighbours(shape: &Shape) -> Vec<u32> {
+    let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(shape.triangles.len() * 3);
+    for (triangle, points) in (0..).zip(&shape.triangles) {
+        for k in 0..3 {
+            let (a, b) = (points[k], points[(k + 1) % 3]);
+            sides.push((a.min(b), a.max(b), 3 * triangle + k as u32));
+        }
+    }
+    sides.sort_unstable();
+    let mut found = vec![u32::MAX; sides.len()];
+    for group in sides.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+        if let &[(.., one), (.., other)] = group {
+            found[one as usize] = other / 3;
+            found[other as usize] = one / 3;
+        }
+    }
+    found
+}
+
+struct Context<'a> {
+    goal: &'a Goal,
+    target: &'a Shape,
+    normals: Vec<DVec3>,
+    neighbours: Vec<u32>,
+    reach: f64,
+    visibility: f64,
+}
+
+/// What lies over one target triangle.
+#[derive(Debug, Clone, Default)]
+struct OverTriangle {
+    pieces: Vec<Piece>,
+    covered: f64,
+    distance: Option<f64>,
+}
+
+/// A corner of a clipped source triangle.
+#[derive(Debug, Clone, Copy)]
+struct Clipped {
+    target: Weights,
+    source: Weights,
+    height: f64,
+    /// Bit `k` is set where the weight of target corner `k` is exactly 0: on an edge.
+    on_target: u8,
+    /// The same for the source.
+    on_source: u8,
+}
+
+impl Context<'_> {
+    fn triangle(&self, triangle: u32) -> OverTriangle {
+        let frame = Prism::new(self, triangle);
+        let Some(frame) = frame else { return OverTriangle::default() };
+        let over = self.polygons(&frame);
+        let chosen = self.layer(&frame, &over);
+        let mut found = OverTriangle::default();
+        let mut heights = Vec::new();
+        for (source, polygon) in over.iter().filter(|(source, _)| chosen.contains(source)) {
+            let height = polygon.iter().map(|corner| corner.height.abs()).sum::<f64>();
+            if height > self.reach * polygon.len() as f64 {
+                continue;
+            }
+            let corners: Vec<[Weights; 2]> =
+                polygon.iter().map(|corner| self.exact(&frame, *source, corner)).collect();
+            for k in 1..corners.len() - 1 {
+                let fan = [corners[0], corners[k], corners[k + 1]];
+                let area = area(fan.map(|corner| corner[0]));
+                if area > ROUNDING * ROUNDING {
+                    found.covered += area;
+                    found.pieces.push(piece(triangle, *source, fan));
+                }
+            }
+            heights.extend(polygon.iter().map(|corner| corner.height.abs()));
+        }
+        let mean = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
+        found.distance = (!found.pieces.is_empty()).then_some(mean);
+        found
+    }
+
+    /// Every source triangle over the target triangle, clipped.
+    fn polygons(&self, frame: &Prism) -> Vec<(u32, Vec<Clipped>)> {
+        let bounds = Bounds::of(frame.corners).grown(2.0 * self.reach);
+        let mut found = Vec::new();
+        self.goal.tree.within(bounds, |source| {
+            if self.goal.face_normals[source as usize].dot(frame.normal) <= self.visibility {
+                return;
+            }
+            let corners = self.goal.shape.corners(source as usize);
+            let Some(projected) = corners
+                .iter()
+                .map(|&corner| frame.project(corner))
+                .collect::<Option<Vec<(Weights, f64)>>>()
+            else {
+                return;
+            };
+            let is_aside = |k: usize| projected.iter().all(|(weights, _)| weights[k] <= 0.0);
+            if (0..3).any(is_aside) || area([0, 1, 2].map(|k| projected[k].0)) <= 0.0 {
+                return;
+            }
+            let polygon = (0..3)
+                .map(|k| {
+                    let mut source = [0.0; 3];
+                    source[k] = 1.0;
+                    let (target, height) = projected[k];
+                    Clipped { target, source, height, on_target: 0, on_source: 0b111 ^ (1 << k) }
+                })
+                .collect();
+            let polygon = (0..3).fold(polygon, clip);
+            if polygon.len() > 2 {
+                found.push((source, polygon));
+            }
+        });
+        found.sort_unstable_by_key(|(source, _)| *source);
+        found
+    }
+
+    /// The source triangles of one layer: those that are connected to a partner of the triangle's
+    /// centre or of its corners. Behind them there may be others: teeth behind lips, the skull
+    /// behind ears.
+    fn layer(&self, frame: &Prism, over: &[(u32, Vec<Clipped>)]) -> Vec<u32> {
+        let is_over = |source: u32| over.binary_search_by_key(&source, |entry| entry.0).is_ok();
+        let center = frame.corners.iter().sum::<DVec3>() / 3.0;
+        let seeds = [center, frame.corners[0], frame.corners[1], frame.corners[2]];
+        let mut chosen: Vec<u32> = Vec::new();
+        for seed in seeds {
+            let partner = self.goal.tree.nearest(seed, self.reach * 2.0, |source| {
+                is_over(source) && self.goal.face_normals[source as usize].dot(frame.normal) > 0.0
+            });
+            let Some(partner) = partner else { continue };
+            let closest = self.goal.partner(seed, frame.normal, self.reach * 2.0, self.visibility);
+            // The nearest of all must not be on another layer.
+            let is_first = closest.is_none_or(|closest| closest.distance > 0.5 * partner.distance);
+            if is_first && !chosen.contains(&partner.triangle) {
+                chosen.push(partner.triangle);
+            }
+        }
+        let mut next = 0;
+        while next < chosen.len() {
+            let source = chosen[next] as usize;
+            for k in 0..3 {
+                let neighbour = self.neighbours[3 * source + k];
+                if neighbour != u32::MAX && is_over(neighbour) && !chosen.contains(&neighbour) {
+                    chosen.push(neighbour);
+                }
+            }
+            next += 1;
+        }
+        chosen
+    }
+
+    /// The weights of a clipped corner in the target and in the source triangle, computed from what
+    /// every triangle that has this corner knows.
+    fn exact(&self, frame: &Prism, source: u32, corner: &Clipped) -> [Weights; 2] {
+        let bits = (corner.on_target.count_ones(), corner.on_source.count_ones());
+        let exact = match bits {
+            (1, 1) => self.crossing(frame, source, corner),
+            (2, 0) => self.above_corner(frame, source, corner),
+            _ => None,
+        };
+        let [target, source] = exact.unwrap_or([corner.target, corner.source]);
+        [cleaned(target, corner.on_target), cleaned(source, corner.on_source)]
+    }
+
+    /// Where an edge of the target and one of the source cross: `det[d, n(a), p - e(a)] = 0`, where
+    /// the target's edge `e` and normal `n` are linear in `a`, and the source's edge runs from `p`
+    /// along `d`.
+    fn crossing(&self, frame: &Prism, source: u32, corner: &Clipped) -> Option<[Weights; 2]> {
+        const SLACK: f64 = 1e-6;
+        let ends = |zero: u8, points: [u32; 3]| {
+            let k = zero.trailing_zeros() as usize;
+            let ends = [(k + 1) % 3, (k + 2) % 3];
+            // In an order that doesn't depend on the triangle.
+            if points[ends[0]] < points[ends[1]] { ends } else { [ends[1], ends[0]] }
+        };
+        let points = self.goal.shape.triangles[source as usize];
+        let [i, j] = ends(corner.on_target, frame.points);
+        let [p, q] = ends(corner.on_source, points);
+        let [from, to] = [p, q].map(|k| self.goal.shape.points[points[k] as usize]);
+        let (d, e) = (to - from, frame.corners[j] - frame.corners[i]);
+        let (n, m) = (frame.normals[i], frame.normals[j] - frame.normals[i]);
+        let offset = from - frame.corners[i];
+        let det = |a: DVec3, b: DVec3, c: DVec3| a.dot(b.cross(c));
+        let roots = quadratic(-det(d, m, e), det(d, m, offset) - det(d, n, e), det(d, n, offset));
+        let range = -SLACK..=1.0 + SLACK;
+        let place = |a: f64| {
+            let (normal, gap) = (n + m * a, offset - e * a);
+            let across = d.cross(normal);
+            let b = -gap.cross(normal).dot(across) / across.length_squared();
+            let height = (gap + d * b).dot(normal);
+            (range.contains(&a) && range.contains(&b)).then_some((height.abs(), a, b))
+        };
+        let best = roots.into_iter().flatten().filter_map(place).min_by(|x, y| x.0.total_cmp(&y.0));
+        let (_, a, b) = best?;
+        let weights = |ends: [usize; 2], along: f64| {
+            let mut weights = [0.0; 3];
+            weights[ends[0]] = 1.0 - along;
+            weights[ends[1]] = along;
+            weights
+        };
+        Some([weights([i, j], a.clamp(0.0, 1.0)), weights([p, q], b.clamp(0.0, 1.0))])
+    }
+
+    /// Where the normal of a target corner meets a source triangle.
+    fn above_corner(&self, frame: &Prism, source: u32, corner: &Clipped) -> Option<[Weights; 2]> {
+        const SLACK: f64 = 1e-6;
+        let k = (corner.on_target ^ 0b111).trailing_zeros() as usize;
+        let [a, b, c] = self.goal.shape.corners(source as usize);
+        let (origin, along) = (frame.corners[k], frame.normals[k]);
+        let volume = |p: DVec3, q: DVec3| along.dot((p - origin).cross(q - origin));
+        let parts = [volume(b, c), volume(c, a), volume(a, b)];
+        let total: f64 = parts.iter().sum();
+        let weights = parts.map(|part| part / total);
+        let mut target = [0.0; 3];
+        target[k] = 1.0;
+        let is_inside = weights.iter().all(|weight| (-SLACK..=1.0 + SLACK).contains(weight));
+        is_inside.then_some([target, weights])
+    }
+}
+
+/// The space above and below a target triangle, along interpolated normals.
+#[derive(Debug, Clone)]
+struct Prism {
+    points: [u32; 3],
+    corners: [DVec3; 3],
+    normals: [DVec3; 3],
+    normal: DVec3,
+}
+
+impl Prism {
+    /// `None` for a triangle without area, or with a corner whose normal points elsewhere.
+    fn new(context: &Context<'_>, triangle: u32) -> Option<Self> {
+        let points = context.target.triangles[triangle as usize];
+        let normal = context.target.area_vector(triangle as usize).try_normalize()?;
+        let normals = points.map(|point| context.normals[point as usize]);
+        let corners = context.target.corners(triangle as usize);
+        // Across sharp folds the mean normal is no direction to project along.
+        let is_steep = normals.iter().any(|at| at.dot(normal) < 0.1);
+        (!is_steep).then_some(Self { points, corners, normals, normal })
+    }
+
+    /// The barycentric coordinates of a point's projection, and its height: Newton's method on
+    /// `Σ wᵢ (Tᵢ + h nᵢ) = p`.
+    fn project(&self, point: DVec3) -> Option<(Weights, f64)> {
+        const STEPS: usize = 12;
+        const SETTLED: f64 = 1e-12;
+        let [a, b, c] = self.corners;
+        let (e1, e2) = (b - a, c - a);
+        let (m1, m2) = (self.normals[1] - self.normals[0], self.normals[2] - self.normals[0]);
+        let (mut u, mut v, mut h) = (1.0 / 3.0, 1.0 / 3.0, 0.0);
+        for _ in 0..STEPS {
+            let normal = self.normals[0] + m1 * u + m2 * v;
+            let miss = a + e1 * u + e2 * v + normal * h - point;
+            let (x, y) = (e1 + m1 * h, e2 + m2 * h);
+            let det = x.dot(y.cross(normal));
+            if !det.is_normal() {
+                return None;
+            }
+            let du = miss.dot(y.cross(normal)) / det;
+            let dv = x.dot(miss.cross(normal)) / det;
+            let dh = x.dot(y.cross(miss)) / det;
+            (u, v, h) = (u - du, v - dv, h - dh);
+            // Far outside normals may cross, and there is no answer.
+            if !(u.abs() < 1e3 && v.abs() < 1e3) {
+                return None;
+            }
+            if du.abs() + dv.abs() < SETTLED {
+                return Some(([1.0 - u - v, u, v], h));
+            }
+        }
+        None
+    }
+}
+
+/// Cuts off what lies beyond the edge where the weight of target corner `k` is 0.
+fn clip(polygon: Vec<Clipped>, k: usize) -> Vec<Clipped> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (index, corner) in polygon.iter().enumerate() {
+        let next = &polygon[(index + 1) % polygon.len()];
+        let (here, there) = (corner.target[k], next.target[k]);
+        if here >= 0.0 {
+            kept.push(*corner);
+        }
+        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+            let along = here / (here - there);
+            let mix = |a: Weights, b: Weights| [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * along);
+            kept.push(Clipped {
+                target: mix(corner.target, next.target),
+                source: mix(corner.source, next.source),
+                height: corner.height + (next.height - corner.height) * along,
+                on_target: (corner.on_target & next.on_target) | 1 << k,
+                on_source: corner.on_source & next.on_source,
+            });
+        }
+    }
+    kept
+}
+
+/// Weights with those of `zeros` and what is rounding set to 0, adding up to 1.
+fn cleaned(weights: Weights, zeros: u8) -> Weights {
+    let kept: Weights = std::array::from_fn(|k| {
+        if zeros & 1 << k != 0 || weights[k] < ROUNDING { 0.0 } else { weights[k] }
+    });
+    let total: f64 = kept.iter().sum();
+    kept.map(|weight| weight / total)
+}
+
+/// The signed area of a triangle of weights, relative to the whole.
+fn area([a, b, c]: [Weights; 3]) -> f64 {
+    (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+}
+
+/// A piece of two triangles; whole where it spans both.
+fn piece(target: u32, source: u32, corners: [[Weights; 2]; 3]) -> Piece {
+    let one = |weights: Weights| weights.iter().position(|&weight| weight == 1.0);
+    let ones = corners.map(|corner| corner.map(one));
+    let mut whole = [3; 3];
+    for [target, source] in ones {
+        if let (Some(target), Some(source)) = (target, source) {
+            whole[target] = source as u8;
+        }
+    }
+    let mut sorted = whole;
+    sorted.sort_unstable();
+    if sorted == [0, 1, 2] {
+        return Piece::whole(target, source, whole);
+    }
+    Piece::part((target, corners.map(|corner| corner[0])), (source, corners.map(|corner| corner[1])))
+}
+
+/// The real roots of `a x² + b x + c`.
+fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
+    let discriminant = b * b - 4.0 * a * c;
+    if discriminant < 0.0 {
+        return [None; 2];
+    }
+    // The form that loses no digits where `a` is small.
+    let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+    let finite = |root: f64| root.is_finite().then_some(root);
+    [finite(q / a), finite(c / q)]
+}

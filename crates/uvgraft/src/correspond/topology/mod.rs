@@ -1,0 +1,340 @@
+//! Corresponding triangles from connectivity alone: one mesh inside another, however both are
+//! numbered.
+//!
+//! Half-edges whose surroundings occur once in each mesh seed the match, and growth over shared
+//! edges extends and verifies it. Components that look alike from several sides, such as eyeballs,
+//! are matched afterwards, and positions choose among the possible ways. Growth leaves out what
+//! contradicts, so meshes that were edited in places match elsewhere.
+
+mod growth;
+mod net;
+mod signature;
+
+use glam::DVec3;
+
+use self::growth::{Grown, Match};
+use self::net::{NONE, Net, merged_triangles, polygons};
+use self::signature::Candidates;
+use super::similarity::{Similarity, median};
+use super::vertex_map::link_faces;
+use crate::disjoint::DisjointSets;
+use crate::mesh::Mesh;
+use crate::piece::Piece;
+use crate::surface::Surface;
+
+/// Least share of the smaller mesh's polygons that must be found in the other.
+const ENOUGH: f64 = 0.6;
+
+/// Why connectivity does not link two meshes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TopologyError {
+    /// Too little of the smaller mesh is connected as somewhere in the other.
+    #[error(
+        "the connectivity of one mesh must be found in the other; {matched} of {of} polygons are \
+         connected alike"
+    )]
+    Different {
+        /// Polygons of the smaller mesh that were found.
+        matched: usize,
+        /// Polygons of the smaller mesh.
+        of: usize,
+    },
+}
+
+/// What matching by connectivity found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct TopologyReport {
+    /// Polygons of the smaller mesh with a counterpart. Polygons of several triangles count once,
+    /// triangles that make up a quad of the other mesh too.
+    pub matched: usize,
+    /// Polygons of the smaller mesh.
+    pub of: usize,
+    /// Connected components of the smaller mesh of which nothing was matched.
+    pub components_left_out: usize,
+    /// Components that fit in several ways, of which positions chose one.
+    pub chosen_by_position: usize,
+    /// Whether the windings of the meshes are opposite.
+    pub is_mirrored: bool,
+}
+
+/// Links the triangles of two meshes by connectivity.
+pub(super) fn pieces(
+    source: &mut Mesh,
+    target: &mut Mesh,
+) -> Result<(Vec<Piece>, TopologyReport), TopologyError> {
+    let surfaces = [&*source, &*target].map(Surface::new);
+    let smaller = usize::from(target.faces().len() < source.faces().len());
+    let views = views([&*source, &*target], &surfaces);
+    let mut best: Option<Embedding> = None;
+    for rings in &views {
+        let [inner, outer] = [smaller, 1 - smaller].map(|side| &rings[side]);
+        let positions = [smaller, 1 - smaller].map(|side| surfaces[side].positions());
+        let found = embed(inner, outer, positions);
+        let share = found.report.share();
+        if best.as_ref().is_none_or(|best| share > best.report.share()) {
+            best = Some(found);
+        }
+        if share > 0.95 {
+            break;
+        }
+    }
+    let nothing = TopologyError::Different { matched: 0, of: source.polygon_count() };
+    let Embedding { outer_of_inner, report } = best.ok_or(nothing)?;
+    let TopologyReport { matched, of, .. } = report;
+    if report.share() < ENOUGH {
+        return Err(TopologyError::Different { matched, of });
+    }
+    let point_of_vertex = [&*source, &*target].map(|mesh| {
+        let surface = &surfaces[usize::from(std::ptr::eq(mesh, target))];
+        points_of_vertices(mesh, surface)
+    });
+    // Both meshes' vertices as points of the larger one.
+    let common = |side: usize, vertex: u32| {
+        let point = point_of_vertex[side][vertex as usize];
+        match point {
+            NONE => NONE,
+            point if side == smaller => outer_of_inner[point as usize],
+            point => point,
+        }
+    };
+    let found = link_faces(source, target, |vertex| common(0, vertex), |vertex| common(1, vertex));
+    if found.is_empty() { Err(TopologyError::Different { matched, of }) } else { Ok((found, report)) }
+}
+
+impl TopologyReport {
+    fn share(&self) -> f64 {
+        self.matched as f64 / self.of.max(1) as f64
+    }
+}
+
+/// The surface point of each vertex, or [`NONE`] for vertices without a face.
+fn points_of_vertices(mesh: &Mesh, surface: &Surface) -> Vec<u32> {
+    let mut points = vec![NONE; mesh.positions().len()];
+    let corners = mesh.faces().as_flattened().iter().zip(surface.triangles().as_flattened());
+    for (&vertex, &point) in corners {
+        points[vertex as usize] = point;
+    }
+    points
+}
+
+/// The ways to look at both meshes, in the order in which they are tried: as their polygons are;
+/// and if one is triangulated where the other may have quads, with triangles joined to quads.
+fn views(meshes: [&Mesh; 2], surfaces: &[Surface; 2]) -> Vec<[Vec<Vec<u32>>; 2]> {
+    let plain = [0, 1].map(|side| polygons(meshes[side], &surfaces[side]));
+    let is_triangles = |rings: &[Vec<u32>]| rings.iter().all(|ring| ring.len() == 3);
+    let quads = |side: usize| {
+        if is_triangles(&plain[side]) {
+            merged_triangles(&plain[side], surfaces[side].positions())
+        } else {
+            plain[side].clone()
+        }
+    };
+    let joined = [0, 1].map(quads);
+    if joined == plain { vec![plain] } else { vec![plain, joined] }
+}
+
+/// One net found in another.
+struct Embedding {
+    /// The outer point of each inner point, or [`NONE`].
+    outer_of_inner: Vec<u32>,
+    report: TopologyReport,
+}
+
+/// Finds the inner net in the outer one, seen from the front and from behind, and takes what fits
+/// better.
+fn embed(inner: &[Vec<u32>], outer: &[Vec<u32>], positions: [&[DVec3]; 2]) -> Embedding {
+    let inner = Net::new(inner, positions[0].len());
+    let outer = Net::new(outer, positions[1].len());
+    let direct = Search::new(&inner, &outer, positions).run();
+    let flipped = outer.flipped();
+    let mirrored = Search::new(&inner, &flipped, positions).run();
+    // A symmetric mesh fits both ways. Windings usually agree, so only positions that clearly fit
+    // better speak for the mirror image.
+    let is_mirrored = match (mirrored.matched.rings(), direct.matched.rings()) {
+        (mirrored, direct) if mirrored as f64 > 1.2 * direct as f64 => true,
+        (mirrored, direct) if direct as f64 > 1.2 * mirrored as f64 => false,
+        _ => mirrored.misfit < 0.5 * direct.misfit,
+    };
+    let chosen = if is_mirrored { mirrored } else { direct };
+    let report = TopologyReport {
+        matched: chosen.matched.rings(),
+        of: inner.rings(),
+        components_left_out: chosen.components_left_out,
+        chosen_by_position: chosen.chosen_by_position,
+        is_mirrored,
+    };
+    Embedding { outer_of_inner: chosen.matched.target_of, report }
+}
+
+/// The search for one net in another with the same winding.
+struct Search<'a> {
+    nets: [&'a Net; 2],
+    positions: [&'a [DVec3]; 2],
+    candidates: Candidates,
+    matched: Match,
+}
+
+/// What a search found.
+struct Found {
+    matched: Match,
+    components_left_out: usize,
+    chosen_by_position: usize,
+    /// The median distance of matched points after alignment, relative to the size of the mesh;
+    /// infinite if nothing can be aligned.
+    misfit: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(inner: &'a Net, outer: &'a Net, positions: [&'a [DVec3]; 2]) -> Self {
+        Self {
+            nets: [inner, outer],
+            positions,
+            candidates: Candidates::new(inner, outer),
+            matched: Match::new(inner, outer),
+        }
+    }
+
+    fn run(mut self) -> Found {
+        self.grow_from_unique();
+        let components = components(self.nets[0]);
+        let mut aligned = self.alignment(self.matched.ring_points(self.nets[0]));
+        let mut components_left_out = 0;
+        let mut chosen_by_position = 0;
+        for rings in &components {
+            if rings.iter().any(|&ring| self.matched.ring[ring as usize] != NONE) {
+                continue;
+            }
+            match self.grow_by_position(rings, aligned) {
+                Some(ways) => {
+                    chosen_by_position += usize::from(ways > 1);
+                    // What was matched first leads the rest.
+                    if aligned.is_none() {
+                        aligned = self.alignment(self.matched.ring_points(self.nets[0]));
+                    }
+                }
+                None => components_left_out += 1,
+            }
+        }
+        let misfit = aligned.map_or(f64::INFINITY, |aligned| {
+            self.misfit(&self.matched.ring_points(self.nets[0]), &aligned)
+        });
+        Found { matched: self.matched, components_left_out, chosen_by_position, misfit }
+    }
+
+    /// Grows from half-edges with a unique counterpart, the best of the first few first, so that a
+    /// chance resemblance doesn't come before the true match.
+    fn grow_from_unique(&mut self) {
+        const FIRST_TRIES: usize = 12;
+        let seeds = self.candidates.unique();
+        let spread = (seeds.len() / FIRST_TRIES).max(1);
+        let mut best: Option<(usize, [u32; 2])> = None;
+        for &seed in seeds.iter().step_by(spread) {
+            let Some(grown) = self.matched.grow(self.nets, seed) else { continue };
+            let size = grown.rings.len();
+            self.matched.undo(&grown);
+            if best.is_none_or(|(most, _)| size > most) {
+                best = Some((size, seed));
+            }
+            // Two large matches cannot both be wrong, and there is nothing larger than all.
+            if size * 2 > self.nets[0].rings() {
+                break;
+            }
+        }
+        let first = best.map(|(_, seed)| seed);
+        for seed in first.into_iter().chain(seeds) {
+            let ring = self.nets[0].ring_of[seed[0] as usize];
+            if self.matched.ring[ring as usize] == NONE
+                && let Some(grown) = self.matched.grow(self.nets, seed)
+                && !is_plausible(&grown)
+            {
+                self.matched.undo(&grown);
+            }
+        }
+    }
+
+    /// Matches a component that has no unique half-edge: every possible way is grown, and the one
+    /// whose points lie closest after alignment is kept. Returns how many ways there were; `None`
+    /// if there is none, or if positions don't tell them apart.
+    fn grow_by_position(&mut self, rings: &[u32], aligned: Option<Similarity>) -> Option<usize> {
+        /// More ways than any sphere that an artist makes has.
+        const MOST_WAYS: usize = 4096;
+        /// How much farther off the second best must be.
+        const CLEARLY: f64 = 1.05;
+        let is_in = |half: u32| rings.binary_search(&self.nets[0].ring_of[half as usize]).is_ok();
+        let is_free =
+            |half: u32| !self.matched.is_taken[self.nets[1].ring_of[half as usize] as usize];
+        let (half, others) = self.candidates.rarest(is_in, is_free)?;
+        let mut ways: Vec<(f64, u32)> = Vec::new();
+        for other in others.into_iter().take(MOST_WAYS) {
+            let Some(grown) = self.matched.grow(self.nets, [half, other]) else { continue };
+            if grown.rings.len() * 10 >= rings.len() * 9 {
+                let transform = aligned.or_else(|| self.alignment(grown.points.clone()));
+                let misfit =
+                    transform.map_or(f64::INFINITY, |found| self.misfit(&grown.points, &found));
+                ways.push((misfit, other));
+            }
+            self.matched.undo(&grown);
+        }
+        ways.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (best, other) = *ways.first()?;
+        let is_tied = ways.get(1).is_some_and(|(second, _)| *second <= best * CLEARLY);
+        if is_tied {
+            return None;
+        }
+        self.matched.grow(self.nets, [half, other])?;
+        Some(ways.len())
+    }
+
+    /// The transform from inner to outer positions that fits the matched ones of `points`.
+    fn alignment(&self, points: Vec<u32>) -> Option<Similarity> {
+        Similarity::robust(&self.pairs(&points), true)
+    }
+
+    /// How far matched points are from each other after alignment, relative to the size of the
+    /// part: their mean offset and the median deviation from it. Apart, so that a part that lies a
+    /// little elsewhere in the other mesh is not less sensitive to being turned.
+    fn misfit(&self, points: &[u32], aligned: &Similarity) -> f64 {
+        let pairs = self.pairs(points);
+        let extent = pairs.iter().map(|pair| pair[1].distance(pairs[0][1])).fold(0.0, f64::max);
+        let offsets: Vec<DVec3> =
+            pairs.iter().map(|&[from, to]| to - aligned.apply(from)).collect();
+        let mean = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
+        let deviations: Vec<f64> = offsets.iter().map(|offset| offset.distance(mean)).collect();
+        (mean.length() + median(&deviations)) / extent.max(f64::MIN_POSITIVE)
+    }
+
+    fn pairs(&self, points: &[u32]) -> Vec<[DVec3; 2]> {
+        let of = |&point: &u32| {
+            let other = self.matched.target_of[point as usize];
+            [self.positions[0][point as usize], self.positions[1][other as usize]]
+        };
+        points.iter().map(of).collect()
+    }
+}
+
+/// Whether a growth is more than a chance resemblance: a whole region without many contradictions.
+fn is_plausible(grown: &Grown) -> bool {
+    const SMALLEST: usize = 12;
+    grown.rings.len() >= SMALLEST.max(3 * grown.contradictions)
+        || (grown.contradictions == 0 && grown.rings.len() >= 4)
+}
+
+/// The rings of each connected component, ascending, the largest component first.
+fn components(net: &Net) -> Vec<Vec<u32>> {
+    let mut sets = DisjointSets::new(net.rings() as u32);
+    for (half, &twin) in net.twin.iter().enumerate() {
+        if twin != NONE {
+            sets.join(net.ring_of[half], net.ring_of[twin as usize]);
+        }
+    }
+    let mut of_root: std::collections::BTreeMap<u32, Vec<u32>> = std::collections::BTreeMap::new();
+    for ring in 0..net.rings() as u32 {
+        of_root.entry(sets.root(ring)).or_default().push(ring);
+    }
+    let mut found: Vec<Vec<u32>> = of_root.into_values().collect();
+    found.sort_by_key(|rings| std::cmp::Reverse(rings.len()));
+    found
+}
