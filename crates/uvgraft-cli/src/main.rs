@@ -23,6 +23,7 @@ mod inspect;
 mod interruption;
 mod man;
 mod map;
+mod mesh_file;
 mod number;
 mod opacity;
 mod pair;

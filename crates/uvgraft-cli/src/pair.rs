@@ -1,16 +1,17 @@
 //! `uvgraft pair`: links two meshes.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::Pair;
 use uvgraft_io::image::Format;
-use uvgraft_io::{obj, pair_file, vertex_map};
+use uvgraft_io::{pair_file, vertex_map};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
+use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
 use crate::report::grouped;
 use crate::{preview, report};
@@ -18,11 +19,15 @@ use crate::{preview, report};
 /// Link the triangles of two meshes and save the links as a pair file
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Source mesh (OBJ)
-    #[arg(value_name = "SOURCE.obj")]
+    /// Source mesh: OBJ, PLY, GLB, glTF or a body model with UV coordinates
+    ///
+    /// The format is detected from the content. `FILE#1` reads the UV set TEXCOORD_1 of a GLB or
+    /// glTF file. `FILE#NAME` reads only a part: nodes, meshes or materials of that name, or objects,
+    /// groups or materials of an OBJ file. `FILE#NAME/1` does both.
+    #[arg(value_name = "SOURCE")]
     source: PathBuf,
-    /// Target mesh (OBJ)
-    #[arg(value_name = "TARGET.obj")]
+    /// Target mesh, as SOURCE
+    #[arg(value_name = "TARGET")]
     target: PathBuf,
     /// Target vertex index for each source vertex, -1 for none (.npy or text)
     #[arg(long, value_name = "IDS")]
@@ -50,20 +55,24 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             "{output}: the extension is that of a {format} image; use .uvpair"
         )));
     }
-    let mut outputs = Outputs::new([&*args.source, &*args.target, &*args.vertex_map]);
+    let mut outputs = Outputs::new([
+        &*MeshFile::parse(&args.source).path,
+        &*MeshFile::parse(&args.target).path,
+        &*args.vertex_map,
+    ]);
     outputs.check(&args.output)?;
     if let Some(preview) = &args.preview {
         check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
-    let source = obj::read(&args.source).or_bad_input()?;
-    let target = obj::read(&args.target).or_bad_input()?;
+    let source = mesh_file::read(&args.source)?;
+    let target = mesh_file::read(&args.target)?;
     let ids = vertex_map::read(&args.vertex_map).or_bad_input()?;
-    let (source_name, target_name) = (file_name(&args.source), file_name(&args.target));
+    let (source_name, target_name) = (source.name, target.name);
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")
     });
-    let pair = Pair::by_vertex_map(source, target, &ids)
+    let pair = Pair::by_vertex_map(source.mesh, target.mesh, &ids)
         .with_context(|| args.vertex_map.display().to_string())
         .or_bad_input()?;
     let pair = Arc::new(pair);
@@ -92,8 +101,4 @@ fn warn_of_outside(file: &pair_file::PairFile) {
             ));
         }
     }
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

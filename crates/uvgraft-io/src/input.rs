@@ -26,6 +26,16 @@ pub enum ReadError<E: std::error::Error + 'static> {
     },
 }
 
+impl<E: std::error::Error> ReadError<E> {
+    /// The same error with another error of the content.
+    pub fn map_content<F: std::error::Error>(self, map: impl FnOnce(E) -> F) -> ReadError<F> {
+        match self {
+            Self::Io { path, reason } => ReadError::Io { path, reason },
+            Self::Content { path, reason } => ReadError::Content { path, reason: map(reason) },
+        }
+    }
+}
+
 /// How a file of an unexpected format begins, as the end of an error message.
 ///
 /// - `start`: the first few bytes, or all if there are fewer.

@@ -1,4 +1,4 @@
-//! Readers and writers of files: OBJ meshes, vertex maps, lists and groups, images, pair files,
+//! Readers and writers of files: meshes (OBJ, PLY, SMPL-family models), vertex maps, lists and groups, images, pair files,
 //! sampling maps as arrays, arrays by name (NPZ, pickles, torch files), FATE's textures, and LPIPS
 //! weights (feature `lpips`).
 //!
@@ -17,11 +17,13 @@ pub mod input;
 pub mod integers;
 #[cfg(feature = "lpips")]
 pub mod lpips_weights;
+pub mod model_mesh;
 mod numpy;
 pub mod obj;
 pub mod output;
 pub mod pair_file;
 pub mod pickle;
+pub mod ply;
 pub mod sampling_map;
 pub mod torch;
 pub mod vertex_groups;

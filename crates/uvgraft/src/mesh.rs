@@ -3,6 +3,8 @@
 //! `uv` has its origin at the top left: `v` grows downwards, like the rows of an image. Readers of
 //! formats with the origin at the bottom left flip `v` once, on loading.
 
+mod parts;
+
 use std::ops::Range;
 
 /// A mesh with a position and a UV coordinate at every corner.

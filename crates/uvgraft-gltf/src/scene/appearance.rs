@@ -17,6 +17,40 @@ pub(super) struct UvSource {
 }
 
 impl UvSource {
+    /// Where the textures of a material that use a UV set find their coordinates: the first of them
+    /// decides, the base colour before all others. Without any, coordinates are as stored.
+    ///
+    /// Quantised files store coordinates as integers, which only this transform brings back into
+    /// the texture.
+    pub fn of_set(
+        material: &document::Material,
+        set: u32,
+        place: &str,
+    ) -> Result<Self, SceneError> {
+        let older = material.extensions.specular_glossiness.as_ref();
+        let textures = [
+            older.and_then(|older| older.diffuse_texture.as_ref()),
+            material.pbr_metallic_roughness.base_color_texture.as_ref(),
+            material.normal_texture.as_ref(),
+            material.emissive_texture.as_ref(),
+            material.occlusion_texture.as_ref(),
+        ];
+        for info in textures.into_iter().flatten() {
+            let source = Self::of(info, place)?;
+            if source.set == set {
+                return Ok(source);
+            }
+        }
+        Ok(Self { set, transform: None })
+    }
+
+    /// Equal for equal transforms.
+    pub fn transform_bits(&self) -> Option<[u32; 5]> {
+        let transform = self.transform?;
+        let ([dx, dy], [sx, sy]) = (transform.offset, transform.scale.unwrap_or([1.0; 2]));
+        Some([dx, dy, sx, sy, transform.rotation].map(f32::to_bits))
+    }
+
     fn of(info: &TextureInfo, place: &str) -> Result<Self, SceneError> {
         let transform = info.extensions.transform;
         if let Some(transform) = transform {

@@ -34,6 +34,21 @@ pub(super) struct Asset<'a> {
 
 impl<'a> Asset<'a> {
     pub fn new(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
+        Self::accepting(bytes, folder, is_supported)
+    }
+
+    /// As [`Asset::new`], also for files whose textures or materials are not supported.
+    pub fn for_geometry(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
+        let of_looks = |name: &str| name.contains("_texture_") || name.contains("_materials_");
+        Self::accepting(bytes, folder, |name| is_supported(name) || of_looks(name))
+    }
+
+    /// - `accepts`: whether a required extension is accepted.
+    fn accepting(
+        bytes: &'a [u8],
+        folder: Option<&'a Path>,
+        accepts: impl Fn(&str) -> bool,
+    ) -> Result<Self, SceneError> {
         let (json, binary) = if is_glb(bytes) {
             let glb = Glb::read(bytes)?;
             (glb.json, glb.binary)
@@ -48,7 +63,7 @@ impl<'a> Asset<'a> {
             let reason = format!("version must be 2.0, got {:?}", document.asset.version);
             return Err(SceneError::content("asset", reason));
         }
-        if let Some(name) = document.extensions_required.iter().find(|name| !is_supported(name)) {
+        if let Some(name) = document.extensions_required.iter().find(|name| !accepts(name)) {
             return Err(SceneError::extension(name));
         }
         Ok(Self { document, json, binary, folder })

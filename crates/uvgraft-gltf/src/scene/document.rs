@@ -75,6 +75,7 @@ pub(super) struct Node {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Mesh {
+    pub name: Option<String>,
     pub primitives: Vec<Primitive>,
     #[serde(default)]
     pub weights: Vec<f32>,

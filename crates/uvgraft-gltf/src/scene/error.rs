@@ -113,7 +113,7 @@ pub enum PoseRequestError {
 }
 
 /// "must be one of ...", with at most 40 names.
-fn known(choices: &[String]) -> String {
+pub(super) fn known(choices: &[String]) -> String {
     const MAX: usize = 40;
     if choices.is_empty() {
         return "the file has none".to_owned();

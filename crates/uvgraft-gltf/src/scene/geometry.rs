@@ -86,6 +86,34 @@ pub(super) fn meshes(
         .collect()
 }
 
+/// All meshes without their primitives.
+pub(super) fn outlines(document: &Document) -> Result<Vec<Mesh>, SceneError> {
+    let outline = |(index, mesh): (usize, &document::Mesh)| {
+        let targets = mesh.primitives.iter().map(|primitive| primitive.targets.len()).max();
+        Ok(Mesh {
+            primitives: Vec::new(),
+            target_names: Vec::new(),
+            weights: default_weights(mesh, index, targets.unwrap_or(0))?,
+        })
+    };
+    document.meshes.iter().enumerate().map(outline).collect()
+}
+
+/// The weights of a mesh's morph targets where nodes do not state others.
+fn default_weights(
+    mesh: &document::Mesh,
+    index: usize,
+    targets: usize,
+) -> Result<Vec<f32>, SceneError> {
+    if mesh.weights.iter().any(|weight| !weight.is_finite()) {
+        let reason = "weights must be finite";
+        return Err(SceneError::content(format!("mesh {index}"), reason));
+    }
+    let mut weights = mesh.weights.clone();
+    weights.resize(targets, 0.0);
+    Ok(weights)
+}
+
 fn read(
     mesh: &document::Mesh,
     index: usize,
@@ -100,12 +128,7 @@ fn read(
         }
     }
     let targets = primitives.iter().map(|primitive| primitive.morphs.len()).max().unwrap_or(0);
-    if mesh.weights.iter().any(|weight| !weight.is_finite()) {
-        let reason = "weights must be finite";
-        return Err(SceneError::content(format!("mesh {index}"), reason));
-    }
-    let mut weights = mesh.weights.clone();
-    weights.resize(targets, 0.0);
+    let weights = default_weights(mesh, index, targets)?;
     let named = |extras: &document::MeshExtras| !extras.target_names.is_empty();
     let extras = mesh.primitives.iter().map(|primitive| &primitive.extras);
     let target_names = std::iter::once(&mesh.extras)
@@ -126,9 +149,7 @@ fn read_primitive(
     accessors: &mut Accessors<'_>,
     uv_sources: &[Vec<UvSource>],
 ) -> Result<Option<Primitive>, SceneError> {
-    let mode = primitive.mode.unwrap_or(4);
-    if mode < 4 {
-        // Points and lines.
+    if !is_surface(primitive) {
         return Ok(None);
     }
     let attribute = |name: &str| primitive.attributes.get(name).copied();
@@ -136,16 +157,7 @@ fn read_primitive(
     let positions: Vec<Vec3> = vectors(accessors.floats(positions, None)?);
     let count = positions.len();
     super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
-
-    let corners = match primitive.indices {
-        Some(indices) => accessors.uints::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),
-        None => (0..count as u32).collect::<Vec<_>>(),
-    };
-    if let Some(at) = corners.iter().position(|&corner| corner as usize >= count) {
-        let reason = format!("index {at} must be less than {count}, got {}", corners[at]);
-        return Err(SceneError::content(place, reason));
-    }
-    let triangles = triangles(&corners, mode, place)?;
+    let triangles = read_triangles(primitive, count, place, accessors)?;
 
     let material = primitive.material.map_or(uv_sources.len() - 1, |index| index as usize);
     let sources = uv_sources.get(material).ok_or_else(|| {
@@ -190,6 +202,68 @@ fn read_primitive(
         influences,
         morphs,
     }))
+}
+
+/// Whether a primitive consists of triangles rather than points or lines, and has positions.
+pub(super) fn is_surface(primitive: &document::Primitive) -> bool {
+    primitive.mode.unwrap_or(4) >= 4 && primitive.attributes.contains_key("POSITION")
+}
+
+/// The triangles of a primitive that is a surface, with all indices checked.
+///
+/// - `count`: its number of vertices.
+pub(super) fn read_triangles(
+    primitive: &document::Primitive,
+    count: usize,
+    place: &str,
+    accessors: &mut Accessors<'_>,
+) -> Result<Vec<[u32; 3]>, SceneError> {
+    let corners = match primitive.indices {
+        Some(indices) => accessors.uints::<1>(indices, None)?.into_iter().map(|[i]| i).collect(),
+        None => (0..count as u32).collect::<Vec<_>>(),
+    };
+    if let Some(at) = corners.iter().position(|&corner| corner as usize >= count) {
+        let reason = format!("index {at} must be less than {count}, got {}", corners[at]);
+        return Err(SceneError::content(place, reason));
+    }
+    triangles(&corners, primitive.mode.unwrap_or(4), place)
+}
+
+/// The vertices of a primitive and how a skin and morph targets move them, without any looks.
+///
+/// - `weights`: targets of weight 0 are not read.
+pub(super) fn read_vertices(
+    primitive: &document::Primitive,
+    weights: &[f32],
+    is_skinned: bool,
+    accessors: &mut Accessors<'_>,
+) -> Result<Primitive, SceneError> {
+    let positions = match primitive.attributes.get("POSITION") {
+        Some(&index) => vectors(accessors.floats(index, None)?),
+        None => Vec::new(),
+    };
+    let count = positions.len();
+    super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
+    let mut morphs = Vec::new();
+    for (target, &weight) in primitive.targets.iter().zip(weights) {
+        morphs.push(if weight == 0.0 {
+            Morph::default()
+        } else {
+            read_morph(target, count, accessors)?
+        });
+    }
+    let influences = if is_skinned { read_influences(primitive, count, accessors)? } else { None };
+    Ok(Primitive {
+        positions,
+        normals: Normals::Given(Vec::new()),
+        uv: Arc::from([]),
+        more_uv: Vec::new(),
+        colors: None,
+        triangles: Arc::from([]),
+        material: 0,
+        influences,
+        morphs,
+    })
 }
 
 fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {

@@ -31,6 +31,7 @@ mod skinning;
 mod tests;
 mod transform;
 mod unpack;
+mod uv_mesh;
 mod vrm0;
 mod vrm1;
 mod whole;
@@ -51,14 +52,17 @@ pub use self::clip::Clip;
 use self::document::Document;
 pub use self::error::{PoseRequestError, SceneError};
 pub use self::extent::Extent;
-use self::geometry::Mesh;
+use self::geometry::{Mesh, Primitive};
 pub use self::material::{AlphaMode, Material, ScaledTexture, SpecularGloss, TextureUse, Wrap};
 pub use self::named_pose::NamedPose;
 pub use self::posing::{PoseRequest, PosedPrimitive};
 pub use self::transform::LocalTransform;
+pub use self::uv_mesh::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
 use self::vrm1::Expressions;
 pub use self::whole::whole;
 
+/// Limit of the rest weights of all nodes' morph targets.
+const MAX_WEIGHTS: u64 = 1 << 24;
 /// Limits for all meshes together, each counted once for every node that shows it.
 const MAX_VERTICES: u64 = 1 << 24;
 const MAX_TRIANGLES: u64 = 1 << 25;
@@ -98,6 +102,28 @@ struct SkinBinding {
     inverse_bind: Vec<Affine3A>,
 }
 
+/// The nodes of a file at rest.
+struct Hierarchy {
+    nodes: Vec<Node>,
+    /// All nodes, parents before their children.
+    order: Vec<usize>,
+    /// Mesh nodes of the scene.
+    shown: Vec<usize>,
+}
+
+impl Hierarchy {
+    /// - `meshes`: may lack their primitives.
+    fn new(document: &Document, meshes: &[Mesh]) -> Result<Self, SceneError> {
+        let mut nodes = nodes(document, meshes)?;
+        if document.extensions.vrm0.is_some() && document.extensions.vrm.is_none() {
+            turn_around(&mut nodes);
+        }
+        let order = parents_first(&nodes)?;
+        let shown = shown(document, &nodes, &order)?;
+        Ok(Self { nodes, order, shown })
+    }
+}
+
 /// A named VRM expression, a combination of morph targets.
 #[derive(Debug)]
 struct Expression {
@@ -135,12 +161,8 @@ impl Scene {
         let mut accessors = Accessors::new(document, &buffers);
         let appearance = appearance::appearance(&asset, &accessors)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
-        let (vrm0, mut nodes) = (&document.extensions.vrm0, nodes(document, &meshes)?);
-        if vrm0.is_some() && document.extensions.vrm.is_none() {
-            turn_around(&mut nodes);
-        }
-        let order = parents_first(&nodes)?;
-        let shown = shown(document, &nodes, &order)?;
+        let vrm0 = &document.extensions.vrm0;
+        let Hierarchy { nodes, order, shown } = Hierarchy::new(document, &meshes)?;
         let skins = skins(document, &mut accessors)?;
         check_sizes(&shown, &nodes, &meshes)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
@@ -211,6 +233,7 @@ impl Scene {
 
 fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> {
     let mut nodes = Vec::with_capacity(document.nodes.len());
+    let mut total = 0;
     for (index, node) in document.nodes.iter().enumerate() {
         let place = format!("node {index}");
         let rest = placement(node, &place)?;
@@ -224,6 +247,8 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
         if node.weights.iter().any(|weight| !weight.is_finite()) {
             return Err(SceneError::content(place, "weights must be finite"));
         }
+        total += mesh.map_or(0, |mesh| mesh.weights.len() as u64);
+        too_many("weights of morph targets", total, MAX_WEIGHTS)?;
         let mut weights = mesh.map_or_else(Vec::new, |mesh| mesh.weights.clone());
         for (weight, own) in weights.iter_mut().zip(&node.weights) {
             *weight = *own;
@@ -381,16 +406,29 @@ fn check_joints(
 ) -> Result<(), SceneError> {
     for &index in shown {
         let (Some(mesh), Some(skin)) = (nodes[index].mesh, nodes[index].skin) else { continue };
-        let found = skins[skin].joints.len();
-        let influences =
-            meshes[mesh].primitives.iter().filter_map(|primitive| primitive.influences.as_ref());
-        if let Some(wanted) = influences.map(|i| i.joints).find(|&joints| joints > found) {
-            let reason =
-                format!("mesh {mesh} uses joint {}, but skin {skin} has {found}", wanted - 1);
-            return Err(SceneError::content(format!("node {index}"), reason));
+        for primitive in &meshes[mesh].primitives {
+            check_influences(primitive, index, (mesh, skin), skins)?;
         }
     }
     Ok(())
+}
+
+/// Checks that a skin has all joints that a primitive of a node uses.
+fn check_influences(
+    primitive: &Primitive,
+    node: usize,
+    (mesh, skin): (usize, usize),
+    skins: &[SkinBinding],
+) -> Result<(), SceneError> {
+    let found = skins[skin].joints.len();
+    match primitive.influences.as_ref().map(|influences| influences.joints) {
+        Some(wanted) if wanted > found => {
+            let reason =
+                format!("mesh {mesh} uses joint {}, but skin {skin} has {found}", wanted - 1);
+            Err(SceneError::content(format!("node {node}"), reason))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn expressions(

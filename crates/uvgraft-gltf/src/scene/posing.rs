@@ -7,7 +7,7 @@ use glam::{Affine3A, Quat, Vec3};
 
 use super::named_pose::NamedPose;
 use super::transform::{LocalTransform, from_degrees};
-use super::{PoseRequestError, Scene, skinning};
+use super::{Node, PoseRequestError, Scene, SkinBinding, skinning};
 
 /// A pose request for a scene. The default is the rest pose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -42,6 +42,33 @@ pub struct PosedPrimitive {
     pub material: usize,
 }
 
+/// World transforms of all nodes from their local transforms.
+///
+/// - `order`: all nodes, parents before their children.
+pub(super) fn world(
+    nodes: &[Node],
+    order: &[usize],
+    local: impl Fn(usize) -> LocalTransform,
+) -> Vec<Affine3A> {
+    let mut world = vec![Affine3A::IDENTITY; nodes.len()];
+    for &node in order {
+        let own = local(node).affine();
+        world[node] = match nodes[node].parent {
+            Some(parent) => world[parent] * own,
+            None => own,
+        };
+    }
+    world
+}
+
+impl SkinBinding {
+    /// The transforms of its joints from the bind pose to the world.
+    pub(super) fn transforms(&self, world: &[Affine3A]) -> Vec<Affine3A> {
+        let bound = self.joints.iter().zip(&self.inverse_bind);
+        bound.map(|(&joint, inverse)| world[joint] * *inverse).collect()
+    }
+}
+
 impl Scene {
     /// The scene's triangles in a pose.
     ///
@@ -54,11 +81,7 @@ impl Scene {
         for &index in &self.shown {
             let node = &self.nodes[index];
             let Some(mesh) = node.mesh else { continue };
-            let joints: Option<Vec<Affine3A>> = node.skin.map(|skin| {
-                let skin = &self.skins[skin];
-                let bound = skin.joints.iter().zip(&skin.inverse_bind);
-                bound.map(|(&joint, inverse)| world[joint] * *inverse).collect()
-            });
+            let joints = node.skin.map(|skin| self.skins[skin].transforms(&world));
             let mirrored = joints.is_none() && world[index].matrix3.determinant() < 0.0;
             for primitive in &self.meshes[mesh].primitives {
                 let (positions, normals) = skinning::deformed(
@@ -112,15 +135,7 @@ impl Scene {
 
     /// World transforms of all nodes from their local transforms.
     fn world(&self, local: impl Fn(usize) -> LocalTransform) -> Vec<Affine3A> {
-        let mut world = vec![Affine3A::IDENTITY; self.nodes.len()];
-        for &node in &self.order {
-            let own = local(node).affine();
-            world[node] = match self.nodes[node].parent {
-                Some(parent) => world[parent] * own,
-                None => own,
-            };
-        }
-        world
+        world(&self.nodes, &self.order, local)
     }
 
     /// Local transform of each node, and its morph target weights, in a pose.

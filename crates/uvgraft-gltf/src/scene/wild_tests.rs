@@ -18,7 +18,7 @@ const DRACO: &str = "RFJBQ08CAgEBAAAABgQDBAAAAu8G/wER/wEz/wEz/wEzBP8AAAAAAAEAAAI
     /wAAAP/v/wAAAAACAAAAAP8PAAAAAAAAAAAAAAAAAAAAAAAAAACAPww=";
 
 /// The strip with its primitive compressed by Draco, without the morph target.
-fn draco() -> Strip {
+pub(super) fn draco() -> Strip {
     let mut strip = Strip::new();
     let view = strip.view(&STANDARD.decode(DRACO).unwrap());
     for accessor in [strip::POSITIONS, strip::UV, strip::JOINTS, strip::WEIGHTS, strip::INDICES] {
@@ -35,7 +35,7 @@ fn draco() -> Strip {
 }
 
 /// Compresses indices as a sequence and weights as attributes, by hand: every byte uncompressed.
-fn meshopt() -> Strip {
+pub(super) fn meshopt() -> Strip {
     let mut strip = Strip::new();
     let mut sequence = vec![0xd1];
     let mut last = 0;

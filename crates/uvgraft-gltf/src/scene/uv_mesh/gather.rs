@@ -1,0 +1,224 @@
+//! Gathers primitives into one mesh.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use glam::Affine3A;
+use uvgraft::mesh::{Mesh, MeshPart};
+
+use super::super::accessor::Accessors;
+use super::super::appearance::UvSource;
+use super::super::check::too_many;
+use super::super::document::{Document, Primitive};
+use super::super::error::SceneError;
+use super::super::geometry::{read_triangles, read_vertices};
+use super::super::posing::world;
+use super::super::skinning::deformed;
+use super::super::{Hierarchy, MAX_TRIANGLES, MAX_VERTICES, SkinBinding, check_influences};
+use super::SceneMeshError;
+use super::choice::{Shown, material_name, mesh_name};
+
+/// Limit of the names of all parts, in bytes.
+const MAX_NAME_BYTES: u64 = 1 << 26;
+
+/// What determines where the vertices of a node's primitives are: the accessors of positions, skin
+/// and morph targets.
+type Shape<'a> = (Vec<(&'a str, u32)>, Vec<Option<u32>>);
+
+/// UV coordinates of a node: their accessor, their number, and how they are transformed. A wrong
+/// number is refused when the accessor is read.
+type UvKey = (usize, u32, usize, Option<[u32; 5]>);
+
+pub(super) struct Gatherer<'a> {
+    document: &'a Document,
+    hierarchy: &'a Hierarchy,
+    skins: &'a [SkinBinding],
+    uv_set: u32,
+    world: Vec<Affine3A>,
+    /// Transforms of the joints of the skins used so far.
+    joints: HashMap<usize, Vec<Affine3A>>,
+    /// For each primitive of the meshes used so far, the first one of equal shape.
+    first_alike: HashMap<usize, Vec<usize>>,
+    /// First vertex and number of vertices by node and primitive.
+    vertices_of: HashMap<(usize, usize), (u32, usize)>,
+    uv_of: HashMap<UvKey, u32>,
+    positions: Vec<[f32; 3]>,
+    uv: Vec<[f32; 2]>,
+    faces: Vec<[u32; 3]>,
+    uv_faces: Vec<[u32; 3]>,
+    parts: Vec<MeshPart>,
+    name_bytes: u64,
+}
+
+impl<'a> Gatherer<'a> {
+    pub(super) fn new(
+        document: &'a Document,
+        hierarchy: &'a Hierarchy,
+        skins: &'a [SkinBinding],
+        uv_set: u32,
+    ) -> Self {
+        let rest = |node: usize| hierarchy.nodes[node].rest;
+        Self {
+            document,
+            hierarchy,
+            skins,
+            uv_set,
+            world: world(&hierarchy.nodes, &hierarchy.order, rest),
+            joints: HashMap::new(),
+            first_alike: HashMap::new(),
+            vertices_of: HashMap::new(),
+            uv_of: HashMap::new(),
+            positions: Vec::new(),
+            uv: Vec::new(),
+            faces: Vec::new(),
+            uv_faces: Vec::new(),
+            parts: Vec::new(),
+            name_bytes: 0,
+        }
+    }
+
+    pub(super) fn add(
+        &mut self,
+        shown: &Shown<'_>,
+        accessors: &mut Accessors<'_>,
+    ) -> Result<(), SceneMeshError> {
+        let place = shown.place();
+        let (first, count) = self.vertices(shown, accessors)?;
+        let first_uv = self.coordinates(shown, count, accessors)?;
+        let triangles = read_triangles(shown.primitive, count, &place, accessors)?;
+        let total = self.faces.len() + triangles.len();
+        too_many("triangles", total as u64, MAX_TRIANGLES)?;
+        let node = &self.hierarchy.nodes[shown.node];
+        let mirrored = node.skin.is_none() && self.world[shown.node].matrix3.determinant() < 0.0;
+        let start = self.faces.len() as u32;
+        for [a, b, c] in triangles {
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.faces.push(corners.map(|corner| first + corner));
+            self.uv_faces.push(corners.map(|corner| first_uv + corner));
+        }
+        self.add_part(shown, start)?;
+        Ok(())
+    }
+
+    /// First vertex and number of vertices of a primitive, which are added unless an earlier one of
+    /// the node has the same.
+    fn vertices(
+        &mut self,
+        shown: &Shown<'_>,
+        accessors: &mut Accessors<'_>,
+    ) -> Result<(u32, usize), SceneError> {
+        let alike = self
+            .first_alike
+            .entry(shown.mesh)
+            .or_insert_with(|| first_alike(&self.document.meshes[shown.mesh].primitives));
+        let key = (shown.node, alike[shown.number]);
+        if let Some(&known) = self.vertices_of.get(&key) {
+            return Ok(known);
+        }
+        let node = &self.hierarchy.nodes[shown.node];
+        let primitive =
+            read_vertices(shown.primitive, &node.weights, node.skin.is_some(), accessors)?;
+        let total = self.positions.len() + primitive.positions.len();
+        too_many("vertices", total as u64, MAX_VERTICES)?;
+        let joints = match node.skin {
+            Some(skin) => {
+                check_influences(&primitive, shown.node, (shown.mesh, skin), self.skins)?;
+                let transforms = || self.skins[skin].transforms(&self.world);
+                Some(self.joints.entry(skin).or_insert_with(transforms).as_slice())
+            }
+            None => None,
+        };
+        let (positions, _) = deformed(&primitive, &node.weights, joints, &self.world[shown.node]);
+        let known = (self.positions.len() as u32, positions.len());
+        self.positions.extend(positions);
+        self.vertices_of.insert(key, known);
+        Ok(known)
+    }
+
+    /// First UV coordinate of a primitive.
+    fn coordinates(
+        &mut self,
+        shown: &Shown<'_>,
+        count: usize,
+        accessors: &mut Accessors<'_>,
+    ) -> Result<u32, SceneMeshError> {
+        let (set, attributes) = (self.uv_set, &shown.primitive.attributes);
+        let Some(&accessor) = attributes.get(&format!("TEXCOORD_{set}")) else {
+            // Sets are numbered without gaps, and few viewers know more than two.
+            let sets = attributes.keys().filter(|name| name.starts_with("TEXCOORD_")).take(8);
+            let sets = sets.map(|name| name.chars().take(20).collect()).collect();
+            let place = self.named(shown);
+            return Err(SceneMeshError::NoUvSet { place, set, sets });
+        };
+        let material = shown.primitive.material.map(|index| index as usize);
+        let source = match material.and_then(|index| self.document.materials.get(index)) {
+            Some(material) => UvSource::of_set(material, set, &shown.place())?,
+            None => UvSource::default(),
+        };
+        let known = match self.uv_of.entry((shown.node, accessor, count, source.transform_bits())) {
+            Entry::Occupied(known) => return Ok(*known.get()),
+            Entry::Vacant(entry) => entry,
+        };
+        let mut uv = accessors.floats::<2>(accessor, Some(count))?;
+        source.transform(&mut uv);
+        let first = self.uv.len() as u32;
+        too_many("UV coordinates", (self.uv.len() + uv.len()) as u64, MAX_VERTICES)?;
+        self.uv.extend(uv);
+        Ok(*known.insert(first))
+    }
+
+    /// A primitive by its names, for messages.
+    fn named(&self, shown: &Shown<'_>) -> String {
+        let node: String = self.hierarchy.nodes[shown.node].name.chars().take(40).collect();
+        let place = shown.place();
+        if node.is_empty() { place } else { format!("node {node:?}, {place}") }
+    }
+
+    /// Names the triangles from `start` on.
+    fn add_part(&mut self, shown: &Shown<'_>, start: u32) -> Result<(), SceneError> {
+        let end = self.faces.len() as u32;
+        let object = self.hierarchy.nodes[shown.node].name.as_str();
+        let group = mesh_name(self.document, shown);
+        let material = material_name(self.document, shown);
+        if let Some(last) = self.parts.last_mut()
+            && (&*last.object, &*last.group, &*last.material) == (object, group, material)
+        {
+            last.polygons.end = end;
+            return Ok(());
+        }
+        if start == end {
+            return Ok(());
+        }
+        self.name_bytes += (object.len() + group.len() + material.len()) as u64;
+        too_many("bytes of names", self.name_bytes, MAX_NAME_BYTES)?;
+        self.parts.push(MeshPart {
+            object: object.to_owned(),
+            group: group.to_owned(),
+            material: material.to_owned(),
+            polygons: start..end,
+        });
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<Mesh, SceneMeshError> {
+        if self.faces.is_empty() {
+            return Err(SceneMeshError::NoTriangles);
+        }
+        let mesh = Mesh::from_triangles(self.positions, self.uv, &self.faces, &self.uv_faces)?;
+        Ok(if self.name_bytes > 0 { mesh.with_parts(self.parts) } else { mesh })
+    }
+}
+
+/// For each primitive the first one whose vertices are the same.
+fn first_alike(primitives: &[Primitive]) -> Vec<usize> {
+    let mut known: HashMap<Shape<'_>, usize> = HashMap::new();
+    let shapes = primitives.iter().map(|primitive| -> Shape<'_> {
+        let moves = |name: &str| {
+            name == "POSITION" || name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_")
+        };
+        let attributes = primitive.attributes.iter().filter(|(name, _)| moves(name));
+        let targets = primitive.targets.iter().map(|target| target.get("POSITION").copied());
+        (attributes.map(|(name, &accessor)| (name.as_str(), accessor)).collect(), targets.collect())
+    });
+    shapes.enumerate().map(|(index, shape)| *known.entry(shape).or_insert(index)).collect()
+}

@@ -1,0 +1,116 @@
+//! Reads a file, or a part of it, as one mesh with one of its UV sets.
+//!
+//! Only geometry is read: images may be missing or of any format.
+
+mod choice;
+mod gather;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use uvgraft::mesh::{Mesh, MeshError};
+use uvgraft_io::input::{ReadError, read_file};
+
+use self::gather::Gatherer;
+use super::accessor::Accessors;
+use super::asset::{Asset, MAX_BYTES};
+use super::error::{SceneError, known};
+use super::{Hierarchy, geometry, skins, unpack};
+
+/// A part of a file, and one of its UV sets. The default is the whole scene with `TEXCOORD_0`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct MeshChoice {
+    /// Name of nodes; if no nodes with triangles have it, of meshes; and otherwise of materials.
+    /// A node without a mesh stands for all nodes below it.
+    pub name: Option<String>,
+    /// `n` of `TEXCOORD_n`.
+    pub uv_set: u32,
+}
+
+/// Why a file was refused as a mesh.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneMeshError {
+    /// The file is damaged, too large, or not supported.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The scene is empty, or has points and lines only.
+    #[error("mesh must have triangles, but the scene of the file has none")]
+    NoTriangles,
+    /// Nothing that has triangles has the name.
+    #[error("no node, mesh or material with triangles is named {name:?}; {}", known(choices))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names that exist, shortened.
+        choices: Vec<String>,
+    },
+    /// A primitive without the UV set.
+    #[error("{place}: must have the UV set {set} (TEXCOORD_{set}), but has {}", sets_of(sets))]
+    NoUvSet {
+        /// The primitive.
+        place: String,
+        /// The requested set.
+        set: u32,
+        /// Names of the sets that it has.
+        sets: Vec<String>,
+    },
+    /// The mesh as a whole was rejected.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+fn sets_of(sets: &[String]) -> String {
+    if sets.is_empty() { "no UV coordinates".to_owned() } else { sets.join(", ") }
+}
+
+/// Reads a self-contained GLB, VRM or glTF file as one mesh.
+///
+/// - Positions are in world space at rest: as the nodes of the file's scene place them, with the
+///   rest weights of morph targets. Meshes with a skin follow their joints at rest, not their node.
+///   VRM 0.x is turned to face +Z, as [`Scene`](super::Scene) does.
+/// - UV coordinates are as stored, with the origin at the top left, unless the textures of the
+///   material that use the set have a `KHR_texture_transform`, which is applied.
+/// - Nodes are in the order of the file, and so are the primitives of their meshes, and the vertices
+///   and triangles of these. Primitives of a node that share their positions share vertices, and
+///   likewise UV coordinates. Strips and fans become triangles; points and lines are skipped.
+/// - Triangles of mirrored nodes are reversed, so that their fronts stay in front.
+/// - [`Mesh::parts`] has the name of the node as object, that of the mesh as group, and that of the
+///   material.
+///
+/// # Errors
+/// [`SceneMeshError`] for anything truncated, damaged, dangling or too large, for unknown names,
+/// and for triangles without the UV set.
+pub fn read_mesh(bytes: &[u8], choice: &MeshChoice) -> Result<Mesh, SceneMeshError> {
+    read_in(bytes, None, choice)
+}
+
+/// Reads a GLB, VRM or glTF file and its external buffers as one mesh; see [`read_mesh`].
+///
+/// # Errors
+/// As [`read_mesh`], with the path; also if it refers to a file outside its folder.
+pub fn load_mesh(path: &Path, choice: &MeshChoice) -> Result<Mesh, ReadError<SceneMeshError>> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    read_file(path, MAX_BYTES, |bytes| read_in(bytes, Some(folder), choice))
+}
+
+fn read_in(
+    bytes: &[u8],
+    folder: Option<&Path>,
+    choice: &MeshChoice,
+) -> Result<Mesh, SceneMeshError> {
+    let mut asset = Asset::for_geometry(bytes, folder)?;
+    let mut buffers = asset.buffers()?;
+    unpack::unpack(&mut asset.document, &mut buffers)?;
+    let document = &asset.document;
+    let mut accessors = Accessors::new(document, &buffers);
+    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?)?;
+    let chosen = choice::chosen(document, &hierarchy, choice.name.as_deref())?;
+    let skins = skins(document, &mut accessors)?;
+    let mut gatherer = Gatherer::new(document, &hierarchy, &skins, choice.uv_set);
+    for primitive in &chosen {
+        gatherer.add(primitive, &mut accessors)?;
+    }
+    gatherer.finish()
+}
