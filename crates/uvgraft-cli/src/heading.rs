@@ -1,6 +1,7 @@
 //! Headings that group options in the help.
 
 pub(crate) const FILES: &str = "Input and output";
+pub(crate) const CORRESPONDENCE: &str = "Correspondence";
 pub(crate) const SAMPLING: &str = "Sampling";
 pub(crate) const REGION: &str = "Region";
 pub(crate) const BLENDING: &str = "Blending";

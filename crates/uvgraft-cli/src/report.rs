@@ -6,7 +6,7 @@ use std::io::{self, Write as _};
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::report::{LayoutReport, Percentiles};
-use uvgraft::{PairReport, Size};
+use uvgraft::{PairReport, Size, correspond};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
 /// Texture sizes that a report's texel counts and densities are for.
@@ -46,11 +46,112 @@ struct Document<'a> {
     target_fingerprint: String,
     note: &'a str,
     #[serde(flatten)]
+    linked: Option<&'a Linked>,
+    #[serde(flatten)]
     report: &'a PairReport,
+}
+
+/// How two meshes were linked.
+#[derive(Debug, Serialize)]
+pub(crate) struct Linked {
+    /// The method, with what it reports.
+    pub(crate) linked_by: Method,
+    /// Why the methods before it did not link the meshes.
+    pub(crate) not_linked_by: Vec<String>,
+}
+
+/// A way to link two meshes.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Method {
+    /// The target vertex of each source vertex was given.
+    VertexMap,
+    /// It was found by the meshes alone.
+    #[serde(untagged)]
+    Found(correspond::Method),
+}
+
+impl Linked {
+    /// What a reader of the report wants to know, in a few lines.
+    fn text(&self) -> String {
+        let how = match &self.linked_by {
+            Method::VertexMap => "the vertex map".to_owned(),
+            Method::Found(found) => found_by(found),
+        };
+        let mut text = format!("linked by {how}\n");
+        for reason in &self.not_linked_by {
+            let _ = writeln!(text, "  not by {reason}");
+        }
+        text
+    }
+}
+
+fn found_by(method: &correspond::Method) -> String {
+    use correspond::faces::SameFaces;
+    match method {
+        correspond::Method::Faces(SameFaces::Vertices) => {
+            "the same faces: they have the same vertex indices".to_owned()
+        }
+        correspond::Method::Faces(SameFaces::Order) => {
+            "the same faces: they come in the same order".to_owned()
+        }
+        correspond::Method::Topology(report) => {
+            let mut text = format!(
+                "connectivity: {} of {} polygons of the smaller mesh are connected alike",
+                grouped(report.matched),
+                grouped(report.of)
+            );
+            if report.is_mirrored {
+                text += ", with opposite winding";
+            }
+            if report.components_left_out > 0 {
+                let _ = write!(text, "; {} components left out", report.components_left_out);
+            }
+            text
+        }
+        correspond::Method::Surface(report) => format!(
+            "surfaces, aligned by {}: {:.1} % of the target's area; median distance {}, 95th \
+             percentile {} (in the source's unit); {} triangles flipped",
+            report.aligned_by,
+            100.0 * report.covered,
+            significant(report.distance_median),
+            significant(report.distance_p95),
+            grouped(report.flipped),
+        ),
+        _ => "another method".to_owned(),
+    }
+}
+
+/// A length of unknown unit with three digits that count.
+fn significant(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
+    format!("{value:.*}", digits as usize)
 }
 
 /// Prints the report of a pair to standard output: as text, or as JSON.
 pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
+    print_with(file, None, sizes, json)
+}
+
+/// As [`print`], with how the meshes were linked.
+pub(crate) fn print_linked(
+    file: &PairFile,
+    linked: &Linked,
+    sizes: &Sizes,
+    json: bool,
+) -> anyhow::Result<()> {
+    print_with(file, Some(linked), sizes, json)
+}
+
+fn print_with(
+    file: &PairFile,
+    linked: Option<&Linked>,
+    sizes: &Sizes,
+    json: bool,
+) -> anyhow::Result<()> {
     let report = PairReport::new(&file.pair, sizes.texels());
     let text = if json {
         let document = Document {
@@ -59,11 +160,13 @@ pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Resul
             source_fingerprint: layout_fingerprint(file.pair.source()),
             target_fingerprint: layout_fingerprint(file.pair.target()),
             note: &file.note,
+            linked,
             report: &report,
         };
         serde_json::to_string_pretty(&document)? + "\n"
     } else {
-        text(file, &report)
+        let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
+        linked + &text(file, &report)
     };
     to_stdout(&text)
 }

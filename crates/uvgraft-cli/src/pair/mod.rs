@@ -1,13 +1,14 @@
 //! `uvgraft pair`: links two meshes.
 
+mod correspondence;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::Pair;
 use uvgraft_io::image::Format;
-use uvgraft_io::{pair_file, vertex_map};
+use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
@@ -17,6 +18,10 @@ use crate::report::grouped;
 use crate::{preview, report};
 
 /// Link the triangles of two meshes and save the links as a pair file
+///
+/// Without a vertex map it is found out how the meshes correspond: whether they have the same faces,
+/// whether one's connectivity is found in the other, or else where their surfaces lie over each
+/// other.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Source mesh: OBJ, PLY, GLB, glTF or a body model with UV coordinates
@@ -29,9 +34,8 @@ pub(crate) struct Args {
     /// Target mesh, as SOURCE
     #[arg(value_name = "TARGET")]
     target: PathBuf,
-    /// Target vertex index for each source vertex, -1 for none (.npy or text)
-    #[arg(long, value_name = "IDS")]
-    vertex_map: PathBuf,
+    #[command(flatten)]
+    correspondence: correspondence::Options,
     /// Pair file to write
     #[arg(short, long, value_name = "OUT.uvpair")]
     output: PathBuf,
@@ -55,32 +59,32 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             "{output}: the extension is that of a {format} image; use .uvpair"
         )));
     }
-    let mut outputs = Outputs::new([
-        &*MeshFile::parse(&args.source).path,
-        &*MeshFile::parse(&args.target).path,
-        &*args.vertex_map,
-    ]);
+    args.correspondence.check()?;
+    let [source_file, target_file] = [&args.source, &args.target].map(|path| MeshFile::parse(path));
+    let meshes = [&*source_file.path, &*target_file.path];
+    let mut outputs = Outputs::new(meshes.into_iter().chain(args.correspondence.inputs()));
     outputs.check(&args.output)?;
+    if let Some(registered) = args.correspondence.registered() {
+        outputs.check(registered)?;
+    }
     if let Some(preview) = &args.preview {
         check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
     let source = mesh_file::read(&args.source)?;
     let target = mesh_file::read(&args.target)?;
-    let ids = vertex_map::read(&args.vertex_map).or_bad_input()?;
     let (source_name, target_name) = (source.name, target.name);
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")
     });
-    let pair = Pair::by_vertex_map(source.mesh, target.mesh, &ids)
-        .with_context(|| args.vertex_map.display().to_string())
-        .or_bad_input()?;
-    let pair = Arc::new(pair);
+    let linked = args.correspondence.link(source.mesh, target.mesh)?;
+    args.correspondence.save_registered(&linked.pair, &linked.linked)?;
+    let pair = Arc::new(linked.pair);
     let file = pair_file::PairFile { pair, source_name, target_name, note };
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     warn_of_outside(&file);
-    report::print(&file, &args.sizes, args.json)?;
+    report::print_linked(&file, &linked.linked, &args.sizes, args.json)?;
     if let Some(path) = &args.preview {
         preview::write(&file, path)?;
     }

@@ -1,0 +1,184 @@
+//! Options that say how two meshes correspond, and the links that follow from them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use uvgraft::correspond::surface::Align;
+use uvgraft::correspond::{self, By, FindOptions};
+use uvgraft::{Mesh, Pair};
+use uvgraft_io::{obj, vertex_map};
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::heading;
+use crate::report::{Linked, Method};
+
+/// How the meshes correspond.
+#[derive(clap::Args)]
+#[command(next_help_heading = heading::CORRESPONDENCE)]
+pub(super) struct Options {
+    /// Target vertex index for each source vertex, -1 for none (.npy or text)
+    #[arg(long, value_name = "IDS")]
+    vertex_map: Option<PathBuf>,
+    /// How to find corresponding triangles
+    #[arg(long, value_enum, value_name = "METHOD", default_value_t = Chosen::Auto)]
+    by: Chosen,
+    /// How to bring the target into the source's place before surfaces are registered
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = AlignName::Similarity)]
+    align: AlignName,
+    /// Vertex indices at the same places of both surfaces (.npy or text)
+    #[arg(long, num_args = 2, value_names = ["SOURCE_IDS", "TARGET_IDS"])]
+    landmarks: Vec<PathBuf>,
+    /// Largest distance between registered surfaces, as a share of the height of the head
+    #[arg(long, value_name = "SHARE", default_value_t = FindOptions::default().surface.reach)]
+    #[arg(value_parser = share, allow_negative_numbers = true)]
+    reach: f64,
+    /// Smallest cosine of the angle between the normals of corresponding triangles
+    #[arg(long, value_name = "COSINE", default_value_t = FindOptions::default().surface.visibility)]
+    #[arg(value_parser = share, allow_negative_numbers = true)]
+    visibility: f64,
+    /// Save the target as registered to the source
+    #[arg(long, value_name = "OUT.obj")]
+    registered: Option<PathBuf>,
+}
+
+/// How to find corresponding triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Chosen {
+    /// The first of the following that can
+    Auto,
+    /// The given vertex map
+    VertexMap,
+    /// Faces with the same vertex indices or in the same order
+    Faces,
+    /// The connectivity of one mesh, found in the other
+    Topology,
+    /// Surfaces that lie over each other after registration
+    Surface,
+}
+
+/// How to bring the target into the source's place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum AlignName {
+    /// Leave it where it is
+    None,
+    /// Rotate and move it
+    Rigid,
+    /// Rotate, move and scale it
+    Similarity,
+}
+
+/// A pair, and how it was linked.
+pub(super) struct LinkedPair {
+    pub(super) pair: Pair,
+    pub(super) linked: Linked,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from 0 to 1".to_owned()),
+    }
+}
+
+impl Options {
+    /// Refuses options that contradict each other.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        match (self.by, &self.vertex_map) {
+            (Chosen::VertexMap, None) => Err(bad_input("--by vertex-map needs --vertex-map")),
+            (Chosen::Auto | Chosen::VertexMap, _) | (_, None) => Ok(()),
+            _ => Err(bad_input("--vertex-map is used only with --by vertex-map or auto")),
+        }?;
+        if self.registered.is_some() && self.vertex_map.is_some() {
+            return Err(bad_input("--registered is for surfaces; a vertex map registers nothing"));
+        }
+        Ok(())
+    }
+
+    /// The files that it reads.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.vertex_map.iter().chain(&self.landmarks).map(|path| &**path)
+    }
+
+    /// Where to save the registered target.
+    pub(super) fn registered(&self) -> Option<&Path> {
+        self.registered.as_deref()
+    }
+
+    /// Links two meshes.
+    pub(super) fn link(&self, source: Mesh, target: Mesh) -> anyhow::Result<LinkedPair> {
+        if let Some(path) = &self.vertex_map {
+            let ids = vertex_map::read(path).or_bad_input()?;
+            let pair = Pair::by_vertex_map(source, target, &ids)
+                .with_context(|| path.display().to_string())
+                .or_bad_input()?;
+            let linked = Linked { linked_by: Method::VertexMap, not_linked_by: Vec::new() };
+            return Ok(LinkedPair { pair, linked });
+        }
+        let found = correspond::find(source, target, &self.find_options()?).or_bad_input()?;
+        let linked = Linked {
+            linked_by: Method::Found(found.method),
+            not_linked_by: found.refused.iter().map(ToString::to_string).collect(),
+        };
+        Ok(LinkedPair { pair: found.pair, linked })
+    }
+
+    fn find_options(&self) -> anyhow::Result<FindOptions> {
+        let mut options = FindOptions::default();
+        options.by = match self.by {
+            Chosen::Auto | Chosen::VertexMap => By::Any,
+            Chosen::Faces => By::Faces,
+            Chosen::Topology => By::Topology,
+            Chosen::Surface => By::Surface,
+        };
+        options.surface.align = match self.align {
+            AlignName::None => Align::None,
+            AlignName::Rigid => Align::Rigid,
+            AlignName::Similarity => Align::Similarity,
+        };
+        options.surface.reach = self.reach;
+        options.surface.visibility = self.visibility;
+        if let [source, target] = &self.landmarks[..] {
+            let [source_ids, target_ids] = [source, target].map(|path| landmark_ids(path));
+            let (source_ids, target_ids) = (source_ids?, target_ids?);
+            if source_ids.len() != target_ids.len() {
+                return Err(bad_input(format!(
+                    "{}: must have as many landmarks as {}, {}, got {}",
+                    target.display(),
+                    source.display(),
+                    source_ids.len(),
+                    target_ids.len()
+                )));
+            }
+            options.surface.landmarks =
+                source_ids.into_iter().zip(target_ids).map(|(from, to)| [from, to]).collect();
+        }
+        Ok(options)
+    }
+
+    /// Saves the registered target, if that was asked for.
+    pub(super) fn save_registered(&self, pair: &Pair, linked: &Linked) -> anyhow::Result<()> {
+        let Some(path) = &self.registered else { return Ok(()) };
+        let Method::Found(correspond::Method::Surface(report)) = &linked.linked_by else {
+            return Err(bad_input(format!(
+                "cannot write {}: the meshes were not registered, since their triangles correspond; \
+                 --by surface registers them all the same",
+                path.display()
+            )));
+        };
+        let mesh = pair.target().clone().with_positions(report.registered.clone())?;
+        obj::save(&mesh, path).with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+fn landmark_ids(path: &Path) -> anyhow::Result<Vec<u32>> {
+    let ids = vertex_map::read(path).or_bad_input()?;
+    let id = |(index, &id): (usize, &i64)| {
+        u32::try_from(id).map_err(|_| {
+            bad_input(format!(
+                "{}: landmark {index} must be a vertex index, got {id}",
+                path.display()
+            ))
+        })
+    };
+    ids.iter().enumerate().map(id).collect()
+}
