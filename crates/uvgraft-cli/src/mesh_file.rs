@@ -340,7 +340,7 @@ mod tests {
         let load =
             |name: &str| read(&folder.path().join(name)).map_err(|error| format!("{error:#}"));
         for (selector, polygons) in
-            [("face", 2), ("cap", 1), ("left", 1), ("lids left", 1), ("skin", 1), ("hair", 2)]
+            [("face", 2), ("cap", 1), ("left", 1), ("lids left", 1), ("skin", 2), ("hair", 2)]
         {
             let loaded = load(&format!("a.obj#{selector}")).unwrap();
             assert_eq!(loaded.mesh.polygon_count(), polygons, "{selector}");
