@@ -6,6 +6,7 @@
 //!
 //! [`Piece`]: crate::Piece
 
+pub mod table;
 pub(crate) mod vertex_map;
 
 pub use vertex_map::LinkError;
