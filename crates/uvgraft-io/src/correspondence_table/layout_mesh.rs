@@ -114,8 +114,11 @@ fn face_of(
     locator: &UvLocator,
     triangle: &Triangle,
 ) -> Option<(u32, [u32; 3])> {
-    /// The weights of a texel are the same in the file's triangle and in the face, if it is that one.
+    // The weights of a texel are the same in the file's triangle and in the face, if it is that one.
     const MOST_DIFFERENCE: f64 = 0.1;
+    // Corners in the same order, as in all known files, differ by rounding only. Texels on a symmetry
+    // axis of a triangle may agree with another order as well.
+    const ROUNDING: f64 = 1e-3;
     const ORDERS: [[usize; 3]; 6] =
         [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     let smallest = |texel: u32| {
@@ -126,16 +129,27 @@ fn face_of(
     let inner = |&a: &u32, &b: &u32| smallest(a).total_cmp(&smallest(b));
     let texel = triangle.texels.iter().copied().max_by(inner)? as usize;
     let sides = [layout.size.width, layout.size.height].map(f64::from);
-    let centre = layout.centres_px[texel];
-    let at = [0, 1].map(|axis| f64::from(centre[axis]) / sides[axis]);
-    let face = locator.locate(at, 1.5 / sides[0].min(sides[1]))?.face;
-    let here = locator.weights(face, at)?;
-    let weights = layout.weights[texel];
-    let difference = |order: &[usize; 3]| {
-        (0..3).map(|k| (weights[order[k]] - here[k]).abs()).fold(0.0, f64::max)
+    let uv_at = |texel: usize| {
+        let centre = layout.centres_px[texel];
+        [0, 1].map(|axis| f64::from(centre[axis]) / sides[axis])
     };
-    // Corners are in the same order in all known files, so the first of equals is right.
-    let order = ORDERS.iter().min_by(|a, b| difference(a).total_cmp(&difference(b)))?;
+    let face = locator.locate(uv_at(texel), 1.5 / sides[0].min(sides[1]))?.face;
+    let all = triangle.texels.iter().map(|&texel| texel as usize);
+    let pairs =
+        all.map(|texel| Some((layout.weights[texel], locator.weights(face, uv_at(texel))?)));
+    let pairs: Vec<[Weights; 2]> =
+        pairs.map(|pair| pair.map(<[_; 2]>::from)).collect::<Option<_>>()?;
+    let difference = |order: &[usize; 3]| {
+        let of_pair = |[file, here]: &[Weights; 2]| {
+            (0..3).map(|k| (file[order[k]] - here[k]).abs()).fold(0.0, f64::max)
+        };
+        pairs.iter().map(of_pair).fold(0.0, f64::max)
+    };
+    let [same, ..] = &ORDERS;
+    let order = match difference(same) {
+        rounding if rounding < ROUNDING => same,
+        _ => ORDERS.iter().min_by(|a, b| difference(a).total_cmp(&difference(b)))?,
+    };
     (difference(order) <= MOST_DIFFERENCE).then(|| (face, order.map(|k| triangle.vertices[k])))
 }
 
