@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+pub mod correspondence_table;
 pub mod fate;
 pub mod image;
 pub mod input;

@@ -212,6 +212,15 @@ impl<'o> Collector<'o> {
         }
     }
 
+    /// The values of a sparse matrix.
+    pub(super) fn coordinates(
+        &mut self,
+        matrix: Object<'_>,
+    ) -> Result<sparse::Coordinates, Unread> {
+        let shape = sparse::shape(matrix)?;
+        sparse::pickled(matrix, shape, |value| part(value, |count| self.spend(count)))
+    }
+
     fn made(&mut self, made: Object<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let broken = |problem: &str| Unread::Broken(problem.to_owned());
         // One object may be reached many times through others.
@@ -220,13 +229,7 @@ impl<'o> Collector<'o> {
             Class::SparseCsc | Class::SparseCsr | Class::SparseCoo => {
                 // Both closures draw on the budget, one after the other.
                 let budget = std::cell::RefCell::new(&mut self.budget);
-                let numbers = |value: Value<'_>| {
-                    let array = value.as_array();
-                    let array =
-                        array.ok_or_else(|| broken("a sparse matrix must consist of arrays"))?;
-                    budget.borrow_mut().spend(array.count())?;
-                    plain(&array)
-                };
+                let numbers = |value| part(value, |count| budget.borrow_mut().spend(count));
                 sparse::dense(made, numbers, |count| budget.borrow_mut().spend(count))
             }
             Class::Chumpy => {
@@ -287,14 +290,25 @@ impl<'o> Collector<'o> {
     }
 }
 
+/// An array of a sparse matrix. `spend` receives the number of values before they are read.
+fn part(
+    value: Value<'_>,
+    spend: impl FnOnce(usize) -> Result<(), Unread>,
+) -> Result<NumericArray, Unread> {
+    let broken = || Unread::Broken("a sparse matrix must consist of arrays".to_owned());
+    let array = value.as_array().ok_or_else(broken)?;
+    spend(array.count())?;
+    plain(&array)
+}
+
 /// The content of an array with a single object.
-fn single(value: Value<'_>) -> Value<'_> {
+pub(crate) fn single(value: Value<'_>) -> Value<'_> {
     let objects = value.objects().filter(|objects| objects.len() == 1);
     objects.and_then(|mut objects| objects.next()).unwrap_or(value)
 }
 
 /// A NumPy array.
-fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
+pub(crate) fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
     let numbers = Numbers::decode(array.dtype(), array.bytes()).ok_or_else(|| {
         debug_assert_eq!(array.dtype().kind, NumberKind::Unsigned, "all others are read");
         Unread::Unusable("an array of integers beyond 63 bits".to_owned())
@@ -357,7 +371,7 @@ impl Numbers {
         }
     }
 
-    fn into_doubles(self) -> Vec<f64> {
+    pub(super) fn into_doubles(self) -> Vec<f64> {
         match self {
             Self::F32(values) => values.into_iter().map(f64::from).collect(),
             Self::F64(values) => values,

@@ -117,7 +117,7 @@ impl ArraysError {
 }
 
 /// Names for a message: printable, and not too many.
-fn listed(names: &[String]) -> String {
+pub(crate) fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }

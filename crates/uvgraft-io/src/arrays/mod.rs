@@ -8,13 +8,14 @@ pub(crate) mod archive;
 pub(crate) mod collect;
 pub(crate) mod error;
 pub(crate) mod named;
-mod npy;
+pub(crate) mod npy;
 mod npz;
 pub(crate) mod numeric;
 mod parse;
 mod partial;
 mod pieces;
 mod sparse;
+mod sparse_matrix;
 mod write;
 
 pub use self::error::{
@@ -24,4 +25,5 @@ pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;
 pub use self::parse::{parse, read};
 pub use self::partial::{ArrayFile, ArraySelection};
+pub use self::sparse_matrix::{MAX_SPARSE_ELEMENTS, MAX_SPARSE_SIDE, SparseMatrix};
 pub use self::write::{save_npz, write_npz};

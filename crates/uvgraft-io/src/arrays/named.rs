@@ -10,7 +10,7 @@ pub struct NamedArrays {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Held {
+pub(crate) enum Held {
     Array(NumericArray),
     Text(String),
     /// Neither of them, and why.

@@ -11,7 +11,7 @@ use crate::numpy::{Dtype, MAX_AXES, NpyArray};
 use crate::obj::shown;
 
 /// The content of an NPY file.
-pub(super) enum Content<'a> {
+pub(crate) enum Content<'a> {
     Held(Held),
     /// A pickle of an array of objects.
     Pickle(&'a [u8]),
@@ -68,7 +68,7 @@ fn lengths(array: &NpyArray<'_>) -> Result<Vec<usize>, Unread> {
 }
 
 /// Reads an NPY file. `spend` receives the number of values before they are read.
-pub(super) fn read<'a>(
+pub(crate) fn read<'a>(
     bytes: &'a [u8],
     spend: impl FnOnce(usize) -> Result<(), Unread>,
 ) -> Result<Content<'a>, Unread> {

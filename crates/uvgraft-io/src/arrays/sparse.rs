@@ -1,4 +1,7 @@
-//! SciPy's sparse matrices, converted to dense ones.
+//! SciPy's sparse matrices, in pickles and in archives of `scipy.sparse.save_npz`.
+//!
+//! Source: SciPy 1.2 to 1.17. Matrices are pickled as the dict of their attributes: `_shape` (`shape`
+//! in old ones), `data`, and `indices` and `indptr`, or for COO `row` and `col`, since 1.13 `coords`.
 
 use std::ops::AddAssign;
 
@@ -11,19 +14,26 @@ fn broken(problem: impl Into<String>) -> Unread {
     Unread::Broken(problem.into())
 }
 
-/// The coordinates of the values of a matrix, in order: row and column of each.
-struct Coordinates {
-    rows: Vec<i64>,
-    columns: Vec<i64>,
+/// How the coordinates of values are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Format {
+    Csc,
+    Csr,
+    Coo,
 }
 
-/// The dense matrix; values at the same coordinates are summed, as in SciPy. `spend` receives the
-/// number of values before they are allocated; `numbers` reads the arrays of the state.
-pub(super) fn dense<'p>(
-    matrix: Object<'p>,
-    mut numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
-    spend: impl FnOnce(usize) -> Result<(), Unread>,
-) -> Result<NumericArray, Unread> {
+/// The values of a matrix with their coordinates, which are within its shape. Values at the same
+/// coordinates are summed, as in SciPy.
+pub(super) struct Coordinates {
+    pub(super) shape: [usize; 2],
+    pub(super) rows: Vec<i64>,
+    pub(super) columns: Vec<i64>,
+    /// At least as many as there are coordinates; the others are unused.
+    pub(super) values: Numbers,
+}
+
+/// The shape of a pickled matrix.
+pub(super) fn shape(matrix: Object<'_>) -> Result<[usize; 2], Unread> {
     let shape = matrix.attribute("_shape").or_else(|| matrix.attribute("shape"));
     let side = |value: Value<'_>| value.as_int().and_then(|side| usize::try_from(side).ok());
     let shape: Option<Vec<usize>> = shape
@@ -33,6 +43,83 @@ pub(super) fn dense<'p>(
     let Some(&[height, width]) = shape.as_deref() else {
         return Err(broken("the shape of a sparse matrix must have two dimensions"));
     };
+    Ok([height, width])
+}
+
+/// The values of a pickled matrix; `numbers` reads the arrays of the state.
+pub(super) fn pickled<'p>(
+    matrix: Object<'p>,
+    shape: [usize; 2],
+    mut numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
+) -> Result<Coordinates, Unread> {
+    let format = match matrix.class() {
+        Class::SparseCsc => Format::Csc,
+        Class::SparseCsr => Format::Csr,
+        _ => Format::Coo,
+    };
+    let coords = match matrix.attribute("coords").and_then(Value::items) {
+        Some(coords) => match coords.take(3).collect::<Vec<Value<'_>>>()[..] {
+            [rows, columns] => Some([rows, columns]),
+            _ => return Err(broken("`coords` of a sparse matrix must be a pair of arrays")),
+        },
+        None => None,
+    };
+    coordinates(format, shape, |name| {
+        let value = match (name, coords) {
+            ("row", Some([rows, _])) => Some(rows),
+            ("col", Some([_, columns])) => Some(columns),
+            _ => matrix.attribute(name),
+        };
+        numbers(value.ok_or_else(|| broken(format!("a sparse matrix must have `{name}`")))?)
+    })
+}
+
+/// The values of a matrix; `part` returns its arrays by their names in SciPy.
+pub(super) fn coordinates(
+    format: Format,
+    shape: [usize; 2],
+    mut part: impl FnMut(&'static str) -> Result<NumericArray, Unread>,
+) -> Result<Coordinates, Unread> {
+    let (_, values) = part("data")?.into_parts();
+    let mut integers = |name| {
+        let found = part(name)?.integers();
+        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix must hold integers")))
+    };
+    let [height, width] = shape;
+    let (rows, columns) = match format {
+        Format::Csc => {
+            let columns = spread(&integers("indptr")?, width, values.len())?;
+            (begin(integers("indices")?, columns.len())?, columns)
+        }
+        Format::Csr => {
+            let rows = spread(&integers("indptr")?, height, values.len())?;
+            let columns = begin(integers("indices")?, rows.len())?;
+            (rows, columns)
+        }
+        Format::Coo => (integers("row")?, integers("col")?),
+    };
+    if rows.len() != columns.len() || rows.len() > values.len() {
+        return Err(broken("a sparse matrix has different numbers of coordinates and values"));
+    }
+    let inside = |at: i64, length| usize::try_from(at).is_ok_and(|at| at < length);
+    for (&row, &column) in rows.iter().zip(&columns) {
+        if !(inside(row, height) && inside(column, width)) {
+            return Err(broken(format!(
+                "a sparse matrix of {height} x {width} has a value at {row}, {column}"
+            )));
+        }
+    }
+    Ok(Coordinates { shape, rows, columns, values })
+}
+
+/// The dense form of a pickled matrix. `spend` receives the number of values before they are
+/// allocated; `numbers` reads the arrays of the state.
+pub(super) fn dense<'p>(
+    matrix: Object<'p>,
+    numbers: impl FnMut(Value<'p>) -> Result<NumericArray, Unread>,
+    spend: impl FnOnce(usize) -> Result<(), Unread>,
+) -> Result<NumericArray, Unread> {
+    let [height, width] = shape(matrix)?;
     let count = height.checked_mul(width).filter(|&count| count <= MAX_DENSE_NUMBERS);
     let count = count.ok_or_else(|| {
         Unread::Unusable(format!(
@@ -41,45 +128,13 @@ pub(super) fn dense<'p>(
         ))
     })?;
     spend(count)?;
-    let mut attribute = |name: &'static str| {
-        let value = matrix.attribute(name);
-        numbers(value.ok_or_else(|| broken(format!("a sparse matrix must have `{name}`")))?)
-    };
-    let (_, data) = attribute("data")?.into_parts();
-    let mut integers = |name| {
-        let found = attribute(name)?.integers();
-        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix must hold integers")))
-    };
-    let places = match matrix.class() {
-        Class::SparseCsc => {
-            let columns = spread(&integers("indptr")?, width, data.len())?;
-            Coordinates { rows: begin(integers("indices")?, columns.len())?, columns }
-        }
-        Class::SparseCsr => {
-            let rows = spread(&integers("indptr")?, height, data.len())?;
-            Coordinates { columns: begin(integers("indices")?, rows.len())?, rows }
-        }
-        _ => match matrix.attribute("coords").and_then(Value::items) {
-            Some(coords) => {
-                let both: Vec<Value<'_>> = coords.take(3).collect();
-                let [rows, columns] = both[..] else {
-                    return Err(broken("`coords` of a sparse matrix must be a pair of arrays"));
-                };
-                let mut integers = |value| {
-                    let found = numbers(value)?.integers();
-                    found.ok_or_else(|| broken("`coords` of a sparse matrix must hold integers"))
-                };
-                Coordinates { rows: integers(rows)?, columns: integers(columns)? }
-            }
-            None => Coordinates { rows: integers("row")?, columns: integers("col")? },
-        },
-    };
-    let numbers = match data {
-        Numbers::F32(values) => Numbers::F32(fill(&values, &places, height, width)?),
-        Numbers::F64(values) => Numbers::F64(fill(&values, &places, height, width)?),
+    let found = pickled(matrix, [height, width], numbers)?;
+    let numbers = match &found.values {
+        Numbers::F32(values) => Numbers::F32(fill(values, &found)),
+        Numbers::F64(values) => Numbers::F64(fill(values, &found)),
         Numbers::I64(values) => {
             let values: Vec<f64> = values.iter().map(|&value| value as f64).collect();
-            Numbers::F64(fill(&values, &places, height, width)?)
+            Numbers::F64(fill(&values, &found))
         }
     };
     NumericArray::new(vec![height, width], numbers)
@@ -111,25 +166,11 @@ fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
     Ok(indices)
 }
 
-fn fill<T: Copy + Default + AddAssign>(
-    values: &[T],
-    places: &Coordinates,
-    height: usize,
-    width: usize,
-) -> Result<Vec<T>, Unread> {
-    let Coordinates { rows, columns } = places;
-    if rows.len() != columns.len() || rows.len() > values.len() {
-        return Err(broken("a sparse matrix has different numbers of coordinates and values"));
-    }
+fn fill<T: Copy + Default + AddAssign>(values: &[T], found: &Coordinates) -> Vec<T> {
+    let [height, width] = found.shape;
     let mut dense = vec![T::default(); height * width];
-    for ((&row, &column), &value) in rows.iter().zip(columns).zip(values) {
-        let inside = |at: i64, length| usize::try_from(at).ok().filter(|&at| at < length);
-        let (Some(row), Some(column)) = (inside(row, height), inside(column, width)) else {
-            return Err(broken(format!(
-                "a sparse matrix of {height} x {width} has a value at {row}, {column}"
-            )));
-        };
-        dense[row * width + column] += value;
+    for ((&row, &column), &value) in found.rows.iter().zip(&found.columns).zip(values) {
+        dense[row as usize * width + column as usize] += value;
     }
-    Ok(dense)
+    dense
 }

@@ -10,6 +10,7 @@ pub mod faces;
 mod find;
 pub mod similarity;
 pub mod surface;
+pub mod table;
 pub mod topology;
 pub(crate) mod vertex_map;
 
