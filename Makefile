@@ -31,10 +31,13 @@ test: viewer
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
 
-# Loads avatars in Debian's Blender and Godot, which take half a gigabyte.
+# Loads avatars in Debian's Blender and Godot, which take half a gigabyte, and applies exported maps in
+# SciPy and OpenCV, as Python packages under target/.
 test-clients:
 	@scripts/install-clients.sh
-	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients
+	@scripts/install-python-tools.sh
+	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients \
+		--test other_tools
 
 # The KTX2 encoder: takes a minute to compile its C++, and few need it.
 test-ktx2:

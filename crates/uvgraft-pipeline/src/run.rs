@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
-use uvgraft::{Blend, BlendDomain, Filter, Overlap, Tone};
+use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone};
 use uvgraft_io::image::{self, Format, Image};
-use uvgraft_io::pair_file::{self, PairFile};
 
 use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
@@ -15,6 +14,7 @@ use crate::batch;
 use crate::blending::{Blending, KnownTexels};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
+use crate::link::Link;
 use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
@@ -59,25 +59,26 @@ impl Transfer {
             return Ok(done);
         }
 
-        let file = pair_file::read(&self.pair).or_input()?;
+        let link = Link::read(&self.correspondence)?;
+        let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         // Decoding a base and preparing a blend take about the same time.
         let (blend, mut first_base) = rayon::join(
-            || self.blend(&file, &known, &plan, observer),
-            || plan.batches.first().map(|batch| self.base(batch)),
+            || self.blend(&link, &known, &plan, observer),
+            || plan.batches.first().map(|batch| self.base(batch, size)),
         );
         done.blend = blend?;
         if let Some(path) = &self.draw_labels {
             self.write_labels(done.blend.as_deref(), path, observer)?;
         }
         if plan.batches.len() > 1 {
-            plan.batches.iter().try_for_each(|batch| self.base_order(batch).check())?;
+            plan.batches.iter().try_for_each(|batch| self.base_order(batch, size).check())?;
         }
         let mut mask = self.mask.as_deref();
         let mut narrowed = None;
         for (batch, manifest) in plan.batches.iter().zip(&manifests) {
             stream::check(observer)?;
-            let base = first_base.take().unwrap_or_else(|| self.base(batch))?;
+            let base = first_base.take().unwrap_or_else(|| self.base(batch, size))?;
             if let Some(folder) = plan.new_folder.take() {
                 std::fs::create_dir(&folder).or_input().map_err(|failure| {
                     failure.context(format_args!("cannot create the folder {}", folder.display()))
@@ -86,7 +87,7 @@ impl Transfer {
             let worker = TransferWorker {
                 transfer: self,
                 values: batch.values,
-                pair: &file.pair,
+                link: &link,
                 base: &base,
                 blend: done.blend.as_ref(),
                 known: &known,
@@ -114,12 +115,13 @@ impl Transfer {
             done.failures.extend(carried.failures);
         }
         done.blend = narrowed.or(done.blend);
-        done.pair = Some(file);
+        done.pair = link.into_pair_file();
         Ok(done)
     }
 
     /// Checks for conflicting options.
     fn check(&self) -> Result<()> {
+        self.check_map()?;
         let (values, textures) = match &self.inputs {
             Inputs::Textures { values, sources, .. } => (Some(*values), sources.len()),
             Inputs::Material(maps) => (None, maps.len()),
@@ -202,7 +204,10 @@ impl Transfer {
         let albedo = self.labelled_map();
         let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
         let images = images.into_iter().flatten().map(PathBuf::as_path);
-        std::iter::once(&*self.pair).chain(self.region.inputs()).chain(images).collect()
+        std::iter::once(self.correspondence.path())
+            .chain(self.region.inputs())
+            .chain(images)
+            .collect()
     }
 
     /// The shared fingerprint for the textures of each batch; `None` if not requested.
@@ -269,15 +274,16 @@ impl Transfer {
 
     fn blend(
         &self,
-        file: &PairFile,
+        link: &Link,
         known: &KnownTexels,
         plan: &Plan,
         observer: &dyn Observer,
     ) -> Result<Option<Arc<Blend>>> {
+        let Some(pair) = link.pair() else { return Ok(None) };
         if self.blending.is_none() && self.region.is_everything() {
             return Ok(None);
         }
-        let domain = BlendDomain::new(Arc::clone(&file.pair), self.direction);
+        let domain = BlendDomain::new(Arc::clone(pair), self.direction);
         let blending = self.blending.clone().unwrap_or_default();
         let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
         let blend = blending.prepare(&self.region, &domain, known, ends_at_mask, observer)?;
@@ -354,10 +360,11 @@ impl Transfer {
         Ok(())
     }
 
-    fn base_order<'a>(&self, batch: &'a Batch) -> BaseOrder<'a> {
+    /// - `size`: of the results, if it is not that of the base.
+    fn base_order<'a>(&self, batch: &'a Batch, size: Option<Size>) -> BaseOrder<'a> {
         BaseOrder {
             onto: batch.onto.as_ref(),
-            size: self.size,
+            size,
             values: batch.values,
             filter: self.filter(batch.values),
             averaging: self.averaging,
@@ -365,10 +372,10 @@ impl Transfer {
         }
     }
 
-    fn base(&self, batch: &Batch) -> Result<Base> {
+    fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
         let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
         let in_memory = batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors);
-        Base::new(&self.base_order(batch), in_memory)
+        Base::new(&self.base_order(batch, size), in_memory)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The request and the result of a transfer between files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uvgraft::{
@@ -14,6 +14,26 @@ use crate::blending::Blending;
 use crate::failure::{Failure, Fault};
 use crate::material::{Role, Values};
 use crate::region::Region;
+
+/// What says where each texel of the result comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Correspondence {
+    /// A pair file.
+    Pair(PathBuf),
+    /// A map in a format of other tools: [`uvgraft_io::sampling_map::read`]. It determines the size
+    /// of results. It knows no meshes: there is no region, no blending, no fit, no other direction,
+    /// and normal maps cannot be transferred.
+    Map(PathBuf),
+}
+
+impl Correspondence {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Pair(path) | Self::Map(path) => path,
+        }
+    }
+}
 
 /// Which textures are transferred.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,8 +78,8 @@ pub enum Existing {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Transfer {
-    /// The pair file.
-    pub pair: PathBuf,
+    /// The pair or the map.
+    pub correspondence: Correspondence,
     /// The textures and their bases.
     pub inputs: Inputs,
     /// A file; or a folder, created if missing, for several textures and for materials.
@@ -117,7 +137,7 @@ pub struct Transferred {
     pub up_to_date: usize,
     /// Why the other textures were not written, in order.
     pub failures: Vec<Failure>,
-    /// The pair; `None` if everything was up to date.
+    /// The pair; `None` if everything was up to date, and for a map.
     pub pair: Option<PairFile>,
     /// The blend, if there was one.
     pub blend: Option<Arc<Blend>>,
@@ -132,10 +152,15 @@ impl Transferred {
 }
 
 impl Transfer {
-    /// A transfer with default options.
+    /// A transfer by a pair file, with default options.
     pub fn new(pair: impl Into<PathBuf>, inputs: Inputs, output: impl Into<PathBuf>) -> Self {
+        Self::by(Correspondence::Pair(pair.into()), inputs, output)
+    }
+
+    /// A transfer with default options.
+    pub fn by(correspondence: Correspondence, inputs: Inputs, output: impl Into<PathBuf>) -> Self {
         Self {
-            pair: pair.into(),
+            correspondence,
             inputs,
             output: output.into(),
             direction: Direction::default(),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 
-use uvgraft::{Blend, FitSummary, Graft, Pair, Size, Sizes, TexelFormat, Texture, ToneCorrection};
+use uvgraft::{Blend, FitSummary, Graft, Size, Sizes, TexelFormat, Texture, ToneCorrection};
 use uvgraft_io::image::{
     BandReader, BandWriter, EncodeError, Format, TextureSpec, WriteError, Written,
 };
@@ -14,6 +14,7 @@ use uvgraft_io::image::{
 use crate::base::{Base, bytes_of};
 use crate::blending::{self, KnownTexels};
 use crate::failure::{Blame, Failure, Result};
+use crate::link::Link;
 use crate::material::Values;
 use crate::non_finite::without_non_finite;
 use crate::observer::{Event, Observer};
@@ -25,7 +26,7 @@ use crate::transfer::Transfer;
 pub(crate) struct TransferWorker<'a> {
     pub(crate) transfer: &'a Transfer,
     pub(crate) values: Values,
-    pub(crate) pair: &'a Arc<Pair>,
+    pub(crate) link: &'a Link,
     pub(crate) base: &'a Base,
     pub(crate) blend: Option<&'a Arc<Blend>>,
     pub(crate) known: &'a KnownTexels,
@@ -285,7 +286,9 @@ impl TransferWorker<'_> {
     fn build_graft(&self, from: Size) -> Result<Graft> {
         let Self { transfer, values, .. } = self;
         let sizes = Sizes { from, to: self.base.size() };
-        let mut builder = Graft::builder(Arc::clone(self.pair), sizes)
+        let mut builder = self
+            .link
+            .builder(sizes)
             .direction(transfer.direction)
             .filter(transfer.filter(*values))
             .map_options(transfer.map)

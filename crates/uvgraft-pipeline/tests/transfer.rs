@@ -11,8 +11,8 @@ use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texels, T
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
-    BaseSource, Blending, Event, Existing, Fault, Inputs, MaterialMap, Observer, Role, Transfer,
-    Values,
+    BaseSource, Blending, Correspondence, Event, Existing, Fault, Inputs, MaterialMap, Observer,
+    Role, Transfer, Values,
 };
 
 /// A temporary folder with a pair of squares, one upright and one rotated by a quarter turn, and
@@ -197,7 +197,8 @@ fn failures_say_whose_fault_they_are() {
         assert!(!desk.path("out.png").exists());
         failure.to_string()
     };
-    let missing = fails(&|transfer| transfer.pair = desk.path("none.uvpair"));
+    let missing =
+        fails(&|transfer| transfer.correspondence = Correspondence::Pair(desk.path("none.uvpair")));
     assert!(missing.contains("none.uvpair: "), "{missing}");
     let folder = fails(&|transfer| transfer.output = desk.path("none/out.png"));
     assert!(folder.contains("does not exist"), "{folder}");

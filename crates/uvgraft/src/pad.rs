@@ -53,6 +53,11 @@ impl Padding {
         Self { size, blocks }
     }
 
+    /// The padding of a texture whose islands are not known: none.
+    pub(crate) const fn none(size: Size) -> Self {
+        Self { size, blocks: Vec::new() }
+    }
+
     /// The texture size that the padding applies to.
     pub fn size(&self) -> Size {
         self.size
@@ -105,7 +110,7 @@ impl Padding {
 
     /// Calls `copy` with the index of each padded texel and the index of the texel whose value it
     /// takes.
-    fn for_each_copy(&self, mut copy: impl FnMut(usize, usize)) {
+    pub(crate) fn for_each_copy(&self, mut copy: impl FnMut(usize, usize)) {
         let width = self.size.width as isize;
         for block in &self.blocks {
             let mut offsets = block.offsets.iter();

@@ -88,11 +88,11 @@ impl Resampler {
     ) -> Self {
         let (from, to) = (way.pair.from(way.direction), way.pair.to(way.direction));
         let paths = Paths::new(&map, source_size, filter);
-        let mut reads = Reads::new(&map, to, &paths);
+        let mut reads = Reads::new(&map, Some(to), &paths);
         let mut reach = reads.reach(&map, map.border_patches(), source_size, filter);
         let beneath = beneath.map(|map| {
             let paths = Paths::new(&map, source_size, filter);
-            let others = Reads::new(&map, to, &paths);
+            let others = Reads::new(&map, Some(to), &paths);
             reads.tiles.unite(&others.tiles);
             reach = reach.max(others.reach(&map, map.border_patches(), source_size, filter));
             Beneath { map, paths }
@@ -108,11 +108,21 @@ impl Resampler {
     pub fn reading(way: &MapInputs<'_>, region: &Region, filter: Filter) -> Self {
         let (map, _) = way.maps(Overlap::First);
         let paths = Paths::new(&map, region.size(), filter);
-        let reads = Reads::new(&map, way.pair.to(way.direction), &paths);
+        let reads = Reads::new(&map, Some(way.pair.to(way.direction)), &paths);
         let reach = reads.reach(&map, map.patches(), region.size(), filter);
         let padding = Padding::new(region, reach, &reads.tiles);
         let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
         Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath: None }
+    }
+
+    /// As [`Resampler::new`], for a map of any origin: as no islands of the source are known, nothing
+    /// is padded, and taps read what is there.
+    pub fn of_map(map: Arc<SamplingMap>, source_size: Size, filter: Filter) -> Self {
+        let paths = Paths::new(&map, source_size, filter);
+        let tiles = Reads::new(&map, None, &paths).tiles;
+        let source_rows = tiles.rows_between(source_size.height);
+        let padding = Padding::none(source_size);
+        Self { filter, map, paths, source_rows, tiles, padding, beneath: None }
     }
 
     /// The sampling map.
@@ -123,6 +133,11 @@ impl Resampler {
     /// The map of the islands beneath overlaps, for [`Overlap::Average`] and if there are any.
     pub fn beneath(&self) -> Option<&Arc<SamplingMap>> {
         self.beneath.as_ref().map(|beneath| &beneath.map)
+    }
+
+    /// The source positions of the map's runs.
+    pub fn paths(&self) -> &Paths {
+        &self.paths
     }
 
     pub fn filter(&self) -> Filter {

@@ -9,7 +9,9 @@ use uvgraft::{
     Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
 };
 use uvgraft_io::image::{Format, WriteOptions};
-use uvgraft_pipeline::{BaseSource, Existing, Inputs, MaterialMap, Role, Transfer, Values};
+use uvgraft_pipeline::{
+    BaseSource, Correspondence, Existing, Inputs, MaterialMap, Role, Transfer, Values,
+};
 
 use crate::blending::BlendArgs;
 use crate::failure::{bad_input, exit_code_of};
@@ -31,11 +33,23 @@ use progress::Progress;
 /// the greater bit depth of the two.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Pair file that links the two meshes
-    pair: PathBuf,
+    /// Pair file that links the two meshes; none with --with-map
+    #[arg(required_unless_present = "with_map")]
+    pair: Option<PathBuf>,
     /// Textures in the source layout, or one folder of them
-    #[arg(required_unless_present = "maps", conflicts_with = "maps", value_name = "TEXTURE")]
+    #[arg(required_unless_present_any = ["maps", "with_map"], conflicts_with = "maps")]
+    #[arg(value_name = "TEXTURE")]
     sources: Vec<PathBuf>,
+    /// Use a map of positions in place of a pair
+    ///
+    /// An NPY array of `uvgraft map`, the NPZ of the reference implementation, or an ST map (EXR). All
+    /// other arguments are textures then. Results have the size of the map. A map knows no meshes:
+    /// textures are not padded around their UV islands before they are read, taps beyond the edge
+    /// read the edge texels, the footprint of filters is estimated from neighbouring texels, and
+    /// --gutter and --prefer are those of the map.
+    #[arg(long, value_name = "MAP", help_heading = heading::FILES)]
+    #[arg(conflicts_with_all = ["gutter", "prefer"])]
+    with_map: Option<PathBuf>,
     /// Base texture or colour beneath the result [default: transparent]
     ///
     /// An image in the target layout, or a colour such as #808080 or #80808000. With --map, repeat
@@ -202,7 +216,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 impl Args {
     /// The transfer that the options describe.
     fn transfer(&self) -> anyhow::Result<Transfer> {
-        let mut transfer = Transfer::new(&self.pair, self.inputs()?, &self.output);
+        let correspondence = self.correspondence()?;
+        let mut transfer = Transfer::by(correspondence, self.inputs()?, &self.output);
         transfer.direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
         transfer.size = self.size;
         transfer.filter = self.filter.map(Into::into);
@@ -222,7 +237,8 @@ impl Args {
         transfer.mask.clone_from(&self.mask);
         if let Some(labels) = self.blending.drawn_labels() {
             check_name(labels, "a label image")?;
-            if self.sources.len() > 1 || self.sources.iter().any(|source| source.is_dir()) {
+            let sources = self.sources();
+            if sources.len() > 1 || sources.iter().any(|source| source.is_dir()) {
                 return Err(bad_input("--labels cannot be used with several textures"));
             }
             transfer.draw_labels = Some(labels.to_path_buf());
@@ -238,6 +254,31 @@ impl Args {
         Ok(transfer)
     }
 
+    /// The pair or the map.
+    fn correspondence(&self) -> anyhow::Result<Correspondence> {
+        match (&self.with_map, &self.pair) {
+            (None, Some(pair)) => Ok(Correspondence::Pair(pair.clone())),
+            (None, None) => Err(bad_input("a pair file or --with-map is required")),
+            (Some(_), Some(first)) if !self.maps.is_empty() => Err(bad_input(format!(
+                "--with-map and --map leave nothing for {}: leave it out",
+                first.display()
+            ))),
+            (Some(_), Some(first)) if first.extension().is_some_and(|end| end == "uvpair") => {
+                Err(bad_input(format!(
+                    "--with-map takes the place of a pair: leave out {}",
+                    first.display()
+                )))
+            }
+            (Some(map), _) => Ok(Correspondence::Map(map.clone())),
+        }
+    }
+
+    /// The textures: with a map, the first argument is one too.
+    fn sources(&self) -> Vec<PathBuf> {
+        let first = self.pair.iter().filter(|_| self.with_map.is_some());
+        first.chain(&self.sources).cloned().collect()
+    }
+
     /// The textures and their bases.
     fn inputs(&self) -> anyhow::Result<Inputs> {
         if self.maps.is_empty() {
@@ -246,7 +287,7 @@ impl Args {
             }
             let onto = self.onto.first().map(|text| BaseSource::parse(text)).transpose()?;
             let values = if self.data { Values::Data } else { Values::Albedo };
-            return Ok(Inputs::Textures { sources: self.sources.clone(), onto, values });
+            return Ok(Inputs::Textures { sources: self.sources(), onto, values });
         }
         if self.data {
             return Err(bad_input(

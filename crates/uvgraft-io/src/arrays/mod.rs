@@ -23,7 +23,8 @@ pub use self::error::{
 };
 pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;
-pub use self::parse::{parse, read};
+pub use self::parse::{parse, parse_npy, read};
 pub use self::partial::{ArrayFile, ArraySelection};
 pub use self::sparse_matrix::{MAX_SPARSE_ELEMENTS, MAX_SPARSE_SIDE, SparseMatrix};
 pub use self::write::{save_npz, write_npz};
+pub(crate) use self::write::{stored_entry, write_text};

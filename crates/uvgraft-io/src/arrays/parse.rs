@@ -7,6 +7,7 @@ use super::collect::Collector;
 use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use super::named::NamedArrays;
 use super::npz;
+use super::numeric::NumericArray;
 use crate::input::{ReadError, read_file};
 use crate::pickle;
 
@@ -26,6 +27,21 @@ use crate::pickle;
 /// this module.
 pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
     parse_within(bytes, MAX_UNPACKED_BYTES)
+}
+
+/// Reads the numeric array of an NPY file. Its name in errors is `array`.
+///
+/// # Errors
+/// [`ArraysError`] for a damaged file, for anything but numbers, and beyond [`MAX_NUMBERS`].
+///
+/// [`MAX_NUMBERS`]: super::MAX_NUMBERS
+pub fn parse_npy(bytes: &[u8]) -> Result<NumericArray, ArraysError> {
+    const NAME: &str = "array";
+    let mut collector = Collector::new(None);
+    npz::add(NAME, bytes, &mut collector)?;
+    let mut arrays = collector.finish();
+    arrays.require(NAME)?;
+    arrays.take(NAME).ok_or_else(|| ArraysError::array(NAME, "is not numeric"))
 }
 
 fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysError> {

@@ -22,14 +22,12 @@ use crate::output::write_atomically;
 /// # Errors
 /// Those of `out`.
 pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()> {
-    let options =
-        SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
     let mut archive = ZipWriter::new(out);
     for (name, held) in arrays.entries() {
         if matches!(held, Held::Unusable(_) | Held::Skipped) {
             continue;
         }
-        archive.start_file(format!("{name}.npy"), options)?;
+        archive.start_file(format!("{name}.npy"), stored_entry())?;
         // Values are written one by one.
         let mut entry = BufWriter::new(&mut archive);
         match held {
@@ -67,7 +65,13 @@ fn write_array(array: &NumericArray, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-fn write_text(text: &str, out: &mut impl Write) -> io::Result<()> {
+/// The options of an archive's entries.
+pub(crate) fn stored_entry() -> SimpleFileOptions {
+    SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true)
+}
+
+/// Writes a string as an NPY array without axes.
+pub(crate) fn write_text(text: &str, out: &mut impl Write) -> io::Result<()> {
     write_header(&format!("<U{}", text.chars().count()), &[], out)?;
     text.chars().try_for_each(|character| out.write_all(&u32::from(character).to_le_bytes()))
 }

@@ -47,6 +47,7 @@ pub use self::band_reader::{BandDecoder, BandReader};
 pub use self::band_writer::{BandEncoder, BandWriter};
 use self::convert::Source;
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
+pub(crate) use self::exr::encode_rows as encode_exr_rows;
 pub use self::format::Format;
 use self::header::StoredHeader;
 pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};

@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::{Blending, Content, Graft, GraftError, Unknown};
+use super::{Blending, Content, Graft, GraftError, Link, Unknown};
 use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::labels::Labels;
-use crate::map::{MapOptions, Prefer};
+use crate::map::{MapOptions, Prefer, SamplingMap};
 use crate::normals::NormalFrames;
 use crate::pair::{Direction, Pair};
 use crate::resampler::{MapInputs, Overlap, Resampler};
@@ -17,7 +17,7 @@ use crate::texture::{Size, Sizes, Texture, TextureError};
 #[derive(Debug, Clone)]
 #[must_use]
 pub struct GraftBuilder {
-    pair: Arc<Pair>,
+    link: Link,
     sizes: Sizes,
     direction: Direction,
     filter: Option<Filter>,
@@ -33,9 +33,9 @@ pub struct GraftBuilder {
 }
 
 impl GraftBuilder {
-    pub(super) fn new(pair: Arc<Pair>, sizes: Sizes) -> Self {
+    pub(super) fn new(link: Link, sizes: Sizes) -> Self {
         Self {
-            pair,
+            link,
             sizes,
             direction: Direction::default(),
             filter: None,
@@ -125,11 +125,57 @@ impl GraftBuilder {
     /// # Errors
     /// [`GraftError::Texture`] for impossible sizes, or if there is not enough memory;
     /// [`GraftError::Region`] if no linked triangle is left in the region; [`GraftError::Domain`]
-    /// if the region or the blend belongs to another pair or direction.
+    /// if the region or the blend belongs to another pair or direction; [`GraftError::NoMeshes`]
+    /// for a region, a blend or normals through a map.
     pub fn build(self) -> Result<Graft, GraftError> {
-        let Self { pair, sizes, direction, map, overlap, averaging, content, .. } = self;
-        check_size(sizes.from)?;
-        check_size(sizes.to)?;
+        check_size(self.sizes.from)?;
+        check_size(self.sizes.to)?;
+        match &self.link {
+            Link::Pair(pair) => {
+                let pair = Arc::clone(pair);
+                self.build_with(pair)
+            }
+            Link::Map(map) => {
+                let map = Arc::clone(map);
+                self.build_through(map)
+            }
+        }
+    }
+
+    fn build_through(self, map: Arc<SamplingMap>) -> Result<Graft, GraftError> {
+        if matches!(self.content, Content::Normals(_)) {
+            return Err(GraftError::NoMeshes("normal maps need the tangent frames of two meshes"));
+        }
+        if self.region.is_some() || self.blend.is_some() || self.prepared.is_some() {
+            return Err(GraftError::NoMeshes("regions and blends need the surface of a mesh"));
+        }
+        let filter = self.filter_or_default();
+        let direction = map.direction();
+        Ok(Graft {
+            pair: None,
+            direction,
+            sizes: self.sizes,
+            map_options: self.map,
+            averaging: self.averaging,
+            content: self.content,
+            resampler: Arc::new(Resampler::of_map(map, self.sizes.from, filter)),
+            blend: None,
+            frames: None,
+            fit: OnceLock::new(),
+        })
+    }
+
+    fn filter_or_default(&self) -> Filter {
+        self.filter.unwrap_or(match self.content {
+            Content::Color => Filter::default(),
+            // Overshoot would put values into data that none of its texels has.
+            Content::Data | Content::Normals(_) => Filter::Bilinear,
+        })
+    }
+
+    fn build_with(self, pair: Arc<Pair>) -> Result<Graft, GraftError> {
+        let filter = self.filter_or_default();
+        let Self { sizes, direction, map, overlap, averaging, content, .. } = self;
         let blend = match (self.prepared, self.region, self.blend) {
             (Some(blend), _, _) => Some(blend),
             (None, None, None) => None,
@@ -150,11 +196,6 @@ impl GraftBuilder {
                 }))
             }
         };
-        let filter = self.filter.unwrap_or(match content {
-            Content::Color => Filter::default(),
-            // Overshoot would put values into data that none of its texels has.
-            Content::Data | Content::Normals(_) => Filter::Bilinear,
-        });
         let way = MapInputs { pair: &pair, direction, target_size: sizes.to, map };
         let resampler = Arc::new(Resampler::new(&way, way.maps(overlap), sizes.from, filter));
         let frames = match content {
@@ -173,7 +214,7 @@ impl GraftBuilder {
             }
         };
         Ok(Graft {
-            pair,
+            pair: Some(pair),
             direction,
             sizes,
             map_options: map,

@@ -54,6 +54,9 @@ pub enum GraftError {
         /// The direction of the graft.
         wanted: Direction,
     },
+    /// Something that needs the meshes of a pair, for a graft through a map.
+    #[error("{0}, got a map without meshes")]
+    NoMeshes(&'static str),
     /// No tone could be estimated.
     #[error("tones were not matched: {0}")]
     ToneCorrection(#[from] ToneError),

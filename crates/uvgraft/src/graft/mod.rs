@@ -69,7 +69,8 @@ pub enum Content {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Graft {
-    pair: Arc<Pair>,
+    /// `None` for a map of another origin.
+    pair: Option<Arc<Pair>>,
     direction: Direction,
     sizes: Sizes,
     map_options: MapOptions,
@@ -81,6 +82,13 @@ pub struct Graft {
     frames: Option<(Arc<NormalFrames>, NormalOptions)>,
     /// Made for the first texture that is fitted.
     fit: OnceLock<Arc<FitSystem>>,
+}
+
+/// What says where the texels of the target come from.
+#[derive(Debug, Clone)]
+enum Link {
+    Pair(Arc<Pair>),
+    Map(Arc<SamplingMap>),
 }
 
 /// A blend, evaluated at the texels of the map.
@@ -124,7 +132,20 @@ pub struct FittedTransfer {
 impl Graft {
     /// Starts building a graft.
     pub fn builder(pair: impl Into<Arc<Pair>>, sizes: Sizes) -> GraftBuilder {
-        GraftBuilder::new(pair.into(), sizes)
+        GraftBuilder::new(Link::Pair(pair.into()), sizes)
+    }
+
+    /// Starts building a graft through a map of any origin, such as
+    /// [`SamplingMap::from_positions`], in place of a pair's map.
+    ///
+    /// - `from`: the size of the textures; that of the bases is the map's.
+    ///
+    /// Without meshes there is no region, no blend, no fit and no content of normals, the source has
+    /// no islands to pad, and options of the pair's map are ignored.
+    pub fn through_map(map: impl Into<Arc<SamplingMap>>, from: Size) -> GraftBuilder {
+        let map = map.into();
+        let sizes = Sizes { from, to: map.size() };
+        GraftBuilder::new(Link::Map(map), sizes)
     }
 
     /// Lays a texture over a base.
@@ -226,7 +247,7 @@ impl Graft {
     /// As [`Graft::overlay`]; [`GraftError::NotFinite`] if a float texture contains a NaN or an
     /// infinity; [`GraftError::Fit`] for normals, for [`Overlap::Average`] where islands do overlap
     /// (there is no single island to solve for), for [`Filter::Nearest`], which never blends
-    /// texels, and for options that are not finite or negative weights.
+    /// texels, for a graft through a map, which has no way back, and for options that are not finite or negative weights.
     pub fn fit<'t>(
         &self,
         texture: impl Into<Cow<'t, Texture>>,
@@ -237,6 +258,9 @@ impl Graft {
         if self.frames.is_some() {
             return Err(GraftError::Fit("normal maps cannot be fitted"));
         }
+        let Some(way) = self.way() else {
+            return Err(GraftError::Fit("a map without meshes has no way back"));
+        };
         if self.resampler.beneath().is_some() {
             return Err(GraftError::Fit("overlapping islands cannot be averaged in a fit"));
         }
@@ -255,9 +279,8 @@ impl Graft {
         }
         let texture = self.checked(texture.into())?;
         let formats = self.formats(texture.format(), base);
-        let system = self
-            .fit
-            .get_or_init(|| Arc::new(FitSystem::new(&self.way(), Arc::clone(&self.resampler))));
+        let system =
+            self.fit.get_or_init(|| Arc::new(FitSystem::new(&way, Arc::clone(&self.resampler))));
         let (layer, summary) = system
             .solve(&formats, texture, options, progress)
             .map_err(|error| GraftError::NotFinite { x: error.texel[0], y: error.texel[1] })?;
@@ -288,10 +311,15 @@ impl Graft {
     /// [`GraftError::Texture`] if a texture cannot have that size.
     pub fn with_texture_size(&self, from: Size) -> Result<Self, GraftError> {
         builder::check_size(from)?;
-        let maps = (Arc::clone(self.resampler.map()), self.resampler.beneath().cloned());
-        let resampler = Resampler::new(&self.way(), maps, from, self.filter());
+        let map = Arc::clone(self.resampler.map());
+        let resampler = Arc::new(match self.way() {
+            Some(way) => {
+                let maps = (map, self.resampler.beneath().cloned());
+                Resampler::new(&way, maps, from, self.filter())
+            }
+            None => Resampler::of_map(map, from, self.filter()),
+        });
         let sizes = Sizes { from, ..self.sizes };
-        let resampler = Arc::new(resampler);
         let blend = self.blend.clone().map(|blending| {
             let map = self.resampler.map();
             let unknown = Unknown::new(&blending.blend, map, self.content, from);
@@ -314,9 +342,9 @@ impl Graft {
         self.resampler.map()
     }
 
-    /// The pair.
-    pub fn pair(&self) -> &Arc<Pair> {
-        &self.pair
+    /// The pair; `None` for a graft through a map of another origin.
+    pub fn pair(&self) -> Option<&Arc<Pair>> {
+        self.pair.as_ref()
     }
 
     /// The direction of the transfer.
@@ -344,13 +372,14 @@ impl Graft {
         self.blend.as_ref().map(|blending| &blending.blend)
     }
 
-    fn way(&self) -> MapInputs<'_> {
-        MapInputs {
-            pair: &self.pair,
+    /// `None` for a map of another origin.
+    fn way(&self) -> Option<MapInputs<'_>> {
+        Some(MapInputs {
+            pair: self.pair.as_ref()?,
             direction: self.direction,
             target_size: self.sizes.to,
             map: self.map_options,
-        }
+        })
     }
 
     fn formats(&self, texture: TexelFormat, base: TexelFormat) -> Formats {

@@ -8,6 +8,7 @@ mod beneath;
 mod build;
 mod coverage;
 mod cut;
+mod from_positions;
 mod gutter;
 mod gutter_rows;
 mod lost_edges;
@@ -17,6 +18,7 @@ mod rows;
 mod tiles;
 
 pub(crate) use coverage::{Coverage, LayoutTriangles, corners_px};
+pub use from_positions::PositionsError;
 pub(crate) use precedence::Precedence;
 pub use precedence::Prefer;
 pub(crate) use region::Region;

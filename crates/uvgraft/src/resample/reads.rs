@@ -27,8 +27,8 @@ impl Reads {
     /// Only patches with a large margin or corners far off, and pieces that are a part of a face,
     /// are traced run by run.
     ///
-    /// - `target`: the mesh that the map fills.
-    pub fn new(map: &SamplingMap, target: &Mesh, paths: &Paths) -> Self {
+    /// - `target`: the mesh that the map fills; without it, all patches are traced run by run.
+    pub fn new(map: &SamplingMap, target: Option<&Mesh>, paths: &Paths) -> Self {
         const PIECES: usize = 16;
         /// Patches with a larger margin around their triangle are traced run by run.
         const MAX_MARGIN_PX: f64 = 32.0;
@@ -43,9 +43,7 @@ impl Reads {
         let boxes = map_indices(linked.len(), |index| {
             let (path, patch) = (&paths.patches[index], &linked[index]);
             // The map of a part may extrapolate to positions far off at the corners of the face.
-            if patch.is_part {
-                return None;
-            }
+            let target = target.filter(|_| !patch.is_part)?;
             let corners = corners_px(target, patch.face as usize, map.size());
             let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
             let has_box = is_near && (0..2).all(|axis| margin(path, axis) < MAX_MARGIN_PX);

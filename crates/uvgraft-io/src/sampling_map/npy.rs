@@ -1,10 +1,11 @@
-//! Sampling maps as arrays, for tools that need a position for each texel.
+//! Sampling maps as NPY arrays of positions.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use uvgraft::SamplingMap;
 
+use super::for_each_texel;
 use crate::numpy::write_header;
 use crate::output::write_atomically;
 
@@ -28,16 +29,11 @@ pub fn write_npy(map: &SamplingMap, out: &mut impl Write) -> io::Result<()> {
     let mut bytes = nowhere.clone();
     for row in 0..map.size().height {
         bytes.copy_from_slice(&nowhere);
-        for run in map.row(row) {
-            let affine = &map.patches()[run.patch as usize].src_uv_from_tgt_px;
-            let texels = bytes[run.x as usize * TEXEL..].chunks_exact_mut(TEXEL);
-            for (x, texel) in (run.x..run.x + run.len).zip(texels) {
-                let [u, v] = affine.at([f64::from(x) + 0.5, f64::from(row) + 0.5]);
-                let (to_u, to_v) = texel.split_at_mut(TEXEL / 2);
-                to_u.copy_from_slice(&(u as f32).to_le_bytes());
-                to_v.copy_from_slice(&(v as f32).to_le_bytes());
-            }
-        }
+        for_each_texel(map, row, |x, [u, v], _| {
+            let (to_u, to_v) = bytes[x * TEXEL..][..TEXEL].split_at_mut(TEXEL / 2);
+            to_u.copy_from_slice(&(u as f32).to_le_bytes());
+            to_v.copy_from_slice(&(v as f32).to_le_bytes());
+        });
         out.write_all(&bytes)?;
     }
     Ok(())
