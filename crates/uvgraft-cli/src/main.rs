@@ -21,6 +21,7 @@ mod heatmap;
 mod help_tests;
 mod inspect;
 mod interruption;
+mod layouts;
 mod man;
 mod map;
 mod mesh_file;
@@ -31,6 +32,7 @@ mod picture;
 mod preference;
 mod preview;
 mod progress;
+mod recognition;
 mod region;
 mod render;
 mod report;
@@ -77,6 +79,7 @@ Exit status: 0 on success, 1 on failure, 2 on invalid input or usage, 130 if int
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Args),
+    Layouts(layouts::Args),
     Pair(pair::Args),
     Inspect(inspect::Args),
     Transfer(Box<transfer::Args>),
@@ -108,6 +111,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
     match &cli.command {
         Command::Demo(args) => demo::run(args),
+        Command::Layouts(args) => layouts::run(args),
         Command::Pair(args) => pair::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Transfer(args) => transfer::run(args),

@@ -15,11 +15,11 @@ use crate::picture::Picture;
 use crate::report::grouped;
 
 /// Side of a layout's panel, in pixels.
-const PANEL: u32 = 1024;
-const MARGIN: u32 = 24;
-const CAPTION: u32 = 56;
+pub(crate) const PANEL: u32 = 1024;
+pub(crate) const MARGIN: u32 = 24;
+pub(crate) const CAPTION: u32 = 56;
 
-const BACKGROUND: [u8; 3] = [24, 26, 30];
+pub(crate) const BACKGROUND: [u8; 3] = [24, 26, 30];
 const UNLINKED: [u8; 3] = [74, 78, 86];
 
 /// Draws the weight of a blend at each texel, on both layouts, and writes the picture.
@@ -145,7 +145,7 @@ fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
 }
 
 /// Draws the wireframe of a layout faintly and the borders of its islands clearly.
-fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
+pub(crate) fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
     let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);
     let mut wires = PathBuilder::new();
     for corners in mesh.uv_faces() {

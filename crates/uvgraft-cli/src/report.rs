@@ -6,8 +6,10 @@ use std::io::{self, Write as _};
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::report::{LayoutReport, Percentiles};
-use uvgraft::{PairReport, Size, correspond};
+use uvgraft::{PairReport, Recognition, Size, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
+
+use crate::recognition;
 
 /// Texture sizes that a report's texel counts and densities are for.
 #[derive(clap::Args)]
@@ -44,6 +46,8 @@ struct Document<'a> {
     target_name: &'a str,
     source_fingerprint: String,
     target_fingerprint: String,
+    source_recognition: &'a Recognition,
+    target_recognition: &'a Recognition,
     note: &'a str,
     #[serde(flatten)]
     linked: Option<&'a Linked>,
@@ -153,12 +157,15 @@ fn print_with(
     json: bool,
 ) -> anyhow::Result<()> {
     let report = PairReport::new(&file.pair, sizes.texels());
+    let recognised = [file.pair.source(), file.pair.target()].map(recognise);
     let text = if json {
         let document = Document {
             source_name: &file.source_name,
             target_name: &file.target_name,
             source_fingerprint: layout_fingerprint(file.pair.source()),
             target_fingerprint: layout_fingerprint(file.pair.target()),
+            source_recognition: &recognised[0],
+            target_recognition: &recognised[1],
             note: &file.note,
             linked,
             report: &report,
@@ -166,7 +173,7 @@ fn print_with(
         serde_json::to_string_pretty(&document)? + "\n"
     } else {
         let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
-        linked + &text(file, &report)
+        linked + &text(file, &report, &recognised)
     };
     to_stdout(&text)
 }
@@ -181,7 +188,7 @@ pub(crate) fn to_stdout(text: &str) -> anyhow::Result<()> {
     }
 }
 
-fn text(file: &PairFile, report: &PairReport) -> String {
+fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> String {
     let (source, target) = (&report.source, &report.target);
     let mut text = String::new();
     let mut row = |name: &str, source: String, target: String| {
@@ -192,6 +199,13 @@ fn text(file: &PairFile, report: &PairReport) -> String {
         format!("source {}", short(&file.source_name)),
         format!("target {}", short(&file.target_name)),
     );
+    let [source_names, target_names] = recognised.each_ref().map(recognition::short_names);
+    for (k, name) in ["known mesh", "known layout"].into_iter().enumerate() {
+        let [source, target] = [&source_names, &target_names].map(|names| names[k].as_deref());
+        if source.or(target).is_some() {
+            row(name, source.unwrap_or("").to_owned(), target.unwrap_or("").to_owned());
+        }
+    }
     let mut both = |name: &str, value: &dyn Fn(&LayoutReport) -> String| {
         row(name, value(source), value(target));
     };

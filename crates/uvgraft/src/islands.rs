@@ -28,7 +28,7 @@ pub struct BoundaryEdge {
 impl Islands {
     /// Finds the islands of a mesh's UV layout.
     pub fn new(mesh: &Mesh) -> Self {
-        let (corners, count) = weld(mesh);
+        let (corners, count) = weld_corners(mesh, mesh.faces(), mesh.positions().len());
         let mut sets = DisjointSets::new(count);
         for &[a, b, c] in &corners {
             sets.join(a, b);
@@ -66,8 +66,15 @@ impl Islands {
 
 /// Gives each corner an index that is the same for corners with the same vertex and UV coordinate;
 /// also returns the number of distinct indices.
-fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, u32) {
-    let vertices = mesh.faces().as_flattened();
+///
+/// - `vertices`: `[triangles]`, the vertex at each corner: those of the mesh, or welded points. Each
+///   is below `vertex_count`.
+pub(crate) fn weld_corners(
+    mesh: &Mesh,
+    vertices: &[[u32; 3]],
+    vertex_count: usize,
+) -> (Vec<[u32; 3]>, u32) {
+    let vertices = vertices.as_flattened();
     let uv_indices = mesh.uv_faces().as_flattened();
     let coordinate = |corner: u32| {
         // Adding 0.0 turns -0.0 into 0.0.
@@ -75,7 +82,7 @@ fn weld(mesh: &Mesh) -> (Vec<[u32; 3]>, u32) {
     };
     let mut welded = vec![[0; 3]; mesh.faces().len()];
     let mut id = 0;
-    let by_vertex = Buckets::new(vertices, mesh.positions().len());
+    let by_vertex = Buckets::new(vertices, vertex_count);
     for_each_group(&by_vertex, coordinate, |corners| {
         for &(_, corner) in corners {
             welded.as_flattened_mut()[corner as usize] = id;

@@ -1,0 +1,167 @@
+//! Known layouts and reports on meshes, through the program.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
+mod bench;
+
+use bench::Bench;
+use serde_json::Value;
+use uvgraft::{Mesh, Size};
+use uvgraft_figure::Figure;
+use uvgraft_io::obj;
+use uvgraft_tests::real;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// The value of a row in a report.
+fn row<'a>(report: &'a str, name: &str) -> &'a str {
+    let line = report.lines().find_map(|line| line.strip_prefix(name));
+    line.unwrap_or_else(|| panic!("{name} in:\n{report}")).trim()
+}
+
+#[test]
+fn the_known_layouts_are_listed() {
+    let bench = Bench::new();
+    let text = bench.succeed("layouts");
+    for wanted in [
+        "| FLAME ",
+        "|   layout SMPL-X Blender add-on ",
+        "20,908",
+        "connectivity",
+        "https://flame.is.tue.mpg.de",
+        "licence  CC0",
+    ] {
+        assert!(text.contains(wanted), "{wanted} in:\n{text}");
+    }
+    let meshes = json(&bench.succeed("layouts --json"));
+    let flame = meshes.as_array().unwrap().iter().find(|mesh| mesh["name"] == "FLAME").unwrap();
+    assert_eq!(flame["editions"][0]["vertices"], 5_023);
+    assert_eq!(flame["editions"][0]["fingerprint"].as_str().unwrap().len(), 16);
+    assert_eq!(flame["layouts"][1]["uv_coordinates"], 5_150);
+    assert!(flame["source"].as_str().unwrap().starts_with("https://"));
+}
+
+#[test]
+fn a_mesh_is_described() {
+    let bench = Bench::new();
+    let report = bench.succeed("inspect mesh target.obj --preview layout.png");
+    for (name, wanted) in [
+        ("mesh  ", "unknown"),
+        ("layout  ", "unknown"),
+        ("vertices", "29"),
+        ("triangles", "34"),
+        ("polygons", "17"),
+        ("connected components", "2"),
+        ("open edges", "20, along 2 boundaries"),
+        ("non-manifold edges", "0"),
+        ("UV islands", "2"),
+        ("UV tiles", "1001 (34 triangles)"),
+        ("outside unit square", "0 triangles"),
+        ("texels overlapping", "0 at 1024×1024"),
+        ("shows", "no head was found"),
+    ] {
+        assert_eq!(row(&report, name), wanted, "{name}");
+    }
+    assert!(report.lines().all(|line| line.chars().count() <= 100), "{report}");
+    let Size { width, height } = bench.texture("layout.png").size();
+    assert!((1000..1200).contains(&width) && (1000..1300).contains(&height), "{width}×{height}");
+
+    let report = json(&bench.succeed("inspect mesh target.obj --json"));
+    assert_eq!((&report["triangles"], &report["islands"]), (&34.into(), &2.into()));
+    assert_eq!(report["recognition"]["mesh"], Value::Null);
+    let fingerprints = ["surface_fingerprint", "layout_fingerprint"];
+    let digits = |name: &str| report["recognition"][name].as_str().unwrap().len();
+    assert_eq!(fingerprints.map(digits), [16, 16]);
+}
+
+#[test]
+fn what_a_mesh_shows_and_its_unit_are_guessed() {
+    let figure = Figure::new();
+    let bench = Bench::new();
+    for (name, mesh, wanted) in
+        [("head.obj", &figure.head, "a head"), ("body.obj", &figure.body, "a body")]
+    {
+        obj::save(mesh, &bench.path(name)).unwrap();
+        let report = bench.succeed(&format!("inspect mesh {name}"));
+        assert_eq!(row(&report, "shows"), wanted);
+        assert!(row(&report, "size").ends_with("unit probably m"), "{report}");
+    }
+}
+
+/// Two triangles, the second in tile 1003.
+fn in_two_tiles() -> Mesh {
+    let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+    let uv = vec![[0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [2.1, 0.1], [2.9, 0.1], [2.1, 0.9]];
+    Mesh::from_triangles(positions, uv, &[[0, 1, 2], [1, 3, 2]], &[[0, 1, 2], [3, 4, 5]]).unwrap()
+}
+
+#[test]
+fn each_uv_tile_has_its_panel() {
+    let bench = Bench::new();
+    obj::save(&in_two_tiles(), &bench.path("tiles.obj")).unwrap();
+    let report = bench.succeed("inspect mesh tiles.obj --preview tiles.png");
+    assert_eq!(row(&report, "UV tiles"), "1001 (1 triangle), 1003 (1 triangle)");
+    assert_eq!(row(&report, "outside unit square"), "1 triangle");
+    let picture = bench.texture("tiles.png");
+    let Size { width, height } = picture.size();
+    assert!((2000..2200).contains(&width), "{width}×{height}");
+    // Both triangles are drawn in the upper left of their panels.
+    let bright = |x: u32| {
+        let texel = bench::texel_u8(&picture, x, height / 3);
+        texel.iter().copied().max().unwrap()
+    };
+    let background = bright(width / 2 - 40);
+    for x in [width / 8, width * 5 / 8] {
+        assert!(bright(x) > background + 40, "{x}: {} and {background}", bright(x));
+    }
+}
+
+#[test]
+fn a_pair_with_islands_in_other_tiles_is_warned_of() {
+    let bench = Bench::new();
+    bench.save_pair("tiles.uvpair", in_two_tiles(), in_two_tiles(), &[0, 1, 2, 3]);
+    let run = bench.run("inspect tiles.uvpair");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(run.stderr.matches("1 triangle lies in other UV tiles (1003)").count(), 2);
+    assert_eq!(bench.run("inspect my.uvpair").stderr, "");
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let bench = Bench::new();
+    bench.refuse("inspect mesh my.uvpair", &["my.uvpair", "not an OBJ file"]);
+    bench.refuse("inspect mesh none.obj", &["none.obj"]);
+    bench.refuse("inspect mesh target.obj --preview layout.txt", &["layout.txt", "image"]);
+    bench.refuse("inspect target.obj", &["target.obj", "not a pair file", "`inspect mesh`"]);
+    bench.refuse("inspect", &["<PAIR>"]);
+    bench.refuse("inspect mesh", &["<MESH.obj>"]);
+}
+
+#[test]
+fn real_meshes_have_names() {
+    let Some(folder) = real::folder() else { return };
+    let bench = Bench::new();
+    for (file, mesh, layout) in [
+        ("flame_head_template.obj", "FLAME", "FLAME"),
+        ("flame_hifi3d_uv.obj", "FLAME", "HiFi3D++"),
+        ("hifi3d_head.obj", "HiFi3D++", "HiFi3D++"),
+        ("smplx_addon.obj", "SMPL-X", "SMPL-X Blender add-on"),
+    ] {
+        std::fs::copy(folder.join(file), bench.path(file)).unwrap();
+        let report = bench.succeed(&format!("inspect mesh {file}"));
+        assert_eq!(row(&report, "mesh  "), format!("{mesh} (same connectivity)"));
+        assert_eq!(row(&report, "layout  "), format!("{layout} (same connectivity)"));
+    }
+    let ids = folder.join("smplx_flame_vertex_ids.npy");
+    std::fs::copy(ids, bench.path("flame_ids.npy")).unwrap();
+    bench.succeed(
+        "pair flame_head_template.obj smplx_addon.obj --vertex-map flame_ids.npy -o f.uvpair",
+    );
+    let report = bench.succeed("inspect f.uvpair");
+    assert_eq!(
+        row(&report, "known layout").split_whitespace().collect::<Vec<_>>().join(" "),
+        "FLAME SMPL-X Blender add-on"
+    );
+}
