@@ -52,7 +52,8 @@ pub(super) fn pieces(
 ) -> Result<(Vec<Piece>, SameFaces), FacesError> {
     let of = source.faces().len().min(target.faces().len());
     let (mut fanned_source, mut fanned_target) = (source.clone(), target.clone());
-    let found = link_faces(&mut fanned_source, &mut fanned_target, |vertex| vertex, |vertex| vertex);
+    let found =
+        link_faces(&mut fanned_source, &mut fanned_target, |vertex| vertex, |vertex| vertex);
     let same = distinct(&found);
     if same as f64 >= ENOUGH * of as f64 {
         (*source, *target) = (fanned_source, fanned_target);

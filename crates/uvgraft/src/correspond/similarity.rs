@@ -160,10 +160,8 @@ mod tests {
     fn points_in_a_plane_are_enough_and_on_a_line_are_not() {
         let truth = moved();
         let of = |flat: fn(DVec3) -> DVec3| {
-            let pairs: Vec<[DVec3; 2]> = cloud(4)
-                .into_iter()
-                .map(|point| [flat(point), truth.apply(flat(point))])
-                .collect();
+            let pairs: Vec<[DVec3; 2]> =
+                cloud(4).into_iter().map(|point| [flat(point), truth.apply(flat(point))]).collect();
             let found = Similarity::between(&pairs, &[1.0; 40], true);
             found.map(|found| found.distances(&pairs).into_iter().fold(0.0, f64::max))
         };

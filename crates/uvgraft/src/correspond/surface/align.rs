@@ -75,7 +75,13 @@ impl Heads {
 
 /// Refines an alignment by iterated closest points (P. Besl and N. McKay, "A method for
 /// registration of 3-D shapes", 1992), of which the nearest part counts.
-pub(super) fn refine(start: Similarity, target: &Shape, goal: &Goal, unit: f64, scales: bool) -> Similarity {
+pub(super) fn refine(
+    start: Similarity,
+    target: &Shape,
+    goal: &Goal,
+    unit: f64,
+    scales: bool,
+) -> Similarity {
     const STEPS: usize = 30;
     /// At most this share of the unit apart.
     const REACH: f64 = 0.05;

@@ -62,7 +62,8 @@ impl Equations {
             bilaplacian.row_indices(),
             &amd::Control::default(),
         );
-        let permuted = order.map_or_else(|_| (0..masses.len()).collect(), |(_, inverse, _)| inverse);
+        let permuted =
+            order.map_or_else(|_| (0..masses.len()).collect(), |(_, inverse, _)| inverse);
         Self { masses, laplacian, bilaplacian, permuted }
     }
 
@@ -134,9 +135,13 @@ impl Factors<'_> {
                 right[points[k] as usize] += *displacement * (weights[k] * anchor_weight);
             }
         }
-        conjugate_gradients(apply, |values| self.precondition(values), &right, start, |step, norm| {
-            step < ITERATIONS && norm > TOLERANCE
-        })
+        conjugate_gradients(
+            apply,
+            |values| self.precondition(values),
+            &right,
+            start,
+            |step, norm| step < ITERATIONS && norm > TOLERANCE,
+        )
     }
 
     /// `(ℓᵦ⁴ L M⁻¹ L + ℓₘ² L) values`.

@@ -1,7 +1,7 @@
 //! Corresponding parts of triangles from surfaces alone: meshes of other topology and shape.
 //!
-//! The target is brought into the source's place ([`align`]), its points are moved onto the source's
-//! surface ([`register`]), and the two surfaces are laid over each other exactly ([`overlay`]).
+//! The target is brought into the source's place, its points are moved onto the source's
+//! surface, and the two surfaces are laid over each other exactly.
 
 mod align;
 mod equations;
@@ -293,7 +293,7 @@ fn report(
     let mut points = vec![[0.0; 3]; target.positions().len()];
     for (face, corners) in target.faces().iter().zip(surface.triangles()) {
         for k in 0..3 {
-            let at = registered.points[corners_point(corners, k)] * placement.unit + placement.center;
+            let at = registered.points[corners[k] as usize] * placement.unit + placement.center;
             points[face[k] as usize] = at.as_vec3().to_array();
         }
     }
@@ -305,8 +305,4 @@ fn report(
         covered: covered / areas.iter().sum::<f64>(),
         registered: points,
     }
-}
-
-fn corners_point(corners: &[u32; 3], corner: usize) -> usize {
-    corners[corner] as usize
 }

@@ -378,7 +378,10 @@ fn piece(target: u32, source: u32, corners: [[Weights; 2]; 3]) -> Piece {
     if sorted == [0, 1, 2] {
         return Piece::whole(target, source, whole);
     }
-    Piece::part((target, corners.map(|corner| corner[0])), (source, corners.map(|corner| corner[1])))
+    Piece::part(
+        (target, corners.map(|corner| corner[0])),
+        (source, corners.map(|corner| corner[1])),
+    )
 }
 
 /// The real roots of `a x² + b x + c`.

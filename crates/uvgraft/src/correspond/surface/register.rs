@@ -80,8 +80,7 @@ pub(super) fn register(rest: &Shape, goal: &Goal, anchors: &[Anchor]) -> Vec<DVe
     const ANCHOR: f64 = 0.3;
     const SETTLED: f64 = 1e-4;
     let equations = Equations::new(rest);
-    let mean_mass =
-        equations.masses().iter().sum::<f64>() / equations.masses().len().max(1) as f64;
+    let mean_mass = equations.masses().iter().sum::<f64>() / equations.masses().len().max(1) as f64;
     let mut moved = rest.clone();
     let mut displacements = vec![DVec3::ZERO; rest.points.len()];
     for (stage, stiffness) in STAGES.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A tree of boxes over triangles that finds what is near a point, inside a box or along a ray.
+//! A tree of boxes over triangles that finds what is near a point or inside a box.
 //!
 //! Closest points on triangles follow C. Ericson, "Real-Time Collision Detection", 2005, section
 //! 5.1.5.
@@ -84,10 +84,6 @@ impl Tree {
         tree.split(0, &mut order, 0, count);
         tree.order = order;
         tree
-    }
-
-    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.corners[triangle as usize]
     }
 
     fn split(&mut self, node: usize, order: &mut [u32], start: usize, end: usize) {
@@ -183,31 +179,11 @@ impl Tree {
             }
         }
     }
-
-    /// Whether a segment meets a triangle.
-    pub fn blocks(&self, from: DVec3, to: DVec3) -> bool {
-        let bounds = Bounds::of([from, to]);
-        let mut is_blocked = false;
-        self.within(bounds, |triangle| {
-            is_blocked = is_blocked || crosses(from, to, self.corners[triangle as usize]);
-        });
-        is_blocked
-    }
 }
 
 /// The point of a triangle with the given weights.
 pub(super) fn mixed(corners: [DVec3; 3], weights: Weights) -> DVec3 {
     corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
-}
-
-/// Whether a segment crosses a triangle.
-fn crosses(from: DVec3, to: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
-    let along = to - from;
-    let volume = |p: DVec3, q: DVec3| along.dot((p - from).cross(q - from));
-    let sides = [volume(a, b), volume(b, c), volume(c, a)];
-    let is_inside = sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0);
-    let normal = (b - a).cross(c - a);
-    is_inside && normal.dot(from - a) * normal.dot(to - a) < 0.0
 }
 
 /// The weights of the point of a triangle that is closest to `point`.
@@ -282,11 +258,18 @@ mod tests {
                 .fold(f64::INFINITY, f64::min);
             let fast = tree.nearest(at, f64::INFINITY, accepts).unwrap();
             assert!((fast.distance - slow).abs() < 1e-12);
-            assert!((mixed(tree.corners(fast.triangle), fast.weights) - fast.point).length() < 1e-12);
+            assert!(
+                (mixed(triangles[fast.triangle as usize], fast.weights) - fast.point).length()
+                    < 1e-12
+            );
             assert_eq!(tree.nearest(at, slow * 0.99, accepts), None);
-            let to = point(&mut random);
-            let blocked = triangles.iter().any(|&corners| crosses(at, to, corners));
-            assert_eq!(tree.blocks(at, to), blocked);
+            let bounds = Bounds::of([at, point(&mut random)]);
+            let mut found = Vec::new();
+            tree.within(bounds, |triangle| found.push(triangle));
+            found.sort_unstable();
+            let meets = |triangle: &u32| Bounds::of(triangles[*triangle as usize]).meets(bounds);
+            let all: Vec<u32> = (0..triangles.len() as u32).filter(meets).collect();
+            assert_eq!(found, all);
         }
     }
 

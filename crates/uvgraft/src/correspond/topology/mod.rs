@@ -101,7 +101,11 @@ pub(super) fn pieces(
         }
     };
     let found = link_faces(source, target, |vertex| common(0, vertex), |vertex| common(1, vertex));
-    if found.is_empty() { Err(TopologyError::Different { matched, of }) } else { Ok((found, report)) }
+    if found.is_empty() {
+        Err(TopologyError::Different { matched, of })
+    } else {
+        Ok((found, report))
+    }
 }
 
 impl TopologyReport {

@@ -153,7 +153,6 @@ pub(super) fn merged_triangles(triangles: &[Vec<u32>], positions: &[DVec3]) -> V
 
 /// The quad of two triangles that share an edge with consistent winding.
 fn quad(one: &[u32], other: &[u32]) -> Option<Vec<u32>> {
-    let (&[.., _], &[.., _]) = (one, other) else { return None };
     if one.len() != 3 || other.len() != 3 {
         return None;
     }
@@ -172,11 +171,13 @@ fn by_shape(triangles: &[Vec<u32>], positions: &[DVec3]) -> Vec<u32> {
     let mut edges: Vec<(Reverse<u64>, u32)> = (0..net.twin.len() as u32)
         .filter(|&half| net.twin[half as usize] != NONE && half < net.twin[half as usize])
         .filter_map(|half| {
-            let [one, other] = [half, net.twin[half as usize]].map(|half| net.ring_of[half as usize]);
+            let [one, other] =
+                [half, net.twin[half as usize]].map(|half| net.ring_of[half as usize]);
             let corners = quad(&triangles[one as usize], &triangles[other as usize])?;
             let at = |k: usize| positions[corners[k % 4] as usize];
             // The least sine of a corner, and how flat the quad is along its diagonal.
-            let normal = |k: usize| (at(k + 1) - at(k)).cross(at(k + 3) - at(k)).normalize_or_zero();
+            let normal =
+                |k: usize| (at(k + 1) - at(k)).cross(at(k + 3) - at(k)).normalize_or_zero();
             let sine = |k: usize| {
                 let [a, b] = [at(k + 1) - at(k), at(k + 3) - at(k)].map(DVec3::normalize_or_zero);
                 a.cross(b).length()
