@@ -1,6 +1,6 @@
 //! Readers and writers of files: OBJ meshes, vertex maps, lists and groups, tables of
-//! correspondences, images, pair files, sampling maps as arrays, arrays by name (NPZ, pickles, torch files), FATE's textures, and LPIPS
-//! weights (feature `lpips`).
+//! correspondences, images, pair files, sampling maps as arrays, arrays by name (NPZ, pickles,
+//! torch files), FATE's textures, and LPIPS weights (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves either the old or the new file, never a partial one.
