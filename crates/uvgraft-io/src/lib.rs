@@ -1,6 +1,6 @@
-//! Readers and writers of files: meshes (OBJ, PLY, SMPL-family models), vertex maps, lists and groups, images, pair files,
-//! sampling maps as arrays, arrays by name (NPZ, pickles, torch files), FATE's textures, and LPIPS
-//! weights (feature `lpips`).
+//! Readers and writers of files: meshes (OBJ, PLY, SMPL-family models), vertex maps, lists and
+//! groups, tables of correspondences, images, pair files, sampling maps as arrays, arrays by name
+//! (NPZ, pickles, torch files), FATE's textures, and LPIPS weights (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves either the old or the new file, never a partial one.

@@ -12,6 +12,13 @@ const SHARED_PX: f64 = 0.5;
 /// not belong together.
 const MOST_RESIDUAL_PX: f64 = 0.5;
 
+/// The same for a triangle that takes its corners from neighbours: they are exact, so that anything
+/// more is a corner on another island.
+const MOST_RESIDUAL_OF_KNOWN_PX: f64 = 0.02;
+
+/// A corner is not verified by texels that have less of its weight.
+const LEAST_WEIGHT: f64 = 0.05;
+
 /// Rounds in which triangles take corners from neighbours.
 const MOST_ROUNDS: usize = 32;
 
@@ -228,7 +235,7 @@ impl Corners {
     }
 
     /// The corners of a triangle with few texels: of those that its vertices have in other triangles,
-    /// the ones that put its texels where they are. A third corner follows from a texel and two others.
+    /// the ones that put its texels where they are.
     fn of_neighbours(
         &mut self,
         vertices: [u32; 3],
@@ -236,8 +243,10 @@ impl Corners {
     ) -> Option<[u32; 3]> {
         /// Islands that meet at a vertex; a file may claim thousands.
         const MOST: usize = 6;
-        /// Less of a texel's weight determines no corner.
-        const LEAST_WEIGHT: f64 = 0.05;
+        let is_seen = |k: usize| samples.iter().any(|(weights, _)| weights[k] >= LEAST_WEIGHT);
+        if !(0..3).all(is_seen) {
+            return None;
+        }
         let options = vertices.map(|vertex| {
             let known = &self.of_vertex[vertex as usize];
             known[..known.len().min(MOST)].to_vec()
@@ -248,7 +257,9 @@ impl Corners {
                 for &c in &options[2] {
                     let corners = [a, b, c].map(|corner| self.uv[corner as usize]);
                     let residual = residual(&corners, samples);
-                    if residual <= MOST_RESIDUAL_PX && best.is_none_or(|best| residual < best.0) {
+                    if residual <= MOST_RESIDUAL_OF_KNOWN_PX
+                        && best.is_none_or(|best| residual < best.0)
+                    {
                         best = Some((residual, [a, b, c]));
                     }
                 }
@@ -257,23 +268,37 @@ impl Corners {
         if let Some((_, corners)) = best {
             return Some(corners);
         }
+        self.with_third(vertices, &options, samples)
+    }
+
+    /// The corners of a triangle of which two are known: one texel puts the third, others verify it.
+    fn with_third(
+        &mut self,
+        vertices: [u32; 3],
+        options: &[Vec<u32>; 3],
+        samples: &[(Weights, [f64; 2])],
+    ) -> Option<[u32; 3]> {
         let third = (0..3).find(|&k| options[k].is_empty())?;
         let [k, l] = [(third + 1) % 3, (third + 2) % 3];
-        // With several islands it would be a guess.
-        let (&[b], &[c]) = (&options[k][..], &options[l][..]) else { return None };
-        let heavy =
+        // With several islands it would be a guess, and so it would with a single texel.
+        let (&[b], &[c], 2..) = (&options[k][..], &options[l][..], samples.len()) else {
+            return None;
+        };
+        let heavier =
             |a: &&(Weights, [f64; 2]), b: &&(Weights, [f64; 2])| a.0[third].total_cmp(&b.0[third]);
-        let (weights, at) = samples.iter().max_by(heavy)?;
-        if weights[third] < LEAST_WEIGHT {
+        let (weights, at) = samples.iter().max_by(heavier)?;
+        let mut places = [[0.0; 2]; 3];
+        (places[k], places[l]) = (self.uv[b as usize], self.uv[c as usize]);
+        places[third] = [0, 1].map(|axis| {
+            (at[axis] - weights[k] * places[k][axis] - weights[l] * places[l][axis])
+                / weights[third]
+        });
+        if residual(&places, samples) > MOST_RESIDUAL_OF_KNOWN_PX {
             return None;
         }
-        let (uv_b, uv_c) = (self.uv[b as usize], self.uv[c as usize]);
-        let place = [0, 1].map(|axis| {
-            (at[axis] - weights[k] * uv_b[axis] - weights[l] * uv_c[axis]) / weights[third]
-        });
         let mut corners = [0; 3];
         (corners[k], corners[l]) = (b, c);
-        corners[third] = self.shared(vertices[third], place);
+        corners[third] = self.shared(vertices[third], places[third]);
         Some(corners)
     }
 }

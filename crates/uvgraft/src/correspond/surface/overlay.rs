@@ -151,7 +151,7 @@ impl Context<'_> {
             if (0..3).any(is_aside) || area([0, 1, 2].map(|k| projected[k].0)) <= 0.0 {
                 return;
             }
-            let polygon = (0..3)
+            let polygon: Vec<Clipped> = (0..3)
                 .map(|k| {
                     let mut source = [0.0; 3];
                     source[k] = 1.0;
@@ -159,7 +159,7 @@ impl Context<'_> {
                     Clipped { target, source, height, on_target: 0, on_source: 0b111 ^ (1 << k) }
                 })
                 .collect();
-            let polygon = (0..3).fold(polygon, clip);
+            let polygon = (0..3).fold(polygon, |polygon, k| clip(&polygon, k));
             if polygon.len() > 2 {
                 found.push((source, polygon));
             }
@@ -326,7 +326,7 @@ impl Prism {
 }
 
 /// Cuts off what lies beyond the edge where the weight of target corner `k` is 0.
-fn clip(polygon: Vec<Clipped>, k: usize) -> Vec<Clipped> {
+fn clip(polygon: &[Clipped], k: usize) -> Vec<Clipped> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (index, corner) in polygon.iter().enumerate() {
         let next = &polygon[(index + 1) % polygon.len()];

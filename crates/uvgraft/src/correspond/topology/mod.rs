@@ -293,8 +293,8 @@ impl<'a> Search<'a> {
     }
 
     /// The transform from inner to outer positions that fits the matched ones of `points`.
-    fn alignment(&self, points: Vec<u32>) -> Option<Similarity> {
-        Similarity::robust(&self.pairs(&points), true)
+    fn alignment(&self, points: &[u32]) -> Option<Similarity> {
+        Similarity::robust(&self.pairs(points), true)
     }
 
     /// How far matched points are from each other after alignment, relative to the size of the
