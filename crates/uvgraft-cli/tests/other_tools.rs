@@ -3,8 +3,6 @@
 //!
 //! `make test-clients` installs the Python packages and enables this; elsewhere it is skipped.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
-
 mod bench;
 mod exports;
 

@@ -125,7 +125,7 @@ def spread(x, y):
 def remapped(what, x, y):
     x, y = x.astype(np.float32), y.astype(np.float32)
     found = cv2.remap(padded, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    # Positions are rounded to 1/32 texel: by up to 1/64 on each axis, along which a value changes by
+    # OpenCV 4 rounds positions to 1/32 texel: by up to 1/64 on each axis, along which a value changes by
     # no more than the spread per texel.
     allowed = most + 2 / 64 * spread(x, y)
     compare(f"cv2.remap, {what}", found[single], wanted, allowed[single])

@@ -238,7 +238,7 @@ mod tests {
         let grid = ("uv_grid", floats(&[1, 2, 3, 2], 0.0));
         let faces = ("pix_to_face", floats(&[2, 3], 0.0));
         let cases = [
-            (npz(&[grid.clone()], "reference"), "no array `pix_to_face`"),
+            (npz(std::slice::from_ref(&grid), "reference"), "no array `pix_to_face`"),
             (
                 npz(&[grid.clone(), ("pix_to_face", floats(&[3, 2], 0.0))], "reference"),
                 "pix_to_face must have the shape (2, 3), got [3, 2]",
