@@ -29,7 +29,8 @@ fn text() -> String {
     let header = ["mesh or layout", "vertices", "UV coordinates", "triangles", "recognised by"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     rows.extend(MESHES.iter().flat_map(rows_of));
-    let mut text = table(&rows, &[Align::Left]);
+    let mut text =
+        table(&rows, &[Align::Left, Align::Right, Align::Right, Align::Right, Align::Left]);
     for mesh in MESHES {
         let _ = writeln!(text, "\n{}: {}", mesh.name, mesh.what);
         for layout in mesh.layouts.iter().filter(|layout| !layout.note.is_empty()) {

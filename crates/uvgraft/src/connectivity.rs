@@ -193,9 +193,11 @@ mod tests {
 
     const SIDE: u32 = 9;
 
+    type Ring = Vec<Corner>;
+
     /// A bumpy sheet of quads with its layout cut in two along the middle column, and a vertex that
     /// no quad uses.
-    fn sheet() -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<Vec<Corner>>) {
+    fn sheet() -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<Ring>) {
         let at = |k: u32| (k % SIDE, k / SIDE);
         let mut positions: Vec<[f32; 3]> = (0..SIDE * SIDE)
             .map(|k| [at(k).0 as f32, at(k).1 as f32, (k * k % 7) as f32 * 0.1])
@@ -222,7 +224,7 @@ mod tests {
         (positions, both, polygons)
     }
 
-    fn mesh(positions: &[[f32; 3]], uv: &[[f32; 2]], polygons: &[Vec<Corner>]) -> Mesh {
+    fn mesh(positions: &[[f32; 3]], uv: &[[f32; 2]], polygons: &[Ring]) -> Mesh {
         let sizes: Vec<u32> = polygons.iter().map(|ring| ring.len() as u32).collect();
         Mesh::from_polygons(positions.to_vec(), uv.to_vec(), &polygons.concat(), &sizes).unwrap()
     }
@@ -232,9 +234,9 @@ mod tests {
     }
 
     /// Each quad as two triangles.
-    fn split(polygons: &[Vec<Corner>]) -> Vec<Vec<Corner>> {
+    fn split(polygons: &[Ring]) -> Vec<Ring> {
         let halves =
-            |ring: &Vec<Corner>| [vec![ring[0], ring[1], ring[2]], vec![ring[0], ring[2], ring[3]]];
+            |ring: &Ring| [vec![ring[0], ring[1], ring[2]], vec![ring[0], ring[2], ring[3]]];
         polygons.iter().flat_map(halves).collect()
     }
 
@@ -269,7 +271,7 @@ mod tests {
                 for (from, &to) in uv_index.iter().enumerate() {
                     moved_uv[to as usize] = uv[from].map(|value| 0.7 * value);
                 }
-                let mut moved: Vec<Vec<Corner>> = polygons.clone();
+                let mut moved: Vec<Ring> = polygons.clone();
                 for ring in &mut moved {
                     let start = random.usize(..ring.len());
                     ring.rotate_left(start);

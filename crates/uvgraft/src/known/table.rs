@@ -152,7 +152,7 @@ pub static MESHES: &[KnownMesh] = &[
         ],
         source: "https://smpl-x.is.tue.mpg.de",
         licence: MPI_RESEARCH,
-        counts_from: "github.com/vchoutas/smplx, README and issue 94; add-on counted",
+        counts_from: "github.com/vchoutas/smplx, README and #94; add-on counted",
     },
     KnownMesh {
         name: "SMPL",
@@ -161,7 +161,7 @@ pub static MESHES: &[KnownMesh] = &[
         layouts: &[],
         source: "https://smpl.is.tue.mpg.de",
         licence: MPI_RESEARCH,
-        counts_from: "github.com/facebookresearch/DensePose, issue 92; github.com/vchoutas/smplx, issue 13",
+        counts_from: "github.com/facebookresearch/DensePose#92; github.com/vchoutas/smplx#13",
     },
     KnownMesh {
         name: "MakeHuman",
@@ -217,7 +217,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "GHUM",
         what: "body with hands and face",
-        editions: &[edition("", 10_168), edition("GHUML(ite)", 3_194)],
+        editions: &[edition("", 10_168), edition("lite (GHUML)", 3_194)],
         layouts: &[],
         source: "https://github.com/google-research/google-research/tree/master/ghum",
         licence: "on request from Google",
@@ -230,7 +230,7 @@ pub static MESHES: &[KnownMesh] = &[
         layouts: &[],
         source: "https://mano.is.tue.mpg.de",
         licence: MPI_RESEARCH,
-        counts_from: "github.com/open-mmlab/mmhuman3d, issue 351",
+        counts_from: "github.com/open-mmlab/mmhuman3d#351",
     },
 ];
 
