@@ -11,7 +11,7 @@ use uvgraft_io::image::Format;
 use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
-use crate::failure::{OrBadInput, bad_input, warn};
+use crate::failure::{bad_input, warn};
 use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
 use crate::report::grouped;

@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
     fn run(mut self) -> Found {
         self.grow_from_unique();
         let components = components(self.nets[0]);
-        let mut aligned = self.alignment(self.matched.ring_points(self.nets[0]));
+        let mut aligned = self.alignment(&self.matched.ring_points(self.nets[0]));
         let mut components_left_out = 0;
         let mut chosen_by_position = 0;
         for rings in &components {
@@ -216,7 +216,7 @@ impl<'a> Search<'a> {
                     chosen_by_position += usize::from(ways > 1);
                     // What was matched first leads the rest.
                     if aligned.is_none() {
-                        aligned = self.alignment(self.matched.ring_points(self.nets[0]));
+                        aligned = self.alignment(&self.matched.ring_points(self.nets[0]));
                     }
                 }
                 None => components_left_out += 1,
@@ -275,7 +275,7 @@ impl<'a> Search<'a> {
         for other in others.into_iter().take(MOST_WAYS) {
             let Some(grown) = self.matched.grow(self.nets, [half, other]) else { continue };
             if grown.rings.len() * 10 >= rings.len() * 9 {
-                let transform = aligned.or_else(|| self.alignment(grown.points.clone()));
+                let transform = aligned.or_else(|| self.alignment(&grown.points));
                 let misfit =
                     transform.map_or(f64::INFINITY, |found| self.misfit(&grown.points, &found));
                 ways.push((misfit, other));
