@@ -167,7 +167,9 @@ fn outputs_of_a_pairing() {
         bench.refuse(&format!("{files} -o link_to_source"), &["link_to_source is also an input"]);
         bench.refuse(&format!("{files} -o /dev/null"), &["/dev/null: not a regular file"]);
     }
-    bench.refuse("pair source.obj target.obj -o out.uvpair", &["required", "--vertex-map"]);
+    let refused = ["cannot be linked", "same faces:", "connectivity:", "surfaces:"];
+    bench.refuse("pair source.obj target.obj -o out.uvpair", &refused);
+    bench.refuse("pair source.obj target.obj --by vertex-map -o out.uvpair", &["--vertex-map"]);
 }
 
 #[test]
