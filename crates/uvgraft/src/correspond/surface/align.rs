@@ -9,20 +9,10 @@ use crate::correspond::similarity::{Similarity, median};
 use crate::mesh::Mesh;
 use crate::threads::map_indices;
 
-/// Landmarks on the surface of heads, which both meshes may have.
-const ON_SKIN: [Landmark; 11] = [
-    Landmark::NoseTip,
-    Landmark::NoseBase,
-    Landmark::Mouth,
-    Landmark::LeftMouthCorner,
-    Landmark::RightMouthCorner,
-    Landmark::Chin,
-    Landmark::BrowCenter,
-    Landmark::Crown,
-    Landmark::LeftEar,
-    Landmark::RightEar,
-    Landmark::NeckBase,
-];
+/// Landmarks on the skin that are the same place of any head. Foremost points (of nose, chin and
+/// brow) are not: where they are depends on how a head is held and on its shape.
+const ON_SKIN: [Landmark; 3] =
+    [Landmark::NoseBase, Landmark::LeftMouthCorner, Landmark::RightMouthCorner];
 
 /// Landmarks that decide the alignment: rigid parts of the skull, and the eyes.
 const STEADY: [Landmark; 7] = [
@@ -68,8 +58,7 @@ impl Heads {
 
     /// Landmarks on the skin.
     pub fn on_skin(&self) -> Vec<[DVec3; 2]> {
-        // Ears and necks differ too much for their outermost points to correspond.
-        self.common(&ON_SKIN[..7])
+        self.common(&ON_SKIN)
     }
 }
 

@@ -15,11 +15,11 @@ use crate::threads::map_indices;
 /// Stiffness of each stage, as shares of the unit, which is about the height of a head.
 const STAGES: [Stiffness; 6] = [
     Stiffness { bending: 0.08, membrane: 0.0 },
-    Stiffness { bending: 0.06, membrane: 0.0 },
-    Stiffness { bending: 0.045, membrane: 0.002 },
-    Stiffness { bending: 0.033, membrane: 0.002 },
-    Stiffness { bending: 0.025, membrane: 0.003 },
-    Stiffness { bending: 0.018, membrane: 0.003 },
+    Stiffness { bending: 0.05, membrane: 0.0 },
+    Stiffness { bending: 0.03, membrane: 0.003 },
+    Stiffness { bending: 0.02, membrane: 0.003 },
+    Stiffness { bending: 0.012, membrane: 0.005 },
+    Stiffness { bending: 0.008, membrane: 0.005 },
 ];
 
 /// Steps of each stage, at most.
@@ -77,7 +77,7 @@ impl Goal {
 /// Returns the moved points.
 pub(super) fn register(rest: &Shape, goal: &Goal, anchors: &[Anchor]) -> Vec<DVec3> {
     /// Weight of a landmark, in points of mean mass.
-    const ANCHOR: f64 = 0.3;
+    const ANCHOR: f64 = 10.0;
     const SETTLED: f64 = 1e-4;
     let equations = Equations::new(rest);
     let mean_mass = equations.masses().iter().sum::<f64>() / equations.masses().len().max(1) as f64;
