@@ -5,10 +5,12 @@
 //! source positions from which they can be recovered. Each constructor checks its input once, so
 //! that a table needs no further checks except against the numbers of vertices of its meshes.
 
+mod link;
 mod locator;
 mod matrix;
 mod texels;
 
+pub use self::link::{TableLinkError, TableReport, TableRows, link};
 pub use self::locator::{Located, UvLocator};
 pub use self::matrix::RowCounts;
 pub use self::texels::TexelCounts;

@@ -6,6 +6,7 @@
 mod align;
 mod equations;
 mod overlay;
+mod placed;
 mod register;
 mod shape;
 mod tree;
@@ -14,6 +15,7 @@ use glam::DVec3;
 
 use self::align::Heads;
 use self::equations::Anchor;
+pub(super) use self::placed::placed;
 use self::register::Goal;
 use self::shape::Shape;
 use super::similarity::{Similarity, median};
@@ -287,9 +289,6 @@ fn report(
             covered > 0.0 && rest.area_vector(face).dot(registered.area_vector(face)) < 0.0
         })
         .count();
-    let areas: Vec<f64> =
-        (0..surface.triangles().len() as u32).map(|face| surface.area(face)).collect();
-    let covered: f64 = areas.iter().zip(&laid.covered).map(|(area, share)| area * share).sum();
     let mut points = vec![[0.0; 3]; target.positions().len()];
     for (face, corners) in target.faces().iter().zip(surface.triangles()) {
         for k in 0..3 {
@@ -302,7 +301,15 @@ fn report(
         distance_median: at(0.5),
         distance_p95: at(0.95),
         flipped,
-        covered: covered / areas.iter().sum::<f64>(),
+        covered: share_of_area(surface, &laid.covered),
         registered: points,
     }
+}
+
+/// The share of a surface's area of which a share of each triangle is covered.
+pub(super) fn share_of_area(surface: &Surface, covered: &[f64]) -> f64 {
+    let areas = || (0..surface.triangles().len() as u32).map(|face| surface.area(face));
+    let total: f64 = areas().sum();
+    let covered: f64 = areas().zip(covered).map(|(area, share)| area * share).sum();
+    if total > 0.0 { covered / total } else { 0.0 }
 }
