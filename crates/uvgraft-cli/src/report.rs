@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 
 use anyhow::Context;
 use serde::Serialize;
+use uvgraft::correspond::table::{TableReport, TableRows};
 use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Recognition, Size, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
@@ -70,9 +71,46 @@ pub(crate) struct Linked {
 pub(crate) enum Method {
     /// The target vertex of each source vertex was given.
     VertexMap,
+    /// A table of where the vertices of one mesh lie on the other was given.
+    Table(LinkedTable),
     /// It was found by the meshes alone.
     #[serde(untagged)]
     Found(correspond::Method),
+}
+
+/// A table by which meshes were linked.
+#[derive(Debug, Serialize)]
+pub(crate) struct LinkedTable {
+    #[serde(flatten)]
+    pub(crate) report: TableReport,
+    /// Rows with weights that are not those of a point on a face.
+    pub(crate) unusable: usize,
+}
+
+impl LinkedTable {
+    fn text(&self) -> String {
+        let TableReport { rows, vertices, points, faces_without_points, .. } = self.report;
+        let (mesh, other) = match rows {
+            TableRows::Source => ("source", "target"),
+            TableRows::Target => ("target", "source"),
+        };
+        let places = if self.report.is_vertex_map { "vertices" } else { "points" };
+        let mut text = format!(
+            "the table: {} of the {mesh}'s {} vertices at {places} of the {other}; {:.1} % of the \
+             {mesh}'s area",
+            grouped(points),
+            grouped(vertices),
+            100.0 * self.report.covered,
+        );
+        if self.unusable > 0 {
+            let _ = write!(text, "; {} rows are not points on a face", grouped(self.unusable));
+        }
+        if faces_without_points > 0 {
+            let faces = recognition::triangles(faces_without_points);
+            let _ = write!(text, "; {faces} not linked because corners have no row");
+        }
+        text
+    }
 }
 
 impl Linked {
@@ -80,6 +118,7 @@ impl Linked {
     fn text(&self) -> String {
         let how = match &self.linked_by {
             Method::VertexMap => "the vertex map".to_owned(),
+            Method::Table(table) => table.text(),
             Method::Found(found) => found_by(found),
         };
         let mut text = format!("linked by {how}\n");

@@ -17,6 +17,7 @@ mod layout_mesh;
 mod points;
 #[cfg(test)]
 mod tests;
+mod vertex_tables;
 
 use std::path::Path;
 
@@ -25,6 +26,7 @@ use uvgraft::Weights;
 pub use self::grid::TexelGrid;
 pub use self::layout::{LayoutUv, TexelLayout};
 pub use self::layout_mesh::{LayoutMesh, layout_mesh};
+pub use self::vertex_tables::{FoundTable, TableFitError, vertex_tables};
 use crate::arrays::collect::{Collector, single};
 use crate::arrays::error::{Unread, foreign_file, listed};
 use crate::arrays::named::Held;

@@ -8,6 +8,7 @@ use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::{Mesh, Pair};
 use uvgraft_io::{obj, vertex_map};
 
+use super::table;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 use crate::report::{Linked, Method};
@@ -19,6 +20,12 @@ pub(super) struct Options {
     /// Target vertex index for each source vertex, -1 for none (.npy or text)
     #[arg(long, value_name = "IDS")]
     vertex_map: Option<PathBuf>,
+    /// Table of where the vertices of one mesh lie on the other, as others publish them
+    ///
+    /// A matrix (pickled SciPy matrix, scipy.sparse.save_npz), faces and barycentric weights for each
+    /// vertex (NPZ, NPY), TF_FLAME's texture_data_*.npy, or `uv_grid` and `pix_to_face` (NPZ).
+    #[arg(long, value_name = "FILE", conflicts_with = "vertex_map")]
+    table: Option<PathBuf>,
     /// How to find corresponding triangles
     #[arg(long, value_enum, value_name = "METHOD", default_value_t = Chosen::Auto)]
     by: Chosen,
@@ -44,10 +51,12 @@ pub(super) struct Options {
 /// How to find corresponding triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Chosen {
-    /// The first of the following that can
+    /// The given vertex map or table, or else the first of the others that can
     Auto,
     /// The given vertex map
     VertexMap,
+    /// The given table
+    Table,
     /// Faces with the same vertex indices or in the same order
     Faces,
     /// The connectivity of one mesh, found in the other
@@ -83,20 +92,31 @@ fn share(text: &str) -> Result<f64, String> {
 impl Options {
     /// Refuses options that contradict each other.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        match (self.by, &self.vertex_map) {
-            (Chosen::VertexMap, None) => Err(bad_input("--by vertex-map needs --vertex-map")),
-            (Chosen::Auto | Chosen::VertexMap, _) | (_, None) => Ok(()),
-            _ => Err(bad_input("--vertex-map is used only with --by vertex-map or auto")),
-        }?;
-        if self.registered.is_some() && self.vertex_map.is_some() {
-            return Err(bad_input("--registered is for surfaces; a vertex map registers nothing"));
+        for (file, method, option, name) in [
+            (&self.vertex_map, Chosen::VertexMap, "vertex-map", "a vertex map"),
+            (&self.table, Chosen::Table, "table", "a table"),
+        ] {
+            match file {
+                None if self.by == method => {
+                    return Err(bad_input(format!("--by {option} needs --{option}")));
+                }
+                Some(_) if ![Chosen::Auto, method].contains(&self.by) => {
+                    let message = format!("--{option} is used only with --by {option} or auto");
+                    return Err(bad_input(message));
+                }
+                Some(_) if self.registered.is_some() => {
+                    let message = format!("--registered is for surfaces; {name} registers nothing");
+                    return Err(bad_input(message));
+                }
+                _ => {}
+            }
         }
         Ok(())
     }
 
     /// The files that it reads.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
-        self.vertex_map.iter().chain(&self.landmarks).map(|path| &**path)
+        self.vertex_map.iter().chain(&self.table).chain(&self.landmarks).map(|path| &**path)
     }
 
     /// Where to save the registered target.
@@ -114,6 +134,9 @@ impl Options {
             let linked = Linked { linked_by: Method::VertexMap, not_linked_by: Vec::new() };
             return Ok(LinkedPair { pair, linked });
         }
+        if let Some(path) = &self.table {
+            return table::link(path, source, target, &self.find_options()?.surface);
+        }
         let found = correspond::find(source, target, &self.find_options()?).or_bad_input()?;
         let linked = Linked {
             linked_by: Method::Found(found.method),
@@ -125,7 +148,7 @@ impl Options {
     fn find_options(&self) -> anyhow::Result<FindOptions> {
         let mut options = FindOptions::default();
         options.by = match self.by {
-            Chosen::Auto | Chosen::VertexMap => By::Any,
+            Chosen::Auto | Chosen::VertexMap | Chosen::Table => By::Any,
             Chosen::Faces => By::Faces,
             Chosen::Topology => By::Topology,
             Chosen::Surface => By::Surface,

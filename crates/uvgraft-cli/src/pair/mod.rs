@@ -1,6 +1,7 @@
 //! `uvgraft pair`: links two meshes.
 
 mod correspondence;
+mod table;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,7 +20,7 @@ use crate::{preview, report};
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
-/// Without a vertex map it is found out how the meshes correspond: whether they have the same faces,
+/// Without a vertex map or a table it is found out how the meshes correspond: whether they have the same faces,
 /// whether one's connectivity is found in the other, or else where their surfaces lie over each
 /// other.
 #[derive(clap::Args)]
