@@ -49,9 +49,23 @@ fn qualified(name: &str, certainty: Certainty) -> String {
 ///
 /// - `meshes`, `names`: of the source and the target.
 pub(crate) fn pairing_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
+    texts(meshes, names, |_| true)
+}
+
+/// The same without triangles in other tiles, for who warns of triangles outside the unit square.
+pub(crate) fn layout_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
+    texts(meshes, names, |warning| !matches!(warning, PairingWarning::OtherTiles { .. }))
+}
+
+fn texts(
+    meshes: [&Mesh; 2],
+    names: [&str; 2],
+    is_wanted: impl Fn(&PairingWarning) -> bool,
+) -> Vec<String> {
     let found = meshes.map(recognise);
     let warnings = known::pairing_warnings(meshes, [&found[0], &found[1]]);
-    warnings.iter().map(|warning| warning_text(warning, names)).collect()
+    let wanted = warnings.iter().filter(|warning| is_wanted(warning));
+    wanted.map(|warning| warning_text(warning, names)).collect()
 }
 
 fn warning_text(warning: &PairingWarning, names: [&str; 2]) -> String {

@@ -8,8 +8,10 @@ use bench::Bench;
 use serde_json::Value;
 use uvgraft::{Mesh, Size};
 use uvgraft_figure::Figure;
+use uvgraft_io::arrays::{NamedArrays, NumericArray, save_npz};
 use uvgraft_io::obj;
 use uvgraft_tests::real;
+use uvgraft_tests::strip::Strip;
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
@@ -136,7 +138,70 @@ fn bad_input_is_refused() {
     bench.refuse("inspect mesh target.obj --preview layout.txt", &["layout.txt", "image"]);
     bench.refuse("inspect target.obj", &["target.obj", "not a pair file", "`inspect mesh`"]);
     bench.refuse("inspect", &["<PAIR>"]);
-    bench.refuse("inspect mesh", &["<MESH.obj>"]);
+    bench.refuse("inspect mesh", &["<MESH>"]);
+}
+
+#[test]
+fn every_format_that_pairs_take_is_described() {
+    let bench = Bench::new();
+    let strip = Strip::new();
+    bench.write("strip.glb", strip.glb());
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nproperty float s\nproperty float t\nelement face 1\n\
+               property list uchar int vertex_indices\nend_header\n\
+               0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n";
+    bench.write("one.ply", ply);
+    let [ints, floats] = [
+        NumericArray::new_i64(vec![1, 3], vec![0, 1, 2]).unwrap(),
+        NumericArray::new_f32(vec![3, 2], vec![0.0, 0.0, 1.0, 0.0, 0.0, 1.0]).unwrap(),
+    ];
+    let mut model = NamedArrays::new();
+    let positions = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    model.insert("v_template", NumericArray::new_f32(vec![3, 3], positions).unwrap());
+    model.insert("f", ints.clone());
+    model.insert("vt", floats);
+    model.insert("ft", ints);
+    save_npz(&model, &bench.path("MODEL.npz")).unwrap();
+    bench.write(
+        "parts.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\no left\n\
+                              f 1/1 2/2 3/3\no right\nf 1/1 2/2 3/3\n",
+    );
+    for (file, triangles) in [
+        ("strip.glb", "4"),
+        ("strip.glb#0", "4"),
+        ("strip.glb#strip/0", "4"),
+        ("one.ply", "1"),
+        ("MODEL.npz", "1"),
+        ("parts.obj", "2"),
+        ("parts.obj#right", "1"),
+    ] {
+        let report = bench.succeed(&format!("inspect mesh {file} --preview layout.png"));
+        assert_eq!(row(&report, "triangles"), triangles, "{file}");
+        assert!(bench.bytes("layout.png").starts_with(b"\x89PNG"));
+    }
+    bench.refuse("inspect mesh strip.glb#3", &["strip.glb", "TEXCOORD_3"]);
+    bench.refuse("inspect mesh parts.obj#top", &["no object, group or material is named"]);
+    bench.write("mesh.png", strip.glb());
+    bench.refuse("inspect mesh mesh.png#0 --preview mesh.png", &["mesh.png", "is also an input"]);
+}
+
+#[test]
+fn pairs_that_look_wrong_are_warned_of_once() {
+    let bench = Bench::new();
+    obj::save(&in_two_tiles(), &bench.path("tiles.obj")).unwrap();
+    let run = bench.run("pair tiles.obj tiles.obj --by faces -o new.uvpair");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    // One warning a side, although two checks see the triangle.
+    assert_eq!(run.stderr.matches("warning").count(), 2, "{}", run.stderr);
+    assert_eq!(run.stderr.matches("outside the unit square").count(), 2, "{}", run.stderr);
+    let Some(folder) = real::folder() else { return };
+    for file in ["flame_head_template.obj", "flame_hifi3d_uv.obj"] {
+        std::fs::copy(folder.join(file), bench.path(file)).unwrap();
+    }
+    let run = bench.run("pair flame_head_template.obj flame_hifi3d_uv.obj -o new.uvpair");
+    assert!(run.stderr.contains("FLAME with the layout HiFi3D++"), "{}", run.stderr);
+    assert_eq!(run.stderr.matches("2,176 triangles").count(), 1, "{}", run.stderr);
 }
 
 #[test]

@@ -331,7 +331,10 @@ fn texels_of_a_layout_link_the_meshes_that_have_it() {
     }
     bench.refuse(
         "pair fine.obj reversed.obj --table texture_data.npz -o new.uvpair",
-        &["texture_data.npz: the file has a UV layout with 25 coordinates", "0 % of the source"],
+        &[
+            "texture_data.npz: the file has a UV layout with 25 coordinates",
+            "16 % of the source's layout and 36 % of the target's",
+        ],
     );
 }
 

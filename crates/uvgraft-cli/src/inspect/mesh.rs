@@ -1,17 +1,16 @@
 //! `uvgraft inspect mesh`: the contents of a mesh file and its layout.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde::Serialize;
+use uvgraft::MeshPart;
 use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, TileFaces, Unit};
-use uvgraft::{Mesh, MeshPart};
-use uvgraft_io::obj;
 use uvgraft_pipeline::Outputs;
 
 use super::layout_picture;
-use crate::failure::OrBadInput;
+use crate::mesh_file::{self, LoadedMesh, MeshFile};
 use crate::picture::check_name;
 use crate::recognition::{self, triangles};
 use crate::report::{grouped, to_stdout};
@@ -22,8 +21,10 @@ use crate::report::{grouped, to_stdout};
 /// layout it is; see `uvgraft layouts`.
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// Mesh to inspect (OBJ)
-    #[arg(value_name = "MESH.obj")]
+    /// Mesh to inspect: OBJ, PLY, GLB, glTF or a body model with UV coordinates
+    ///
+    /// `FILE#1`, `FILE#NAME` and `FILE#NAME/1` select a UV set and a part, as for `uvgraft pair`.
+    #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Draw the UV layout, each island in a colour of its own
     #[arg(long, value_name = "OUT.png")]
@@ -36,9 +37,9 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(preview) = &args.preview {
         check_name(preview, "a preview")?;
-        Outputs::new([&*args.mesh]).check(preview)?;
+        Outputs::new([&*MeshFile::parse(&args.mesh).path]).check(preview)?;
     }
-    let mesh = read(&args.mesh)?;
+    let LoadedMesh { mesh, name } = mesh_file::read(&args.mesh)?;
     let report = MeshReport::new(&mesh);
     let parts = part_names(mesh.parts());
     to_stdout(&if args.json {
@@ -47,15 +48,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text(&report, &parts)
     })?;
     if let Some(path) = &args.preview {
-        let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
         layout_picture::write(&mesh, &report, &name, path)?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Reads a mesh file.
-fn read(path: &Path) -> anyhow::Result<Mesh> {
-    obj::read(path).or_bad_input()
 }
 
 #[derive(Serialize)]

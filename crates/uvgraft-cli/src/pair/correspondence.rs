@@ -8,7 +8,7 @@ use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::{Mesh, Pair};
 use uvgraft_io::{obj, vertex_map};
 
-use super::table;
+use super::{landmarks, table};
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 use crate::report::{Linked, Method};
@@ -32,8 +32,12 @@ pub(super) struct Options {
     /// How to bring the target into the source's place before surfaces are registered
     #[arg(long, value_enum, value_name = "HOW", default_value_t = AlignName::Similarity)]
     align: AlignName,
-    /// Vertex indices at the same places of both surfaces (.npy or text)
-    #[arg(long, num_args = 2, value_names = ["SOURCE_IDS", "TARGET_IDS"])]
+    /// Vertices at the same places of both surfaces (.npy or text), or two images with painted dots
+    ///
+    /// Lists have the index of a vertex of the source and of the target for each place. Images are laid
+    /// over the two layouts; dots of the same colour are the same place. They are painted on a
+    /// transparent background, or on one of a single colour, and must not touch each other.
+    #[arg(long, num_args = 2, value_names = ["SOURCE", "TARGET"])]
     landmarks: Vec<PathBuf>,
     /// Largest distance between registered surfaces, as a share of the height of the head
     #[arg(long, value_name = "SHARE", default_value_t = FindOptions::default().surface.reach)]
@@ -135,9 +139,11 @@ impl Options {
             return Ok(LinkedPair { pair, linked });
         }
         if let Some(path) = &self.table {
-            return table::link(path, source, target, &self.find_options()?.surface);
+            let options = self.find_options([&source, &target])?;
+            return table::link(path, source, target, &options.surface);
         }
-        let found = correspond::find(source, target, &self.find_options()?).or_bad_input()?;
+        let options = self.find_options([&source, &target])?;
+        let found = correspond::find(source, target, &options).or_bad_input()?;
         let linked = Linked {
             linked_by: Method::Found(found.method),
             not_linked_by: found.refused.iter().map(ToString::to_string).collect(),
@@ -145,7 +151,7 @@ impl Options {
         Ok(LinkedPair { pair: found.pair, linked })
     }
 
-    fn find_options(&self) -> anyhow::Result<FindOptions> {
+    fn find_options(&self, meshes: [&Mesh; 2]) -> anyhow::Result<FindOptions> {
         let mut options = FindOptions::default();
         options.by = match self.by {
             Chosen::Auto | Chosen::VertexMap | Chosen::Table => By::Any,
@@ -161,19 +167,7 @@ impl Options {
         options.surface.reach = self.reach;
         options.surface.visibility = self.visibility;
         if let [source, target] = &self.landmarks[..] {
-            let [source_ids, target_ids] = [source, target].map(|path| landmark_ids(path));
-            let (source_ids, target_ids) = (source_ids?, target_ids?);
-            if source_ids.len() != target_ids.len() {
-                return Err(bad_input(format!(
-                    "{}: must have as many landmarks as {}, {}, got {}",
-                    target.display(),
-                    source.display(),
-                    source_ids.len(),
-                    target_ids.len()
-                )));
-            }
-            options.surface.landmarks =
-                source_ids.into_iter().zip(target_ids).map(|(from, to)| [from, to]).collect();
+            landmarks::read([source, target], meshes, &mut options.surface)?;
         }
         Ok(options)
     }
@@ -191,17 +185,4 @@ impl Options {
         let mesh = pair.target().clone().with_positions(report.registered.clone())?;
         obj::save(&mesh, path).with_context(|| format!("cannot write {}", path.display()))
     }
-}
-
-fn landmark_ids(path: &Path) -> anyhow::Result<Vec<u32>> {
-    let ids = vertex_map::read(path).or_bad_input()?;
-    let id = |(index, &id): (usize, &i64)| {
-        u32::try_from(id).map_err(|_| {
-            bad_input(format!(
-                "{}: landmark {index} must be a vertex index, got {id}",
-                path.display()
-            ))
-        })
-    };
-    ids.iter().enumerate().map(id).collect()
 }

@@ -1,6 +1,7 @@
 //! `uvgraft pair`: links two meshes.
 
 mod correspondence;
+mod landmarks;
 mod table;
 
 use std::path::PathBuf;
@@ -16,7 +17,7 @@ use crate::failure::{bad_input, warn};
 use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
 use crate::report::grouped;
-use crate::{preview, report};
+use crate::{preview, recognition, report};
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
@@ -85,6 +86,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     warn_of_outside(&file);
+    let names = [&*file.source_name, &*file.target_name];
+    recognition::layout_warnings([file.pair.source(), file.pair.target()], names)
+        .into_iter()
+        .for_each(warn);
     report::print_linked(&file, &linked.linked, &args.sizes, args.json)?;
     if let Some(path) = &args.preview {
         preview::write(&file, path)?;

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use uvgraft::correspond::table::{SurfacePoint, TableError, TableRows, UvLocator, VertexTable};
-use uvgraft::raster::ScanTriangle;
 use uvgraft::{Mesh, MeshError, Size};
 
 use super::{CorrespondenceFile, TexelGrid, TexelLayout, layout_mesh};
@@ -70,7 +69,7 @@ pub enum TableFitError {
 /// - A matrix has a row for each vertex of one mesh and a column for each of the other, or twice as
 ///   many. Faces with weights have a row for each vertex of one mesh; faces are triangles of the other.
 /// - A grid is of the texels of one mesh's layout, with positions in the other's. It is the target's
-///   unless its positions are where only the source has a layout.
+///   unless texels and positions lie on islands the other way round only.
 /// - The texels of a layout have vertices. One mesh must have this layout, and the other mesh these
 ///   vertices.
 ///
@@ -154,35 +153,36 @@ fn by_rows(
 fn of_grid(grid: &TexelGrid, [source, target]: [&Mesh; 2]) -> Result<FoundTable, TableFitError> {
     /// Texels along the edges of islands may lie just outside of them.
     const MARGIN: f64 = 0.05;
-    let share = |mesh: &Mesh| {
-        let is_covered = covered(mesh, grid.size);
-        let inside =
-            grid.uv.iter().zip(is_covered).filter(|(uv, covered)| !uv[0].is_nan() && *covered);
-        inside.count() as f64 / grid.count().max(1) as f64
-    };
-    let rows =
-        if share(source) > share(target) + MARGIN { TableRows::Source } else { TableRows::Target };
-    let [onto, mesh] = match rows {
-        TableRows::Source => [target, source],
-        TableRows::Target => [source, target],
+    let locators = [source, target].map(UvLocator::new);
+    let is_of_source = fit_of_grid(grid, [&locators[1], &locators[0]])
+        > fit_of_grid(grid, [&locators[0], &locators[1]]) + MARGIN;
+    let (rows, onto, mesh) = if is_of_source {
+        (TableRows::Source, target, source)
+    } else {
+        (TableRows::Target, source, target)
     };
     let (table, _) = VertexTable::from_texels(onto, mesh, grid.size, &grid.uv)?;
     Ok(FoundTable { rows, table, unusable: 0 })
 }
 
-/// For each texel, whether a mesh's layout covers its centre.
-fn covered(mesh: &Mesh, size: Size) -> Vec<bool> {
-    let mut covered = vec![false; size.texels()];
-    let sides = [size.width, size.height].map(f64::from);
-    for face in 0..mesh.faces().len() {
-        let corners = mesh.uv_triangle(face).map(|uv| [0, 1].map(|k| f64::from(uv[k]) * sides[k]));
-        let Some(scan) = ScanTriangle::new(corners, size) else { continue };
-        for (row, span) in scan.spans(&scan.rows()) {
-            let start = row as usize * size.width as usize;
-            covered[start + span.start as usize..start + span.end as usize].fill(true);
-        }
-    }
-    covered
+/// The share of a grid's texels that lie in one layout, with a position in another.
+///
+/// - `layouts`: that of the positions, and that of the texels.
+fn fit_of_grid(grid: &TexelGrid, [onto, of]: [&UvLocator; 2]) -> f64 {
+    /// About as many texels are looked at.
+    const SAMPLES: usize = 10_000;
+    let size = [grid.size.width, grid.size.height].map(f64::from);
+    let width = grid.size.width as usize;
+    let with_position = || grid.uv.iter().enumerate().filter(|(_, uv)| !uv[0].is_nan());
+    let step = with_position().count() / SAMPLES + 1;
+    let fits = |(texel, uv): &(usize, &[f32; 2])| {
+        let texel = [texel % width, texel / width].map(|at| at as f64 + 0.5);
+        let texel = [texel[0] / size[0], texel[1] / size[1]];
+        let reach = 1.0 / size[0].max(size[1]);
+        of.locate(texel, 0.0).is_some() && onto.locate(uv.map(f64::from), reach).is_some()
+    };
+    let looked_at = || with_position().step_by(step);
+    looked_at().filter(fits).count() as f64 / looked_at().count().max(1) as f64
 }
 
 /// UV coordinates at the same place of a layout may be this far apart, in texels: half of what a

@@ -6,6 +6,7 @@
 //!
 //! [`Piece`]: crate::Piece
 
+pub mod dots;
 pub mod faces;
 mod find;
 pub mod similarity;

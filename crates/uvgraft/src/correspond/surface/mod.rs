@@ -46,6 +46,8 @@ pub struct SurfaceOptions {
     /// Source vertex and target vertex at the same place of the surface, by index. Without any,
     /// heads are found by their shape.
     pub landmarks: Vec<[u32; 2]>,
+    /// The same by positions, for places between vertices: on the source and on the target.
+    pub places: Vec<[[f32; 3]; 2]>,
     /// Farthest that a partner may be from a registered point, as a share of the height of a head
     /// (of the whole mesh, if it has no head).
     pub reach: f64,
@@ -55,7 +57,8 @@ pub struct SurfaceOptions {
 
 impl Default for SurfaceOptions {
     fn default() -> Self {
-        Self { align: Align::default(), landmarks: Vec::new(), reach: 0.02, visibility: 0.3 }
+        let (landmarks, places) = (Vec::new(), Vec::new());
+        Self { align: Align::default(), landmarks, places, reach: 0.02, visibility: 0.3 }
     }
 }
 
@@ -186,7 +189,9 @@ fn place(
     let whole = extent.size().max_element();
     let center = (extent.min + extent.max) / 2.0;
     let scales = options.align == Align::Similarity;
-    let given = landmarks(source, target, &options.landmarks)?;
+    let mut given = landmarks(source, target, &options.landmarks)?;
+    let position = |at: [f32; 3]| glam::Vec3::from(at).as_dvec3();
+    given.extend(options.places.iter().map(|&[from, to]| [position(to), position(from)]));
     if !given.is_empty() {
         let weights = vec![1.0; given.len()];
         let transform = match options.align {
