@@ -31,7 +31,7 @@ pub struct KnownMesh {
     pub source: &'static str,
     /// The licence of the mesh, in a few words. Not legal advice: the publisher's text decides.
     pub licence: &'static str,
-    /// Where the counts come from.
+    /// Where the counts come from: "as published" where nobody has confirmed them on the files.
     pub counts_from: &'static str,
 }
 
