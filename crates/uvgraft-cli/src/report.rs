@@ -147,6 +147,10 @@ fn found_by(method: &correspond::Method) -> String {
             if report.is_mirrored {
                 text += ", with opposite winding";
             }
+            if report.with_added_centre > 0 {
+                let centres = grouped(report.with_added_centre);
+                let _ = write!(text, "; {centres} have an added centre vertex in one mesh");
+            }
             if report.components_left_out > 0 {
                 let _ = write!(text, "; {} components left out", report.components_left_out);
             }

@@ -340,3 +340,73 @@ fn impossible_pairs_are_refused_with_a_reason() {
         }
     }
 }
+
+/// The mesh with a vertex added in the middle of a share of its quads.
+fn poked(mesh: &Mesh, share: f32, seed: u64) -> Mesh {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut positions = mesh.positions().to_vec();
+    let mut rings = Vec::new();
+    for ring in polygons(mesh) {
+        if random.f32() >= share {
+            rings.push(ring);
+            continue;
+        }
+        let centre = positions.len() as u32;
+        let sum = |k: usize| ring.iter().map(|&at| positions[at as usize][k]).sum::<f32>();
+        let middle = [0, 1, 2].map(|k| sum(k) / ring.len() as f32);
+        positions.push(middle);
+        rings.extend((0..ring.len()).map(|k| vec![ring[k], ring[(k + 1) % ring.len()], centre]));
+    }
+    made(positions, &rings)
+}
+
+/// The place of a piece's corners on a mesh.
+fn places(mesh: &Mesh, face: u32, corners: [[f64; 3]; 3]) -> [glam::DVec3; 3] {
+    let at = mesh.faces()[face as usize]
+        .map(|vertex| glam::Vec3::from(mesh.positions()[vertex as usize]).as_dvec3());
+    corners.map(|weights| (0..3).map(|k| at[k] * weights[k]).sum())
+}
+
+#[test]
+fn quads_with_an_added_centre_are_linked_in_parts() {
+    for seed in 0..4 {
+        let quads = holed(seed);
+        let triangles: Vec<Vec<u32>> = polygons(&quads)
+            .into_iter()
+            .flat_map(|quad| [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]])
+            .collect();
+        let triangles = made(quads.positions().to_vec(), &triangles);
+        for (share, whole) in [(1.0, &quads), (0.1, &quads), (1.0, &triangles)] {
+            let poked = poked(&quads, share, seed);
+            let added = poked.positions().len() - quads.positions().len();
+            let [a, b] = [Shuffled::new(whole, seed).mesh, Shuffled::new(&poked, seed + 100).mesh];
+            for (source, target) in [(&a, &b), (&b, &a)] {
+                let found = find(source.clone(), target.clone(), &by(By::Topology)).unwrap();
+                assert_eq!(topology(&found.method).with_added_centre, added, "{share} {seed}");
+                let (mut linked, mut area) = (vec![false; target.faces().len()], 0.0);
+                for piece in found.pair.pieces() {
+                    linked[piece.target as usize] = true;
+                    let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                    let [to, from] = match piece.extent {
+                        Extent::Whole(corners) => [unit, corners.map(|k| unit[usize::from(k)])],
+                        Extent::Part { target, source } => [target, source],
+                    };
+                    let to = places(found.pair.target(), piece.target, to);
+                    let from = places(found.pair.source(), piece.source, from);
+                    // The middle of a diagonal is not quite that of a bent quad.
+                    assert!((0..3).all(|k| to[k].distance(from[k]) < 0.01), "{to:?} {from:?}");
+                    area += (to[1] - to[0]).cross(to[2] - to[0]).length() / 2.0;
+                }
+                assert!(linked.iter().all(|linked| *linked), "{share} {seed}");
+                let whole: f64 = (0..target.faces().len() as u32)
+                    .map(|face| {
+                        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                        let [p, q, r] = places(found.pair.target(), face, unit);
+                        (q - p).cross(r - p).length() / 2.0
+                    })
+                    .sum();
+                assert!((area / whole - 1.0).abs() < 1e-3, "{area} of {whole}");
+            }
+        }
+    }
+}

@@ -76,6 +76,22 @@ impl Piece {
         Self { target: target.0, source: source.0, extent }
     }
 
+    /// The same piece with source and target exchanged.
+    pub(crate) fn swapped(self) -> Self {
+        let Self { target, source, extent } = self;
+        let extent = match extent {
+            Extent::Whole(corners) => {
+                let mut inverse = [0; 3];
+                for (k, &corner) in corners.iter().enumerate() {
+                    inverse[usize::from(corner)] = k as u8;
+                }
+                Extent::Whole(inverse)
+            }
+            Extent::Part { target, source } => Extent::Part { target: source, source: target },
+        };
+        Self { target: source, source: target, extent }
+    }
+
     /// Whether the two triangles have opposite windings.
     pub fn flips(&self) -> bool {
         match &self.extent {

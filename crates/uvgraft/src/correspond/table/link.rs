@@ -10,7 +10,7 @@ use crate::correspond::surface::{SurfaceOptions, placed, share_of_area};
 use crate::correspond::vertex_map::link_faces;
 use crate::mesh::Mesh;
 use crate::pair::Pair;
-use crate::piece::{Extent, Piece};
+use crate::piece::Piece;
 use crate::surface::Surface;
 
 /// Least share of the faces whose corners have points that must match for a table of vertices to be a
@@ -127,7 +127,7 @@ pub fn link(
     };
     let mut pieces = found.pieces;
     if rows == TableRows::Source {
-        pieces = pieces.into_iter().map(swapped).collect();
+        pieces = pieces.into_iter().map(Piece::swapped).collect();
         pieces.sort_by_key(|piece| (piece.target, piece.source));
     }
     let pair = Pair::of_found(source, target, pieces).ok_or(TableLinkError::Outside)?;
@@ -164,25 +164,10 @@ fn position(point: &SurfacePoint, onto: &Mesh) -> DVec3 {
     point.parts().map(|(vertex, weight)| at(vertex) * weight).sum()
 }
 
-/// The same piece with source and target exchanged.
-fn swapped(piece: Piece) -> Piece {
-    let Piece { target, source, extent } = piece;
-    let extent = match extent {
-        Extent::Whole(corners) => {
-            let mut inverse = [0; 3];
-            for (k, &corner) in corners.iter().enumerate() {
-                inverse[usize::from(corner)] = k as u8;
-            }
-            Extent::Whole(inverse)
-        }
-        Extent::Part { target, source } => Extent::Part { target: source, source: target },
-    };
-    Piece { target: source, source: target, extent }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::piece::Extent;
 
     /// A square of `n * n` quads in the plane, slightly bent, with the layout of its outline.
     fn sheet(n: u32) -> Mesh {

@@ -8,6 +8,7 @@
 
 mod growth;
 mod net;
+mod poked;
 mod signature;
 
 use glam::DVec3;
@@ -56,6 +57,8 @@ pub struct TopologyReport {
     pub components_left_out: usize,
     /// Components that fit in several ways, of which positions chose one.
     pub chosen_by_position: usize,
+    /// Polygons that have an added centre vertex in one of the meshes, and are linked in parts.
+    pub with_added_centre: usize,
     /// Whether the windings of the meshes are opposite.
     pub is_mirrored: bool,
 }
@@ -82,7 +85,7 @@ pub(super) fn pieces(
         }
     }
     let nothing = TopologyError::Different { matched: 0, of: source.polygon_count() };
-    let Embedding { outer_of_inner, report } = best.ok_or(nothing)?;
+    let Embedding { outer_of_inner, mut report } = best.ok_or(nothing)?;
     let TopologyReport { matched, of, .. } = report;
     if report.share() < ENOUGH {
         return Err(TopologyError::Different { matched, of });
@@ -91,16 +94,28 @@ pub(super) fn pieces(
         let surface = &surfaces[usize::from(std::ptr::eq(mesh, target))];
         points_of_vertices(mesh, surface)
     });
+    let mut has_partner = vec![false; surfaces[1 - smaller].positions().len()];
+    for &point in outer_of_inner.iter().filter(|&&point| point != NONE) {
+        has_partner[point as usize] = true;
+    }
     // Both meshes' vertices as points of the larger one.
-    let common = |side: usize, vertex: u32| {
-        let point = point_of_vertex[side][vertex as usize];
-        match point {
-            NONE => NONE,
-            point if side == smaller => outer_of_inner[point as usize],
-            point => point,
-        }
+    let common = |side: usize, vertex: u32| match point_of_vertex[side][vertex as usize] {
+        NONE => NONE,
+        point if side == smaller => outer_of_inner[point as usize],
+        point if has_partner[point as usize] => point,
+        _ => NONE,
     };
-    let found = link_faces(source, target, |vertex| common(0, vertex), |vertex| common(1, vertex));
+    let common = &common;
+    let points = [0, 1].map(|side| move |vertex: u32| common(side, vertex));
+    let mut found = link_faces(source, target, points[0], points[1]);
+    let (in_target, target_count) = poked::pieces(target, source, points[1], points[0]);
+    let (in_source, source_count) = poked::pieces(source, target, points[0], points[1]);
+    report.with_added_centre = target_count + source_count;
+    if report.with_added_centre > 0 {
+        found.extend(in_target);
+        found.extend(in_source.into_iter().map(Piece::swapped));
+        found.sort_by_key(|piece| (piece.target, piece.source));
+    }
     if found.is_empty() {
         Err(TopologyError::Different { matched, of })
     } else {
@@ -125,7 +140,8 @@ fn points_of_vertices(mesh: &Mesh, surface: &Surface) -> Vec<u32> {
 }
 
 /// The ways to look at both meshes, in the order in which they are tried: as their polygons are;
-/// and if one is triangulated where the other may have quads, with triangles joined to quads.
+/// if one is triangulated where the other may have quads, with triangles joined to quads; and if one
+/// has polygons with an added centre, without it.
 fn views(meshes: [&Mesh; 2], surfaces: &[Surface; 2]) -> Vec<[Vec<Vec<u32>>; 2]> {
     let plain = [0, 1].map(|side| polygons(meshes[side], &surfaces[side]));
     let is_triangles = |rings: &[Vec<u32>]| rings.iter().all(|ring| ring.len() == 3);
@@ -137,7 +153,21 @@ fn views(meshes: [&Mesh; 2], surfaces: &[Surface; 2]) -> Vec<[Vec<Vec<u32>>; 2]>
         }
     };
     let joined = [0, 1].map(quads);
-    if joined == plain { vec![plain] } else { vec![plain, joined] }
+    let whole = [0, 1].map(|side| poked::without_centres(&plain[side]));
+    let mut views = vec![plain];
+    if joined != views[0] {
+        views.push(joined.clone());
+    }
+    // Triangles of the other mesh may be halves of quads, or what polygons without a centre are.
+    let [source, target] = whole;
+    let [joined_source, joined_target] = joined;
+    if let Some(source) = source {
+        views.push([source, joined_target]);
+    }
+    if let Some(target) = target {
+        views.push([joined_source, target]);
+    }
+    views
 }
 
 /// One net found in another.
@@ -168,6 +198,7 @@ fn embed(inner: &[Vec<u32>], outer: &[Vec<u32>], positions: [&[DVec3]; 2]) -> Em
         of: inner.rings(),
         components_left_out: chosen.components_left_out,
         chosen_by_position: chosen.chosen_by_position,
+        with_added_centre: 0,
         is_mirrored,
     };
     Embedding { outer_of_inner: chosen.matched.target_of, report }
