@@ -126,8 +126,8 @@ fn pickled_matrix(class: &str, [rows, columns]: [i32; 2], arrays: &[(&str, Vec<u
 }
 
 /// Ascending offsets of `count` groups in sorted keys.
-fn offsets(keys: impl Iterator<Item = i64> + Clone, count: i64) -> Vec<i64> {
-    (0..=count).map(|at| keys.clone().filter(|&key| key < at).count() as i64).collect()
+fn offsets(keys: &[i64], count: i64) -> Vec<i64> {
+    (0..=count).map(|at| keys.iter().filter(|&&key| key < at).count() as i64).collect()
 }
 
 /// The matrix as SciPy pickles it in each format, with as many columns for normals.
@@ -142,8 +142,10 @@ fn pickles() -> [(&'static str, Vec<u8>); 3] {
     let data = |elements: &[(i64, i64, f64)]| {
         pickled_floats(&elements.iter().map(|element| element.2).collect::<Vec<_>>())
     };
-    let by_row = pickled_ints(&offsets(rows.iter().map(|element| element.0), 100));
-    let by_column = pickled_ints(&offsets(columns.iter().map(|element| element.1), 50));
+    let by_row =
+        pickled_ints(&offsets(&rows.iter().map(|element| element.0).collect::<Vec<_>>(), 100));
+    let by_column =
+        pickled_ints(&offsets(&columns.iter().map(|element| element.1).collect::<Vec<_>>(), 50));
     let csr = [("indptr", by_row), ("indices", part(&rows, 1)), ("data", data(&rows))];
     let csc = [("indptr", by_column), ("indices", part(&columns, 0)), ("data", data(&columns))];
     let coo = [("row", part(&rows, 0)), ("col", part(&rows, 1)), ("data", data(&rows))];

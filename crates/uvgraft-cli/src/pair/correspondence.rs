@@ -140,7 +140,7 @@ impl Options {
         }
         if let Some(path) = &self.table {
             let options = self.find_options([&source, &target])?;
-            return table::link(path, source, target, &options.surface);
+            return table::link(path, &source, &target, &options.surface);
         }
         let options = self.find_options([&source, &target])?;
         let found = correspond::find(source, target, &options).or_bad_input()?;

@@ -16,13 +16,13 @@ use crate::report::{Linked, LinkedTable, Method};
 /// links more of the mesh counts.
 pub(super) fn link(
     path: &Path,
-    source: Mesh,
-    target: Mesh,
+    source: &Mesh,
+    target: &Mesh,
     options: &SurfaceOptions,
 ) -> anyhow::Result<LinkedPair> {
     let file = correspondence_table::read(path).or_bad_input()?;
     let named = || path.display().to_string();
-    let tables = vertex_tables(&file, &source, &target).with_context(named).or_bad_input()?;
+    let tables = vertex_tables(&file, source, target).with_context(named).or_bad_input()?;
     let mut best: Option<LinkedPair> = None;
     let mut best_covered = 0.0;
     let mut refused: Option<TableLinkError> = None;

@@ -24,7 +24,7 @@ pub(super) fn without_centres(rings: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
         at_point.extend(ring.iter().map(|&point| (point, index)));
     }
     at_point.sort_unstable();
-    let mut fans: Vec<(&[(u32, u32)], Vec<u32>)> = Vec::new();
+    let mut fans = Vec::new();
     for group in at_point.chunk_by(|one, other| one.0 == other.0) {
         let is_fan = CORNERS.contains(&group.len())
             && group.iter().all(|&(_, ring)| rings[ring as usize].len() == 3);
