@@ -66,7 +66,7 @@ fn made(positions: Vec<[f32; 3]>, polygons: &[Vec<u32>]) -> Mesh {
         polygons.iter().flatten().map(|&vertex| Corner { vertex, uv: vertex }).collect();
     let sizes: Vec<u32> = polygons.iter().map(|polygon| polygon.len() as u32).collect();
     let uv = uv.collect();
-    Mesh::from_polygons(positions, uv, &corners, &sizes).unwrap()
+    Mesh::from_polygons(positions, uv, &corners, &sizes).expect("a sound mesh")
 }
 
 fn polygons(mesh: &Mesh) -> Vec<Vec<u32>> {
@@ -223,7 +223,9 @@ fn together(meshes: &[Mesh]) -> Mesh {
 }
 
 fn moved(mesh: &Mesh, place: impl Fn([f32; 3]) -> [f32; 3]) -> Mesh {
-    mesh.clone().with_positions(mesh.positions().iter().map(|&at| place(at)).collect()).unwrap()
+    mesh.clone()
+        .with_positions(mesh.positions().iter().map(|&at| place(at)).collect())
+        .expect("as many")
 }
 
 #[test]
