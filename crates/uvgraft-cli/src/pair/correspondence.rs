@@ -32,7 +32,7 @@ pub(super) struct Options {
     /// How to bring the target into the source's place before surfaces are registered
     #[arg(long, value_enum, value_name = "HOW", default_value_t = AlignName::Similarity)]
     align: AlignName,
-    /// Vertices at the same places of both surfaces (.npy or text), or two images with painted dots
+    /// Vertices at the same places (.npy or text), or two images with painted dots
     ///
     /// Lists have the index of a vertex of the source and of the target for each place. Images are laid
     /// over the two layouts; dots of the same colour are the same place. They are painted on a
