@@ -54,21 +54,31 @@ impl SphereFit {
     }
 }
 
+/// A component that is a sphere, or a cap of one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ball {
+    pub sphere: Sphere,
+    pub component: u32,
+    /// Number of points.
+    pub count: u32,
+}
+
 /// Up to 8 pairs of components that may be eyes, most plausible first.
 pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
-    let spheres = spheres(points);
+    let balls = balls(points);
     let mut pairs = Vec::new();
-    for (index, a) in spheres.iter().enumerate() {
-        for b in &spheres[index + 1..] {
-            let radius = 0.5 * (a.0.radius + b.0.radius);
-            let ratio = a.0.center.distance(b.0.center) / radius;
-            let unlike = (a.0.radius - b.0.radius).abs() / radius;
-            let counts = f64::from(a.1.min(b.1)) / f64::from(a.1.max(b.1));
+    for (index, a) in balls.iter().enumerate() {
+        for b in &balls[index + 1..] {
+            let spheres = [a.sphere, b.sphere];
+            let radius = 0.5 * (spheres[0].radius + spheres[1].radius);
+            let ratio = spheres[0].center.distance(spheres[1].center) / radius;
+            let unlike = (spheres[0].radius - spheres[1].radius).abs() / radius;
+            let counts = f64::from(a.count.min(b.count)) / f64::from(a.count.max(b.count));
             if unlike < 0.12 && counts > 0.6 && (2.0..9.0).contains(&ratio) {
                 // Real eyes are five radii apart, larger ones less. Outer shells (corneas) come
                 // first.
                 let cost = unlike * 5.0 + (1.0 - counts) + (ratio / 4.5).ln().abs();
-                pairs.push((cost, EyePair { spheres: [a.0, b.0] }));
+                pairs.push((cost, EyePair { spheres }));
             }
         }
     }
@@ -78,7 +88,7 @@ pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
 }
 
 /// Components that are spheres, with their numbers of points; the 64 with the most points.
-fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
+pub(super) fn balls(points: &Points) -> Vec<Ball> {
     const MAX: usize = 64;
     let mut fits: Vec<Option<SphereFit>> = vec![None; points.component_count];
     for (&position, &component) in points.positions.iter().zip(&points.component) {
@@ -102,17 +112,19 @@ fn spheres(points: &Points) -> Vec<(Sphere, u32)> {
             *sum += offset / sphere.radius;
         }
     }
-    let mut found: Vec<(f64, Sphere, u32)> = Vec::new();
-    for ((sphere, (squares, sum)), fit) in spheres.into_iter().zip(deviation).zip(&fits) {
+    let mut found: Vec<(f64, Ball)> = Vec::new();
+    for (component, ((sphere, (squares, sum)), fit)) in
+        (0..).zip(spheres.into_iter().zip(deviation).zip(&fits))
+    {
         let (Some(sphere), Some(fit)) = (sphere, fit) else { continue };
         let count = f64::from(fit.count);
         let (error, lopsided) = ((squares / count).sqrt(), sum.length() / count);
         // A cap of less than 50 degrees is too flat for a reliable centre.
         if error < 0.08 && lopsided < 0.85 {
-            found.push((error, sphere, fit.count));
+            found.push((error, Ball { sphere, component, count: fit.count }));
         }
     }
-    found.sort_by(|a, b| b.2.cmp(&a.2).then(a.0.total_cmp(&b.0)));
+    found.sort_by(|a, b| b.1.count.cmp(&a.1.count).then(a.0.total_cmp(&b.0)));
     found.truncate(MAX);
-    found.into_iter().map(|(_, sphere, count)| (sphere, count)).collect()
+    found.into_iter().map(|(_, ball)| ball).collect()
 }

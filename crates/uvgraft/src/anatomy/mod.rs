@@ -20,6 +20,8 @@ mod tests;
 
 pub use self::frame::HeadFrame;
 
+use glam::DVec3;
+
 use self::areas::Areas;
 use self::landmarks::Face;
 use self::points::Points;
@@ -145,6 +147,35 @@ pub enum AnatomyError {
         /// What is missing.
         reason: &'static str,
     },
+}
+
+/// A component of a mesh that is a sphere, or a cap of one: usually an eyeball.
+#[derive(Debug, Clone)]
+pub(crate) struct Ball {
+    pub center: DVec3,
+    pub radius: f64,
+    pub faces: Vec<u32>,
+}
+
+/// The components of a mesh that are spheres and small; most points first.
+pub(crate) fn balls(mesh: &Mesh) -> Vec<Ball> {
+    let Ok(points) = Points::new(mesh) else { return Vec::new() };
+    let found = eyes::balls(&points);
+    let mut balls: Vec<Ball> = found
+        .iter()
+        .map(|ball| Ball {
+            center: ball.sphere.center,
+            radius: ball.sphere.radius,
+            faces: Vec::new(),
+        })
+        .collect();
+    for (face, &[vertex, ..]) in (0..).zip(mesh.faces()) {
+        let component = points.component_of(vertex);
+        if let Some(ball) = found.iter().position(|ball| ball.component == component) {
+            balls[ball].faces.push(face);
+        }
+    }
+    balls
 }
 
 /// The landmarks and areas of a mesh's head.

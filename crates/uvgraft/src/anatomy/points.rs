@@ -61,6 +61,11 @@ impl Points {
         self.of_vertex.iter().map(|&point| values[point as usize]).collect()
     }
 
+    /// The connected component of a vertex of the mesh.
+    pub fn component_of(&self, vertex: u32) -> u32 {
+        self.component[self.of_vertex[vertex as usize] as usize]
+    }
+
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|point| self.positions[point as usize])
     }

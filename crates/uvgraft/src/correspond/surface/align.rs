@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::kinds::Kind;
 use super::register::Goal;
 use super::shape::Shape;
 use crate::anatomy::{Anatomy, AnatomyError, Landmark};
@@ -82,7 +83,7 @@ pub(super) fn refine(
         let partners = map_indices(target.points.len(), |index| {
             let at = found.apply(target.points[index]);
             let normal = found.rotation * normals[index];
-            let partner = goal.partner(at, normal, REACH * unit, COMPATIBLE)?;
+            let partner = goal.partner(Kind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
             (!goal.is_at_border(&partner)).then_some([target.points[index], partner.point])
         });
         let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();

@@ -5,6 +5,7 @@
 
 mod align;
 mod equations;
+mod kinds;
 mod overlay;
 mod placed;
 mod register;
@@ -15,11 +16,12 @@ use glam::DVec3;
 
 use self::align::Heads;
 use self::equations::Anchor;
+use self::kinds::Kinds;
 pub(super) use self::placed::placed;
 use self::register::Goal;
 use self::shape::Shape;
 use super::similarity::{Similarity, median};
-use crate::anatomy::AnatomyError;
+use crate::anatomy::{self, AnatomyError};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
@@ -143,16 +145,22 @@ pub(super) fn pieces(
     let unit = placement.unit;
     // Centred and scaled, so that constants and rounding mean the same in any unit.
     let to_unit = |point: DVec3| (point - placement.center) / unit;
-    let goal = Goal::new(Shape::new(&surfaces[0], to_unit));
+    let mut goal = Goal::new(Shape::new(&surfaces[0], to_unit));
     let aligned = placement.transform;
-    let rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
+    let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
+    let balls = [source, target].map(anatomy::balls);
+    let kinds = Kinds::new([&goal.shape, &rest], balls, to_unit, &aligned, unit);
+    goal.kinds = kinds.source;
+    if !placement.is_exact {
+        kinds.moves.iter().for_each(|ball| rest.place_ball(ball));
+    }
     let anchors = anchors(&placement.landmarks, &rest, to_unit, &aligned);
     let registered = if placement.is_exact {
         rest.clone()
     } else {
-        Shape { points: register::register(&rest, &goal, &anchors), ..rest.clone() }
+        Shape { points: register::register(&rest, &kinds.target, &goal, &anchors), ..rest.clone() }
     };
-    let laid = overlay::overlay(&goal, &registered, options.reach, options.visibility);
+    let laid = overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
     if laid.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }

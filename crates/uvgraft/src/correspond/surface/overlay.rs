@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use super::kinds::Kind;
 use super::register::Goal;
 use super::shape::Shape;
 use super::tree::Bounds;
@@ -31,12 +32,20 @@ const ROUNDING: f64 = 1e-7;
 
 /// Lays the goal over a registered target.
 ///
+/// - `kinds`: of the target's triangles.
 /// - `reach`: the largest distance along the normal.
 /// - `visibility`: the least cosine between the normals of two triangles.
-pub(super) fn overlay(goal: &Goal, target: &Shape, reach: f64, visibility: f64) -> Overlay {
+pub(super) fn overlay(
+    goal: &Goal,
+    target: &Shape,
+    kinds: &[Kind],
+    reach: f64,
+    visibility: f64,
+) -> Overlay {
     let context = Context {
         goal,
         target,
+        kinds,
         normals: target.normals(),
         neighbours: neighbours(&goal.shape),
         reach,
@@ -75,6 +84,7 @@ fn neighbours(shape: &Shape) -> Vec<u32> {
 struct Context<'a> {
     goal: &'a Goal,
     target: &'a Shape,
+    kinds: &'a [Kind],
     normals: Vec<DVec3>,
     neighbours: Vec<u32>,
     reach: f64,
@@ -136,7 +146,9 @@ impl Context<'_> {
         let bounds = Bounds::of(frame.corners).grown(2.0 * self.reach);
         let mut found = Vec::new();
         self.goal.tree.within(bounds, |source| {
-            if self.goal.face_normals[source as usize].dot(frame.normal) <= self.visibility {
+            let is_turned_away =
+                self.goal.face_normals[source as usize].dot(frame.normal) <= self.visibility;
+            if is_turned_away || !frame.kind.may_meet(self.goal.kinds[source as usize]) {
                 return;
             }
             let corners = self.goal.shape.corners(source as usize);
@@ -181,7 +193,13 @@ impl Context<'_> {
                 is_over(source) && self.goal.face_normals[source as usize].dot(frame.normal) > 0.0
             });
             let Some(partner) = partner else { continue };
-            let closest = self.goal.partner(seed, frame.normal, self.reach * 2.0, self.visibility);
+            let closest = self.goal.partner(
+                frame.kind,
+                seed,
+                frame.normal,
+                self.reach * 2.0,
+                self.visibility,
+            );
             // The nearest of all must not be on another layer.
             let is_first = closest.is_none_or(|closest| closest.distance > 0.5 * partner.distance);
             if is_first && !chosen.contains(&partner.triangle) {
@@ -278,6 +296,7 @@ struct Prism {
     corners: [DVec3; 3],
     normals: [DVec3; 3],
     normal: DVec3,
+    kind: Kind,
 }
 
 impl Prism {
@@ -289,7 +308,8 @@ impl Prism {
         let corners = context.target.corners(triangle as usize);
         // Across sharp folds the mean normal is no direction to project along.
         let is_steep = normals.iter().any(|at| at.dot(normal) < 0.1);
-        (!is_steep).then_some(Self { points, corners, normals, normal })
+        let kind = context.kinds[triangle as usize];
+        (!is_steep).then_some(Self { points, corners, normals, normal, kind })
     }
 
     /// The barycentric coordinates of a point's projection, and its height: Newton's method on

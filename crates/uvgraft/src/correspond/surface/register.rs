@@ -8,6 +8,7 @@
 use glam::DVec3;
 
 use super::equations::{Anchor, Equations, Stiffness};
+use super::kinds::Kind;
 use super::shape::Shape;
 use super::tree::{Nearest, Tree};
 use crate::threads::map_indices;
@@ -21,6 +22,10 @@ const STAGES: [Stiffness; 6] = [
     Stiffness { bending: 0.012, membrane: 0.005 },
     Stiffness { bending: 0.008, membrane: 0.005 },
 ];
+
+/// Steps after the last stage, at most, in which points of triangles that were turned over are let
+/// go.
+const REPAIRS: usize = 4;
 
 /// Steps of each stage, at most.
 const STEPS: usize = 4;
@@ -39,6 +44,7 @@ pub(super) struct Goal {
     /// As [`Shape::open_sides`].
     pub open_sides: Vec<bool>,
     pub tree: Tree,
+    pub kinds: Vec<Kind>,
 }
 
 impl Goal {
@@ -47,14 +53,25 @@ impl Goal {
             face_normals: shape.face_normals(),
             open_sides: shape.open_sides(),
             tree: shape.tree(),
+            kinds: vec![Kind::ANY; shape.triangles.len()],
             shape,
         }
     }
 
     /// The closest point whose normal is compatible.
-    pub fn partner(&self, point: DVec3, normal: DVec3, reach: f64, least: f64) -> Option<Nearest> {
+    ///
+    /// - `least`: cosine between the normals.
+    pub fn partner(
+        &self,
+        kind: Kind,
+        point: DVec3,
+        normal: DVec3,
+        reach: f64,
+        least: f64,
+    ) -> Option<Nearest> {
         self.tree.nearest(point, reach, |triangle| {
             self.face_normals[triangle as usize].dot(normal) > least
+                && kind.may_meet(self.kinds[triangle as usize])
         })
     }
 
@@ -72,22 +89,39 @@ impl Goal {
 /// Registers a shape.
 ///
 /// - `rest`: aligned with the goal, in a unit of about a head's height.
+/// - `kinds`: of its triangles.
 /// - `anchors`: landmarks, which lead the first stages and fade out.
 ///
 /// Returns the moved points.
-pub(super) fn register(rest: &Shape, goal: &Goal, anchors: &[Anchor]) -> Vec<DVec3> {
+pub(super) fn register(
+    rest: &Shape,
+    kinds: &[Kind],
+    goal: &Goal,
+    anchors: &[Anchor],
+) -> Vec<DVec3> {
     /// Weight of a landmark, in points of mean mass.
     const ANCHOR: f64 = 10.0;
     const SETTLED: f64 = 1e-4;
     let equations = Equations::new(rest);
     let mean_mass = equations.masses().iter().sum::<f64>() / equations.masses().len().max(1) as f64;
+    let kinds = of_points(rest, kinds);
     let mut moved = rest.clone();
     let mut displacements = vec![DVec3::ZERO; rest.points.len()];
+    // Points of triangles that were turned over: their partners are on another fold of the
+    // surface, so they follow their neighbours.
+    let mut misled = vec![false; rest.points.len()];
     for (stage, stiffness) in STAGES.into_iter().enumerate() {
         let Some(factors) = equations.factorise(stiffness) else { break };
         let fading = ANCHOR * mean_mass * (1.0 - stage as f64 / STAGES.len() as f64);
-        for _ in 0..STEPS {
-            let (weights, targets) = partners(rest, &moved, goal, equations.masses());
+        let is_last = stage + 1 == STAGES.len();
+        for step in 0..STEPS + if is_last { REPAIRS } else { 0 } {
+            let (mut weights, targets) = partners(rest, &moved, &kinds, goal, equations.masses());
+            if step >= STEPS && !mark_turned_over(rest, &moved, &mut misled) {
+                break;
+            }
+            for (weight, _) in weights.iter_mut().zip(&misled).filter(|(_, misled)| **misled) {
+                *weight = 0.0;
+            }
             let next = factors.solve(&weights, &targets, anchors, fading, &displacements);
             let change = next.iter().zip(&displacements).map(|(a, b)| a.distance(*b));
             let change = change.fold(0.0, f64::max);
@@ -97,7 +131,7 @@ pub(super) fn register(rest: &Shape, goal: &Goal, anchors: &[Anchor]) -> Vec<DVe
             {
                 *point = *rest + *displacement;
             }
-            if change < SETTLED {
+            if change < SETTLED && !is_last {
                 break;
             }
         }
@@ -105,11 +139,42 @@ pub(super) fn register(rest: &Shape, goal: &Goal, anchors: &[Anchor]) -> Vec<DVe
     moved.points
 }
 
+/// Marks the points of triangles that were turned over; returns whether any are.
+fn mark_turned_over(rest: &Shape, moved: &Shape, marks: &mut [bool]) -> bool {
+    let mut any = false;
+    for (triangle, points) in rest.triangles.iter().enumerate() {
+        if rest.area_vector(triangle).dot(moved.area_vector(triangle)) < 0.0 {
+            points.iter().for_each(|&point| marks[point as usize] = true);
+            any = true;
+        }
+    }
+    any
+}
+
+/// The kind of each point.
+fn of_points(shape: &Shape, kinds: &[Kind]) -> Vec<Kind> {
+    let mut of_points = vec![None::<Kind>; shape.points.len()];
+    for (points, &kind) in shape.triangles.iter().zip(kinds) {
+        for &point in points {
+            let of_point = &mut of_points[point as usize];
+            *of_point = Some(of_point.map_or(kind, |known| known.joined(kind)));
+        }
+    }
+    of_points.into_iter().map(|kind| kind.unwrap_or(Kind::ANY)).collect()
+}
+
 /// Each point's weight, and the displacement that takes it to its partner.
-fn partners(rest: &Shape, moved: &Shape, goal: &Goal, masses: &[f64]) -> (Vec<f64>, Vec<DVec3>) {
+fn partners(
+    rest: &Shape,
+    moved: &Shape,
+    kinds: &[Kind],
+    goal: &Goal,
+    masses: &[f64],
+) -> (Vec<f64>, Vec<DVec3>) {
     let normals = moved.normals();
     map_indices(rest.points.len(), |index| {
-        let partner = goal.partner(moved.points[index], normals[index], REACH, COMPATIBLE);
+        let (point, normal) = (moved.points[index], normals[index]);
+        let partner = goal.partner(kinds[index], point, normal, REACH, COMPATIBLE);
         match partner {
             Some(nearest) if !goal.is_at_border(&nearest) => {
                 (masses[index], nearest.point - rest.points[index])

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::kinds::BallMove;
 use super::tree::Tree;
 use crate::surface::Surface;
 
@@ -18,6 +19,18 @@ impl Shape {
         Self {
             points: surface.positions().iter().map(|&point| place(point)).collect(),
             triangles: surface.triangles().to_vec(),
+        }
+    }
+
+    /// Moves and scales a ball.
+    pub fn place_ball(&mut self, ball: &BallMove) {
+        let mut points: Vec<u32> =
+            ball.faces.iter().flat_map(|&face| self.triangles[face as usize]).collect();
+        points.sort_unstable();
+        points.dedup();
+        for point in points {
+            let point = &mut self.points[point as usize];
+            *point = ball.to + (*point - ball.center) * ball.scale;
         }
     }
 

@@ -44,6 +44,13 @@ impl Bounds {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    /// - `inverse`: of each coordinate of the direction.
+    fn meets_ray(self, origin: DVec3, inverse: DVec3) -> bool {
+        let (one, other) = ((self.min - origin) * inverse, (self.max - origin) * inverse);
+        let (enters, leaves) = (one.min(other), one.max(other));
+        enters.max_element().max(0.0) <= leaves.min_element()
+    }
+
     fn distance_squared(self, point: DVec3) -> f64 {
         (self.min - point).max(point - self.max).max(DVec3::ZERO).length_squared()
     }
@@ -160,6 +167,30 @@ impl Tree {
         best.map(|nearest| Nearest { distance: limit.sqrt(), ..nearest })
     }
 
+    /// Whether a ray meets a triangle, from either side.
+    pub fn is_hit(&self, origin: DVec3, direction: DVec3) -> bool {
+        let inverse = direction.recip();
+        let mut stack = if self.corners.is_empty() { Vec::new() } else { vec![0_u32] };
+        while let Some(index) = stack.pop() {
+            let node = self.nodes[index as usize];
+            if !node.bounds.meets_ray(origin, inverse) {
+                continue;
+            }
+            if node.count == 0 {
+                stack.extend([node.first, node.first + 1]);
+                continue;
+            }
+            let triangles = &self.order[node.first as usize..][..node.count as usize];
+            let meets = |&triangle: &u32| {
+                meets_triangle(origin, direction, self.corners[triangle as usize])
+            };
+            if triangles.iter().any(meets) {
+                return true;
+            }
+        }
+        false
+    }
+
     /// Calls `visit` with every triangle whose box meets `bounds`.
     pub fn within(&self, bounds: Bounds, mut visit: impl FnMut(u32)) {
         let mut stack = if self.corners.is_empty() { Vec::new() } else { vec![0_u32] };
@@ -179,6 +210,22 @@ impl Tree {
             }
         }
     }
+}
+
+/// Whether a ray meets a triangle (T. Möller and B. Trumbore, "Fast, Minimum Storage Ray-Triangle
+/// Intersection", 1997).
+fn meets_triangle(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let (ab, ac) = (b - a, c - a);
+    let across = direction.cross(ac);
+    let det = ab.dot(across);
+    if !det.is_normal() {
+        return false;
+    }
+    let from_a = origin - a;
+    let u = from_a.dot(across) / det;
+    let turned = from_a.cross(ab);
+    let v = direction.dot(turned) / det;
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && ac.dot(turned) / det > 0.0
 }
 
 /// The point of a triangle with the given weights.
