@@ -18,6 +18,7 @@ pub mod normal_bake;
 pub mod photographs;
 pub mod pictures;
 pub mod real;
+pub mod remeshed;
 pub mod shuffled;
 pub mod strip;
 pub mod synthetic;

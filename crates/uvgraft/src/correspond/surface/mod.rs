@@ -160,7 +160,8 @@ pub(super) fn pieces(
     } else {
         Shape { points: register::register(&rest, &kinds.target, &goal, &anchors), ..rest.clone() }
     };
-    let laid = overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
+    let laid =
+        overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
     if laid.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }

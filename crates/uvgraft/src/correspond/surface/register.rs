@@ -25,7 +25,7 @@ const STAGES: [Stiffness; 6] = [
 
 /// Steps after the last stage, at most, in which points of triangles that were turned over are let
 /// go.
-const REPAIRS: usize = 4;
+const REPAIRS: usize = 8;
 
 /// Steps of each stage, at most.
 const STEPS: usize = 4;
@@ -139,16 +139,26 @@ pub(super) fn register(
     moved.points
 }
 
-/// Marks the points of triangles that were turned over; returns whether any are.
+/// Marks the points of triangles that were turned over, and their neighbours where they are marked
+/// already; returns whether any triangle is.
 fn mark_turned_over(rest: &Shape, moved: &Shape, marks: &mut [bool]) -> bool {
-    let mut any = false;
-    for (triangle, points) in rest.triangles.iter().enumerate() {
-        if rest.area_vector(triangle).dot(moved.area_vector(triangle)) < 0.0 {
-            points.iter().for_each(|&point| marks[point as usize] = true);
-            any = true;
+    let turned =
+        |&triangle: &usize| rest.area_vector(triangle).dot(moved.area_vector(triangle)) < 0.0;
+    let turned: Vec<usize> = (0..rest.triangles.len()).filter(turned).collect();
+    let mut still = vec![false; marks.len()];
+    for points in turned.iter().map(|&triangle| rest.triangles[triangle]) {
+        let was_marked = points.iter().all(|&point| marks[point as usize]);
+        for point in points {
+            marks[point as usize] = true;
+            still[point as usize] |= was_marked;
         }
     }
-    any
+    for points in &rest.triangles {
+        if points.iter().any(|&point| still[point as usize]) {
+            points.iter().for_each(|&point| marks[point as usize] = true);
+        }
+    }
+    !turned.is_empty()
 }
 
 /// The kind of each point.
